@@ -1,0 +1,418 @@
+"""The commands: `python -m reference`, and check, draw, evacuate and bench under it.
+
+Clauses: A8 (draw).  Numbers go to stdout, progress and notes to stderr.  Exit status:
+0 done, 1 the input or the run is at fault, 2 the command line is, 130 after Ctrl-C.
+"""
+
+import json
+import sys
+import tempfile
+from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace
+from argparse import RawDescriptionHelpFormatter as Formatter
+from collections.abc import Callable, Sequence
+from dataclasses import asdict
+from math import isnan
+from pathlib import Path
+from statistics import mean, median
+from time import perf_counter
+from typing import Any, NamedTuple
+
+import numpy as np
+from tqdm import tqdm
+
+from reference import fire, motion, robots
+from reference.building import Building, Kind, load
+from reference.floorplan import FloorPlanError, find
+from reference.paper import PEOPLE, Scenario
+from reference.simulation import Simulation
+
+ROBOTS = ("none", *robots.STRATEGIES)
+FIRES = tuple(fire.STRATEGIES)
+VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
+VIEWS_OF_ONE_FLOOR = ("top", "graph")
+PICTURES = (".png", ".svg", ".pdf")
+ANIMATIONS = (".gif", ".html", ".mp4")
+
+
+class CommandError(Exception):
+    """One message for people; the command ends with this exit status."""
+
+    def __init__(self, message: str, status: int = 1) -> None:
+        super().__init__(message)
+        self.status = status
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line, by default this process's own; returns the exit status."""
+    arguments = _parser().parse_args(argv)
+    try:
+        arguments.run(arguments)
+    except KeyboardInterrupt:
+        return _complain("stopped; nothing half-written is left", 130)
+    except CommandError as error:
+        return _complain(str(error), error.status)
+    except (FloorPlanError, OSError) as error:
+        return _complain(str(error), 1)
+    return 0
+
+
+def _complain(message: str, status: int) -> int:
+    print(message, file=sys.stderr)
+    return status
+
+
+# -- The commands -------------------------------------------------------------------
+
+
+def check(arguments: Namespace) -> None:
+    """Says that a map is fine and what is in it, or explains its mistakes."""
+    building = load(arguments.file)
+    kinds = [landmark.kind for landmark in building.landmarks]
+    facts: dict[str, Any] = {
+        "title": building.title,
+        "floors": building.floors,
+        "rooms": [len(building.rooms(floor)) for floor in range(building.floors)],
+        "doors": kinds.count(Kind.DOOR),
+        "exits": kinds.count(Kind.EXIT),
+        "stairwells": len(building.stairwells),
+    }
+    if arguments.json:
+        print(json.dumps(facts))
+        return
+    rooms = "/".join(map(str, facts["rooms"]))
+    counts = [_count(facts[word], word) for word in ("doors", "exits", "stairwells")]
+    floors = _count(building.floors, "floors")
+    print(f"ok: {building.title}, {floors}, rooms {rooms}, {', '.join(counts)}")
+
+
+def _count(number: int, plural: str) -> str:
+    return f"{number} {plural[:-1] if number == 1 else plural}"
+
+
+def draw(arguments: Namespace) -> None:
+    """Draws a map: the counterparts of the paper's six figures [A8], and its graph."""
+    building = load(arguments.file)
+    name, options = f"{find(arguments.file).stem}-{arguments.view}", {}
+    if arguments.floor is not None:
+        name = f"{name}-{arguments.floor}"
+        options = {"floor": _floor(arguments, building) - 1}
+    target = _writable(arguments.output or Path(f"{name}.png"))
+    from reference import drawing
+
+    drawing.save(getattr(drawing, arguments.view)(building, **options), target)
+    print(target)
+
+
+def _floor(arguments: Namespace, building: Building) -> int:
+    """The floor asked for, as people count, if there is one to show alone."""
+    if arguments.view not in VIEWS_OF_ONE_FLOOR:
+        views = " or ".join(VIEWS_OF_ONE_FLOOR)
+        raise CommandError(f"--floor goes with --view {views}. Leave it out here.", 2)
+    if not 1 <= arguments.floor <= building.floors:
+        floors = _count(building.floors, "floors")
+        raise CommandError(
+            f"--floor {arguments.floor}: {building.title} has {floors}. "
+            f"Give a number from 1 to {building.floors}.",
+            2,
+        )
+    return arguments.floor
+
+
+def evacuate(arguments: Namespace) -> None:
+    """Evacuates a building and tells who got out; episode i uses seed + i."""
+    building = load(arguments.building)
+    if arguments.animate:
+        _animate(building, arguments)
+    seeds = range(arguments.seed, arguments.seed + arguments.episodes)
+    progress = tqdm(seeds, unit="episode", disable=None, leave=False)
+    runs = [_episode(building, arguments, seed) for seed in progress]
+    asked = ("building", "robots", "fire", "seed", "episodes")
+    facts = {name: getattr(arguments, name) for name in asked} | _means(runs)
+    if arguments.json:
+        print(json.dumps(facts | {"runs": runs}))
+    else:
+        _summarise(building, facts, runs)
+
+
+def _simulation(building: Building, arguments: Namespace, seed: int) -> Simulation:
+    scenario = Scenario(people=arguments.people)
+    try:
+        return Simulation(building, scenario, arguments.robots, arguments.fire, seed)
+    except ValueError as error:
+        raise CommandError(str(error)) from error
+
+
+def _animate(building: Building, arguments: Namespace) -> None:
+    """The first episode as a moving picture."""
+    target = _writable(arguments.animate)
+    simulation = _simulation(building, arguments, arguments.seed)
+    from reference import drawing
+
+    drawing.animate(simulation, target)
+    print(f"the animation is in {target}", file=sys.stderr)
+
+
+def _episode(building: Building, arguments: Namespace, seed: int) -> dict[str, Any]:
+    start = perf_counter()
+    outcome = asdict(_simulation(building, arguments, seed).run())
+    known = {name: None if isnan(value) else value for name, value in outcome.items()}
+    return {"seed": seed, **known, "wall_seconds": perf_counter() - start}
+
+
+def _means(runs: list[dict[str, Any]]) -> dict[str, Any]:
+    """The mean of every figure over the episodes that have one."""
+    values = {name: _known(runs, name) for name in runs[0] if name != "seed"}
+    return {name: mean(known) if known else None for name, known in values.items()}
+
+
+def _known(runs: list[dict[str, Any]], name: str) -> list[float]:
+    return [run[name] for run in runs if run[name] is not None]
+
+
+def _summarise(
+    building: Building, facts: dict[str, Any], runs: list[dict[str, Any]]
+) -> None:
+    first, last = runs[0]["seed"], runs[-1]["seed"]
+    seeds = f"seed {first}" if first == last else f"seeds {first} to {last}"
+    print(f"{building.title}: robots {facts['robots']}, fire {facts['fire']}, {seeds}")
+    if len(runs) > 1:
+        print(f"{'':18}{'mean':>10}{'lowest':>10}{'highest':>10}")
+    for name in list(runs[0])[1:]:
+        known = _known(runs, name)
+        spread = [min(known), max(known)] if known and len(runs) > 1 else []
+        print(f"{name.replace('_', ' '):18}{_figures([facts[name], *spread])}")
+
+
+def _figures(values: list[float | None]) -> str:
+    """Figures of one row, all with the same number of decimals."""
+    known = [value for value in values if value is not None]
+    whole = all(value == int(value) for value in known)
+    decimals = 0 if whole or max(known) >= 1000 else 1 if max(known) >= 10 else 2
+    cells = ("-" if value is None else f"{value:,.{decimals}f}" for value in values)
+    return "".join(f"{cell:>10}" for cell in cells)
+
+
+# -- bench --------------------------------------------------------------------------
+
+BENCH_RUNS = 5
+BENCH_CASES = {
+    "40": (40, 20.0),
+    "400": (400, 20.0),
+    "40_whole": (40, Scenario.time_limit),
+}
+"""People, and seconds at which the clock stops; everybody is inside in the first 20."""
+
+
+def bench(arguments: Namespace) -> None:
+    """Measures how many person-seconds one second computes, on one core."""
+    seeds = range(arguments.seed, arguments.seed + BENCH_RUNS)
+    loads = [_load_seconds(arguments.building) for _ in seeds]
+    building = load(arguments.building)
+    speeds, bare = {}, {}
+    for case, (people, seconds) in tqdm(BENCH_CASES.items(), disable=None, leave=False):
+        runs = [_crowd(building, people, seed) for seed in seeds]
+        bare[case] = median(_bare_speed(run, seconds) for run in runs)
+        speeds[case] = median(_speed(run, seconds) for run in runs)
+    facts = {
+        "building": arguments.building,
+        "seed": arguments.seed,
+        "person_seconds_per_second": speeds,
+        "bare_step": bare,
+        "load_seconds": median(loads),
+    }
+    print(json.dumps(facts) if arguments.json else _bench_table(building, facts))
+
+
+def _load_seconds(name: str) -> float:
+    """How long it takes until the first tick can begin."""
+    start = perf_counter()
+    Simulation(load(name))
+    return perf_counter() - start
+
+
+def _crowd(building: Building, people: int, seed: int) -> Simulation:
+    try:
+        return Simulation(building, Scenario(people=people), seed=seed)
+    except ValueError as error:
+        raise CommandError(str(error)) from error
+
+
+def _speed(simulation: Simulation, seconds: float) -> float:
+    """Person-seconds per second of a run up to a time, with everything on."""
+    start = perf_counter()
+    while not simulation.done and simulation.world.time < seconds:
+        simulation.step()
+    return simulation.person_seconds / (perf_counter() - start)
+
+
+def _bare_speed(simulation: Simulation, seconds: float) -> float:
+    """The same for bodies alone: everybody walks to where somebody else began."""
+    bodies, tick = simulation.world.bodies, simulation.tick
+    position, floor = bodies.position, bodies.floor
+    navigation = simulation.navigation
+
+    def free(spots: np.ndarray, who: np.ndarray) -> np.ndarray:
+        return navigation.walkable[navigation.places_at(floor[who], spots)]
+
+    aim = np.roll(position, 1, axis=0)
+    ticks = round(seconds / tick)
+    start = perf_counter()
+    for _ in range(ticks):
+        position = motion.step(position, floor, aim, bodies.pace, tick, free)
+    return len(bodies) * ticks * tick / (perf_counter() - start)
+
+
+def _bench_table(building: Building, facts: dict[str, Any]) -> str:
+    last = facts["seed"] + BENCH_RUNS - 1
+    lines = [
+        f"{building.title}, one core, median of seeds {facts['seed']} to {last}",
+        f"{'person-seconds per second':27}{'everything on':>15}{'bodies alone':>15}",
+    ]
+    for case, (people, seconds) in BENCH_CASES.items():
+        what = "whole" if case.endswith("whole") else f"first {seconds:.0f} s"
+        speed, bare = facts["person_seconds_per_second"][case], facts["bare_step"][case]
+        lines.append(f"{f'{people} people, {what}':27}{speed:15,.0f}{bare:15,.0f}")
+    lines.append(f"read, checked and prepared in {facts['load_seconds']:.2f} s")
+    return "\n".join(lines)
+
+
+# -- The command line ---------------------------------------------------------------
+
+
+class Command(NamedTuple):
+    """A command: what it does, the options it adds, one example."""
+
+    run: Callable[[Namespace], None]
+    options: Callable[[ArgumentParser], None]
+    example: str
+
+
+MAP = "a map, by path or by the name of one that ships"
+
+
+def _check_options(parser: ArgumentParser) -> None:
+    parser.add_argument("file", help=MAP)
+
+
+def _draw_options(parser: ArgumentParser) -> None:
+    _check_options(parser)
+    parser.add_argument("--view", choices=VIEWS, default="top", help="default: top")
+    parser.add_argument("--floor", type=int, help="one floor only, 1 is the lowest")
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=_ending(PICTURES),
+        help=f"{', '.join(PICTURES)}; default: NAME-VIEW.png in this folder",
+    )
+
+
+def _evacuate_options(parser: ArgumentParser) -> None:
+    add = parser.add_argument
+    add("--building", default="paper", help=f"{MAP}; default: paper")
+    add("--robots", choices=ROBOTS, default="sweep", help="default: sweep")
+    add("--fire", choices=FIRES, default="random", help="default: random")
+    add("--people", type=_from(1), default=PEOPLE, help=f"default: {PEOPLE}")
+    add("--episodes", type=_from(1), default=1, help="how many, default: 1")
+    add(
+        "--animate",
+        type=_ending(ANIMATIONS),
+        metavar="FILE",
+        help=f"write the first episode as {', '.join(ANIMATIONS)}",
+    )
+
+
+def _bench_options(parser: ArgumentParser) -> None:
+    parser.add_argument("--building", default="paper", help=f"{MAP}; default: paper")
+
+
+COMMANDS = {
+    "check": Command(check, _check_options, "check floors/paper.txt"),
+    "draw": Command(draw, _draw_options, "draw paper --view oblique -o paper.png"),
+    "evacuate": Command(
+        evacuate, _evacuate_options, "evacuate --robots patrol --episodes 20 --json"
+    ),
+    "bench": Command(bench, _bench_options, "bench --json"),
+}
+
+
+def _parser() -> ArgumentParser:
+    top = ArgumentParser(
+        prog="python -m reference",
+        description="One evacuation of the paper's building, the best robots against "
+        "the best fire;\na summary, and an animation in evacuation.gif.",
+        epilog="example:\n  python -m reference --seed 7",
+        formatter_class=Formatter,
+    )
+    _common_options(top, seed=0, json=False)
+    top.set_defaults(
+        run=evacuate,
+        building="paper",
+        robots="sweep",
+        fire="greedy",
+        people=PEOPLE,
+        episodes=1,
+        animate=Path("evacuation.gif"),
+    )
+    commands = top.add_subparsers(title="commands", metavar="COMMAND")
+    for name, command in COMMANDS.items():
+        text = command.run.__doc__ or ""
+        parser = commands.add_parser(
+            name,
+            help=text,
+            description=text,
+            epilog=f"example:\n  python -m reference {command.example}",
+            formatter_class=Formatter,
+        )
+        command.options(parser)
+        _common_options(parser, seed=SUPPRESS, json=SUPPRESS)
+        parser.set_defaults(run=command.run)
+    return top
+
+
+def _common_options(parser: ArgumentParser, seed: Any, json: Any) -> None:
+    parser.add_argument(
+        "--seed", type=_from(0), default=seed, help="same seed, same run; default: 0"
+    )
+    parser.add_argument(
+        "--json", action="store_true", default=json, help="print one JSON object"
+    )
+
+
+def _from(least: int) -> Callable[[str], int]:
+    """A whole number that is not below the least."""
+
+    def number(text: str) -> int:
+        if not text.isdecimal() or int(text) < least:
+            raise ArgumentTypeError(f"'{text}' is not a whole number from {least} on")
+        return int(text)
+
+    return number
+
+
+def _ending(suffixes: tuple[str, ...]) -> Callable[[str], Path]:
+    """A file whose name ends in one of the suffixes."""
+
+    def path(text: str) -> Path:
+        if Path(text).suffix.lower() not in suffixes:
+            raise ArgumentTypeError(f"'{text}' does not end in {', '.join(suffixes)}")
+        return Path(text)
+
+    return path
+
+
+def _writable(path: Path) -> Path:
+    """The path, once it is sure that a file can be written there."""
+    if path.is_dir():
+        raise CommandError(f"{path}: is a folder. Name a file in it.")
+    try:
+        tempfile.TemporaryFile(dir=path.parent).close()
+    except OSError as error:
+        raise CommandError(
+            f"{path}: cannot be written ({error.strerror}). "
+            "Name a file in a folder that exists and is yours."
+        ) from error
+    return path
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,231 @@
+"""The fire: flames by first passage, the generator of Eqs. 2-3, scripted strategies.
+
+Clauses: A6, B7, D2, D3, D4, D5, D6, D7.
+
+    p       place;  t  seconds
+    X, Y    what the fire agent decides, metres;  X', Y'  where the source appears
+"""
+
+from math import floor as floor_of
+from math import inf
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from reference.building import Building, Kind
+from reference.navigation import Navigation, prepared, shifted
+from reference.paper import BURN_LOSS, DOOR_DELAY_FACTOR, HEAT_LOSS, SPREAD_RATE
+from reference.world import Flames, Source, World
+
+Decision = tuple[int, float, float]
+"""What the fire agent decides: floor, X, Y [D2]."""
+
+
+def snapped(x: float) -> float:
+    """Centre of the grid cell nearest to a coordinate [D3, Eq. 2] [D5, Eq. 3].
+
+    Written as printed; with the floor of x its first branch is never taken [D4].
+    """
+    below = floor_of(x)
+    if abs(below - x + 0.5) > abs(below - x - 0.5):
+        return below - 0.5
+    return below + 0.5
+
+
+class Strategy(Protocol):
+    """Whoever decides where fires break out: a script or a learned policy."""
+
+    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
+        """Floor and metres of the next source, or None for none."""
+
+
+# -- Flames -------------------------------------------------------------------------
+
+
+class Spread:
+    """How flames spread in one run: first passage [D7, chosen].
+
+    Every border between two cells has a fixed, seeded delay; a cell burns from the
+    earliest time that a chain of delays from any source reaches it.
+    """
+
+    def __init__(self, building: Building, rng: np.random.Generator):
+        self.building = building
+        self.delays = _delays(building, rng)
+
+    def start(self) -> Flames:
+        """No fire yet."""
+        shape = self.building.kind.shape
+        never = np.full(shape, inf)
+        return Flames(never, np.zeros(shape, bool), np.zeros(shape), [])
+
+    def ignite(self, flames: Flames, source: Source) -> None:
+        """One more source: every cell burns from the earliest chain of delays."""
+        p = prepared(self.building).place(source.floor, source.x, source.y)
+        delay = dijkstra(self.delays, indices=p)
+        earliest = np.minimum(flames.arrival.ravel(), source.time + delay)
+        flames.arrival = earliest.reshape(flames.arrival.shape)
+        flames.sources.append(source)
+
+    def advance(self, flames: Flames, time: float) -> float:
+        """Let everything burn whose time has come; when the next cell will (s)."""
+        flames.burning = flames.arrival <= time
+        beside = np.zeros_like(flames.burning)
+        for step in ((0, 1), (1, 0), (0, -1), (-1, 0)):
+            beside |= shifted(flames.burning, *step)
+        flames.harm = HEAT_LOSS * (beside & self.building.walkable)
+        flames.harm[flames.burning] = BURN_LOSS
+        return float(flames.arrival[~flames.burning].min(initial=inf))
+
+
+def _delays(building: Building, rng: np.random.Generator) -> csr_matrix:
+    """(places, places) seconds for every border that flames can pass.
+
+    Flames enter neither walls nor stairwells nor their entrances [D7]; doors, and the
+    exits, take longer.
+    """
+    kind = building.kind
+    cols = kind.shape[2]
+    fuel = np.isin(kind, (Kind.FLOOR, Kind.DOOR, Kind.EXIT))
+    slow = np.isin(kind, (Kind.DOOR, Kind.EXIT)).ravel()
+    starts, ends = [], []
+    for d_row, d_col in ((0, 1), (1, 0)):
+        p = np.flatnonzero(fuel & shifted(fuel, d_row, d_col))
+        starts.append(p)
+        ends.append(p + d_row * cols + d_col)
+    one, other = np.concatenate(starts), np.concatenate(ends)
+    delay = rng.exponential(1 / SPREAD_RATE, len(one))
+    delay[slow[one] | slow[other]] *= DOOR_DELAY_FACTOR
+    where = (np.concatenate([one, other]), np.concatenate([other, one]))
+    shape = (kind.size, kind.size)
+    return csr_matrix((np.concatenate([delay, delay]), where), shape=shape)
+
+
+# -- The generator ------------------------------------------------------------------
+
+
+class Refused(NamedTuple):
+    """A position that is occupied: no fire, and a penalty in training [D6]."""
+
+    floor: int
+    x: float
+    y: float
+    reason: str
+
+
+class Generator:
+    """Turns decisions into sources: Eqs. 2-3 and rule D6 in both modes."""
+
+    def __init__(self, building: Building, sources: int, training: bool):
+        self.building, self.sources, self.training = building, sources, training
+        self.navigation: Navigation = prepared(building)
+
+    def generate(
+        self, world: World, decision: Decision, rng: np.random.Generator
+    ) -> Source | Refused:
+        """The source that follows from a decision, or why there is none [D6]."""
+        floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
+        if len(world.flames.sources) >= self.sources:
+            return Refused(floor, x, y, "no sources left")
+        occupied = self.occupied(world, floor, x, y)
+        if occupied and self.training:
+            return Refused(floor, x, y, occupied)
+        if occupied:
+            place = self.random_free(world, rng)
+            if place is None:
+                return Refused(floor, x, y, "no free place left")
+            floor, x, y = place
+        return Source(floor, x, y, world.time)
+
+    def occupied(self, world: World, floor: int, x: float, y: float) -> str:
+        """What occupies a position, in one word; empty when it is free [D6, chosen]."""
+        row, col = self.building.cell(x, y)
+        floors, rows, cols = self.building.kind.shape
+        if not (0 <= floor < floors and 0 <= row < rows and 0 <= col < cols):
+            return "outside"
+        kind = Kind(int(self.building.kind[floor, row, col]))
+        if kind is not Kind.FLOOR:
+            return kind.name.lower()
+        if world.flames.burning[floor, row, col]:
+            return "fire"
+        p = self.navigation.place(floor, x, y)
+        if any(robot.place == p for robot in world.robots):
+            return "robot"
+        return "human" if (world.bodies.place[world.bodies.walking] == p).any() else ""
+
+    def random_free(self, world: World, rng: np.random.Generator) -> Decision | None:
+        """Another random position without anything on it, on any floor."""
+        free = (self.building.kind == Kind.FLOOR) & ~world.flames.burning
+        free.ravel()[world.bodies.place[world.bodies.walking]] = False
+        free.ravel()[[robot.place for robot in world.robots]] = False
+        places = np.flatnonzero(free)
+        if not len(places):
+            return None
+        p = int(rng.choice(places))
+        x, y = self.navigation.centres[p]
+        return p // free[0].size, float(x), float(y)
+
+
+# -- Scripted strategies ------------------------------------------------------------
+
+
+class NoFire:
+    """Nothing ever burns."""
+
+    def decide(self, world: World, rng: np.random.Generator) -> None:
+        """Never."""
+
+
+class RandomFire:
+    """A random cell of a random floor's rooms."""
+
+    def decide(self, world: World, rng: np.random.Generator) -> Decision:
+        """Uniform over floors first, then over the floor's room cells."""
+        kind = world.building.kind
+        floor = int(rng.integers(len(kind)))
+        cells = np.argwhere(kind[floor] == Kind.FLOOR)
+        return (floor, *world.building.metres(*rng.choice(cells).tolist()))
+
+
+class GreedyFire:
+    """Attacks the ways people are using: the cell that most are about to cross."""
+
+    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
+        """The busiest free cell of all floors, a random one among equals."""
+        traffic = self._traffic(world)
+        traffic[~self._free(world)] = 0
+        if not traffic.any():
+            return RandomFire().decide(world, rng)
+        p = int(rng.choice(np.flatnonzero(traffic == traffic.max())))
+        nav = prepared(world.building)
+        x, y = nav.centres[p]
+        return p // (nav.rows * nav.cols), float(x), float(y)
+
+    @staticmethod
+    def _free(world: World) -> np.ndarray:
+        free = ((world.building.kind == Kind.FLOOR) & ~world.flames.burning).ravel()
+        free[world.bodies.place[world.bodies.walking]] = False
+        free[[robot.place for robot in world.robots]] = False
+        return free
+
+    @staticmethod
+    def _traffic(world: World) -> np.ndarray:
+        """(places,) how many people will cross each place on the way to their goals."""
+        nav, bodies = prepared(world.building), world.bodies
+        traffic = np.zeros(nav.places)
+        for i in np.flatnonzero(bodies.walking).tolist():
+            mark, p = int(bodies.landmark[i]), int(bodies.place[i])
+            goal = nav.places_at(bodies.floor[i : i + 1], bodies.target[i : i + 1])
+            chain = nav.walk(p, mark) if mark >= 0 else nav.straight(p, int(goal[0]))
+            np.add.at(traffic, list(set(chain)), 1)
+        return traffic
+
+
+STRATEGIES: dict[str, type[Strategy]] = {
+    "none": NoFire,
+    "random": RandomFire,
+    "greedy": GreedyFire,
+}
+"""Scripted fires by name, in order of harm."""

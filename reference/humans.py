@@ -1,0 +1,349 @@
+"""People: Algorithms 1 and 2, what they remember, and how the two modes switch.
+
+Clauses: B3, B4, B5, B6.  `Follower` and `Leader` are the paper's algorithms, read beside
+their printed lines; each call is one pass of the outermost loop, whose line 1 ("while not
+at exit") the simulation keeps.  Everything else here is what the algorithms leave open:
+"stuck", "suitable leader", "desired" and the memory, each defined once.
+
+    me       the Mind that thinks: "input parameters" and memory
+    observe  the View: what this human sees now
+    setoff   the Goal that comes out
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from reference.building import Kind
+from reference.navigation import Navigation
+from reference.paper import (
+    GOAL_HYSTERESIS,
+    LEADER_GRACE_SECONDS,
+    LEADER_PAUSE_SECONDS,
+    STUCK_SECONDS,
+    STUCK_WAIT_SECONDS,
+)
+from reference.perception import View
+from reference.world import (
+    NOBODY,
+    STAY,
+    Aim,
+    Goal,
+    Instruction,
+    Mind,
+    Mode,
+    World,
+)
+
+
+class Situation(NamedTuple):
+    """What minds share at one instant: the world they are in and how to walk in it."""
+
+    world: World
+    navigation: Navigation
+
+    def kind(self, landmark: int) -> Kind:
+        """Door, entrance or exit."""
+        return self.world.building.landmarks[landmark].kind
+
+
+# -- The algorithms -----------------------------------------------------------------
+
+
+class Follower:
+    """Algorithm 1: the human follower [B5, Alg. 1]."""
+
+    def setoff(self, me: Mind, observe: View, now: Situation) -> Goal:
+        """One pass of lines 2-12."""
+        if not stuck(me, now) and me.leader == NOBODY:  # 2
+            return switch_mode(me)  # 3, which ends the pass [B5, chosen]
+        if leader_in_sight(me, observe, now):  # 4
+            goal = towards_leader(me, now)  # 5
+            if is_robot(me.leader, now):  # 6
+                goal = act_on_instruction(me, observe, now, goal)  # 7
+            return goal
+        return disconnect(me, now)  # 10, 11
+
+
+class Leader:
+    """Algorithm 2: the human leader [B6, Alg. 2]."""
+
+    def setoff(self, me: Mind, observe: View, now: Situation) -> Goal:
+        """One pass of lines 2-22."""
+        if (found := exit_in_view(observe, now)) is not None:  # 2
+            return go_to(found)  # 3, which ends the pass [B6, chosen]
+        wanted = desired(me, observe, now)
+        if wanted is not None or observe.robots:  # 5
+            if (leader := suitable_leader(me, observe, now)) is not None:  # 6
+                return follow(me, leader, now)  # 7
+            if wanted is not None:  # 8
+                return go_to(wanted)  # 9
+        fresh = not_yet_visited(me, observe, now)  # 12
+        if fresh is None:  # 13
+            if (direction := unexplored(me, observe)) is not None:  # 14
+                return direction  # 15
+            return back_to_last_door(me, observe, now)  # 16, 17
+        return go_to(fresh)  # 19, 20
+
+
+ALGORITHMS = {Mode.FOLLOWER: Follower(), Mode.LEADER: Leader()}
+
+
+def think(me: Mind, observe: View, now: Situation) -> None:
+    """Let one human deliberate once, in the mode they are in."""
+    me.patches.add(observe.surroundings.sight.patches[observe.place])
+    if _still_crossing(me, observe, now):
+        return
+    me.goal = ALGORITHMS[me.mode].setoff(me, observe, now)
+
+
+def _still_crossing(me: Mind, observe: View, now: Situation) -> bool:
+    """On the way over a threshold one goes through with it before looking again."""
+    return (
+        me.goal.aim is Aim.THRESHOLD
+        and observe.place != me.goal.place
+        and me.goal.place not in observe.surroundings.burning
+        and not stuck(me, now)
+    )
+
+
+# -- The words that the algorithms leave open ---------------------------------------
+
+
+def stuck(me: Mind, now: Situation) -> bool:
+    """Moved less than STUCK_METRES in STUCK_SECONDS though meaning to move [B5, chosen]."""
+    since = now.world.bodies.anchor_time[me.person]
+    return bool(now.world.time - since > STUCK_SECONDS)
+
+
+def desired(me: Mind, observe: View, now: Situation) -> int | None:
+    """The stair or door in view that one wants to go to, or None [B6, chosen].
+
+    Intact, not passed lately, and no flame in sight on or beside the way. Above the
+    first floor stairs come before doors; on the first floor stairs lead nowhere.
+    """
+    ways = [m for m in observe.landmarks if _leads_on(m, me, now) and observe.safe(m)]
+    stairs = [m for m in ways if now.kind(m) is Kind.ENTRANCE]
+    return _kept_or_nearest(me, observe, now, stairs or ways)
+
+
+def not_yet_visited(me: Mind, observe: View, now: Situation) -> int | None:
+    """A door or stair in view not passed lately that can be reached at all [B6, chosen].
+
+    Wider than `desired`: the way may lead beside flames, though not through them.
+    """
+    ways = [
+        m for m in observe.landmarks if _leads_on(m, me, now) and observe.passable(m)
+    ]
+    return _kept_or_nearest(me, observe, now, ways)
+
+
+def _leads_on(mark: int, me: Mind, now: Situation) -> bool:
+    """Not passed lately; a door, or stairs that go down."""
+    if mark in me.doors:
+        return False
+    landmark = now.world.building.landmarks[mark]
+    return landmark.kind is Kind.DOOR or landmark.leads_out
+
+
+def _kept_or_nearest(
+    me: Mind, observe: View, now: Situation, ways: list[int]
+) -> int | None:
+    """The nearest, unless the goal is among them and less than GOAL_HYSTERESIS farther.
+
+    Whoever reconsiders a goal every moment dithers [B6, chosen].
+    """
+    if not ways:
+        return None
+    if me.goal.aim is Aim.LANDMARK and me.goal.index in ways[1:]:
+        d = now.navigation.distance[:, observe.place]
+        if d[me.goal.index] - d[ways[0]] < GOAL_HYSTERESIS:
+            return me.goal.index
+    return ways[0]
+
+
+def exit_in_view(observe: View, now: Situation) -> int | None:
+    """The nearest exit that a ray meets, flames or not, or None [B6, Alg. 2:2]."""
+    return _first(Kind.EXIT, observe, now)
+
+
+def _first(kind: Kind, observe: View, now: Situation) -> int | None:
+    return next((m for m in observe.landmarks if now.kind(m) is kind), None)
+
+
+def suitable_leader(me: Mind, observe: View, now: Situation) -> int | None:
+    """A body in view worth following, or None [B6, chosen].
+
+    A robot always is, since it guides; a human is who leads, heads for a door that I
+    have not passed lately and outranks me, so that nobody follows in circles.
+    """
+    if observe.robots:
+        return _nearest(me, observe.robots, now)
+    if now.world.time < me.pause_until:
+        return None
+    minds = now.world.minds
+    better = [j for j in observe.people if _outranks(minds[j], me)]
+    return max(better, key=lambda j: minds[j].rank, default=None)
+
+
+def _outranks(other: Mind, me: Mind) -> bool:
+    return (
+        other.mode is Mode.LEADER
+        and other.rank > me.rank
+        and other.goal.aim is Aim.LANDMARK
+        and other.goal.index not in me.doors
+    )
+
+
+def _nearest(me: Mind, robots: list[int], now: Situation) -> int:
+    if len(robots) == 1:
+        return robots[0]
+    here = now.world.bodies.position[me.person]
+    return min(robots, key=lambda j: float(np.hypot(*(_position(j, now) - here))))
+
+
+# -- What the algorithms do ---------------------------------------------------------
+
+
+def go_to(landmark: int) -> Goal:
+    """Set off to a door, stairwell entrance or exit."""
+    return Goal(Aim.LANDMARK, landmark)
+
+
+def switch_mode(me: Mind) -> Goal:
+    """Follower to leader or back [B4]; one looks again a moment later."""
+    me.mode = Mode.LEADER if me.mode is Mode.FOLLOWER else Mode.FOLLOWER
+    return STAY
+
+
+def follow(me: Mind, leader: int, now: Situation) -> Goal:
+    """Switch to follower of a body in view [B6, Alg. 2:7]."""
+    switch_mode(me)
+    me.leader = leader
+    _remember_leader(me, now)
+    return towards_leader(me, now)
+
+
+def disconnect(me: Mind, now: Situation) -> Goal:
+    """Let go of a leader out of sight and lead oneself [B5, Alg. 1:11].
+
+    A stuck follower waits STUCK_WAIT_SECONDS between the two [B5, chosen].
+    """
+    time = now.world.time
+    if me.leader != NOBODY:
+        me.leader, me.alone_since = NOBODY, time
+        me.pause_until = time + LEADER_PAUSE_SECONDS
+    if stuck(me, now) and time - me.alone_since < STUCK_WAIT_SECONDS:
+        return STAY
+    return switch_mode(me)
+
+
+def leader_in_sight(me: Mind, observe: View, now: Situation) -> bool:
+    """Is the leader in line of sight, or was it a moment ago? [B5, Alg. 1:4]
+
+    A leader is forgiven LEADER_GRACE_SECONDS out of sight [B5, chosen]: whoever turns a
+    corner or passes a door is not lost, one walks to where they were seen last.
+    """
+    if me.leader in observe.people or me.leader in observe.robots:
+        _remember_leader(me, now)
+        return True
+    if me.leader == NOBODY or observe.place == me.seen_place:
+        return False
+    return now.world.time - me.seen_at < LEADER_GRACE_SECONDS
+
+
+def towards_leader(me: Mind, now: Situation) -> Goal:
+    """Walk to where the leader was seen last [B5, Alg. 1:5]."""
+    return Goal(Aim.LEADER, me.leader, me.seen_place)
+
+
+def act_on_instruction(me: Mind, observe: View, now: Situation, goal: Goal) -> Goal:
+    """What a robot in sight says is done [B5, Alg. 1:7].
+
+    "Follow me" keeps the goal; "this stairwell" and "this exit" send people there as
+    soon as they see it themselves, since they do not know the map [B3].
+    """
+    robot = now.world.robots[me.leader - len(now.world.minds)]
+    if robot.instruction is Instruction.FOLLOW_ME:
+        return goal
+    exits = robot.instruction is Instruction.THIS_EXIT
+    seen = _first(Kind.EXIT if exits else Kind.ENTRANCE, observe, now)
+    return goal if seen is None else go_to(seen)
+
+
+def unexplored(me: Mind, observe: View) -> Goal | None:
+    """The unexplored direction that asks for the least turning, or None [B2].
+
+    A direction once taken is followed to its end.
+    """
+    if me.goal.aim is Aim.DIRECTION and me.goal.index not in me.patches:
+        if me.goal.place not in observe.surroundings.burning:
+            return me.goal
+        me.patches.add(me.goal.index)
+    ways = [way for way in observe.open if way.patch not in me.patches]
+    if not ways:
+        return None
+    x, y = me.facing
+    best = max(ways, key=lambda way: way.unit[0] * x + way.unit[1] * y)
+    return Goal(Aim.DIRECTION, best.patch, best.place)
+
+
+def back_to_last_door(me: Mind, observe: View, now: Situation) -> Goal:
+    """Back through the door passed last, then the one before [B6, Alg. 2:17].
+
+    Without a door left to go back to, everything is forgotten and tried again.
+    """
+    while me.trail and me.trail[-1] in observe.surroundings.burnt:
+        me.trail.pop()
+    if me.trail:
+        return go_to(me.trail[-1])
+    me.doors.clear()
+    me.patches.clear()
+    return STAY
+
+
+# -- Memory -------------------------------------------------------------------------
+
+
+def pass_landmark(me: Mind, landmark: int, beyond: int) -> None:
+    """Remember a door or entrance just entered, and go through with it [B6, chosen].
+
+    beyond: the place on its other side.
+    """
+    if me.trail and me.trail[-1] == landmark:
+        me.trail.pop()  # walked back through it: drop it
+    else:
+        me.trail.append(landmark)
+    if landmark in me.doors:
+        me.doors.remove(landmark)
+    me.doors.append(landmark)
+    if me.mode is Mode.LEADER:
+        me.goal = Goal(Aim.THRESHOLD, landmark, beyond)
+
+
+def arrive(me: Mind, landmark: int, beyond: int) -> None:
+    """Out of a stairwell: a new floor, so look again and remember only its entrance."""
+    me.mode, me.leader = Mode.LEADER, NOBODY
+    me.trail.clear()
+    me.doors.clear()
+    me.patches.clear()
+    pass_landmark(me, landmark, beyond)
+
+
+def is_robot(body: int, now: Situation) -> bool:
+    """Is this body a robot?"""
+    return body >= len(now.world.minds)
+
+
+def _remember_leader(me: Mind, now: Situation) -> None:
+    me.seen_at = now.world.time
+    if is_robot(me.leader, now):
+        me.seen_place = now.world.robots[me.leader - len(now.world.minds)].place
+    else:
+        me.seen_place = int(now.world.bodies.place[me.leader])
+
+
+def _position(body: int, now: Situation) -> np.ndarray:
+    if is_robot(body, now):
+        return now.world.robots[body - len(now.world.minds)].position
+    return now.world.bodies.position[body]

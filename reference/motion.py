@@ -1,0 +1,129 @@
+"""Bodies walk, all at once: straight at their aims, without overlap, never into a wall.
+
+Clauses: A7, F8.  Speed falls with the gap ahead, as in the collision-free speed model of
+Tordeux, Chraibi and Seyfried (2016); people keep to the right of who comes towards them.
+This module knows nothing of minds, sight or fire: it is the bare crowd.
+
+    n      bodies;  k  pairs of near ones, each counted both ways (i looks at j)
+    e_i    unit vector i means to walk along;  v_i  its speed, m/s
+    s      metres from the edge of i to the edge of j
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from reference.paper import BODY_RADIUS
+
+DIAMETER = 2 * BODY_RADIUS
+NEAR = 1.2  # [A7, chosen] metres: farther neighbours change nothing
+GAP_SECONDS = 0.4  # [A7, chosen] the time gap T: v = s / T
+PUSH, PUSH_RANGE = 1.5, 0.2  # [A7, chosen] how strongly and from how far others repel
+KEEP_RIGHT = 0.6  # [A7, chosen] sideways pull while somebody comes towards me
+Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""(k, 2) positions of (k,) bodies -> (k,) bool: may they stand there?"""
+
+FLOOR_APART = 1e4  # metres between two floors in the search for neighbours
+
+
+def step(
+    position: np.ndarray,
+    floor: np.ndarray,
+    aim: np.ndarray,
+    pace: np.ndarray,
+    seconds: float,
+    free: Free,
+) -> np.ndarray:
+    """Where n bodies are one tick later.
+
+    position, aim: (n, 2) metres; floor: (n,); pace: (n,) m/s; free: tells for (k, 2)
+    positions of given bodies whether they may stand there. Returns (n, 2) metres.
+    """
+    e, far = _directions(aim - position)
+    v = np.minimum(pace, far / seconds)
+    i, j = _pairs(position, floor)
+    if len(i):
+        e, v = _heed_neighbours(position, e, v, i, j)
+    wished = position + e * (v * seconds)[:, None]
+    moved = _not_into_walls(position, wished, free)
+    return _not_into_each_other(position, moved, i, j) if len(i) else moved
+
+
+def _directions(off: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 2) unit vectors and (n,) lengths; no direction where there is no way to go."""
+    far = np.sqrt(off[:, 0] ** 2 + off[:, 1] ** 2)
+    return off / np.maximum(far, 1e-9)[:, None], far
+
+
+def _pairs(position: np.ndarray, floor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) and (k,) near neighbours on the same floor, each pair both ways."""
+    if len(position) < 2:
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    where = position + (floor * FLOOR_APART)[:, None]
+    tree = cKDTree(where, balanced_tree=False, compact_nodes=False)
+    pairs = tree.query_pairs(NEAR, output_type="ndarray")
+    return np.concatenate([pairs[:, 0], pairs[:, 1]]), np.concatenate(
+        [pairs[:, 1], pairs[:, 0]]
+    )
+
+
+def _heed_neighbours(
+    position: np.ndarray, e: np.ndarray, v: np.ndarray, i: np.ndarray, j: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Directions turned away from neighbours, and speeds that keep the gap ahead."""
+    to_j, far = _directions(position[j] - position[i])
+    s = far - DIAMETER
+    push = PUSH * np.exp(-s / PUSH_RANGE)
+    oncoming = (np.einsum("kd,kd->k", e[i], e[j]) < -0.3) & (
+        np.einsum("kd,kd->k", e[i], to_j) > 0.5
+    )
+    turn_x = -push * to_j[:, 0] + KEEP_RIGHT * oncoming * e[i, 1]
+    turn_y = -push * to_j[:, 1] - KEEP_RIGHT * oncoming * e[i, 0]
+    n = len(e)
+    turned = e + np.stack(
+        [np.bincount(i, turn_x, n), np.bincount(i, turn_y, n)], axis=1
+    )
+    going = (e != 0).any(axis=1)
+    turned = _directions(turned)[0] * going[:, None]
+    ahead = np.einsum("kd,kd->k", turned[i], to_j)
+    aside = np.abs(turned[i, 0] * to_j[:, 1] - turned[i, 1] * to_j[:, 0]) * far
+    front = (ahead > 0) & (aside < DIAMETER)
+    v = v.copy()
+    np.minimum.at(v, i[front], np.maximum(s[front], 0) / GAP_SECONDS)
+    return turned, v
+
+
+def _not_into_walls(
+    position: np.ndarray, wished: np.ndarray, free: Free
+) -> np.ndarray:
+    """Slide along what is in the way: both coordinates, then one, then none."""
+    everybody = np.arange(len(position))
+    barred = everybody[~free(wished, everybody)]
+    if not len(barred):
+        return wished
+    moved = wished.copy()
+    for axis in (1, 0):
+        slid = wished[barred].copy()
+        slid[:, axis] = position[barred, axis]
+        fits = free(slid, barred)
+        moved[barred[fits]] = slid[fits]
+        barred = barred[~fits]
+    moved[barred] = position[barred]
+    return moved
+
+
+def _not_into_each_other(
+    position: np.ndarray, moved: np.ndarray, i: np.ndarray, j: np.ndarray
+) -> np.ndarray:
+    """Whoever would come to overlap another stays where they are."""
+    before = position[i] - position[j]
+    room = np.minimum(DIAMETER, np.sqrt((before**2).sum(axis=1))) - 1e-9
+    moved = moved.copy()
+    while True:
+        off = moved[i] - moved[j]
+        clash = off[:, 0] ** 2 + off[:, 1] ** 2 < room**2
+        if not clash.any():
+            return moved
+        who = i[clash]
+        moved[who] = position[who]

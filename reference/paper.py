@@ -1,0 +1,177 @@
+"""Every number of the paper's appendix, stated, derived or chosen, with its clause.
+
+Clauses: A1, A3, B2, B5-B8, C2, C5, C6, D6, D7, E1, E2, E4, E5, F1, F2, F4-F10.
+Stated numbers carry only their clause; chosen ones say why they are what they are.
+"""
+
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+# -- The building (Appendix A) ------------------------------------------------------
+
+FLOORS = 3  # [A1]
+BODY_SIZE = 40  # [A1] cells on each side of the main body seen from above
+
+STAIRS_SECONDS = 12.0
+"""[A3, chosen] seconds from one storey to the next: 16 m of flight at 1.35 m/s."""
+
+# -- People (Appendix B and F) ------------------------------------------------------
+
+PEOPLE = 40  # [B8]
+HEALTH = 100.0  # [B7] hp, at the start
+HEALTH_RATE = 0.01  # [B7] health lost per frame
+FRAMES_PER_SECOND = 50  # [F8, chosen] Unity's fixed step of 0.02 s reproduces Eq. 7
+FRAMES_PER_TICK = 10  # [F8, chosen] one tick of the simulation: 0.2 s, 0.1 health
+
+SIGHT_RANGE = 5.0
+"""[B2, chosen] metres a ray reaches in smoke: at 10 m people save themselves."""
+
+RAYS = 72
+"""[B1, chosen] rays around a human, every 5 degrees: at full range two neighbours are
+0.44 m apart, so that no door, one metre wide, slips between them."""
+
+WALKING_SPEED = 1.35  # [F8, chosen] metres per second, the mean over people
+WALKING_SPREAD = 0.1  # [F8, chosen] standard deviation of people's speeds, m/s
+BODY_RADIUS = 0.2  # [A7, chosen] metres: two people can pass each other in a door
+
+DOORS_REMEMBERED = 2
+"""[B6, chosen] doors a human remembers to have passed; the trial's most telling
+number beside the range of sight."""
+
+STUCK_METRES = 1.0  # [B5, chosen] stuck: moved less than this ...
+STUCK_SECONDS = 8.0  # [B5, chosen] ... in this long, though meaning to move
+RECKLESS_SECONDS = 4.0  # [B5, chosen] the stuck then ignore flames for this long
+STUCK_WAIT_SECONDS = 2.0  # [B5, chosen] a stuck follower waits before Alg. 1:11
+LEADER_GRACE_SECONDS = 3.0  # [B5, chosen] a leader out of sight is forgiven so long
+LEADER_PAUSE_SECONDS = 5.0  # [B5, chosen] after losing one, before taking the next
+RECONSIDER_TICKS = 3  # [B4, chosen] a mind thinks at least this often
+GOAL_HYSTERESIS = 3.0  # [B6, chosen] metres nearer before a goal is exchanged
+
+# -- Robots (Appendix C) ------------------------------------------------------------
+
+ROBOTS_PER_FLOOR = 2  # [C2, chosen] one for each stairwell: 6 robots in all
+ROBOT_SPEED = 1.5  # [C5, chosen] metres per second: a little faster than people
+NEAR_STAIRWELL = 6.0  # [C6, chosen] metres from its centre: "near" in Eq. 1
+DECISION_SECONDS = 5.0  # [C5, chosen] between two decisions of a robot
+
+# -- The fire (Appendix D) ----------------------------------------------------------
+
+FIRE_SOURCES = 8  # [C2, chosen] F = 14 - R
+FIRE_FIRST_DECISION = 2  # [D2, chosen] the first source appears at 10 s ...
+FIRE_EVERY_DECISIONS = 3  # [D2, chosen] ... the next ones 15 s apart
+FIRE_REFUSED_PENALTY = 10.0  # [D6, chosen] "a certain reward" deducted, health points
+SPREAD_RATE = 0.08  # [D7, chosen] ignitions per second and border between two cells
+DOOR_DELAY_FACTOR = 3.0  # [D7, chosen] a closed way burns more slowly than a carpet
+BURN_LOSS = 10.0  # [B7, chosen] health lost per second inside flames
+HEAT_LOSS = 2.0  # [B7, chosen] health lost per second beside flames
+
+# -- Rewards and evaluation (Appendix F) --------------------------------------------
+
+ALPHA = 1000.0  # [F1] scaling coefficient
+WORST_POINT = (-12000.0, 0.1)  # [F2] Critical Point 1: (R1, y1)
+BEST_POINT = (14000.0, 1000.0)  # [F2] Critical Point 2: (R2, y2)
+FIXED_PENALTY = 300.0  # [F5] 12000 / 40 humans
+FIXED_REWARD = 100.0  # [F8, chosen] the FixReward that reproduces R_b
+K = 0.009  # [F9] proportionality of the two parts of E
+BETA = 1649.7  # [F9] the baseline's e', at which E = 1
+
+# -- Learning (Tables I and II) -----------------------------------------------------
+
+TABLE_I = MappingProxyType(  # [E1, Tab. I] [E4] [E5] evacuation robot agent group
+    {
+        "trainer_type": "poca",
+        "batch_size": 1024,
+        "buffer_size": 20480,
+        "learning_rate": 0.0001,
+        "learning_rate_schedule": "linear",
+        "beta": 0.005,
+        "beta_schedule": "constant",
+        "epsilon": 0.2,
+        "epsilon_schedule": "linear",
+        "lambd": 0.95,
+        "num_epoch": 3,
+        "vis_encode_type": "simple",
+        "normalize": True,
+        "hidden_units": 256,
+        "num_layers": 3,
+        "gamma": 0.90,
+        "strength": 1.0,
+        "keep_checkpoints": 100,
+        "checkpoint_interval": 1000,
+        "max_steps": 10_000_000,
+        "time_horizon": 64,
+        "summary_freq": 1000,
+    }
+)
+TABLE_II: MappingProxyType[str, Any] = MappingProxyType(  # [E2, Tab. II] the fire
+    {
+        **TABLE_I,
+        "trainer_type": "ppo",
+        "buffer_size": 10240,
+        "learning_rate": 0.0003,
+        "normalize": False,
+        "gamma": 0.99,
+        "keep_checkpoints": 80,
+        "checkpoint_interval": 500,
+        "max_steps": 500_000,
+        "summary_freq": 500,
+    }
+)
+
+
+# -- One experiment -----------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """What is varied from one experiment to the next; the defaults are the paper's.
+
+    people            how many humans, spread evenly over the floors [B8]
+    people_per_floor  how many start on each floor, lowest first, instead of `people`
+    rooms             ids of rooms people start in ("1/hall"); empty: anywhere
+    robots_per_floor  robots on each floor [C2]
+    sources           at most so many fire sources [C2]
+    training          rule D6: an occupied place yields no fire (else another place)
+    time_limit        seconds; people inside then are neither saved nor dead. Health
+                      alone decides everybody by 200 s [F8, chosen]
+    sight_range       metres [B2];  doors_remembered  [B6]
+    """
+
+    people: int = PEOPLE
+    people_per_floor: tuple[int, ...] | None = None
+    rooms: tuple[str, ...] = field(default=())
+    robots_per_floor: int = ROBOTS_PER_FLOOR
+    sources: int = FIRE_SOURCES
+    training: bool = False
+    time_limit: float = 240.0
+    sight_range: float = SIGHT_RANGE
+    doors_remembered: int = DOORS_REMEMBERED
+    frames_per_tick: int = FRAMES_PER_TICK
+    decision_seconds: float = DECISION_SECONDS
+
+    def __post_init__(self) -> None:
+        counts = (self.people, self.robots_per_floor, self.sources)
+        if min(counts) < 0 or min(self.people_per_floor or (0,)) < 0:
+            raise ValueError("people, robots and sources are counted from 0 upwards")
+        if self.frames_per_tick < 1 or self.decision_seconds < self.tick:
+            raise ValueError("a tick is at least 1 frame, a decision at least 1 tick")
+        if self.time_limit <= 0 or self.sight_range < 1 or self.doors_remembered < 1:
+            raise ValueError("time limit > 0 s, sight >= 1 m, doors remembered >= 1")
+
+    @property
+    def tick(self) -> float:
+        """Seconds of one tick."""
+        return self.frames_per_tick / FRAMES_PER_SECOND
+
+    def start_counts(self, floors: int) -> tuple[int, ...]:
+        """How many people start on each of so many floors, lowest first."""
+        if self.people_per_floor is None:
+            share, rest = divmod(self.people, floors)
+            return tuple(share + (floor < rest) for floor in range(floors))
+        if len(self.people_per_floor) != floors:
+            raise ValueError(
+                f"people_per_floor names {len(self.people_per_floor)} floors, "
+                f"the building has {floors}"
+            )
+        return self.people_per_floor

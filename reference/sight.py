@@ -1,0 +1,147 @@
+"""What can be seen from where: rays with a limited range, cast once per building.
+
+Clauses: B1, B2.  Walls do not move, so a ray cast in the loop of the simulation is a
+look-up.  A ray returns the first thing it meets; doors, entrances and exits are things
+to meet [B1, chosen: in the paper's engine their triggers stop a ray], so nobody sees
+through a door but from its threshold.
+
+    p, q   places (see navigation)
+    k      number of a ray, counted counter-clockwise from east
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from reference.building import Building, Kind
+from reference.navigation import Navigation, Window, prepared, shifted
+from reference.paper import RAYS
+
+PATCH = 4
+"""[B6, chosen] metres: directions that end in the same patch of floor are one."""
+
+
+@dataclass(frozen=True)
+class Hit:
+    """What one ray returned: a label, how far away (m), and which landmark or body."""
+
+    kind: str
+    distance: float
+    index: int = -1
+
+
+class Direction(NamedTuple):
+    """An unexplored direction: a ray that returned nothing [B2].
+
+    patch   of floor it leads to;  place  its last one;  unit  vector along it
+    """
+
+    patch: int
+    place: int
+    unit: tuple[float, float]
+
+
+class Sight:
+    """All that can be seen in one building at one range.
+
+    sees       Window: does p see q? (centre to centre)
+    hits       (RAYS, places) the place a ray stops at, -1 where it returns nothing
+    landmarks  per place, landmark indices that its rays meet, nearest first
+    open       per place, the directions whose rays return nothing, one per patch
+    patches    per place, the patch of floor it lies in
+    """
+
+    def __init__(self, building: Building, reach: float):
+        self.building, self.reach = building, reach
+        self.navigation: Navigation = prepared(building)
+        clear = np.isin(building.kind, (Kind.FLOOR, Kind.STAIRS))
+        self.sees = Window(clear, building.walkable, reach, strict=False)
+        self.hits = np.full((RAYS, building.kind.size), -1, dtype=np.int32)
+        self._ends = np.full((RAYS, building.kind.size), -1, dtype=np.int32)
+        for k in range(RAYS):
+            self._cast(k, clear)
+        self.landmarks = self._landmarks_met()
+        self.open = self._open_directions()
+        self.patches: list[int] = self._patch(np.arange(building.kind.size)).tolist()
+        self._lines: dict[tuple[int, int], frozenset[int]] = {}
+
+    def _cast(self, k: int, clear: np.ndarray) -> None:
+        """One ray from the centre of every place at once."""
+        known = self.building.kind != Kind.OUTSIDE
+        everywhere = np.arange(clear.size)
+        flying = self.building.walkable.copy()
+        for d_row, d_col in _cells_along(2 * np.pi * k / RAYS, self.reach):
+            there = everywhere + d_row * clear.shape[2] + d_col
+            stopped = flying & ~shifted(clear, d_row, d_col)
+            met = (stopped & shifted(known, d_row, d_col)).ravel()
+            self.hits[k, met] = there[met]
+            flying &= ~stopped
+            self._ends[k, flying.ravel()] = there[flying.ravel()]
+        self._ends[k, ~flying.ravel()] = -1
+
+    def _landmarks_met(self) -> list[tuple[int, ...]]:
+        marks = self.building.landmark.ravel()
+        met = np.zeros((marks.size, len(self.building.landmarks) + 1), dtype=bool)
+        k, p = np.nonzero(self.hits >= 0)
+        met[p, marks[self.hits[k, p]]] = True  # column -1 collects the walls
+        d = self.navigation.distance
+        return [
+            tuple(seen[np.argsort(d[seen, p], kind="stable")].tolist())
+            if (seen := np.flatnonzero(row)).size
+            else ()
+            for p, row in enumerate(met[:, :-1])
+        ]
+
+    def _open_directions(self) -> list[tuple[Direction, ...]]:
+        k, p = np.nonzero(self._ends >= 0)
+        end = self._ends[k, p]
+        off = self.navigation.centres[end] - self.navigation.centres[p]
+        unit = off / np.linalg.norm(off, axis=1, keepdims=True)
+        found: list[dict[int, Direction]] = [{} for _ in range(self._ends.shape[1])]
+        ways = zip(self._patch(end).tolist(), end.tolist(), unit.tolist(), strict=True)
+        for here, (patch, there, along) in zip(p.tolist(), ways, strict=True):
+            found[here].setdefault(patch, Direction(patch, there, tuple(along)))
+        return [tuple(directions.values()) for directions in found]
+
+    def _patch(self, p: np.ndarray) -> np.ndarray:
+        """The patch of floor each place lies in."""
+        nav = self.navigation
+        row, col = p // nav.cols, p % nav.cols  # rows of all floors, one below another
+        floor, row = row // nav.rows, row % nav.rows
+        across = nav.cols // PATCH + 1
+        return (floor * (nav.rows // PATCH + 1) + row // PATCH) * across + col // PATCH
+
+    def line(self, p: int, landmark: int) -> frozenset[int]:
+        """The places one walks over on the way from p to a landmark in view."""
+        key = (p, landmark)
+        if key not in self._lines:
+            self._lines[key] = frozenset((p, *self.navigation.walk(p, landmark)))
+        return self._lines[key]
+
+    def cast(self, p: int, k: int) -> Hit | None:
+        """What the k-th ray from the middle of place p returns of the building."""
+        q = int(self.hits[k, p])
+        if q < 0:
+            return None
+        off = self.navigation.centres[q] - self.navigation.centres[p]
+        kind = Kind(int(self.building.kind.ravel()[q]))
+        mark = int(self.building.landmark.ravel()[q])
+        return Hit(kind.name.lower(), float(np.hypot(*off)), mark)
+
+
+def _cells_along(angle: float, reach: float) -> list[tuple[int, int]]:
+    """Offsets (row, col) of the cells a ray enters, in order, its own left out."""
+    east, south = np.cos(angle), -np.sin(angle)
+    steps = np.arange(0.05, reach, 0.05)
+    rows = np.floor(0.5 + steps * south + 1e-9).astype(int)
+    cols = np.floor(0.5 + steps * east + 1e-9).astype(int)
+    cells = list(dict.fromkeys(zip(rows.tolist(), cols.tolist(), strict=True)))
+    return [cell for cell in cells if cell != (0, 0)]
+
+
+@lru_cache(maxsize=8)
+def prepared_sight(building: Building, reach: float) -> Sight:
+    """The sight tables of a building at one range, computed once."""
+    return Sight(building, reach)

@@ -1,0 +1,522 @@
+"""One run of an evacuation, tick by tick: SENSE, DECIDE, MOVE, BURN, SETTLE.
+
+Clauses: A4, A5, A6, B4, B7, B8, C7, C8, D6.  The only writer of the world.
+
+    n   people;  p  place;  t  seconds
+"""
+
+from collections import deque
+from copy import copy, deepcopy
+from dataclasses import dataclass, replace
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+
+from reference import fire as fire_module
+from reference import motion
+from reference import robots as robots_module
+from reference.building import Building, Kind, Stairwell
+from reference.humans import Situation, arrive, pass_landmark, think
+from reference.navigation import Navigation, prepared
+from reference.paper import (
+    BODY_RADIUS,
+    FIRE_EVERY_DECISIONS,
+    FIRE_FIRST_DECISION,
+    HEALTH,
+    HEALTH_RATE,
+    RECKLESS_SECONDS,
+    RECONSIDER_TICKS,
+    STAIRS_SECONDS,
+    STUCK_METRES,
+    STUCK_SECONDS,
+    WALKING_SPEED,
+    WALKING_SPREAD,
+    Scenario,
+)
+from reference.perception import Surroundings, View, look
+from reference.rewards import (
+    Died,
+    DoorBurnt,
+    Evacuated,
+    Event,
+    FireLit,
+    FireRefused,
+    LeftFloor,
+    group_reward,
+)
+from reference.sight import Sight, prepared_sight
+from reference.world import (
+    NOBODY,
+    NOWHERE,
+    Aim,
+    Bodies,
+    Fate,
+    Mind,
+    Mode,
+    Robot,
+    Source,
+    World,
+)
+
+PURPOSES = ("people", "flames", "fire", "robots")
+"""What randomness is for: two runs may differ in one and share the rest."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a run ended; health is the mean of those who got out (nan for nobody)."""
+
+    people: int
+    evacuated: int
+    died: int
+    inside: int
+    mean_health: float
+    reward: float
+    simulated_seconds: float
+    person_seconds: float
+
+
+class Simulation:
+    """People, robots and a fire in one building, from one seed.
+
+    world   what exists now;  events  all that has happened
+    tick    seconds of one step
+    """
+
+    def __init__(
+        self,
+        building: Building,
+        scenario: Scenario | None = None,
+        robots: str | robots_module.Strategy = "sweep",
+        fire: str | fire_module.Strategy = "random",
+        seed: int = 0,
+    ):
+        """Strategies by name or as objects; same seed and inputs, same run.
+
+        Raises ValueError for an unknown name and for more people than fit.
+        """
+        self.building, self.scenario = building, scenario or Scenario()
+        self.tick = self.scenario.tick
+        self.navigation: Navigation = prepared(building)
+        self.sight: Sight = prepared_sight(building, self.scenario.sight_range)
+        seeds = np.random.SeedSequence(seed).spawn(len(PURPOSES))
+        self.rng = dict(zip(PURPOSES, map(np.random.default_rng, seeds), strict=True))
+        self.robot_strategy = _named(robots_module.STRATEGIES, robots, "robot strategy")
+        self.fire_strategy = _named(fire_module.STRATEGIES, fire, "fire strategy")
+        self._marks = building.landmark.ravel()
+        self._areas = building.area.ravel()
+        self._cols = building.kind.shape[2]
+        self._floor_size = building.kind[0].size
+        if robots == "none":
+            self.scenario = replace(self.scenario, robots_per_floor=0)
+        self.algorithm = robots_module.RobotAlgorithm(building)
+        self.spread = fire_module.Spread(building, self.rng["flames"])
+        self.generator = fire_module.Generator(
+            building, self.scenario.sources, self.scenario.training
+        )
+        self.world = self._beginning()
+        self.events: list[Event] = []
+        self.ticks = 0
+        self.person_seconds = 0.0
+        self._next_ignition = inf
+        self._surroundings = Surroundings.of(self.world, self.sight)
+        self._due = np.ones(len(self.world.bodies), dtype=bool)
+
+    # -- The tick -------------------------------------------------------------------
+
+    @property
+    def done(self) -> bool:
+        """Nobody is inside any more, or time is up."""
+        late = self.world.time >= self.scenario.time_limit - 1e-9
+        return late or not self.world.bodies.inside.any()
+
+    def step(self) -> list[Event]:
+        """One tick; what happened in it."""
+        already = len(self.events)
+        # SENSE
+        who = np.flatnonzero(self._due & self.world.bodies.walking)
+        views = look(self.world, self._surroundings, who) if len(who) else []
+        # DECIDE
+        self._people_decide(who.tolist(), views)
+        destinations = self._strategies_decide()
+        # MOVE
+        self._robots_move(destinations)
+        touched = self._people_move()
+        # BURN
+        self._burn()
+        # SETTLE
+        self._settle(touched)
+        return self.events[already:]
+
+    def run(self) -> Outcome:
+        """Tick until it is done."""
+        while not self.done:
+            self.step()
+        return self.outcome()
+
+    def outcome(self) -> Outcome:
+        """How things stand."""
+        bodies = self.world.bodies
+        out = bodies.fate == Fate.EVACUATED
+        return Outcome(
+            people=len(bodies),
+            evacuated=int(out.sum()),
+            died=int((bodies.fate == Fate.DEAD).sum()),
+            inside=int(bodies.inside.sum()),
+            mean_health=float(bodies.health[out].mean()) if out.any() else nan,
+            reward=group_reward(self.events),
+            simulated_seconds=self.world.time,
+            person_seconds=self.person_seconds,
+        )
+
+    def copy(self) -> "Simulation":
+        """A simulation that runs on like this one, and leaves this one alone."""
+        other = copy(self)
+        other.world = self.world.copy()
+        other.events = self.events.copy()
+        other._due = self._due.copy()
+        other.rng, other.robot_strategy, other.fire_strategy = deepcopy(
+            (self.rng, self.robot_strategy, self.fire_strategy)
+        )
+        return other
+
+    # -- SENSE and DECIDE -----------------------------------------------------------
+
+    def _people_decide(self, who: list[int], views: list[View]) -> None:
+        """Everybody whose turn it is thinks; the body learns where to walk."""
+        now = Situation(self.world, self.navigation)
+        bodies, minds = self.world.bodies, self.world.minds
+        for i, view in zip(who, views, strict=True):
+            me = minds[i]
+            think(me, view, now)
+            bodies.mode[i], bodies.leader[i] = me.mode, me.leader
+            if me.goal.aim is Aim.LANDMARK:
+                bodies.landmark[i] = me.goal.index
+            else:
+                bodies.landmark[i] = NOWHERE
+                going = me.goal.place != NOWHERE
+                bodies.target[i] = (
+                    self.navigation.centres[me.goal.place]
+                    if going
+                    else bodies.position[i]
+                )
+
+    def _strategies_decide(self) -> list[robots_module.Destination | None]:
+        """Once in DECISION_SECONDS the robots' strategy, at every k-th the fire's too."""
+        nothing: list[robots_module.Destination | None] = [None] * len(self.world.robots)
+        round_, between = divmod(
+            self.ticks, round(self.scenario.decision_seconds / self.tick)
+        )
+        if between:
+            return nothing
+        late = round_ - FIRE_FIRST_DECISION
+        if late >= 0 and late % FIRE_EVERY_DECISIONS == 0:
+            self._fire_decides()
+        active = [robot for robot in self.world.robots if robot.active]
+        if not active:
+            return nothing
+        decisions = self.robot_strategy.decide(self.world, active, self.rng["robots"])
+        for robot, decision in zip(active, decisions, strict=True):
+            nothing[robot.body - len(self.world.bodies)] = decision
+        return nothing
+
+    def _fire_decides(self) -> None:
+        """The fire agent's turn, as long as it has sources left [D6]."""
+        flames, rng = self.world.flames, self.rng["fire"]
+        if len(flames.sources) >= self.scenario.sources:
+            return
+        decision = self.fire_strategy.decide(self.world, rng)
+        if decision is None:
+            return
+        result = self.generator.generate(self.world, decision, rng)
+        if isinstance(result, Source):
+            self.spread.ignite(flames, result)
+            self._next_ignition = self.world.time
+            self._tell(FireLit, result.floor, result.x, result.y)
+        else:
+            self._tell(FireRefused, *result)
+
+    # -- MOVE -----------------------------------------------------------------------
+
+    def _robots_move(
+        self, destinations: list[robots_module.Destination | None]
+    ) -> None:
+        for robot, decision in zip(self.world.robots, destinations, strict=True):
+            self.algorithm.act(robot, self.world, decision, self.tick)
+
+    def _people_move(self) -> list[tuple[int, int]]:
+        """Everybody walks; who has just touched a landmark, and from which place [A5]."""
+        bodies, nav = self.world.bodies, self.navigation
+        who = np.flatnonzero(bodies.walking)
+        if not len(who):
+            return []
+        before = bodies.place[who]
+        aim = bodies.target[who]
+        by_field = np.flatnonzero(bodies.landmark[who] >= 0)
+        marks = bodies.landmark[who[by_field]]
+        aim[by_field] = nav.centres[nav.aim[marks, before[by_field]]]
+        position, floor = bodies.position[who], bodies.floor[who]
+        moved = motion.step(
+            position, floor, aim, bodies.pace[who], self.tick, self._free(who, before)
+        )
+        bodies.position[who] = moved
+        place = nav.places_at(floor, moved)
+        bodies.place[who] = place
+        self._notice_stuck(who, aim)
+        mark = self._marks[place]
+        touched = np.flatnonzero((mark >= 0) & (mark != self._marks[before]))
+        return list(zip(who[touched].tolist(), before[touched].tolist(), strict=True))
+
+    def _free(self, who: np.ndarray, before: np.ndarray) -> motion.Free:
+        """May a body stand there? Not in walls, and the careful not in flames."""
+        nav, bodies = self.navigation, self.world.bodies
+        burning = self.world.flames.burning.ravel()
+        fearless = burning[before] | (bodies.reckless[who] > self.world.time)
+        floor = bodies.floor[who]
+
+        def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
+            place = nav.places_at(floor[which], position)
+            return nav.walkable[place] & (~burning[place] | fearless[which])
+
+        return free
+
+    def _notice_stuck(self, who: np.ndarray, aim: np.ndarray) -> None:
+        """Who has not got ahead ignores flames for a while, then tries anew [B5]."""
+        bodies, time = self.world.bodies, self.world.time
+        position = bodies.position[who]
+        moved = np.abs(position - bodies.anchor[who]).max(axis=1) > STUCK_METRES
+        arrived = np.abs(aim - position).max(axis=1) < STUCK_METRES
+        waited = time - bodies.anchor_time[who]
+        ahead = who[moved | arrived | (waited > STUCK_SECONDS + RECKLESS_SECONDS)]
+        bodies.anchor[ahead] = bodies.position[ahead]
+        bodies.anchor_time[ahead] = time
+        halted = who[(waited > STUCK_SECONDS) & (bodies.reckless[who] < time)]
+        bodies.reckless[halted] = time + RECKLESS_SECONDS
+
+    # -- BURN -----------------------------------------------------------------------
+
+    def _burn(self) -> None:
+        """Flames spread, doors burn, health falls [A6] [B7] [D7]."""
+        self.ticks += 1
+        world, bodies = self.world, self.world.bodies
+        world.time = self.ticks * self.tick
+        self.person_seconds += self.tick * int(bodies.inside.sum())
+        if world.time >= self._next_ignition:
+            self._next_ignition = self.spread.advance(world.flames, world.time)
+            self._burn_doors()
+            self._surroundings = Surroundings.of(world, self.sight)
+        bodies.health -= HEALTH_RATE * self.scenario.frames_per_tick * bodies.inside
+        if world.flames.sources:
+            walking = np.flatnonzero(bodies.walking)
+            harm = world.flames.harm.ravel()[bodies.place[walking]]
+            bodies.health[walking] -= harm * self.tick
+
+    def _burn_doors(self) -> None:
+        alight = self._marks[self.world.flames.burning.ravel()]
+        for mark in np.unique(alight[alight >= 0]).tolist():
+            door = self.building.landmarks[mark].kind is Kind.DOOR
+            if door and not self.world.burnt[mark]:
+                self.world.burnt[mark] = True
+                self._tell(DoorBurnt, mark)
+
+    # -- SETTLE ---------------------------------------------------------------------
+
+    def _settle(self, touched: list[tuple[int, int]]) -> None:
+        """Deaths, triggers, stairs; and whose turn it is to think next."""
+        bodies = self.world.bodies
+        for i in np.flatnonzero((bodies.health <= 0) & bodies.inside).tolist():
+            bodies.health[i] = 0.0
+            self._leave(i, Fate.DEAD)
+            self._tell(Died, i, int(bodies.floor[i]))
+        turn = np.arange(len(bodies)) % RECONSIDER_TICKS
+        self._due = turn == self.ticks % RECONSIDER_TICKS
+        for i, before in touched:
+            if bodies.fate[i] == Fate.INSIDE:
+                self._touch(i, before, int(self._marks[bodies.place[i]]))
+        with np.errstate(invalid="ignore"):
+            landing = np.flatnonzero(bodies.stairs_until <= self.world.time)
+        for i in landing.tolist():
+            self._land(i)
+
+    def _touch(self, i: int, before: int, mark: int) -> None:
+        """A body has come upon a door, entrance or exit: the trigger fires [A5]."""
+        bodies = self.world.bodies
+        landmark = self.building.landmarks[mark]
+        if landmark.leads_out:
+            self._tell(LeftFloor, i, landmark.floor, float(bodies.health[i]))
+        if landmark.kind is Kind.EXIT:  # deregistered from the environment [A4]
+            self._leave(i, Fate.EVACUATED)
+            self._tell(
+                Evacuated, i, landmark.floor, float(bodies.health[i]), mark
+            )
+        elif landmark.leads_out:
+            self._go_down(i, mark)
+        elif not self.world.burnt[mark]:
+            beyond = self._beyond(before, int(bodies.place[i]))
+            pass_landmark(self.world.minds[i], mark, beyond)
+            self._due[i] = True
+
+    def _beyond(self, before: int, door: int) -> int:
+        """The place on the other side of a door cell entered from `before`."""
+        straight = 2 * door - before
+        if self.navigation.walkable[straight] and self._areas[straight] >= 0:
+            return straight
+        sides = [p for p in self._beside(door) if self._areas[p] not in (-1, self._areas[before])]
+        return sides[0] if sides else door
+
+    def _leave(self, i: int, fate: Fate) -> None:
+        """Out of the simulation, for good or for ill."""
+        bodies = self.world.bodies
+        bodies.fate[i], bodies.leader[i], bodies.landmark[i] = fate, NOBODY, NOWHERE
+        bodies.shaft[i], bodies.stairs_until[i] = NOWHERE, nan
+
+    def _go_down(self, i: int, entrance: int) -> None:
+        """Onto the stairs: seen by nobody, in nobody's way [A3]."""
+        bodies, nav = self.world.bodies, self.navigation
+        wells = enumerate(self.building.stairwells)
+        floor = int(bodies.floor[i])
+        shaft = next(k for k, w in wells if entrance in w.entrances.get(floor, ()))
+        cells = self.building.stairwells[shaft].cells
+        bodies.shaft[i], bodies.leader[i], bodies.landmark[i] = shaft, NOBODY, NOWHERE
+        bodies.stairs_until[i] = self.world.time + STAIRS_SECONDS
+        bodies.place[i] = nav.places_of(floor, cells)[i % len(cells)]
+        bodies.position[i] = nav.centres[bodies.place[i]]
+
+    def _land(self, i: int) -> None:
+        """A storey further down: past the landing, or out at the lowest one."""
+        bodies = self.world.bodies
+        shaft = self.building.stairwells[bodies.shaft[i]]
+        lowest = min(shaft.areas)
+        if bodies.floor[i] > lowest:
+            bodies.floor[i] -= 1
+            bodies.place[i] -= self._floor_size
+            if bodies.floor[i] > lowest:
+                health = float(bodies.health[i])
+                self._tell(LeftFloor, i, int(bodies.floor[i]), health)
+                bodies.stairs_until[i] += STAIRS_SECONDS
+                return
+        self._emerge(i, shaft, lowest)
+
+    def _emerge(self, i: int, shaft: Stairwell, floor: int) -> None:
+        """Into a free cell of the entrance, if there is one; else wait on the stairs."""
+        bodies, nav = self.world.bodies, self.navigation
+        others = bodies.position[bodies.walking & (bodies.floor == floor)]
+        for mark in shaft.entrances[floor]:
+            for p in nav.places_of(floor, self.building.landmarks[mark].cells).tolist():
+                spot = nav.centres[p]
+                if (np.hypot(*(others - spot).T) < motion.DIAMETER).any():
+                    continue
+                bodies.position[i], bodies.anchor[i], bodies.place[i] = spot, spot, p
+                bodies.anchor_time[i] = self.world.time
+                bodies.shaft[i], bodies.stairs_until[i] = NOWHERE, nan
+                inside = shaft.areas[floor]
+                before = next(q for q in self._beside(p) if self._areas[q] == inside)
+                arrive(self.world.minds[i], mark, self._beyond(before, p))
+                self._due[i] = True
+                return
+
+    def _beside(self, p: int) -> tuple[int, ...]:
+        return p + 1, p - 1, p + self._cols, p - self._cols
+
+    def _tell(self, event: type[Event], *facts: object) -> None:
+        self.events.append(event(self.world.time, *facts))
+
+    # -- The beginning --------------------------------------------------------------
+
+    def _beginning(self) -> World:
+        bodies = self._people()
+        return World(
+            building=self.building,
+            time=0.0,
+            bodies=bodies,
+            minds=self._minds(len(bodies)),
+            robots=self._robots(len(bodies)),
+            flames=self.spread.start(),
+            burnt=np.zeros(len(self.building.landmarks), dtype=bool),
+        )
+
+    def _people(self) -> Bodies:
+        """Everybody stands in a room cell of their own [B8]."""
+        rng, nav = self.rng["people"], self.navigation
+        place = self._starting_places(rng)
+        n = len(place)
+        jitter = rng.uniform(-1, 1, (n, 2)) * (0.5 - BODY_RADIUS)
+        position = nav.centres[place] + jitter
+        pace = rng.normal(WALKING_SPEED, WALKING_SPREAD, n)
+        return Bodies(
+            position=position,
+            floor=place // self._floor_size,
+            place=place,
+            pace=np.clip(pace, 0.7 * WALKING_SPEED, 1.3 * WALKING_SPEED),
+            health=np.full(n, HEALTH),
+            fate=np.full(n, Fate.INSIDE, dtype=np.int8),
+            mode=np.full(n, Mode.FOLLOWER, dtype=np.int8),
+            landmark=np.full(n, NOWHERE),
+            target=position.copy(),
+            leader=np.full(n, NOBODY),
+            shaft=np.full(n, NOWHERE),
+            stairs_until=np.full(n, nan),
+            anchor=position.copy(),
+            anchor_time=np.zeros(n),
+            reckless=np.full(n, -inf),
+        )
+
+    def _starting_places(self, rng: np.random.Generator) -> np.ndarray:
+        """(n,) distinct places, floor by floor or in the scenario's rooms."""
+        building, scenario = self.building, self.scenario
+        rooms = building.kind.ravel() == Kind.FLOOR
+        if scenario.rooms:
+            areas = {a.id: a.index for a in building.areas if a.kind == "room"}
+            unknown = [room for room in scenario.rooms if room not in areas]
+            if unknown:
+                raise ValueError(f"no room {unknown[0]!r} in {building.title}")
+            wanted = [areas[room] for room in scenario.rooms]
+            free = [np.flatnonzero(np.isin(self._areas, wanted))]
+            counts: tuple[int, ...] = (scenario.people,)
+        else:
+            size = self._floor_size
+            floors = range(building.floors)
+            free = [np.flatnonzero(rooms[f * size :][:size]) + f * size for f in floors]
+            counts = scenario.start_counts(building.floors)
+        for places, count in zip(free, counts, strict=True):
+            if count > len(places):
+                raise ValueError(
+                    f"{count} people do not fit where {len(places)} cells are free"
+                )
+        pairs = zip(free, counts, strict=True)
+        return np.concatenate([rng.choice(p, k, replace=False) for p, k in pairs])
+
+    def _minds(self, n: int) -> list[Mind]:
+        """Followers without a leader at first: Alg. 1:3 makes them leaders at once."""
+        ranks = self.rng["people"].random(n).tolist()
+        doors = self.scenario.doors_remembered
+        return [
+            Mind(i, rank, deque(maxlen=doors), Mode.FOLLOWER)
+            for i, rank in enumerate(ranks)
+        ]
+
+    def _robots(self, n: int) -> list[Robot]:
+        """A team on each floor, one robot for each stairwell in turn [C2]."""
+        nav, found = self.navigation, []
+        for floor in range(self.building.floors):
+            for team in range(self.scenario.robots_per_floor):
+                p = nav.nearest_free(floor, *self._post(floor, team))
+                found.append(Robot(n + len(found), floor, team, nav.centres[p], p))
+        return found
+
+    def _post(self, floor: int, team: int) -> tuple[float, float]:
+        """Where a robot waits for the evacuation to begin (metres)."""
+        wells = [s.centre for s in self.building.stairwells if floor in s.areas]
+        posts = wells or [room.centre for room in self.building.rooms(floor)]
+        return posts[team % len(posts)]
+
+
+def _named(strategies: dict, wanted: object, what: str) -> Any:  # type: ignore[type-arg]
+    """A strategy by name, or the object itself."""
+    if not isinstance(wanted, str):
+        return wanted
+    if wanted not in strategies:
+        names = ", ".join(strategies)
+        raise ValueError(f"unknown {what} {wanted!r}; there are {names}")
+    return strategies[wanted]()

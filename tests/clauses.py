@@ -1,0 +1,97 @@
+"""The clauses of the paper's appendix, A1 to F12, as this project reads them.
+
+Each id stands with the kind of statement it is and a title of one line:
+
+stated    the appendix says it
+derived   it follows from what the appendix says
+erratum   what is printed cannot be meant; we implement what is meant
+chosen    the appendix is silent; we chose, and say why where the code does it
+
+Code cites them in one grammar, `[D3, Eq. 2]`, and tests by `@pytest.mark.paper("D3")`;
+`citations` and `marks` find both without importing anything.
+"""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+CLAUSES = {
+    "A1": ("stated", "three floors, each 40 x 40 units of 1 m"),
+    "A2": ("stated", "rooms joined by doors, fewer rooms further up"),
+    "A3": ("stated", "two stairwells outside the main body, with entrances"),
+    "A4": ("stated", "who passes an exit leaves the environment"),
+    "A5": ("stated", "doors, entrances, exits are triggers without volume"),
+    "A6": ("stated", "flames destroy the regular door they touch"),
+    "A7": ("stated", "a navigation mesh over all walkable areas"),
+    "A8": ("stated", "six figures of the building"),
+    "B1": ("stated", "a human sees by casting rays"),
+    "B2": ("stated", "rays are short; nothing hit means unexplored"),
+    "B3": ("derived", "no human knows the map"),
+    "B4": ("stated", "two modes that switch, leader and follower"),
+    "B5": ("erratum", "Algorithm 1, the follower"),
+    "B6": ("stated", "Algorithm 2, the leader"),
+    "B7": ("derived", "health falls by 0.01 a frame, from 100"),
+    "B8": ("stated", "forty humans"),
+    "C1": ("stated", "a robot observes 167 numbers"),
+    "C2": ("derived", "167 numbers mean 14 robots and fire sources"),
+    "C3": ("stated", "a grid of 40 x 40 cells seen as an image"),
+    "C4": ("stated", "agents of one floor observe the same"),
+    "C5": ("stated", "a robot's action is a destination, two floats"),
+    "C6": ("stated", "Eq. 1, destinations near a stairwell"),
+    "C7": ("stated", "Algorithm 3, whoever decides: model or algorithm"),
+    "C8": ("derived", "robots finish when all people above are gone"),
+    "D1": ("stated", "the fire is the adversary and sees everything"),
+    "D2": ("stated", "the fire's action is a floor and a place"),
+    "D3": ("stated", "a source appears at the nearest cell's centre"),
+    "D4": ("derived", "Eq. 2 is right for every real number"),
+    "D5": ("erratum", "Eq. 3 is Eq. 2 with Y for X"),
+    "D6": ("stated", "occupied places yield no fire, or another place"),
+    "D7": ("chosen", "flames spread by first passage"),
+    "E1": ("stated", "robots learn by MA-POCA, Table I"),
+    "E2": ("stated", "the fire learns by PPO, Table II"),
+    "E3": ("stated", "the semantics are those of ML-Agents 0.29.0"),
+    "E4": ("stated", "normalised inputs, three hidden layers of 256"),
+    "E5": ("stated", "group rewards, discounted by 0.90 and 0.99"),
+    "E6": ("derived", "both learn at once, each at its own rate"),
+    "F1": ("stated", "Eq. 4, rewards on an exponential scale"),
+    "F2": ("derived", "b and c follow from two critical points"),
+    "F3": ("derived", "slopes of Eq. 4"),
+    "F4": ("stated", "Eqs. 5 and 6, the worst case"),
+    "F5": ("derived", "the penalty for a death is 300"),
+    "F6": ("stated", "Eq. 7, the best case"),
+    "F7": ("erratum", "Eq. 7's denominator is a product"),
+    "F8": ("chosen", "reward 100 per rescue, 50 frames a second"),
+    "F9": ("derived", "Eq. 8, the score E with k and beta"),
+    "F10": ("derived", "difficulty h runs from 0 to about 4000"),
+    "F11": ("chosen", "the difficulty function itself"),
+    "F12": ("stated", "the score is calibrated for each building"),
+}
+
+CITATION = re.compile(r"\[([A-F]\d{1,2}\b[^\[\]]*)\]")
+CLAUSE = re.compile(r"[A-F]\d{1,2}")
+
+
+def citations() -> Iterator[tuple[str, Path, int]]:
+    """Clause, file and line of every citation such as `[D3, Eq. 2]` in reference/."""
+    for path in sorted((ROOT / "reference").rglob("*.py")):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        for number, line in enumerate(lines, start=1):
+            for cited in CITATION.findall(line):
+                for part in re.split(r"[,;:] *", cited):
+                    if CLAUSE.fullmatch(part):
+                        yield part, path, number
+
+
+def marks() -> Iterator[tuple[str, Path, int]]:
+    """Clause, file and line of every `pytest.mark.paper("D3")` in tests/."""
+    for path in sorted((ROOT / "tests").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and _is_mark(node.func) and node.args:
+                yield ast.literal_eval(node.args[0]), path, node.lineno
+
+
+def _is_mark(function: ast.expr) -> bool:
+    return ast.unparse(function) in ("pytest.mark.paper", "mark.paper")

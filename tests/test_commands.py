@@ -1,0 +1,231 @@
+"""The commands: what they print, where, and with which exit status they end."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from clauses import ROOT
+
+from reference.__main__ import COMMANDS, main
+
+SHED = """\
+building: Shed
+size: 9 x 5
+
+floor 1:
+#########
+#...#...#
+#...+...E
+#...#...#
+#########
+"""
+
+PROMISED = """building robots fire seed episodes people evacuated died inside
+mean_health reward simulated_seconds person_seconds wall_seconds runs"""
+
+
+@pytest.fixture(autouse=True)
+def in_an_empty_folder(tmp_path, monkeypatch):
+    """What a command writes lands in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def shed(tmp_path):
+    """The path of a small map: two rooms, a door, an exit."""
+    path = tmp_path / "shed.txt"
+    path.write_text(SHED)
+    return str(path)
+
+
+def refusal(capsys, *command):
+    """Exit status and message of a command that refuses; nothing is on stdout."""
+    try:
+        status = main(command)
+    except SystemExit as end:
+        status = end.code
+    out, err = capsys.readouterr()
+    assert out == ""
+    return status, err
+
+
+# -- check --------------------------------------------------------------------------
+
+
+def test_check_counts_what_is_in_a_map_that_is_fine(shed, capsys):
+    """One line, which begins with ok."""
+    assert main(["check", shed]) == 0
+    line = "ok: Shed, 1 floor, rooms 2, 1 door, 1 exit, 0 stairwells\n"
+    assert capsys.readouterr() == (line, "")
+
+
+def test_check_counts_for_programs_too(capsys):
+    """A map that ships goes by its bare name."""
+    assert main(["check", "paper", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["floors"] == 3
+    assert facts["rooms"] == sorted(facts["rooms"], reverse=True)
+
+
+def test_refuses_a_map_with_a_mistake_and_shows_the_place(tmp_path, capsys):
+    """The page of mistakes goes to stderr, exit status 1."""
+    (tmp_path / "bad.txt").write_text(SHED.replace("#...+...E", "#...|...E"))
+    status, message = refusal(capsys, "check", "bad.txt")
+    assert status == 1
+    assert message.startswith("bad.txt:7:5: ")
+
+
+def test_refuses_a_map_that_is_not_there():
+    """As a real process: one message, no traceback."""
+    command = [sys.executable, "-m", "reference", "check", "nowhere.txt"]
+    surroundings = os.environ | {"PYTHONPATH": str(ROOT)}
+    done = subprocess.run(command, env=surroundings, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (1, "")
+    assert "nowhere.txt" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+# -- draw ---------------------------------------------------------------------------
+
+
+@pytest.mark.paper("A8")
+@pytest.mark.parametrize("view", ["top", "oblique", "walkable", "closeup", "graph"])
+def test_draw_writes_a_picture_and_says_where(shed, view, tmp_path, capsys):
+    """Each view by its name; the file is named after map and view."""
+    assert main(["draw", shed, "--view", view]) == 0
+    assert capsys.readouterr().out == f"shed-{view}.png\n"
+    assert (tmp_path / f"shed-{view}.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_draw_shows_one_floor_alone(tmp_path, capsys):
+    """Floors are counted from 1, as people do."""
+    assert main(["draw", "tiny", "--floor", "2", "-o", "second.svg"]) == 0
+    assert capsys.readouterr().out == "second.svg\n"
+    assert (tmp_path / "second.svg").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "status", "hint"),
+    [
+        (["-o", "missing/shed.png"], 1, "Name a file in a folder that exists"),
+        (["-o", "shed.bmp"], 2, "does not end in .png, .svg, .pdf"),
+        (["--floor", "2"], 2, "Give a number from 1 to 1."),
+        (["--floor", "1", "--view", "oblique"], 2, "--floor goes with"),
+        (["--view", "inside"], 2, "invalid choice: 'inside'"),
+    ],
+)
+def test_refuses_to_draw_what_cannot_be_drawn(shed, options, status, hint, capsys):
+    """Before any work, with a hint, and no file is left."""
+    assert refusal(capsys, "draw", shed, *options)[0] == status
+    assert hint in refusal(capsys, "draw", shed, *options)[1]
+
+
+# -- evacuate -----------------------------------------------------------------------
+
+
+def evacuated(capsys, *options):
+    """The JSON object of a small evacuation."""
+    building = ["--building", "tiny", "--people", "6"]
+    assert main(["evacuate", *building, "--json", *options]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def test_evacuate_prints_one_object_with_all_that_was_asked(capsys):
+    """The contract for programs that read it."""
+    facts = evacuated(capsys, "--seed", "3")
+    assert list(facts) == PROMISED.split()
+    assert facts["building"] == "tiny"
+    assert facts["people"] == facts["evacuated"] + facts["died"] + facts["inside"] == 6
+
+
+def test_evacuate_gives_means_over_episodes_that_each_have_their_own_seed(capsys):
+    """Episode i uses seed + i, and equals the same evacuation run alone."""
+    facts = evacuated(capsys, "--seed", "5", "--episodes", "3")
+    alone = evacuated(capsys, "--seed", "7")
+    assert [run["seed"] for run in facts["runs"]] == [5, 6, 7]
+    assert facts["reward"] == pytest.approx(sum(r["reward"] for r in facts["runs"]) / 3)
+    assert facts["runs"][2]["reward"] == alone["reward"]
+
+
+def test_evacuate_prints_a_table_for_people(capsys):
+    """One figure a row; with several episodes also the lowest and the highest."""
+    assert main(["evacuate", "--building", "tiny", "--episodes", "2"]) == 0
+    title, heads, *rows = capsys.readouterr().out.splitlines()
+    assert title.endswith("robots sweep, fire random, seeds 0 to 1")
+    assert heads.split() == ["mean", "lowest", "highest"]
+    assert rows[0].split() == ["people", "40", "40", "40"]
+
+
+def test_evacuate_animates_the_first_episode(tmp_path, capsys):
+    """The animation is beside the numbers, and a note on stderr says where."""
+    evacuated(capsys, "--animate", "run.gif")
+    assert (tmp_path / "run.gif").read_bytes().startswith(b"GIF89a")
+
+
+@pytest.mark.parametrize(
+    ("options", "status", "hint"),
+    [
+        (["--building", "nowhere"], 1, "nowhere"),
+        (["--people", "100000"], 1, "fit"),
+        (["--animate", "missing/run.gif"], 1, "Name a file in a folder that exists"),
+        (["--animate", "run.avi"], 2, "does not end in .gif, .html, .mp4"),
+        (["--people", "0"], 2, "'0' is not a whole number from 1 on"),
+        (["--episodes", "many"], 2, "'many' is not a whole number from 1 on"),
+        (["--robots", "sweeep"], 2, "invalid choice: 'sweeep'"),
+        (["--fire", "hot"], 2, "invalid choice: 'hot'"),
+        (["--seed", "-1"], 2, "--seed"),
+    ],
+)
+def test_refuses_an_evacuation_that_cannot_be(options, status, hint, capsys, tmp_path):
+    """One message with a hint, the right exit status, and nothing is written."""
+    assert refusal(capsys, "evacuate", *options)[0] == status
+    assert hint in refusal(capsys, "evacuate", *options)[1]
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_main_job_is_an_evacuation_of_the_best_against_the_best(monkeypatch):
+    """`python -m reference` alone: sweep, greedy fire, evacuation.gif."""
+    asked = []
+    monkeypatch.setattr("reference.__main__.evacuate", asked.append)
+    assert main([]) == 0
+    words = vars(asked[0])
+    assert (words["building"], words["people"], words["episodes"]) == ("paper", 40, 1)
+    assert (words["robots"], words["fire"]) == ("sweep", "greedy")
+    assert str(words["animate"]) == "evacuation.gif"
+
+
+def test_control_c_ends_with_one_line_and_leaves_nothing_half_written(tmp_path):
+    """Interrupted in the middle of its animation."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "reference"],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while not list(tmp_path.iterdir()) and process.poll() is None:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    out, err = process.communicate(timeout=60)
+    assert (process.returncode, out) == (130, "")
+    assert err.splitlines()[-1] == "stopped; nothing half-written is left"
+    assert "Traceback" not in err
+    assert list(tmp_path.iterdir()) == []
+
+
+# -- All of them --------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", [[], *([name] for name in COMMANDS)])
+def test_every_command_explains_itself_with_an_example(command, capsys):
+    """`--help` tells what it does and shows one line to type."""
+    with pytest.raises(SystemExit, match="0"):
+        main([*command, "--help"])
+    text = capsys.readouterr().out
+    assert f"example:\n  python -m reference {' '.join(command)}" in text
+    assert "--seed" in text
+    assert "--json" in text

@@ -1,0 +1,212 @@
+"""The house itself: who imports whom, what is installed, what the README promises."""
+
+import ast
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from clauses import CLAUSES, ROOT, citations, marks
+
+from reference import READING_ORDER, __version__
+from reference.__main__ import COMMANDS, main
+
+PACKAGE = ROOT / "reference"
+MODULES = {
+    ".".join(path.relative_to(PACKAGE).with_suffix("").parts).removesuffix(
+        ".__init__"
+    ): path
+    for path in sorted(PACKAGE.rglob("*.py"))
+    if path != PACKAGE / "__init__.py"
+}
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+CONSTRAINTS = (ROOT / "constraints.txt").read_text(encoding="utf-8")
+
+
+# -- Who imports whom ---------------------------------------------------------------
+
+
+def imported(path: Path) -> Iterator[str]:
+    """Full dotted names of all that a file imports, at its top or inside functions."""
+    package = ["reference", *path.relative_to(PACKAGE).parent.parts]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            above = package[: len(package) + 1 - node.level] if node.level else []
+            source = ".".join([*above, *filter(None, [node.module])])
+            yield from (f"{source}.{alias.name}" for alias in node.names)
+
+
+def importers(library: str) -> set[str]:
+    """The entries of the reading order that import a library."""
+    return {
+        in_reading_order(module)
+        for module, path in MODULES.items()
+        if any(name.split(".")[0] == library for name in imported(path))
+    }
+
+
+def in_reading_order(name: str) -> str:
+    """The entry of the reading order that a module, or a name in it, belongs to."""
+    parts = name.removeprefix("reference.").split(".")
+    prefixes = [".".join(parts[:count]) for count in range(len(parts), 0, -1)]
+    return next((prefix for prefix in prefixes if prefix in READING_ORDER), name)
+
+
+@pytest.mark.parametrize("module", MODULES)
+def test_a_module_imports_only_modules_that_stand_before_it(module):
+    """Whoever reads front to back never meets a name that comes later."""
+    home = in_reading_order(module)
+    for name in imported(MODULES[module]):
+        if name.startswith("reference.") and (other := in_reading_order(name)) != home:
+            assert READING_ORDER.index(other) < READING_ORDER.index(home), name
+
+
+def test_every_module_of_the_reading_order_exists():
+    """The order is a table of contents, not a plan."""
+    assert set(READING_ORDER) == {in_reading_order(module) for module in MODULES}
+
+
+def test_matplotlib_is_imported_by_drawing_alone():
+    """Whoever does not draw does not wait for it."""
+    assert importers("matplotlib") == {"drawing"}
+
+
+def test_networkx_is_imported_only_where_there_is_a_graph():
+    """Reachability of a plan and the graph of a building; distances are scipy's."""
+    assert importers("networkx") == {"floorplan", "building"}
+
+
+def test_torch_is_imported_by_nothing_that_does_not_learn():
+    """Not even behind the back, through something else."""
+    code = "import sys, reference.simulation, reference.__main__; print(*sys.modules)"
+    loaded = subprocess.check_output([sys.executable, "-c", code], text=True).split()
+    assert "reference.simulation" in loaded
+    assert not {"torch", "matplotlib"} & set(loaded)
+
+
+def test_nothing_is_imported_that_is_not_declared():
+    """What pip installs for us is enough: no library by accident."""
+    declared = {
+        re.match(r"\w+", name)[0] for name in PROJECT["project"]["dependencies"]
+    }
+    declared |= {"PIL"}  # matplotlib's own
+    names = {name.split(".")[0] for path in MODULES.values() for name in imported(path)}
+    assert names - set(sys.stdlib_module_names) - {"reference"} <= declared
+
+
+# -- Code, clauses and tests --------------------------------------------------------
+
+
+def test_every_clause_cited_in_the_code_is_marked_in_a_test():
+    """Nothing of the paper is claimed that no test holds."""
+    marked = {clause for clause, _, _ in marks()}
+    cited = {clause: f"{path.name}:{line}" for clause, path, line in citations()}
+    assert {c: place for c, place in cited.items() if c not in marked} == {}
+
+
+def test_every_citation_and_every_mark_names_a_real_clause():
+    """A slip such as C9 or B12 is found here."""
+    named = [*citations(), *marks()]
+    assert named
+    assert [found for found in named if found[0] not in CLAUSES] == []
+
+
+def test_every_test_says_in_a_sentence_what_it_shows():
+    """The tests are read as the specification."""
+    for path in sorted((ROOT / "tests").glob("test_*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
+                sentence = ast.get_docstring(node) or ""
+                assert sentence.endswith("."), f"{path.name}:{node.lineno}"
+
+
+# -- What is installed --------------------------------------------------------------
+
+
+def test_the_version_is_the_same_wherever_it_stands():
+    """In the package, in pyproject.toml and in CITATION.cff."""
+    citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+    assert PROJECT["project"]["version"] == __version__
+    assert f"\nversion: {__version__}\n" in citation
+
+
+def test_every_dependency_has_a_version_among_the_constraints():
+    """The figures of the README can be made again with the same versions."""
+    project = PROJECT["project"]
+    needed = sum(project["optional-dependencies"].values(), project["dependencies"])
+    for requirement in needed:
+        name = re.match(r"[\w-]+", requirement)[0]
+        assert re.search(rf"^{name}==\d", CONSTRAINTS, re.MULTILINE), name
+
+
+def test_an_installed_wheel_finds_its_floors(tmp_path):
+    """Laid out as pyproject.toml says, far from any checkout, it checks `paper`."""
+    wheel = PROJECT["tool"]["hatch"]["build"]["targets"]["wheel"]
+    for folder in wheel["only-include"]:
+        shutil.copytree(ROOT / folder, tmp_path / wheel["sources"].get(folder, folder))
+    command = [sys.executable, "-m", "reference", "check", "paper"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert done.stdout.startswith("ok: "), done.stderr
+
+
+# -- What the README promises -------------------------------------------------------
+
+
+def blocks(language: str) -> list[str]:
+    """The fenced blocks of the README in one language."""
+    return re.findall(rf"^```{language}\n(.*?)^```$", README, re.DOTALL | re.MULTILINE)
+
+
+def table(header: str) -> list[str]:
+    """What stands as code in the first column of the table with this header."""
+    rows = README.split(f"| {header} |", 1)[1].split("\n\n", 1)[0]
+    return re.findall(r"^\| `([^`]+)`", rows, re.MULTILINE)
+
+
+def test_the_readme_begins_with_two_commands_that_do_it_all():
+    """Set up with the pinned versions, then test; `.ci/run` calls these very lines."""
+    set_up, test = blocks("sh")[0].splitlines()
+    assert set_up.endswith("pip install -c constraints.txt -e '.[test]'")
+    assert test == ".venv/bin/python -m pytest"
+
+
+def test_the_readme_lists_the_modules_in_reading_order():
+    """So that the book's table of contents is the book's."""
+    assert tuple(table("module")) == READING_ORDER
+
+
+def test_the_readme_lists_every_command_there_is():
+    """And none that is not there."""
+    listed = {" ".join(line.split()[3:4]) for line in table("command")}
+    assert listed == {"", *COMMANDS}
+
+
+def test_the_map_in_the_readme_is_a_map(tmp_path):
+    """Whoever copies it from there and runs `check` is told that it is fine."""
+    path = tmp_path / "tiny.txt"
+    path.write_text(next(text for text in blocks("") if "building:" in text))
+    assert main(["check", str(path)]) == 0
+
+
+def test_the_readme_names_no_file_that_is_missing():
+    """Its links and the paths it mentions lead somewhere."""
+    named = re.findall(
+        r"\]\((?!http)([^)#]+)\)|`((?:[\w.]+/)+[\w.]*|\w+\.(?:md|cff|txt))`", README
+    )
+    made = {"out/"}
+    for name in {link or path for link, path in named} - made:
+        assert (ROOT / name).exists(), name
+
+
+def test_the_readme_lists_every_tutorial():
+    """In their order."""
+    scripts = sorted((ROOT / "tutorials").glob("[0-9][0-9]_*.py"))
+    numbers = re.findall(r"^(\d+)\. ", README.split("## Tutorials")[1], re.MULTILINE)
+    assert [int(script.name[:2]) for script in scripts] == [int(n) for n in numbers]

@@ -1,0 +1,37 @@
+"""The tutorials run, and print what stands beneath their prints as `#> ` lines."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from clauses import ROOT
+
+TUTORIALS = sorted((ROOT / "tutorials").glob("[0-9][0-9]_*.py"))
+
+
+def promised(tutorial: Path) -> list[str]:
+    """The lines that a tutorial says it prints."""
+    lines = map(str.strip, tutorial.read_text(encoding="utf-8").splitlines())
+    return [line[2:].removeprefix(" ") for line in lines if line.startswith("#>")]
+
+
+def printed(tutorial: Path, folder: Path) -> list[str]:
+    """The lines that it does print; its pictures go to `out/` in the folder."""
+    surroundings = os.environ | {"MPLBACKEND": "Agg", "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, "-W", "error", tutorial],
+        cwd=folder,
+        env=surroundings,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stderr
+    return [line.rstrip() for line in done.stdout.splitlines()]
+
+
+@pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda path: path.stem)
+def test_a_tutorial_prints_what_it_says_it_prints(tutorial, tmp_path):
+    """A student who runs it sees the lines that stand in it, in their order."""
+    assert printed(tutorial, tmp_path) == promised(tutorial) != []
