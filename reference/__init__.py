@@ -16,6 +16,8 @@ READING_ORDER = (
     "humans",  # Algorithms 1 and 2
     "robots",  # Algorithm 3, Eq. 1, hand-written strategies
     "motion",  # bodies move without overlap
+    "stairs",  # down, past landings, out
+    "beginning",  # who stands where before the first tick
     "rewards",  # events -> rewards
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE
     "drawing",  # figures and animations

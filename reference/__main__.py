@@ -9,7 +9,7 @@ import sys
 import tempfile
 from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace
 from argparse import RawDescriptionHelpFormatter as Formatter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from math import isnan
 from pathlib import Path
@@ -26,12 +26,10 @@ from reference.floorplan import FloorPlanError, find
 from reference.paper import PEOPLE, Scenario
 from reference.simulation import Simulation
 
-ROBOTS = ("none", *robots.STRATEGIES)
+ROBOTS = tuple(robots.STRATEGIES)
 FIRES = tuple(fire.STRATEGIES)
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
 VIEWS_OF_ONE_FLOOR = ("top", "graph")
-PICTURES = (".png", ".svg", ".pdf")
-ANIMATIONS = (".gif", ".html", ".mp4")
 
 
 class CommandError(Exception):
@@ -148,7 +146,10 @@ def _animate(building: Building, arguments: Namespace) -> None:
     simulation = _simulation(building, arguments, arguments.seed)
     from reference import drawing
 
-    drawing.animate(simulation, target)
+    try:
+        drawing.animate(simulation, target)
+    except ValueError as error:
+        raise CommandError(str(error)) from error
     print(f"the animation is in {target}", file=sys.stderr)
 
 
@@ -301,8 +302,9 @@ def _draw_options(parser: ArgumentParser) -> None:
     parser.add_argument(
         "-o",
         "--output",
-        type=_ending(PICTURES),
-        help=f"{', '.join(PICTURES)}; default: NAME-VIEW.png in this folder",
+        type=_picture,
+        metavar="FILE",
+        help=".png, .svg or .pdf; default: NAME-VIEW.png in this folder",
     )
 
 
@@ -315,9 +317,9 @@ def _evacuate_options(parser: ArgumentParser) -> None:
     add("--episodes", type=_from(1), default=1, help="how many, default: 1")
     add(
         "--animate",
-        type=_ending(ANIMATIONS),
+        type=_animation,
         metavar="FILE",
-        help=f"write the first episode as {', '.join(ANIMATIONS)}",
+        help="film the first episode as .gif, .html or .mp4",
     )
 
 
@@ -389,15 +391,27 @@ def _from(least: int) -> Callable[[str], int]:
     return number
 
 
-def _ending(suffixes: tuple[str, ...]) -> Callable[[str], Path]:
-    """A file whose name ends in one of the suffixes."""
+def _picture(name: str) -> Path:
+    """A file name that ends as pictures do."""
+    from reference.drawing.page import PICTURES
 
-    def path(text: str) -> Path:
-        if Path(text).suffix.lower() not in suffixes:
-            raise ArgumentTypeError(f"'{text}' does not end in {', '.join(suffixes)}")
-        return Path(text)
+    return _with_suffix(name, PICTURES, "a picture")
 
-    return path
+
+def _animation(name: str) -> Path:
+    """A file name that ends as animations do."""
+    from reference.drawing.film import FORMATS
+
+    return _with_suffix(name, FORMATS, "an animation")
+
+
+def _with_suffix(name: str, known: Iterable[str], what: str) -> Path:
+    from reference.drawing.page import with_suffix
+
+    try:
+        return with_suffix(name, known, what)
+    except ValueError as error:
+        raise ArgumentTypeError(str(error)) from error
 
 
 def _writable(path: Path) -> Path:

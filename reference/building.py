@@ -12,7 +12,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, pairwise
 from math import dist
 
 import networkx as nx
@@ -128,6 +128,21 @@ class Building:
         """(floors, rows, cols) bool: where a body may stand [A7]."""
         return self.kind >= Kind.FLOOR
 
+    @cached_property
+    def exits(self) -> frozenset[int]:
+        """Indices of the exits among the landmarks."""
+        return frozenset(m.index for m in self.landmarks if m.kind is Kind.EXIT)
+
+    @cached_property
+    def entrances(self) -> frozenset[int]:
+        """Indices of the stairwell entrances among the landmarks."""
+        return frozenset(m.index for m in self.landmarks if m.kind is Kind.ENTRANCE)
+
+    @cached_property
+    def dead_ends(self) -> frozenset[int]:
+        """Indices of the entrances whose stairs do not go down."""
+        return frozenset(m for m in self.entrances if not self.landmarks[m].leads_out)
+
     def metres(self, row: float, col: float) -> tuple[float, float]:
         """Centre of a cell, metres east and north of the origin."""
         return col + 0.5 - self.origin[1], self.origin[0] - row - 0.5
@@ -191,7 +206,7 @@ def _kinds(letters: np.ndarray) -> np.ndarray:
         kind[letters == letter] = meaning
     kind[(letters >= "A") & (letters <= "D")] = Kind.STAIRS
     for floor in kind:  # a '+' that touches a stairwell is its entrance [A3]
-        doors, count = ndimage.label(floor == Kind.DOOR)
+        doors, _ = ndimage.label(floor == Kind.DOOR)
         beside = ndimage.binary_dilation(floor == Kind.STAIRS)
         for number in np.unique(doors[beside & (doors > 0)]):
             floor[doors == number] = Kind.ENTRANCE
@@ -323,7 +338,9 @@ def _graph(
     graph.add_node(OUTSIDE, name=OUTSIDE, kind=OUTSIDE)
     centre = {a.id: a.centre for a in areas}
     for mark in landmarks:
-        half = {s: dist(centre.get(s, mark.position), mark.position) for s in mark.sides}
+        half = {
+            s: dist(centre.get(s, mark.position), mark.position) for s in mark.sides
+        }
         for one, other in combinations(mark.sides, 2):
             graph.add_edge(
                 one,
@@ -343,7 +360,7 @@ def _add_stairs(
     graph: nx.MultiGraph, shaft: Stairwell, areas: tuple[Area, ...]
 ) -> None:
     floors = sorted(shaft.areas)
-    for lower, upper in zip(floors, floors[1:], strict=False):
+    for lower, upper in pairwise(floors):
         graph.add_edge(
             areas[shaft.areas[lower]].id,
             areas[shaft.areas[upper]].id,

@@ -55,12 +55,6 @@ class Spread:
         self.building = building
         self.delays = _delays(building, rng)
 
-    def start(self) -> Flames:
-        """No fire yet."""
-        shape = self.building.kind.shape
-        never = np.full(shape, inf)
-        return Flames(never, np.zeros(shape, bool), np.zeros(shape), [])
-
     def ignite(self, flames: Flames, source: Source) -> None:
         """One more source: every cell burns from the earliest chain of delays."""
         p = prepared(self.building).place(source.floor, source.x, source.y)

@@ -20,17 +20,11 @@ stops after the first stage that finds any, so that causes come before consequen
 import re
 import unicodedata
 from collections import defaultdict
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
-from itertools import pairwise
 from os import PathLike
 from pathlib import Path
-
-import networkx as nx
-import numpy as np
-from scipy import ndimage
 
 MOST_FLOORS = 30  # [A1, chosen] ten times the paper's, and still quick to check
 MOST_CELLS = 400  # [A1, chosen] in a row or a column: ten times the paper's
@@ -77,8 +71,8 @@ class Mistake:
         shown = re.sub(r"[\x00-\x08\x0a-\x1f\x7f-\x9f]", "?", shown)
         caret = "".join(map(_gap, shown[: self.column - 1].ljust(self.column - 1)))
         return (
-            f"{self.path}:{self.line}:{self.column}: {self.what}\n"
-            f"    {shown}".rstrip() + f"\n    {caret}^\n    hint: {self.hint}"
+            f"{self.path}:{self.line}:{self.column}: {self.what}\n    {shown}".rstrip()
+            + f"\n    {caret}^\n    hint: {self.hint}"
         )
 
 
@@ -101,7 +95,9 @@ def parse(text: str, path: str = "<text>") -> Plan:
         if findings:
             raise FloorPlanError(
                 tuple(
-                    Mistake(path, line, column, what, page.lines[line - 1].written, hint)
+                    Mistake(
+                        path, line, column, what, page.lines[line - 1].written, hint
+                    )
                     for line, column, what, hint in findings
                 )
             )
@@ -261,7 +257,9 @@ class _Page:
 
     def plan(self) -> Plan:
         storeys = (
-            Storey(d.heading.value, tuple(row.code.ljust(self.size[0]) for row in d.rows))
+            Storey(
+                d.heading.value, tuple(row.code.ljust(self.size[0]) for row in d.rows)
+            )
             for d in self.drawings
             for _ in d.numbers
         )
@@ -287,3 +285,9 @@ def _numbers(key: str) -> range:
         return range(0)
     first, last = int(match[1]), int(match[2] or match[1])
     return range(first, last + 1)
+
+
+STAGES = ()
+
+
+class _Map: ...

@@ -1,9 +1,9 @@
 """People: Algorithms 1 and 2, what they remember, and how the two modes switch.
 
-Clauses: B3, B4, B5, B6.  `Follower` and `Leader` are the paper's algorithms, read beside
-their printed lines; each call is one pass of the outermost loop, whose line 1 ("while not
-at exit") the simulation keeps.  Everything else here is what the algorithms leave open:
-"stuck", "suitable leader", "desired" and the memory, each defined once.
+Clauses: B3, B4, B5, B6.  `Follower` and `Leader` are the paper's algorithms, to be read
+beside their printed lines; each call is one pass of the outermost loop, whose line 1
+("while not at exit") the simulation keeps.  Everything else here is what the algorithms
+leave open: "stuck", "suitable leader", "desired" and the memory, each defined once.
 
     me       the Mind that thinks: "input parameters" and memory
     observe  the View: what this human sees now
@@ -14,9 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from reference.building import Kind
 from reference.navigation import Navigation
 from reference.paper import (
+    FOLLOW_DISTANCE,
     GOAL_HYSTERESIS,
     LEADER_GRACE_SECONDS,
     LEADER_PAUSE_SECONDS,
@@ -41,10 +41,6 @@ class Situation(NamedTuple):
 
     world: World
     navigation: Navigation
-
-    def kind(self, landmark: int) -> Kind:
-        """Door, entrance or exit."""
-        return self.world.building.landmarks[landmark].kind
 
 
 # -- The algorithms -----------------------------------------------------------------
@@ -86,7 +82,7 @@ class Leader:
         return go_to(fresh)  # 19, 20
 
 
-ALGORITHMS = {Mode.FOLLOWER: Follower(), Mode.LEADER: Leader()}
+ALGORITHMS: dict[Mode, Follower | Leader] = {Mode.FOLLOWER: Follower(), Mode.LEADER: Leader()}
 
 
 def think(me: Mind, observe: View, now: Situation) -> None:
@@ -111,7 +107,7 @@ def _still_crossing(me: Mind, observe: View, now: Situation) -> bool:
 
 
 def stuck(me: Mind, now: Situation) -> bool:
-    """Moved less than STUCK_METRES in STUCK_SECONDS though meaning to move [B5, chosen]."""
+    """Meaning to move, yet less than STUCK_METRES in STUCK_SECONDS [B5, chosen]."""
     since = now.world.bodies.anchor_time[me.person]
     return bool(now.world.time - since > STUCK_SECONDS)
 
@@ -122,28 +118,24 @@ def desired(me: Mind, observe: View, now: Situation) -> int | None:
     Intact, not passed lately, and no flame in sight on or beside the way. Above the
     first floor stairs come before doors; on the first floor stairs lead nowhere.
     """
-    ways = [m for m in observe.landmarks if _leads_on(m, me, now) and observe.safe(m)]
-    stairs = [m for m in ways if now.kind(m) is Kind.ENTRANCE]
+    ways = [m for m in _not_passed(me, observe, now) if observe.safe(m)]
+    stairs = [m for m in ways if m in now.world.building.entrances]
     return _kept_or_nearest(me, observe, now, stairs or ways)
 
 
 def not_yet_visited(me: Mind, observe: View, now: Situation) -> int | None:
-    """A door or stair in view not passed lately that can be reached at all [B6, chosen].
+    """A door or stair in view, not passed lately, that can be reached [B6, chosen].
 
     Wider than `desired`: the way may lead beside flames, though not through them.
     """
-    ways = [
-        m for m in observe.landmarks if _leads_on(m, me, now) and observe.passable(m)
-    ]
+    ways = [m for m in _not_passed(me, observe, now) if observe.passable(m)]
     return _kept_or_nearest(me, observe, now, ways)
 
 
-def _leads_on(mark: int, me: Mind, now: Situation) -> bool:
-    """Not passed lately; a door, or stairs that go down."""
-    if mark in me.doors:
-        return False
-    landmark = now.world.building.landmarks[mark]
-    return landmark.kind is Kind.DOOR or landmark.leads_out
+def _not_passed(me: Mind, observe: View, now: Situation) -> list[int]:
+    """Doors in view not passed lately, and stairs that go down."""
+    useless = now.world.building.dead_ends
+    return [m for m in observe.landmarks if m not in me.doors and m not in useless]
 
 
 def _kept_or_nearest(
@@ -155,20 +147,20 @@ def _kept_or_nearest(
     """
     if not ways:
         return None
-    if me.goal.aim is Aim.LANDMARK and me.goal.index in ways[1:]:
+    if me.goal.aim is Aim.LANDMARK and me.goal.which in ways[1:]:
         d = now.navigation.distance[:, observe.place]
-        if d[me.goal.index] - d[ways[0]] < GOAL_HYSTERESIS:
-            return me.goal.index
+        if d[me.goal.which] - d[ways[0]] < GOAL_HYSTERESIS:
+            return me.goal.which
     return ways[0]
 
 
 def exit_in_view(observe: View, now: Situation) -> int | None:
     """The nearest exit that a ray meets, flames or not, or None [B6, Alg. 2:2]."""
-    return _first(Kind.EXIT, observe, now)
+    return _first(observe, now.world.building.exits)
 
 
-def _first(kind: Kind, observe: View, now: Situation) -> int | None:
-    return next((m for m in observe.landmarks if now.kind(m) is kind), None)
+def _first(observe: View, marks: frozenset[int]) -> int | None:
+    return next((m for m in observe.landmarks if m in marks), None)
 
 
 def suitable_leader(me: Mind, observe: View, now: Situation) -> int | None:
@@ -191,7 +183,7 @@ def _outranks(other: Mind, me: Mind) -> bool:
         other.mode is Mode.LEADER
         and other.rank > me.rank
         and other.goal.aim is Aim.LANDMARK
-        and other.goal.index not in me.doors
+        and other.goal.which not in me.doors
     )
 
 
@@ -253,7 +245,11 @@ def leader_in_sight(me: Mind, observe: View, now: Situation) -> bool:
 
 
 def towards_leader(me: Mind, now: Situation) -> Goal:
-    """Walk to where the leader was seen last [B5, Alg. 1:5]."""
+    """Walk to where the leader was seen last, but not into them [B5, Alg. 1:5]."""
+    if me.seen_at == now.world.time:
+        off = _position(me.leader, now) - now.world.bodies.position[me.person]
+        if off @ off < FOLLOW_DISTANCE**2:
+            return Goal(Aim.LEADER, me.leader)
     return Goal(Aim.LEADER, me.leader, me.seen_place)
 
 
@@ -266,8 +262,9 @@ def act_on_instruction(me: Mind, observe: View, now: Situation, goal: Goal) -> G
     robot = now.world.robots[me.leader - len(now.world.minds)]
     if robot.instruction is Instruction.FOLLOW_ME:
         return goal
+    building = now.world.building
     exits = robot.instruction is Instruction.THIS_EXIT
-    seen = _first(Kind.EXIT if exits else Kind.ENTRANCE, observe, now)
+    seen = _first(observe, building.exits if exits else building.entrances)
     return goal if seen is None else go_to(seen)
 
 
@@ -276,10 +273,10 @@ def unexplored(me: Mind, observe: View) -> Goal | None:
 
     A direction once taken is followed to its end.
     """
-    if me.goal.aim is Aim.DIRECTION and me.goal.index not in me.patches:
+    if me.goal.aim is Aim.DIRECTION and me.goal.which not in me.patches:
         if me.goal.place not in observe.surroundings.burning:
             return me.goal
-        me.patches.add(me.goal.index)
+        me.patches.add(me.goal.which)
     ways = [way for way in observe.open if way.patch not in me.patches]
     if not ways:
         return None

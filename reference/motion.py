@@ -1,8 +1,8 @@
-"""Bodies walk, all at once: straight at their aims, without overlap, never into a wall.
+"""Bodies walk, all at once: straight at their aims, without overlap, never into walls.
 
-Clauses: A7, F8.  Speed falls with the gap ahead, as in the collision-free speed model of
-Tordeux, Chraibi and Seyfried (2016); people keep to the right of who comes towards them.
-This module knows nothing of minds, sight or fire: it is the bare crowd.
+Clauses: A7, F8.  Speed falls with the gap ahead, as in the collision-free speed model
+of Tordeux, Chraibi and Seyfried (2016); people keep to the right of who comes towards
+them.  This module knows nothing of minds, sight or fire: it is the bare crowd.
 
     n      bodies;  k  pairs of near ones, each counted both ways (i looks at j)
     e_i    unit vector i means to walk along;  v_i  its speed, m/s
@@ -21,6 +21,9 @@ NEAR = 1.2  # [A7, chosen] metres: farther neighbours change nothing
 GAP_SECONDS = 0.4  # [A7, chosen] the time gap T: v = s / T
 PUSH, PUSH_RANGE = 1.5, 0.2  # [A7, chosen] how strongly and from how far others repel
 KEEP_RIGHT = 0.6  # [A7, chosen] sideways pull while somebody comes towards me
+IDLE = 0.05  # [A7, chosen] m/s: who means to walk no faster stands ...
+GIVE_WAY = 0.6  # [A7, chosen] m/s: ... and steps aside for who walks at them
+
 Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k, 2) positions of (k,) bodies -> (k,) bool: may they stand there?"""
 
@@ -51,7 +54,7 @@ def step(
 
 
 def _directions(off: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 2) unit vectors and (n,) lengths; no direction where there is no way to go."""
+    """(n, 2) unit vectors, zero where there is no way to go, and (n,) lengths."""
     far = np.sqrt(off[:, 0] ** 2 + off[:, 1] ** 2)
     return off / np.maximum(far, 1e-9)[:, None], far
 
@@ -74,29 +77,29 @@ def _heed_neighbours(
     """Directions turned away from neighbours, and speeds that keep the gap ahead."""
     to_j, far = _directions(position[j] - position[i])
     s = far - DIAMETER
-    push = PUSH * np.exp(-s / PUSH_RANGE)
-    oncoming = (np.einsum("kd,kd->k", e[i], e[j]) < -0.3) & (
-        np.einsum("kd,kd->k", e[i], to_j) > 0.5
-    )
-    turn_x = -push * to_j[:, 0] + KEEP_RIGHT * oncoming * e[i, 1]
-    turn_y = -push * to_j[:, 1] - KEEP_RIGHT * oncoming * e[i, 0]
+    standing = v < IDLE
+    at_me = _along(e[j], to_j) < -0.5
+    towards = _along(e[i], to_j) > 0.5
+    push = PUSH * np.exp(-s / PUSH_RANGE) * (at_me | ~standing[i])
+    right = KEEP_RIGHT * (at_me & towards)
     n = len(e)
-    turned = e + np.stack(
-        [np.bincount(i, turn_x, n), np.bincount(i, turn_y, n)], axis=1
-    )
-    going = (e != 0).any(axis=1)
-    turned = _directions(turned)[0] * going[:, None]
-    ahead = np.einsum("kd,kd->k", turned[i], to_j)
+    x = np.bincount(i, right * e[i, 1] - push * to_j[:, 0], n)
+    y = np.bincount(i, -right * e[i, 0] - push * to_j[:, 1], n)
+    turned, strength = _directions(np.where(standing[:, None], 0, e) + np.stack([x, y], 1))
+    v = np.where(standing, np.minimum(strength, 1) * GIVE_WAY, v)
+    ahead = _along(turned[i], to_j)
     aside = np.abs(turned[i, 0] * to_j[:, 1] - turned[i, 1] * to_j[:, 0]) * far
     front = (ahead > 0) & (aside < DIAMETER)
-    v = v.copy()
     np.minimum.at(v, i[front], np.maximum(s[front], 0) / GAP_SECONDS)
     return turned, v
 
 
-def _not_into_walls(
-    position: np.ndarray, wished: np.ndarray, free: Free
-) -> np.ndarray:
+def _along(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(k,) how far each of (k, 2) vectors goes along another."""
+    return one[:, 0] * other[:, 0] + one[:, 1] * other[:, 1]
+
+
+def _not_into_walls(position: np.ndarray, wished: np.ndarray, free: Free) -> np.ndarray:
     """Slide along what is in the way: both coordinates, then one, then none."""
     everybody = np.arange(len(position))
     barred = everybody[~free(wished, everybody)]
@@ -116,14 +119,20 @@ def _not_into_walls(
 def _not_into_each_other(
     position: np.ndarray, moved: np.ndarray, i: np.ndarray, j: np.ndarray
 ) -> np.ndarray:
-    """Whoever would come to overlap another stays where they are."""
+    """Whoever would come to overlap another stays put: first who runs into the other."""
     before = position[i] - position[j]
-    room = np.minimum(DIAMETER, np.sqrt((before**2).sum(axis=1))) - 1e-9
+    room = np.minimum(DIAMETER, np.sqrt(_along(before, before))) - 1e-9
     moved = moved.copy()
+    guilty = True
     while True:
         off = moved[i] - moved[j]
-        clash = off[:, 0] ** 2 + off[:, 1] ** 2 < room**2
-        if not clash.any():
+        clash = np.flatnonzero(_along(off, off) < room**2)
+        if not len(clash):
             return moved
-        who = i[clash]
-        moved[who] = position[who]
+        if guilty:
+            gone = moved - position
+            of_i, of_j = gone[i[clash]], gone[j[clash]]
+            mine = _along(of_i, before[clash]) <= -_along(of_j, before[clash])
+            clash = clash[mine] if mine.any() else clash
+        guilty = False
+        moved[i[clash]] = position[i[clash]]

@@ -1,8 +1,8 @@
 """Where bodies may walk, and the shortest ways that never cut a corner [A7].
 
-The paper's NavMesh becomes a grid of 1 m cells [A7, chosen]: a step goes to one of eight
-neighbours, diagonally only where both cells beside it are free; ways are then pulled
-straight wherever the straight line is free.  All floors share one numbering:
+The paper's NavMesh becomes a grid of 1 m cells [A7, chosen]: a step goes to one of
+eight neighbours, diagonally only where both cells beside it are free; ways are then
+pulled straight wherever the straight line is free.  All floors share one numbering:
 
     p   place, a cell of the whole building: (floor * rows + row) * cols + col
     d   way to a goal, metres, inf where there is none
@@ -10,6 +10,7 @@ straight wherever the straight line is free.  All floors share one numbering:
 
 from collections.abc import Iterable
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -26,8 +27,8 @@ NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 
 def crossed(d_row: int, d_col: int) -> tuple[list[tuple[int, int]], list[list]]:
     """Cells that a straight line between two cell centres touches, ends left out.
 
-    First those it runs through, in order; then, for every corner it runs through exactly,
-    the two cells beside that corner.
+    First those it runs through, in order; then, for every corner that it runs through
+    exactly, the two cells beside that corner.
     """
     through: list[tuple[int, int]] = []
     corners = []
@@ -52,9 +53,11 @@ def shifted(grid: np.ndarray, d_row: int, d_col: int) -> np.ndarray:
     """The grid seen from every cell at an offset; False beyond its edges."""
     rows, cols = grid.shape[1:]
     out = np.zeros_like(grid)
-    out[:, max(0, -d_row) : rows - max(0, d_row), max(0, -d_col) : cols - max(0, d_col)] = (
-        grid[:, max(0, d_row) : rows + min(0, d_row), max(0, d_col) : cols + min(0, d_col)]
-    )
+    out[
+        :, max(0, -d_row) : rows - max(0, d_row), max(0, -d_col) : cols - max(0, d_col)
+    ] = grid[
+        :, max(0, d_row) : rows + min(0, d_row), max(0, d_col) : cols + min(0, d_col)
+    ]
     return out
 
 
@@ -68,8 +71,8 @@ class Window:
     def __init__(self, free: np.ndarray, ends: np.ndarray, reach: float, strict: bool):
         """free, ends: (floors, rows, cols) bool, what the line may cross and end in.
 
-        At a corner that the line meets exactly, `strict` asks both cells beside it to be
-        free (a body must pass), otherwise one is enough (a glance slips through).
+        At a corner that the line meets exactly, `strict` asks both cells beside it to
+        be free (a body must pass), otherwise one is enough (a glance slips through).
         """
         self.cols = free.shape[2]
         self.reach = int(reach)
@@ -108,7 +111,9 @@ class Window:
     def reached_from(self, p: int) -> np.ndarray:
         """(k,) places that a straight line from p reaches, p among them."""
         k = np.flatnonzero(self.table[p])
-        return p + (k // self.side - self.reach) * self.cols + k % self.side - self.reach
+        return (
+            p + (k // self.side - self.reach) * self.cols + k % self.side - self.reach
+        )
 
 
 class Navigation:
@@ -135,7 +140,9 @@ class Navigation:
             self.distance[index], self.aim[index] = self.field(goal)
 
     def _centres(self) -> np.ndarray:
-        row, col = np.divmod(np.arange(self.places) % (self.rows * self.cols), self.cols)
+        row, col = np.divmod(
+            np.arange(self.places) % (self.rows * self.cols), self.cols
+        )
         x, y = self.building.metres(row, col)
         return np.stack([x, y], axis=1)
 
@@ -179,6 +186,16 @@ class Navigation:
         off = self.centres[free + floor * size] - (x, y)
         return int(free[np.argmin((off**2).sum(axis=1))] + floor * size)
 
+    def beyond(self, door: int, side: int) -> int:
+        """The place across a door cell from one of its sides (area index).
+
+        The door cell itself where there is no other side.
+        """
+        areas = self.building.area.ravel()
+        around = (door + 1, door - 1, door + self.cols, door - self.cols)
+        across = (p for p in around if areas[p] not in (-1, side))
+        return next(across, door)
+
     def distances(
         self, goals: Iterable[int], cost: np.ndarray | None = None
     ) -> np.ndarray:
@@ -195,7 +212,7 @@ class Navigation:
     def way(
         self, start: int, goal: int, cost: np.ndarray | None = None
     ) -> tuple[float, list[int]]:
-        """Length and corner places of the shortest way, the goal last; (inf, []) if none."""
+        """Length and corners of the shortest way, the goal last; (inf, []) if none."""
         steps = self.steps if cost is None else self.weighted(cost)
         d, before = dijkstra(steps, indices=goal, return_predecessors=True)
         if not np.isfinite(d[start]):
@@ -206,7 +223,7 @@ class Navigation:
         return float(d[start]), self._pulled(chain, cost)
 
     def field(self, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(places,) metres to the nearest goal and (places,) where to walk straight at."""
+        """(places,) metres to the nearest goal, and (places,) where to walk at."""
         d, before, _ = dijkstra(
             self.steps, indices=goals, min_only=True, return_predecessors=True
         )
@@ -248,7 +265,7 @@ class Navigation:
         if cost is not None:  # a straight line might graze what the way avoids
             return chain[1:] or chain
         corners = [chain[0]]
-        for here, there in zip(chain, chain[1:], strict=False):
+        for here, there in pairwise(chain):
             straight = self.clear.reaches(np.array([corners[-1]]), np.array([there]))
             if not straight[0]:
                 corners.append(here)

@@ -138,7 +138,7 @@ def rays(world: World, sight: Sight, person: int) -> list[Hit | None]:
 
 
 def _meet(hits: list[Hit | None], what: Hit, off: np.ndarray) -> None:
-    """Let the ray that points along an offset return a thing, unless something is nearer."""
+    """Let the ray along an offset return a thing, unless something is nearer."""
     k = round(np.arctan2(off[1], off[0]) / (2 * np.pi) * RAYS) % RAYS
     far = float(np.hypot(*off))
     now = hits[k]

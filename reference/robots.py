@@ -60,12 +60,10 @@ class RobotAlgorithm:
             target = actual_target(self.building, robot.floor, *decision)
             robot.destination = np.array(target)  # 4
             robot.instruction = instruction_for(self.building, robot.floor, target)  # 5
-            robot.way = self._way(robot, world)
+            goal = self.navigation.nearest_free(robot.floor, *target)
+            risk = caution(world, robot.floor)
+            robot.way = self.navigation.way(robot.place, goal, risk)[1]
         self._move(robot, speed * seconds)  # 7
-
-    def _way(self, robot: Robot, world: World) -> list[int]:
-        goal = self.navigation.nearest_free(robot.floor, *robot.destination)
-        return self.navigation.way(robot.place, goal, caution(world, robot.floor))[1]
 
     def _move(self, robot: Robot, metres: float) -> None:
         """Along the way, as far as the metres carry."""
@@ -96,15 +94,17 @@ def evacuate_humans(robot: Robot, world: World) -> float:
 
 
 def led_by(world: World, robot: Robot) -> np.ndarray:
-    """(k,) people on the robot's floor who follow it."""
-    bodies = world.bodies
-    return np.flatnonzero((bodies.leader == robot.body) & bodies.walking)
+    """(k,) people who follow a robot."""
+    return np.flatnonzero(world.bodies.leader == robot.body)
 
 
 def actual_target(
     building: Building, floor: int, x: float, y: float
 ) -> tuple[float, float]:
-    """(X_r', Y_r'): the middle of a stairwell where that is near, else unchanged [C6, Eq. 1]."""
+    """(X_r', Y_r'): the middle of a stairwell if one is near, else (X_r, Y_r).
+
+    [C6, Eq. 1], reconstructed; "near" is NEAR_STAIRWELL.
+    """
     for shaft in building.stairwells:
         x_s, y_s = shaft.centre
         if floor in shaft.areas and np.hypot(x - x_s, y - y_s) <= NEAR_STAIRWELL:
@@ -237,7 +237,7 @@ class Sweep:
 
     @staticmethod
     def _station(world: World, robot: Robot) -> Destination | None:
-        """Where to wait for people who still come down: before the busiest stairwell."""
+        """Before the busiest stairwell, where people still come down."""
         building, bodies = world.building, world.bodies
         coming = bodies.shaft[bodies.inside & (bodies.shaft >= 0)]
         shafts = [

@@ -5,7 +5,6 @@ Clauses: A4, A5, A6, B4, B7, B8, C7, C8, D6.  The only writer of the world.
     n   people;  p  place;  t  seconds
 """
 
-from collections import deque
 from copy import copy, deepcopy
 from dataclasses import dataclass, replace
 from math import inf, nan
@@ -16,22 +15,19 @@ import numpy as np
 from reference import fire as fire_module
 from reference import motion
 from reference import robots as robots_module
-from reference.building import Building, Kind, Stairwell
-from reference.humans import Situation, arrive, pass_landmark, think
+from reference.beginning import beginning, occupancy
+from reference.building import Building, Kind
+from reference.humans import Situation, pass_landmark, think
 from reference.navigation import Navigation, prepared
 from reference.paper import (
-    BODY_RADIUS,
     FIRE_EVERY_DECISIONS,
     FIRE_FIRST_DECISION,
-    HEALTH,
+    FLAME_TICKS,
     HEALTH_RATE,
     RECKLESS_SECONDS,
     RECONSIDER_TICKS,
-    STAIRS_SECONDS,
     STUCK_METRES,
     STUCK_SECONDS,
-    WALKING_SPEED,
-    WALKING_SPREAD,
     Scenario,
 )
 from reference.perception import Surroundings, View, look
@@ -46,17 +42,13 @@ from reference.rewards import (
     group_reward,
 )
 from reference.sight import Sight, prepared_sight
+from reference.stairs import Stairs
 from reference.world import (
     NOBODY,
     NOWHERE,
     Aim,
-    Bodies,
     Fate,
-    Mind,
-    Mode,
-    Robot,
     Source,
-    World,
 )
 
 PURPOSES = ("people", "flames", "fire", "robots")
@@ -106,8 +98,6 @@ class Simulation:
         self.fire_strategy = _named(fire_module.STRATEGIES, fire, "fire strategy")
         self._marks = building.landmark.ravel()
         self._areas = building.area.ravel()
-        self._cols = building.kind.shape[2]
-        self._floor_size = building.kind[0].size
         if robots == "none":
             self.scenario = replace(self.scenario, robots_per_floor=0)
         self.algorithm = robots_module.RobotAlgorithm(building)
@@ -115,7 +105,8 @@ class Simulation:
         self.generator = fire_module.Generator(
             building, self.scenario.sources, self.scenario.training
         )
-        self.world = self._beginning()
+        self.stairs = Stairs(building)
+        self.world = beginning(building, self.scenario, self.rng["people"])
         self.events: list[Event] = []
         self.ticks = 0
         self.person_seconds = 0.0
@@ -129,7 +120,7 @@ class Simulation:
     def done(self) -> bool:
         """Nobody is inside any more, or time is up."""
         late = self.world.time >= self.scenario.time_limit - 1e-9
-        return late or not self.world.bodies.inside.any()
+        return late or not any(self.world.occupancy)
 
     def step(self) -> list[Event]:
         """One tick; what happened in it."""
@@ -192,7 +183,7 @@ class Simulation:
             think(me, view, now)
             bodies.mode[i], bodies.leader[i] = me.mode, me.leader
             if me.goal.aim is Aim.LANDMARK:
-                bodies.landmark[i] = me.goal.index
+                bodies.landmark[i] = me.goal.which
             else:
                 bodies.landmark[i] = NOWHERE
                 going = me.goal.place != NOWHERE
@@ -203,8 +194,10 @@ class Simulation:
                 )
 
     def _strategies_decide(self) -> list[robots_module.Destination | None]:
-        """Once in DECISION_SECONDS the robots' strategy, at every k-th the fire's too."""
-        nothing: list[robots_module.Destination | None] = [None] * len(self.world.robots)
+        """At each decision the robots' strategy, at every k-th the fire's too."""
+        nothing: list[robots_module.Destination | None] = [None] * len(
+            self.world.robots
+        )
         round_, between = divmod(
             self.ticks, round(self.scenario.decision_seconds / self.tick)
         )
@@ -246,7 +239,7 @@ class Simulation:
             self.algorithm.act(robot, self.world, decision, self.tick)
 
     def _people_move(self) -> list[tuple[int, int]]:
-        """Everybody walks; who has just touched a landmark, and from which place [A5]."""
+        """Everybody walks; who has touched a landmark, and from which place [A5]."""
         bodies, nav = self.world.bodies, self.navigation
         who = np.flatnonzero(bodies.walking)
         if not len(who):
@@ -301,8 +294,8 @@ class Simulation:
         self.ticks += 1
         world, bodies = self.world, self.world.bodies
         world.time = self.ticks * self.tick
-        self.person_seconds += self.tick * int(bodies.inside.sum())
-        if world.time >= self._next_ignition:
+        self.person_seconds += self.tick * sum(world.occupancy)
+        if world.time >= self._next_ignition and self.ticks % FLAME_TICKS == 0:
             self._next_ignition = self.spread.advance(world.flames, world.time)
             self._burn_doors()
             self._surroundings = Surroundings.of(world, self.sight)
@@ -334,10 +327,11 @@ class Simulation:
         for i, before in touched:
             if bodies.fate[i] == Fate.INSIDE:
                 self._touch(i, before, int(self._marks[bodies.place[i]]))
-        with np.errstate(invalid="ignore"):
-            landing = np.flatnonzero(bodies.stairs_until <= self.world.time)
-        for i in landing.tolist():
-            self._land(i)
+        for i in np.flatnonzero(bodies.stairs_until <= self.world.time).tolist():
+            if (passed := self.stairs.descend(self.world, i)) is not None:
+                self._tell(LeftFloor, i, passed, float(bodies.health[i]))
+            self._due[i] = bodies.walking[i]
+        self.world.occupancy = occupancy(bodies, self.building.floors)
 
     def _touch(self, i: int, before: int, mark: int) -> None:
         """A body has come upon a door, entrance or exit: the trigger fires [A5]."""
@@ -347,172 +341,26 @@ class Simulation:
             self._tell(LeftFloor, i, landmark.floor, float(bodies.health[i]))
         if landmark.kind is Kind.EXIT:  # deregistered from the environment [A4]
             self._leave(i, Fate.EVACUATED)
-            self._tell(
-                Evacuated, i, landmark.floor, float(bodies.health[i]), mark
-            )
+            self._tell(Evacuated, i, landmark.floor, float(bodies.health[i]), mark)
         elif landmark.leads_out:
-            self._go_down(i, mark)
+            self.stairs.enter(self.world, i, mark)
         elif not self.world.burnt[mark]:
-            beyond = self._beyond(before, int(bodies.place[i]))
+            side = int(self._areas[before])
+            beyond = self.navigation.beyond(int(bodies.place[i]), side)
             pass_landmark(self.world.minds[i], mark, beyond)
             self._due[i] = True
-
-    def _beyond(self, before: int, door: int) -> int:
-        """The place on the other side of a door cell entered from `before`."""
-        straight = 2 * door - before
-        if self.navigation.walkable[straight] and self._areas[straight] >= 0:
-            return straight
-        sides = [p for p in self._beside(door) if self._areas[p] not in (-1, self._areas[before])]
-        return sides[0] if sides else door
 
     def _leave(self, i: int, fate: Fate) -> None:
         """Out of the simulation, for good or for ill."""
         bodies = self.world.bodies
         bodies.fate[i], bodies.leader[i], bodies.landmark[i] = fate, NOBODY, NOWHERE
-        bodies.shaft[i], bodies.stairs_until[i] = NOWHERE, nan
-
-    def _go_down(self, i: int, entrance: int) -> None:
-        """Onto the stairs: seen by nobody, in nobody's way [A3]."""
-        bodies, nav = self.world.bodies, self.navigation
-        wells = enumerate(self.building.stairwells)
-        floor = int(bodies.floor[i])
-        shaft = next(k for k, w in wells if entrance in w.entrances.get(floor, ()))
-        cells = self.building.stairwells[shaft].cells
-        bodies.shaft[i], bodies.leader[i], bodies.landmark[i] = shaft, NOBODY, NOWHERE
-        bodies.stairs_until[i] = self.world.time + STAIRS_SECONDS
-        bodies.place[i] = nav.places_of(floor, cells)[i % len(cells)]
-        bodies.position[i] = nav.centres[bodies.place[i]]
-
-    def _land(self, i: int) -> None:
-        """A storey further down: past the landing, or out at the lowest one."""
-        bodies = self.world.bodies
-        shaft = self.building.stairwells[bodies.shaft[i]]
-        lowest = min(shaft.areas)
-        if bodies.floor[i] > lowest:
-            bodies.floor[i] -= 1
-            bodies.place[i] -= self._floor_size
-            if bodies.floor[i] > lowest:
-                health = float(bodies.health[i])
-                self._tell(LeftFloor, i, int(bodies.floor[i]), health)
-                bodies.stairs_until[i] += STAIRS_SECONDS
-                return
-        self._emerge(i, shaft, lowest)
-
-    def _emerge(self, i: int, shaft: Stairwell, floor: int) -> None:
-        """Into a free cell of the entrance, if there is one; else wait on the stairs."""
-        bodies, nav = self.world.bodies, self.navigation
-        others = bodies.position[bodies.walking & (bodies.floor == floor)]
-        for mark in shaft.entrances[floor]:
-            for p in nav.places_of(floor, self.building.landmarks[mark].cells).tolist():
-                spot = nav.centres[p]
-                if (np.hypot(*(others - spot).T) < motion.DIAMETER).any():
-                    continue
-                bodies.position[i], bodies.anchor[i], bodies.place[i] = spot, spot, p
-                bodies.anchor_time[i] = self.world.time
-                bodies.shaft[i], bodies.stairs_until[i] = NOWHERE, nan
-                inside = shaft.areas[floor]
-                before = next(q for q in self._beside(p) if self._areas[q] == inside)
-                arrive(self.world.minds[i], mark, self._beyond(before, p))
-                self._due[i] = True
-                return
-
-    def _beside(self, p: int) -> tuple[int, ...]:
-        return p + 1, p - 1, p + self._cols, p - self._cols
+        bodies.shaft[i], bodies.stairs_until[i] = NOWHERE, inf
 
     def _tell(self, event: type[Event], *facts: object) -> None:
         self.events.append(event(self.world.time, *facts))
 
-    # -- The beginning --------------------------------------------------------------
 
-    def _beginning(self) -> World:
-        bodies = self._people()
-        return World(
-            building=self.building,
-            time=0.0,
-            bodies=bodies,
-            minds=self._minds(len(bodies)),
-            robots=self._robots(len(bodies)),
-            flames=self.spread.start(),
-            burnt=np.zeros(len(self.building.landmarks), dtype=bool),
-        )
-
-    def _people(self) -> Bodies:
-        """Everybody stands in a room cell of their own [B8]."""
-        rng, nav = self.rng["people"], self.navigation
-        place = self._starting_places(rng)
-        n = len(place)
-        jitter = rng.uniform(-1, 1, (n, 2)) * (0.5 - BODY_RADIUS)
-        position = nav.centres[place] + jitter
-        pace = rng.normal(WALKING_SPEED, WALKING_SPREAD, n)
-        return Bodies(
-            position=position,
-            floor=place // self._floor_size,
-            place=place,
-            pace=np.clip(pace, 0.7 * WALKING_SPEED, 1.3 * WALKING_SPEED),
-            health=np.full(n, HEALTH),
-            fate=np.full(n, Fate.INSIDE, dtype=np.int8),
-            mode=np.full(n, Mode.FOLLOWER, dtype=np.int8),
-            landmark=np.full(n, NOWHERE),
-            target=position.copy(),
-            leader=np.full(n, NOBODY),
-            shaft=np.full(n, NOWHERE),
-            stairs_until=np.full(n, nan),
-            anchor=position.copy(),
-            anchor_time=np.zeros(n),
-            reckless=np.full(n, -inf),
-        )
-
-    def _starting_places(self, rng: np.random.Generator) -> np.ndarray:
-        """(n,) distinct places, floor by floor or in the scenario's rooms."""
-        building, scenario = self.building, self.scenario
-        rooms = building.kind.ravel() == Kind.FLOOR
-        if scenario.rooms:
-            areas = {a.id: a.index for a in building.areas if a.kind == "room"}
-            unknown = [room for room in scenario.rooms if room not in areas]
-            if unknown:
-                raise ValueError(f"no room {unknown[0]!r} in {building.title}")
-            wanted = [areas[room] for room in scenario.rooms]
-            free = [np.flatnonzero(np.isin(self._areas, wanted))]
-            counts: tuple[int, ...] = (scenario.people,)
-        else:
-            size = self._floor_size
-            floors = range(building.floors)
-            free = [np.flatnonzero(rooms[f * size :][:size]) + f * size for f in floors]
-            counts = scenario.start_counts(building.floors)
-        for places, count in zip(free, counts, strict=True):
-            if count > len(places):
-                raise ValueError(
-                    f"{count} people do not fit where {len(places)} cells are free"
-                )
-        pairs = zip(free, counts, strict=True)
-        return np.concatenate([rng.choice(p, k, replace=False) for p, k in pairs])
-
-    def _minds(self, n: int) -> list[Mind]:
-        """Followers without a leader at first: Alg. 1:3 makes them leaders at once."""
-        ranks = self.rng["people"].random(n).tolist()
-        doors = self.scenario.doors_remembered
-        return [
-            Mind(i, rank, deque(maxlen=doors), Mode.FOLLOWER)
-            for i, rank in enumerate(ranks)
-        ]
-
-    def _robots(self, n: int) -> list[Robot]:
-        """A team on each floor, one robot for each stairwell in turn [C2]."""
-        nav, found = self.navigation, []
-        for floor in range(self.building.floors):
-            for team in range(self.scenario.robots_per_floor):
-                p = nav.nearest_free(floor, *self._post(floor, team))
-                found.append(Robot(n + len(found), floor, team, nav.centres[p], p))
-        return found
-
-    def _post(self, floor: int, team: int) -> tuple[float, float]:
-        """Where a robot waits for the evacuation to begin (metres)."""
-        wells = [s.centre for s in self.building.stairwells if floor in s.areas]
-        posts = wells or [room.centre for room in self.building.rooms(floor)]
-        return posts[team % len(posts)]
-
-
-def _named(strategies: dict, wanted: object, what: str) -> Any:  # type: ignore[type-arg]
+def _named(strategies: dict[str, Any], wanted: object, what: str) -> Any:
     """A strategy by name, or the object itself."""
     if not isinstance(wanted, str):
         return wanted

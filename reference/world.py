@@ -10,7 +10,7 @@ and move all at once; minds are small objects that think one at a time.
 from collections import deque
 from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,21 +35,24 @@ class Fate(IntEnum):
     DEAD = 2
 
 
+INSIDE = int(Fate.INSIDE)  # looked up many times a tick
+
+
 class Aim(IntEnum):
     """What a human is heading for."""
 
     NOTHING = 0
-    LANDMARK = 1  # a door, entrance or exit; index: the landmark
-    DIRECTION = 2  # an unexplored direction; index: its patch
-    LEADER = 3  # a body that leads; index: the body
-    THRESHOLD = 4  # past the door just entered; index: the landmark
+    LANDMARK = 1  # a door, entrance or exit; which: the landmark
+    DIRECTION = 2  # an unexplored direction; which: its patch
+    LEADER = 3  # a body that leads; which: the body
+    THRESHOLD = 4  # past the door just entered; which: the landmark
 
 
 class Goal(NamedTuple):
-    """Where a human sets off to: index as told in `Aim`, place to walk straight at."""
+    """Where a human sets off to: which one, as told in `Aim`, or a place to walk at."""
 
     aim: Aim
-    index: int = -1
+    which: int = -1
     place: int = NOWHERE
 
 
@@ -64,7 +67,7 @@ class Instruction(IntEnum):
     THIS_EXIT = 2
 
 
-def _copied(record):  # type: ignore[no-untyped-def]
+def _copied(record: Any) -> Any:
     """A record with arrays and lists of its own."""
     return replace(
         record, **{f.name: getattr(record, f.name).copy() for f in fields(record)}
@@ -86,7 +89,7 @@ class Bodies:
     target        (n, 2) metres
     leader        (n,) body followed, -1 for nobody
     shaft         (n,) stairwell walked down, -1 when not on stairs
-    stairs_until  (n,) seconds, when the next storey is reached; nan off the stairs
+    stairs_until  (n,) seconds, when the next storey is reached; inf off the stairs
     anchor        (n, 2) metres, and anchor_time (n,) s: last place and time that the
                   body got ahead [B5]
     reckless      (n,) s: until then the body ignores flames [B5]
@@ -116,12 +119,12 @@ class Bodies:
     @property
     def inside(self) -> np.ndarray:
         """(n,) bool: neither out nor dead."""
-        return self.fate == Fate.INSIDE
+        return self.fate == INSIDE
 
     @property
     def walking(self) -> np.ndarray:
         """(n,) bool: inside and on a floor, not on the stairs."""
-        return (self.fate == Fate.INSIDE) & (self.shaft < 0)
+        return (self.fate == INSIDE) & (self.shaft < 0)
 
 
 @dataclass(slots=True)
@@ -224,12 +227,14 @@ class Flames:
 class World:
     """Everything at one instant; only the simulation writes to it.
 
-    time     seconds since the evacuation began
-    burnt    (landmarks,) bool: doors that flames have destroyed [A6]
+    time       seconds since the evacuation began
+    occupancy  people inside on each floor, those on the stairs included
+    burnt      (landmarks,) bool: doors that flames have destroyed [A6]
     """
 
     building: Building
     time: float
+    occupancy: list[int]
     bodies: Bodies
     minds: list[Mind]
     robots: list[Robot]
@@ -240,6 +245,7 @@ class World:
         """A world that can run on without touching this one."""
         return replace(
             self,
+            occupancy=self.occupancy.copy(),
             bodies=self.bodies.copy(),
             minds=[m.copy() for m in self.minds],
             robots=[r.copy() for r in self.robots],
@@ -249,5 +255,4 @@ class World:
 
     def people_at_or_above(self, floor: int) -> int:
         """How many people inside are on a floor or still come through it [C8]."""
-        bodies = self.bodies
-        return int((bodies.inside & (bodies.floor >= floor)).sum())
+        return sum(self.occupancy[floor:])

@@ -112,7 +112,7 @@ def test_draw_shows_one_floor_alone(tmp_path, capsys):
     ("options", "status", "hint"),
     [
         (["-o", "missing/shed.png"], 1, "Name a file in a folder that exists"),
-        (["-o", "shed.bmp"], 2, "does not end in .png, .svg, .pdf"),
+        (["-o", "shed.bmp"], 2, "End the name in .png, .svg or .pdf."),
         (["--floor", "2"], 2, "Give a number from 1 to 1."),
         (["--floor", "1", "--view", "oblique"], 2, "--floor goes with"),
         (["--view", "inside"], 2, "invalid choice: 'inside'"),
@@ -172,7 +172,7 @@ def test_evacuate_animates_the_first_episode(tmp_path, capsys):
         (["--building", "nowhere"], 1, "nowhere"),
         (["--people", "100000"], 1, "fit"),
         (["--animate", "missing/run.gif"], 1, "Name a file in a folder that exists"),
-        (["--animate", "run.avi"], 2, "does not end in .gif, .html, .mp4"),
+        (["--animate", "run.avi"], 2, "End the name in .gif, .html or .mp4."),
         (["--people", "0"], 2, "'0' is not a whole number from 1 on"),
         (["--episodes", "many"], 2, "'many' is not a whole number from 1 on"),
         (["--robots", "sweeep"], 2, "invalid choice: 'sweeep'"),

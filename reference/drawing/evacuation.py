@@ -27,12 +27,14 @@ from reference.drawing.page import (
     DPI,
     FAINT,
     TEXT,
+    Frame,
     arrange,
     blank,
     floor_title,
     frame_of,
     paint,
     swatches,
+    text_size,
 )
 from reference.paper import HEALTH
 from reference.world import Fate, Mode, World
@@ -239,7 +241,8 @@ def _floors(figure: Figure, building: Building, layout: Layout) -> Axes:
     axes = _panel(figure, (WIDTH - wide) / 2, _STRIP, wide, high)
     axes.set(xlim=(0, wide / layout.scale), ylim=(0, high / layout.scale))
     axes.set_axis_off()
-    width, height = frame_of(building).size
+    frame = frame_of(building)
+    width, height = frame.size
     for floor, (x, y) in enumerate(layout.corners):
         axes.imshow(
             paint(building.kind[floor]),
@@ -249,26 +252,19 @@ def _floors(figure: Figure, building: Building, layout: Layout) -> Axes:
         )
         title = floor_title(building, floor)
         place = (x, y + height + 0.05 / layout.scale)
-        axes.text(*place, title, fontsize=10, color=TEXT, va="bottom")
-    _scale_bar(axes, layout)
+        size = text_size(title, width * layout.scale, 10)
+        axes.text(*place, title, fontsize=size, color=TEXT, va="bottom")
+    _scale_bar(axes, frame, layout)
     return axes
 
 
-def _scale_bar(axes: Axes, layout: Layout) -> None:
-    """Ten metres, at the upper right corner of the floors."""
-    right, top = layout.page / layout.scale
-    metre = 1 / layout.scale  # an inch in metres
-    right, y = right - 0.1 * metre, top - 0.15 * metre
-    axes.plot([right - 10, right], [y, y], color=FAINT, linewidth=2)
-    axes.text(
-        right - 10 - 0.06 * metre,
-        y,
-        "10 m",
-        fontsize=8,
-        color=FAINT,
-        ha="right",
-        va="center",
-    )
+def _scale_bar(axes: Axes, frame: Frame, layout: Layout) -> None:
+    """At the upper right corner of the floors."""
+    right, top = (layout.page - (0.1, 0.15)) / layout.scale
+    left = right - frame.step
+    axes.plot([left, right], [top, top], color=FAINT, linewidth=2)
+    words = f"{frame.step} m  "
+    axes.text(left, top, words, fontsize=8, color=FAINT, ha="right", va="center")
 
 
 def _title(figure: Figure) -> Text:

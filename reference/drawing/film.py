@@ -145,7 +145,7 @@ class Patches:
         if self.before is not None and not whole:
             changed = packed != self.before
         self.before = packed
-        rows, cols = _span(changed.any(axis=1)), _span(changed.any(axis=0))
+        rows, cols = (_span(np.flatnonzero(changed.any(axis=k))) for k in (1, 0))
         changed = changed[rows, cols]
         patch = np.full(changed.shape, CLEAR, dtype=np.uint8)
         patch[changed] = self._indices(pixels[rows, cols][changed])
@@ -160,23 +160,22 @@ class Patches:
 
 
 def _span(changed: np.ndarray) -> slice:
-    """From the first True to the last; one place where there is none."""
-    places = np.flatnonzero(changed).tolist() or [0]
-    return slice(places[0], places[-1] + 1)
+    """From the first changed row or column to the last; one if none has changed."""
+    return slice(int(changed[0]), int(changed[-1]) + 1) if len(changed) else slice(0, 1)
 
 
 def _palette() -> np.ndarray:
     """(256, 3) colours: all that we draw with, and what their smoothed edges mix to."""
     inks = [*COLOURS.values(), *STEPS, TEXT, FAINT, INK, CHAR, SOURCE, FLAME, EMBER]
     grounds = (COLOURS[Kind.WALL], COLOURS[Kind.STAIRS], INK, FLAME)
-    mixes = [(WHITE, WHITE, 0.0), *((ink, ink, 0.0) for ink in inks)]
+    mixes = [(ink, ink, 0.0) for ink in (WHITE, *inks)]
     mixes += [(ink, ground, 1 / 2) for ink in inks for ground in grounds]
     mixes += [(i, COLOURS[Kind.FLOOR], t) for i in inks for t in (1 / 3, 2 / 3)]
     mixes += [(i, WHITE, t / 10) for i in (TEXT, FAINT) for t in range(1, 10)]
-    one, other = (np.array([to_rgb(mix[k]) for mix in mixes]) for k in (0, 1))
-    share = np.array([mix[2] for mix in mixes])[:, None]
     colours = np.full((256, 3), 255, dtype=np.uint8)
-    colours[: len(mixes)] = np.round(255 * (one * (1 - share) + other * share))
+    for place, (ink, ground, share) in enumerate(mixes):
+        one, other = np.array(to_rgb(ink)), np.array(to_rgb(ground))
+        colours[place] = np.round(255 * (one * (1 - share) + other * share))
     return colours
 
 

@@ -110,6 +110,12 @@ class Frame:
         return self.right - self.left, self.top - self.bottom
 
     @property
+    def step(self) -> int:
+        """Metres between two ticks, or of a scale bar."""
+        longest = max(self.size)
+        return 10 if longest > 35 else 5 if longest > 12 else 1
+
+    @property
     def extent(self) -> tuple[float, float, float, float]:
         """In matplotlib's order: left, right, bottom, top."""
         return self.left, self.right, self.bottom, self.top
@@ -175,14 +181,14 @@ def floor_pages(
 
 
 def _rule(axes: Axes, frame: Frame, title: str, first: bool) -> None:
-    """Ticks every 10 m, or every 5 m in a small building."""
-    step = 10 if max(frame.size) > 35 else 5
+    """Title and ticks of a panel; the first of a row says what goes up."""
     axes.set(xlim=(frame.left, frame.right), ylim=(frame.bottom, frame.top))
     for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MultipleLocator(step))
+        axis.set_major_locator(MultipleLocator(frame.step))
     axes.tick_params(labelsize=8, color=FAINT, labelcolor=FAINT, length=3)
     axes.spines[:].set_visible(False)
-    axes.set_title(title, fontsize=11, color=TEXT, loc="left", pad=5)
+    size = text_size(title, axes.get_window_extent().width / axes.figure.dpi, 11)
+    axes.set_title(title, fontsize=size, color=TEXT, loc="left", pad=5)
     axes.set_xlabel("x, metres east", fontsize=8, color=FAINT, labelpad=2)
     if first:
         axes.set_ylabel("y, metres north", fontsize=8, color=FAINT, labelpad=0)
@@ -192,6 +198,11 @@ def floor_title(building: Building, floor: int) -> str:
     """ "Floor 2: offices", or "Floor 2" where the drawing gives no name."""
     name = building.plan.storeys[floor].name
     return f"Floor {floor + 1}: {name}" if name else f"Floor {floor + 1}"
+
+
+def text_size(words: str, width: float, largest: float) -> float:
+    """Points at which the words fit into so many inches, if not the largest."""
+    return min(largest, 72 * width / (0.62 * len(words)))
 
 
 def chosen_floors(building: Building, floor: int | None) -> tuple[int, ...]:

@@ -24,6 +24,7 @@ from reference.drawing.page import (
     frame_of,
     paint,
     swatches,
+    text_size,
 )
 from reference.navigation import prepared
 
@@ -158,8 +159,11 @@ def _write_name(axes: Axes, building: Building, area: Area) -> None:
     if area.name.startswith("room-"):
         return
     box = widest(area.cells)
-    letter = _points_per_metre(axes) * 0.9 / (0.62 * len(area.name))
-    level, steep = (min(n * letter, _LARGEST_TEXT) for n in (box.width, box.height))
+    inches = 0.9 * _points_per_metre(axes) / _POINTS
+    level, steep = (
+        text_size(area.name, cells * inches, _LARGEST_TEXT)
+        for cells in (box.width, box.height)
+    )
     upright = level < _SMALL_TEXT < steep
     size = steep if upright else level
     if size >= _SMALLEST_TEXT:

@@ -102,16 +102,16 @@ def _storeys(building: Building, look: Look, title: str) -> Figure:
     x = np.array([frame.left, frame.right, frame.right, frame.left])
     y = np.array([frame.bottom, frame.bottom, frame.top, frame.top])
     outline = project(x, y, np.zeros(4))  # from the south-west corner to the north-west
-    lift, reach = _lift(outline), 10 if max(frame.size) > 35 else 5
+    lift = _lift(outline)
     top = outline.max(axis=0) + (floors - 1) * lift
-    low = outline.min(axis=0) - (0, (SLAB + _ASIDE * reach) * 1.5)
+    low = outline.min(axis=0) - (0, (SLAB + _ASIDE * frame.step) * 1.5)
     figure, axes = canvas(low, top + np.array((0, 2)), _ROOM, title)
     for floor in range(floors):
         _paint_storey(axes, building, floor, look, floor * lift)
         _label(axes, floor_title(building, floor), outline[3] + floor * lift)
     for floor in range(floors - 1):
         _link_stairs(axes, building, floor, lift)
-    _compass(axes, frame, reach)
+    _compass(axes, frame)
     return figure
 
 
@@ -152,8 +152,9 @@ def _label(axes: Axes, title: str, corner: np.ndarray) -> None:
     )
 
 
-def _compass(axes: Axes, frame: Frame, reach: float) -> None:
+def _compass(axes: Axes, frame: Frame) -> None:
     """Beside the lowest storey: which way is north, and how long so many metres are."""
+    reach = frame.step
     x, y = frame.left - _ASIDE * reach, frame.bottom - _ASIDE * reach
     start, north, east = project(
         np.array([x, x, x + reach]), np.array([y, y + reach, y]), np.zeros(3)
@@ -161,11 +162,11 @@ def _compass(axes: Axes, frame: Frame, reach: float) -> None:
     for tip in (north, east):
         look = {"arrowstyle": "-|>", "color": FAINT, "shrinkA": 0, "shrinkB": 0}
         axes.annotate("", tuple(tip), xytext=tuple(start), arrowprops=look)
-    for (u, v), words in (
-        (north, "north\n"),
-        ((start + east) / 2, f"\n    {reach:g} m"),
-    ):
-        axes.text(u, v, words, fontsize=8, color=FAINT, ha="center", va="center")
+    u, v = (start + east) / 2
+    axes.text(
+        north[0], north[1], "north ", fontsize=8, color=FAINT, ha="right", va="center"
+    )
+    axes.text(u, v, f"\n{reach} m", fontsize=8, color=FAINT, va="top")
 
 
 def _link_stairs(axes: Axes, building: Building, floor: int, lift: np.ndarray) -> None:

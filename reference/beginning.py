@@ -1,0 +1,137 @@
+"""The world before the first tick: who stands where, and what they remember.
+
+Clauses: B4, B5, B7, B8, C2.
+
+    n   people;  p  place
+"""
+
+from collections import deque
+from math import inf
+
+import numpy as np
+
+from reference.building import Building, Kind
+from reference.navigation import prepared
+from reference.paper import (
+    BODY_RADIUS,
+    HEALTH,
+    WALKING_SPEED,
+    WALKING_SPREAD,
+    Scenario,
+)
+from reference.world import (
+    NOBODY,
+    NOWHERE,
+    Bodies,
+    Fate,
+    Flames,
+    Mind,
+    Mode,
+    Robot,
+    World,
+)
+
+
+def beginning(
+    building: Building, scenario: Scenario, rng: np.random.Generator
+) -> World:
+    """The world at 0 s; rng places the people and gives them pace and rank.
+
+    Raises ValueError for more people than fit and for rooms that do not exist.
+    """
+    bodies = _bodies(building, scenario, rng)
+    shape = building.kind.shape
+    return World(
+        building=building,
+        time=0.0,
+        occupancy=occupancy(bodies, building.floors),
+        bodies=bodies,
+        minds=_minds(rng.random(len(bodies)), scenario.doors_remembered),
+        robots=_robots(building, scenario.robots_per_floor, len(bodies)),
+        flames=Flames(np.full(shape, inf), np.zeros(shape, bool), np.zeros(shape), []),
+        burnt=np.zeros(len(building.landmarks), dtype=bool),
+    )
+
+
+def occupancy(bodies: Bodies, floors: int) -> list[int]:
+    """People inside on each floor."""
+    return np.bincount(bodies.floor[bodies.inside], minlength=floors).tolist()
+
+
+def _bodies(building: Building, scenario: Scenario, rng: np.random.Generator) -> Bodies:
+    """Everybody stands in a room cell of their own [B8]."""
+    nav = prepared(building)
+    place = _starting_places(building, scenario, rng)
+    n = len(place)
+    jitter = rng.uniform(-1, 1, (n, 2)) * (0.5 - BODY_RADIUS)
+    position = nav.centres[place] + jitter
+    pace = rng.normal(WALKING_SPEED, WALKING_SPREAD, n)
+    return Bodies(
+        position=position,
+        floor=place // building.kind[0].size,
+        place=place,
+        pace=np.clip(pace, 0.7 * WALKING_SPEED, 1.3 * WALKING_SPEED),
+        health=np.full(n, HEALTH),
+        fate=np.full(n, Fate.INSIDE, dtype=np.int8),
+        mode=np.full(n, Mode.FOLLOWER, dtype=np.int8),
+        landmark=np.full(n, NOWHERE),
+        target=position.copy(),
+        leader=np.full(n, NOBODY),
+        shaft=np.full(n, NOWHERE),
+        stairs_until=np.full(n, inf),
+        anchor=position.copy(),
+        anchor_time=np.zeros(n),
+        reckless=np.full(n, -inf),
+    )
+
+
+def _starting_places(
+    building: Building, scenario: Scenario, rng: np.random.Generator
+) -> np.ndarray:
+    """(n,) distinct places, so many on each floor or all in the scenario's rooms."""
+    if scenario.rooms:
+        free = [_cells_of_rooms(building, scenario.rooms)]
+        counts: tuple[int, ...] = (scenario.people,)
+    else:
+        size = building.kind[0].size
+        on_floor = (np.flatnonzero(kind == Kind.FLOOR) for kind in building.kind)
+        free = [cells + floor * size for floor, cells in enumerate(on_floor)]
+        counts = scenario.start_counts(building.floors)
+    chosen = []
+    for places, count in zip(free, counts, strict=True):
+        if count > len(places):
+            raise ValueError(
+                f"{count} people do not fit where {len(places)} cells are free"
+            )
+        chosen.append(rng.choice(places, count, replace=False))
+    return np.concatenate(chosen)
+
+
+def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
+    known = {a.id: a.index for a in building.areas if a.kind == "room"}
+    for room in rooms:
+        if room not in known:
+            raise ValueError(f"no room {room!r} in {building.title!r}")
+    return np.flatnonzero(np.isin(building.area.ravel(), [known[r] for r in rooms]))
+
+
+def _minds(ranks: np.ndarray, doors: int) -> list[Mind]:
+    """Followers without a leader at first: Alg. 1:3 makes them leaders at once."""
+    return [
+        Mind(person=i, rank=rank, doors=deque(maxlen=doors), mode=Mode.FOLLOWER)
+        for i, rank in enumerate(ranks.tolist())
+    ]
+
+
+def _robots(building: Building, per_floor: int, people: int) -> list[Robot]:
+    """A team on each floor, a robot for each stairwell in turn [C2]."""
+    nav = prepared(building)
+    robots: list[Robot] = []
+    for floor in range(building.floors):
+        wells = [s.centre for s in building.stairwells if floor in s.areas]
+        posts = wells or [room.centre for room in building.rooms(floor)]
+        for team in range(per_floor):
+            p = nav.nearest_free(floor, *posts[team % len(posts)])
+            body = people + len(robots)
+            robots.append(Robot(body, floor, team, nav.centres[p], p))
+    return robots

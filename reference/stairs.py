@@ -1,0 +1,76 @@
+"""People walk down the stairs: off one floor, past landings, out at the lowest.
+
+Clauses: A3, F8.  On the stairs nobody is seen and nobody is in the way; what is narrow
+is the entrance at either end [A3, chosen].  Nobody walks up.
+
+    i   person;  p  place
+"""
+
+from math import inf
+
+import numpy as np
+
+from reference.building import Building, Stairwell
+from reference.humans import arrive
+from reference.motion import DIAMETER
+from reference.navigation import Navigation, prepared
+from reference.paper import STAIRS_SECONDS
+from reference.world import NOBODY, NOWHERE, World
+
+
+class Stairs:
+    """All stairwells of a building."""
+
+    def __init__(self, building: Building):
+        self.building = building
+        self.navigation: Navigation = prepared(building)
+        self.shaft_of = {
+            mark: k
+            for k, well in enumerate(building.stairwells)
+            for marks in well.entrances.values()
+            for mark in marks
+        }
+
+    def enter(self, world: World, i: int, entrance: int) -> None:
+        """A human has touched an entrance whose stairs lead down."""
+        bodies, nav = world.bodies, self.navigation
+        shaft = self.shaft_of[entrance]
+        cells = nav.places_of(
+            int(bodies.floor[i]), self.building.stairwells[shaft].cells
+        )
+        bodies.shaft[i], bodies.leader[i], bodies.landmark[i] = shaft, NOBODY, NOWHERE
+        bodies.stairs_until[i] = world.time + STAIRS_SECONDS
+        bodies.place[i] = cells[i % len(cells)]
+        bodies.position[i] = nav.centres[bodies.place[i]]
+
+    def descend(self, world: World, i: int) -> int | None:
+        """A storey further down; the floor whose landing is passed, if any.
+
+        At the lowest floor the human steps out, or waits for a free place to do so.
+        """
+        bodies = world.bodies
+        well = self.building.stairwells[bodies.shaft[i]]
+        lowest = min(well.areas)
+        if bodies.floor[i] > lowest:
+            bodies.floor[i] -= 1
+            bodies.place[i] -= self.building.kind[0].size
+            if bodies.floor[i] > lowest:
+                bodies.stairs_until[i] += STAIRS_SECONDS
+                return int(bodies.floor[i])
+        self._step_out(world, i, well, lowest)
+        return None
+
+    def _step_out(self, world: World, i: int, well: Stairwell, floor: int) -> None:
+        """Into an entrance cell that nobody stands in; looking again from there."""
+        bodies, nav = world.bodies, self.navigation
+        others = bodies.position[bodies.walking & (bodies.floor == floor)]
+        for mark in well.entrances[floor]:
+            for p in nav.places_of(floor, self.building.landmarks[mark].cells).tolist():
+                spot = nav.centres[p]
+                if (np.hypot(*(others - spot).T) < DIAMETER).any():
+                    continue
+                bodies.place[i], bodies.position[i] = p, spot
+                bodies.anchor[i], bodies.anchor_time[i] = spot, world.time
+                bodies.shaft[i], bodies.stairs_until[i] = NOWHERE, inf
+                arrive(world.minds[i], mark, nav.beyond(p, well.areas[floor]))
+                return

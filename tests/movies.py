@@ -1,0 +1,189 @@
+"""Boards as tests: draw a scene, let seconds pass, and read the board again.
+
+    # . + E A-D   the building, as in a floor file but without names of rooms
+    p q r ...     people, in this order; a later letter outranks an earlier one
+    R             robots, in reading order, equally many on every floor
+    *             flames that stay as they are drawn
+
+Floors are drawn one below the other, the first floor first, with a blank line between.
+People walk at WALKING_SPEED, robots stand still unless a strategy is given, and nothing
+is left to chance.
+"""
+
+from functools import partial
+from inspect import cleandoc
+from unittest.mock import patch
+
+import numpy as np
+
+from reference.beginning import beginning
+from reference.building import build
+from reference.fire import Spread
+from reference.floorplan import parse
+from reference.humans import Situation, think
+from reference.navigation import prepared
+from reference.paper import WALKING_SPEED, Scenario
+from reference.perception import Surroundings, look
+from reference.robots import NoRobots
+from reference.simulation import Simulation
+from reference.world import Mode, Source
+
+PEOPLE = "pqrstuvwxyz"
+
+
+# -- A scene, and what becomes of it ------------------------------------------------
+
+
+def stage(board, robots=None, fire="none", **scenario):
+    """A simulation that begins as drawn; scenario: what else differs from the paper."""
+    floors = split(board)
+    people = tuple(len(found([rows], PEOPLE)) for rows in floors)
+    scene = Scenario(
+        people_per_floor=people, robots_per_floor=len(found(floors[:1], "R")), **scenario
+    )
+    with patch("reference.simulation.beginning", partial(as_drawn, floors)):
+        return Simulation(built(board), scene, robots or NoRobots(), fire)
+
+
+def play(sim, seconds):
+    """The board some seconds later."""
+    end = sim.world.time + seconds - 1e-9
+    while sim.world.time < end and not sim.done:
+        sim.step()
+    return show(sim)
+
+
+def show(sim):
+    """The board now: people before robots before flames before the building."""
+    floors = [[list(row) for row in s.rows] for s in sim.building.plan.storeys]
+    bodies, cell = sim.world.bodies, sim.building.cell
+    for floor, row, col in np.argwhere(sim.world.flames.burning):
+        floors[floor][row][col] = "*"
+    for robot in sim.world.robots:
+        row, col = cell(*robot.position)
+        floors[robot.floor][row][col] = "R"
+    for i in np.flatnonzero(bodies.inside)[::-1]:
+        row, col = cell(*bodies.position[i])
+        floors[bodies.floor[i]][row][col] = PEOPLE[i]
+    return joined(["".join(row).rstrip() for row in rows] for rows in floors)
+
+
+def drawn(board):
+    """A board as `show` draws it, however it is indented in a test."""
+    return joined(split(board))
+
+
+# -- Who is on the board ------------------------------------------------------------
+
+
+def body(letter):
+    """The body that a letter marks."""
+    return PEOPLE.index(letter)
+
+
+def mind(sim, letter):
+    """What the human with a letter remembers."""
+    return sim.world.minds[body(letter)]
+
+
+def view(sim, letter):
+    """What the human with a letter sees now."""
+    surroundings = Surroundings.of(sim.world, sim.sight)
+    return look(sim.world, surroundings, np.array([body(letter)]))[0]
+
+
+def decide(sim, letter):
+    """Let the human with a letter think once, and nothing else; its goal."""
+    me = mind(sim, letter)
+    think(me, view(sim, letter), Situation(sim.world, sim.navigation))
+    return me.goal
+
+
+def lead(sim, *letters):
+    """Let these people be leaders."""
+    for letter in letters:
+        mind(sim, letter).mode = Mode.LEADER
+        sim.world.bodies.mode[body(letter)] = Mode.LEADER
+
+
+def follow(sim, letter, leader):
+    """Let one human follow a body, as if it had seen it a moment ago where it is."""
+    me, bodies, n = mind(sim, letter), sim.world.bodies, len(sim.world.minds)
+    me.mode, me.leader = Mode.FOLLOWER, leader
+    bodies.mode[me.person], bodies.leader[me.person] = me.mode, leader
+    robot = leader >= n
+    me.seen_at = sim.world.time
+    me.seen_place = sim.world.robots[leader - n].place if robot else bodies.place[leader]
+
+
+def mark(sim, kind, nth=1):
+    """The nth landmark of a kind in reading order, the first floor first."""
+    return [m.index for m in sim.building.landmarks if m.kind is kind][nth - 1]
+
+
+class Send:
+    """A strategy that sends all robots to one place, in metres."""
+
+    def __init__(self, x, y):
+        self.destination = (x, y)
+
+    def decide(self, world, robots, rng):
+        """Always the same."""
+        return [self.destination] * len(robots)
+
+
+# -- From text to world -------------------------------------------------------------
+
+
+def split(board):
+    """The rows of each floor of a board."""
+    floors = cleandoc(board).split("\n\n")
+    return [[row.rstrip() for row in floor.splitlines()] for floor in floors]
+
+
+def joined(floors):
+    """A board from the rows of each floor."""
+    return "\n\n".join("\n".join(rows) for rows in floors)
+
+
+def built(board):
+    """The building under a board, without people, robots and flames."""
+    floors = split(board)
+    width = max(len(row) for rows in floors for row in rows)
+    text = f"building: board\nsize: {width} x {len(floors[0])}\n"
+    bare = str.maketrans(dict.fromkeys(PEOPLE + "R*", "."))
+    for number, rows in enumerate(floors, 1):
+        text += f"floor {number}:\n" + "\n".join(rows).translate(bare) + "\n"
+    return build(parse(text))
+
+
+def found(floors, letters):
+    """(floor, row, col) of every letter that is one of these, letter by letter."""
+    return [
+        (floor, row, col)
+        for letter in letters
+        for floor, rows in enumerate(floors)
+        for row, line in enumerate(rows)
+        for col, here in enumerate(line)
+        if here == letter
+    ]
+
+
+def as_drawn(floors, building, scenario, rng):
+    """The world at 0 s, with everybody and every flame where the board has them."""
+    world = beginning(building, scenario, rng)
+    nav, bodies = prepared(building), world.bodies
+    for i, cell in enumerate(found(floors, PEOPLE)):
+        p = int(np.ravel_multi_index(cell, building.kind.shape))
+        bodies.place[i], bodies.floor[i], bodies.pace[i] = p, cell[0], WALKING_SPEED
+        for array in (bodies.position, bodies.target, bodies.anchor):
+            array[i] = nav.centres[p]
+        world.minds[i].rank = i / len(bodies)
+    for robot, cell in zip(world.robots, found(floors, "R"), strict=True):
+        robot.place = int(np.ravel_multi_index(cell, building.kind.shape))
+        robot.position = nav.centres[robot.place]
+    for floor, row, col in found(floors, "*"):
+        world.flames.arrival[floor, row, col] = 0.0
+        world.flames.sources.append(Source(floor, *building.metres(row, col), 0.0))
+    Spread(building, rng).advance(world.flames, 0.0)
+    return world

@@ -1,0 +1,601 @@
+"""Pictures: what is where on the page, what is refused, and films that end well."""
+
+import json
+import os
+import re
+from base64 import b64decode
+from io import BytesIO
+from itertools import pairwise
+from math import ceil
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from matplotlib.path import Path as Outline
+from matplotlib.text import Text
+from PIL import Image, ImageSequence
+
+from reference import drawing
+from reference.building import Kind, load
+from reference.drawing import film, relief
+from reference.drawing.evacuation import EMBER, FLAME, SOURCE, STEPS, Scene
+from reference.drawing.page import COLOURS, MEANINGS, arrange
+from reference.drawing.plans import outward, widest
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.world import Fate, Mode
+
+FLOORS = sorted((Path(__file__).parent.parent / "floors").glob("*.txt"))
+VIEWS = (
+    drawing.top,
+    drawing.oblique,
+    drawing.walkable,
+    drawing.closeup,
+    drawing.graph,
+)
+SHORT = Scenario(people=8, robots_per_floor=1, time_limit=8.0)
+
+
+@pytest.fixture(scope="module")
+def tiny():
+    """Two small floors."""
+    return load("tiny")
+
+
+@pytest.fixture(scope="module")
+def institute():
+    """The paper's building."""
+    return load("paper")
+
+
+@pytest.fixture
+def simulation(tiny):
+    """Eight seconds, in which everything happens that can be drawn."""
+    return Simulation(tiny, SHORT, seed=1)
+
+
+def pixels(figure):
+    """(rows, cols, 3) colours from 0 to 1, row 0 at the top."""
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3] / 255
+
+
+def colour_at(axes, x, y):
+    """The colour of the page at a place of some axes."""
+    image = pixels(axes.figure)
+    across, up = axes.transData.transform((x, y))
+    return image[len(image) - 1 - int(up), int(across)]
+
+
+def texts(figure):
+    """All that is written on a page."""
+    found = figure.findobj(lambda artist: isinstance(artist, Text))
+    return [text for text in found if text.get_text().strip() and text.get_visible()]
+
+
+def words(figure):
+    """The words of all texts on a page."""
+    return {text.get_text() for text in texts(figure)}
+
+
+# -- Buildings ----------------------------------------------------------------------
+
+
+@pytest.mark.paper("A8", "Figs. 4-6")
+@pytest.mark.parametrize("kind", list(Kind), ids=lambda kind: kind.name.lower())
+def test_every_cell_has_the_colour_of_its_kind_at_its_place_in_metres(tiny, kind):
+    """Walls are dark, doors blue, entrances purple, exits green: where they stand."""
+    row, col = np.argwhere(tiny.kind[0] == kind)[0]
+    x, y = tiny.metres(row, col)
+    axes = drawing.top(tiny, floor=0).axes[0]
+    np.testing.assert_allclose(
+        colour_at(axes, x - 0.4, y + 0.4), to_rgb(COLOURS[kind]), atol=0.01
+    )
+
+
+@pytest.mark.paper("A8", "Figs. 4-6")
+def test_the_legend_names_all_seven_meanings(tiny):
+    """A reader needs no other page to understand this one."""
+    legend = drawing.top(tiny).legends[0]
+    assert [text.get_text() for text in legend.get_texts()] == list(MEANINGS.values())
+
+
+@pytest.mark.paper("A8")
+@pytest.mark.parametrize("view", VIEWS, ids=lambda view: view.__name__)
+@pytest.mark.parametrize("path", FLOORS, ids=lambda path: path.stem)
+def test_nothing_is_clipped_in_any_view_of_any_building(path, view):
+    """One storey or five, wide or tall: all that is drawn lies inside its page."""
+    figure = view(load(str(path)))
+    width, height = figure.get_size_inches()
+    box = figure.get_tightbbox()
+    assert 0 <= box.x0 < box.x1 <= width
+    assert 0 <= box.y0 < box.y1 <= height
+
+
+@pytest.mark.paper("A8", "Figs. 4-6")
+def test_one_floor_can_be_drawn_alone(institute):
+    """Floor 1 in the code is the second floor of the house."""
+    figure = drawing.top(institute, floor=1)
+    assert [axes.get_title("left") for axes in figure.axes] == ["Floor 2: offices"]
+
+
+def test_refuses_a_floor_that_is_not_there(tiny):
+    """The message counts floors as people do."""
+    with pytest.raises(ValueError, match=r"no floor 3 in Tiny office.*from 1 to 2"):
+        drawing.graph(tiny, floor=2)
+
+
+def test_a_name_stands_in_the_largest_box_of_an_angled_room():
+    """Neither in the wall nor where the room is narrow."""
+    room = """..
+              ..
+              .......
+              ......."""
+    rows = [row.strip() for row in room.split("\n")]
+    cells = [(r + 10, c + 20) for r, row in enumerate(rows) for c in range(len(row))]
+    box = widest(np.array(cells))
+    assert (box.row, box.col, box.height, box.width) == (12, 20, 2, 7)
+    assert box.middle == (12.5, 23.0)
+
+
+@pytest.mark.paper("A8", "Figs. 4-6")
+def test_every_name_lies_inside_its_room(institute):
+    """All four corners of the writing are in the room that is written on."""
+    figure = drawing.top(institute)
+    pixels(figure)
+    named = [area for area in institute.areas if not area.name.startswith("room-")]
+    written = 0
+    for floor, axes in enumerate(figure.axes):
+        for area in (a for a in named if a.floor == floor):
+            text = next(t for t in axes.texts if t.get_text() == area.name)
+            box = text.get_window_extent().transformed(axes.transData.inverted())
+            for x, y in box.corners():
+                assert institute.area[(floor, *institute.cell(x, y))] == area.index
+            written += 1
+    assert written == len(named) > 30
+
+
+@pytest.mark.paper("A2")
+def test_the_drawn_graph_has_all_nodes_and_its_edges_never_cross_a_wall(institute):
+    """An edge goes round the corners of its room and through its door."""
+    figure = drawing.graph(institute)
+    assert {area.name for area in institute.areas} <= words(figure)
+    edges = 0
+    for floor, axes in enumerate(figure.axes):
+        for line in axes.lines:
+            way = line.get_xydata()
+            edges += len(way) > 1
+            for start, end in pairwise(way):
+                for x, y in np.linspace(start, end, 40):
+                    assert institute.kind[(floor, *institute.cell(x, y))] >= Kind.FLOOR
+    exits = sum(mark.kind is Kind.EXIT for mark in institute.landmarks)
+    assert edges == 2 * len(institute.landmarks) - exits
+
+
+@pytest.mark.paper("A4")
+def test_an_exit_points_out_of_the_house(institute):
+    """West in the hall, east in the canteen."""
+    exits = [mark for mark in institute.landmarks if mark.kind is Kind.EXIT]
+    ways = {mark.sides[0]: outward(institute, mark) for mark in exits}
+    assert ways == {"1/hall": (-1, 0), "1/canteen": (1, 0)}
+
+
+@pytest.mark.paper("A8", "Fig. 1")
+def test_no_storey_hides_another(institute):
+    """They are lifted just far enough off each other."""
+    x, y = np.array([-20, 20, 20, -20]), np.array([-24, -24, 24, 24])
+    outline = relief.project(x, y, np.zeros(4))
+    lifted = outline + relief._lift(outline)
+    assert not Outline(outline).intersects_path(Outline(lifted))
+    assert np.ptp(lifted[:, 1]) + outline[:, 1].max() > lifted[:, 1].min()
+
+
+@pytest.mark.paper("A8", "Fig. 1")
+def test_what_is_nearer_is_painted_later():
+    """The eye is south-west: first the north row, in a row first the east."""
+    kind = np.full((2, 3), Kind.WALL)
+    boxes = relief.Boxes(kind, np.array([[1.0, 2, 3], [1, 2, 3]]), 0.0, 1.0)
+    lids = [f.corners[0, :2] for f in relief._faces(boxes, True) if f.shade == 1]
+    expected = [(2, 0), (1, 0), (0, 0), (2, 1), (1, 1), (0, 1)]
+    np.testing.assert_array_equal(lids, expected)
+
+
+@pytest.mark.paper("A1")
+def test_a_thin_wall_reaches_exactly_to_its_neighbours():
+    """A post in each cell, an arm towards each wall beside it."""
+    board = """##.
+               .#."""
+    solid = np.array([[c == "#" for c in row.strip()] for row in board.split("\n")])
+    thin = ["".join(".#"[int(c)] for c in row) for row in relief._thin(solid)]
+    assert thin == [
+        ".........",
+        ".####....",
+        "....#....",
+        "....#....",
+        "....#....",
+        ".........",
+    ]
+
+
+@pytest.mark.paper("A8", "Fig. 2")
+def test_the_walkable_picture_says_how_much_one_may_walk_on(tiny):
+    """The number is the building's own."""
+    area = int((tiny.kind >= Kind.FLOOR).sum())
+    assert f"Tiny office: where one may walk, {area} m²" in words(
+        drawing.walkable(tiny)
+    )
+
+
+@pytest.mark.paper("A8", "Fig. 3")
+@pytest.mark.parametrize("path", FLOORS, ids=lambda path: path.stem)
+def test_the_close_up_finds_every_kind_of_passage_there_is(path):
+    """An exit, an entrance and a door, wherever the building has them."""
+    building = load(str(path))
+    figure = drawing.closeup(building)
+    named = {text.get_text() for text in figure.axes[0].texts}
+    assert {MEANINGS[mark.kind] for mark in building.landmarks} <= named
+
+
+@pytest.mark.paper("A8")
+def test_floors_wrap_where_that_makes_them_larger():
+    """Three tall floors stand side by side, five wide ones in two rows or more."""
+    assert arrange(3, (40, 48), (12, 6), (0, 0))[0] == 3
+    assert arrange(2, (57, 21), (12, 6), (0, 0))[0] == 1
+    assert 1 < arrange(5, (36, 26), (12, 6), (0, 0))[0] < 5
+
+
+# -- One instant --------------------------------------------------------------------
+
+
+@pytest.mark.paper("B4")
+def test_followers_are_discs_and_leaders_triangles(simulation):
+    """A mode is told by its shape, so that no colour is needed for it."""
+    world = simulation.world
+    world.bodies.mode[:] = Mode.FOLLOWER
+    world.bodies.mode[:3] = Mode.LEADER
+    scene = Scene(world.building, 8)
+    scene.show(world, [drawing.tally(world)])
+    counts = {mode: len(crowd.get_offsets()) for mode, crowd in scene.people.items()}
+    assert counts == {Mode.FOLLOWER: 5, Mode.LEADER: 3}
+    corners = {m: len(c.get_paths()[0].vertices) for m, c in scene.people.items()}
+    assert corners[Mode.LEADER] == 4 < corners[Mode.FOLLOWER]
+
+
+@pytest.mark.paper("B7")
+def test_health_is_a_colour_that_darkens(simulation):
+    """Bright at 100, dark near 0, and ever darker between."""
+    world = simulation.world
+    world.bodies.mode[:] = Mode.FOLLOWER
+    world.bodies.health[:] = np.linspace(99, 1, 8)
+    scene = Scene(world.building, 8)
+    scene.show(world, [drawing.tally(world)])
+    pixels(scene.figure)
+    light = scene.people[Mode.FOLLOWER].get_facecolors()[:, :3].sum(axis=1)
+    assert (np.diff(light) <= 0).all()
+    assert light[0] > 2 * light[-1]
+
+
+def test_everybody_is_drawn_on_the_floor_they_are_on(simulation):
+    """The place on the page is the colour of that floor's cell."""
+    world, building = simulation.world, simulation.building
+    scene = Scene(building, 8)
+    for floor in (0, 1):
+        row, col = np.argwhere(building.kind[floor] == Kind.ENTRANCE)[0]
+        ((x,), (y,)) = scene._on_page(np.array([floor]), building.metres(row, col))
+        colour = colour_at(scene.axes, x, y)
+        np.testing.assert_allclose(colour, to_rgb(COLOURS[Kind.ENTRANCE]), atol=0.01)
+    assert len(np.unique(scene._on_page(world.bodies.floor, world.bodies.position)))
+
+
+def test_floors_are_read_like_lines_of_text(tiny):
+    """The first floor is drawn first: on the left, or on top."""
+    scene = Scene(tiny, 8)
+    (x_1, y_1), (x_2, y_2) = scene.offset
+    assert (x_1, -y_1) < (x_2, -y_2)
+
+
+def test_the_title_and_the_curve_count_the_same_people(simulation):
+    """Two out and one dead of eight."""
+    world = simulation.world
+    world.bodies.fate[:3] = (Fate.EVACUATED, Fate.EVACUATED, Fate.DEAD)
+    scene = Scene(world.building, 8)
+    scene.show(world, [drawing.tally(world)])
+    assert scene.title.get_text() == "Tiny office after 0 s: 5 inside, 2 out, 1 dead"
+    ends = {name: line.get_ydata()[-1] for name, line in scene.lines.items()}
+    assert ends == {"out": 2, "inside": 5, "dead": 1}
+
+
+@pytest.mark.paper("C5")
+@pytest.mark.paper("D3")
+def test_robots_destinations_flames_and_burnt_doors_have_marks_of_their_own(simulation):
+    """A line and a cross to a destination, a drop at a source, a box on a door."""
+    simulation.run()
+    world = simulation.world
+    world.burnt[:2] = True
+    scene = Scene(world.building, 8)
+    scene.show(world, [drawing.tally(world)])
+    count = {name: len(mark.get_xdata()) for name, mark in scene.marks.items()}
+    sent = sum(r.active and r.destination is not None for r in world.robots)
+    assert count["robot"] == len(world.robots) == 2
+    assert count["destination"] == sent
+    assert count["way"] == 3 * sent
+    assert count["flames"] == world.flames.burning.sum()
+    assert count["fire source"] == len(world.flames.sources)
+    assert count["burnt door"] == 2
+
+
+@pytest.mark.parametrize("path", FLOORS, ids=lambda path: path.stem)
+def test_no_instant_of_any_building_is_clipped(path):
+    """The floors, the curve and the legend find room on the same page."""
+    world = Simulation(load(str(path)), SHORT).world
+    figure = drawing.frame(world)
+    width, height = figure.get_size_inches()
+    box = figure.get_tightbbox()
+    assert 0 <= box.x0 < box.x1 <= width
+    assert 0 <= box.y0 < box.y1 <= height
+
+
+def test_an_empty_house_can_be_drawn(tiny):
+    """No people, no robots, no fire."""
+    scenario = Scenario(people=0, robots_per_floor=0)
+    world = Simulation(tiny, scenario, "none", "none").world
+    assert "0 inside, 0 out, 0 dead" in " ".join(words(drawing.frame(world)))
+
+
+@pytest.mark.paper("A8")
+def test_colour_blind_readers_can_tell_everything_apart():
+    """Seen by any of three kinds of eye, no two colours come close in CIE L*a*b*.
+
+    The eyes are those of Machado et al. (2009) at full severity; 10 is far more than
+    the just noticeable difference of 2.3.
+    """
+    colours = [COLOURS[k] for k in Kind if k is not Kind.OUTSIDE] + [FLAME, STEPS[-1]]
+    light = np.array([to_rgb(colour) for colour in colours]) ** 2.2
+    for eye in (PROTANOPE, DEUTERANOPE, TRITANOPE):
+        lab = to_lab(np.clip(light @ np.array(eye).T, 0, 1))
+        apart = np.linalg.norm(lab[:, None] - lab[None], axis=2)
+        assert apart[np.triu_indices(len(colours), 1)].min() > 10
+
+
+PROTANOPE = ((0.152, 1.053, -0.205), (0.115, 0.786, 0.099), (-0.004, -0.048, 1.052))
+DEUTERANOPE = ((0.367, 0.861, -0.228), (0.280, 0.673, 0.047), (-0.012, 0.043, 0.969))
+TRITANOPE = ((1.256, -0.077, -0.179), (-0.078, 0.931, 0.148), (0.005, 0.691, 0.304))
+
+
+def to_lab(light):
+    """(k, 3) linear red, green, blue -> CIE L*a*b*."""
+    to_xyz = [(0.412, 0.358, 0.180), (0.213, 0.715, 0.072), (0.019, 0.119, 0.950)]
+    x, y, z = np.cbrt(light @ np.array(to_xyz).T / (0.950, 1.0, 1.089)).T
+    return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=1)
+
+
+# -- Films --------------------------------------------------------------------------
+
+
+def test_a_blitted_frame_is_the_frame_painted_anew(simulation):
+    """Nothing of the frame before shines through."""
+    used = Scene(simulation.building, 8, film.DPI)
+    paint, history = film._painter(used), []
+    for _ in range(30):
+        history.append(drawing.tally(simulation.world))
+        used.show(simulation.world, history)
+        last = paint()
+        simulation.step()
+    fresh = Scene(simulation.building, 8, film.DPI)
+    simulation.world.time = history[-1].time
+    used.show(simulation.world, history)
+    fresh.show(simulation.world, history)
+    last = paint()
+    np.testing.assert_array_equal(last, film._painter(fresh)())
+
+
+def test_the_curve_makes_room_for_a_long_evacuation(simulation):
+    """Beyond its right end the page is painted anew, with a longer axis."""
+    scene = Scene(simulation.building, 8)
+    history = [drawing.Tally(time, 0, 8, 0) for time in (0.0, 60.0)]
+    scene.show(simulation.world, history)
+    assert scene.still
+    scene.show(simulation.world, [*history, drawing.Tally(60.4, 1, 7, 0)])
+    assert not scene.still
+    assert scene.curve.get_xlim() == (0, 90)
+
+
+def test_a_frame_costs_a_fraction_of_a_whole_page(simulation):
+    """Blitting pays: walls, legend and axes are painted once."""
+    scene = Scene(simulation.building, 8, film.DPI)
+    scene.show(simulation.world, [drawing.tally(simulation.world)])
+    paint = film._painter(scene)
+
+    def seconds():
+        start = perf_counter()
+        paint()
+        return perf_counter() - start
+
+    page = seconds()
+    assert 3 * min(seconds() for _ in range(5)) < page
+
+
+def frames_of(simulation, seconds):
+    """How many frames the film of a run has, the first and the last included."""
+    return 1 + ceil(round(simulation.world.time / simulation.tick) / round(seconds * 5))
+
+
+def test_a_gif_has_a_frame_for_every_instant_and_they_differ(simulation, tmp_path):
+    """The film begins with the beginning and holds the end for three seconds."""
+    drawing.animate(simulation, tmp_path / "film.gif", progress=False)
+    with Image.open(tmp_path / "film.gif") as gif:
+        frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(gif)]
+        assert len(frames) == frames_of(simulation, 0.4)
+        assert gif.info["duration"] == 3000
+        assert gif.info["loop"] == 0
+    assert {frame.size for frame in frames} == {frames[0].size}
+    assert np.any(np.asarray(frames[0]) != np.asarray(frames[-1]))
+
+
+def test_the_patches_of_a_gif_add_up_to_the_page(simulation, tmp_path):
+    """The last frame is the page as it is drawn, but for a palette of 256 colours."""
+    drawing.animate(simulation, tmp_path / "film.gif", progress=False)
+    scene, world = Scene(simulation.building, 8, film.DPI), simulation.world
+    scene.show(world, [drawing.tally(world)])
+    page = film._painter(scene)()[..., :3].astype(int)
+    with Image.open(tmp_path / "film.gif") as gif:
+        gif.seek(gif.n_frames - 1)
+        last = np.asarray(gif.convert("RGB")).astype(int)
+    floors = slice(0, len(page) - 150)  # the curve knows the past
+    off = np.abs(page - last)[floors].max(axis=2)
+    assert (off < 24).mean() > 0.995
+
+
+def test_every_colour_that_is_drawn_with_is_in_the_palette():
+    """Only the smoothed edges are rounded, not the things themselves."""
+    patches = film.Patches()
+    inks = [*COLOURS.values(), *STEPS, FLAME, EMBER, SOURCE, "#ffffff"]
+    rows = (np.array([[(*to_rgb(ink), 1) for ink in inks]]) * 255).round()
+    image, corner = patches.next(rows.astype(np.uint8))
+    shown = np.asarray(image.convert("RGB")).astype(int)
+    assert corner == (0, 0)
+    assert np.abs(shown - rows[..., :3]).max() <= 6
+
+
+def test_a_film_changes_nothing_in_what_it_films(tiny, simulation, tmp_path):
+    """The outcome is that of the same run unseen."""
+    filmed = drawing.animate(simulation, tmp_path / "film.gif", progress=False)
+    assert filmed == Simulation(tiny, SHORT, seed=1).run()
+
+
+def test_the_player_is_one_page_without_any_link(simulation, tmp_path):
+    """It opens from a memory stick in a classroom without a network."""
+    target = tmp_path / "film.html"
+    drawing.animate(simulation, target, progress=False)
+    page = target.read_text(encoding="utf-8")
+    assert not re.search(r"https?:|<link|<script .*src|@import", page)
+    for part in ("<canvas", "<button", 'type="range"', "Tiny office"):
+        assert part in page
+
+
+def test_the_player_holds_every_frame_and_whole_ones_to_jump_to(simulation, tmp_path):
+    """Every 25th frame is a whole page, the others only what changed."""
+    target = tmp_path / "film.html"
+    drawing.animate(simulation, target, seconds_per_frame=0.2, progress=False)
+    page = target.read_text(encoding="utf-8")
+    lines = page.split("const frames = [\n")[1].split("];\n")[0].splitlines()
+    frames = [json.loads(line.rstrip(",")) for line in lines]
+    sizes = [Image.open(BytesIO(b64decode(png))).size for _, _, png in frames]
+    assert len(frames) == frames_of(simulation, 0.2) > 26
+    assert sizes[0] == sizes[25] == Image.open(BytesIO(b64decode(frames[0][2]))).size
+    assert frames[25][:2] == [0, 0]
+    assert all(w * h < sizes[0][0] * sizes[0][1] for w, h in sizes[1:25])
+
+
+def ffmpeg(folder, monkeypatch, script):
+    """A stand-in for ffmpeg, the first on the path."""
+    program = folder / "ffmpeg"
+    program.write_text(f"#!/bin/sh\n{script}\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
+
+
+def test_an_mp4_hands_every_frame_to_ffmpeg(simulation, tmp_path, monkeypatch):
+    """Raw pixels, as many as were announced, the last ones for three seconds."""
+    ffmpeg(
+        tmp_path, monkeypatch, 'for last; do :; done; echo "$@" > said; cat > "$last"'
+    )
+    monkeypatch.chdir(tmp_path)
+    drawing.animate(simulation, tmp_path / "film.mp4", progress=False)
+    width, height = map(
+        int, re.search(r"(\d+)x(\d+)", Path("said").read_text()).groups()
+    )
+    size = (tmp_path / "film.mp4").stat().st_size
+    held = 30  # three seconds at ten frames a second
+    assert size == width * height * 4 * (frames_of(simulation, 0.4) - 1 + held)
+
+
+def test_refuses_an_mp4_without_ffmpeg_before_anything_runs(
+    simulation, tmp_path, monkeypatch
+):
+    """The hint names what works everywhere."""
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(ValueError, match=r"needs ffmpeg.*end the name in \.gif"):
+        drawing.animate(simulation, tmp_path / "film.mp4")
+    assert simulation.world.time == 0
+
+
+def test_an_ffmpeg_that_fails_leaves_a_message_and_no_film(
+    simulation, tmp_path, monkeypatch
+):
+    """Whatever its reason was, nothing half-written stays."""
+    ffmpeg(tmp_path, monkeypatch, "exit 3")
+    with pytest.raises(OSError, match="ffmpeg could not write it"):
+        drawing.animate(simulation, tmp_path / "film.mp4", progress=False)
+    assert [path.name for path in tmp_path.iterdir()] == ["ffmpeg"]
+
+
+@pytest.mark.parametrize("suffix", [".gif", ".html"])
+def test_an_interrupted_film_leaves_what_was_there_before(
+    simulation, tmp_path, monkeypatch, suffix
+):
+    """Ctrl-C in the middle: the old file stays, the new one is gone."""
+    target = tmp_path / f"film{suffix}"
+    target.write_text("yesterday's")
+    step = simulation.step
+
+    def interrupted():
+        if simulation.world.time > 2:
+            raise KeyboardInterrupt
+        return step()
+
+    monkeypatch.setattr(simulation, "step", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        drawing.animate(simulation, target, progress=False)
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["yesterday's"]
+
+
+@pytest.mark.parametrize("name", ["film.avi", "film", "film.png"])
+def test_refuses_a_film_in_an_unknown_format_before_anything_runs(simulation, name):
+    """The message says which there are."""
+    with pytest.raises(ValueError, match=r"End the name in \.gif, \.html or \.mp4"):
+        drawing.animate(simulation, name)
+    assert simulation.world.time == 0
+
+
+def test_refuses_a_pace_that_is_none(simulation, tmp_path):
+    """Nobody can watch nothing for ever."""
+    with pytest.raises(ValueError, match="above 0"):
+        drawing.animate(simulation, tmp_path / "film.gif", speed=0)
+
+
+# -- Saving -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf", ".PNG"])
+def test_a_figure_is_saved_whole_and_alone(tiny, tmp_path, suffix):
+    """The partial file beside it is gone."""
+    target = tmp_path / f"plan{suffix}"
+    assert drawing.save(drawing.top(tiny), target) == target
+    assert target.stat().st_size > 1000
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_refuses_a_picture_in_an_unknown_format(tiny):
+    """The message says which there are."""
+    with pytest.raises(ValueError, match=r"plan\.bmp.*End the name in \.png, \.svg or"):
+        drawing.save(drawing.top(tiny), "plan.bmp")
+
+
+def test_refuses_a_folder_that_is_not_there(tiny, tmp_path):
+    """The message names the file that was asked for, not a partial one."""
+    with pytest.raises(OSError, match=r"plan\.png: cannot be written"):
+        drawing.save(drawing.top(tiny), tmp_path / "nowhere" / "plan.png")
+
+
+def test_a_failed_save_leaves_nothing(tiny, tmp_path, monkeypatch):
+    """Not even the partial file."""
+    figure = drawing.top(tiny)
+    monkeypatch.setattr(figure, "savefig", lambda path: 1 / 0)
+    with pytest.raises(ZeroDivisionError):
+        drawing.save(figure, tmp_path / "plan.png")
+    assert list(tmp_path.iterdir()) == []

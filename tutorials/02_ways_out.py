@@ -1,0 +1,91 @@
+"""Tutorial 2: ways out.
+
+You learn to ask a building questions. It is a graph, in which rooms are the nodes and
+doors the edges between them, so that networkx, a library of graphs, has the answers.
+"""
+
+from pathlib import Path
+
+import networkx as nx
+
+from reference import drawing
+from reference.building import burn, intact, load
+
+# %% Rooms are nodes, doors are edges
+# "outside" is a node too. Between two nodes there may be several doors, hence "multi".
+
+museum = load("museum")
+graph = museum.graph
+print(graph)
+#> MultiGraph with 12 nodes and 12 edges
+print(graph.nodes["1/coins"])
+#> {'name': 'coins', 'kind': 'room', 'floor': 0, 'area': 25}
+print(graph.edges["1/coins", "1/greece", "1/door-1"])
+#> {'kind': 'door', 'width': 1, 'length': 8.797509043642028, 'state': 'intact'}
+
+# %% The shortest way out of a room
+# An edge is as long as the way from the middle of one room, through the door, to the
+# middle of the other: right to a few metres, and good enough to compare ways.
+
+way = nx.shortest_path(graph, "1/coins", "outside", weight="length")
+print(" > ".join(way))
+#> 1/coins > 1/greece > 1/rome > 1/gothic > 1/baroque > 1/foyer > outside
+
+metres = nx.single_source_dijkstra_path_length(graph, "outside", weight="length")
+farthest = max(metres, key=metres.get)
+print(f"farthest from outside is {farthest}, {metres[farthest]:.0f} m")
+#> farthest from outside is 1/coins, 61 m
+
+# %% What burning a door cuts off
+# Flames destroy a door that they touch [A6]. `burn` marks doors in a copy of the graph,
+# `intact` leaves them out; who cannot reach the outside then is cut off.
+
+
+def cut_off(*doors: str) -> set[str]:
+    """Rooms from which there is no way out once these doors have burnt."""
+    left = intact(burn(graph, doors))
+    return set(left) - nx.node_connected_component(left, "outside")
+
+
+print("one door: ", sorted(cut_off("1/door-1")))
+#> one door:  ['1/coins']
+print("two doors:", sorted(cut_off("1/door-2", "1/door-11")))
+#> two doors: ['1/asia', '1/coins', '1/egypt', '1/greece', '1/maps', '1/modern']
+
+# %% Which door is a bridge
+# A bridge is an edge that is the only way between its two sides. The exit is one, but
+# exits do not burn.
+
+bridges = [
+    door
+    for one, other in nx.bridges(graph)
+    for door, facts in graph[one][other].items()
+    if facts["kind"] == "door"
+]
+for door in bridges:
+    print(f"{door} is the only way out of {', '.join(cut_off(door))}")
+#> 1/door-1 is the only way out of 1/coins
+#> 1/door-6 is the only way out of 1/maps
+#> 1/door-9 is the only way out of 1/shop
+
+# A room can be a bottleneck as well: without it, others have no way out.
+
+print("nobody can avoid", sorted(nx.articulation_points(graph)))
+#> nobody can avoid ['1/asia', '1/foyer', '1/greece']
+
+# %% The graph over its floor, bridges circled
+
+figure = drawing.graph(museum)
+for mark in museum.landmarks:
+    if mark.id in bridges:
+        figure.axes[0].plot(
+            *mark.position, "o", ms=18, mew=2, mfc="none", mec="#c43c00"
+        )
+Path("out").mkdir(exist_ok=True)
+print(drawing.save(figure, "out/02_museum_graph.png"))
+#> out/02_museum_graph.png
+
+# %% Exercise
+# Which two doors, burnt together, cut off the most square metres?
+# Hint: itertools.combinations gives all pairs of doors, and every node but "outside"
+# knows its area.

@@ -1,0 +1,101 @@
+"""Tutorial 3: what one person knows.
+
+You learn to see a building as one visitor sees it, by rays of a few metres, and to read
+what the visitor remembers. Nobody here knows the map [B3].
+"""
+
+from collections import Counter
+from pathlib import Path
+
+import numpy as np
+
+from reference import drawing
+from reference.building import load
+from reference.paper import Scenario
+from reference.perception import rays
+from reference.simulation import Simulation
+
+# %% One visitor
+# A scenario says how many people start where. No robots and no fire yet.
+
+museum = load("museum")
+one = Scenario(people=1, rooms=("1/greece",))
+simulation = Simulation(museum, one, robots="none", fire="none", seed=5)
+bodies, mind = simulation.world.bodies, simulation.world.minds[0]
+start, place = bodies.position[0].copy(), bodies.place[0]
+
+# %% Rays
+# Rays go out in all directions, the first to the east. Each returns the first thing it
+# meets, and how far away that is [B1]. A ray that meets nothing within its range
+# returns nothing: in that direction the building is unexplored [B2].
+
+hits = rays(simulation.world, simulation.sight, 0)
+print(len(hits), "rays of", simulation.sight.reach, "m")
+#> 72 rays of 5.0 m
+print("east: ", hits[0])
+#> east:  Hit(kind='wall', distance=1.0, index=-1)
+print("north:", hits[len(hits) // 4])
+#> north: Hit(kind='wall', distance=2.0, index=-1)
+print(Counter(hit.kind if hit else "nothing" for hit in hits))
+#> Counter({'wall': 43, 'nothing': 23, 'door': 6})
+
+doors = {hit.index for hit in hits if hit and hit.kind == "door"}
+print("sees", len(doors), "of", len(museum.landmarks), "doors and exits")
+#> sees 1 of 12 doors and exits
+
+# %% A way out, door by door
+# What follows is Algorithm 2 [B6] at work: to an exit in view, else to a door not passed
+# lately, else in an unexplored direction, else back. "Lately" is what the visitor
+# remembers.
+
+path, known, memory = [], set(), []
+while not simulation.done:
+    path.append(bodies.position[0].copy())
+    known.update(simulation.sight.sees.reached_from(bodies.place[0]))
+    simulation.step()
+    if memory != list(mind.doors):
+        memory = list(mind.doors)
+        names = [museum.landmarks[door].id for door in memory]
+        print(f"{simulation.world.time:6.1f} s  remembers {' and '.join(names)}")
+#>    1.2 s  remembers 1/door-1
+#>   21.0 s  remembers 1/door-1 and 1/door-2
+#>   36.0 s  remembers 1/door-2 and 1/door-4
+#>   55.8 s  remembers 1/door-4 and 1/door-7
+#>   63.0 s  remembers 1/door-7 and 1/door-10
+
+# %% And with a map
+# `navigation` knows the shortest way; people do not.
+
+(way_out,) = museum.exits
+walked = np.hypot(*np.diff(path, axis=0).T).sum()
+print(f"walked {walked:.0f} m,", simulation.outcome().evacuated, "got out")
+#> walked 88 m, 1 got out
+print(f"shortest {simulation.navigation.distance[way_out, place]:.0f} m")
+#> shortest 47 m
+print(f"saw {len(known) / museum.walkable.sum():.0%} of the floor")
+#> saw 53% of the floor
+
+# %% The picture
+# The rays at the start, dotted where they returned nothing; then the walk, and in grey
+# what the visitor has never seen.
+
+figure = drawing.top(museum)
+axes = figure.axes[0]
+unknown = museum.walkable.copy()
+unknown.flat[list(known)] = False
+fog = {"cmap": "Greys", "vmin": 0, "vmax": 2, "extent": axes.images[0].get_extent()}
+axes.imshow(unknown[0], alpha=0.8 * unknown[0], **fog)
+for k, hit in enumerate(hits):
+    angle = 2 * np.pi * k / len(hits)
+    far = hit.distance if hit else simulation.sight.reach
+    x, y = start + far * np.array((np.cos(angle), np.sin(angle)))
+    axes.plot((start[0], x), (start[1], y), "-" if hit else ":", color="#c43c00", lw=1)
+axes.plot(*np.transpose(path), color="#c43c00", lw=2.5)
+Path("out").mkdir(exist_ok=True)
+print(drawing.save(figure, "out/03_one_visitor.png"))
+#> out/03_one_visitor.png
+
+# %% Exercise
+# How much does a visitor gain who remembers more doors? Repeat the walk for some seeds
+# with 2 and with 8 doors.
+# Hint: Scenario(..., doors_remembered=8); `Simulation.run()` walks to the end at once.
