@@ -90,40 +90,46 @@ def _count(number: int, plural: str) -> str:
 def draw(arguments: Namespace) -> None:
     """Draws a map: the counterparts of the paper's six figures [A8], and its graph."""
     building = load(arguments.file)
-    name, options = f"{find(arguments.file).stem}-{arguments.view}", {}
+    name, floor = f"{find(arguments.file).stem}-{arguments.view}", {}
     if arguments.floor is not None:
         name = f"{name}-{arguments.floor}"
-        options = {"floor": _floor(arguments, building) - 1}
-    target = _writable(arguments.output or Path(f"{name}.png"))
+        floor = {"floor": _floor(arguments, building)}
     from reference import drawing
 
-    drawing.save(getattr(drawing, arguments.view)(building, **options), target)
-    print(target)
+    path = arguments.output or Path(f"{name}.png")
+    _writable(path, drawing.page.PICTURES, "a picture")
+    drawing.save(getattr(drawing, arguments.view)(building, **floor), path)
+    print(path)
 
 
 def _floor(arguments: Namespace, building: Building) -> int:
-    """The floor asked for, as people count, if there is one to show alone."""
+    """Index of the floor asked for, if there is one to show alone."""
     if arguments.view not in VIEWS_OF_ONE_FLOOR:
         views = " or ".join(VIEWS_OF_ONE_FLOOR)
         raise CommandError(f"--floor goes with --view {views}. Leave it out here.", 2)
-    if not 1 <= arguments.floor <= building.floors:
+    if arguments.floor > building.floors:
         floors = _count(building.floors, "floors")
         raise CommandError(
             f"--floor {arguments.floor}: {building.title} has {floors}. "
             f"Give a number from 1 to {building.floors}.",
             2,
         )
-    return arguments.floor
+    return arguments.floor - 1
 
 
 def evacuate(arguments: Namespace) -> None:
     """Evacuates a building and tells who got out; episode i uses seed + i."""
     building = load(arguments.building)
+    people, robots, fire = arguments.people, arguments.robots, arguments.fire
+
+    def begin(seed: int) -> Simulation:
+        return _simulation(building, people, seed, robots, fire)
+
     if arguments.animate:
-        _animate(building, arguments)
+        _animate(begin(arguments.seed), arguments.animate)
     seeds = range(arguments.seed, arguments.seed + arguments.episodes)
     progress = tqdm(seeds, unit="episode", disable=None, leave=False)
-    runs = [_episode(building, arguments, seed) for seed in progress]
+    runs = [_episode(begin, seed) for seed in progress]
     asked = ("building", "robots", "fire", "seed", "episodes")
     facts = {name: getattr(arguments, name) for name in asked} | _means(runs)
     if arguments.json:
@@ -132,30 +138,34 @@ def evacuate(arguments: Namespace) -> None:
         _summarise(building, facts, runs)
 
 
-def _simulation(building: Building, arguments: Namespace, seed: int) -> Simulation:
-    scenario = Scenario(people=arguments.people)
+def _simulation(
+    building: Building,
+    people: int,
+    seed: int,
+    robots: str = "sweep",
+    fire: str = "random",
+) -> Simulation:
     try:
-        return Simulation(building, scenario, arguments.robots, arguments.fire, seed)
+        return Simulation(building, Scenario(people=people), robots, fire, seed)
     except ValueError as error:
         raise CommandError(str(error)) from error
 
 
-def _animate(building: Building, arguments: Namespace) -> None:
-    """The first episode as a moving picture."""
-    target = _writable(arguments.animate)
-    simulation = _simulation(building, arguments, arguments.seed)
-    from reference import drawing
+def _animate(simulation: Simulation, path: Path) -> None:
+    """One evacuation as a moving picture."""
+    from reference.drawing import film
 
+    _writable(path, film.FORMATS, "an animation")
     try:
-        drawing.animate(simulation, target)
+        film.animate(simulation, path)
     except ValueError as error:
         raise CommandError(str(error)) from error
-    print(f"the animation is in {target}", file=sys.stderr)
+    print(f"the animation is in {path}", file=sys.stderr)
 
 
-def _episode(building: Building, arguments: Namespace, seed: int) -> dict[str, Any]:
+def _episode(begin: Callable[[int], Simulation], seed: int) -> dict[str, Any]:
     start = perf_counter()
-    outcome = asdict(_simulation(building, arguments, seed).run())
+    outcome = asdict(begin(seed).run())
     known = {name: None if isnan(value) else value for name, value in outcome.items()}
     return {"seed": seed, **known, "wall_seconds": perf_counter() - start}
 
@@ -188,7 +198,8 @@ def _figures(values: list[float | None]) -> str:
     """Figures of one row, all with the same number of decimals."""
     known = [value for value in values if value is not None]
     whole = all(value == int(value) for value in known)
-    decimals = 0 if whole or max(known) >= 1000 else 1 if max(known) >= 10 else 2
+    largest = max(map(abs, known), default=0)
+    decimals = 0 if whole or largest >= 1000 else 1 if largest >= 10 else 2
     cells = ("-" if value is None else f"{value:,.{decimals}f}" for value in values)
     return "".join(f"{cell:>10}" for cell in cells)
 
@@ -211,7 +222,7 @@ def bench(arguments: Namespace) -> None:
     building = load(arguments.building)
     speeds, bare = {}, {}
     for case, (people, seconds) in tqdm(BENCH_CASES.items(), disable=None, leave=False):
-        runs = [_crowd(building, people, seed) for seed in seeds]
+        runs = [_simulation(building, people, seed) for seed in seeds]
         bare[case] = median(_bare_speed(run, seconds) for run in runs)
         speeds[case] = median(_speed(run, seconds) for run in runs)
     facts = {
@@ -227,15 +238,8 @@ def bench(arguments: Namespace) -> None:
 def _load_seconds(name: str) -> float:
     """How long it takes until the first tick can begin."""
     start = perf_counter()
-    Simulation(load(name))
+    _simulation(load(name), PEOPLE, seed=0)
     return perf_counter() - start
-
-
-def _crowd(building: Building, people: int, seed: int) -> Simulation:
-    try:
-        return Simulation(building, Scenario(people=people), seed=seed)
-    except ValueError as error:
-        raise CommandError(str(error)) from error
 
 
 def _speed(simulation: Simulation, seconds: float) -> float:
@@ -281,11 +285,12 @@ def _bench_table(building: Building, facts: dict[str, Any]) -> str:
 
 
 class Command(NamedTuple):
-    """A command: what it does, the options it adds, one example."""
+    """A command: what it does, its options, one example, whether it tells numbers."""
 
     run: Callable[[Namespace], None]
     options: Callable[[ArgumentParser], None]
     example: str
+    numbers: bool = True
 
 
 MAP = "a map, by path or by the name of one that ships"
@@ -298,11 +303,13 @@ def _check_options(parser: ArgumentParser) -> None:
 def _draw_options(parser: ArgumentParser) -> None:
     _check_options(parser)
     parser.add_argument("--view", choices=VIEWS, default="top", help="default: top")
-    parser.add_argument("--floor", type=int, help="one floor only, 1 is the lowest")
+    parser.add_argument(
+        "--floor", type=_from(1), metavar="N", help="one floor only, 1 is the lowest"
+    )
     parser.add_argument(
         "-o",
         "--output",
-        type=_picture,
+        type=Path,
         metavar="FILE",
         help=".png, .svg or .pdf; default: NAME-VIEW.png in this folder",
     )
@@ -317,7 +324,7 @@ def _evacuate_options(parser: ArgumentParser) -> None:
     add("--episodes", type=_from(1), default=1, help="how many, default: 1")
     add(
         "--animate",
-        type=_animation,
+        type=Path,
         metavar="FILE",
         help="film the first episode as .gif, .html or .mp4",
     )
@@ -329,7 +336,9 @@ def _bench_options(parser: ArgumentParser) -> None:
 
 COMMANDS = {
     "check": Command(check, _check_options, "check floors/paper.txt"),
-    "draw": Command(draw, _draw_options, "draw paper --view oblique -o paper.png"),
+    "draw": Command(
+        draw, _draw_options, "draw paper --view oblique -o paper.png", numbers=False
+    ),
     "evacuate": Command(
         evacuate, _evacuate_options, "evacuate --robots patrol --episodes 20 --json"
     ),
@@ -345,7 +354,8 @@ def _parser() -> ArgumentParser:
         epilog="example:\n  python -m reference --seed 7",
         formatter_class=Formatter,
     )
-    _common_options(top, seed=0, json=False)
+    _seed_option(top, 0)
+    _json_option(top, False)
     top.set_defaults(
         run=evacuate,
         building="paper",
@@ -366,18 +376,21 @@ def _parser() -> ArgumentParser:
             formatter_class=Formatter,
         )
         command.options(parser)
-        _common_options(parser, seed=SUPPRESS, json=SUPPRESS)
+        _seed_option(parser, SUPPRESS)
+        if command.numbers:
+            _json_option(parser, SUPPRESS)
         parser.set_defaults(run=command.run)
     return top
 
 
-def _common_options(parser: ArgumentParser, seed: Any, json: Any) -> None:
-    parser.add_argument(
-        "--seed", type=_from(0), default=seed, help="same seed, same run; default: 0"
-    )
-    parser.add_argument(
-        "--json", action="store_true", default=json, help="print one JSON object"
-    )
+def _seed_option(parser: ArgumentParser, default: Any) -> None:
+    what = "same seed, same run; default: 0"
+    parser.add_argument("--seed", type=_from(0), default=default, help=what)
+
+
+def _json_option(parser: ArgumentParser, default: Any) -> None:
+    what = "print one JSON object"
+    parser.add_argument("--json", action="store_true", default=default, help=what)
 
 
 def _from(least: int) -> Callable[[str], int]:
@@ -391,31 +404,14 @@ def _from(least: int) -> Callable[[str], int]:
     return number
 
 
-def _picture(name: str) -> Path:
-    """A file name that ends as pictures do."""
-    from reference.drawing.page import PICTURES
-
-    return _with_suffix(name, PICTURES, "a picture")
-
-
-def _animation(name: str) -> Path:
-    """A file name that ends as animations do."""
-    from reference.drawing.film import FORMATS
-
-    return _with_suffix(name, FORMATS, "an animation")
-
-
-def _with_suffix(name: str, known: Iterable[str], what: str) -> Path:
+def _writable(path: Path, formats: Iterable[str], what: str) -> None:
+    """Refuse a file that cannot be written, before there is anything to write."""
     from reference.drawing.page import with_suffix
 
     try:
-        return with_suffix(name, known, what)
+        with_suffix(path, formats, what)
     except ValueError as error:
-        raise ArgumentTypeError(str(error)) from error
-
-
-def _writable(path: Path) -> Path:
-    """The path, once it is sure that a file can be written there."""
+        raise CommandError(str(error), 2) from error
     if path.is_dir():
         raise CommandError(f"{path}: is a folder. Name a file in it.")
     try:
@@ -425,7 +421,6 @@ def _writable(path: Path) -> Path:
             f"{path}: cannot be written ({error.strerror}). "
             "Name a file in a folder that exists and is yours."
         ) from error
-    return path
 
 
 if __name__ == "__main__":

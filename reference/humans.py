@@ -16,6 +16,7 @@ import numpy as np
 
 from reference.navigation import Navigation
 from reference.paper import (
+    MOST_FOLLOWERS,
     FOLLOW_DISTANCE,
     GOAL_HYSTERESIS,
     LEADER_GRACE_SECONDS,
@@ -26,6 +27,7 @@ from reference.paper import (
 from reference.perception import View
 from reference.world import (
     NOBODY,
+    NOWHERE,
     STAY,
     Aim,
     Goal,
@@ -70,7 +72,7 @@ class Leader:
             return go_to(found)  # 3, which ends the pass [B6, chosen]
         wanted = desired(me, observe, now)
         if wanted is not None or observe.robots:  # 5
-            if (leader := suitable_leader(me, observe, now)) is not None:  # 6
+            if (leader := suitable_leader(me, observe, now, wanted)) is not None:  # 6
                 return follow(me, leader, now)  # 7
             if wanted is not None:  # 8
                 return go_to(wanted)  # 9
@@ -90,7 +92,24 @@ def think(me: Mind, observe: View, now: Situation) -> None:
     me.patches.add(observe.surroundings.sight.patches[observe.place])
     if _still_crossing(me, observe, now):
         return
+    before = me.goal
     me.goal = ALGORITHMS[me.mode].setoff(me, observe, now)
+    if me.goal != before:
+        me.facing = _towards(me.goal, observe.place, now) or me.facing
+
+
+def _towards(goal: Goal, place: int, now: Situation) -> tuple[float, float] | None:
+    """Unit vector from a place to a goal, None where there is no way to go."""
+    if goal.aim is Aim.LANDMARK:
+        there = now.world.building.landmarks[goal.which].position
+    elif goal.place != NOWHERE:
+        there = now.navigation.centres[goal.place].tolist()
+    else:
+        return None
+    here = now.navigation.centres[place].tolist()
+    x, y = there[0] - here[0], there[1] - here[1]
+    far = (x * x + y * y) ** 0.5
+    return (x / far, y / far) if far else None
 
 
 def _still_crossing(me: Mind, observe: View, now: Situation) -> bool:
@@ -163,7 +182,9 @@ def _first(observe: View, marks: frozenset[int]) -> int | None:
     return next((m for m in observe.landmarks if m in marks), None)
 
 
-def suitable_leader(me: Mind, observe: View, now: Situation) -> int | None:
+def suitable_leader(
+    me: Mind, observe: View, now: Situation, wanted: int | None
+) -> int | None:
     """A body in view worth following, or None [B6, chosen].
 
     A robot always is, since it guides; a human is who leads, heads for a door that I
@@ -174,16 +195,18 @@ def suitable_leader(me: Mind, observe: View, now: Situation) -> int | None:
     if now.world.time < me.pause_until:
         return None
     minds = now.world.minds
-    better = [j for j in observe.people if _outranks(minds[j], me)]
-    return max(better, key=lambda j: minds[j].rank, default=None)
+    better = [j for j in observe.people if _outranks(minds[j], me, wanted)]
+    better.sort(key=lambda j: minds[j].rank, reverse=True)
+    followed = now.world.bodies.leader
+    return next((j for j in better if (followed == j).sum() < MOST_FOLLOWERS), None)
 
 
-def _outranks(other: Mind, me: Mind) -> bool:
+def _outranks(other: Mind, me: Mind, wanted: int | None) -> bool:
     return (
         other.mode is Mode.LEADER
         and other.rank > me.rank
         and other.goal.aim is Aim.LANDMARK
-        and other.goal.which not in me.doors
+        and other.goal.which == wanted
     )
 
 

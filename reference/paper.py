@@ -43,6 +43,7 @@ STUCK_METRES = 1.0  # [B5, chosen] stuck: moved less than this ...
 STUCK_SECONDS = 8.0  # [B5, chosen] ... in this long, though meaning to move
 RECKLESS_SECONDS = 4.0  # [B5, chosen] the stuck then ignore flames for this long
 STUCK_WAIT_SECONDS = 2.0  # [B5, chosen] a stuck follower waits before Alg. 1:11
+MOST_FOLLOWERS = 5  # [B6, chosen] of one human: more would only stand in the way
 FOLLOW_DISTANCE = 1.0  # [B5, chosen] metres: followers stop so far from a leader
 LEADER_GRACE_SECONDS = 3.0  # [B5, chosen] a leader out of sight is forgiven so long
 LEADER_PAUSE_SECONDS = 5.0  # [B5, chosen] after losing one, before taking the next

@@ -10,14 +10,14 @@ People walk at WALKING_SPEED, robots stand still unless a strategy is given, and
 is left to chance.
 """
 
-from functools import partial
+from functools import cache, partial
 from inspect import cleandoc
 from unittest.mock import patch
 
 import numpy as np
 
 from reference.beginning import beginning
-from reference.building import build
+from reference.building import build, load
 from reference.fire import Spread
 from reference.floorplan import parse
 from reference.humans import Situation, think
@@ -39,7 +39,9 @@ def stage(board, robots=None, fire="none", **scenario):
     floors = split(board)
     people = tuple(len(found([rows], PEOPLE)) for rows in floors)
     scene = Scenario(
-        people_per_floor=people, robots_per_floor=len(found(floors[:1], "R")), **scenario
+        people_per_floor=people,
+        robots_per_floor=len(found(floors[:1], "R")),
+        **scenario,
     )
     with patch("reference.simulation.beginning", partial(as_drawn, floors)):
         return Simulation(built(board), scene, robots or NoRobots(), fire)
@@ -113,7 +115,9 @@ def follow(sim, letter, leader):
     bodies.mode[me.person], bodies.leader[me.person] = me.mode, leader
     robot = leader >= n
     me.seen_at = sim.world.time
-    me.seen_place = sim.world.robots[leader - n].place if robot else bodies.place[leader]
+    me.seen_place = (
+        sim.world.robots[leader - n].place if robot else bodies.place[leader]
+    )
 
 
 def mark(sim, kind, nth=1):
@@ -155,6 +159,12 @@ def built(board):
     for number, rows in enumerate(floors, 1):
         text += f"floor {number}:\n" + "\n".join(rows).translate(bare) + "\n"
     return build(parse(text))
+
+
+@cache
+def shipped(name):
+    """A building that ships, prepared only once for all tests."""
+    return load(name)
 
 
 def found(floors, letters):

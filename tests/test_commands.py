@@ -187,6 +187,14 @@ def test_refuses_an_evacuation_that_cannot_be(options, status, hint, capsys, tmp
     assert list(tmp_path.iterdir()) == []
 
 
+def test_refuses_an_mp4_where_ffmpeg_is_missing(capsys, monkeypatch):
+    """And says which formats need nothing else."""
+    monkeypatch.setenv("PATH", "")
+    status, message = refusal(capsys, "evacuate", "--animate", "run.mp4")
+    assert status == 1
+    assert "end the name in .gif or .html." in message
+
+
 def test_the_main_job_is_an_evacuation_of_the_best_against_the_best(monkeypatch):
     """`python -m reference` alone: sweep, greedy fire, evacuation.gif."""
     asked = []
@@ -217,6 +225,31 @@ def test_control_c_ends_with_one_line_and_leaves_nothing_half_written(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+# -- bench --------------------------------------------------------------------------
+
+
+def test_bench_prints_speeds_with_and_without_minds(capsys, monkeypatch):
+    """Bodies alone are faster than bodies that see, think and burn."""
+    monkeypatch.setattr("reference.__main__.BENCH_RUNS", 1)
+    assert main(["bench", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    speeds, bare = facts["person_seconds_per_second"], facts["bare_step"]
+    assert set(speeds) == set(bare) == {"40", "400", "40_whole"}
+    assert all(0 < speeds[case] < bare[case] for case in speeds)
+    assert 0 < facts["load_seconds"] < 10
+
+
+def test_bench_prints_a_table_for_people(capsys, monkeypatch):
+    """One row for each crowd."""
+    monkeypatch.setattr("reference.__main__.BENCH_RUNS", 1)
+    monkeypatch.setattr("reference.__main__.BENCH_CASES", {"9": (9, 2.0)})
+    assert main(["bench", "--seed", "4"]) == 0
+    title, _, row, load = capsys.readouterr().out.splitlines()
+    assert title.endswith("one core, median of seeds 4 to 4")
+    assert row.startswith("9 people, first 2 s  ")
+    assert load.startswith("read, checked and prepared in ")
+
+
 # -- All of them --------------------------------------------------------------------
 
 
@@ -228,4 +261,4 @@ def test_every_command_explains_itself_with_an_example(command, capsys):
     text = capsys.readouterr().out
     assert f"example:\n  python -m reference {' '.join(command)}" in text
     assert "--seed" in text
-    assert "--json" in text
+    assert ("--json" in text) == (command != ["draw"])

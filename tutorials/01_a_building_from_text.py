@@ -12,9 +12,9 @@ from reference.building import Kind, build
 from reference.floorplan import FloorPlanError, parse
 
 # %% A floor is drawn, not described
-# One letter is one square metre: `#` wall, `.` floor, `+` a door [A2], `E` an exit [A4].
+# A letter is a square metre: `#` wall, `.` floor, `+` a door [A2], `E` an exit [A4].
 # Small letters spell a room's name on its floor. The same capital, A to D, in the same
-# place of both floors is a stairwell; a `+` that touches it is its entrance [A3].
+# place of two floors is a stairwell, and a `+` that touches it is its entrance [A3].
 
 HOUSE = """
 building: Doll's house
@@ -45,54 +45,46 @@ print(house.title, "has", house.floors, "floors")
 #> Doll's house has 2 floors
 
 # %% What was read
-# An area is a room, or one storey of a stairwell. Its id begins with its floor.
+# Code counts floors from 0; people, and the ids that they read, count them from 1.
 
-for area in house.areas:
-    print(f"{area.id:<10} {area.kind:<9} {area.size:>3} m2")
-#> 1/hall     room       42 m2
-#> 1/kitchen  room       28 m2
-#> 1/garden   room        7 m2
-#> 1/A        stairwell   2 m2
-#> 2/bed      room       30 m2
-#> 2/attic    room       27 m2
-#> 2/bath     room       18 m2
-#> 2/A        stairwell   2 m2
+for room in house.rooms(0):
+    print(f"{room.id:<9} {room.size:>2} m2, its middle at {room.centre} m")
+#> 1/hall    42 m2, its middle at (-3.5, 0.0) m
+#> 1/kitchen 28 m2, its middle at (4.5, 1.0) m
+#> 1/garden   7 m2, its middle at (4.5, -2.5) m
 
-# A landmark is what one passes on the way out. Two letters side by side are one, twice
-# as wide. Its sides tell what it joins.
+# A landmark is a door, an entrance or an exit: what one passes on the way out. Two
+# letters side by side are one landmark, twice as wide. Some lead out of their floor.
 
 for mark in house.landmarks:
-    joins = " and ".join(mark.sides)
-    print(f"{mark.id:<12} {mark.width} m wide, joins {joins}")
-#> 1/door-1     1 m wide, joins 1/hall and 1/kitchen
-#> 1/door-2     1 m wide, joins 1/kitchen and 1/garden
-#> 1/door-3     1 m wide, joins 1/hall and 1/garden
-#> 1/entrance-1 1 m wide, joins 1/hall and 1/A
+    if mark.leads_out:
+        print(f"{mark.id:<12} {mark.width} m wide, joins {' and '.join(mark.sides)}")
 #> 1/exit-1     2 m wide, joins 1/hall and outside
 #> 1/exit-2     1 m wide, joins 1/garden and outside
-#> 2/door-1     1 m wide, joins 2/bed and 2/attic
-#> 2/door-2     1 m wide, joins 2/bed and 2/bath
 #> 2/entrance-1 1 m wide, joins 2/bed and 2/A
 
 # %% Letters and metres
 # Places are told in metres, x to the east and y to the north of the middle of the
 # rooms [A8]. Rows and columns count from the drawing's upper left corner, from 0.
 
-row, col = 3, 7
-x, y = house.metres(row, col)
-print("row", row, "column", col, "is at", (x, y), "metres")
-#> row 3 column 7 is at (-3.5, 0.5) metres
-print("two metres west of it:", Kind(house.kind[0][house.cell(x - 2, y)]).name)
-#> two metres west of it: FLOOR
+x, y = house.metres(3, 7)
+print("row 3, column 7 is at", (x, y), "m")
+#> row 3, column 7 is at (-3.5, 0.5) m
+print("3 m further west there is", Kind(house.kind[0][house.cell(x - 3, y)]).name)
+#> 3 m further west there is FLOOR
 
 # %% Mistakes are explained
-# Leave the way out open, as a wall with a hole. The message says where to look, shows
-# the line, and asks for one thing. `python -m reference check FILE` says the same.
+# Here the exit becomes a hole in the wall. The message says where to look, shows the
+# line, and asks for one thing. `python -m reference check FILE` says the same.
 
 try:
     parse(HOUSE.replace("EE", ".."), "house.txt")
 except FloorPlanError as error:
     print(error)
+#> house.txt:13:8: there is a hole in the outer wall
+#>        ####..#######E###
+#>            ^
+#>     hint: Type '#' here.
 
 # %% What it looks like
 # Doors are blue, stairwell entrances purple and exits green, as in the paper [A8].
@@ -102,6 +94,6 @@ print(drawing.save(drawing.oblique(house), "out/01_dolls_house.png"))
 #> out/01_dolls_house.png
 
 # %% Exercise
-# Give the attic a window of one letter on the north side. Which letters could stand
+# Cut a window, one letter wide, into the attic's north wall. Which letters may stand
 # there, and what is said about the others?
-# Hint: put each of the seven meanings into row 0 of floor 2 in turn, with `replace`.
+# Hint: type each of the seven meanings into the first row of floor 2 in turn.

@@ -20,8 +20,9 @@ print(graph)
 #> MultiGraph with 12 nodes and 12 edges
 print(graph.nodes["1/coins"])
 #> {'name': 'coins', 'kind': 'room', 'floor': 0, 'area': 25}
-print(graph.edges["1/coins", "1/greece", "1/door-1"])
-#> {'kind': 'door', 'width': 1, 'length': 8.797509043642028, 'state': 'intact'}
+door = graph.edges["1/coins", "1/greece", "1/door-1"]
+print(door["kind"], door["state"], door["width"], "m wide", round(door["length"]), "m")
+#> door intact 1 m wide 9 m
 
 # %% The shortest way out of a room
 # An edge is as long as the way from the middle of one room, through the door, to the
@@ -53,8 +54,8 @@ print("two doors:", sorted(cut_off("1/door-2", "1/door-11")))
 #> two doors: ['1/asia', '1/coins', '1/egypt', '1/greece', '1/maps', '1/modern']
 
 # %% Which door is a bridge
-# A bridge is an edge that is the only way between its two sides. The exit is one, but
-# exits do not burn.
+# A bridge is an edge without which its two sides are cut off from each other. The exit
+# is one too, but exits do not burn.
 
 bridges = [
     door
@@ -68,19 +69,16 @@ for door in bridges:
 #> 1/door-6 is the only way out of 1/maps
 #> 1/door-9 is the only way out of 1/shop
 
-# A room can be a bottleneck as well: without it, others have no way out.
+# A room can be a bottleneck as well: without it others have no way out.
 
-print("nobody can avoid", sorted(nx.articulation_points(graph)))
-#> nobody can avoid ['1/asia', '1/foyer', '1/greece']
+print("bottlenecks:", sorted(nx.articulation_points(graph)))
+#> bottlenecks: ['1/asia', '1/foyer', '1/greece']
 
 # %% The graph over its floor, bridges circled
 
 figure = drawing.graph(museum)
-for mark in museum.landmarks:
-    if mark.id in bridges:
-        figure.axes[0].plot(
-            *mark.position, "o", ms=18, mew=2, mfc="none", mec="#c43c00"
-        )
+x, y = zip(*(m.position for m in museum.landmarks if m.id in bridges), strict=True)
+figure.axes[0].plot(x, y, "o", ms=18, mfc="none", mec="#c43c00", mew=2)
 Path("out").mkdir(exist_ok=True)
 print(drawing.save(figure, "out/02_museum_graph.png"))
 #> out/02_museum_graph.png

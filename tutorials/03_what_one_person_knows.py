@@ -32,10 +32,8 @@ start, place = bodies.position[0].copy(), bodies.place[0]
 hits = rays(simulation.world, simulation.sight, 0)
 print(len(hits), "rays of", simulation.sight.reach, "m")
 #> 72 rays of 5.0 m
-print("east: ", hits[0])
-#> east:  Hit(kind='wall', distance=1.0, index=-1)
-print("north:", hits[len(hits) // 4])
-#> north: Hit(kind='wall', distance=2.0, index=-1)
+print("the first:", hits[0])
+#> the first: Hit(kind='wall', distance=1.0, index=-1)
 print(Counter(hit.kind if hit else "nothing" for hit in hits))
 #> Counter({'wall': 43, 'nothing': 23, 'door': 6})
 
@@ -44,9 +42,9 @@ print("sees", len(doors), "of", len(museum.landmarks), "doors and exits")
 #> sees 1 of 12 doors and exits
 
 # %% A way out, door by door
-# What follows is Algorithm 2 [B6] at work: to an exit in view, else to a door not passed
-# lately, else in an unexplored direction, else back. "Lately" is what the visitor
-# remembers.
+# What follows is Algorithm 2 [B6] at work: to an exit in view, else to a door in view
+# that was not passed lately, else in an unexplored direction, else back. "Lately" is
+# as far back as the visitor remembers.
 
 path, known, memory = [], set(), []
 while not simulation.done:
@@ -57,34 +55,35 @@ while not simulation.done:
         memory = list(mind.doors)
         names = [museum.landmarks[door].id for door in memory]
         print(f"{simulation.world.time:6.1f} s  remembers {' and '.join(names)}")
-#>    1.2 s  remembers 1/door-1
+#>    1.4 s  remembers 1/door-1
 #>   21.0 s  remembers 1/door-1 and 1/door-2
-#>   36.0 s  remembers 1/door-2 and 1/door-4
-#>   55.8 s  remembers 1/door-4 and 1/door-7
-#>   63.0 s  remembers 1/door-7 and 1/door-10
+#>   36.4 s  remembers 1/door-2 and 1/door-4
+#>   56.6 s  remembers 1/door-4 and 1/door-7
+#>   63.8 s  remembers 1/door-7 and 1/door-10
 
 # %% And with a map
-# `navigation` knows the shortest way; people do not.
+# `navigation` knows the shortest way. People do not.
 
 (way_out,) = museum.exits
 walked = np.hypot(*np.diff(path, axis=0).T).sum()
-print(f"walked {walked:.0f} m,", simulation.outcome().evacuated, "got out")
-#> walked 88 m, 1 got out
-print(f"shortest {simulation.navigation.distance[way_out, place]:.0f} m")
-#> shortest 47 m
+print("got out" if simulation.outcome().evacuated else "did not get out")
+#> got out
+print(f"walked {walked:.0f} m")
+#> walked 89 m
+print(f"shortest way {simulation.navigation.distance[way_out, place]:.0f} m")
+#> shortest way 47 m
 print(f"saw {len(known) / museum.walkable.sum():.0%} of the floor")
 #> saw 53% of the floor
 
 # %% The picture
-# The rays at the start, dotted where they returned nothing; then the walk, and in grey
-# what the visitor has never seen.
 
 figure = drawing.top(museum)
 axes = figure.axes[0]
+axes.set_title("First rays (dotted: nothing met), walk; grey: never seen", loc="left")
 unknown = museum.walkable.copy()
 unknown.flat[list(known)] = False
-fog = {"cmap": "Greys", "vmin": 0, "vmax": 2, "extent": axes.images[0].get_extent()}
-axes.imshow(unknown[0], alpha=0.8 * unknown[0], **fog)
+page = axes.images[0].get_extent()
+axes.imshow(unknown[0], "Greys", alpha=0.35 * unknown[0], extent=page)
 for k, hit in enumerate(hits):
     angle = 2 * np.pi * k / len(hits)
     far = hit.distance if hit else simulation.sight.reach

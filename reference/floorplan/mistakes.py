@@ -1,0 +1,61 @@
+"""What a mistake looks like: where it is, the line, a caret, and one thing to do.
+
+school.txt:7:13: there is a hole in the outer wall
+    #AA+.lobby...
+                ^
+    hint: Type '#' here.
+"""
+
+import re
+import unicodedata
+from dataclasses import dataclass
+
+SHOWN = 4  # mistakes on a page of them: more would hide the first
+LONGEST = 400  # characters of a line that are shown, if the mistake is among them
+
+Finding = tuple[int, int, str, str]
+"""Line, column, what is wrong, and a hint; both places count from 1."""
+
+
+@dataclass(frozen=True)
+class Mistake:
+    """What is wrong, where, and one thing to do; line and column count from 1."""
+
+    path: str
+    line: int
+    column: int
+    written: str
+    what: str
+    hint: str
+
+    def __str__(self) -> str:
+        """`path:line:column: what`, the line as written, a caret, the hint."""
+        place = f"{self.path}:{self.line}:{self.column}"
+        line = _CONTROL.sub("?", self.written[: max(self.column, LONGEST)])
+        before = line[: self.column - 1].ljust(self.column - 1)
+        caret = "".join(map(_blank_for, before)) + "^"
+        shown = "\n".join(f"    {text}".rstrip() for text in (line, caret))
+        return f"{place}: {self.what}\n{shown}\n    hint: {self.hint}"
+
+
+class FloorPlanError(ValueError):
+    """A drawing with mistakes, all of one stage; its text is the whole page."""
+
+    def __init__(self, mistakes: tuple[Mistake, ...]) -> None:
+        page = [str(mistake) for mistake in mistakes[:SHOWN]]
+        if len(mistakes) > SHOWN:
+            page.append(f"… and {len(mistakes) - SHOWN} more")
+        super().__init__("\n".join(page))
+        self.mistakes = mistakes
+
+
+_CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f-\x9f]")
+
+
+def _blank_for(char: str) -> str:
+    """As much room as a character takes on the screen; a tab stays one."""
+    if char == "\t":
+        return char
+    if unicodedata.category(char) in ("Mn", "Me", "Cf"):
+        return ""
+    return "  " if unicodedata.east_asian_width(char) in "WF" else " "

@@ -1,0 +1,283 @@
+"""Mistakes in how a drawing is written: the page, its characters, its shape.
+
+Clauses: A1 (how many floors, rows and columns one may draw).  A check goes through a
+page and yields what it finds; STAGES, at the end, orders them.
+"""
+
+import re
+import unicodedata
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from math import inf
+
+from reference.floorplan.mistakes import Finding
+from reference.floorplan.page import (
+    FLOOR_KEY,
+    MOST_CELLS,
+    MOST_FLOORS,
+    SIZE_VALUE,
+    Line,
+    Page,
+    key_word,
+)
+
+# -- Stage 1: the page --------------------------------------------------------------
+
+
+def _nothing(page: Page) -> Iterator[Finding]:
+    if not any(line.code for line in page.lines):
+        hint = "Write 'building: NAME', 'size: 30 x 9', 'floor 1:' and a drawing."
+        yield page.lines[0].finding("nothing is drawn here", hint)
+
+
+def _headings(page: Page) -> Iterator[Finding]:
+    for line in _unreadable(page):
+        word = key_word(line.key)
+        if not line.key.endswith(":"):
+            yield line.finding("this heading has no ':'", f"Write '{_mended(line)}'.")
+        elif match := FLOOR_KEY.fullmatch(line.key):
+            hint = f"Write 'floor {match[2]}-{match[1]}:'."
+            yield line.finding("the floors run backwards here", hint)
+        elif re.match(r"floor(?![a-z])", line.key):
+            hint = "Write 'floor 2:', or 'floor 2-3:' for floors that are alike."
+            yield line.finding("this floor has no number that can be read", hint)
+        elif word:
+            what = f"'{line.key}' is no heading; did you mean '{word}'?"
+            yield line.finding(what, f"Write '{_mended(line)}'.")
+        else:
+            hint = "Type ';' in front of it to make it a note."
+            yield line.finding(f"'{line.key}' is no heading", hint)
+
+
+def _unreadable(page: Page) -> list[Line]:
+    return [drawing.heading for drawing in page.drawings if not drawing.numbers]
+
+
+def _mended(line: Line) -> str:
+    """The heading as it was probably meant."""
+    word = key_word(line.key)
+    pattern = r"\s*\w+?\s*(?P<number>[0-9-]*)\s*(:\s*|\s+|$)(?P<value>.*)"
+    if word == "floor" and (parts := re.fullmatch(pattern, line.code)):
+        return f"floor {parts['number'] or 1}: {parts['value']}".rstrip()
+    value = re.sub(r"^\s*\w+\s*:?\s*", "", line.code)
+    return f"{word}: {value}"
+
+
+def _settings(page: Page) -> Iterator[Finding]:
+    below = min((d.heading.number for d in page.drawings if d.numbers), default=inf)
+    for key, lines in page.settings.items():
+        for line in lines[1:]:
+            hint = "Take one of the two lines out."
+            yield line.finding(f"'{key}' is written twice", hint)
+        for line in lines[:1]:
+            if line.number > below:
+                hint = "Move this line above the first floor."
+                yield line.finding(f"'{key}' stands below a floor", hint)
+
+
+def _missing_settings(page: Page) -> Iterator[Finding]:
+    if _unreadable(page) or not any(line.code for line in page.lines):
+        return
+    first = page.lines[0]
+    if not page.settings["building:"]:
+        hint = "Write 'building: NAME' at the top."
+        yield first.finding("the building has no 'building:' line", hint)
+    if not page.settings["size:"]:
+        hint = f"Write '{page.drawn_size}' at the top: columns x rows."
+        yield first.finding("the building has no 'size:' line", hint)
+
+
+def _values(page: Page) -> Iterator[Finding]:
+    for line in page.settings["building:"]:
+        if not line.value:
+            hint = "Write one: 'building: Tiny office'."
+            yield line.finding_in_value("the building has no name", hint)
+    for line in page.settings["size:"]:
+        size = SIZE_VALUE.fullmatch(line.value)
+        hint = f"Write '{page.drawn_size}'."
+        if size is None:
+            what = "this size cannot be read: it is columns x rows"
+            yield line.finding_in_value(what, hint)
+        elif not all(1 <= int(cells) <= MOST_CELLS for cells in size.groups()):
+            what = f"a drawing has 1 to {MOST_CELLS} columns and 1 to {MOST_CELLS} rows"
+            yield line.finding_in_value(what, hint)
+
+
+def _floor_numbers(page: Page) -> Iterator[Finding]:
+    """The first only: what follows it may well be right once that is mended."""
+    last = 0
+    for drawing in [] if page.strays else page.drawings:
+        if not drawing.numbers:
+            return
+        if drawing.numbers[0] != last + 1:
+            yield drawing.heading.finding(*_misnumbered(page, drawing.numbers[0], last))
+            return
+        last = drawing.numbers[-1]
+        if last > MOST_FLOORS:
+            what = f"a building has at most {MOST_FLOORS} floors"
+            yield drawing.heading.finding(what, "Draw fewer floors.")
+            return
+
+
+def _misnumbered(page: Page, number: int, last: int) -> tuple[str, str]:
+    """What is wrong with a number that does not follow the last, and a hint."""
+    following = last + 1
+    if 0 < number <= last:
+        hint = f"Write 'floor {following}:', or take one of the two drawings out."
+        return f"floor {number} is drawn twice", hint
+    if any(following in drawing.numbers for drawing in page.drawings):
+        hint = f"Move floor {following} up: floors are drawn from 1 upwards."
+        return f"floor {number} stands before floor {following}", hint
+    hint = f"Write 'floor {following}:', or draw floor {following} first."
+    if last:
+        return f"floor {number} follows floor {last}", hint
+    return f"floor {number} is the first that is drawn", hint
+
+
+def _rows_in_place(page: Page) -> Iterator[Finding]:
+    if page.strays:
+        hint = "Write 'floor 1:' above the drawing; a note begins with ';'."
+        yield page.strays[0].finding("this row stands before any floor", hint)
+    elif not page.drawings and any(page.settings.values()):
+        last = [line for line in page.lines if line.code][-1]
+        hint = "Write 'floor 1:' below, and its rows under it."
+        yield last.finding("no floor is drawn", hint)
+    for drawing in page.drawings:
+        if drawing.numbers and not drawing.rows:
+            what = f"nothing is drawn for {drawing.label}"
+            yield drawing.heading.finding(what, "Draw its rows below this line.")
+
+
+def _blank_lines(page: Page) -> Iterator[Finding]:
+    blank = {line.number for line in page.lines if not line.written.strip(" \t")}
+    for drawing in page.drawings:
+        for above, below in pairwise(drawing.rows):
+            between = blank.intersection(range(above.number, below.number))
+            if between:
+                hint = "Take it out, or write a heading such as 'floor 2:' here."
+                line = page.lines[min(between) - 1]
+                yield line.finding("a blank line cuts this drawing in two", hint)
+
+
+# -- Stage 2: characters ------------------------------------------------------------
+
+_UNKNOWN = re.compile(r"((?![#.+A-Za-z])[\t!-~])\1*")  # in a row
+_FOREIGN = re.compile(r"[^\t -~]+")  # anywhere, also in a note
+_LOOKS_LIKE = dict.fromkeys("|-_=/\\*%@", "#") | dict.fromkeys(",:'`", ".")
+
+
+def _unknown_signs(page: Page) -> Iterator[Finding]:
+    for row in page.rows:
+        for sign in _UNKNOWN.finditer(row.code):
+            what = f"'{sign[1]}' has no meaning in a drawing"
+            hint = _instead(_LOOKS_LIKE.get(sign[1], ""))
+            if sign[1] == "\t":
+                what = "there is a tab in the drawing"
+                hint = "Type blanks instead: a tab has no fixed width."
+            hint = hint or "Use '#', '.', '+', 'E', 'A' to 'D', 'a' to 'z' and blanks."
+            yield row.finding(what, hint, sign.start() + 1)
+
+
+def _foreign_signs(page: Page) -> Iterator[Finding]:
+    rows = {row.number for row in page.rows}
+    for line in page.lines:
+        for signs in _FOREIGN.finditer(line.written.rstrip(" \t")):
+            first = signs[0][0]
+            plain = _ascii(first)
+            if line.number in rows:
+                plain = _LOOKS_LIKE.get(plain, plain)
+            name = unicodedata.name(first, f"U+{ord(first):04X}")
+            hint = _instead(plain) or "Take it out."
+            what = f"{name} is not a plain ASCII sign"
+            yield line.finding(what, hint, signs.start() + 1)
+
+
+def _instead(sign: str) -> str:
+    """A hint to type a sign, if there is one."""
+    quoted = "a blank" if sign == " " else f"'{sign}'"
+    return f"Type {quoted} instead." if sign else ""
+
+
+def _ascii(char: str) -> str:
+    """The plain sign that a character looks like, or nothing."""
+    if "\u2500" <= char <= "\u25a1":  # lines, blocks and squares to draw walls with
+        return "#"
+    if unicodedata.category(char) == "Pd" or char == "\u2212":  # dashes, minus
+        return "-"
+    plain = {"\u00d7": "x", "\u00b7": ".", "\u2022": "."}.get(char)  # times, dots
+    plain = plain or unicodedata.normalize("NFKD", char)[0]
+    return plain if " " <= plain <= "~" else ""
+
+
+def _capitals(page: Page) -> Iterator[Finding]:
+    for row in page.rows:
+        for word in re.finditer(r"[A-Za-z]+", row.code):
+            name = _without_exits(word)
+            capital = re.search(r"[A-Z]", name)
+            if capital and (not name.isupper() or len(set(name)) > 2):
+                hint = f"Write '{name.lower()}'; stairwells and exits stand apart."
+                what = "there is a capital in a room's name"
+                column = row.code.index(name, word.start()) + capital.start() + 1
+                yield row.finding(what, hint, column)
+            elif strange := re.search(r"[F-Z]", name):
+                hint = "Type 'A', 'B', 'C' or 'D' for a stairwell, 'E' for an exit."
+                column = word.start() + word[0].index(strange[0]) + 1
+                yield row.finding(
+                    f"no stairwell is called '{strange[0]}'", hint, column
+                )
+
+
+def _without_exits(word: re.Match[str]) -> str:
+    """A word without the exits in the outer wall on its left and right."""
+    start = word.start()
+    name = word[0] if word.string[start - 1 : start] == "." else word[0].lstrip("E")
+    return name if word.string.startswith(".", word.end()) else name.rstrip("E")
+
+
+# -- Stage 3: shape -----------------------------------------------------------------
+
+
+def _wide_rows(page: Page) -> Iterator[Finding]:
+    width, height = page.size
+    widest = max(len(row.code) for row in page.rows)
+    for row in page.rows:
+        if len(row.code) > width:
+            what = f"this row has {len(row.code)} columns, the size says {width}"
+            hint = f"Shorten it, or write 'size: {widest} x {height}'."
+            yield row.finding(what, hint, width + 1)
+
+
+def _number_of_rows(page: Page) -> Iterator[Finding]:
+    width, height = page.size
+    for drawing in page.drawings:
+        rows = drawing.rows
+        hint = f"or write 'size: {width} x {len(rows)}'."
+        what = f"this drawing has {_rows(len(rows))}, the size says {height}"
+        if len(rows) < height:
+            hint = f"Draw {_rows(height - len(rows))} more, {hint}"
+            yield drawing.heading.finding(what, hint)
+        elif len(rows) > height:
+            hint = f"Take {_rows(len(rows) - height)} out, {hint}"
+            yield rows[height].finding(what, hint)
+
+
+def _rows(count: int) -> str:
+    return "1 row" if count == 1 else f"{count} rows"
+
+
+Checks = tuple[Callable[[Page], Iterator[Finding]], ...]
+
+PAGE: Checks = (
+    _nothing,
+    _headings,
+    _settings,
+    _missing_settings,
+    _values,
+    _floor_numbers,
+    _rows_in_place,
+    _blank_lines,
+)
+CHARACTERS: Checks = (_unknown_signs, _foreign_signs, _capitals)
+SHAPE: Checks = (_wide_rows, _number_of_rows)
+
+STAGES = (PAGE, CHARACTERS, SHAPE)

@@ -1,0 +1,217 @@
+"""A drawing becomes a grid and a graph: kinds, rooms, landmarks, stairwells, metres."""
+
+from pathlib import Path
+
+import networkx as nx
+import numpy as np
+import pytest
+from clauses import ROOT
+
+from reference.building import OUTSIDE, Kind, build, burn, intact, load
+from reference.floorplan import parse
+from reference.paper import BODY_SIZE, FLOORS, STAIRS_SECONDS, WALKING_SPEED
+
+HOUSE = """\
+building: House
+size: 13 x 6
+
+floor 1:
+   ##########
+####...#....#
+#AA+...+....E
+#AA#.a.+....E
+####...#....#
+   ##########
+
+floor 2:
+   ##########
+####........#
+#AA+...c....#
+#AA#........#
+####........#
+   ##########
+"""
+
+
+@pytest.fixture(scope="module")
+def house():
+    """Rooms a and one without a name below, c above, a stairwell, two-metre doors."""
+    return build(parse(HOUSE))
+
+
+@pytest.fixture(scope="module")
+def paper():
+    """The paper's building."""
+    return load("paper")
+
+
+def named(things, wanted):
+    """The area or landmark with an id."""
+    return next(thing for thing in things if thing.id == wanted)
+
+
+# -- The grid -----------------------------------------------------------------------
+
+
+def test_every_sign_of_the_drawing_becomes_a_kind_of_cell(house):
+    """The second row from above shows nearly all of them."""
+    row = " ".join(Kind(kind).name.lower() for kind in house.kind[0, 2, :8])
+    assert row == "wall stairs stairs entrance floor floor floor door"
+    assert house.kind[0, 2, 12] == Kind.EXIT
+    assert house.kind[0, 0, 0] == Kind.OUTSIDE
+
+
+@pytest.mark.paper("A2")
+def test_rooms_are_found_named_and_numbered(house):
+    """A room without a name gets a number; its size is in square metres."""
+    sizes = {room.id: room.size for room in house.rooms(0) + house.rooms(1)}
+    assert sizes == {"1/a": 12, "1/room-2": 16, "2/c": 32}
+
+
+@pytest.mark.paper("A3")
+def test_a_plus_beside_a_stairwell_is_its_entrance(house):
+    """Purple, not blue: it cannot burn."""
+    shaft = house.stairwells[0]
+    entrances = [house.landmarks[m].id for f in (0, 1) for m in shaft.entrances[f]]
+    assert (shaft.letter, entrances) == ("A", ["1/entrance-1", "2/entrance-1"])
+
+
+def test_adjacent_cells_are_one_landmark_as_wide_as_they_are_many(house):
+    """A door of two cells is one door of two metres."""
+    door = named(house.landmarks, "1/door-1")
+    assert (door.width, door.sides) == (2, ("1/a", "1/room-2"))
+    assert (house.landmark[0, 2:4, 7] == door.index).all()
+
+
+@pytest.mark.paper("A4")
+def test_an_exit_joins_a_room_and_the_outside(house):
+    """It is the only thing that does."""
+    outer = [m.id for m in house.landmarks if OUTSIDE in m.sides]
+    assert outer == ["1/exit-1"]
+
+
+def test_ways_out_are_exits_and_stairs_that_go_down(house):
+    """On the lowest floor the stairs lead nowhere."""
+    ways = [[house.landmarks[m].id for m in house.ways_out(f)] for f in (0, 1)]
+    assert ways == [["1/exit-1"], ["2/entrance-1"]]
+
+
+# -- Metres -------------------------------------------------------------------------
+
+
+@pytest.mark.paper("A8")
+def test_metres_begin_in_the_middle_of_the_main_body(house):
+    """The stairwell sticks out of it and does not count; y grows northwards."""
+    assert house.body == (-5, -3, 5, 3)
+    assert house.metres(2, 8) == (0.5, 0.5)
+    assert house.metres(0, 3) == (-4.5, 2.5)
+
+
+def test_a_body_of_odd_size_keeps_its_cell_centres_at_halves():
+    """The origin is then the nearest corner of a cell."""
+    building = build(parse("building: x\nsize: 5 x 3\nfloor 1:\n#####\n#...E\n#####"))
+    centres = [building.metres(1, col)[0] for col in range(5)]
+    assert [x % 1 for x in centres] == [0.5] * 5
+    assert min(centres) <= -1.5 and max(centres) >= 1.5
+
+
+def test_every_cell_is_found_again_from_its_metres(paper):
+    """`cell` undoes `metres`, also off the middle of a cell."""
+    for row, col in np.ndindex(paper.kind.shape[1:]):
+        x, y = paper.metres(row, col)
+        assert paper.cell(x + 0.49, y - 0.49) == paper.cell(x, y) == (row, col)
+
+
+# -- The graph ----------------------------------------------------------------------
+
+
+def test_networkx_finds_the_way_out_of_a_room(house):
+    """Through the stairwell, storey by storey, and out by the exit."""
+    way = nx.shortest_path(house.graph, "2/c", OUTSIDE)
+    assert way == ["2/c", "2/A", "1/A", "1/a", "1/room-2", OUTSIDE]
+
+
+def test_an_edge_tells_what_it_is_how_wide_and_how_long(house):
+    """A door's length goes from the middle of one room to the middle of the other."""
+    door = house.graph.edges["1/a", "1/room-2", "1/door-1"]
+    assert door == {"kind": "door", "width": 2, "length": 4.5, "state": "intact"}
+    stairs = house.graph.edges["1/A", "2/A", "A:1-2"]
+    assert stairs["kind"] == "stairs"
+    assert stairs["length"] == STAIRS_SECONDS * WALKING_SPEED
+
+
+def test_a_node_tells_what_it_is_and_where(house):
+    """Rooms, stairwells and the outside."""
+    kinds = dict(house.graph.nodes(data="kind"))
+    assert kinds["1/a"] == "room" and kinds["2/A"] == "stairwell"
+    assert kinds[OUTSIDE] == OUTSIDE
+    assert house.graph.nodes["2/c"]["floor"] == 1
+
+
+@pytest.mark.paper("A6")
+def test_a_burnt_door_is_no_way_any_more(house):
+    """Burning the only door cuts the room off; the building's own graph stays."""
+    left = intact(burn(house.graph, ["1/door-1"]))
+    assert not nx.has_path(left, "1/a", OUTSIDE)
+    assert nx.has_path(house.graph, "1/a", OUTSIDE)
+
+
+def test_refuses_to_burn_what_is_not_there(house):
+    """A slip in an id is not passed over."""
+    with pytest.raises(KeyError, match="door-9"):
+        burn(house.graph, ["1/door-9"])
+
+
+def test_networkx_agrees_that_all_rooms_of_all_floors_have_a_way_out():
+    """For every building that ships."""
+    for path in sorted(Path(ROOT / "floors").glob("*.txt")):
+        graph = load(str(path)).graph
+        assert nx.is_connected(graph), path.name
+
+
+# -- The paper's building -----------------------------------------------------------
+
+
+@pytest.mark.paper("A1")
+def test_the_papers_building_has_three_floors_of_forty_by_forty(paper):
+    """The main body, walls included, is [-20, 20] in both directions."""
+    assert paper.floors == FLOORS
+    assert paper.body == (-BODY_SIZE / 2, -BODY_SIZE / 2, BODY_SIZE / 2, BODY_SIZE / 2)
+
+
+@pytest.mark.paper("A2")
+def test_rooms_grow_fewer_and_simpler_from_floor_to_floor(paper):
+    """Number of rooms and of doors fall from the first floor to the third."""
+    rooms = [len(paper.rooms(floor)) for floor in range(FLOORS)]
+    doors = [sum(m.floor == f for m in paper.landmarks) for f in range(FLOORS)]
+    assert rooms[0] > rooms[1] > rooms[2]
+    assert doors[0] > doors[1] > doors[2]
+
+
+@pytest.mark.paper("A3")
+def test_two_stairwells_stand_north_and_south_outside_the_main_body(paper):
+    """A in the south, B in the north, each with an entrance on every floor."""
+    south, north = paper.stairwells
+    assert (south.letter, north.letter) == ("A", "B")
+    assert south.centre[1] < -BODY_SIZE / 2 and north.centre[1] > BODY_SIZE / 2
+    assert set(south.entrances) == set(north.entrances) == set(range(FLOORS))
+
+
+@pytest.mark.paper("A4")
+def test_exits_are_on_the_first_floor_and_not_beside_a_stairwell(paper):
+    """Who comes down the stairs has to cross the house."""
+    exits = [paper.landmarks[m] for m in paper.exits]
+    assert len(exits) >= 2 and {m.floor for m in exits} == {0}
+    for mark in exits:
+        for well in paper.stairwells:
+            assert np.hypot(*np.subtract(mark.position, well.centre)) > 10
+
+
+@pytest.mark.paper("A2")
+def test_the_papers_floors_have_loops_as_well_as_dead_ends(paper):
+    """Some doors can burn without cutting anybody off, others cannot."""
+    for floor in range(FLOORS):
+        here = [a.id for a in paper.areas if a.floor == floor]
+        rooms = nx.Graph(paper.graph.subgraph(here))
+        assert nx.cycle_basis(rooms), floor
+        assert any(True for _ in nx.bridges(rooms)), floor

@@ -1,0 +1,390 @@
+"""The fire: Eqs. 2-3, rule D6 in both modes, first passage, scripted strategies."""
+
+from math import floor, inf, trunc
+from unittest.mock import patch
+
+import networkx as nx
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from movies import body, found, mark, play, shipped, split, stage
+
+from reference.building import Kind
+from reference.fire import (
+    STRATEGIES,
+    Generator,
+    GreedyFire,
+    RandomFire,
+    Refused,
+    Spread,
+    snapped,
+)
+from reference.paper import (
+    BURN_LOSS,
+    DECISION_SECONDS,
+    DOOR_DELAY_FACTOR,
+    FIRE_EVERY_DECISIONS,
+    FIRE_FIRST_DECISION,
+    FLAME_TICKS,
+    HEAT_LOSS,
+    Scenario,
+)
+from reference.rewards import DoorBurnt, FireLit, FireRefused
+from reference.simulation import Simulation
+from reference.world import Source
+
+COORDINATES = st.floats(-1e6, 1e6)
+
+
+# -- Equations 2 and 3 --------------------------------------------------------------
+
+
+@pytest.mark.paper("D3", "Eq. 2")
+@given(COORDINATES)
+def test_a_source_appears_at_the_nearest_cell_centre(x):
+    """For every real coordinate, also negative."""
+    assert snapped(x) % 1 == 0.5
+    assert abs(snapped(x) - x) <= 0.5
+
+
+@pytest.mark.paper("D3", "Eq. 2")
+@pytest.mark.parametrize(
+    ("x", "centre"), [(0.2, 0.5), (0.9, 0.5), (-0.2, -0.5), (-19.3, -19.5), (20, 20.5)]
+)
+def test_equation_2_by_example(x, centre):
+    """X = 20 lies on the edge of the body and is snapped outside it."""
+    assert snapped(x) == centre
+
+
+@pytest.mark.paper("D4")
+@pytest.mark.parametrize("bracket", [floor, trunc, round])
+@given(x=COORDINATES)
+def test_equation_2_holds_however_its_brackets_are_read(bracket, x):
+    """As floor, as truncation or as rounding: the formula as printed is nearest."""
+    whole = bracket(x)
+    first = abs(whole - x + 0.5) > abs(whole - x - 0.5)
+    printed = whole - 0.5 if first else whole + 0.5
+    assert abs(printed - x) == pytest.approx(abs(snapped(x) - x), abs=1e-9)
+    assert not (first and bracket is floor)  # its first branch is never taken
+
+
+@pytest.mark.paper("D5", "Eq. 3")
+def test_equation_3_snaps_y_as_equation_2_snaps_x():
+    """The printed mixture of X, Y and Z cannot be meant."""
+    building = shipped("paper")
+    world = Simulation(building, Scenario(people=0), "none", "none").world
+    generator = Generator(building, sources=8, training=True)
+    rng = np.random.default_rng(0)
+    source = generator.generate(world, (2, -9.2, -10.8), rng)
+    assert source == Source(2, -9.5, -10.5, 0.0)
+
+
+# -- Rule D6 ------------------------------------------------------------------------
+
+BOARD = """
+       ###############
+    ####...p..#......#
+    #AA+.*..R.+......E
+    ####......#......#
+       ###############
+
+       ###############
+    ####......#......#
+    #AA+....R.+......#
+    ####......#......#
+       ###############
+    """
+PLACES = {
+    "wall": "#",
+    "stairs": "A",
+    "entrance": "+",
+    "exit": "E",
+    "fire": "*",
+    "robot": "R",
+    "human": "p",
+}
+
+
+def spot(sim, what):
+    """Floor and metres of the place on BOARD that something occupies."""
+    if what == "door":
+        return (0, *sim.building.landmarks[mark(sim, Kind.DOOR)].position)
+    if what == "outside":
+        return (0, 99.5, 0.5)
+    at, row, col = found(split(BOARD), PLACES[what])[0]
+    return (at, *sim.building.metres(row, col))
+
+
+@pytest.mark.paper("D6")
+@pytest.mark.parametrize("what", [*PLACES, "door", "outside"])
+def test_refuses_an_occupied_place_in_training(what):
+    """No fire, and the reason in one word."""
+    sim = stage(BOARD, training=True)
+    result = sim.generator.generate(sim.world, spot(sim, what), sim.rng["fire"])
+    assert isinstance(result, Refused)
+    assert result.reason == what
+
+
+@pytest.mark.paper("D6")
+@pytest.mark.parametrize("what", [*PLACES, "door", "outside"])
+def test_an_occupied_place_yields_another_free_one_outside_training(what):
+    """Somewhere at random, where a source is allowed."""
+    sim = stage(BOARD, training=False)
+    for _ in range(20):
+        result = sim.generator.generate(sim.world, spot(sim, what), sim.rng["fire"])
+        assert isinstance(result, Source)
+        assert sim.generator.occupied(sim.world, *result[:3]) == ""
+
+
+@pytest.mark.paper("D6")
+@pytest.mark.parametrize("training", [True, False])
+def test_a_free_place_is_taken_as_it_is(training):
+    """In both modes."""
+    sim = stage("#######\n#p....E\n#######", training=training)
+    x, y = sim.building.metres(1, 4)
+    result = sim.generator.generate(sim.world, (0, x + 0.3, y), sim.rng["fire"])
+    assert result == Source(0, x, y, 0.0)
+
+
+@pytest.mark.paper("D6")
+def test_refuses_when_no_place_is_free_at_all():
+    """Not even outside training: two cells, a human and a flame."""
+    sim = stage("####\n#*pE\n####", training=False)
+    decision = (0, *sim.building.metres(1, 1))
+    result = sim.generator.generate(sim.world, decision, sim.rng["fire"])
+    assert isinstance(result, Refused)
+
+
+@pytest.mark.paper("D4")
+def test_refuses_the_edge_of_the_body():
+    """X = 20 becomes 20.5: the first column outside the paper's main body."""
+    building = shipped("paper")
+    world = Simulation(building, Scenario(people=0), "none", "none").world
+    generator = Generator(building, sources=8, training=True)
+    refused = generator.generate(world, (0, 20.0, 5.0), np.random.default_rng(0))
+    assert refused.reason == "outside"
+
+
+@pytest.mark.paper("D6")
+def test_a_refusal_in_training_is_an_event_and_lights_nothing():
+    """What the fire agent pays for."""
+    nowhere, once = Always(0, 99, 0), {"decision_seconds": 1.0, "training": True}
+    sim = stage("#######\n#p....E\n#######", fire=nowhere, **once)
+    play(sim, FIRE_FIRST_DECISION + 0.2)
+    assert [type(e) for e in sim.events] == [FireRefused]
+    assert sim.world.flames.sources == []
+
+
+class Always:
+    """A fire that decides for one place whenever it is asked."""
+
+    def __init__(self, *decision):
+        self.decision = decision
+
+    def decide(self, world, rng):
+        """The same again."""
+        return self.decision
+
+
+# -- First passage ------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def spread():
+    """How flames would spread in the paper's building, with one seed."""
+    return Spread(shipped("paper"), np.random.default_rng(5))
+
+
+def flames(spread, *sources):
+    """The flames after these sources."""
+    world = Simulation(spread.building, Scenario(people=0), "none", "none").world
+    for source in sources:
+        spread.ignite(world.flames, source)
+    return world.flames
+
+
+ONE, OTHER = Source(0, -10.5, 5.5, 0.0), Source(0, 3.5, -8.5, 20.0)
+
+
+@pytest.mark.paper("D7")
+def test_arrival_is_a_shortest_sum_of_delays(spread):
+    """As networkx's Dijkstra finds it over the same delays."""
+    graph = nx.from_scipy_sparse_array(spread.delays)
+    p = Simulation(
+        spread.building, Scenario(people=0), "none", "none"
+    ).navigation.place(*ONE[:3])
+    expected = np.full(spread.building.kind.size, inf)
+    for q, seconds in nx.single_source_dijkstra_path_length(graph, p).items():
+        expected[q] = seconds
+    np.testing.assert_allclose(flames(spread, ONE).arrival.ravel(), expected)
+
+
+@pytest.mark.paper("D7")
+def test_the_order_of_sources_does_not_matter(spread):
+    """Bit for bit."""
+    one, other = flames(spread, ONE, OTHER), flames(spread, OTHER, ONE)
+    assert np.array_equal(one.arrival, other.arrival)
+
+
+@pytest.mark.paper("D7")
+def test_another_source_only_makes_things_burn_earlier(spread):
+    """Each cell burns from the earlier of what the two sources do alone."""
+    alone = [flames(spread, source).arrival for source in (ONE, OTHER)]
+    both = flames(spread, ONE, OTHER).arrival
+    assert np.array_equal(both, np.minimum(*alone))
+
+
+@pytest.mark.paper("D7")
+def test_flames_enter_neither_walls_nor_stairwells_nor_entrances(spread):
+    """And they never leave their floor."""
+    reached = np.isfinite(flames(spread, ONE).arrival)
+    kinds = set(spread.building.kind[reached].tolist())
+    assert kinds == {Kind.FLOOR, Kind.DOOR, Kind.EXIT}
+    assert not reached[1:].any()
+
+
+@pytest.mark.paper("D7")
+def test_doors_and_exits_burn_slowly():
+    """Every border of a door takes DOOR_DELAY_FACTOR times as long, no other does."""
+    building = shipped("paper")
+    slow = Spread(building, np.random.default_rng(1)).delays.tocoo()
+    with patch("reference.fire.DOOR_DELAY_FACTOR", 1.0):
+        quick = Spread(building, np.random.default_rng(1)).delays.tocoo()
+    kind = building.kind.ravel()
+    ends = np.stack([kind[slow.row], kind[slow.col]])
+    door = np.isin(ends, (Kind.DOOR, Kind.EXIT)).any(axis=0)
+    np.testing.assert_allclose(
+        slow.data / quick.data, np.where(door, DOOR_DELAY_FACTOR, 1)
+    )
+
+
+@pytest.mark.paper("D7")
+def test_delays_are_the_same_both_ways_and_differ_by_seed(spread):
+    """A border has one delay, fixed for the run."""
+    assert (spread.delays != spread.delays.T).nnz == 0
+    other = Spread(spread.building, np.random.default_rng(6))
+    assert not np.array_equal(spread.delays.data, other.delays.data)
+
+
+@pytest.mark.paper("D7")
+def test_what_burns_is_what_the_flames_have_reached(spread):
+    """And `advance` tells when the next cell will."""
+    burning = flames(spread, ONE, OTHER)
+    next_time = spread.advance(burning, 30.0)
+    assert np.array_equal(burning.burning, burning.arrival <= 30)
+    assert next_time == burning.arrival[burning.arrival > 30].min()
+
+
+@pytest.mark.paper("B7")
+def test_flames_hurt_and_so_does_standing_beside_them():
+    """Most in them, less beside them, not at all farther away or behind a wall."""
+    sim = stage("#######\n#.*.p.E\n#######")
+    assert sim.world.flames.harm[0, 1].tolist() == (
+        [0, HEAT_LOSS, BURN_LOSS, HEAT_LOSS, 0, 0, 0]
+    )
+    assert not sim.world.flames.harm[0, [0, 2]].any()
+
+
+@pytest.mark.paper("B7")
+def test_people_in_flames_and_beside_them_lose_health_accordingly():
+    """Within one tick; q, farther away, loses only what everybody loses."""
+    sim = stage("##########\n#*p.q...E\n##########\n")
+    before = sim.world.bodies.health.copy()
+    sim.step()
+    lost = before - sim.world.bodies.health
+    assert lost[body("p")] - lost[body("q")] == pytest.approx(HEAT_LOSS * sim.tick)
+
+
+# -- Doors --------------------------------------------------------------------------
+
+
+@pytest.mark.paper("A6")
+def test_every_door_that_flames_reach_burns_once():
+    """Entrances and exits stand."""
+    sim = Simulation(shipped("tiny"), Scenario(people=0), "none", seed=3)
+    for _ in range(1000):
+        sim.step()
+    told = [e.landmark for e in sim.events if isinstance(e, DoorBurnt)]
+    reached = sim.building.landmark[sim.world.flames.burning]
+    doors = {m for m in reached.tolist() if m >= 0} - sim.building.exits
+    assert told and len(told) == len(set(told))
+    assert set(told) == doors == set(np.flatnonzero(sim.world.burnt).tolist())
+
+
+@pytest.mark.paper("A6")
+def test_a_door_burns_within_a_second_of_the_flames_arrival():
+    """And never before."""
+    sim = Simulation(shipped("tiny"), Scenario(people=0), "none", seed=3)
+    for _ in range(1000):
+        for event in sim.step():
+            if isinstance(event, DoorBurnt):
+                cells = sim.building.landmark == event.landmark
+                late = event.time - sim.world.flames.arrival[cells].min()
+                assert 0 <= late <= FLAME_TICKS * sim.tick + 1e-9
+
+
+# -- Strategies ---------------------------------------------------------------------
+
+
+@pytest.mark.paper("C2")
+@pytest.mark.parametrize("training", [True, False])
+def test_there_are_never_more_sources_than_the_scenario_allows(training):
+    """The generator stops after the last one, and does not complain."""
+    scenario = Scenario(people=20, sources=3, training=training)
+    sim = Simulation(shipped("paper"), scenario, "none", "random", seed=2)
+    sim.run()
+    lit = [e for e in sim.events if isinstance(e, FireLit)]
+    assert len(lit) == len(sim.world.flames.sources) == 3
+    assert not [
+        e for e in sim.events if isinstance(e, FireRefused) and e.time > lit[-1].time
+    ]
+
+
+@pytest.mark.paper("D2")
+def test_sources_appear_at_every_kth_decision():
+    """The first at 10 s, then every 15 s."""
+    sim = Simulation(shipped("paper"), Scenario(time_limit=60), "none", "random")
+    sim.run()
+    times = [e.time for e in sim.events if isinstance(e, FireLit)]
+    first = FIRE_FIRST_DECISION * DECISION_SECONDS
+    step = FIRE_EVERY_DECISIONS * DECISION_SECONDS
+    assert times == pytest.approx(np.arange(first, 60, step))
+
+
+@pytest.mark.paper("D2")
+@pytest.mark.parametrize("name", STRATEGIES)
+def test_a_strategy_decides_floor_and_place_or_nothing(name):
+    """On a floor that exists, inside the drawing."""
+    sim = Simulation(shipped("paper"), Scenario(), "none", "none", seed=4)
+    decision = STRATEGIES[name]().decide(sim.world, np.random.default_rng(0))
+    assert (decision is None) == (name == "none")
+    if decision:
+        place = sim.navigation.place(*decision)
+        assert sim.building.kind.ravel()[place] == Kind.FLOOR
+
+
+def test_a_random_fire_chooses_cells_of_rooms_on_all_floors():
+    """Uniformly over the floors."""
+    world = Simulation(shipped("paper"), Scenario(people=0), "none", "none").world
+    rng = np.random.default_rng(0)
+    floors = [RandomFire().decide(world, rng)[0] for _ in range(300)]
+    assert min(np.bincount(floors, minlength=3)) > 70
+
+
+def test_a_greedy_fire_strikes_on_the_way_of_people():
+    """Three people are on their way to the door in the south."""
+    sim = stage(
+        """
+        ###############
+        #......#.....sE
+        #......#......#
+        #......#......#
+        #......#......#
+        #pqr...+......#
+        ###############
+        """
+    )
+    play(sim, 1)
+    decision = GreedyFire().decide(sim.world, np.random.default_rng(0))
+    assert sim.building.cell(*decision[1:]) in {(5, 4), (5, 5), (5, 6)}

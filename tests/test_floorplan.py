@@ -1,0 +1,296 @@
+"""Floors as text: what is read, what is refused, and what is said about a mistake.
+
+tests/maps/good holds drawings that are fine in every tolerated way, tests/maps/bad one
+for each kind of mistake, `NAME.txt` beside `NAME.expected`, the whole message. The
+names begin with the stage: page, characters, shape, floor, building.
+"""
+
+import re
+from pathlib import Path
+from time import perf_counter
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from reference.floorplan import FloorPlanError, Plan, Storey, find, parse, read, to_text
+
+HERE = Path(__file__).parent
+SHIPPED = sorted((HERE.parent / "floors").glob("*.txt"))
+GOOD = sorted((HERE / "maps" / "good").glob("*.txt"))
+BAD = sorted((HERE / "maps" / "bad").glob("*.txt"))
+
+HOUSE = """building: Small house
+size:     14 x 5
+
+floor 1: ground
+   ###########
+####.....#...#
+#AA+.hall+lab#
+####.....#...#
+   ####E######
+
+floor 2: upstairs
+   ###########
+####.....#...#
+#AA+.desk+map#
+####.....#...#
+   ###########
+"""
+
+
+def named(path):
+    """The name of a map, for the report of a test."""
+    return path.stem
+
+
+def refusal(text):
+    """The mistakes in a drawing that is not fine."""
+    with pytest.raises(FloorPlanError) as caught:
+        parse(text)
+    return caught.value.mistakes
+
+
+def drawn(text):
+    """The rows of a file as they stand there, without notes and headings."""
+    code = (line.partition(";")[0].rstrip() for line in text.splitlines())
+    return [line for line in code if line and ":" not in line]
+
+
+# -- What is read -------------------------------------------------------------------
+
+
+@pytest.mark.paper("A1")
+def test_a_drawing_becomes_rows_of_cells_all_equally_wide():
+    """One character is one cell; beyond a ragged right edge is outside."""
+    plan = parse(
+        """building: Hut
+        size: 7 x 4
+        floor 1: ground
+#######
+#.hut.E
+#...###
+#####"""
+    )
+    ground = Storey("ground", ("#######", "#.hut.E", "#...###", "#####  "))
+    assert plan == Plan("Hut", 7, 4, (ground,))
+
+
+@pytest.mark.paper("A1")
+def test_a_floor_drawn_once_is_built_twice():
+    """`floor 2-3:` saves drawing what is alike."""
+    plan = parse(HOUSE.replace("floor 2:", "floor 2-3:"))
+    assert len(plan.storeys) == 3
+    assert plan.storeys[1] == plan.storeys[2]
+
+
+@pytest.mark.paper("A2")
+@pytest.mark.paper("A3")
+@pytest.mark.paper("A4")
+@pytest.mark.parametrize("path", [*GOOD, *SHIPPED], ids=named)
+def test_a_good_drawing_is_read_and_drawn_again_as_it_was(path):
+    """Text to plan to text is the identity, up to notes and what is drawn once."""
+    plan = read(path)
+    rows = [row.rstrip() for storey in plan.storeys for row in storey.rows]
+    assert parse(to_text(plan)) == plan
+    assert set(drawn(path.read_text())) == set(rows)
+    if "-" not in "".join(re.findall(r"(?i)^floor.*?:", path.read_text(), re.M)):
+        assert drawn(path.read_text()) == rows
+
+
+@pytest.mark.parametrize(
+    "loosely",
+    [
+        HOUSE.replace("\n", "\r\n"),
+        HOUSE.replace("\n", "\r"),
+        HOUSE.replace("\n", "  \t\n"),
+        HOUSE.rstrip("\n"),
+        "\ufeff" + HOUSE,
+    ],
+    ids=["CRLF", "CR", "trailing blanks", "no last newline", "BOM"],
+)
+def test_an_editors_habits_are_tolerated_in_silence(loosely, tmp_path):
+    """Nobody sees line endings; nobody is told about them."""
+    file = tmp_path / "house.txt"
+    file.write_bytes(loosely.encode())
+    assert read(file) == parse(loosely) == parse(HOUSE)
+
+
+@st.composite
+def houses(draw):
+    """Rooms in a row behind a stairwell, and an exit; as many floors alike."""
+    rooms = ["." * width for width in draw(st.lists(st.integers(1, 6), min_size=1))]
+    solid, open_ = "#".join(rooms), "+".join(rooms)
+    rows = [f"###{solid}#"] * draw(st.integers(0, 4))
+    rows.insert(draw(st.integers(0, len(rows))), f"#A+{open_}#")
+    walls = "####" + "#" * len(solid), "###E" + "#" * len(solid)
+    drawing = "\n".join([walls[0], *rows, walls[1]])
+    floors = draw(st.integers(2, 4))
+    size = f"{len(walls[0])} x {len(rows) + 2}"
+    return f"building: Row\nsize: {size}\nfloor 1-{floors}:\n{drawing}", floors
+
+
+@given(houses())
+def test_every_drawing_comes_back_from_its_text(house):
+    """`parse(to_text(plan)) == plan`, for rows of rooms of all sizes."""
+    text, floors = house
+    plan = parse(text)
+    assert len(plan.storeys) == floors
+    assert parse(to_text(plan)) == plan
+    assert to_text(parse(to_text(plan))) == to_text(plan)
+
+
+def test_a_floor_of_the_papers_size_is_read_at_once():
+    """Three storeys are read and checked in 30 ms, so `check` can be a habit."""
+    path = find("paper")
+    seconds = []
+    for _ in range(5):
+        start = perf_counter()
+        read(path)
+        seconds.append(perf_counter() - start)
+    assert min(seconds) < 0.03
+
+
+# -- What is refused ----------------------------------------------------------------
+
+
+@pytest.mark.paper("A1")
+@pytest.mark.paper("A2")
+@pytest.mark.paper("A3")
+@pytest.mark.paper("A4")
+@pytest.mark.parametrize("path", BAD, ids=named)
+def test_refuses_a_drawing_and_says_where_why_and_what_to_type(path, monkeypatch):
+    """The whole page of mistakes, as somebody who draws will read it."""
+    monkeypatch.chdir(path.parent)
+    with pytest.raises(FloorPlanError) as caught:
+        read(path.name)
+    assert f"{caught.value}\n" == path.with_suffix(".expected").read_text("utf-8")
+
+
+@pytest.mark.parametrize("path", BAD, ids=named)
+def test_every_hint_says_what_to_do(path):
+    """It begins with a verb and is one sentence, or two halves of one."""
+    verbs = "Draw|Join|Keep|Move|Put|Save|Shorten|Take|Type|Use|Write"
+    for mistake in refusal(path.read_text("utf-8")):
+        assert re.fullmatch(rf"({verbs}) [^\n]+\.", mistake.hint)
+
+
+def test_a_stage_is_silent_until_the_one_before_is_satisfied():
+    """Causes come before consequences: each repair brings the next stage's mistakes."""
+    text = HOUSE.replace("floor 2", "floor 4").replace("lab#", "lab|")
+    text = text.replace("####E######", "###########").replace(".hall+", ".hall..+")
+    heard = []
+    for wrong, right in (
+        ("floor 4", "floor 2"),
+        ("lab|", "lab#"),
+        (".hall..+", ".hall+"),
+        ("", ""),
+    ):
+        heard.append(refusal(text)[0].what)
+        text = text.replace(wrong, right)
+    assert heard == [
+        "floor 4 follows floor 1",
+        "'|' has no meaning in a drawing",
+        "this row has 16 columns, the size says 14",
+        "the building has no exit",
+    ]
+
+
+def test_four_mistakes_are_shown_and_the_rest_counted():
+    """A long page would hide its first line; the error still carries them all."""
+    with pytest.raises(FloorPlanError) as caught:
+        parse(HOUSE.replace("#", "|"))
+    assert str(caught.value).count("hint:") == 4
+    assert len(caught.value.mistakes) > 4
+    assert str(caught.value).endswith(f"… and {len(caught.value.mistakes) - 4} more")
+
+
+@pytest.mark.parametrize(
+    ("before", "room"),
+    [("\t", "\t"), ("広", "  "), ("e\u0301", " "), ("\u200b", ""), ("x", " ")],
+    ids=["tab", "wide", "combining", "no width", "plain"],
+)
+def test_the_caret_stands_under_its_column(before, room):
+    """Whatever room the signs before it take on the screen."""
+    text = HOUSE.replace("+.desk+map#", f"+{before}desk!map#")
+    mistake = refusal(text)[-1]
+    line, caret = str(mistake).splitlines()[1:3]
+    assert line == f"    #AA+{before}desk!map#"
+    assert caret == "        " + room + "    ^"
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [b"building: B\xfcro\n", b"\x89PNG\r\n\x1a\n\0\0", HOUSE.encode("utf-16")],
+    ids=["latin 1", "a picture", "UTF-16"],
+)
+def test_refuses_a_file_that_is_not_plain_text(raw, tmp_path):
+    """A picture or another encoding gets one message, with its place."""
+    file = tmp_path / "map.txt"
+    file.write_bytes(raw)
+    with pytest.raises(FloorPlanError, match=r"map.txt:1:\d+: this is not plain text"):
+        read(file)
+
+
+def test_refuses_a_folder_and_a_missing_file_in_words(tmp_path):
+    """An OSError that a command can print as it is."""
+    with pytest.raises(IsADirectoryError, match="is a folder: name a file in it"):
+        read(tmp_path)
+    with pytest.raises(FileNotFoundError, match=r"cannot read .*map.txt: No such f"):
+        read(tmp_path / "map.txt")
+
+
+SCRIBBLE = "#.+EABCD abcxyz;:\t|-19XZ\n\r\0é広"
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.integers(0, len(HOUSE)),
+            st.sampled_from(["put", "type over", "take out", "double"]),
+            st.sampled_from(SCRIBBLE),
+        ),
+        max_size=6,
+    )
+)
+def test_refuses_a_scribbled_drawing_only_in_its_own_words(scribbles):
+    """However a drawing is spoilt, it is read or explained, and the place exists."""
+    text = HOUSE
+    for place, deed, sign in scribbles:
+        line = text[place:].split("\n")[0] + "\n"
+        new = {"put": sign, "type over": sign, "take out": "", "double": line + line}
+        old = {"put": 0, "type over": 1, "take out": 1, "double": len(line)}
+        text = text[:place] + new[deed] + text[place + old[deed] :]
+    try:
+        parse(text)
+    except FloorPlanError as error:
+        lines = re.split(r"\r\n?|\n", text)
+        assert all(m.written == lines[m.line - 1] for m in error.mistakes)
+        assert all(m.column >= 1 for m in error.mistakes) and str(error)
+
+
+# -- Where floors are found ---------------------------------------------------------
+
+
+def test_a_floor_is_found_by_its_path_or_by_the_name_it_ships_under(tmp_path):
+    """A student's own file and `paper` are asked for in the same way."""
+    own = tmp_path / "paper.txt"
+    own.write_text(HOUSE)
+    assert find(own) == own
+    assert find("paper") in SHIPPED
+    assert find("paper.txt") == find("paper")
+
+
+def test_a_shipped_name_is_found_beside_a_folder_of_that_name(tmp_path, monkeypatch):
+    """`paper` works also where a folder is called so."""
+    (tmp_path / "paper").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert find("paper") in SHIPPED
+
+
+def test_refuses_an_unknown_floor_and_names_those_that_ship():
+    """The closest match comes first: most are slips of the pen."""
+    with pytest.raises(FileNotFoundError) as caught:
+        find("papper")
+    assert "Did you mean 'paper'?" in str(caught.value)
+    assert all(path.stem in str(caught.value) for path in SHIPPED)

@@ -1,0 +1,711 @@
+"""People: Algorithms 1 and 2 branch by branch, and the words they leave open."""
+
+import numpy as np
+import pytest
+from movies import (
+    PEOPLE,
+    body,
+    decide,
+    drawn,
+    follow,
+    lead,
+    mark,
+    mind,
+    play,
+    stage,
+)
+
+from reference.building import Kind
+from reference.paper import (
+    FOLLOW_DISTANCE,
+    FRAMES_PER_SECOND,
+    GOAL_HYSTERESIS,
+    HEALTH,
+    HEALTH_RATE,
+    LEADER_GRACE_SECONDS,
+    LEADER_PAUSE_SECONDS,
+    MOST_FOLLOWERS,
+    STAIRS_SECONDS,
+    STUCK_SECONDS,
+    STUCK_WAIT_SECONDS,
+)
+from reference.rewards import Died, Evacuated, LeftFloor
+from reference.world import NOBODY, Aim, Fate, Goal, Instruction, Mode
+
+SOON = 0.8  # seconds: everybody thinks again within this time
+
+
+def halt(sim, letter):
+    """Let somebody stand still for good."""
+    sim.world.bodies.pace[body(letter)] = 0.0
+
+
+def passed(sim, letter, *doors):
+    """Let somebody remember these doors, the last one last."""
+    mind(sim, letter).doors.extend(doors)
+    mind(sim, letter).trail.extend(doors)
+
+
+def told(sim, kind):
+    """The events of one kind so far."""
+    return [event for event in sim.events if isinstance(event, kind)]
+
+
+# -- Algorithm 1: the follower ------------------------------------------------------
+
+
+@pytest.mark.paper("B5", "Alg. 1:1")
+@pytest.mark.paper("A4")
+def test_at_an_exit_a_human_is_deregistered():
+    """The loop ends there: q thinks, walks and suffers no more."""
+    sim = stage("#######\n#p..q.E\n#######")
+    halt(sim, "p")
+    assert play(sim, 3) == drawn("#######\n#p....E\n#######")
+    assert sim.world.bodies.fate.tolist() == [Fate.INSIDE, Fate.EVACUATED]
+    health = sim.world.bodies.health[body("q")]
+    play(sim, 3)
+    assert sim.world.bodies.health[body("q")] == health
+
+
+@pytest.mark.paper("B5", "Alg. 1:2-3")
+@pytest.mark.paper("B4")
+def test_a_follower_without_leader_who_is_not_stuck_leads():
+    """Everybody begins like this, and so finds the exit alone."""
+    sim = stage("########\n#p.....E\n########")
+    assert mind(sim, "p").mode is Mode.FOLLOWER
+    play(sim, 0.2)
+    assert mind(sim, "p").mode is Mode.LEADER
+    assert play(sim, 8) == drawn("########\n#......E\n########")
+
+
+@pytest.mark.paper("B5", "Alg. 1:4-5")
+def test_a_follower_moves_towards_the_leader_in_sight():
+    """Away from the exit in view: who follows does not look for it."""
+    sim = stage("############\n#q.....p...E\n############", sight_range=8)
+    halt(sim, "q")
+    lead(sim, "q")
+    follow(sim, "p", body("q"))
+    assert play(sim, 1.6) == drawn("############\n#q...p.....E\n############")
+
+
+@pytest.mark.paper("B5", "Alg. 1:5, chosen")
+def test_a_follower_stops_short_of_the_leader():
+    """Whoever presses on would box the leader in."""
+    sim = stage("########\n#p...q.E\n########")
+    halt(sim, "q")
+    lead(sim, "q")
+    follow(sim, "p", body("q"))
+    play(sim, 10)
+    gap = np.diff(sim.world.bodies.position[:, 0])
+    assert FOLLOW_DISTANCE - 0.5 < gap < FOLLOW_DISTANCE + 0.1
+
+
+INSTRUCTED = """
+       #########
+       #...R...#
+    ####.......#
+    #AA+.......E
+    ####.......#
+       #########
+
+       #########
+       #...R...#
+    ####.......#
+    #AA+...p...E
+    ####.......#
+       #########
+    """
+
+
+@pytest.mark.paper("B5", "Alg. 1:6-7")
+@pytest.mark.paper("C7", "chosen")
+@pytest.mark.parametrize(
+    ("instruction", "row"),
+    [
+        (Instruction.FOLLOW_ME, "#AA+.......E"),
+        (Instruction.THIS_STAIRWELL, "#AA+.p.....E"),
+        (Instruction.THIS_EXIT, "#AA+.....p.E"),
+    ],
+)
+def test_a_follower_acts_on_the_robots_instruction(instruction, row):
+    """North to the robot, west to the stairwell or east to the exit."""
+    sim = stage(INSTRUCTED)
+    robot = sim.world.robots[1]
+    robot.instruction = instruction
+    follow(sim, "p", robot.body)
+    assert play(sim, 1.6).splitlines()[-3] == row
+
+
+@pytest.mark.paper("B5", "Alg. 1:7")
+@pytest.mark.paper("B3")
+def test_a_follower_who_does_not_see_what_is_meant_keeps_following():
+    """This exit means nothing to somebody who does not see it."""
+    sim = stage("################\n#p...R.........E\n################")
+    robot = sim.world.robots[0]
+    robot.instruction = Instruction.THIS_EXIT
+    follow(sim, "p", robot.body)
+    assert decide(sim, "p")[:2] == (Aim.LEADER, robot.body)
+
+
+APART = """
+    ###############
+    #p............#
+    #######+#######
+    #q............E
+    ###############
+    """
+
+
+@pytest.mark.paper("B5", "Alg. 1:10-11")
+def test_a_follower_whose_leader_is_out_of_sight_disconnects_and_leads():
+    """q stands behind the wall, and was seen long ago."""
+    sim = stage(APART)
+    follow(sim, "p", body("q"))
+    mind(sim, "p").seen_at = -10.0
+    decide(sim, "p")
+    assert (mind(sim, "p").mode, mind(sim, "p").leader) == (Mode.LEADER, NOBODY)
+
+
+@pytest.mark.paper("B5", "Alg. 1:11")
+def test_a_stuck_follower_without_leader_waits_before_leading():
+    """Line 3 is not for the stuck; line 11 comes STUCK_WAIT_SECONDS later."""
+    sim = stage("##########\n#p.......E\n##########")
+    sim.world.bodies.anchor_time[:] = -STUCK_SECONDS - 0.1
+    while mind(sim, "p").mode is Mode.FOLLOWER:
+        sim.step()
+    assert 0 <= sim.world.time - STUCK_WAIT_SECONDS <= SOON
+
+
+@pytest.mark.paper("B5", "chosen")
+@pytest.mark.parametrize(
+    ("after", "mode"), [(-0.5, Mode.FOLLOWER), (SOON, Mode.LEADER)]
+)
+def test_a_leader_out_of_sight_is_forgiven_for_a_while(after, mode):
+    """One walks on to where q was seen last, here twelve metres away."""
+    sim = stage(APART)
+    halt(sim, "q")
+    follow(sim, "p", body("q"))
+    mind(sim, "p").seen_place += 12 - 2 * sim.navigation.cols
+    play(sim, LEADER_GRACE_SECONDS + after)
+    assert mind(sim, "p").mode is mode
+
+
+@pytest.mark.paper("B5", "chosen")
+def test_where_the_leader_was_seen_last_and_is_not_the_search_ends():
+    """Nobody waits there for the grace to run out."""
+    sim = stage(APART)
+    follow(sim, "p", body("q"))
+    mind(sim, "p").seen_place = int(sim.world.bodies.place[body("p")])
+    decide(sim, "p")
+    assert mind(sim, "p").mode is Mode.LEADER
+
+
+@pytest.mark.paper("B5", "Alg. 1:5")
+def test_a_follower_comes_along_through_a_door():
+    """The leader goes first and is out of sight for a moment; both get out."""
+    sim = stage(
+        """
+        ##############
+        #.....#......#
+        #.p.q.+......#
+        #.....#......E
+        ##############
+        """
+    )
+    lead(sim, "q")
+    follow(sim, "p", body("q"))
+    play(sim, 12)
+    first, second = told(sim, Evacuated)
+    assert (first.person, second.person) == (body("q"), body("p"))
+
+
+# -- Algorithm 2: the leader --------------------------------------------------------
+
+
+@pytest.mark.paper("B6", "Alg. 2:1")
+def test_a_leader_is_done_at_the_exit():
+    """And leaves the floor with it."""
+    sim = stage("#######\n#...p.E\n#######")
+    lead(sim, "p")
+    play(sim, 4)
+    assert [type(event) for event in sim.events] == [LeftFloor, Evacuated]
+
+
+@pytest.mark.paper("B6", "Alg. 2:2-3")
+def test_a_leader_goes_to_an_exit_in_view():
+    """Though a door is nearer and a robot beside it."""
+    sim = stage("###########\n#...+p...R#\n#...#.....E\n###########")
+    lead(sim, "p")
+    goal = decide(sim, "p")
+    assert goal == Goal(Aim.LANDMARK, mark(sim, Kind.EXIT))
+    play(sim, 6)
+    assert told(sim, Evacuated)
+
+
+@pytest.mark.paper("B6", "Alg. 2:5-7")
+@pytest.mark.paper("B4")
+def test_a_leader_in_view_of_a_door_and_a_suitable_leader_follows():
+    """q outranks p and heads for the same door."""
+    sim = stage("############\n#p..q..+...E\n############", sight_range=7)
+    lead(sim, "p", "q")
+    decide(sim, "q")
+    decide(sim, "p")
+    assert (mind(sim, "p").mode, mind(sim, "p").leader) == (Mode.FOLLOWER, body("q"))
+    assert mind(sim, "q").mode is Mode.LEADER
+
+
+@pytest.mark.paper("B6", "Alg. 2:8-9")
+def test_a_leader_goes_to_the_desired_door():
+    """Nobody suitable is in view: q does not outrank anybody."""
+    sim = stage("############\n#q...p..+..E\n############")
+    lead(sim, "p")
+    halt(sim, "q")
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.DOOR))
+    assert play(sim, 1.6) == drawn("############\n#q.....p+..E\n############")
+
+
+@pytest.mark.paper("B6", "Alg. 2:13-15")
+@pytest.mark.paper("B2")
+def test_without_doors_in_view_a_leader_takes_an_unexplored_direction():
+    """The only one: east, where the rays return nothing."""
+    sim = stage("################\n#p.............E\n################")
+    lead(sim, "p")
+    assert decide(sim, "p").aim is Aim.DIRECTION
+    after = "################\n#...p..........E\n################"
+    assert play(sim, 2.4) == drawn(after)
+
+
+@pytest.mark.paper("B6", "Alg. 2:13-15")
+def test_a_leader_whose_doors_in_view_have_all_been_passed_explores():
+    """The door beside p was passed just now."""
+    sim = stage(
+        """
+        ################
+        #..+p..........E
+        ################
+        """
+    )
+    lead(sim, "p")
+    passed(sim, "p", mark(sim, Kind.DOOR))
+    assert decide(sim, "p").aim is Aim.DIRECTION
+    play(sim, 12)
+    assert told(sim, Evacuated)
+
+
+CLOSET = """
+    ##############
+    #.....#......#
+    #.p...+......#
+    #.....#......E
+    ##############
+    """
+
+
+@pytest.mark.paper("B6", "Alg. 2:16-17")
+def test_in_a_dead_end_a_leader_goes_back_to_the_door_passed_last():
+    """All is seen there and its only door has been passed."""
+    sim = stage(CLOSET)
+    lead(sim, "p")
+    passed(sim, "p", mark(sim, Kind.DOOR))
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.DOOR))
+    play(sim, 12)
+    assert told(sim, Evacuated)
+
+
+BESIDE_FLAMES = """
+    ###########
+    #....*.#..#
+    #p.q...+..E
+    ###########
+    """
+
+
+@pytest.mark.paper("B6", "Alg. 2:12")
+@pytest.mark.paper("B6", "Alg. 2:19-20")
+def test_a_leader_goes_to_an_unvisited_door_that_is_not_desired():
+    """Past a flame, so p does not want to; and nobody follows q there."""
+    sim = stage(BESIDE_FLAMES, sight_range=7)
+    lead(sim, "p", "q")
+    decide(sim, "q")
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.DOOR))
+    assert mind(sim, "p").mode is Mode.LEADER
+
+
+@pytest.mark.paper("B6", "Alg. 2:19-20")
+def test_the_way_past_a_flame_costs_health_but_leads_out():
+    """The movie of it."""
+    sim = stage(BESIDE_FLAMES)
+    play(sim, 15)
+    out = told(sim, Evacuated)
+    unhurt = HEALTH_RATE * FRAMES_PER_SECOND
+    assert len(out) == 2
+    assert all(HEALTH - e.health > unhurt * e.time + 1 for e in out)
+
+
+# -- Stuck --------------------------------------------------------------------------
+
+
+BLOCKED = "###########\n#p...*....E\n###########"
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
+def test_nobody_walks_into_flames_until_stuck():
+    """The exit is in view behind them; p waits in front of them."""
+    sim = stage(BLOCKED, sight_range=10)
+    assert play(sim, STUCK_SECONDS) == drawn("###########\n#...p*....E\n###########")
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
+def test_the_stuck_ignore_flames_for_a_while():
+    """And get out, burnt, if the fire is narrow."""
+    sim = stage(BLOCKED, sight_range=10)
+    assert play(sim, 20) == drawn("###########\n#....*....E\n###########")
+    assert told(sim, Evacuated) and not told(sim, Died)
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
+def test_who_has_no_wish_to_move_is_not_stuck():
+    """A follower beside a robot that waits is content."""
+    sim = stage("#####\n#pR.#\n#...E\n#####")
+    robot = sim.world.robots[0]
+    follow(sim, "p", robot.body)
+    play(sim, 2 * STUCK_SECONDS)
+    assert mind(sim, "p").leader == robot.body
+    assert sim.world.time - sim.world.bodies.anchor_time[0] < STUCK_SECONDS
+
+
+# -- Desired, not yet visited -------------------------------------------------------
+
+TOWER = """
+       #########
+    ####.......#
+    #AA+.......E
+    ####.......#
+       #########
+
+       #########
+    ####...#...#
+    #AA+..p+...#
+    ####...#...#
+       #########
+
+       #########
+    ####...#...#
+    #AA+...+.q.#
+    ####...#...#
+       #########
+    """
+
+
+@pytest.mark.paper("B6", "desired, chosen")
+def test_above_the_first_floor_stairs_come_before_doors():
+    """p stands beside a door, three metres from the stairs."""
+    sim = stage(TOWER)
+    lead(sim, "p")
+    stairs = sim.building.stairwells[0].entrances[1][0]
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, stairs)
+
+
+@pytest.mark.paper("B6", "desired, chosen")
+def test_on_the_first_floor_stairs_are_never_desired():
+    """They lead nowhere."""
+    sim = stage(
+        """
+           #########
+        ####...#...#
+        #AA+..p+...E
+        ####...#...#
+           #########
+
+           #########
+        ####.......#
+        #AA+.......#
+        ####.......#
+           #########
+        """
+    )
+    lead(sim, "p")
+    passed(sim, "p", mark(sim, Kind.DOOR))
+    mind(sim, "p").trail.clear()
+    goal = decide(sim, "p")
+    assert goal.aim is not Aim.LANDMARK
+
+
+BETWEEN_DOORS = "#########\n#..+p.+.E\n#########"
+
+
+@pytest.mark.paper("B6", "desired, chosen")
+def test_a_door_passed_lately_is_not_desired():
+    """Nor is it unvisited; another one in view is."""
+    sim = stage(BETWEEN_DOORS)
+    lead(sim, "p")
+    west, east = mark(sim, Kind.DOOR), mark(sim, Kind.DOOR, 2)
+    assert decide(sim, "p")[1] == west
+    passed(sim, "p", west)
+    assert decide(sim, "p")[1] == east
+
+
+@pytest.mark.paper("B6", "desired, chosen")
+def test_a_burnt_door_is_neither_desired_nor_unvisited():
+    """It is seen no more."""
+    sim = stage(BETWEEN_DOORS)
+    lead(sim, "p")
+    sim.world.burnt[mark(sim, Kind.DOOR)] = True
+    assert decide(sim, "p")[1] == mark(sim, Kind.DOOR, 2)
+
+
+@pytest.mark.paper("B6", "desired, chosen")
+def test_a_way_through_flames_is_not_gone():
+    """Neither desired nor reachable: p stays on this side of them."""
+    sim = stage("#########\n#p.*.+..E\n#########")
+    lead(sim, "p")
+    assert decide(sim, "p").aim is not Aim.LANDMARK
+
+
+@pytest.mark.paper("B6", "hysteresis, chosen")
+@pytest.mark.parametrize(("metres_nearer", "kept"), [(2, True), (4, False)])
+def test_a_goal_is_kept_until_another_is_much_nearer(metres_nearer, kept):
+    """GOAL_HYSTERESIS lies between the two cases."""
+    assert 2 < GOAL_HYSTERESIS < 4
+    far = "." * metres_nearer
+    board = f"#..+.p.{far}+..E"
+    wall = "#" * len(board)
+    sim = stage(f"{wall}\n{board}\n{wall}", sight_range=9)
+    lead(sim, "p")
+    near, farther = mark(sim, Kind.DOOR), mark(sim, Kind.DOOR, 2)
+    mind(sim, "p").goal = Goal(Aim.LANDMARK, farther)
+    assert decide(sim, "p")[1] == (farther if kept else near)
+
+
+# -- Suitable leaders ---------------------------------------------------------------
+
+PAIR = """
+    ################
+    #..+.p..q..+...E
+    ################
+    """
+
+
+@pytest.mark.paper("B6", "suitable, chosen")
+@pytest.mark.parametrize(
+    ("change", "suits"),
+    [
+        (lambda p, q: None, True),
+        (lambda p, q: setattr(q, "rank", p.rank - 1), False),
+        (lambda p, q: setattr(q, "mode", Mode.FOLLOWER), False),
+        (lambda p, q: setattr(q, "goal", Goal(Aim.DIRECTION, 0, 0)), False),
+        (lambda p, q: p.doors.clear(), False),
+    ],
+    ids=["suitable", "outranked", "follows", "explores", "to the farther door"],
+)
+def test_a_human_suits_who_leads_outranks_me_and_heads_where_i_want(change, suits):
+    """Anything else would lead people in circles; p has passed the door in the west."""
+    sim = stage(PAIR, sight_range=7)
+    lead(sim, "p", "q")
+    decide(sim, "q")
+    passed(sim, "p", mark(sim, Kind.DOOR))
+    change(mind(sim, "p"), mind(sim, "q"))
+    decide(sim, "p")
+    assert mind(sim, "p").leader == (body("q") if suits else NOBODY)
+
+
+@pytest.mark.paper("B6", "suitable, chosen")
+@pytest.mark.parametrize("places_left", [0, 1])
+def test_a_human_leads_only_so_many(places_left):
+    """MOST_FOLLOWERS: more would only stand in the way; p finds the door alone."""
+    others = PEOPLE[1:][: MOST_FOLLOWERS - places_left]
+    leader = PEOPLE[len(others) + 1]
+    row = f"#p{others}{leader}...+...E"
+    sim = stage("\n".join(["#" * len(row), row, "#" * len(row)]), sight_range=15)
+    lead(sim, "p", leader)
+    decide(sim, leader)
+    for letter in others:
+        follow(sim, letter, body(leader))
+    decide(sim, "p")
+    assert mind(sim, "p").leader == (body(leader) if places_left else NOBODY)
+
+
+@pytest.mark.paper("B6", "suitable, chosen")
+def test_a_robot_in_view_is_always_suitable():
+    """Also in a dead end, where no door is wanted, and right after losing a leader."""
+    sim = stage(
+        """
+        #######
+        #p.R..#
+        #.....#
+        ###+###
+        #.....E
+        #######
+        """
+    )
+    lead(sim, "p")
+    passed(sim, "p", mark(sim, Kind.DOOR))
+    mind(sim, "p").pause_until = 99.0
+    decide(sim, "p")
+    assert mind(sim, "p").leader == sim.world.robots[0].body
+
+
+@pytest.mark.paper("B6", "suitable, chosen")
+def test_the_nearest_of_two_robots_is_followed():
+    """Whichever was first in the list."""
+    sim = stage("##########\n#R..p.R..E\n##########", sight_range=4)
+    lead(sim, "p")
+    decide(sim, "p")
+    assert mind(sim, "p").leader == sim.world.robots[1].body
+
+
+@pytest.mark.paper("B5", "chosen")
+@pytest.mark.parametrize(
+    ("seconds", "mode"), [(-0.1, Mode.LEADER), (0.1, Mode.FOLLOWER)]
+)
+def test_after_losing_a_leader_one_leads_oneself_for_a_while(seconds, mode):
+    """LEADER_PAUSE_SECONDS, then q is followed again."""
+    sim = stage(PAIR, sight_range=7)
+    lead(sim, "p", "q")
+    decide(sim, "q")
+    passed(sim, "p", mark(sim, Kind.DOOR))
+    follow(sim, "p", body("q"))
+    mind(sim, "p").seen_at = -99.0
+    sim.world.bodies.fate[body("q")] = Fate.EVACUATED  # out of sight ...
+    decide(sim, "p")
+    sim.world.bodies.fate[body("q")] = Fate.INSIDE  # ... and back again
+    sim.world.time += LEADER_PAUSE_SECONDS + seconds
+    decide(sim, "p")
+    assert mind(sim, "p").mode is mode
+
+
+# -- Memory -------------------------------------------------------------------------
+
+SUITE = """
+    #################
+    #...#...#...#...#
+    #.p.+...+...+...E
+    #...#...#...#...#
+    #################
+    """
+
+
+@pytest.mark.paper("B6", "chosen")
+def test_the_doors_passed_last_are_remembered_and_no_others():
+    """With room for two, the first of three doors is forgotten."""
+    sim = stage(SUITE, doors_remembered=2)
+    while not told(sim, Evacuated):
+        sim.step()
+    doors = [mark(sim, Kind.DOOR, nth) for nth in (1, 2, 3)]
+    assert list(mind(sim, "p").doors) == doors[1:]
+    assert mind(sim, "p").trail == doors
+
+
+@pytest.mark.paper("B6", "chosen")
+def test_a_door_is_gone_through_before_looking_again():
+    """From its threshold the other room is walked into, whatever is in view."""
+    sim = stage(SUITE)
+    while not mind(sim, "p").doors:
+        sim.step()
+    assert mind(sim, "p").goal.aim is Aim.THRESHOLD
+    assert play(sim, 1.4).splitlines()[2] == "#...+p..+...+...E"
+
+
+@pytest.mark.paper("B6", "Alg. 2:17, chosen")
+def test_out_of_nested_dead_ends_one_walks_back_door_by_door():
+    """Through the door passed last, then the one before: no swinging between rooms."""
+    sim = stage(
+        """
+        ####################
+        #...#...#..........#
+        #.p.+...+..........#
+        #...#...#..........E
+        ####################
+        """
+    )
+    lead(sim, "p")
+    outer, inner = mark(sim, Kind.DOOR, 2), mark(sim, Kind.DOOR)
+    passed(sim, "p", outer, inner)
+    while mind(sim, "p").trail:
+        sim.step()
+    assert play(sim, 1).splitlines()[2].index("p") > 8
+    assert play(sim, 12).count("p") == 0
+
+
+@pytest.mark.paper("B6", "Alg. 2:17, chosen")
+def test_a_burnt_door_is_no_way_back():
+    """The one before it is tried; without any, everything is forgotten."""
+    sim = stage(CLOSET)
+    lead(sim, "p")
+    passed(sim, "p", mark(sim, Kind.DOOR))
+    sim.world.burnt[:] = True
+    assert decide(sim, "p").aim is Aim.NOTHING
+    assert not mind(sim, "p").doors and not mind(sim, "p").trail
+
+
+@pytest.mark.paper("B6", "Alg. 2:15, chosen")
+def test_of_several_unexplored_directions_the_straightest_is_taken():
+    """p comes from the east to a crossing, and goes on westwards."""
+    arm = ["#######.#######"] * 6
+    rows = ["###############", *arm, "E............p#", *arm, "###############"]
+    sim = stage("\n".join(rows))
+    play(sim, 14)
+    assert told(sim, Evacuated)
+
+
+@pytest.mark.paper("B6", "Alg. 2:15, chosen")
+def test_a_direction_once_taken_is_followed_to_its_end():
+    """The same goal as long as its patch of floor has not been reached."""
+    sim = stage("####################\n#p.................E\n####################")
+    lead(sim, "p")
+    goal = decide(sim, "p")
+    play(sim, 0.6)
+    assert decide(sim, "p") == goal
+
+
+# -- Stairs -------------------------------------------------------------------------
+
+
+@pytest.mark.paper("A3")
+def test_people_walk_down_past_the_middle_floor_without_entering_it():
+    """From the third floor to the first: two flights, one landing."""
+    sim = stage(TOWER.replace("p", "."), doors_remembered=2)
+    floors = []
+    while not told(sim, Evacuated):
+        sim.step()
+        floors.append(
+            (int(sim.world.bodies.floor[0]), bool(sim.world.bodies.walking[0]))
+        )
+    assert (1, True) not in floors
+    assert [event.floor for event in told(sim, LeftFloor)] == [2, 1, 0]
+
+
+@pytest.mark.paper("A3", "chosen")
+def test_a_storey_of_stairs_takes_its_time():
+    """STAIRS_SECONDS for each."""
+    sim = stage(TOWER.replace("p", "."))
+    while len(told(sim, LeftFloor)) < 2:
+        sim.step()
+    start, landing = (event.time for event in told(sim, LeftFloor))
+    assert landing - start == pytest.approx(STAIRS_SECONDS, abs=sim.tick)
+
+
+@pytest.mark.paper("B5", "chosen")
+def test_out_of_a_stairwell_people_look_again():
+    """As leaders who remember nothing but the entrance they came by."""
+    sim = stage(TOWER.replace("q", "."))
+    me = mind(sim, "p")
+    while sim.world.bodies.floor[0] or not sim.world.bodies.walking[0]:
+        sim.step()
+    assert (me.mode, me.leader) == (Mode.LEADER, NOBODY)
+    assert list(me.doors) == me.trail == [sim.building.stairwells[0].entrances[0][0]]
+
+
+# -- What nobody knows --------------------------------------------------------------
+
+
+@pytest.mark.paper("B3")
+def test_nobody_knows_the_map():
+    """Two buildings that look alike from where p is: p does the same in both."""
+    paths = []
+    for far in (".", "+"):
+        wall = "#" * 24
+        sim = stage(f"{wall}\n#p............{far}........E\n{wall}")
+        play(sim, 4)
+        paths.append(sim.world.bodies.position[0])
+    assert np.array_equal(*paths)

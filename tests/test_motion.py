@@ -1,0 +1,170 @@
+"""Bodies walk: free speed, gaps, doors, counterflow, and nobody in anybody or a wall."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from movies import built, play, shipped, stage
+
+from reference import motion
+from reference.paper import BODY_RADIUS, STAIRS_SECONDS, WALKING_SPEED, Scenario
+from reference.rewards import Evacuated
+from reference.simulation import Simulation
+
+TICK = Scenario().tick
+TOUCHING = 2 * BODY_RADIUS - 1e-6
+
+
+def walk(position, aim, ticks, free=None, pace=WALKING_SPEED):
+    """Positions of bodies at every tick; free: (k, 2) metres -> (k,) bool."""
+    position, aim = np.array(position, float), np.array(aim, float)
+    floor, speed = np.zeros(len(position), int), np.full(len(position), pace)
+    may = (lambda at, who: free(at)) if free else lambda at, who: np.ones(len(at), bool)
+    track = [position]
+    for _ in range(ticks):
+        track.append(motion.step(track[-1], floor, aim, speed, TICK, may))
+    return np.array(track)
+
+
+def gaps(position):
+    """Metres between the middles of every two bodies."""
+    off = position[:, None] - position
+    return np.hypot(off[..., 0], off[..., 1])[np.triu_indices(len(position), 1)]
+
+
+def corridor(width):
+    """May a body stand there: a corridor along x, so many metres wide."""
+    return lambda at: np.abs(at[:, 1]) < width / 2
+
+
+# -- One body -----------------------------------------------------------------------
+
+
+@pytest.mark.paper("F8")
+def test_free_speed_is_kept_over_a_corridor_of_forty_metres():
+    """Within five per cent."""
+    track = walk([[0, 0]], [[60, 0]], ticks=200)
+    seconds = np.argmax(track[:, 0, 0] >= 40) * TICK
+    assert 40 / seconds == pytest.approx(WALKING_SPEED, rel=0.05)
+
+
+def test_a_body_stops_at_its_aim():
+    """It neither shoots past it nor trembles around it."""
+    track = walk([[0, 0]], [[2, 1]], ticks=30)
+    assert np.hypot(*(track[-1, 0] - [2, 1])) < 0.5
+    assert np.allclose(track[-1], track[-5])
+
+
+@given(st.floats(-3, 3), st.floats(-3, 3))
+@settings(max_examples=50)
+def test_a_body_slides_along_a_wall_and_never_enters_it(x, y):
+    """Wherever it means to go."""
+    free = corridor(1)
+    track = walk([[0, 0]], [[x, y]], ticks=20, free=free)
+    assert free(track[:, 0]).all()
+
+
+def test_a_body_slides_along_a_wall_towards_its_aim():
+    """It does not stop at the first touch."""
+    track = walk([[0, 0]], [[5, 2]], ticks=60, free=corridor(1))
+    assert track[-1, 0, 0] > 4
+
+
+# -- Two bodies ---------------------------------------------------------------------
+
+
+def test_speed_falls_with_the_gap_ahead():
+    """Behind somebody who stands, a body slows down and stops without touching."""
+    standing = [3.0, 0.0]
+    track = walk([[0, 0], standing], [[9, 0], standing], 40, free=corridor(0.6))
+    speed = np.hypot(*np.diff(track[:, 0], axis=0).T) / TICK
+    assert speed[0] == pytest.approx(WALKING_SPEED)
+    assert speed[-1] < 0.05
+    assert min(gaps(at)[0] for at in track) >= TOUCHING
+
+
+def test_two_people_pass_each_other_in_a_corridor():
+    """Both get where they mean to go, in little more time than alone."""
+    track = walk([[0, 0], [8, 0]], [[8, 0], [0, 0]], 60, free=corridor(2))
+    assert track[-1, 0, 0] > 7 and track[-1, 1, 0] < 1
+
+
+def test_people_on_different_floors_do_not_meet():
+    """They stand in the same spot and walk as if alone."""
+    at = np.zeros((2, 2))
+    floors, aim = np.array([0, 1]), np.array([[5.0, 0], [5.0, 0]])
+    speed, free = np.full(2, WALKING_SPEED), lambda p, who: np.ones(len(p), bool)
+    moved = motion.step(at, floors, aim, speed, TICK, free)
+    assert np.array_equal(moved[0], moved[1])
+    assert np.hypot(*moved[0]) == pytest.approx(WALKING_SPEED * TICK)
+
+
+# -- Crowds -------------------------------------------------------------------------
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=10)
+def test_nobody_ever_overlaps_anybody(seed):
+    """Forty people in ten metres square, all with a different aim."""
+    rng = np.random.default_rng(seed)
+    cells = rng.choice(100, 40, replace=False)
+    start = np.stack([cells // 10, cells % 10], axis=1) + 0.5
+    aim = rng.uniform(0, 10, (40, 2))
+    track = walk(start, aim, 100, lambda at: ((at > 0) & (at < 10)).all(axis=1))
+    assert min(gaps(at).min() for at in track) >= TOUCHING
+    assert track.min() > 0 and track.max() < 10
+
+
+def test_nobody_overtakes_through_anybody_in_a_narrow_corridor():
+    """One metre wide: the order stays, though those behind are faster."""
+    start = np.stack([np.arange(10) * 0.6, np.zeros(10)], axis=1)
+    pace = np.linspace(1.7, 0.9, 10)
+    track = walk(start, start + [40, 0], 150, corridor(0.7), pace)
+    assert (np.diff(track[..., 0], axis=1) > 0).all()
+
+
+def test_two_streams_pass_each_other_in_a_corridor():
+    """Ten each way, three metres wide: all arrive."""
+    rows, sides = np.divmod(np.arange(10), 2)
+    east = np.stack([rows * 0.8, sides - 0.5], axis=1)
+    west = east * [-1, 1] + [20, 0]
+    start = np.concatenate([east, west])
+    aim = np.where(np.arange(20)[:, None] < 10, [40.0, 0], [-20.0, 0])
+    track = walk(start, aim, 150, corridor(3))
+    assert (track[-1, :10, 0] > 20).all() and (track[-1, 10:, 0] < 0).all()
+
+
+HALL = """
+    #############
+    #...........#
+    #...........#
+    #...........#
+    #...........#
+    #...........#
+    #...........#
+    #...........#
+    #############
+    """
+
+
+def flow(width, seed):
+    """People per second through an exit, from the tenth to the fortieth of fifty."""
+    exits = ["E" if abs(k - 4) <= width // 2 else "#" for k in range(9)]
+    rows = [row.strip() for row in HALL.split()]
+    building = built("\n".join(r[:-1] + e for r, e in zip(rows, exits, strict=True)))
+    scenario = Scenario(people=50, sight_range=20)
+    sim = Simulation(building, scenario, "none", "none", seed)
+    sim.run()
+    times = [event.time for event in sim.events if isinstance(event, Evacuated)]
+    return 30 / (times[39] - times[9])
+
+
+@pytest.mark.paper("A5")
+def test_a_door_of_one_metre_lets_a_plausible_crowd_through():
+    """Between 0.6 and 1.9 people per second, as measured with real crowds."""
+    assert all(0.6 <= flow(1, seed) <= 1.9 for seed in range(4))
+
+
+def test_a_wider_door_lets_more_people_through():
+    """Three metres against one."""
+    assert min(flow(3, seed) for seed in range(2)) > max(flow(1, s) for s in range(2))

@@ -1,0 +1,169 @@
+"""Walkable cells and shortest ways, against networkx on the same grid."""
+
+from itertools import pairwise
+
+import networkx as nx
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from movies import built, shipped
+
+from reference.building import build
+from reference.floorplan import Plan, Storey
+from reference.navigation import prepared
+
+pytestmark = pytest.mark.paper("A7")
+
+GRIDS = st.integers(3, 9).flatmap(
+    lambda width: st.lists(
+        st.text(st.sampled_from("..#"), min_size=width, max_size=width),
+        min_size=3,
+        max_size=9,
+    )
+)
+
+
+def walled(rows):
+    """A building of one floor: these cells, with one free, and walls around them."""
+    rows = ["." + rows[0][1:], *rows[1:]]
+    side = "#" * (len(rows[0]) + 2)
+    rows = (side, *(f"#{row}#" for row in rows), side)
+    return build(Plan("grid", len(side), len(rows), (Storey("", rows),)))
+
+
+def oracle(building):
+    """The same grid in networkx: eight neighbours, no corner cut."""
+    free = {tuple(cell) for cell in np.argwhere(building.walkable[0]).tolist()}
+    graph = nx.Graph()
+    graph.add_nodes_from(free)
+    for r, c in free:
+        for dr, dc in ((0, 1), (1, 0), (1, 1), (1, -1)):
+            if {(r + dr, c + dc), (r + dr, c), (r, c + dc)} <= free:
+                graph.add_edge((r, c), (r + dr, c + dc), weight=np.hypot(dr, dc))
+    return graph
+
+
+@given(GRIDS)
+def test_shortest_ways_are_as_long_as_networkx_says(rows):
+    """From every cell to the first one; where there is no way, it is infinite."""
+    building = walled(rows)
+    length = nx.single_source_dijkstra_path_length(oracle(building), (1, 1))
+    d = prepared(building).distances([building.kind.shape[2] + 1])
+    expected = np.full(building.kind.shape[1:], np.inf)
+    for cell, metres in length.items():
+        expected[cell] = metres
+    np.testing.assert_allclose(d, expected.ravel())
+
+
+@given(GRIDS)
+def test_a_way_pulled_straight_never_cuts_a_corner(rows):
+    """A body of two centimetres passes everywhere along it."""
+    building = walled(rows)
+    nav = prepared(building)
+    start = building.kind.shape[2] + 1
+    for goal in np.flatnonzero(nav.walkable).tolist():
+        length, corners = nav.way(start, goal)
+        assert bool(corners) == np.isfinite(length)
+        for here, there in pairwise([start, *corners]):
+            assert passable(nav, nav.centres[here], nav.centres[there])
+
+
+@given(GRIDS)
+def test_a_way_pulled_straight_is_no_longer_than_the_grids(rows):
+    """And no shorter than the beeline."""
+    nav = prepared(walled(rows))
+    start = nav.cols + 1
+    for goal in np.flatnonzero(nav.walkable).tolist():
+        length, corners = nav.way(start, goal)
+        if corners:
+            line = nav.centres[[start, *corners]]
+            pulled = np.hypot(*np.diff(line, axis=0).T).sum()
+            assert np.hypot(*(line[-1] - line[0])) - 1e-9 <= pulled <= length + 1e-9
+
+
+def passable(nav, here, there):
+    """Is the straight line walkable, a centimetre to its left and right too?"""
+    along = (there - here) / max(np.hypot(*(there - here)), 1e-9)
+    aside = 0.01 * np.array([-along[1], along[0]])
+    line = here + np.linspace(0, 1, 200)[:, None] * (there - here)
+    points = np.concatenate([line + aside, line - aside])
+    return nav.walkable[nav.places_at(np.zeros(len(points), int), points)].all()
+
+
+@pytest.mark.parametrize("name", ["paper", "maze"])
+def test_walking_at_the_aim_leads_to_the_landmark_without_leaving_the_floor(name):
+    """From every cell that has a way to it, over walkable cells only."""
+    nav = prepared(shipped(name))
+    for mark in nav.building.landmarks:
+        reached = np.flatnonzero(np.isfinite(nav.distance[mark.index]))
+        for p in reached[:: len(reached) // 20].tolist():
+            chain = [p, *nav.walk(p, mark.index)]
+            assert nav.walkable[chain].all()
+            assert nav.building.landmark.ravel()[chain[-1]] == mark.index
+
+
+def test_a_way_to_a_landmark_stays_on_its_floor():
+    """Stairs are walked down, not navigated: other floors are infinitely far."""
+    nav = prepared(shipped("tiny"))
+    above = np.arange(nav.places) >= nav.places // 2
+    exits = [nav.distance[m] for m in nav.building.exits]
+    assert np.isinf(np.array(exits)[:, above]).all()
+
+
+def test_a_dear_place_is_walked_around():
+    """Cost is a factor per metre: a detour is taken as soon as it is cheaper."""
+    nav = prepared(
+        built("""
+        #######
+        #.....#
+        #.###.#
+        #.....E
+        #######
+    """)
+    )
+    start, goal, dear = (3 * nav.cols + col for col in (1, 5, 3))
+    assert nav.way(start, goal)[0] == 4
+    cost = np.ones(nav.places)
+    cost[dear] = 10
+    length, corners = nav.way(start, goal, cost)
+    assert length == 8 and dear not in corners
+
+
+def test_a_place_of_infinite_cost_is_no_way():
+    """As if a wall stood there."""
+    nav = prepared(built("#######\n#.....E\n#######"))
+    start, goal = nav.cols + 1, nav.cols + 5
+    cost = np.ones(nav.places)
+    cost[nav.cols + 3] = np.inf
+    assert nav.way(start, goal, cost) == (np.inf, [])
+
+
+def test_the_nearest_free_place_to_a_wall_is_beside_it():
+    """A destination inside a wall is corrected to where one can stand."""
+    nav = prepared(built("#######\n#.....E\n#######"))
+    x, y = nav.building.metres(0, 3)
+    assert nav.nearest_free(0, x, y) == nav.cols + 3
+
+
+def test_the_place_beyond_a_door_is_on_its_other_side():
+    """Seen from either room."""
+    building = built("#######\n#..+..E\n#######")
+    nav = prepared(building)
+    door = nav.cols + 3
+    west, east = (int(building.area.ravel()[door + step]) for step in (-1, 1))
+    assert nav.beyond(door, west) == door + 1
+    assert nav.beyond(door, east) == door - 1
+
+
+def test_refuses_a_point_outside_the_drawing():
+    """With the point in the message, in metres."""
+    nav = prepared(built("#######\n#.....E\n#######"))
+    with pytest.raises(ValueError, match=r"\(99, 0\) lies outside the drawing"):
+        nav.place(0, 99, 0)
+
+
+def test_a_building_may_be_smaller_than_anybody_looks_ahead():
+    """Three cells and an exit."""
+    nav = prepared(built("#####\n#...E\n#####"))
+    assert nav.distance[0, nav.cols + 1] == 3

@@ -1,0 +1,248 @@
+"""The numbers: as printed where the appendix states them, else recomputed."""
+
+from math import log, pi
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from reference import paper
+from reference.paper import Scenario
+
+TABLE_I = """
+trainer type poca
+batch size 1024
+buffer size 20480
+learning rate 0.0001
+learning rate schedule linear
+beta 0.005
+beta schedule constant
+epsilon 0.2
+epsilon schedule linear
+lambd 0.95
+num epoch 3
+vis encode type simple
+normalize true
+hidden units 256
+num layers 3
+gamma 0.90
+strength 1.0
+keep checkpoints 100
+checkpoint interval 1000
+max steps 10000000
+time horizon 64
+summary freq 1000
+"""
+
+TABLE_II = """
+trainer type ppo
+batch size 1024
+buffer size 10240
+learning rate 0.0003
+learning rate schedule linear
+beta 0.005
+beta schedule constant
+epsilon 0.2
+epsilon schedule linear
+lambd 0.95
+num epoch 3
+vis encode type simple
+normalize false
+hidden units 256
+num layers 3
+gamma 0.99
+strength 1.0
+keep checkpoints 80
+checkpoint interval 500
+max steps 500000
+time horizon 64
+summary freq 500
+"""
+
+
+def rows(table):
+    """Name and value of each row of a printed table, as texts."""
+    for row in table.strip().splitlines():
+        *name, value = row.split()
+        yield "_".join(name), value
+
+
+def agrees(value, printed):
+    """Does a number, word or truth value stand there as printed?"""
+    if isinstance(value, bool | str):
+        return str(value).lower() == printed
+    return value == float(printed)
+
+
+@pytest.mark.paper("E1", "Tab. I")
+def test_table_i_is_complete_and_as_printed():
+    """The robots' trainer, every row."""
+    printed = dict(rows(TABLE_I))
+    assert set(paper.TABLE_I) == set(printed)
+    assert all(agrees(paper.TABLE_I[name], value) for name, value in printed.items())
+
+
+@pytest.mark.paper("E2", "Tab. II")
+def test_table_ii_is_complete_and_as_printed():
+    """The fire's trainer, every row."""
+    printed = dict(rows(TABLE_II))
+    assert set(paper.TABLE_II) == set(printed)
+    assert all(agrees(paper.TABLE_II[name], value) for name, value in printed.items())
+
+
+@pytest.mark.paper("E4")
+@pytest.mark.paper("E5")
+def test_inputs_are_normalised_and_rewards_discounted_as_the_text_says():
+    """For the robots and for the fire."""
+    assert (paper.TABLE_I["normalize"], paper.TABLE_II["normalize"]) == (True, False)
+    assert (paper.TABLE_I["gamma"], paper.TABLE_II["gamma"]) == (0.90, 0.99)
+
+
+def test_the_tables_cannot_be_changed_by_accident():
+    """They are what is printed; settings are copies."""
+    with pytest.raises(TypeError):
+        paper.TABLE_I["gamma"] = 0.5
+
+
+# -- Derived numbers ----------------------------------------------------------------
+
+
+@pytest.mark.paper("C2")
+def test_a_robot_observes_167_numbers():
+    """Positions, team, time and fires per floor, with R + F = 14."""
+    robots = paper.ROBOTS_PER_FLOOR * paper.FLOORS
+    positions = 3 * (paper.PEOPLE + robots + paper.FIRE_SOURCES)
+    assert positions + 1 + 1 + paper.FLOORS == 167
+    assert robots + paper.FIRE_SOURCES == 14
+
+
+@pytest.mark.paper("F1")
+@pytest.mark.paper("F2")
+def test_b_and_c_follow_from_the_two_critical_points():
+    """b = 10^(4/26), 1/c = 7.01704; printed: 1.4251 and 1/7.017."""
+    b, c = base_and_control()
+    assert b == pytest.approx(10 ** (4 / 26)) == pytest.approx(1.4251, abs=1e-4)
+    assert 1 / c == pytest.approx(7.017, abs=1e-3)
+
+
+@pytest.mark.paper("F3")
+@pytest.mark.parametrize(
+    ("reward", "slope", "printed"),
+    [(-12000, 3.54e-5, 0.00004), (14000, 0.354, 0.4), (15000, 0.505, 0.5)],
+)
+def test_the_slopes_of_equation_4_are_those_of_the_text(reward, slope, printed):
+    """Exact to three digits, and to the one digit that is printed."""
+    b, c = base_and_control()
+    y = b ** (reward / paper.ALPHA) / c
+    assert y * log(b) / paper.ALPHA == pytest.approx(slope, rel=2e-3)
+    assert float(f"{slope:.0e}") == printed
+
+
+def base_and_control():
+    """b and c of Eq. 4, y = b^(R/α)/c, through both critical points."""
+    (R_1, y_1), (R_2, y_2) = paper.WORST_POINT, paper.BEST_POINT
+    b = (y_2 / y_1) ** (paper.ALPHA / (R_2 - R_1))
+    return b, b ** (R_1 / paper.ALPHA) / y_1
+
+
+@pytest.mark.paper("F5")
+@pytest.mark.paper("B8")
+def test_forty_deaths_are_the_worst_reward():
+    """Critical Point 1 lies there."""
+    assert paper.WORST_POINT[0] == -paper.PEOPLE * paper.FIXED_PENALTY
+
+
+@pytest.mark.paper("B7")
+@pytest.mark.paper("F8")
+def test_fifty_frames_a_second_and_reward_100_reproduce_equation_7():
+    """15000 / 40 = 3 (100 - loss) + 100: 8.33 health, 16.7 s, 22 to 25 m of walking."""
+    loss = paper.HEALTH - (15000 / paper.PEOPLE - paper.FIXED_REWARD) / 3
+    seconds = loss / (paper.FRAMES_PER_SECOND * paper.HEALTH_RATE)
+    assert (loss, seconds) == pytest.approx((8.33, 16.7), abs=0.05)
+    assert 21.5 < seconds * paper.WALKING_SPEED < 25
+
+
+@pytest.mark.paper("F8")
+def test_critical_point_2_is_the_best_reward_with_health_carried_over():
+    """40 (3·100 - 6·8.33 + 100) = 14000, when all start on the third floor."""
+    floors = 3 * paper.HEALTH - (1 + 2 + 3) * 25 / 3
+    best = paper.PEOPLE * (floors + paper.FIXED_REWARD)
+    assert best == pytest.approx(paper.BEST_POINT[0])
+
+
+@pytest.mark.paper("F9")
+@pytest.mark.paper("F10")
+@pytest.mark.parametrize(
+    ("reward", "difficulty"), [(0, 3845), (10000, 3559), (14000, 2418), (15000, 1422)]
+)
+def test_the_baselines_score_is_one_along_this_difficulty(reward, difficulty):
+    """h = √((β - y(R)) k) α, with β = 1649.7 and k = 0.009."""
+    b, c = base_and_control()
+    y = b ** (reward / paper.ALPHA) / c
+    h = ((paper.BETA - y) * paper.K) ** 0.5 * paper.ALPHA
+    assert h == pytest.approx(difficulty, rel=1e-3)
+
+
+@pytest.mark.paper("B1")
+def test_no_door_is_narrower_than_the_gap_between_two_rays():
+    """At full range neighbouring rays are less than a metre apart."""
+    assert 2 * pi * paper.SIGHT_RANGE / paper.RAYS < 1
+
+
+# -- Scenario -----------------------------------------------------------------------
+
+
+@pytest.mark.paper("B8")
+def test_the_scenario_of_the_paper_is_the_default():
+    """Forty people, six robots, eight sources."""
+    scenario = Scenario()
+    robots = scenario.robots_per_floor * paper.FLOORS
+    assert (scenario.people, robots, scenario.sources) == (40, 6, 8)
+
+
+@given(st.integers(0, 1000), st.integers(1, 30))
+def test_people_are_spread_evenly_over_the_floors(people, floors):
+    """Everybody has a floor, and no floor has two more than another."""
+    counts = Scenario(people=people).start_counts(floors)
+    assert (len(counts), sum(counts)) == (floors, people)
+    assert max(counts) - min(counts) <= 1
+
+
+def test_people_can_be_counted_floor_by_floor():
+    """Lowest floor first, instead of `people`."""
+    assert Scenario(people_per_floor=(0, 2, 5)).start_counts(3) == (0, 2, 5)
+
+
+def test_refuses_a_scenario_for_another_number_of_floors():
+    """With both numbers."""
+    with pytest.raises(ValueError, match="names 2 floors, the building has 3"):
+        Scenario(people_per_floor=(1, 2)).start_counts(3)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"people": -1},
+        {"people_per_floor": (3, -1)},
+        {"robots_per_floor": -1},
+        {"sources": -1},
+        {"time_limit": 0},
+        {"sight_range": 0.5},
+        {"doors_remembered": 0},
+        {"frames_per_tick": 0},
+        {"decision_seconds": 0.1},
+    ],
+    ids=lambda wrong: next(iter(wrong)),
+)
+def test_refuses_numbers_that_make_no_sense(wrong):
+    """Before anything is built from them."""
+    with pytest.raises(ValueError):
+        Scenario(**wrong)
+
+
+@pytest.mark.paper("F8")
+def test_a_tick_is_a_whole_number_of_frames():
+    """Ten frames of 1/50 s cost 0.1 health."""
+    scenario = Scenario()
+    frames = scenario.tick * paper.FRAMES_PER_SECOND
+    assert frames == pytest.approx(scenario.frames_per_tick) == paper.FRAMES_PER_TICK

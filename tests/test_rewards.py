@@ -1,0 +1,90 @@
+"""What events are worth, summed by hand."""
+
+import pytest
+from movies import shipped
+
+from reference.paper import (
+    FIRE_REFUSED_PENALTY,
+    FIXED_PENALTY,
+    FIXED_REWARD,
+    HEALTH,
+    PEOPLE,
+)
+from reference.rewards import (
+    Died,
+    DoorBurnt,
+    Evacuated,
+    FireLit,
+    FireRefused,
+    LeftFloor,
+    fire_reward,
+    group_reward,
+)
+from reference.simulation import Simulation
+
+OUT = [
+    LeftFloor(9.0, 0, 1, 80.0),
+    LeftFloor(30.0, 0, 0, 60.0),
+    Evacuated(30.0, 0, 0, 60.0, 5),
+]
+REFUSED = FireRefused(10.0, 0, 0.5, 0.5, "wall")
+
+
+@pytest.mark.paper("F8")
+def test_whoever_leaves_a_floor_alive_pays_their_health():
+    """Once per floor, with the health of that moment."""
+    assert group_reward(OUT[:2]) == 80 + 60
+
+
+@pytest.mark.paper("F8")
+def test_whoever_passes_the_exit_pays_the_fixed_reward_besides():
+    """80 and 60 for two floors, 100 for being out."""
+    assert group_reward(OUT) == 80 + 60 + FIXED_REWARD
+
+
+@pytest.mark.paper("F5")
+def test_a_death_costs_the_fixed_penalty():
+    """And forty of them are the worst case, -12000."""
+    deaths = [Died(60.0, person, 0) for person in range(PEOPLE)]
+    assert group_reward(deaths[:1]) == -FIXED_PENALTY
+    assert group_reward(deaths) == -12000
+
+
+@pytest.mark.paper("E5")
+def test_the_reward_belongs_to_the_group():
+    """It is a sum over everybody's events, in any order."""
+    events = [*OUT, Died(50.0, 1, 2)]
+    assert group_reward(events) == group_reward(reversed(events)) == 240 - 300
+
+
+def test_nothing_else_is_worth_anything_to_the_robots():
+    """Not even what the fire does."""
+    assert group_reward([DoorBurnt(1.0, 3), FireLit(1.0, 0, 0.5, 0.5), REFUSED]) == 0
+
+
+@pytest.mark.paper("D6")
+def test_the_fire_gains_what_the_robots_lose_and_pays_for_refusals():
+    """A certain reward is deducted for each."""
+    assert fire_reward([*OUT, REFUSED, REFUSED]) == -240 - 2 * FIRE_REFUSED_PENALTY
+
+
+@pytest.mark.paper("F8")
+def test_the_best_case_from_the_third_floor_is_critical_point_2():
+    """Three floors of 8.33 health each, carried over, and out: forty times 350."""
+    loss = 25 / 3
+    best = [
+        *(LeftFloor(0, 0, 2 - k, HEALTH - (k + 1) * loss) for k in range(3)),
+        Evacuated(0, 0, 0, HEALTH - 3 * loss, 0),
+    ]
+    assert PEOPLE * group_reward(best) == pytest.approx(14000)
+
+
+@pytest.mark.paper("F8")
+@pytest.mark.parametrize("seed", range(3))
+def test_the_outcomes_reward_is_the_sum_over_its_people(seed):
+    """Person by person, from the events of a whole run."""
+    sim = Simulation(shipped("paper"), seed=seed)
+    outcome = sim.run()
+    by_hand = sum(e.health for e in sim.events if isinstance(e, LeftFloor))
+    by_hand += FIXED_REWARD * outcome.evacuated - FIXED_PENALTY * outcome.died
+    assert outcome.reward == pytest.approx(by_hand)

@@ -1,0 +1,406 @@
+"""Robots: Algorithm 3 line by line, Eq. 1, instructions, and the strategies."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from movies import Send, built, decide, drawn, follow, lead, mark, play, shipped, stage
+
+from reference.building import Kind
+from reference.paper import DECISION_SECONDS, NEAR_STAIRWELL, ROBOT_SPEED, Scenario
+from reference.rewards import Evacuated
+from reference.robots import (
+    STRATEGIES,
+    Patrol,
+    Random,
+    Sweep,
+    actual_target,
+    instruction_for,
+)
+from reference.simulation import Simulation
+from reference.world import Instruction
+
+UPSTAIRS = """
+       #########
+    ####.......#
+    #AA+...R...E
+    ####.......#
+       #########
+
+       #########
+    ####......p#
+    #AA+...R...#
+    ####.......#
+       #########
+    """
+DOWNSTAIRS = """
+       #########
+    ####......p#
+    #AA+...R...#
+    ####.......#
+       ####E####
+
+       #########
+    ####.......#
+    #AA+...R...#
+    ####.......#
+       #########
+    """
+
+
+class Script:
+    """A strategy that reads its decisions, for one robot, from a list."""
+
+    def __init__(self, *destinations):
+        self.left, self.asked = list(destinations), []
+
+    def decide(self, world, robots, rng):
+        """The next one; nothing more at the end of the list."""
+        self.asked.append((world.time, [robot.body for robot in robots]))
+        return [self.left.pop(0) if self.left else None] * len(robots)
+
+
+# -- Algorithm 3 --------------------------------------------------------------------
+
+
+@pytest.mark.paper("C7", "Alg. 3:1")
+@pytest.mark.paper("C8")
+def test_robots_work_while_people_are_on_their_level_or_above():
+    """From above they still come through: the robot below goes on."""
+    sim = stage(UPSTAIRS)
+    sim.step()
+    assert [robot.active for robot in sim.world.robots] == [True, True]
+
+
+@pytest.mark.paper("C7", "Alg. 3:1")
+@pytest.mark.paper("C8")
+def test_a_robot_is_done_when_its_level_and_all_above_are_empty():
+    """Nobody asks it any more, and it does not move; the one below goes on."""
+    script = Script((-2.5, -1.5))
+    sim = stage(DOWNSTAIRS, robots=script)
+    sim.step()
+    sim.step()
+    below, above = sim.world.robots
+    assert (below.active, above.active) == (True, False)
+    before = above.position
+    play(sim, DECISION_SECONDS + 0.2)
+    assert np.array_equal(above.position, before)
+
+
+@pytest.mark.paper("C8")
+def test_a_strategy_is_asked_about_working_robots_only():
+    """So agents of one group finish at different times."""
+    script = Script()
+    sim = stage(DOWNSTAIRS, robots=script, sight_range=1.5)
+    sim.world.bodies.pace[:] = 0
+    play(sim, DECISION_SECONDS + 0.2)
+    assert script.asked[-1][1] == [sim.world.robots[0].body]
+
+
+@pytest.mark.paper("C7", "Alg. 3:2")
+def test_a_robot_leads_those_who_follow_it_out():
+    """It waits for p, who is slow, and says: this exit."""
+    sim = stage("#################\n#p.R............E\n#################")
+    sim.robot_strategy = Send(8.5, 0.5)
+    sim.world.bodies.pace[:] = 0.8
+    play(sim, 6)
+    gap = sim.world.robots[0].position[0] - sim.world.bodies.position[0, 0]
+    assert gap < 3
+    play(sim, 20)
+    assert [event.person for event in sim.events if isinstance(event, Evacuated)] == [0]
+
+
+@pytest.mark.paper("C7", "Alg. 3:2, chosen")
+def test_a_robot_waits_for_followers_who_are_far_behind():
+    """It stands still until p has come nearer."""
+    sim = stage("############\n#p....R....E\n############", robots=Send(3.5, 0.5))
+    sim.world.bodies.pace[:] = 0
+    follow(sim, "p", sim.world.robots[0].body)
+    assert play(sim, 1) == drawn("############\n#p....R....E\n############")
+
+
+@pytest.mark.paper("C7", "Alg. 3:3-5")
+def test_a_decision_updates_destination_and_instruction():
+    """The stairwell, then the middle of the floor."""
+    script = Script((-4.5, 0.5), (2.5, 0.5))
+    sim = stage(UPSTAIRS, robots=script, sight_range=1.5)
+    sim.world.bodies.pace[:] = 0
+    told = []
+    for _ in range(2):
+        play(sim, DECISION_SECONDS)
+        robot = sim.world.robots[1]
+        told.append((tuple(robot.destination), robot.instruction))
+    centre = sim.building.stairwells[0].centre
+    assert told[0] == (centre, Instruction.THIS_STAIRWELL)
+    assert told[1] == ((2.5, 0.5), Instruction.FOLLOW_ME)
+
+
+@pytest.mark.paper("C7", "Alg. 3:3")
+def test_without_a_decision_the_destination_stays():
+    """Between two decisions, and when a strategy says None."""
+    sim = stage("###########\n#p..R.....E\n###########", robots=Script((3.5, 0.5)))
+    sim.world.bodies.pace[:] = 0
+    play(sim, 2 * DECISION_SECONDS + 0.2)
+    assert tuple(sim.world.robots[0].destination) == (3.5, 0.5)
+
+
+@pytest.mark.paper("C7", "Alg. 3:6-7")
+def test_a_robot_moves_towards_its_destination_at_its_speed():
+    """Tick by tick, also when no decision is made; then it stays there."""
+    sim = stage("#############\n#R.........pE\n#############", robots=Send(3.5, 0.5))
+    sim.world.bodies.pace[:] = 0
+    start = sim.world.robots[0].position
+    play(sim, 2)
+    assert sim.world.robots[0].position - start == pytest.approx([2 * ROBOT_SPEED, 0])
+    assert play(sim, 8) == drawn("#############\n#........R.pE\n#############")
+
+
+# -- Equation 1 and instructions ----------------------------------------------------
+
+
+@pytest.mark.paper("C5")
+@pytest.mark.paper("C6", "Eq. 1")
+@given(x=st.floats(-25, 25), y=st.floats(-30, 30))
+def test_a_destination_near_a_stairwell_becomes_its_centre(x, y):
+    """A in the south, B in the north; every other destination is taken as it is."""
+    building = shipped("paper")
+    far = [np.hypot(x - s.centre[0], y - s.centre[1]) for s in building.stairwells]
+    nearest = int(np.argmin(far))
+    near = far[nearest] <= NEAR_STAIRWELL
+    expected = building.stairwells[nearest].centre if near else (x, y)
+    assert actual_target(building, 1, x, y) == expected
+
+
+@pytest.mark.paper("C6", "Eq. 1")
+def test_a_stairwell_attracts_on_its_own_floors_only():
+    """A does not reach the third floor."""
+    building = built(
+        """
+           ########
+        ####......####
+        #AA+......+BB#
+        ####......####
+           ###E####
+
+           ########
+        ####......####
+        #AA+......+BB#
+        ####......####
+           ########
+
+           ########
+           #......####
+           #......+BB#
+           #......####
+           ########
+        """
+    )
+    x, y = building.stairwells[0].centre
+    assert actual_target(building, 1, x + 1, y) == (x, y)
+    assert actual_target(building, 2, x + 1, y) == (x + 1, y)
+
+
+@pytest.mark.paper("C7", "Alg. 3:5, chosen")
+@pytest.mark.parametrize(
+    ("floor", "where", "instruction"),
+    [
+        (1, "stairwell", Instruction.THIS_STAIRWELL),
+        (0, "stairwell", Instruction.FOLLOW_ME),
+        (0, "exit", Instruction.THIS_EXIT),
+        (1, "exit", Instruction.FOLLOW_ME),
+        (0, "middle", Instruction.FOLLOW_ME),
+    ],
+)
+def test_the_instruction_goes_with_the_destination(floor, where, instruction):
+    """Nobody is sent into stairs that lead nowhere, or to an exit of another floor."""
+    building = stage(UPSTAIRS).building
+    targets = {
+        "stairwell": building.stairwells[0].centre,
+        "exit": next(building.landmarks[m].position for m in building.exits),
+        "middle": (0.0, 0.0),
+    }
+    assert instruction_for(building, floor, targets[where]) is instruction
+
+
+# -- Robots among people and flames -------------------------------------------------
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_robots_stay_on_their_floor():
+    """Also those that stand inside the stairwell they guide people into."""
+    sim = Simulation(shipped("tiny"), Scenario(people=12), "sweep", "none", seed=1)
+    floors = [robot.floor for robot in sim.world.robots]
+    sim.run()
+    assert [robot.floor for robot in sim.world.robots] == floors == [0, 0, 1, 1]
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_robot_stands_in_nobodys_way():
+    """p walks through it to the exit in view, as if it were not there."""
+    ways = []
+    for robot in "R.":
+        sim = stage(f"########\n#p..{robot}..E\n########", sight_range=8)
+        lead(sim, "p")
+        ways.append([play(sim, 0.2).replace("R", ".") for _ in range(20)])
+    assert ways[0] == ways[1]
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_robot_does_not_burn():
+    """It passes flames that it cannot avoid, and works on."""
+    sim = stage("##############\n#R..*.......pE\n##############", robots=Send(3.5, 0.5))
+    sim.world.bodies.pace[:] = 0
+    assert play(sim, 8) == drawn("##############\n#...*.....R.pE\n##############")
+    assert sim.world.robots[0].active
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_robot_leads_around_flames_where_it_can():
+    """They do not hurt it, but those who follow."""
+    sim = stage(
+        """
+        ###########
+        #R...*...pE
+        #.........#
+        #.........#
+        #.........#
+        ###########
+        """,
+        robots=Send(3.5, 1.5),
+    )
+    sim.world.bodies.pace[:] = 0
+    visited = set()
+    for _ in range(40):
+        sim.step()
+        robot = sim.world.robots[0]
+        visited.add(float(sim.world.flames.harm.ravel()[robot.place]))
+    assert visited == {0.0}
+
+
+def test_a_robot_that_has_finished_is_followed_no_more():
+    """Who still sees it walks on alone."""
+    sim = stage("###########\n#p.R.+....E\n###########")
+    sim.world.robots[0].active = False
+    lead(sim, "p")
+    assert decide(sim, "p")[1] == mark(sim, Kind.DOOR)
+
+
+# -- Strategies ---------------------------------------------------------------------
+
+
+@pytest.mark.paper("C7")
+@pytest.mark.parametrize("name", STRATEGIES)
+def test_a_strategy_names_one_destination_for_each_robot_or_none(name):
+    """Two floats inside the drawing: the interface of a learned policy, too."""
+    sim = Simulation(shipped("paper"), Scenario(), "random", "none", seed=1)
+    robots, rng = sim.world.robots, np.random.default_rng(0)
+    destinations = STRATEGIES[name]().decide(sim.world, robots, rng)
+    assert len(destinations) == len(robots)
+    for robot, wanted in zip(robots, destinations, strict=True):
+        assert wanted is None or sim.navigation.place(robot.floor, *wanted) >= 0
+
+
+@pytest.mark.paper("C2")
+def test_none_means_that_there_are_no_robots():
+    """Otherwise two on each floor, one at each stairwell."""
+    building = shipped("paper")
+    assert Simulation(building, robots="none").world.robots == []
+    robots = Simulation(building, robots="sweep").world.robots
+    assert [robot.floor for robot in robots] == [0, 0, 1, 1, 2, 2]
+    north = [bool(robot.position[1] > 0) for robot in robots]
+    assert north == [False, True] * 3
+
+
+@pytest.mark.paper("C5")
+def test_robots_decide_every_few_seconds():
+    """Every DECISION_SECONDS, beginning at once."""
+    script = Script()
+    sim = stage("###########\n#p..R.....E\n###########", robots=script)
+    sim.world.bodies.pace[:] = 0
+    play(sim, 3 * DECISION_SECONDS)
+    times = [time for time, _ in script.asked]
+    assert times == pytest.approx([0, DECISION_SECONDS, 2 * DECISION_SECONDS])
+
+
+def test_random_robots_choose_cells_of_rooms_of_their_own_floor():
+    """Never a wall, a door or the stairs."""
+    sim = Simulation(shipped("paper"), Scenario(people=0), "random", "none")
+    rng = np.random.default_rng(0)
+    for _ in range(30):
+        robots = sim.world.robots
+        for robot, at in zip(
+            robots, Random().decide(sim.world, robots, rng), strict=True
+        ):
+            place = sim.navigation.place(robot.floor, *at)
+            assert sim.building.kind.ravel()[place] == Kind.FLOOR
+
+
+def test_patrolling_robots_go_from_room_to_way_out_to_room():
+    """The next stop as soon as the last one is reached, not before."""
+    sim = Simulation(shipped("tiny"), Scenario(people=0), "patrol", "none")
+    patrol, rng = Patrol(), np.random.default_rng(0)
+    robot = sim.world.robots[-1]
+    stops = [patrol.decide(sim.world, [robot], rng)[0] for _ in range(6)]
+    ways = [sim.building.landmarks[m].position for m in sim.building.ways_out(1)]
+    rooms = [room.centre for room in sim.building.rooms(1)]
+    assert all(stop in rooms for stop in stops[::2])
+    assert all(stop in ways for stop in stops[1::2])
+    robot.way = [robot.place]
+    assert patrol.decide(sim.world, [robot], rng) == [None]
+
+
+def test_sweeping_robots_fetch_the_largest_group_not_yet_guided():
+    """Three people in the east rather than one in the west."""
+    sim = stage(
+        """
+        ###################
+        #.......R........q#
+        #p...............r#
+        #................s#
+        ########E##########
+        """
+    )
+    x, _ = Sweep().decide(sim.world, sim.world.robots, sim.rng["robots"])[0]
+    assert x > 5
+
+
+def test_sweeping_robots_share_the_groups():
+    """The second one takes what the first has left over."""
+    sim = stage(
+        """
+        ###################
+        #.......R........q#
+        #p......R........r#
+        #................s#
+        ########E##########
+        """
+    )
+    one, other = Sweep().decide(sim.world, sim.world.robots, sim.rng["robots"])
+    assert one[0] > 5 and other[0] < -5
+
+
+TWO_EXITS = "###############\nE......pR..*..E\n###############"
+
+
+@pytest.mark.paper("D7")
+def test_sweeping_robots_lead_people_where_risk_is_least():
+    """West, though the exit in the east is nearer: flames count as metres."""
+    for flame, column in (("*", 0), (".", 14)):
+        sim = stage(TWO_EXITS.replace("*", flame))
+        follow(sim, "p", sim.world.robots[0].body)
+        x, _ = Sweep().decide(sim.world, sim.world.robots, sim.rng["robots"])[0]
+        assert sim.building.cell(x, 0.5)[1] == column
+
+
+@pytest.mark.paper("C7")
+def test_sweeping_saves_people_that_nobody_would_have_guided():
+    """On the paper's floors, random fire, the same four runs."""
+    building = shipped("paper")
+    saved = {
+        name: sum(
+            Simulation(building, Scenario(), name, "random", seed).run().evacuated
+            for seed in range(4)
+        )
+        for name in ("none", "sweep")
+    }
+    assert saved["sweep"] > saved["none"]

@@ -1,0 +1,245 @@
+"""What can be seen from where, against a line drawn cell by cell."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from movies import body, built, mark, shipped, stage, view
+from test_navigation import GRIDS, walled
+
+from reference.building import Kind
+from reference.paper import RAYS, SIGHT_RANGE, Scenario
+from reference.perception import Surroundings, look, rays
+from reference.sight import Sight
+from reference.simulation import Simulation
+
+
+def line_of_sight(building, p, q):
+    """Oracle: does a glance from the middle of place p reach the middle of place q?
+
+    Every cell between is see-through; at a corner met exactly, one cell beside it is.
+    """
+    here, there = (np.array(np.unravel_index(k, building.kind.shape)) for k in (p, q))
+    if here[0] != there[0]:
+        return False
+    t = (np.arange(1000)[:, None] + 0.3) / 1000  # never exactly at a corner
+    points = np.floor(here[1:] + 0.5 + t * (there - here)[1:]).astype(int)
+    cells = list(dict.fromkeys(map(tuple, points.tolist())))
+    clear = np.isin(building.kind[here[0]], (Kind.FLOOR, Kind.STAIRS))
+    beside = [
+        clear[one[0], other[1]] or clear[other[0], one[1]]
+        for one, other in pairwise(cells)
+        if one[0] != other[0] and one[1] != other[1]
+    ]
+    return all(clear[cell] for cell in cells[1:-1]) and all(beside)
+
+
+# -- Who sees whom ------------------------------------------------------------------
+
+
+@given(GRIDS)
+@settings(max_examples=20)
+def test_the_sight_table_agrees_with_a_line_drawn_cell_by_cell(rows):
+    """For every pair of places of a random floor, at the paper's range."""
+    building = walled(rows)
+    sight = Sight(building, SIGHT_RANGE)
+    centres = sight.navigation.centres
+    places = np.flatnonzero(building.walkable)
+    for p in places[::3].tolist():
+        near = np.hypot(*(centres[places] - centres[p]).T) <= SIGHT_RANGE
+        expected = [q for q in places[near] if line_of_sight(building, p, q)]
+        assert np.array_equal(np.sort(sight.sees.reached_from(p)), expected)
+
+
+@given(GRIDS)
+def test_whoever_sees_is_seen(rows):
+    """Sight is symmetric."""
+    sight = Sight(walled(rows), SIGHT_RANGE)
+    places = np.flatnonzero(sight.building.walkable)
+    p, q = map(np.ravel, np.meshgrid(places, places))
+    assert np.array_equal(sight.sees.reaches(p, q), sight.sees.reaches(q, p))
+
+
+@pytest.mark.paper("B3")
+def test_people_see_each_other_exactly_where_there_is_a_line_of_sight():
+    """A crowd of 200 on the paper's floors; nobody sees through walls or ceilings."""
+    sim = Simulation(shipped("paper"), Scenario(people=200), "none", "none", seed=1)
+    bodies = sim.world.bodies
+    who = np.arange(0, 200, 10)
+    views = look(sim.world, Surroundings.of(sim.world, sim.sight), who)
+    for i, seen in zip(who.tolist(), views, strict=True):
+        off = np.abs(bodies.position - bodies.position[i]).max(axis=1)
+        near = [j for j in np.flatnonzero(off < SIGHT_RANGE).tolist() if j != i]
+        lines = {
+            j
+            for j in near
+            if line_of_sight(sim.building, bodies.place[i], bodies.place[j])
+            and cells_apart(sim, i, j) <= SIGHT_RANGE
+        }
+        assert set(seen.people) == lines
+
+
+def cells_apart(sim, i, j):
+    """Metres between the middles of two people's cells."""
+    centres, place = sim.navigation.centres, sim.world.bodies.place
+    return np.hypot(*(centres[place[i]] - centres[place[j]]))
+
+
+@pytest.mark.paper("B2")
+@pytest.mark.parametrize(("metres", "seen"), [(4, True), (6, False)])
+def test_sight_is_limited_to_its_range(metres, seen):
+    """Smoke: five metres at most."""
+    gap = "." * (metres - 1)
+    board = f"#########{'#' * metres}\n#p{gap}q......E\n#########{'#' * metres}"
+    assert (body("q") in view(stage(board, sight_range=5), "p").people) is seen
+
+
+@pytest.mark.paper("B1", "chosen")
+@pytest.mark.parametrize(("between", "seen"), [("+", []), (".", [1])])
+def test_nobody_sees_through_a_door(between, seen):
+    """Its trigger stops a ray, though not a body."""
+    sim = stage(f"#######\n#p.{between}.qE\n#######")
+    assert view(sim, "p").people == seen
+
+
+@pytest.mark.paper("B1")
+def test_on_the_threshold_one_sees_both_rooms():
+    """Rays begin in the door there."""
+    sim = stage("#########\n#p..+..qE\n#########")
+    door = int(sim.navigation.places_of(0, sim.building.landmarks[0].cells)[0])
+    for letter in "pq":
+        assert sim.sight.sees.reaches(
+            np.array([door]), sim.world.bodies.place[[body(letter)]]
+        )
+
+
+# -- Rays ---------------------------------------------------------------------------
+
+
+@pytest.mark.paper("B1")
+@pytest.mark.parametrize(
+    ("board", "kind"),
+    [
+        ("#######\n#.p...E\n#######", "wall"),
+        ("#########\n#p.+....E\n#########", "door"),
+        ("#######\n#p....E\n#######", "exit"),
+        ("#########\n#p..q...E\n#########", "human"),
+        ("#########\n#p..R...E\n#########", "robot"),
+        ("#########\n#p..*...E\n#########", "fire"),
+    ],
+)
+def test_a_ray_returns_what_it_hits(board, kind):
+    """Every element of the building and every agent has its label."""
+    sim = stage(board)
+    hits = rays(sim.world, sim.sight, body("p"))
+    assert kind in {hit.kind for hit in hits if hit}
+    assert (hits[0].kind == kind) is (kind != "wall")
+
+
+@pytest.mark.paper("B1")
+def test_a_ray_names_the_entrance_it_hits():
+    """Purple things are told from blue ones, and which one it is."""
+    sim = stage(
+        """
+           #######
+        ####.....#
+        #AA+..p..#
+        ####.....E
+           #######
+
+           #######
+        ####.....#
+        #AA+.....#
+        ####.....#
+           #######
+        """
+    )
+    west = rays(sim.world, sim.sight, body("p"))[RAYS // 2]
+    assert west.kind == "entrance"
+    assert west.index == mark(sim, Kind.ENTRANCE)
+    assert west.distance == pytest.approx(3)
+
+
+@pytest.mark.paper("B2")
+def test_a_ray_that_returns_nothing_is_unexplored():
+    """Along a corridor longer than sight; the walls on both sides are hit."""
+    sim = stage("##########\n#p.......E\n##########")
+    hits = rays(sim.world, sim.sight, body("p"))
+    assert hits[0] is None
+    assert hits[RAYS // 4].kind == hits[RAYS // 2].kind == "wall"
+    assert all(way.unit[0] > 0.9 for way in view(sim, "p").open)
+
+
+@pytest.mark.paper("B2")
+def test_flames_are_no_unexplored_direction():
+    """Where the ray would end it burns."""
+    sim = stage("##########\n#p....*..E\n##########")
+    ends = {sim.navigation.places_of(0, np.array([[1, 5]]))[0]}
+    assert {way.place for way in view(sim, "p").open} <= ends
+
+
+@pytest.mark.paper("B1")
+@pytest.mark.parametrize("name", ["paper", "school"])
+def test_no_door_slips_between_two_rays(name):
+    """Whatever landmark lies in line of sight is met by some ray."""
+    building = shipped(name)
+    sight = Sight(building, SIGHT_RANGE)
+    marks = building.landmark.ravel()
+    for p in np.flatnonzero(building.walkable)[::7].tolist():
+        seen = marks[sight.sees.reached_from(p)]
+        assert set(seen[seen >= 0]) - {marks[p]} <= set(sight.landmarks[p])
+
+
+def test_the_nearest_landmark_comes_first():
+    """In walking distance."""
+    sim = stage("###E####\n#..p...E\n########")
+    met = view(sim, "p").landmarks
+    d = sim.navigation.distance[met, sim.world.bodies.place[0]]
+    assert len(met) == 2 and d[0] < d[1]
+
+
+# -- What one knows of flames and doors ---------------------------------------------
+
+
+@pytest.mark.paper("A6")
+def test_a_burnt_door_is_in_view_no_more():
+    """It is no landmark any longer."""
+    sim = stage("#########\n#.p.+...E\n#########")
+    door = mark(sim, Kind.DOOR)
+    assert door in view(sim, "p").landmarks
+    sim.world.burnt[door] = True
+    assert door not in view(sim, "p").landmarks
+
+
+@pytest.mark.paper("B6", "desired")
+@pytest.mark.parametrize(
+    ("flame", "safe", "passable"),
+    [("#..p...+", True, True), ("#*.p...+", True, True), ("#..p.*.+", False, False)],
+)
+def test_a_way_is_safe_without_flames_on_or_beside_it(flame, safe, passable):
+    """Behind one's back they do not matter, in the way they do."""
+    sim = stage(f"###########\n{flame}..E\n###########")
+    seen = view(sim, "p")
+    door = mark(sim, Kind.DOOR)
+    assert (seen.safe(door), seen.passable(door)) == (safe, passable)
+
+
+@pytest.mark.paper("B6", "desired")
+def test_a_way_beside_flames_is_passable_but_not_safe():
+    """Heat reaches the neighbouring cells."""
+    sim = stage("###########\n#....*.#..#\n#..p...+..E\n###########")
+    seen, door = view(sim, "p"), 0
+    assert seen.passable(door) and not seen.safe(door)
+
+
+@given(st.floats(1.5, 9))
+@settings(max_examples=10)
+def test_a_longer_range_sees_all_that_a_shorter_one_sees(reach):
+    """And more, if anything."""
+    building = built("##########\n#..#.....#\n#........E\n#....#...#\n##########")
+    short, long = Sight(building, reach), Sight(building, reach + 1)
+    for p in np.flatnonzero(building.walkable).tolist():
+        assert set(short.sees.reached_from(p)) <= set(long.sees.reached_from(p))
+        assert set(short.landmarks[p]) <= set(long.landmarks[p])

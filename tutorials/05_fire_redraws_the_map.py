@@ -1,0 +1,104 @@
+"""Tutorial 5: fire redraws the map.
+
+You learn where a fire source appears, how flames spread from it, and what is left of
+the graph of rooms once doors have burnt.
+"""
+
+from pathlib import Path
+
+import networkx as nx
+import numpy as np
+
+from reference import drawing
+from reference.building import burn, intact, load
+from reference.fire import Generator, snapped
+from reference.paper import Scenario
+from reference.rewards import DoorBurnt
+from reference.simulation import Simulation
+
+# %% To the middle of the nearest cell
+# Whoever plays the fire decides on a floor and two real numbers [D2]. The source then
+# appears in the middle of the cell nearest to them: Eq. 2 for x and Eq. 3 for y [D3].
+
+for metres in (-9.2, -0.1, 0.0, 7.5):
+    print(f"{metres:5} m becomes {snapped(metres):5} m")
+#>  -9.2 m becomes  -9.5 m
+#>  -0.1 m becomes  -0.5 m
+#>   0.0 m becomes   0.5 m
+#>   7.5 m becomes   7.5 m
+
+# %% A fire of one's own
+# A strategy is any object that decides. This one says the same whenever it is asked; in
+# a scenario with one source it is asked once. Only a watchman is in the museum.
+
+
+class Candle:
+    """Always in the gallery of modern art."""
+
+    def decide(self, world, rng):
+        return 0, 15.2, -10.4  # floor (0 is the first), x and y in metres
+
+
+museum = load("museum")
+night = Simulation(museum, Scenario(people=1, sources=1), "none", Candle(), seed=2)
+
+# %% Where somebody stands, nothing is lit
+# In training an occupied place yields no fire, and costs whoever decided a penalty.
+# Otherwise the fire appears at a random free place instead [D6].
+
+place = 0, *night.world.bodies.position[0].tolist()
+for training in (True, False):
+    generator = Generator(museum, sources=1, training=training)
+    print(generator.generate(night.world, place, night.rng["fire"]))
+#> Refused(floor=0, x=-10.5, y=8.5, reason='human')
+#> Source(floor=0, x=3.5, y=7.5, time=0.0)
+
+# %% First passage
+# From a cell to its neighbour flames take a time that is drawn once and for all, longer
+# through doors. A cell burns when the quickest chain of such times reaches it [D7]: the
+# same sum that finds shortest ways.
+
+while night.world.time < 300:
+    night.step()
+arrival = night.world.flames.arrival[0]
+for seconds in (30, 60, 120, 240):
+    print(f"after {seconds:3} s {np.sum(arrival <= seconds):3} m2 burn")
+#> after  30 s  28 m2 burn
+#> after  60 s  95 m2 burn
+#> after 120 s 120 m2 burn
+#> after 240 s 329 m2 burn
+
+# %% Burnt doors leave the graph
+# A door that flames touch is no way any more [A6]. The way out of the room with the
+# maps grows longer, up to infinity, and more and more rooms are cut off.
+
+burnt = []
+for event in night.events:
+    if isinstance(event, DoorBurnt):
+        burnt.append(museum.landmarks[event.landmark].id)
+        left = intact(burn(museum.graph, burnt))
+        metres = nx.single_source_dijkstra_path_length(left, "outside", weight="length")
+        way, lost = metres.get("1/maps", np.inf), len(left) - len(metres)
+        print(f"{event.time:3.0f} s {burnt[-1]:>9}: {way:3.0f} m, {lost} rooms cut off")
+#>  31 s 1/door-11:  85 m, 0 rooms cut off
+#>  78 s  1/door-8:  85 m, 1 rooms cut off
+#> 180 s  1/door-9:  85 m, 2 rooms cut off
+#> 184 s  1/door-6: inf m, 3 rooms cut off
+#> 198 s  1/door-5: inf m, 4 rooms cut off
+#> 209 s 1/door-10: inf m, 10 rooms cut off
+
+# %% The picture: when flames arrive
+
+figure = drawing.top(museum)
+axes = figure.axes[0]
+shown = np.ma.masked_greater(arrival, night.world.time)
+heat = axes.imshow(shown, "YlOrRd_r", extent=axes.images[0].get_extent())
+figure.colorbar(heat, ax=axes, shrink=0.8, pad=0.02, label="flames arrive, seconds")
+Path("out").mkdir(exist_ok=True)
+print(drawing.save(figure, "out/05_first_passage.png"))
+#> out/05_first_passage.png
+
+# %% Exercise
+# In which room does a candle cut off most others within three minutes? Is it the same
+# room for every seed?
+# Hint: let a Candle remember a room, decide on its `centre`, and try museum.rooms(0).
