@@ -311,7 +311,8 @@ def unexplored(me: Mind, observe: View) -> Goal | None:
 def back_to_last_door(me: Mind, observe: View, now: Situation) -> Goal:
     """Back through the door passed last, then the one before [B6, Alg. 2:17].
 
-    Without a door left to go back to, everything is forgotten and tried again.
+    Without a door left to go back to, everything is forgotten and tried again from
+    the far end of the room.
     """
     while me.trail and me.trail[-1] in observe.surroundings.burnt:
         me.trail.pop()
@@ -319,7 +320,9 @@ def back_to_last_door(me: Mind, observe: View, now: Situation) -> Goal:
         return go_to(me.trail[-1])
     me.doors.clear()
     me.patches.clear()
-    return STAY
+    sight = observe.surroundings.sight
+    far = sight.farthest[observe.place]
+    return Goal(Aim.DIRECTION, sight.patches[far], far)
 
 
 # -- Memory -------------------------------------------------------------------------

@@ -17,8 +17,8 @@ from scipy.spatial import cKDTree
 from reference.paper import BODY_RADIUS
 
 DIAMETER = 2 * BODY_RADIUS
-NEAR = 1.2  # [A7, chosen] metres: farther neighbours change nothing
-GAP_SECONDS = 0.4  # [A7, chosen] the time gap T: v = s / T
+NEAR = 1.6  # [A7, chosen] metres: farther neighbours change nothing
+GAP_SECONDS = 0.8
 PUSH, PUSH_RANGE = 1.5, 0.2  # [A7, chosen] how strongly and from how far others repel
 ASIDE = 0.22
 """[A7, chosen] metres right of their aim that people walk at: two streams fit a door."""

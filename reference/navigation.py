@@ -53,12 +53,15 @@ def shifted(grid: np.ndarray, d_row: int, d_col: int) -> np.ndarray:
     """The grid seen from every cell at an offset; False beyond its edges."""
     rows, cols = grid.shape[1:]
     out = np.zeros_like(grid)
-    out[
-        :, max(0, -d_row) : rows - max(0, d_row), max(0, -d_col) : cols - max(0, d_col)
-    ] = grid[
-        :, max(0, d_row) : rows + min(0, d_row), max(0, d_col) : cols + min(0, d_col)
-    ]
+    if abs(d_row) < rows and abs(d_col) < cols:
+        out[:, _overlap(-d_row, rows), _overlap(-d_col, cols)] = grid[
+            :, _overlap(d_row, rows), _overlap(d_col, cols)
+        ]
     return out
+
+
+def _overlap(d: int, size: int) -> slice:
+    return slice(max(0, d), size + min(0, d))
 
 
 class Window:

@@ -25,28 +25,27 @@ FRAMES_PER_SECOND = 50  # [F8, chosen] Unity's fixed step of 0.02 s reproduces E
 FRAMES_PER_TICK = 10  # [F8, chosen] one tick of the simulation: 0.2 s, 0.1 health
 
 SIGHT_RANGE = 5.0
-"""[B2, chosen] metres a ray reaches in smoke: at 10 m people save themselves."""
+"""[B2, chosen] metres a ray reaches in smoke: about the width of a small office."""
 
-RAYS = 72
-"""[B1, chosen] rays around a human, every 5 degrees: at full range two neighbours are
-0.44 m apart, so that no door, one metre wide, slips between them."""
+RAYS = 360
+"""[B1, chosen] rays around a human: a door 4 m along the wall one stands at fills 2
+degrees, so every degree has one; with fewer, people in corners see no way out."""
 
 WALKING_SPEED = 1.35  # [F8, chosen] metres per second, the mean over people
 WALKING_SPREAD = 0.1  # [F8, chosen] standard deviation of people's speeds, m/s
 BODY_RADIUS = 0.2  # [A7, chosen] metres: two people can pass each other in a door
 
 DOORS_REMEMBERED = 2
-"""[B6, chosen] doors a human remembers to have passed; the trial's most telling
-number beside the range of sight."""
+"""[B6, chosen] doors a human knows to have passed: people under stress circle."""
 
 STUCK_METRES = 1.0  # [B5, chosen] stuck: moved less than this ...
 STUCK_SECONDS = 8.0  # [B5, chosen] ... in this long, though meaning to move
 RECKLESS_SECONDS = 4.0  # [B5, chosen] the stuck then ignore flames for this long
 STUCK_WAIT_SECONDS = 2.0  # [B5, chosen] a stuck follower waits before Alg. 1:11
 MOST_FOLLOWERS = 5  # [B6, chosen] of one human: more would only stand in the way
-FOLLOW_DISTANCE = 1.0  # [B5, chosen] metres: followers stop so far from a leader
+FOLLOW_DISTANCE = 0.6  # [B5, chosen] metres: followers stop so far from a leader
 LEADER_GRACE_SECONDS = 3.0  # [B5, chosen] a leader out of sight is forgiven so long
-LEADER_PAUSE_SECONDS = 5.0  # [B5, chosen] after losing one, before taking the next
+LEADER_PAUSE_SECONDS = 5.0  # [B5, chosen] after losing one, before the next human
 RECONSIDER_TICKS = 3  # [B4, chosen] a mind thinks at least this often
 GOAL_HYSTERESIS = 3.0  # [B6, chosen] metres nearer before a goal is exchanged
 

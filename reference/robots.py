@@ -21,8 +21,9 @@ from reference.world import NOBODY, Instruction, Robot, World
 Destination = tuple[float, float]
 """X_r, Y_r in metres [C5]."""
 
-FOLLOWER_GAP = 1.5
-"""[C7, chosen] metres: a robot waits while its followers are farther behind."""
+FOLLOWER_GAP, CROWD_GAP = 1.0, 0.3
+"""[C7, chosen] metres: a robot waits while its n followers are on average farther behind
+than FOLLOWER_GAP + CROWD_GAP * sqrt(n); the root since a crowd of n fills a disc."""
 
 AT_EXIT = 2.5
 """[C7, chosen] metres: a destination so near an exit means "this exit"."""
@@ -89,8 +90,9 @@ def evacuate_humans(robot: Robot, world: World) -> float:
     if not len(followers):
         return ROBOT_SPEED
     off = world.bodies.position[followers] - robot.position
-    gap = float(np.hypot(off[:, 0], off[:, 1]).mean())
-    return 0.0 if gap > FOLLOWER_GAP else ROBOT_SPEED
+    gap = float(np.sqrt((off**2).sum(axis=1)).mean())
+    waits = gap > FOLLOWER_GAP + CROWD_GAP * len(followers) ** 0.5
+    return 0.0 if waits else ROBOT_SPEED
 
 
 def led_by(world: World, robot: Robot) -> np.ndarray:
@@ -190,7 +192,7 @@ class Sweep:
     """
 
     AT_HAND = 2.0  # [C7, chosen] metres: so near it, people follow or will not
-    GROUP_RADIUS = 6.0  # [C7, chosen] metres: who stands so near is of the same group
+    GROUP_RADIUS = 4.0  # [C7, chosen] metres: who stands so near is of the same group
     TRIP = 10.0  # [C7, chosen] metres that each way out costs besides, to come back
 
     def decide(

@@ -50,6 +50,7 @@ class Sight:
     hits       (RAYS, places) the place a ray stops at, -1 where it returns nothing
     landmarks  per place, landmark indices that its rays meet, nearest first
     open       per place, the directions whose rays return nothing, one per patch
+    farthest   per place, the place before the wall that is farthest away
     patches    per place, the patch of floor it lies in
     """
 
@@ -59,27 +60,33 @@ class Sight:
         clear = np.isin(building.kind, (Kind.FLOOR, Kind.STAIRS))
         self.sees = Window(clear, building.walkable, reach, strict=False)
         self.hits = np.full((RAYS, building.kind.size), -1, dtype=np.int32)
-        self._ends = np.full((RAYS, building.kind.size), -1, dtype=np.int32)
+        ends = np.empty_like(self.hits)
         for k in range(RAYS):
-            self._cast(k, clear)
+            ends[k] = self._cast(k, clear)
         self.landmarks = self._landmarks_met()
-        self.open = self._open_directions()
+        self.open = self._open_directions(ends)
+        self.farthest = self._farthest(ends)
         self.patches: list[int] = self._patch(np.arange(building.kind.size)).tolist()
         self._lines: dict[tuple[int, int], frozenset[int]] = {}
 
-    def _cast(self, k: int, clear: np.ndarray) -> None:
-        """One ray from the centre of every place at once."""
+    def _cast(self, k: int, clear: np.ndarray) -> np.ndarray:
+        """One ray from every place at once; (places,) the last free place it passes."""
         known = self.building.kind != Kind.OUTSIDE
         everywhere = np.arange(clear.size)
-        flying = self.building.walkable.copy()
+        flying, ends = self.building.walkable.copy(), everywhere.copy()
         for d_row, d_col in _cells_along(2 * np.pi * k / RAYS, self.reach):
             there = everywhere + d_row * clear.shape[2] + d_col
             stopped = flying & ~shifted(clear, d_row, d_col)
             met = (stopped & shifted(known, d_row, d_col)).ravel()
             self.hits[k, met] = there[met]
             flying &= ~stopped
-            self._ends[k, flying.ravel()] = there[flying.ravel()]
-        self._ends[k, ~flying.ravel()] = -1
+            ends[flying.ravel()] = there[flying.ravel()]
+        return ends
+
+    def _farthest(self, ends: np.ndarray) -> list[int]:
+        off = self.navigation.centres[ends] - self.navigation.centres
+        k = (off**2).sum(axis=2).argmax(axis=0)
+        return ends[k, np.arange(ends.shape[1])].tolist()
 
     def _landmarks_met(self) -> list[tuple[int, ...]]:
         marks = self.building.landmark.ravel()
@@ -94,16 +101,20 @@ class Sight:
             for p, row in enumerate(met[:, :-1])
         ]
 
-    def _open_directions(self) -> list[tuple[Direction, ...]]:
-        k, p = np.nonzero(self._ends >= 0)
-        end = self._ends[k, p]
+    def _open_directions(self, ends: np.ndarray) -> list[tuple[Direction, ...]]:
+        k, p = np.nonzero((self.hits < 0) & (ends != np.arange(ends.shape[1])))
+        end = ends[k, p]
+        patch = self._patch(end)
+        _, first = np.unique(p * (patch.max(initial=0) + 1) + patch, return_index=True)
+        first.sort()  # by ray: counter-clockwise from east
+        p, end, patch = p[first], end[first], patch[first]
         off = self.navigation.centres[end] - self.navigation.centres[p]
         unit = off / np.linalg.norm(off, axis=1, keepdims=True)
-        found: list[dict[int, Direction]] = [{} for _ in range(self._ends.shape[1])]
-        ways = zip(self._patch(end).tolist(), end.tolist(), unit.tolist(), strict=True)
-        for here, (patch, there, along) in zip(p.tolist(), ways, strict=True):
-            found[here].setdefault(patch, Direction(patch, there, tuple(along)))
-        return [tuple(directions.values()) for directions in found]
+        found: list[list[Direction]] = [[] for _ in range(ends.shape[1])]
+        ways = zip(patch.tolist(), end.tolist(), unit.tolist(), strict=True)
+        for here, (patch_there, there, along) in zip(p.tolist(), ways, strict=True):
+            found[here].append(Direction(patch_there, there, tuple(along)))
+        return [tuple(directions) for directions in found]
 
     def _patch(self, p: np.ndarray) -> np.ndarray:
         """The patch of floor each place lies in."""

@@ -341,6 +341,15 @@ def test_there_are_never_more_sources_than_the_scenario_allows(training):
     ]
 
 
+@pytest.mark.paper("C2")
+def test_refuses_another_source_when_none_is_left():
+    """Also outside training, and whoever asks."""
+    sim = stage("#######\n#*p...E\n#######", sources=1)
+    decision = (0, *sim.building.metres(1, 4))
+    result = sim.generator.generate(sim.world, decision, sim.rng["fire"])
+    assert isinstance(result, Refused) and result.reason == "no sources left"
+
+
 @pytest.mark.paper("D2")
 def test_sources_appear_at_every_kth_decision():
     """The first at 10 s, then every 15 s."""

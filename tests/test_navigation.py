@@ -130,6 +130,16 @@ def test_a_dear_place_is_walked_around():
     assert length == 8 and dear not in corners
 
 
+def test_a_dear_place_costs_on_the_way_in_and_on_the_way_out():
+    """A way is as long in one direction as in the other."""
+    nav = prepared(built("#######\n#.....E\n#######"))
+    cost = np.ones(nav.places)
+    cost[nav.cols + 3] = 5.0
+    there = nav.distances([nav.cols + 1], cost)[nav.cols + 3]
+    back = nav.distances([nav.cols + 3], cost)[nav.cols + 1]
+    assert there == back == 6
+
+
 def test_a_place_of_infinite_cost_is_no_way():
     """As if a wall stood there."""
     nav = prepared(built("#######\n#.....E\n#######"))

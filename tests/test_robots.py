@@ -379,13 +379,17 @@ def test_sweeping_robots_share_the_groups():
     assert one[0] > 5 and other[0] < -5
 
 
-TWO_EXITS = "###############\nE......pR..*..E\n###############"
+TWO_EXITS = """
+    ############################
+    E...................pR..*..E
+    ############################
+    """
 
 
 @pytest.mark.paper("D7")
 def test_sweeping_robots_lead_people_where_risk_is_least():
     """West, though the exit in the east is nearer: flames count as metres."""
-    for flame, column in (("*", 0), (".", 14)):
+    for flame, column in (("*", 0), (".", 27)):
         sim = stage(TWO_EXITS.replace("*", flame))
         follow(sim, "p", sim.world.robots[0].body)
         x, _ = Sweep().decide(sim.world, sim.world.robots, sim.rng["robots"])[0]

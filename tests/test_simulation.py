@@ -1,0 +1,445 @@
+"""Whole runs: nobody in a wall, lost or counted twice; the same seed, the same run."""
+
+from dataclasses import fields
+from itertools import pairwise
+from math import isnan
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from movies import drawn, lead, play, shipped, show, stage
+
+from reference.building import Kind
+from reference.paper import (
+    BODY_RADIUS,
+    FIXED_PENALTY,
+    FRAMES_PER_SECOND,
+    HEALTH,
+    HEALTH_RATE,
+    PEOPLE,
+    STAIRS_SECONDS,
+    WALKING_SPEED,
+    Scenario,
+)
+from reference.rewards import Died, DoorBurnt, Evacuated, LeftFloor
+from reference.simulation import Simulation
+from reference.world import Aim, Fate
+
+MATCHES = [("none", "none"), ("sweep", "random"), ("patrol", "greedy")]
+
+
+def run(name="tiny", people=20, robots="sweep", fire="random", seed=0, **scenario):
+    """A simulation of a building that ships, not yet begun."""
+    scene = Scenario(people=people, **scenario)
+    return Simulation(shipped(name), scene, robots, fire, seed)
+
+
+def bodies(sim):
+    """All that is known of the bodies now, as a copy."""
+    now = sim.world.bodies
+    return {f.name: getattr(now, f.name).copy() for f in fields(now)}
+
+
+def equal(one, other):
+    """Are two records of bodies equal, bit for bit?"""
+    return all(np.array_equal(one[name], other[name]) for name in one)
+
+
+# -- Invariants ---------------------------------------------------------------------
+
+
+def audit(sim):
+    """Run to the end, and check after every tick what must never happen."""
+    before = bodies(sim)
+    while not sim.done:
+        sim.step()
+        now = bodies(sim)
+        nobody_is_lost(sim, now)
+        nobody_is_in_a_wall(sim, now)
+        nobody_is_in_anybody(sim, now)
+        assert (now["health"] <= before["health"]).all()
+        out = before["fate"] != Fate.INSIDE
+        assert np.array_equal(now["fate"][out], before["fate"][out])
+        before = now
+
+
+def nobody_is_lost(sim, now):
+    """Everybody is inside, out or dead, and inside on one floor."""
+    fates = np.bincount(now["fate"], minlength=3)
+    assert fates.sum() == len(now["fate"])
+    assert sum(sim.world.occupancy) == fates[Fate.INSIDE]
+    on_floor = np.bincount(now["floor"][now["fate"] == Fate.INSIDE], minlength=9)
+    assert sim.world.occupancy == on_floor[: sim.building.floors].tolist()
+
+
+def nobody_is_in_a_wall(sim, now):
+    """The cell around every position is walkable, and the one in the record."""
+    inside = now["fate"] == Fate.INSIDE
+    place = sim.navigation.places_at(now["floor"], now["position"])
+    assert np.array_equal(place[inside], now["place"][inside])
+    assert sim.navigation.walkable[place[inside]].all()
+
+
+def nobody_is_in_anybody(sim, now):
+    """People on the same floor keep two radii between their middles."""
+    who = sim.world.bodies.walking
+    at = now["position"][who] + 1e3 * now["floor"][who, None]
+    off = at[:, None] - at
+    far = np.hypot(off[..., 0], off[..., 1]) + 9 * np.eye(len(at))
+    assert far.min(initial=9) > 2 * BODY_RADIUS - 1e-6
+
+
+def everybody_has_one_end(sim):
+    """Evacuated or dead once, or still inside; down floor by floor before."""
+    world = sim.world
+    ends = [e.person for e in sim.events if isinstance(e, Evacuated | Died)]
+    assert sorted(ends) == np.flatnonzero(~world.bodies.inside).tolist()
+    for person in range(len(world.bodies)):
+        mine = [e for e in sim.events if getattr(e, "person", None) == person]
+        left = [e.floor for e in mine if isinstance(e, LeftFloor)]
+        assert all(above == below + 1 for above, below in pairwise(left))
+        if mine:
+            assert not any(isinstance(e, Evacuated | Died) for e in mine[:-1])
+
+
+@pytest.mark.parametrize(("robots", "fire"), MATCHES)
+@pytest.mark.parametrize("seed", range(20))
+def test_nobody_is_ever_in_a_wall_lost_or_counted_twice(robots, fire, seed):
+    """Twenty seeds on two small floors, from the first tick to the last."""
+    sim = run(robots=robots, fire=fire, seed=seed)
+    audit(sim)
+    everybody_has_one_end(sim)
+
+
+@pytest.mark.parametrize(("robots", "fire"), MATCHES)
+def test_nor_on_the_papers_floors(robots, fire):
+    """Forty people, three floors, both stairwells."""
+    sim = run("paper", PEOPLE, robots, fire, seed=7)
+    audit(sim)
+    everybody_has_one_end(sim)
+
+
+def test_nor_in_a_crowd_of_a_thousand():
+    """The first twenty seconds, when all are inside."""
+    sim = run("paper", 1000, seed=1, time_limit=20)
+    audit(sim)
+    everybody_has_one_end(sim)
+
+
+@given(
+    people=st.integers(0, 60),
+    robots=st.integers(0, 3),
+    sources=st.integers(0, 8),
+    frames=st.integers(1, 25),
+    doors=st.integers(1, 4),
+    training=st.booleans(),
+    seed=st.integers(0, 2**32),
+)
+@settings(max_examples=15)
+def test_nor_in_any_scenario(people, robots, sources, frames, doors, training, seed):
+    """Zero people, zero robots, long ticks and short ones."""
+    sim = run(
+        people=people,
+        seed=seed,
+        robots_per_floor=robots,
+        sources=sources,
+        frames_per_tick=frames,
+        doors_remembered=doors,
+        training=training,
+        time_limit=30,
+    )
+    audit(sim)
+    everybody_has_one_end(sim)
+
+
+@pytest.mark.parametrize(("robots", "fire"), MATCHES)
+def test_events_come_in_order(robots, fire):
+    """By time; and whoever passes an exit has left the floor in the same tick."""
+    sim = run(robots=robots, fire=fire, seed=4)
+    sim.run()
+    times = [event.time for event in sim.events]
+    assert times == sorted(times)
+    for before, event in pairwise(sim.events):
+        if isinstance(event, Evacuated):
+            assert before == LeftFloor(
+                event.time, event.person, event.floor, event.health
+            )
+
+
+def test_a_step_returns_what_happened_in_it():
+    """All steps together are all events."""
+    sim = run(seed=2)
+    told = []
+    while not sim.done:
+        told += sim.step()
+    assert told == sim.events and told
+
+
+# -- Same seed, same run ------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("robots", "fire"), [*MATCHES, ("random", "random")])
+def test_the_same_seed_gives_the_same_run_bit_for_bit(robots, fire):
+    """Positions, health, events: everything."""
+    one, other = (run(robots=robots, fire=fire, seed=9) for _ in range(2))
+    for _ in range(150):
+        one.step(), other.step()
+        assert equal(bodies(one), bodies(other))
+    assert one.events == other.events
+    assert np.array_equal(one.world.flames.arrival, other.world.flames.arrival)
+
+
+def test_another_seed_gives_another_run():
+    """Other people, other flames."""
+    one, other = run(seed=0), run(seed=1)
+    assert not np.array_equal(one.world.bodies.position, other.world.bodies.position)
+    assert not np.array_equal(one.spread.delays.data, other.spread.delays.data)
+
+
+def test_runs_that_differ_in_robots_share_people_and_flames():
+    """So that strategies are compared on the same emergencies."""
+    one, other = (
+        run("paper", robots="none", seed=5),
+        run("paper", robots="sweep", seed=5),
+    )
+    for name in ("position", "pace", "place"):
+        assert np.array_equal(*(getattr(s.world.bodies, name) for s in (one, other)))
+    ranks = [[mind.rank for mind in sim.world.minds] for sim in (one, other)]
+    assert ranks[0] == ranks[1]
+    assert np.array_equal(one.spread.delays.data, other.spread.delays.data)
+
+
+@pytest.mark.parametrize("robots", ["sweep", "patrol", "random"])
+def test_a_copy_runs_on_like_the_original_and_leaves_it_alone(robots):
+    """Copied at 12 s, in the middle of everything."""
+    sim = run("paper", robots=robots, seed=3)
+    for _ in range(60):
+        sim.step()
+    frozen, events = bodies(sim), list(sim.events)
+    ahead = sim.copy()
+    ahead_outcome = ahead.run()
+    assert equal(bodies(sim), frozen) and sim.events == events
+    sim_outcome = sim.run()
+    assert equal(bodies(sim), bodies(ahead)) and sim.events == ahead.events
+    assert str(sim_outcome) == str(ahead_outcome)
+
+
+# -- Health, time, outcome ----------------------------------------------------------
+
+
+@pytest.mark.paper("B7")
+def test_health_falls_with_every_frame():
+    """0.01 per frame from 100: half a point a second, far from any fire."""
+    sim = stage("############\n#p.........E\n############")
+    sim.world.bodies.pace[:] = 0
+    play(sim, 10)
+    lost = HEALTH - sim.world.bodies.health[0]
+    assert lost == pytest.approx(HEALTH_RATE * FRAMES_PER_SECOND * 10) == 5
+
+
+@pytest.mark.paper("B7")
+def test_at_zero_health_a_human_is_dead():
+    """After 200 s, wherever they are; the body is gone from the board."""
+    sim = stage("############\n#p.........E\n############")
+    sim.world.bodies.pace[:] = 0
+    assert play(sim, 210) == drawn("############\n#..........E\n############")
+    assert sim.world.bodies.fate[0] == Fate.DEAD
+    (death,) = sim.events
+    assert isinstance(death, Died)
+    assert death.time == pytest.approx(200, abs=2 * sim.tick)
+    assert sim.outcome().reward == -FIXED_PENALTY
+
+
+def test_people_inside_at_the_time_limit_are_neither_saved_nor_dead():
+    """They are counted as inside."""
+    sim = stage("############\n#p.........E\n############", time_limit=4)
+    outcome = sim.run()
+    assert (outcome.evacuated, outcome.died, outcome.inside) == (0, 0, 1)
+    assert (outcome.simulated_seconds, outcome.person_seconds) == pytest.approx((4, 4))
+    assert outcome.reward == 0
+
+
+def test_the_outcome_adds_up():
+    """People, mean health of those who got out, seconds times people inside."""
+    sim = run(seed=6)
+    inside = 0.0
+    while not sim.done:
+        inside += sim.world.bodies.inside.sum() * sim.tick
+        sim.step()
+    outcome = sim.outcome()
+    out = [event.health for event in sim.events if isinstance(event, Evacuated)]
+    assert outcome.people == outcome.evacuated + outcome.died + outcome.inside == 20
+    assert outcome.mean_health == pytest.approx(np.mean(out))
+    assert outcome.person_seconds == pytest.approx(inside)
+
+
+def test_an_empty_building_is_done_at_once():
+    """Nobody gets out, nobody dies, and there is no mean health."""
+    outcome = run(people=0).run()
+    assert (outcome.people, outcome.evacuated, outcome.reward) == (0, 0, 0)
+    assert outcome.simulated_seconds == 0 and isnan(outcome.mean_health)
+
+
+@pytest.mark.parametrize("frames", [2, 5, 10])
+def test_the_length_of_a_tick_does_not_change_the_time_things_take(frames):
+    """Twelve metres to the exit at walking speed."""
+    sim = stage(
+        "###############\n#p............E\n###############",
+        frames_per_tick=frames,
+        sight_range=14,
+    )
+    lead(sim, "p")
+    seconds = sim.run().simulated_seconds
+    assert seconds == pytest.approx(12.5 / WALKING_SPEED, abs=1.5)
+
+
+# -- The beginning ------------------------------------------------------------------
+
+
+@pytest.mark.paper("B8")
+def test_everybody_begins_in_a_room_cell_of_their_own():
+    """Spread over the floors, with full health, neither in doors nor on stairs."""
+    sim = run("paper", people=200, seed=8)
+    now = sim.world.bodies
+    assert len(set(now.place.tolist())) == 200
+    assert (sim.building.kind.ravel()[now.place] == Kind.FLOOR).all()
+    assert np.bincount(now.floor).tolist() == [67, 67, 66]
+    assert (now.health == HEALTH).all()
+
+
+def test_people_can_begin_in_rooms_by_name():
+    """As a teacher says it: twelve in the lobby."""
+    sim = run(people=12, rooms=("1/lobby",))
+    lobby = next(a.index for a in sim.building.areas if a.id == "1/lobby")
+    assert set(sim.building.area.ravel()[sim.world.bodies.place]) == {lobby}
+
+
+@pytest.mark.paper("B8")
+def test_people_walk_at_different_speeds_around_the_mean():
+    """Nobody is much slower or faster than others."""
+    pace = run("paper", people=400).world.bodies.pace
+    assert pace.mean() == pytest.approx(WALKING_SPEED, rel=0.02)
+    assert 0 < pace.std() < 0.3 and pace.min() > 0.5
+
+
+def test_refuses_more_people_than_fit():
+    """With both numbers."""
+    with pytest.raises(ValueError, match=r"\d+ people do not fit where \d+ cells"):
+        run(people=5000)
+
+
+def test_refuses_a_room_that_does_not_exist():
+    """With its name and the building's."""
+    with pytest.raises(ValueError, match="no room '1/attic' in 'Tiny office'"):
+        run(rooms=("1/attic",))
+
+
+@pytest.mark.parametrize(
+    ("strategies", "message"),
+    [
+        ({"robots": "swep"}, "unknown robot strategy 'swep'; there are none, random"),
+        ({"fire": "hot"}, "unknown fire strategy 'hot'; there are none, random"),
+    ],
+)
+def test_refuses_a_strategy_that_does_not_exist(strategies, message):
+    """And names those that do."""
+    with pytest.raises(ValueError, match=message):
+        run(**strategies)
+
+
+# -- Triggers -----------------------------------------------------------------------
+
+
+@pytest.mark.paper("A5")
+def test_a_door_is_no_obstacle():
+    """Through it a walk takes as long as without it."""
+    times = []
+    for middle in "+.":
+        sim = stage(f"############\n#p...{middle}.....E\n############", sight_range=12)
+        times.append(sim.run().simulated_seconds)
+    assert times[0] == pytest.approx(times[1], abs=1.2)
+
+
+@pytest.mark.paper("A5")
+def test_a_trigger_fires_when_somebody_touches_it():
+    """A door is remembered, a stairwell entered, an exit passed."""
+    sim = stage("#########\n#p.+..q.E\n#########")
+    play(sim, 12)
+    assert len(sim.world.minds[0].doors) == 1
+    assert [type(event) for event in sim.events] == [LeftFloor, Evacuated] * 2
+
+
+@pytest.mark.paper("A3")
+def test_stairs_slow_people_down():
+    """From the second floor it takes at least one flight longer."""
+    board = """
+           ######
+        ####....#
+        #AA+....E
+        ####..{}.#
+           ######
+
+           ######
+        ####....#
+        #AA+....#
+        ####..{}.#
+           ######
+        """
+    times = [
+        stage(board.format(*"p.")).run().simulated_seconds,
+        stage(board.format(*".p")).run().simulated_seconds,
+    ]
+    assert times[1] > times[0] + STAIRS_SECONDS
+
+
+LANDING = """
+       ######
+    ####....#
+    #AA+p...E
+    ####....#
+       ######
+
+       ######
+    ####....#
+    #AA+q...#
+    ####....#
+       ######
+    """
+
+
+@pytest.mark.paper("A3", "chosen")
+def test_people_wait_on_the_stairs_until_the_entrance_is_free():
+    """p stands in it for a while; q comes out only when p has gone."""
+    sim = stage(LANDING)
+    people, entrance = sim.world.bodies, sim.building.stairwells[0].entrances[0][0]
+    people.pace[0], people.position[0] = 0, sim.building.landmarks[entrance].position
+    people.place[0] -= 1
+    play(sim, STAIRS_SECONDS + 6)
+    assert not people.walking[1]
+    people.pace[0] = WALKING_SPEED
+    play(sim, 3)
+    assert people.walking[1] and people.floor[1] == 0
+
+
+@pytest.mark.paper("A6")
+def test_nobody_heads_for_a_burnt_door():
+    """A second after it has burnt everybody has thought again."""
+    sim = run("paper", PEOPLE, "none", "greedy", seed=2)
+    burnt = {}
+    while not sim.done:
+        for event in sim.step():
+            if isinstance(event, DoorBurnt):
+                burnt[event.landmark] = event.time
+        for mind in sim.world.minds:
+            walking = sim.world.bodies.walking[mind.person]
+            if walking and mind.goal.aim is Aim.LANDMARK:
+                assert sim.world.time - burnt.get(mind.goal[1], 1e9) < 1
+    assert burnt
+
+
+def test_the_board_shows_the_stairwell_somebody_walks_down():
+    """A body on the stairs is drawn inside them."""
+    sim = stage(LANDING)
+    play(sim, 4)
+    assert show(sim).splitlines()[-3].startswith(("#qA", "#Aq"))
