@@ -16,11 +16,11 @@ import numpy as np
 
 from reference.navigation import Navigation
 from reference.paper import (
-    MOST_FOLLOWERS,
     FOLLOW_DISTANCE,
     GOAL_HYSTERESIS,
     LEADER_GRACE_SECONDS,
     LEADER_PAUSE_SECONDS,
+    MOST_FOLLOWERS,
     STUCK_SECONDS,
     STUCK_WAIT_SECONDS,
 )
@@ -84,7 +84,10 @@ class Leader:
         return go_to(fresh)  # 19, 20
 
 
-ALGORITHMS: dict[Mode, Follower | Leader] = {Mode.FOLLOWER: Follower(), Mode.LEADER: Leader()}
+ALGORITHMS: dict[Mode, Follower | Leader] = {
+    Mode.FOLLOWER: Follower(),
+    Mode.LEADER: Leader(),
+}
 
 
 def think(me: Mind, observe: View, now: Situation) -> None:
@@ -127,8 +130,8 @@ def _still_crossing(me: Mind, observe: View, now: Situation) -> bool:
 
 def stuck(me: Mind, now: Situation) -> bool:
     """Meaning to move, yet less than STUCK_METRES in STUCK_SECONDS [B5, chosen]."""
-    since = now.world.bodies.anchor_time[me.person]
-    return bool(now.world.time - since > STUCK_SECONDS)
+    time, since = now.world.time, now.world.bodies.anchor_time[me.person]
+    return bool(time - since > STUCK_SECONDS or time < me.waits_until)
 
 
 def desired(me: Mind, observe: View, now: Situation) -> int | None:
@@ -187,21 +190,23 @@ def suitable_leader(
 ) -> int | None:
     """A body in view worth following, or None [B6, chosen].
 
-    A robot always is, since it guides; a human is who leads, heads for a door that I
-    have not passed lately and outranks me, so that nobody follows in circles.
+    A robot always is, since it guides. A human is who leads, heads where I want to go
+    and outranks me, so that nobody follows in circles, with MOST_FOLLOWERS at most.
     """
     if observe.robots:
         return _nearest(me, observe.robots, now)
     if now.world.time < me.pause_until:
         return None
-    minds = now.world.minds
-    better = [j for j in observe.people if _outranks(minds[j], me, wanted)]
-    better.sort(key=lambda j: minds[j].rank, reverse=True)
-    followed = now.world.bodies.leader
-    return next((j for j in better if (followed == j).sum() < MOST_FOLLOWERS), None)
+    minds, followed = now.world.minds, now.world.bodies.leader
+    better = [
+        j
+        for j in observe.people
+        if _goes_my_way(minds[j], me, wanted) and (followed == j).sum() < MOST_FOLLOWERS
+    ]
+    return max(better, key=lambda j: minds[j].rank, default=None)
 
 
-def _outranks(other: Mind, me: Mind, wanted: int | None) -> bool:
+def _goes_my_way(other: Mind, me: Mind, wanted: int | None) -> bool:
     return (
         other.mode is Mode.LEADER
         and other.rank > me.rank
@@ -246,11 +251,10 @@ def disconnect(me: Mind, now: Situation) -> Goal:
     """
     time = now.world.time
     if me.leader != NOBODY:
-        me.leader, me.alone_since = NOBODY, time
-        me.pause_until = time + LEADER_PAUSE_SECONDS
-    if stuck(me, now) and time - me.alone_since < STUCK_WAIT_SECONDS:
-        return STAY
-    return switch_mode(me)
+        me.leader, me.pause_until = NOBODY, time + LEADER_PAUSE_SECONDS
+        if stuck(me, now):
+            me.waits_until = time + STUCK_WAIT_SECONDS
+    return STAY if time < me.waits_until else switch_mode(me)
 
 
 def leader_in_sight(me: Mind, observe: View, now: Situation) -> bool:

@@ -18,14 +18,16 @@ from reference.paper import BODY_RADIUS
 
 DIAMETER = 2 * BODY_RADIUS
 NEAR = 1.6  # [A7, chosen] metres: farther neighbours change nothing
-GAP_SECONDS = 0.8
+GAP_SECONDS = 0.8  # [A7, chosen] the time gap T: v = s / T
 PUSH, PUSH_RANGE = 1.5, 0.2  # [A7, chosen] how strongly and from how far others repel
 ASIDE = 0.22
-"""[A7, chosen] metres right of their aim that people walk at: two streams fit a door."""
+"""[A7, chosen] metres right of their aim that people walk: two streams fit a door."""
 
 KEEP_RIGHT = 0.6  # [A7, chosen] sideways pull while somebody comes towards me
 IDLE = 0.05  # [A7, chosen] m/s: who means to walk no faster stands ...
 GIVE_WAY = 0.6  # [A7, chosen] m/s: ... and steps aside for who walks at them
+
+PUSHES = 3  # [A7, chosen] rounds in which a crowd passes pushes on
 
 Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k, 2) positions of (k,) bodies -> (k,) bool: may they stand there?"""
@@ -47,15 +49,19 @@ def step(
     positions of given bodies whether they may stand there. Returns (n, 2) metres.
     """
     e, far = _directions(aim - position)
-    right = np.stack([e[:, 1], -e[:, 0]], axis=1)
-    e, far = _directions(aim + ASIDE * right - position)
+    aside = np.stack([e[:, 1], -e[:, 0]], axis=1) * np.where(far > 1, ASIDE, 0)[:, None]
+    e, far = _directions(aim + aside - position)
     v = np.minimum(pace, far / seconds)
     i, j = _pairs(position, floor)
+    yields = (far[i] > far[j]) | ((far[i] == far[j]) & (i > j))
     if len(i):
-        e, v = _heed_neighbours(position, e, v, i, j)
+        e, v = _heed_neighbours(position, e, v, yields, i, j)
     wished = position + e * (v * seconds)[:, None]
     moved = _not_into_walls(position, wished, free)
-    return _not_into_each_other(position, moved, i, j) if len(i) else moved
+    if not len(i):
+        return moved
+    pushed = _not_into_walls(moved, _pushed_apart(moved, i, j), free)
+    return _not_into_each_other(position, pushed, yields, i, j)
 
 
 def _directions(off: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -77,9 +83,17 @@ def _pairs(position: np.ndarray, floor: np.ndarray) -> tuple[np.ndarray, np.ndar
 
 
 def _heed_neighbours(
-    position: np.ndarray, e: np.ndarray, v: np.ndarray, i: np.ndarray, j: np.ndarray
+    position: np.ndarray,
+    e: np.ndarray,
+    v: np.ndarray,
+    yields: np.ndarray,
+    i: np.ndarray,
+    j: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Directions turned away from neighbours, and speeds that keep the gap ahead."""
+    """Directions turned away from neighbours, and speeds that keep the gap ahead.
+
+    Of two who are in each other's way only one waits.
+    """
     to_j, far = _directions(position[j] - position[i])
     s = far - DIAMETER
     standing = v < IDLE
@@ -90,11 +104,13 @@ def _heed_neighbours(
     n = len(e)
     x = np.bincount(i, right * e[i, 1] - push * to_j[:, 0], n)
     y = np.bincount(i, -right * e[i, 0] - push * to_j[:, 1], n)
-    turned, strength = _directions(np.where(standing[:, None], 0, e) + np.stack([x, y], 1))
+    meant = np.where(standing[:, None], 0, e)
+    turned, strength = _directions(meant + np.stack([x, y], axis=1))
     v = np.where(standing, np.minimum(strength, 1) * GIVE_WAY, v)
     ahead = _along(turned[i], to_j)
     aside = np.abs(turned[i, 0] * to_j[:, 1] - turned[i, 1] * to_j[:, 0]) * far
     front = (ahead > 0) & (aside < DIAMETER)
+    front &= yields | ~np.roll(front, len(i) // 2)
     np.minimum.at(v, i[front], np.maximum(s[front], 0) / GAP_SECONDS)
     return turned, v
 
@@ -121,23 +137,35 @@ def _not_into_walls(position: np.ndarray, wished: np.ndarray, free: Free) -> np.
     return moved
 
 
+def _pushed_apart(moved: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+    """Each of two who overlap gives way by half: so people slide round each other."""
+    moved = moved.copy()
+    for _ in range(PUSHES):
+        off, far = _directions(moved[i] - moved[j])
+        half = np.maximum(DIAMETER - far, 0) / 2
+        if not half.any():
+            break
+        moved[:, 0] += np.bincount(i, half * off[:, 0], len(moved))
+        moved[:, 1] += np.bincount(i, half * off[:, 1], len(moved))
+    return moved
+
+
 def _not_into_each_other(
-    position: np.ndarray, moved: np.ndarray, i: np.ndarray, j: np.ndarray
+    position: np.ndarray,
+    moved: np.ndarray,
+    yields: np.ndarray,
+    i: np.ndarray,
+    j: np.ndarray,
 ) -> np.ndarray:
-    """Whoever would come to overlap another stays put: first who runs into the other."""
+    """Of two who would overlap, who yields stays put; then both, if they still do."""
     before = position[i] - position[j]
     room = np.minimum(DIAMETER, np.sqrt(_along(before, before))) - 1e-9
     moved = moved.copy()
-    guilty = True
     while True:
         off = moved[i] - moved[j]
-        clash = np.flatnonzero(_along(off, off) < room**2)
-        if not len(clash):
+        clash = _along(off, off) < room**2
+        if not clash.any():
             return moved
-        if guilty:
-            gone = moved - position
-            of_i, of_j = gone[i[clash]], gone[j[clash]]
-            mine = _along(of_i, before[clash]) <= -_along(of_j, before[clash])
-            clash = clash[mine] if mine.any() else clash
-        guilty = False
-        moved[i[clash]] = position[i[clash]]
+        who = i[clash & yields]
+        moved[who] = position[who]
+        yields = np.ones_like(yields)

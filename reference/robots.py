@@ -21,16 +21,16 @@ from reference.world import NOBODY, Instruction, Robot, World
 Destination = tuple[float, float]
 """X_r, Y_r in metres [C5]."""
 
-FOLLOWER_GAP, CROWD_GAP = 1.0, 0.3
-"""[C7, chosen] metres: a robot waits while its n followers are on average farther behind
-than FOLLOWER_GAP + CROWD_GAP * sqrt(n); the root since a crowd of n fills a disc."""
+FOLLOWER_GAP, CROWD_GAP = 1.2, 0.4
+"""[C7, chosen] metres: a robot waits while its n followers are on average farther
+behind than FOLLOWER_GAP + CROWD_GAP * sqrt(n); the root, since a crowd fills a disc."""
 
 AT_EXIT = 2.5
 """[C7, chosen] metres: a destination so near an exit means "this exit"."""
 
 HEAT_COST, FLAME_COST = 4.0, 50.0
-"""[C5, chosen] a metre beside or in flames counts as so many: robots do not burn, but
-those they lead do."""
+"""[C5, chosen] a metre beside or in flames counts as so many: robots do not burn,
+but those they lead do."""
 
 
 class Strategy(Protocol):
@@ -193,7 +193,7 @@ class Sweep:
 
     AT_HAND = 2.0  # [C7, chosen] metres: so near it, people follow or will not
     GROUP_RADIUS = 4.0  # [C7, chosen] metres: who stands so near is of the same group
-    TRIP = 10.0  # [C7, chosen] metres that each way out costs besides, to come back
+    TRIP = 5.0  # [C7, chosen] metres that each way out costs besides, to come back
 
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator

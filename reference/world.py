@@ -136,7 +136,7 @@ class Mind:
     mode         leader or follower
     leader       body followed, or NOBODY; last seen at `seen_at` s in `seen_place`
     pause_until  s: no new leader before then
-    alone_since  s: when a follower lost its leader
+    waits_until  s: a stuck follower without leader waits till then
     goal         where it has set off to
     doors        landmarks passed lately [B6]
     trail        doors to walk back through, the last one last
@@ -152,7 +152,7 @@ class Mind:
     seen_at: float = 0.0
     seen_place: int = NOWHERE
     pause_until: float = 0.0
-    alone_since: float = 0.0
+    waits_until: float = 0.0
     goal: Goal = STAY
     trail: list[int] = field(default_factory=list)
     patches: set[int] = field(default_factory=set)

@@ -15,11 +15,12 @@ from inspect import cleandoc
 from unittest.mock import patch
 
 import numpy as np
+from hypothesis import strategies as st
 
 from reference.beginning import beginning
 from reference.building import build, load
 from reference.fire import Spread
-from reference.floorplan import parse
+from reference.floorplan import Plan, Storey, parse
 from reference.humans import Situation, think
 from reference.navigation import prepared
 from reference.paper import WALKING_SPEED, Scenario
@@ -29,6 +30,15 @@ from reference.simulation import Simulation
 from reference.world import Mode, Source
 
 PEOPLE = "pqrstuvwxyz"
+
+GRIDS = st.integers(3, 9).flatmap(
+    lambda width: st.lists(
+        st.text(st.sampled_from("..#"), min_size=width, max_size=width),
+        min_size=3,
+        max_size=9,
+    )
+)
+"""Random floors, for hypothesis; `walled` builds them."""
 
 
 # -- A scene, and what becomes of it ------------------------------------------------
@@ -165,6 +175,14 @@ def built(board):
 def shipped(name):
     """A building that ships, prepared only once for all tests."""
     return load(name)
+
+
+def walled(rows):
+    """A building of one floor: these cells, with one free, and walls around them."""
+    rows = ["." + rows[0][1:], *rows[1:]]
+    side = "#" * (len(rows[0]) + 2)
+    rows = (side, *(f"#{row}#" for row in rows), side)
+    return build(Plan("grid", len(side), len(rows), (Storey("", rows),)))
 
 
 def found(floors, letters):

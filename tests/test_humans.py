@@ -30,7 +30,7 @@ from reference.paper import (
     STUCK_WAIT_SECONDS,
 )
 from reference.rewards import Died, Evacuated, LeftFloor
-from reference.world import NOBODY, Aim, Fate, Goal, Instruction, Mode
+from reference.world import NOBODY, NOWHERE, Aim, Fate, Goal, Instruction, Mode
 
 SOON = 0.8  # seconds: everybody thinks again within this time
 
@@ -89,15 +89,15 @@ def test_a_follower_moves_towards_the_leader_in_sight():
 
 
 @pytest.mark.paper("B5", "Alg. 1:5, chosen")
-def test_a_follower_stops_short_of_the_leader():
-    """Whoever presses on would box the leader in."""
-    sim = stage("########\n#p...q.E\n########")
-    halt(sim, "q")
+@pytest.mark.parametrize(("farther", "goes"), [(-0.1, False), (0.1, True)])
+def test_a_follower_stops_short_of_the_leader(farther, goes):
+    """At FOLLOW_DISTANCE: whoever presses on would box the leader in."""
+    sim = stage("########\n#..pq..E\n########")
     lead(sim, "q")
     follow(sim, "p", body("q"))
-    play(sim, 10)
-    gap = np.diff(sim.world.bodies.position[:, 0])
-    assert FOLLOW_DISTANCE - 0.5 < gap < FOLLOW_DISTANCE + 0.1
+    x, y = sim.world.bodies.position[body("q")]
+    sim.world.bodies.position[body("p")] = x - FOLLOW_DISTANCE - farther, y
+    assert (decide(sim, "p").place != NOWHERE) is goes
 
 
 INSTRUCTED = """
@@ -606,18 +606,19 @@ def test_a_door_is_gone_through_before_looking_again():
     assert play(sim, 1.4).splitlines()[2] == "#...+p..+...+...E"
 
 
+CLOSETS = """
+    ####################
+    #...#...#..........#
+    #.p.+...+..........#
+    #...#...#..........E
+    ####################
+    """
+
+
 @pytest.mark.paper("B6", "Alg. 2:17, chosen")
 def test_out_of_nested_dead_ends_one_walks_back_door_by_door():
     """Through the door passed last, then the one before: no swinging between rooms."""
-    sim = stage(
-        """
-        ####################
-        #...#...#..........#
-        #.p.+...+..........#
-        #...#...#..........E
-        ####################
-        """
-    )
+    sim = stage(CLOSETS)
     lead(sim, "p")
     outer, inner = mark(sim, Kind.DOOR, 2), mark(sim, Kind.DOOR)
     passed(sim, "p", outer, inner)
@@ -629,12 +630,23 @@ def test_out_of_nested_dead_ends_one_walks_back_door_by_door():
 
 @pytest.mark.paper("B6", "Alg. 2:17, chosen")
 def test_a_burnt_door_is_no_way_back():
-    """The one before it is tried; without any, everything is forgotten."""
-    sim = stage(CLOSET)
+    """The one before it is tried."""
+    sim = stage(CLOSETS)
+    lead(sim, "p")
+    outer, inner = mark(sim, Kind.DOOR, 2), mark(sim, Kind.DOOR)
+    passed(sim, "p", outer, inner)
+    sim.world.burnt[inner] = True
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, outer)
+
+
+@pytest.mark.paper("B6", "Alg. 2:17, chosen")
+def test_without_any_door_to_go_back_to_everything_is_tried_again():
+    """All memories of doors are dropped."""
+    sim = stage(CLOSETS)
     lead(sim, "p")
     passed(sim, "p", mark(sim, Kind.DOOR))
     sim.world.burnt[:] = True
-    assert decide(sim, "p").aim is Aim.NOTHING
+    assert decide(sim, "p").aim is not Aim.LANDMARK
     assert not mind(sim, "p").doors and not mind(sim, "p").trail
 
 

@@ -6,30 +6,11 @@ import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
-from movies import built, shipped
+from movies import GRIDS, built, shipped, walled
 
-from reference.building import build
-from reference.floorplan import Plan, Storey
 from reference.navigation import prepared
 
 pytestmark = pytest.mark.paper("A7")
-
-GRIDS = st.integers(3, 9).flatmap(
-    lambda width: st.lists(
-        st.text(st.sampled_from("..#"), min_size=width, max_size=width),
-        min_size=3,
-        max_size=9,
-    )
-)
-
-
-def walled(rows):
-    """A building of one floor: these cells, with one free, and walls around them."""
-    rows = ["." + rows[0][1:], *rows[1:]]
-    side = "#" * (len(rows[0]) + 2)
-    rows = (side, *(f"#{row}#" for row in rows), side)
-    return build(Plan("grid", len(side), len(rows), (Storey("", rows),)))
 
 
 def oracle(building):
