@@ -48,7 +48,13 @@ def beginning(
         bodies=bodies,
         minds=_minds(rng.random(len(bodies)), scenario.doors_remembered),
         robots=_robots(building, scenario.robots_per_floor, len(bodies)),
-        flames=Flames(np.full(shape, inf), np.zeros(shape, bool), np.zeros(shape), []),
+        flames=Flames(
+            arrival=np.full(shape, inf),
+            burning=np.zeros(shape, dtype=bool),
+            harm=np.zeros(shape),
+            cost=np.ones(shape),
+            sources=[],
+        ),
         burnt=np.zeros(len(building.landmarks), dtype=bool),
     )
 

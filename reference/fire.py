@@ -16,7 +16,14 @@ from scipy.sparse.csgraph import dijkstra
 
 from reference.building import Building, Kind
 from reference.navigation import Navigation, prepared, shifted
-from reference.paper import BURN_LOSS, DOOR_DELAY_FACTOR, HEAT_LOSS, SPREAD_RATE
+from reference.paper import (
+    BURN_COST,
+    BURN_LOSS,
+    DOOR_DELAY_FACTOR,
+    HEAT_COST,
+    HEAT_LOSS,
+    SPREAD_RATE,
+)
 from reference.world import Flames, Source, World
 
 Decision = tuple[int, float, float]
@@ -69,8 +76,10 @@ class Spread:
         beside = np.zeros_like(flames.burning)
         for step in ((0, 1), (1, 0), (0, -1), (-1, 0)):
             beside |= shifted(flames.burning, *step)
-        flames.harm = HEAT_LOSS * (beside & self.building.walkable)
-        flames.harm[flames.burning] = BURN_LOSS
+        hot = beside & self.building.walkable
+        places = [flames.burning, hot]
+        flames.harm = np.select(places, [BURN_LOSS, HEAT_LOSS], 0.0)
+        flames.cost = np.select(places, [BURN_COST, HEAT_COST], 1.0)
         return float(flames.arrival[~flames.burning].min(initial=inf))
 
 

@@ -252,8 +252,8 @@ def disconnect(me: Mind, now: Situation) -> Goal:
     time = now.world.time
     if me.leader != NOBODY:
         me.leader, me.pause_until = NOBODY, time + LEADER_PAUSE_SECONDS
-        if stuck(me, now):
-            me.waits_until = time + STUCK_WAIT_SECONDS
+    if stuck(me, now) and time >= me.waits_until:
+        me.waits_until = time + STUCK_WAIT_SECONDS
     return STAY if time < me.waits_until else switch_mode(me)
 
 

@@ -110,7 +110,9 @@ def _heed_neighbours(
     ahead = _along(turned[i], to_j)
     aside = np.abs(turned[i, 0] * to_j[:, 1] - turned[i, 1] * to_j[:, 0]) * far
     front = (ahead > 0) & (aside < DIAMETER)
-    front &= yields | ~np.roll(front, len(i) // 2)
+    half = len(i) // 2
+    mutual = np.concatenate([front[half:], front[:half]])
+    front &= yields | ~mutual
     np.minimum.at(v, i[front], np.maximum(s[front], 0) / GAP_SECONDS)
     return turned, v
 

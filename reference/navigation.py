@@ -135,6 +135,7 @@ class Navigation:
         self.walkable = building.walkable.ravel()
         self.centres = self._centres()
         self.steps = self._steps()
+        self._last: tuple[np.ndarray, csr_matrix] | None = None
         self.clear = Window(building.walkable, building.walkable, LOOK_AHEAD, True)
         goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]
         self.distance = np.full((len(goals), self.places), np.inf)
@@ -204,7 +205,8 @@ class Navigation:
     ) -> np.ndarray:
         """(places,) metres to the nearest of the goals.
 
-        cost: (places,) factor on every step into or out of a place (inf: no way).
+        cost: factor on every step into or out of a place (inf: no way), either
+        (places,) or (floors, rows, cols); not to be written to afterwards.
         """
         steps = self.steps if cost is None else self.weighted(cost)
         goals = np.asarray(list(goals), dtype=np.int64)
@@ -257,11 +259,19 @@ class Navigation:
         return chain
 
     def weighted(self, cost: np.ndarray) -> csr_matrix:
-        """The steps between places, each as long as its dearer end makes it."""
-        steps = self.steps
-        start = np.repeat(np.arange(self.places), np.diff(steps.indptr))
-        weight = steps.data * np.maximum(cost[start], cost[steps.indices])
-        return csr_matrix((weight, steps.indices, steps.indptr), shape=steps.shape)
+        """The steps between places, each as long as its dearer end makes it.
+
+        The last answer is kept: all robots ask about the same flames.
+        """
+        if self._last is None or self._last[0] is not cost:
+            self._last = cost, self._weighted(cost.ravel())
+        return self._last[1]
+
+    def _weighted(self, cost: np.ndarray) -> csr_matrix:
+        start = np.repeat(np.arange(self.places), np.diff(self.steps.indptr))
+        weight = self.steps.data * np.maximum(cost[start], cost[self.steps.indices])
+        shape = self.steps.shape
+        return csr_matrix((weight, self.steps.indices, self.steps.indptr), shape=shape)
 
     def _pulled(self, chain: list[int], cost: np.ndarray | None) -> list[int]:
         """The corners that remain of a chain of neighbouring places."""

@@ -67,6 +67,9 @@ FLAME_TICKS = 5  # [D7, chosen] flames are moved on once a second
 DOOR_DELAY_FACTOR = 3.0  # [D7, chosen] a closed way burns more slowly than a carpet
 BURN_LOSS = 10.0  # [B7, chosen] health lost per second inside flames
 HEAT_LOSS = 2.0  # [B7, chosen] health lost per second beside flames
+BURN_COST, HEAT_COST = 50.0, 4.0
+"""[C5, chosen] a metre in or beside flames counts as so many for who plans a way:
+robots do not burn, but those they lead do."""
 
 # -- Rewards and evaluation (Appendix F) --------------------------------------------
 

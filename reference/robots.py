@@ -28,10 +28,6 @@ behind than FOLLOWER_GAP + CROWD_GAP * sqrt(n); the root, since a crowd fills a 
 AT_EXIT = 2.5
 """[C7, chosen] metres: a destination so near an exit means "this exit"."""
 
-HEAT_COST, FLAME_COST = 4.0, 50.0
-"""[C5, chosen] a metre beside or in flames counts as so many: robots do not burn,
-but those they lead do."""
-
 
 class Strategy(Protocol):
     """Whoever decides for the robots: an algorithm or a model [C7]."""
@@ -86,7 +82,7 @@ def evacuate_humans(robot: Robot, world: World) -> float:
 
     The instruction itself is taken up by whoever sees the robot [B5].
     """
-    followers = led_by(world, robot)
+    followers = led_by(world, robot) if robot.way else ()
     if not len(followers):
         return ROBOT_SPEED
     off = world.bodies.position[followers] - robot.position
@@ -97,7 +93,7 @@ def evacuate_humans(robot: Robot, world: World) -> float:
 
 def led_by(world: World, robot: Robot) -> np.ndarray:
     """(k,) people who follow a robot."""
-    return np.flatnonzero(world.bodies.leader == robot.body)
+    return (world.bodies.leader == robot.body).nonzero()[0]
 
 
 def actual_target(
@@ -132,12 +128,8 @@ def instruction_for(
 
 
 def caution(world: World, floor: int) -> np.ndarray | None:
-    """(places,) what a metre costs given the flames of a floor; None without any."""
-    if not world.flames.burning[floor].any():
-        return None
-    cost = np.where(world.flames.harm > 0, HEAT_COST, 1.0)
-    cost[world.flames.burning] = FLAME_COST
-    return cost.ravel()
+    """What a metre costs in each place, given flames on this floor; None without."""
+    return world.flames.cost if world.flames.burning[floor].any() else None
 
 
 # -- Hand-written strategies --------------------------------------------------------

@@ -212,12 +212,14 @@ class Flames:
     arrival  seconds, when each cell begins to burn (inf: never, as far as now known)
     burning  bool
     harm     health lost per second there, heat and flames [B7]
+    cost     metres that a metre there counts as, when a way is planned
     sources  in order of time
     """
 
     arrival: np.ndarray
     burning: np.ndarray
     harm: np.ndarray
+    cost: np.ndarray
     sources: list[Source]
 
     copy = _copied

@@ -31,11 +31,11 @@ start, place = bodies.position[0].copy(), bodies.place[0]
 
 hits = rays(simulation.world, simulation.sight, 0)
 print(len(hits), "rays of", simulation.sight.reach, "m")
-#> 72 rays of 5.0 m
+#> 360 rays of 5.0 m
 print("the first:", hits[0])
 #> the first: Hit(kind='wall', distance=1.0, index=-1)
 print(Counter(hit.kind if hit else "nothing" for hit in hits))
-#> Counter({'wall': 43, 'nothing': 23, 'door': 6})
+#> Counter({'wall': 219, 'nothing': 114, 'door': 27})
 
 doors = {hit.index for hit in hits if hit and hit.kind == "door"}
 print("sees", len(doors), "of", len(museum.landmarks), "doors and exits")
@@ -55,11 +55,11 @@ while not simulation.done:
         memory = list(mind.doors)
         names = [museum.landmarks[door].id for door in memory]
         print(f"{simulation.world.time:6.1f} s  remembers {' and '.join(names)}")
-#>    1.4 s  remembers 1/door-1
-#>   21.0 s  remembers 1/door-1 and 1/door-2
-#>   36.4 s  remembers 1/door-2 and 1/door-4
-#>   56.6 s  remembers 1/door-4 and 1/door-7
-#>   63.8 s  remembers 1/door-7 and 1/door-10
+#>    1.2 s  remembers 1/door-1
+#>   20.2 s  remembers 1/door-1 and 1/door-2
+#>   27.4 s  remembers 1/door-2 and 1/door-4
+#>   36.2 s  remembers 1/door-4 and 1/door-7
+#>   43.4 s  remembers 1/door-7 and 1/door-10
 
 # %% And with a map
 # `navigation` knows the shortest way. People do not.
@@ -69,7 +69,7 @@ walked = np.hypot(*np.diff(path, axis=0).T).sum()
 print("got out" if simulation.outcome().evacuated else "did not get out")
 #> got out
 print(f"walked {walked:.0f} m")
-#> walked 89 m
+#> walked 62 m
 print(f"shortest way {simulation.navigation.distance[way_out, place]:.0f} m")
 #> shortest way 47 m
 print(f"saw {len(known) / museum.walkable.sum():.0%} of the floor")

@@ -47,12 +47,12 @@ while world.time < 120:
         )
     if simulation.ticks == 300:
         figure = drawing.frame(world, history)
-#>   20       20          5              2         11    4
-#>   40       21          8              4          5    6
-#>   60       19          7              2          4   10
-#>   80       16          6              2          1   17
-#>  100       13          6              2          1   20
-#>  120        8          5              2          2   25
+#>   20       23          3              1         10    4
+#>   40       21         10              4          5    4
+#>   60       21         10              2          4    5
+#>   80       17         12              3          2    9
+#>  100       22          7              2          2    9
+#>  120       14         10              2          1   15
 
 # %% The picture
 # One minute after the start: triangles lead, discs follow. The colour is their health,
@@ -79,9 +79,9 @@ print("sight  2 doors remembered  8 doors remembered")
 #> sight  2 doors remembered  8 doors remembered
 for metres in (3, 5, 10):
     print(f"{metres:3} m  {out(metres, 2):18}  {out(metres, 8):18}")
-#>   3 m                  12                   9
-#>   5 m                  58                  54
-#>  10 m                  39                  69
+#>   3 m                  10                  10
+#>   5 m                  50                  58
+#>  10 m                  19                  60
 
 # More is not always better. Whoever sees a door goes there and leaves the rest of the
 # room unexplored: people who see far and forget soon can walk in circles.
