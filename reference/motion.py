@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from reference.paper import BODY_RADIUS
 
 DIAMETER = 2 * BODY_RADIUS
-NEAR = 1.6  # [A7, chosen] metres: farther neighbours change nothing
+NEAR = 1.6  # [A7, chosen] metres: farther neighbours need not be heeded
 GAP_SECONDS = 0.8  # [A7, chosen] the time gap T: v = s / T
 PUSH, PUSH_RANGE = 1.5, 0.2  # [A7, chosen] how strongly and from how far others repel
 ASIDE = 0.22
@@ -52,7 +52,8 @@ def step(
     aside = np.stack([e[:, 1], -e[:, 0]], axis=1) * np.where(far > 1, ASIDE, 0)[:, None]
     e, far = _directions(aim + aside - position)
     v = np.minimum(pace, far / seconds)
-    i, j = _pairs(position, floor)
+    near = max(NEAR, DIAMETER + 2 * float(pace.max(initial=0)) * seconds)
+    i, j = _pairs(position, floor, near)
     yields = (far[i] > far[j]) | ((far[i] == far[j]) & (i > j))
     if len(i):
         e, v = _heed_neighbours(position, e, v, yields, i, j)
@@ -70,13 +71,15 @@ def _directions(off: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return off / np.maximum(far, 1e-9)[:, None], far
 
 
-def _pairs(position: np.ndarray, floor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(k,) and (k,) near neighbours on the same floor, each pair both ways."""
+def _pairs(
+    position: np.ndarray, floor: np.ndarray, near: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) and (k,) neighbours on the same floor, each pair both ways."""
     if len(position) < 2:
         return np.empty(0, np.int64), np.empty(0, np.int64)
     where = position + (floor * FLOOR_APART)[:, None]
     tree = cKDTree(where, balanced_tree=False, compact_nodes=False)
-    pairs = tree.query_pairs(NEAR, output_type="ndarray")
+    pairs = tree.query_pairs(near, output_type="ndarray")
     return np.concatenate([pairs[:, 0], pairs[:, 1]]), np.concatenate(
         [pairs[:, 1], pairs[:, 0]]
     )

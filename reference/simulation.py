@@ -2,7 +2,7 @@
 
 Clauses: A4, A5, A6, B4, B7, B8, C7, C8, D6.  The only writer of the world.
 
-    n   people;  p  place;  t  seconds
+    i   a human;  mark  index of a landmark
 """
 
 from copy import copy, deepcopy
@@ -22,7 +22,7 @@ from reference.navigation import Navigation, prepared
 from reference.paper import (
     FIRE_EVERY_DECISIONS,
     FIRE_FIRST_DECISION,
-    FLAME_TICKS,
+    FLAME_SECONDS,
     HEALTH_RATE,
     RECKLESS_SECONDS,
     RECONSIDER_TICKS,
@@ -110,6 +110,8 @@ class Simulation:
         self.events: list[Event] = []
         self.ticks = 0
         self.person_seconds = 0.0
+        self._decision_ticks = round(self.scenario.decision_seconds / self.tick)
+        self._flame_ticks = max(1, round(FLAME_SECONDS / self.tick))
         self._next_ignition = inf
         self._surroundings = Surroundings.of(self.world, self.sight)
         self._due = np.ones(len(self.world.bodies), dtype=bool)
@@ -186,33 +188,27 @@ class Simulation:
                 bodies.landmark[i] = me.goal.which
             else:
                 bodies.landmark[i] = NOWHERE
-                going = me.goal.place != NOWHERE
-                bodies.target[i] = (
-                    self.navigation.centres[me.goal.place]
-                    if going
-                    else bodies.position[i]
-                )
+                bodies.target[i] = bodies.position[i]
+                if me.goal.place != NOWHERE:
+                    bodies.target[i] = self.navigation.centres[me.goal.place]
 
     def _strategies_decide(self) -> list[robots_module.Destination | None]:
         """At each decision the robots' strategy, at every k-th the fire's too."""
-        nothing: list[robots_module.Destination | None] = [None] * len(
-            self.world.robots
-        )
-        round_, between = divmod(
-            self.ticks, round(self.scenario.decision_seconds / self.tick)
-        )
+        robots = self.world.robots
+        decided: list[robots_module.Destination | None] = [None] * len(robots)
+        number, between = divmod(self.ticks, self._decision_ticks)
         if between:
-            return nothing
-        late = round_ - FIRE_FIRST_DECISION
-        if late >= 0 and late % FIRE_EVERY_DECISIONS == 0:
+            return decided
+        since_first = number - FIRE_FIRST_DECISION
+        if since_first >= 0 and since_first % FIRE_EVERY_DECISIONS == 0:
             self._fire_decides()
-        active = [robot for robot in self.world.robots if robot.active]
-        if not active:
-            return nothing
-        decisions = self.robot_strategy.decide(self.world, active, self.rng["robots"])
-        for robot, decision in zip(active, decisions, strict=True):
-            nothing[robot.body - len(self.world.bodies)] = decision
-        return nothing
+        active = [k for k, robot in enumerate(robots) if robot.active]
+        if active:
+            team = [robots[k] for k in active]
+            answers = self.robot_strategy.decide(self.world, team, self.rng["robots"])
+            for k, answer in zip(active, answers, strict=True):
+                decided[k] = answer
+        return decided
 
     def _fire_decides(self) -> None:
         """The fire agent's turn, as long as it has sources left [D6]."""
@@ -295,7 +291,7 @@ class Simulation:
         world, bodies = self.world, self.world.bodies
         world.time = self.ticks * self.tick
         self.person_seconds += self.tick * sum(world.occupancy)
-        if world.time >= self._next_ignition and self.ticks % FLAME_TICKS == 0:
+        if world.time >= self._next_ignition and self.ticks % self._flame_ticks == 0:
             self._next_ignition = self.spread.advance(world.flames, world.time)
             self._burn_doors()
             self._surroundings = Surroundings.of(world, self.sight)
