@@ -79,13 +79,15 @@ print(f"saw {len(known) / museum.walkable.sum():.0%} of the floor")
 
 figure = drawing.top(museum)
 axes = figure.axes[0]
-axes.set_title("First rays (dotted: nothing met), walk; grey: never seen", loc="left")
+axes.set_title(
+    "Some first rays (dotted: nothing met), walk; grey: never seen", loc="left"
+)
 unknown = museum.walkable.copy()
 unknown.flat[list(known)] = False
 page = axes.images[0].get_extent()
 axes.imshow(unknown[0], "Greys", alpha=0.35 * unknown[0], extent=page)
-for k, hit in enumerate(hits):
-    angle = 2 * np.pi * k / len(hits)
+for k in range(0, len(hits), 6):
+    hit, angle = hits[k], 2 * np.pi * k / len(hits)
     far = hit.distance if hit else simulation.sight.reach
     x, y = start + far * np.array((np.cos(angle), np.sin(angle)))
     axes.plot((start[0], x), (start[1], y), "-" if hit else ":", color="#c43c00", lw=1)
