@@ -55,10 +55,10 @@ class Follower:
         """One pass of lines 2-12."""
         if not stuck(me, now) and me.leader == NOBODY:  # 2
             return switch_mode(me)  # 3, which ends the pass [B5, chosen]
-        if leader_in_sight(me, observe, now):  # 4
-            goal = towards_leader(me, now)  # 5
-            if is_robot(me.leader, now):  # 6
-                goal = act_on_instruction(me, observe, now, goal)  # 7
+        if leader_in_sight(me, observe, now):  # 5
+            goal = towards_leader(me, now)  # 6
+            if is_robot(me.leader, now):  # 7
+                goal = act_on_instruction(me, observe, now, goal)  # 8
             return goal
         return disconnect(me, now)  # 10, 11
 
@@ -137,8 +137,8 @@ def stuck(me: Mind, now: Situation) -> bool:
 def desired(me: Mind, observe: View, now: Situation) -> int | None:
     """The stair or door in view that one wants to go to, or None [B6, chosen].
 
-    Intact, not passed lately, and no flame in sight on or beside the way. Above the
-    first floor stairs come before doors; on the first floor stairs lead nowhere.
+    Intact, not passed lately, and no flame in sight on or beside the way. Stairs that
+    lead down come before doors; stairs that do not are never desired.
     """
     ways = [m for m in _not_passed(me, observe, now) if observe.safe(m)]
     stairs = [m for m in ways if m in now.world.building.entrances]
@@ -258,7 +258,7 @@ def disconnect(me: Mind, now: Situation) -> Goal:
 
 
 def leader_in_sight(me: Mind, observe: View, now: Situation) -> bool:
-    """Is the leader in line of sight, or was it a moment ago? [B5, Alg. 1:4]
+    """Is the leader in line of sight, or was it a moment ago? [B5, Alg. 1:5]
 
     A leader is forgiven LEADER_GRACE_SECONDS out of sight [B5, chosen]: whoever turns a
     corner or passes a door is not lost, one walks to where they were seen last.
@@ -272,7 +272,7 @@ def leader_in_sight(me: Mind, observe: View, now: Situation) -> bool:
 
 
 def towards_leader(me: Mind, now: Situation) -> Goal:
-    """Walk to where the leader was seen last, but not into them [B5, Alg. 1:5]."""
+    """Walk to where the leader was seen last, but not into them [B5, Alg. 1:6]."""
     if me.seen_at == now.world.time:
         off = _position(me.leader, now) - now.world.bodies.position[me.person]
         if off @ off < FOLLOW_DISTANCE**2:
@@ -281,7 +281,7 @@ def towards_leader(me: Mind, now: Situation) -> Goal:
 
 
 def act_on_instruction(me: Mind, observe: View, now: Situation, goal: Goal) -> Goal:
-    """What a robot in sight says is done [B5, Alg. 1:7].
+    """What a robot in sight says is done [B5, Alg. 1:8].
 
     "Follow me" keeps the goal; "this stairwell" and "this exit" send people there as
     soon as they see it themselves, since they do not know the map [B3].

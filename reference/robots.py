@@ -192,10 +192,9 @@ class Sweep:
     ) -> list[Destination | None]:
         """Robots choose in turn, each among the groups the others left over."""
         guide, lost = guided_by(world), unguided(world)
-        led = [int((guide == robot.body).sum()) for robot in robots]
         return [
-            self._one(world, robot, k, lost)
-            for robot, k in zip(robots, led, strict=True)
+            self._one(world, robot, int((guide == robot.body).sum()), lost)
+            for robot in robots
         ]
 
     def _one(

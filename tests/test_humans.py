@@ -78,7 +78,7 @@ def test_a_follower_without_leader_who_is_not_stuck_leads():
     assert play(sim, 8) == drawn("########\n#......E\n########")
 
 
-@pytest.mark.paper("B5", "Alg. 1:4-5")
+@pytest.mark.paper("B5", "Alg. 1:5-6")
 def test_a_follower_moves_towards_the_leader_in_sight():
     """Away from the exit in view: who follows does not look for it."""
     sim = stage("############\n#q.....p...E\n############", sight_range=8)
@@ -88,7 +88,7 @@ def test_a_follower_moves_towards_the_leader_in_sight():
     assert play(sim, 1.6) == drawn("############\n#q...p.....E\n############")
 
 
-@pytest.mark.paper("B5", "Alg. 1:5, chosen")
+@pytest.mark.paper("B5", "Alg. 1:6, chosen")
 @pytest.mark.parametrize(("farther", "goes"), [(-0.1, False), (0.1, True)])
 def test_a_follower_stops_short_of_the_leader(farther, goes):
     """At FOLLOW_DISTANCE: whoever presses on would box the leader in."""
@@ -117,7 +117,7 @@ INSTRUCTED = """
     """
 
 
-@pytest.mark.paper("B5", "Alg. 1:6-7")
+@pytest.mark.paper("B5", "Alg. 1:7-8")
 @pytest.mark.paper("C7", "chosen")
 @pytest.mark.parametrize(
     ("instruction", "row"),
@@ -136,7 +136,7 @@ def test_a_follower_acts_on_the_robots_instruction(instruction, row):
     assert play(sim, 1.6).splitlines()[-3] == row
 
 
-@pytest.mark.paper("B5", "Alg. 1:7")
+@pytest.mark.paper("B5", "Alg. 1:8")
 @pytest.mark.paper("B3")
 def test_a_follower_who_does_not_see_what_is_meant_keeps_following():
     """This exit means nothing to somebody who does not see it."""
