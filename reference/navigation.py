@@ -134,8 +134,9 @@ class Navigation:
         self.places = building.kind.size
         self.walkable = building.walkable.ravel()
         self.centres = self._centres()
-        self.steps = self._steps()
-        self._last: tuple[np.ndarray, csr_matrix] | None = None
+        self.floor_size = self.rows * self.cols
+        self._steps = self._steps_of_floors()
+        self._weighted: dict[int, tuple[np.ndarray, csr_matrix]] = {}
         self.clear = Window(building.walkable, building.walkable, LOOK_AHEAD, True)
         goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]
         self.distance = np.full((len(goals), self.places), np.inf)
@@ -150,7 +151,8 @@ class Navigation:
         x, y = self.building.metres(row, col)
         return np.stack([x, y], axis=1)
 
-    def _steps(self) -> csr_matrix:
+    def _steps_of_floors(self) -> list[csr_matrix]:
+        """(floor_size, floor_size) metres of every step, floor by floor."""
         free = self.building.walkable
         starts, ends, lengths = [], [], []
         for d_row, d_col in NEIGHBOURS:
@@ -163,7 +165,12 @@ class Navigation:
             lengths.append(np.full(len(p), np.hypot(d_row, d_col)))
         where = (np.concatenate(starts), np.concatenate(ends))
         shape = (self.places, self.places)
-        return csr_matrix((np.concatenate(lengths), where), shape=shape)
+        steps = csr_matrix((np.concatenate(lengths), where), shape=shape)
+        parts = (self._part(floor) for floor in range(self.floors))
+        return [steps[part, part] for part in parts]
+
+    def _part(self, floor: int) -> slice:
+        return slice(floor * self.floor_size, (floor + 1) * self.floor_size)
 
     def place(self, floor: int, x: float, y: float) -> int:
         """The place around a point; ValueError outside the drawing."""
@@ -203,44 +210,67 @@ class Navigation:
     def distances(
         self, goals: Iterable[int], cost: np.ndarray | None = None
     ) -> np.ndarray:
-        """(places,) metres to the nearest of the goals.
+        """(places,) metres to the nearest of the goals, which are all on one floor.
 
         cost: factor on every step into or out of a place (inf: no way), either
         (places,) or (floors, rows, cols); not to be written to afterwards.
         """
-        steps = self.steps if cost is None else self.weighted(cost)
         goals = np.asarray(list(goals), dtype=np.int64)
-        if not len(goals):
-            return np.full(self.places, np.inf)
-        return dijkstra(steps, indices=goals, min_only=True)
+        return self._shortest(goals, cost)[0]
 
     def way(
         self, start: int, goal: int, cost: np.ndarray | None = None
     ) -> tuple[float, list[int]]:
         """Length and corners of the shortest way, the goal last; (inf, []) if none."""
-        steps = self.steps if cost is None else self.weighted(cost)
-        d, before = dijkstra(steps, indices=goal, return_predecessors=True)
+        d, after = self._shortest(np.array([goal]), cost)
         if not np.isfinite(d[start]):
             return np.inf, []
         chain = [start]
         while chain[-1] != goal:
-            chain.append(int(before[chain[-1]]))
+            chain.append(int(after[chain[-1]]))
         return float(d[start]), self._pulled(chain, cost)
 
     def field(self, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(places,) metres to the nearest goal, and (places,) where to walk at."""
-        d, before, _ = dijkstra(
-            self.steps, indices=goals, min_only=True, return_predecessors=True
-        )
-        after = np.where(before < 0, np.arange(self.places), before)
-        aim = after
-        from_here = np.arange(self.places)
+        d, after = self._shortest(goals, None)
+        aim, from_here = after, np.arange(self.places)
         while True:  # pull every way straight by one more step
             further = after[aim]
             longer = (further != aim) & self.clear.reaches(from_here, further)
             if not longer.any():
                 return d, aim.astype(np.int32)
             aim = np.where(longer, further, aim)
+
+    def _shortest(
+        self, goals: np.ndarray, cost: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(places,) metres to the nearest goal, (places,) the next place on the way."""
+        d, after = np.full(self.places, np.inf), np.arange(self.places)
+        if len(goals):
+            floor = int(goals[0]) // self.floor_size
+            part = self._part(floor)
+            steps = self._steps[floor] if cost is None else self._dear(floor, cost)
+            d[part], before, _ = dijkstra(
+                steps,
+                indices=goals - part.start,
+                min_only=True,
+                return_predecessors=True,
+            )
+            after[part] = np.where(before < 0, after[part], before + part.start)
+        return d, after
+
+    def _dear(self, floor: int, cost: np.ndarray) -> csr_matrix:
+        """The steps of a floor, each as long as its dearer end makes it.
+
+        The last answer is kept, since all robots ask about the same flames.
+        """
+        if floor not in self._weighted or self._weighted[floor][0] is not cost:
+            steps, price = self._steps[floor], cost.ravel()[self._part(floor)]
+            start = np.repeat(np.arange(self.floor_size), np.diff(steps.indptr))
+            dear = steps.copy()
+            dear.data *= np.maximum(price[start], price[steps.indices])
+            self._weighted[floor] = cost, dear
+        return self._weighted[floor][1]
 
     def straight(self, p: int, q: int) -> list[int]:
         """The places on the straight line from p to q of the same floor, p left out."""
@@ -257,21 +287,6 @@ class Navigation:
             chain += self.straight(p, aim)
             p = aim
         return chain
-
-    def weighted(self, cost: np.ndarray) -> csr_matrix:
-        """The steps between places, each as long as its dearer end makes it.
-
-        The last answer is kept: all robots ask about the same flames.
-        """
-        if self._last is None or self._last[0] is not cost:
-            self._last = cost, self._weighted(cost.ravel())
-        return self._last[1]
-
-    def _weighted(self, cost: np.ndarray) -> csr_matrix:
-        start = np.repeat(np.arange(self.places), np.diff(self.steps.indptr))
-        weight = self.steps.data * np.maximum(cost[start], cost[self.steps.indices])
-        shape = self.steps.shape
-        return csr_matrix((weight, self.steps.indices, self.steps.indptr), shape=shape)
 
     def _pulled(self, chain: list[int], cost: np.ndarray | None) -> list[int]:
         """The corners that remain of a chain of neighbouring places."""
