@@ -86,7 +86,7 @@ def evacuate_humans(robot: Robot, world: World) -> float:
     if not len(followers):
         return ROBOT_SPEED
     off = world.bodies.position[followers] - robot.position
-    gap = float(np.sqrt((off**2).sum(axis=1)).mean())
+    gap = np.hypot(off[:, 0], off[:, 1]).sum() / len(followers)
     waits = gap > FOLLOWER_GAP + CROWD_GAP * len(followers) ** 0.5
     return 0.0 if waits else ROBOT_SPEED
 

@@ -114,6 +114,7 @@ class Simulation:
         self._flame_ticks = max(1, round(FLAME_SECONDS / self.tick))
         self._next_ignition = inf
         self._surroundings = Surroundings.of(self.world, self.sight)
+        self._turn = np.arange(len(self.world.bodies)) % RECONSIDER_TICKS
         self._due = np.ones(len(self.world.bodies), dtype=bool)
 
     # -- The tick -------------------------------------------------------------------
@@ -314,20 +315,22 @@ class Simulation:
     def _settle(self, touched: list[tuple[int, int]]) -> None:
         """Deaths, triggers, stairs; and whose turn it is to think next."""
         bodies = self.world.bodies
-        for i in np.flatnonzero((bodies.health <= 0) & bodies.inside).tolist():
+        dead = np.flatnonzero((bodies.health <= 0) & bodies.inside).tolist()
+        for i in dead:
             bodies.health[i] = 0.0
             self._leave(i, Fate.DEAD)
             self._tell(Died, i, int(bodies.floor[i]))
-        turn = np.arange(len(bodies)) % RECONSIDER_TICKS
-        self._due = turn == self.ticks % RECONSIDER_TICKS
+        self._due = self._turn == self.ticks % RECONSIDER_TICKS
         for i, before in touched:
             if bodies.fate[i] == Fate.INSIDE:
                 self._touch(i, before, int(self._marks[bodies.place[i]]))
-        for i in np.flatnonzero(bodies.stairs_until <= self.world.time).tolist():
+        landing = np.flatnonzero(bodies.stairs_until <= self.world.time).tolist()
+        for i in landing:
             if (passed := self.stairs.descend(self.world, i)) is not None:
                 self._tell(LeftFloor, i, passed, float(bodies.health[i]))
             self._due[i] = bodies.walking[i]
-        self.world.occupancy = occupancy(bodies, self.building.floors)
+        if dead or touched or landing:
+            self.world.occupancy = occupancy(bodies, self.building.floors)
 
     def _touch(self, i: int, before: int, mark: int) -> None:
         """A body has come upon a door, entrance or exit: the trigger fires [A5]."""
