@@ -5,6 +5,7 @@ Clauses: A8 (draw).  Numbers go to stdout, progress and notes to stderr.  Exit s
 """
 
 import json
+import os
 import sys
 import tempfile
 from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace
@@ -45,11 +46,16 @@ def main(argv: Sequence[str] | None = None) -> int:
     arguments = _parser().parse_args(argv)
     try:
         arguments.run(arguments)
+        print(end="", flush=True)
     except KeyboardInterrupt:
         return _complain("stopped; nothing half-written is left", 130)
     except CommandError as error:
         return _complain(str(error), error.status)
+    except BrokenPipeError:  # `| head -1`: whoever asked has read enough
+        _drop_unprinted()
+        return 1
     except (FloorPlanError, OSError) as error:
+        _drop_unprinted()
         return _complain(str(error), 1)
     return 0
 
@@ -57,6 +63,14 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _complain(message: str, status: int) -> int:
     print(message, file=sys.stderr)
     return status
+
+
+def _drop_unprinted() -> None:
+    """What cannot be printed now is not tried again, with noise, at the exit."""
+    try:
+        print(end="", flush=True)
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 # -- The commands -------------------------------------------------------------------

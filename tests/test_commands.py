@@ -225,6 +225,21 @@ def test_control_c_ends_with_one_line_and_leaves_nothing_half_written(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(
+    ("out", "message"), [("| sleep 0", ""), ("> /dev/full", "No space left")]
+)
+def test_ends_quietly_when_its_output_cannot_be_written(shed, out, message):
+    """A reader that has gone is no mistake; a full disk is told in one line."""
+    command = f'"{sys.executable}" -m reference check "{shed}" {out}'
+    surroundings = os.environ | {"PYTHONPATH": str(ROOT)}
+    surroundings.pop("PYTHONUNBUFFERED", None)
+    done = subprocess.run(
+        command, shell=True, env=surroundings, capture_output=True, text=True
+    )
+    assert message in done.stderr
+    assert done.stderr.count("\n") == bool(message)
+
+
 # -- bench --------------------------------------------------------------------------
 
 

@@ -4,11 +4,13 @@ import json
 import os
 import re
 from base64 import b64decode
+from dataclasses import replace
 from io import BytesIO
 from itertools import pairwise
 from math import ceil
 from pathlib import Path
 from time import perf_counter
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -19,7 +21,7 @@ from matplotlib.text import Text
 from PIL import Image, ImageSequence
 
 from reference import drawing
-from reference.building import Kind, load
+from reference.building import Kind, build, load
 from reference.drawing import film, relief
 from reference.drawing.evacuation import EMBER, FLAME, SOURCE, STEPS, Scene
 from reference.drawing.page import COLOURS, MEANINGS, arrange
@@ -578,6 +580,27 @@ def test_a_figure_is_saved_whole_and_alone(tiny, tmp_path, suffix):
     assert drawing.save(drawing.top(tiny), target) == target
     assert target.stat().st_size > 1000
     assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_name_may_hold_any_sign_and_any_length(tiny):
+    """A dollar is a dollar, not the beginning of a formula; nothing is clipped."""
+    name = r"Dollar $\frac{$ " + "bank " * 30
+    storeys = tuple(replace(storey, name=name) for storey in tiny.plan.storeys)
+    bank = build(replace(tiny.plan, title=name, storeys=storeys))
+    world = Simulation(bank, SHORT).world
+    for figure in (*(view(bank) for view in VIEWS), drawing.frame(world)):
+        figure.canvas.draw()
+        box = figure.texts[0].get_window_extent()
+        assert 0 <= box.x0 < box.x1 <= figure.bbox.width
+
+
+def test_a_full_disk_is_told_with_the_name_of_the_file(tiny, tmp_path, monkeypatch):
+    """And with one thing to do; nothing half-written is left."""
+    figure, full = drawing.top(tiny), OSError(28, "No space left on device")
+    monkeypatch.setattr(figure, "savefig", Mock(side_effect=full))
+    with pytest.raises(OSError, match=r"plan\.png: cannot be written \(No space"):
+        drawing.save(figure, tmp_path / "plan.png")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_refuses_a_picture_in_an_unknown_format(tiny):

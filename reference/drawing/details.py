@@ -110,6 +110,7 @@ def _write(axes: Axes, piece: Piece, low: np.ndarray, high: np.ndarray) -> None:
         middle,
         low[1] - 0.8,
         piece.title,
+        parse_math=False,
         color=TEXT,
         fontsize=11,
         ha="center",

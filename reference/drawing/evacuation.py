@@ -57,6 +57,7 @@ _DASHES = {"out": "-", "inside": (0, (4, 1.5)), "dead": (0, (1, 1))}
 WIDTH = 11.0  # inches
 _ROOM = (10.7, 5.2)  # inches for all floors
 _SPARE = (0.15, 0.3)  # inches beside and above each floor
+_COUNTS = "after {:.0f} s: {} inside, {} out, {} dead"
 _TITLE, _STRIP = 0.5, 1.45  # inches for the title, and for legend and curve below
 
 
@@ -101,7 +102,7 @@ class Scene:
         self.figure = blank(WIDTH, layout.height, dpi)
         self.axes = _floors(self.figure, building, layout)
         self.offset = layout.corners - (frame.left, frame.bottom)
-        self.building, self.title = building, _title(self.figure)
+        self.building, self.title = building, _title(self.figure, building)
         self.curve, self.lines = _curve(self.figure, people)
         looks = _looks(layout.scale * 72)
         self.marks = {name: self.axes.plot([], [], **looks[name])[0] for name in looks}
@@ -126,10 +127,8 @@ class Scene:
         self._show_people(world)
         self._show_curve(history)
         now = history[-1]
-        self.title.set_text(
-            f"{self.building.title} after {now.time:.0f} s: {now.inside} inside, "
-            f"{now.out} out, {now.dead} dead"
-        )
+        counts = _COUNTS.format(now.time, now.inside, now.out, now.dead)
+        self.title.set_text(f"{self.building.title} {counts}")
 
     # -- What moves -----------------------------------------------------------------
 
@@ -253,7 +252,8 @@ def _floors(figure: Figure, building: Building, layout: Layout) -> Axes:
         title = floor_title(building, floor)
         place = (x, y + height + 0.05 / layout.scale)
         size = text_size(title, width * layout.scale, 10)
-        axes.text(*place, title, fontsize=size, color=TEXT, va="bottom")
+        name = axes.text(*place, title, fontsize=size, color=TEXT, va="bottom")
+        name.set_parse_math(False)
     _scale_bar(axes, frame, layout)
     return axes
 
@@ -267,10 +267,14 @@ def _scale_bar(axes: Axes, frame: Frame, layout: Layout) -> None:
     axes.text(left, top, words, fontsize=8, color=FAINT, ha="right", va="center")
 
 
-def _title(figure: Figure) -> Text:
+def _title(figure: Figure, building: Building) -> Text:
+    """Empty as yet, with room for the longest title of this building."""
     up = figure.get_size_inches()[1]
+    longest = f"{building.title} {_COUNTS.format(999, 999, 999, 999)}"
+    size = text_size(longest, WIDTH - 0.4, 14)
+    place = (0.2 / WIDTH, 1 - 0.12 / up)
     return figure.text(
-        0.2 / WIDTH, 1 - 0.12 / up, "", fontsize=14, color=TEXT, va="top"
+        *place, "", fontsize=size, color=TEXT, va="top", parse_math=False
     )
 
 

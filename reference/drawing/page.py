@@ -83,14 +83,15 @@ def replacing(target: Path) -> Iterator[Path]:
     partial = target.with_name(f".{target.stem}-{os.getpid()}-part{target.suffix}")
     try:
         partial.touch()
-    except OSError as error:
-        raise OSError(
-            f"{target}: cannot be written ({error.strerror}). "
-            "Name a file in a folder that exists and is yours."
-        ) from error
-    try:
         yield partial
         os.replace(partial, target)
+    except OSError as error:
+        if error.strerror is None:  # it was told for people already
+            raise
+        raise OSError(
+            f"{target}: cannot be written ({error.strerror}). "
+            "Name a file in a folder that exists, is yours and has room."
+        ) from error
     finally:
         partial.unlink(missing_ok=True)
 
@@ -188,7 +189,9 @@ def _rule(axes: Axes, frame: Frame, title: str, first: bool) -> None:
     axes.tick_params(labelsize=8, color=FAINT, labelcolor=FAINT, length=3)
     axes.spines[:].set_visible(False)
     size = text_size(title, axes.get_window_extent().width / axes.figure.dpi, 11)
-    axes.set_title(title, fontsize=size, color=TEXT, loc="left", pad=5)
+    axes.set_title(
+        title, fontsize=size, color=TEXT, loc="left", pad=5, parse_math=False
+    )
     axes.set_xlabel("x, metres east", fontsize=8, color=FAINT, labelpad=2)
     if first:
         axes.set_ylabel("y, metres north", fontsize=8, color=FAINT, labelpad=0)
@@ -219,9 +222,16 @@ def chosen_floors(building: Building, floor: int | None) -> tuple[int, ...]:
 
 def heading(figure: Figure, title: str) -> None:
     """The one clear title of a page."""
-    _, height = figure.get_size_inches()
+    width, height = figure.get_size_inches()
     figure.text(
-        0.5, 1 - 0.18 / height, title, ha="center", va="top", fontsize=15, color=TEXT
+        0.5,
+        1 - 0.18 / height,
+        title,
+        ha="center",
+        va="top",
+        fontsize=text_size(title, width - 0.4, 15),
+        color=TEXT,
+        parse_math=False,
     )
 
 

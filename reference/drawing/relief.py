@@ -149,6 +149,7 @@ def _label(axes: Axes, title: str, corner: np.ndarray) -> None:
         color=TEXT,
         ha="right",
         va="center",
+        parse_math=False,
     )
 
 
