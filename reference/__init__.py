@@ -20,6 +20,7 @@ READING_ORDER = (
     "beginning",  # who stands where before the first tick
     "rewards",  # events -> rewards
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE
+    "bench",  # how fast the world runs
     "drawing",  # figures and animations
     "__main__",  # the commands
 )

@@ -14,14 +14,14 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict
 from math import isnan
 from pathlib import Path
-from statistics import mean, median
+from statistics import mean
 from time import perf_counter
 from typing import Any, NamedTuple
 
-import numpy as np
 from tqdm import tqdm
 
-from reference import fire, motion, robots
+from reference import fire, robots
+from reference.bench import measure, table
 from reference.building import Building, Kind, load
 from reference.floorplan import FloorPlanError, find
 from reference.paper import PEOPLE, Scenario
@@ -218,81 +218,14 @@ def _figures(values: list[float | None]) -> str:
     return "".join(f"{cell:>10}" for cell in cells)
 
 
-# -- bench --------------------------------------------------------------------------
-
-BENCH_RUNS = 5
-BENCH_CASES = {
-    "40": (40, 20.0),
-    "400": (400, 20.0),
-    "40_whole": (40, Scenario.time_limit),
-}
-"""People, and seconds at which the clock stops; everybody is inside in the first 20."""
-
-
 def bench(arguments: Namespace) -> None:
     """Measures how many person-seconds one second computes, on one core."""
-    seeds = range(arguments.seed, arguments.seed + BENCH_RUNS)
-    loads = [_load_seconds(arguments.building) for _ in seeds]
     building = load(arguments.building)
-    speeds, bare = {}, {}
-    for case, (people, seconds) in tqdm(BENCH_CASES.items(), disable=None, leave=False):
-        runs = [_simulation(building, people, seed) for seed in seeds]
-        bare[case] = median(_bare_speed(run, seconds) for run in runs)
-        speeds[case] = median(_speed(run, seconds) for run in runs)
-    facts = {
-        "building": arguments.building,
-        "seed": arguments.seed,
-        "person_seconds_per_second": speeds,
-        "bare_step": bare,
-        "load_seconds": median(loads),
-    }
-    print(json.dumps(facts) if arguments.json else _bench_table(building, facts))
-
-
-def _load_seconds(name: str) -> float:
-    """How long it takes until the first tick can begin."""
-    start = perf_counter()
-    _simulation(load(name), PEOPLE, seed=0)
-    return perf_counter() - start
-
-
-def _speed(simulation: Simulation, seconds: float) -> float:
-    """Person-seconds per second of a run up to a time, with everything on."""
-    start = perf_counter()
-    while not simulation.done and simulation.world.time < seconds:
-        simulation.step()
-    return simulation.person_seconds / (perf_counter() - start)
-
-
-def _bare_speed(simulation: Simulation, seconds: float) -> float:
-    """The same for bodies alone: everybody walks to where somebody else began."""
-    bodies, tick = simulation.world.bodies, simulation.tick
-    position, floor = bodies.position, bodies.floor
-    navigation = simulation.navigation
-
-    def free(spots: np.ndarray, who: np.ndarray) -> np.ndarray:
-        return navigation.walkable[navigation.places_at(floor[who], spots)]
-
-    aim = np.roll(position, 1, axis=0)
-    ticks = round(seconds / tick)
-    start = perf_counter()
-    for _ in range(ticks):
-        position = motion.step(position, floor, aim, bodies.pace, tick, free)
-    return len(bodies) * ticks * tick / (perf_counter() - start)
-
-
-def _bench_table(building: Building, facts: dict[str, Any]) -> str:
-    last = facts["seed"] + BENCH_RUNS - 1
-    lines = [
-        f"{building.title}, one core, median of seeds {facts['seed']} to {last}",
-        f"{'person-seconds per second':27}{'everything on':>15}{'bodies alone':>15}",
-    ]
-    for case, (people, seconds) in BENCH_CASES.items():
-        what = "whole" if case.endswith("whole") else f"first {seconds:.0f} s"
-        speed, bare = facts["person_seconds_per_second"][case], facts["bare_step"][case]
-        lines.append(f"{f'{people} people, {what}':27}{speed:15,.0f}{bare:15,.0f}")
-    lines.append(f"read, checked and prepared in {facts['load_seconds']:.2f} s")
-    return "\n".join(lines)
+    try:
+        facts = measure(arguments.building, arguments.seed)
+    except ValueError as error:
+        raise CommandError(str(error)) from error
+    print(json.dumps(facts) if arguments.json else table(building.title, facts))
 
 
 # -- The command line ---------------------------------------------------------------

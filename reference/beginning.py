@@ -104,10 +104,12 @@ def _starting_places(
         free = [cells + floor * size for floor, cells in enumerate(on_floor)]
         counts = scenario.start_counts(building.floors)
     chosen = []
-    for places, count in zip(free, counts, strict=True):
+    for floor, (places, count) in enumerate(zip(free, counts, strict=True), 1):
         if count > len(places):
+            where = "in these rooms" if scenario.rooms else f"on floor {floor}"
             raise ValueError(
-                f"{count} people do not fit where {len(places)} cells are free"
+                f"{count} people do not fit {where}: {len(places)} cells are free. "
+                "Ask for fewer people."
             )
         chosen.append(rng.choice(places, count, replace=False))
     return np.concatenate(chosen)

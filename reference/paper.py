@@ -24,6 +24,9 @@ HEALTH_RATE = 0.01  # [B7] health lost per frame
 FRAMES_PER_SECOND = 50  # [F8, chosen] Unity's fixed step of 0.02 s reproduces Eq. 7
 FRAMES_PER_TICK = 10  # [F8, chosen] one tick of the simulation: 0.2 s, 0.1 health
 
+MOST_FRAMES_PER_TICK = 25
+"""[F8, chosen] half a second: in a longer tick people would step through walls."""
+
 SIGHT_RANGE = 5.0
 """[B2, chosen] metres a ray reaches in smoke: about the width of a small office."""
 
@@ -159,8 +162,12 @@ class Scenario:
         counts = (self.people, self.robots_per_floor, self.sources)
         if min(counts) < 0 or min(self.people_per_floor or (0,)) < 0:
             raise ValueError("people, robots and sources are counted from 0 upwards")
-        if self.frames_per_tick < 1 or self.decision_seconds < self.tick:
-            raise ValueError("a tick is at least 1 frame, a decision at least 1 tick")
+        if not 1 <= self.frames_per_tick <= MOST_FRAMES_PER_TICK:
+            raise ValueError(f"a tick is 1 to {MOST_FRAMES_PER_TICK} frames")
+        if self.decision_seconds < self.tick:
+            raise ValueError("there is at most one decision in a tick")
+        if self.rooms and self.people_per_floor is not None:
+            raise ValueError("people start in rooms or per floor, not both")
         if self.time_limit <= 0 or self.sight_range < 1 or self.doors_remembered < 1:
             raise ValueError("time limit > 0 s, sight >= 1 m, doors remembered >= 1")
 

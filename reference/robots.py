@@ -73,8 +73,13 @@ class RobotAlgorithm:
                 break
             x, y, metres = to_x, to_y, metres - left
             robot.way.pop(0)
-        robot.position = np.array((x, y))
-        robot.place = self.navigation.place(robot.floor, x, y)
+        place = self.navigation.place(robot.floor, x, y)
+        if not self.navigation.walkable[
+            place
+        ]:  # off its cell's middle, round a corner:
+            robot.way.insert(0, robot.place)  # by the middle, then
+            return
+        robot.position, robot.place = np.array((x, y)), place
 
 
 def evacuate_humans(robot: Robot, world: World) -> float:
@@ -304,8 +309,8 @@ def _round(building: Building, robot: Robot) -> list[Destination]:
     shift = robot.team * len(rooms) // 2
     stops = []
     for room in rooms[shift:] + rooms[:shift]:
-        out = min(ways, key=lambda way: float(np.hypot(*np.subtract(way, room))))
-        stops += [room, out]
+        near = min(ways, key=lambda way: float(np.hypot(*np.subtract(way, room))))
+        stops += [room, near]
     return stops
 
 

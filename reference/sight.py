@@ -55,6 +55,7 @@ class Sight:
     """
 
     def __init__(self, building: Building, reach: float):
+        reach = min(reach, float(max(building.kind.shape)))  # nobody sees farther
         self.building, self.reach = building, reach
         self.navigation: Navigation = prepared(building)
         clear = np.isin(building.kind, (Kind.FLOOR, Kind.STAIRS))

@@ -245,7 +245,7 @@ def test_ends_quietly_when_its_output_cannot_be_written(shed, out, message):
 
 def test_bench_prints_speeds_with_and_without_minds(capsys, monkeypatch):
     """Bodies alone are faster than bodies that see, think and burn."""
-    monkeypatch.setattr("reference.__main__.BENCH_RUNS", 1)
+    monkeypatch.setattr("reference.bench.RUNS", 1)
     assert main(["bench", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     speeds, bare = facts["person_seconds_per_second"], facts["bare_step"]
@@ -256,8 +256,8 @@ def test_bench_prints_speeds_with_and_without_minds(capsys, monkeypatch):
 
 def test_bench_prints_a_table_for_people(capsys, monkeypatch):
     """One row for each crowd."""
-    monkeypatch.setattr("reference.__main__.BENCH_RUNS", 1)
-    monkeypatch.setattr("reference.__main__.BENCH_CASES", {"9": (9, 2.0)})
+    monkeypatch.setattr("reference.bench.RUNS", 1)
+    monkeypatch.setattr("reference.bench.CASES", {"9": (9, 2.0)})
     assert main(["bench", "--seed", "4"]) == 0
     title, _, row, load = capsys.readouterr().out.splitlines()
     assert title.endswith("one core, median of seeds 4 to 4")

@@ -230,6 +230,8 @@ def test_refuses_a_scenario_for_another_number_of_floors():
         {"sight_range": 0.5},
         {"doors_remembered": 0},
         {"frames_per_tick": 0},
+        {"frames_per_tick": 26},
+        {"rooms": ("1/hall",), "people_per_floor": (1, 0, 0)},
         {"decision_seconds": 0.1},
     ],
     ids=lambda wrong: next(iter(wrong)),

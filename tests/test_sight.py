@@ -243,3 +243,10 @@ def test_a_longer_range_sees_all_that_a_shorter_one_sees(reach):
     for p in np.flatnonzero(building.walkable).tolist():
         assert set(short.sees.reached_from(p)) <= set(long.sees.reached_from(p))
         assert set(short.landmarks[p]) <= set(long.landmarks[p])
+
+
+@pytest.mark.paper("B2")
+def test_nobody_sees_farther_than_the_building_is_wide():
+    """A longer range costs nothing, and changes nothing."""
+    tiny = shipped("tiny")
+    assert Sight(tiny, 500).landmarks == Sight(tiny, 30).landmarks

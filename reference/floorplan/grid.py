@@ -275,13 +275,24 @@ def _flight(
 
 
 def _ways_out(grids: list[Grid]) -> Iterator[Finding]:
+    """People only walk down: every room needs a way to an exit that never goes up."""
     floors = {number: grid for grid in grids for number in grid.drawing.numbers}
-    graph = nx.compose_all([grid.ways(number) for number, grid in floors.items()])
-    for number, room in _stranded(graph, {OUTSIDE}):
-        grid = floors[number]
-        what = f"no way leads from {grid.called(room)} to an exit"
-        hint = "Type '+' or 'E' in a wall, or draw a stairwell to a floor with an exit."
-        yield grid.finding(grid.first_cell(room), what, hint)
+    ways = nx.DiGraph()
+    for number, grid in floors.items():
+        wells = {letter: (number, letter) for letter in STAIRWELLS}
+        ways.update(nx.relabel_nodes(grid.ways(number), wells).to_directed())
+        here = set(wells.values()).intersection(ways)
+        ways.add_edges_from((well, (number - 1, well[1])) for well in here)
+    lost = ways.subgraph(set(ways) - nx.ancestors(ways, OUTSIDE) - {OUTSIDE})
+    for part in nx.weakly_connected_components(lost):
+        rooms = [node for node in part if isinstance(node[1], int)]
+        if rooms:
+            number, room = min(rooms)
+            what = f"no way leads from {floors[number].called(room)} to an exit"
+            hint = (
+                "Type 'E' in an outer wall here, or draw stairs down: nobody walks up."
+            )
+            yield floors[number].finding(floors[number].first_cell(room), what, hint)
 
 
 Check = Callable[[list[Grid]], Iterator[Finding]]
