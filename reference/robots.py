@@ -74,12 +74,10 @@ class RobotAlgorithm:
             x, y, metres = to_x, to_y, metres - left
             robot.way.pop(0)
         place = self.navigation.place(robot.floor, x, y)
-        if not self.navigation.walkable[
-            place
-        ]:  # off its cell's middle, round a corner:
-            robot.way.insert(0, robot.place)  # by the middle, then
-            return
-        robot.position, robot.place = np.array((x, y)), place
+        if self.navigation.walkable[place]:
+            robot.position, robot.place = np.array((x, y)), place
+        else:  # from beside its cell's middle round a corner: by the middle, then
+            robot.way.insert(0, robot.place)
 
 
 def evacuate_humans(robot: Robot, world: World) -> float:

@@ -413,7 +413,7 @@ def test_sweeping_saves_people_that_nobody_would_have_guided():
 @pytest.mark.paper("A7")
 def test_a_robot_sent_elsewhere_in_mid_step_does_not_cut_into_a_wall():
     """Many orders, so that it often stands beside the middle of its cell."""
-    hurry = Scenario(people=4, decision_seconds=1, time_limit=60)
+    hurry = Scenario(decision_seconds=1, time_limit=60)
     sim = Simulation(shipped("tower"), hurry, "random", "none", seed=0)
     while not sim.done:
         sim.step()
