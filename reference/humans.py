@@ -10,6 +10,7 @@ leave open: "stuck", "suitable leader", "desired" and the memory, each defined o
     setoff   the Goal that comes out
 """
 
+from math import dist
 from typing import NamedTuple
 
 import numpy as np
@@ -284,15 +285,19 @@ def act_on_instruction(me: Mind, observe: View, now: Situation, goal: Goal) -> G
     """What a robot in sight says is done [B5, Alg. 1:8].
 
     "Follow me" keeps the goal; "this stairwell" and "this exit" send people there as
-    soon as they see it themselves, since they do not know the map [B3].
+    soon as they see it themselves, since they do not know the map [B3]. "This" is the
+    one nearest to the robot's destination [C7, chosen]: no other will do.
     """
     robot = now.world.robots[me.leader - len(now.world.minds)]
-    if robot.instruction is Instruction.FOLLOW_ME:
+    if robot.instruction is Instruction.FOLLOW_ME or robot.destination is None:
         return goal
-    building = now.world.building
+    building, there = now.world.building, robot.destination.tolist()
     exits = robot.instruction is Instruction.THIS_EXIT
-    seen = _first(observe, building.exits if exits else building.entrances)
-    return goal if seen is None else go_to(seen)
+    of_kind = building.exits if exits else building.entrances
+    here = [mark for mark in building.landmarks if mark.floor == robot.floor]
+    ways = [mark for mark in here if mark.index in of_kind]
+    this = min(ways, key=lambda mark: dist(mark.position, there)).index
+    return go_to(this) if this in observe.landmarks else goal
 
 
 def unexplored(me: Mind, observe: View) -> Goal | None:

@@ -117,6 +117,14 @@ INSTRUCTED = """
     """
 
 
+def say(sim, robot, instruction, which=0):
+    """Send a robot to a way out of its floor, with an instruction that fits."""
+    kind = Kind.EXIT if instruction is Instruction.THIS_EXIT else Kind.ENTRANCE
+    marks = [m for m in sim.building.landmarks if m.floor == robot.floor]
+    there = [m.position for m in marks if m.kind is kind]
+    robot.instruction, robot.destination = instruction, np.array(there[which])
+
+
 @pytest.mark.paper("B5", "Alg. 1:7-8")
 @pytest.mark.paper("C7", "chosen")
 @pytest.mark.parametrize(
@@ -131,7 +139,7 @@ def test_a_follower_acts_on_the_robots_instruction(instruction, row):
     """North to the robot, west to the stairwell or east to the exit."""
     sim = stage(INSTRUCTED)
     robot = sim.world.robots[1]
-    robot.instruction = instruction
+    say(sim, robot, instruction)
     follow(sim, "p", robot.body)
     assert play(sim, 1.6).splitlines()[-3] == row
 
@@ -142,9 +150,20 @@ def test_a_follower_who_does_not_see_what_is_meant_keeps_following():
     """This exit means nothing to somebody who does not see it."""
     sim = stage("################\n#p...R.........E\n################")
     robot = sim.world.robots[0]
-    robot.instruction = Instruction.THIS_EXIT
+    say(sim, robot, Instruction.THIS_EXIT)
     follow(sim, "p", robot.body)
     assert decide(sim, "p")[:2] == (Aim.LEADER, robot.body)
+
+
+@pytest.mark.paper("C7", "chosen")
+@pytest.mark.parametrize(("which", "nearer"), [(0, True), (1, False)])
+def test_this_exit_means_the_one_the_robot_goes_to(which, nearer):
+    """Of two exits only the nearer is in view: it is taken only if it is meant."""
+    sim = stage("##################\nE..pR............E\n##################")
+    robot = sim.world.robots[0]
+    say(sim, robot, Instruction.THIS_EXIT, which)
+    follow(sim, "p", robot.body)
+    assert (decide(sim, "p").aim is Aim.LANDMARK) is nearer
 
 
 APART = """
