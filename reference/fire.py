@@ -160,15 +160,22 @@ class Generator:
 
     def random_free(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Another random position without anything on it, on any floor."""
-        free = (self.building.kind == Kind.FLOOR) & ~world.flames.burning
-        free.ravel()[world.bodies.place[world.bodies.walking]] = False
-        free.ravel()[[robot.place for robot in world.robots]] = False
-        places = np.flatnonzero(free)
-        if not len(places):
-            return None
-        p = int(rng.choice(places))
-        x, y = self.navigation.centres[p]
-        return p // free[0].size, float(x), float(y)
+        places = np.flatnonzero(free_places(world))
+        return _at(world, rng.choice(places)) if len(places) else None
+
+
+def free_places(world: World) -> np.ndarray:
+    """(places,) bool: room cells with neither flames nor a human nor a robot [D6]."""
+    free = ((world.building.kind == Kind.FLOOR) & ~world.flames.burning).ravel()
+    free[world.bodies.place[world.bodies.walking]] = False
+    free[[robot.place for robot in world.robots]] = False
+    return free
+
+
+def _at(world: World, p: int) -> Decision:
+    nav = prepared(world.building)
+    x, y = nav.centres[p]
+    return int(p) // nav.floor_size, float(x), float(y)
 
 
 # -- Scripted strategies ------------------------------------------------------------
@@ -198,20 +205,10 @@ class GreedyFire:
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """The busiest free cell of all floors, a random one among equals."""
         traffic = self._traffic(world)
-        traffic[~self._free(world)] = 0
+        traffic[~free_places(world)] = 0
         if not traffic.any():
             return RandomFire().decide(world, rng)
-        p = int(rng.choice(np.flatnonzero(traffic == traffic.max())))
-        nav = prepared(world.building)
-        x, y = nav.centres[p]
-        return p // (nav.rows * nav.cols), float(x), float(y)
-
-    @staticmethod
-    def _free(world: World) -> np.ndarray:
-        free = ((world.building.kind == Kind.FLOOR) & ~world.flames.burning).ravel()
-        free[world.bodies.place[world.bodies.walking]] = False
-        free[[robot.place for robot in world.robots]] = False
-        return free
+        return _at(world, rng.choice(np.flatnonzero(traffic == traffic.max())))
 
     @staticmethod
     def _traffic(world: World) -> np.ndarray:

@@ -133,8 +133,8 @@ class Navigation:
         self.floors, self.rows, self.cols = building.kind.shape
         self.places = building.kind.size
         self.walkable = building.walkable.ravel()
-        self.centres = self._centres()
         self.floor_size = self.rows * self.cols
+        self.centres = self._centres()
         self._steps = self._steps_of_floors()
         self._weighted: dict[int, tuple[np.ndarray, csr_matrix]] = {}
         self.clear = Window(building.walkable, building.walkable, LOOK_AHEAD, True)
@@ -145,9 +145,7 @@ class Navigation:
             self.distance[index], self.aim[index] = self.field(goal)
 
     def _centres(self) -> np.ndarray:
-        row, col = np.divmod(
-            np.arange(self.places) % (self.rows * self.cols), self.cols
-        )
+        row, col = np.divmod(np.arange(self.places) % self.floor_size, self.cols)
         x, y = self.building.metres(row, col)
         return np.stack([x, y], axis=1)
 
@@ -192,10 +190,10 @@ class Navigation:
 
     def nearest_free(self, floor: int, x: float, y: float) -> int:
         """The walkable place of a floor whose centre is nearest to any point."""
-        size = self.rows * self.cols
-        free = np.flatnonzero(self.walkable[floor * size : (floor + 1) * size])
-        off = self.centres[free + floor * size] - (x, y)
-        return int(free[np.argmin((off**2).sum(axis=1))] + floor * size)
+        part = self._part(floor)
+        free = np.flatnonzero(self.walkable[part]) + part.start
+        off = self.centres[free] - (x, y)
+        return int(free[np.argmin((off**2).sum(axis=1))])
 
     def beyond(self, door: int, side: int) -> int:
         """The place across a door cell from one of its sides (area index).
@@ -276,7 +274,7 @@ class Navigation:
         """The places on the straight line from p to q of the same floor, p left out."""
         steps = int(4 * np.abs(self.centres[q] - self.centres[p]).max()) + 1
         points = np.linspace(self.centres[p], self.centres[q], steps + 1)[1:]
-        floor = np.full(len(points), p // (self.rows * self.cols))
+        floor = np.full(len(points), p // self.floor_size)
         return self.places_at(floor, points).tolist()
 
     def walk(self, p: int, landmark: int) -> list[int]:
