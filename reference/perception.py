@@ -125,20 +125,23 @@ def rays(world: World, sight: Sight, person: int) -> list[Hit | None]:
     view = look(world, surroundings, np.array([person]))[0]
     hits = [sight.cast(view.place, k) for k in range(RAYS)]
     here = world.bodies.position[person]
+    for p in sight.sees.reached_from(view.place):
+        if int(p) in surroundings.burning:
+            off = sight.navigation.centres[p] - here
+            _meet(hits, Hit("fire", 0, int(p)), off)
     for body in view.people:
         _meet(hits, Hit("human", 0, body), world.bodies.position[body] - here)
     for body in view.robots:
         robot = world.robots[body - len(world.bodies)]
         _meet(hits, Hit("robot", 0, body), robot.position - here)
-    for p in sight.sees.reached_from(view.place):
-        if int(p) in surroundings.burning:
-            off = sight.navigation.centres[p] - here
-            _meet(hits, Hit("fire", 0, int(p)), off)
     return hits
 
 
 def _meet(hits: list[Hit | None], what: Hit, off: np.ndarray) -> None:
-    """Let the ray along an offset return a thing, unless something is nearer."""
+    """Let the ray along an offset return a thing, unless something is nearer.
+
+    Flames in sight hide the door that they burn.
+    """
     k = round(np.arctan2(off[1], off[0]) / (2 * np.pi) * RAYS) % RAYS
     far = float(np.hypot(*off))
     now = hits[k]
