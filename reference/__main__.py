@@ -1,22 +1,28 @@
-"""The commands: `python -m reference`, and check, draw, evacuate and bench under it.
+"""The commands: `python -m reference`; check, draw, evacuate, train and bench under it.
 
-Clauses: A8 (draw).  Numbers go to stdout, progress and notes to stderr.  Exit status:
-0 done, 1 the input or the run is at fault, 2 the command line is, 130 after Ctrl-C.
+Clauses: A8 (draw), E1, E2 (train).  Numbers go to stdout, progress and notes to stderr.
+Exit status: 0 done, 1 the input or the run is at fault, 2 the command line is, 130
+after Ctrl-C.
 """
 
 import json
 import os
+import shlex
+import signal
 import sys
 import tempfile
 from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError, Namespace
 from argparse import RawDescriptionHelpFormatter as Formatter
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, replace
+from difflib import get_close_matches
 from math import isnan
 from pathlib import Path
 from statistics import mean
+from threading import Event
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from tqdm import tqdm
 
@@ -24,7 +30,8 @@ from reference import fire, robots
 from reference.bench import measure, table
 from reference.building import Building, Kind, load
 from reference.floorplan import FloorPlanError, find
-from reference.paper import PEOPLE, Scenario
+from reference.learning.settings import CHOICES, PRESETS
+from reference.paper import PEOPLE, ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
 
 ROBOTS = tuple(robots.STRATEGIES)
@@ -133,36 +140,82 @@ def _floor(arguments: Namespace, building: Building) -> int:
 
 def evacuate(arguments: Namespace) -> None:
     """Evacuates a building and tells who got out; episode i uses seed + i."""
-    building = load(arguments.building)
-    people, robots, fire = arguments.people, arguments.robots, arguments.fire
+    robots = _player(arguments.robots, "robots", arguments.sample)
+    fire = _player(arguments.fire, "fire", arguments.sample)
+    name, building, scenario = _place(arguments, robots, fire)
+    first = arguments.seed or 0
 
     def begin(seed: int) -> Simulation:
-        return _simulation(building, people, seed, robots, fire)
+        return _simulation(building, scenario, seed, robots, fire)
 
     if arguments.animate:
-        _animate(begin(arguments.seed), arguments.animate)
-    seeds = range(arguments.seed, arguments.seed + arguments.episodes)
+        _animate(begin(first), arguments.animate)
+    seeds = range(first, first + arguments.episodes)
     progress = tqdm(seeds, unit="episode", disable=None, leave=False)
     runs = [_episode(begin, seed) for seed in progress]
-    asked = ("building", "robots", "fire", "seed", "episodes")
-    facts = {name: getattr(arguments, name) for name in asked} | _means(runs)
+    facts: dict[str, Any] = {
+        "building": name,
+        "robots": arguments.robots,
+        "fire": arguments.fire,
+        "seed": first,
+        "episodes": arguments.episodes,
+        **_means(runs),
+    }
     if arguments.json:
         print(json.dumps(facts | {"runs": runs}))
     else:
         _summarise(building, facts, runs)
 
 
-def _simulation(
-    building: Building,
-    people: int,
-    seed: int,
-    robots: str = "sweep",
-    fire: str = "random",
-) -> Simulation:
+Side = Literal["robots", "fire"]
+NAMED: dict[Side, tuple[str, ...]] = {"robots": ROBOTS, "fire": FIRES}
+
+
+def _player(text: str, side: Side, sample: bool) -> Any:
+    """A strategy's name, or the policy in a checkpoint."""
+    if text in NAMED[side]:
+        return text
+    from reference.learning.policies import named_or_file
+
+    with _for_people():
+        return named_or_file(text, side, sample)
+
+
+def _place(
+    arguments: Namespace, robots: Any, fire: Any
+) -> tuple[str, Building, Scenario]:
+    """Where and with whom: as a learned policy knows it, unless asked otherwise."""
+    learned = [player for player in (robots, fire) if not isinstance(player, str)]
+    if not learned:
+        if arguments.sample:
+            raise CommandError("--sample goes with a checkpoint. Leave it out here.", 2)
+        name = arguments.building or "paper"
+        return name, load(name), Scenario(people=arguments.people or PEOPLE)
+    name = arguments.building or learned[0].named
+    building = load(arguments.building) if arguments.building else learned[0].building
+    scenario = learned[0].evaluation(arguments.people)
+    if robots in ROBOTS[1:] and not scenario.robots_per_floor:
+        scenario = replace(scenario, robots_per_floor=ROBOTS_PER_FLOOR)
+    with _for_people():
+        for policy in learned:
+            policy.refuse_elsewhere(building, scenario)
+    return name, building, scenario
+
+
+@contextmanager
+def _for_people() -> Iterator[None]:
+    """What is wrong with the input, in one message instead of a traceback."""
     try:
-        return Simulation(building, Scenario(people=people), robots, fire, seed)
+        yield
     except ValueError as error:
         raise CommandError(str(error)) from error
+
+
+def _simulation(
+    building: Building, scenario: Scenario, seed: int, robots: Any, fire: Any
+) -> Simulation:
+    with _for_people():
+        return Simulation(building, scenario, robots, fire, seed)
 
 
 def _animate(simulation: Simulation, path: Path) -> None:
@@ -218,11 +271,126 @@ def _figures(values: list[float | None]) -> str:
     return "".join(f"{cell:>10}" for cell in cells)
 
 
+def train(arguments: Namespace) -> None:
+    """Trains robots and fire against each other, into a folder one can go on from."""
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
+    from concurrent.futures import BrokenExecutor
+
+    from reference.learning.training import train
+    from reference.learning.workers import workers
+
+    training, out = _training(arguments), arguments.out
+    count = _cores() if arguments.workers is None else arguments.workers
+    print(f"{training.about()}; {_count(count, 'workers')}", file=sys.stderr)
+    start, begun = perf_counter(), training.decisions
+    with _ctrl_c() as stop, workers(count) as executor, _for_people():
+        try:
+            path = train(training, out, executor, stop, arguments.tensorboard)
+        except BrokenExecutor as error:
+            raise CommandError(
+                "a worker has died, perhaps for want of memory. Go on with fewer: "
+                + _go_on(arguments, max(1, count // 2))
+            ) from error
+    if not training.over:
+        go_on = _go_on(arguments, arguments.workers)
+        raise CommandError(
+            f"stopped after round {training.round}, and saved in {path}. Go on with:\n"
+            f"  {go_on}",
+            130,
+        )
+    seconds = perf_counter() - start
+    facts = {
+        "building": training.task.building,
+        **training.facts(),
+        "wall_seconds": seconds,
+        "decisions_per_second": (training.decisions - begun) / seconds,
+        "checkpoint": str(path),
+        "summaries": str(out / "summaries.csv"),
+    }
+    _tell_training(training, facts, arguments.json)
+
+
+def _training(arguments: Namespace) -> Any:
+    """A new training, or the one in the folder."""
+    from reference.learning import starting
+    from reference.learning.training import Training
+
+    names = starting.Asked.__dataclass_fields__
+    asked = starting.Asked(**{name: getattr(arguments, name) for name in names})
+    if asked.robots and asked.fire:
+        raise CommandError("nobody learns: name --robots or --fire, not both.", 2)
+    try:
+        if arguments.resume:
+            return Training.resumed(starting.resume(asked, arguments.out))
+        return Training(starting.begin(asked, arguments.out))
+    except starting.ContradictionError as error:
+        raise CommandError(str(error), 2) from error
+    except ValueError as error:
+        raise CommandError(str(error)) from error
+
+
+def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
+    """What came of it, and how to look at it."""
+    if as_json:
+        print(json.dumps(facts))
+    else:
+        print(training.about())
+        for name, value in facts.items():
+            if isinstance(value, int | float):
+                print(f"{name.replace('_', ' '):22}{_figures([value])}")
+    learned = " ".join(
+        f"--{s} {_quoted(facts['checkpoint'])}" for s in training.learners
+    )
+    print(
+        f"curves are in {facts['summaries']}; to see what was learned:\n"
+        f"  python -m reference evacuate {learned} --animate learned.gif",
+        file=sys.stderr,
+    )
+
+
+def _go_on(arguments: Namespace, count: int | None) -> str:
+    """The command that goes on with a training."""
+    words = ["python -m reference train --resume --out", _quoted(arguments.out)]
+    if count is not None:
+        words.append(f"--workers {count}")
+    if arguments.tensorboard:
+        words.append("--tensorboard")
+    return " ".join(words)
+
+
+def _quoted(path: str | Path) -> str:
+    return shlex.quote(str(path))
+
+
+def _cores() -> int:
+    """Cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+@contextmanager
+def _ctrl_c() -> Iterator[Callable[[], bool]]:
+    """Has Ctrl-C been pressed? Pressed once more, it stops at once."""
+    pressed, before = Event(), signal.getsignal(signal.SIGINT)
+
+    def note(number: int, frame: Any) -> None:
+        pressed.set()
+        signal.signal(signal.SIGINT, before)
+        print("\nstopping; Ctrl-C once more drops what is unsaved", file=sys.stderr)
+
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield pressed.is_set
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def bench(arguments: Namespace) -> None:
     """Measures how many person-seconds one second computes, on one core."""
     building = load(arguments.building)
     try:
-        facts = measure(arguments.building, arguments.seed)
+        facts = measure(arguments.building, arguments.seed or 0)
     except ValueError as error:
         raise CommandError(str(error)) from error
     print(json.dumps(facts) if arguments.json else table(building.title, facts))
@@ -264,16 +432,89 @@ def _draw_options(parser: ArgumentParser) -> None:
 
 def _evacuate_options(parser: ArgumentParser) -> None:
     add = parser.add_argument
-    add("--building", default="paper", help=f"{MAP}; default: paper")
-    add("--robots", choices=ROBOTS, default="sweep", help="default: sweep")
-    add("--fire", choices=FIRES, default="random", help="default: random")
-    add("--people", type=_from(1), default=PEOPLE, help=f"default: {PEOPLE}")
+    add("--building", help=f"{MAP}; default: the checkpoint's, else paper")
+    _player_option(parser, "robots", "default: sweep", "sweep")
+    _player_option(parser, "fire", "default: random", "random")
+    add("--people", type=_from(1), help=f"default: the checkpoint's, else {PEOPLE}")
     add("--episodes", type=_from(1), default=1, help="how many, default: 1")
+    add(
+        "--sample",
+        action="store_true",
+        help="draw a learned policy's actions instead of taking the likeliest",
+    )
     add(
         "--animate",
         type=Path,
         metavar="FILE",
         help="film the first episode as .gif, .html or .mp4",
+    )
+
+
+def _player_option(
+    parser: ArgumentParser, side: Side, note: str, default: str | None = None
+) -> None:
+    names = ", ".join(NAMED[side])
+    what = f"{names}, or a checkpoint that train made (or its folder); {note}"
+    known = _strategy(NAMED[side])
+    parser.add_argument(
+        f"--{side}", type=known, default=default, metavar="S", help=what
+    )
+
+
+def _strategy(names: tuple[str, ...]) -> Callable[[str], str]:
+    """The name of a strategy, or a file; what is in it is looked at later."""
+
+    def known(text: str) -> str:
+        if text in names or Path(text).exists():
+            return text
+        close = get_close_matches(text.lower(), names, 1)
+        meant = f" Did you mean '{close[0]}'?" if close else ""
+        raise ArgumentTypeError(
+            f"invalid choice: '{text}' is no file and none of the strategies "
+            f"{', '.join(names)}.{meant}"
+        )
+
+    return known
+
+
+def _train_options(parser: ArgumentParser) -> None:
+    add = parser.add_argument
+    add("--preset", choices=tuple(PRESETS), help="default: laptop")
+    add(
+        "--settings",
+        type=Path,
+        metavar="FILE",
+        help="ML-Agents' YAML; it changes the preset (extra: yaml)",
+    )
+    add("--building", help=f"{MAP}; default: paper, or tiny with --preset tiny")
+    add("--trainer", choices=CHOICES["trainer_type"], help="of the robots")
+    add("--head", choices=CHOICES["head"], help="of both policies; default: preset's")
+    _player_option(parser, "robots", "if given, the robots do not learn")
+    _player_option(parser, "fire", "if given, the fire does not learn")
+    add(
+        "--schedule",
+        choices=CHOICES["schedule"],
+        help="both sides learn together, or in turn; default: preset's",
+    )
+    add(
+        "--imitate",
+        choices=ROBOTS[1:],
+        help="robots copy this strategy first; never the default",
+    )
+    add(
+        "--workers",
+        type=_from(0),
+        metavar="K",
+        help="processes that play, results are the same; 0: none but this one; "
+        "default: the number of cores",
+    )
+    out = Path("out/train")
+    add("--out", type=Path, default=out, metavar="DIR", help=f"default: {out}")
+    add("--resume", action="store_true", help="go on with the training in DIR")
+    add(
+        "--tensorboard",
+        action="store_true",
+        help="write DIR/tensorboard too (extra: tensorboard)",
     )
 
 
@@ -289,6 +530,13 @@ COMMANDS = {
     "evacuate": Command(
         evacuate, _evacuate_options, "evacuate --robots patrol --episodes 20 --json"
     ),
+    "train": Command(
+        train,
+        _train_options,
+        "train --preset tiny --fire random --out out/tiny\n"
+        "  python -m reference train --resume --out out/tiny\n"
+        "  python -m reference evacuate --robots out/tiny --fire greedy",
+    ),
     "bench": Command(bench, _bench_options, "bench --json"),
 }
 
@@ -301,7 +549,7 @@ def _parser() -> ArgumentParser:
         epilog="example:\n  python -m reference --seed 7",
         formatter_class=Formatter,
     )
-    _seed_option(top, 0)
+    _seed_option(top, None)
     _json_option(top, False)
     top.set_defaults(
         run=evacuate,
@@ -310,6 +558,7 @@ def _parser() -> ArgumentParser:
         fire="greedy",
         people=PEOPLE,
         episodes=1,
+        sample=False,
         animate=Path("evacuation.gif"),
     )
     commands = top.add_subparsers(title="commands", metavar="COMMAND")

@@ -1,7 +1,7 @@
-"""How fast the world runs: person-seconds simulated in one second, on one core.
+"""How fast it runs: the world, rollouts in it, and what learns from them.
 
 Clauses: B8.  Everything on, sight and minds and robots and fire, beside the bare crowd
-of `motion`: compare the two, not machines.
+of `motion`: compare the two, not machines.  Learners use all cores, the rest one.
 """
 
 from statistics import median
@@ -12,7 +12,7 @@ import numpy as np
 from tqdm import tqdm
 
 from reference import motion
-from reference.building import load
+from reference.building import Building, load
 from reference.paper import PEOPLE, Scenario
 from reference.simulation import Simulation
 
@@ -45,6 +45,17 @@ def measure(name: str, seed: int) -> dict[str, Any]:
         "person_seconds_per_second": speeds,
         "bare_step": bare,
         "load_seconds": median(loads),
+        **_learning_speeds(building, seed),
+    }
+
+
+def _learning_speeds(building: Building, seed: int) -> dict[str, Any]:
+    """What rollouts and learners do in a second; torch is loaded only now."""
+    from reference.learning import speed
+
+    return {
+        "decisions_per_second": speed.decisions_per_second(building, seed),
+        "learner_samples_per_second": speed.learner_samples_per_second(building, seed),
     }
 
 
@@ -60,6 +71,11 @@ def table(title: str, facts: dict[str, Any]) -> str:
         speed, bare = facts["person_seconds_per_second"][case], facts["bare_step"][case]
         lines.append(f"{f'{people} people, {what}':27}{speed:15,.0f}{bare:15,.0f}")
     lines.append(f"read, checked and prepared in {facts['load_seconds']:.2f} s")
+    decisions = facts["decisions_per_second"]
+    lines.append(f"rollouts: {decisions:,.0f} robot decisions per second, one core")
+    samples = facts["learner_samples_per_second"]
+    learners = ", ".join(f"{name} {count:,.0f}" for name, count in samples.items())
+    lines.append(f"learners, samples per second, all cores: {learners}")
     return "\n".join(lines)
 
 

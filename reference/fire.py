@@ -73,14 +73,23 @@ class Spread:
     def advance(self, flames: Flames, time: float) -> float:
         """Let everything burn whose time has come; when the next cell will (s)."""
         flames.burning = flames.arrival <= time
-        beside = np.zeros_like(flames.burning)
-        for step in ((0, 1), (1, 0), (0, -1), (-1, 0)):
-            beside |= shifted(flames.burning, *step)
-        hot = beside & self.building.walkable
-        places = [flames.burning, hot]
+        places = [flames.burning, beside_flames(self.building, flames.burning)]
         flames.harm = np.select(places, [BURN_LOSS, HEAT_LOSS], 0.0)
-        flames.cost = np.select(places, [BURN_COST, HEAT_COST], 1.0)
+        flames.cost = cost_of(*places)
         return float(flames.arrival[~flames.burning].min(initial=inf))
+
+
+def beside_flames(building: Building, burning: np.ndarray) -> np.ndarray:
+    """(floors, rows, cols) bool: walkable cells that share a side with flames."""
+    beside = np.zeros_like(burning)
+    for step in ((0, 1), (1, 0), (0, -1), (-1, 0)):
+        beside |= shifted(burning, *step)
+    return beside & building.walkable
+
+
+def cost_of(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
+    """Metres that a metre in or beside flames counts as; arrays like `burning` [C5]."""
+    return np.select([burning, beside], [BURN_COST, HEAT_COST], 1.0)
 
 
 def _delays(building: Building, rng: np.random.Generator) -> csr_matrix:

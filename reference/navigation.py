@@ -214,13 +214,13 @@ class Navigation:
         (places,) or (floors, rows, cols); not to be written to afterwards.
         """
         goals = np.asarray(list(goals), dtype=np.int64)
-        return self._shortest(goals, cost)[0]
+        return self.shortest(goals, cost)[0]
 
     def way(
         self, start: int, goal: int, cost: np.ndarray | None = None
     ) -> tuple[float, list[int]]:
         """Length and corners of the shortest way, the goal last; (inf, []) if none."""
-        d, after = self._shortest(np.array([goal]), cost)
+        d, after = self.shortest(np.array([goal]), cost)
         if not np.isfinite(d[start]):
             return np.inf, []
         chain = [start]
@@ -230,7 +230,7 @@ class Navigation:
 
     def field(self, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(places,) metres to the nearest goal, and (places,) where to walk at."""
-        d, after = self._shortest(goals, None)
+        d, after = self.shortest(goals, None)
         aim, from_here = after, np.arange(self.places)
         while True:  # pull every way straight by one more step
             further = after[aim]
@@ -239,10 +239,13 @@ class Navigation:
                 return d, aim.astype(np.int32)
             aim = np.where(longer, further, aim)
 
-    def _shortest(
+    def shortest(
         self, goals: np.ndarray, cost: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(places,) metres to the nearest goal, (places,) the next place on the way."""
+        """(places,) metres to the nearest goal, (places,) the next place on the way.
+
+        At a goal, and where there is no way, the next place is the place itself.
+        """
         d, after = np.full(self.places, np.inf), np.arange(self.places)
         if len(goals):
             floor = int(goals[0]) // self.floor_size

@@ -243,7 +243,7 @@ class Sweep:
             return None
         counts = [int((coming == k).sum()) for k in shafts]
         k = shafts[int(np.argmax(counts))] if any(counts) else robot.team % len(shafts)
-        return _before_stairwell(building, robot.floor, k)
+        return before_stairwell(building, robot.floor, k)
 
 
 class Groups:
@@ -289,7 +289,7 @@ def unguided(world: World) -> np.ndarray:
 
 
 @lru_cache(maxsize=64)
-def _before_stairwell(building: Building, floor: int, shaft: int) -> Destination:
+def before_stairwell(building: Building, floor: int, shaft: int) -> Destination:
     """The nearest room cell outside a stairwell that Eq. 1 does not pull inside."""
     nav = prepared(building)
     well = building.stairwells[shaft]

@@ -73,7 +73,7 @@ class Simulation:
     """People, robots and a fire in one building, from one seed.
 
     world   what exists now;  events  all that has happened
-    tick    seconds of one step
+    tick    seconds of one step;  decision_ticks  ticks from one decision to the next
     """
 
     def __init__(
@@ -110,7 +110,7 @@ class Simulation:
         self.events: list[Event] = []
         self.ticks = 0
         self.person_seconds = 0.0
-        self._decision_ticks = round(self.scenario.decision_seconds / self.tick)
+        self.decision_ticks = round(self.scenario.decision_seconds / self.tick)
         self._flame_ticks = max(1, round(FLAME_SECONDS / self.tick))
         self._next_ignition = inf
         self._surroundings = Surroundings.of(self.world, self.sight)
@@ -194,21 +194,23 @@ class Simulation:
                     bodies.target[i] = self.navigation.centres[me.goal.place]
 
     def _strategies_decide(self) -> list[robots_module.Destination | None]:
-        """At each decision the robots' strategy, at every k-th the fire's too."""
+        """At each decision the robots' strategy, at every k-th the fire's too.
+
+        Both see the same world: nothing changes before all have decided.
+        """
         robots = self.world.robots
         decided: list[robots_module.Destination | None] = [None] * len(robots)
-        number, between = divmod(self.ticks, self._decision_ticks)
+        number, between = divmod(self.ticks, self.decision_ticks)
         if between:
             return decided
-        since_first = number - FIRE_FIRST_DECISION
-        if since_first >= 0 and since_first % FIRE_EVERY_DECISIONS == 0:
-            self._fire_decides()
         active = [k for k, robot in enumerate(robots) if robot.active]
         if active:
             team = [robots[k] for k in active]
             answers = self.robot_strategy.decide(self.world, team, self.rng["robots"])
             for k, answer in zip(active, answers, strict=True):
                 decided[k] = answer
+        if fire_acts(number):
+            self._fire_decides()
         return decided
 
     def _fire_decides(self) -> None:
@@ -357,6 +359,12 @@ class Simulation:
 
     def _tell(self, event: type[Event], *facts: object) -> None:
         self.events.append(event(self.world.time, *facts))
+
+
+def fire_acts(number: int) -> bool:
+    """Is the fire's action read at the robots' decision of this number, from 0? [D2]"""
+    since_first = number - FIRE_FIRST_DECISION
+    return since_first >= 0 and since_first % FIRE_EVERY_DECISIONS == 0
 
 
 def _named(strategies: dict[str, Any], wanted: object, what: str) -> Any:

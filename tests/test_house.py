@@ -84,7 +84,12 @@ def test_networkx_is_imported_only_where_there_is_a_graph():
     assert importers("networkx") <= {"floorplan", "building"}
 
 
-def test_torch_is_imported_by_nothing_that_does_not_learn():
+def test_torch_is_imported_only_under_learning():
+    """Whoever does not learn does not wait for it either."""
+    assert {entry.split(".")[0] for entry in importers("torch")} == {"learning"}
+
+
+def test_torch_is_loaded_by_nothing_that_does_not_learn():
     """Not even behind the back, through something else."""
     code = "import sys, reference.simulation, reference.__main__; print(*sys.modules)"
     loaded = subprocess.check_output([sys.executable, "-c", code], text=True).split()
@@ -97,7 +102,10 @@ def test_nothing_is_imported_that_is_not_declared():
     declared = {
         re.match(r"\w+", name)[0] for name in PROJECT["project"]["dependencies"]
     }
-    declared |= {"PIL"}  # matplotlib's own
+    extras = PROJECT["project"]["optional-dependencies"]
+    for extra in ("pettingzoo", "tensorboard", "yaml"):
+        declared |= {re.match(r"\w+", name)[0] for name in extras[extra]}
+    declared |= {"PIL", "yaml"}  # matplotlib's own, and PyYAML's other name
     names = {name.split(".")[0] for path in MODULES.values() for name in imported(path)}
     assert names - set(sys.stdlib_module_names) - {"reference"} <= declared
 

@@ -1,0 +1,1 @@
+"""The learners: what agents observe, how they decide, and how both sides train."""

@@ -1,0 +1,447 @@
+"""The networks of both trainers: actors with two kinds of head, and their critics.
+
+Clauses: C3, C5, D2, E1, E2, E3, E4.  What ML-Agents 0.29.0 builds from Tables I and II,
+with one difference: whatever the agents of a group share is computed once [E3, chosen].
+
+    B    group decisions in a batch;  G  agents of the group;  V  numbers an agent sees
+    C    continuous components of an action;  D  discrete branches;  K = C + D
+    H    hidden units;  E  numbers a critic is shown of an action
+    O    options a pointer head chooses among;  F  features of an option
+    f    an agent with its action, g  without: what the attention is about
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+import torch
+from torch import Tensor, nn
+from torch.distributions import Categorical, Normal
+from torch.nn import functional
+
+from reference.learning.settings import TrainerSettings
+
+MOST_DEVIATIONS = 5.0  # [E4] normalised inputs are cut off there
+ATTENTION_HEADS = 4  # [E3]
+NORM_EPSILON = 1e-5  # [E3] under the root of a layer norm
+POOLING_EPSILON = 1e-7  # [E3] beside the number of live agents
+RELU_GAIN = 1.41  # [E3] of the layer after the convolutions
+MEAN_GAIN, BRANCH_GAIN = 0.2, 0.1  # [E3] a new policy hardly prefers anything
+RAW_LIMIT = 3.0  # [E3] a raw continuous action is cut off there, then divided by it
+REFUSED = -1e9  # the score of an option that is not there
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """What a network must know of the building and the scenario.
+
+    vector      numbers an agent observes;  grid  (channels, height, width)
+    continuous  Gaussian components;  branches  options of each discrete branch
+    features    of an option, 0 without a pointer head
+    shown       numbers a critic is shown of an action
+    """
+
+    vector: int
+    grid: tuple[int, int, int]
+    continuous: int = 0
+    branches: tuple[int, ...] = ()
+    features: int = 0
+    shown: int = 0
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a pointer head chooses among.
+
+    features (..., O, F);  allowed (..., O) bool
+    """
+
+    features: Tensor
+    allowed: Tensor
+
+
+# -- Inputs -------------------------------------------------------------------------
+
+
+class Normaliser(nn.Module):
+    """Running mean and variance of a vector [E4]; begins with one pseudo-sample.
+
+    count n;  mean (V,);  squares S (V,), the sum of squared deviations
+    """
+
+    count: Tensor
+    mean: Tensor
+    squares: Tensor
+
+    def __init__(self, size: int):
+        super().__init__()
+        self.register_buffer("count", torch.ones((), dtype=torch.float64))
+        self.register_buffer("mean", torch.zeros(size, dtype=torch.float64))
+        self.register_buffer("squares", torch.ones(size, dtype=torch.float64))
+
+    @torch.no_grad()
+    def update(self, x: Tensor) -> None:
+        """Take in k more rows; x: (k, V)."""
+        x = x.double()
+        self.count += len(x)
+        before = x - self.mean
+        self.mean += before.sum(0) / self.count
+        self.squares += (before * (x - self.mean)).sum(0)
+
+    def forward(self, x: Tensor) -> Tensor:
+        """(..., V) in standard deviations from the mean, at most MOST_DEVIATIONS."""
+        deviation = torch.sqrt(self.squares / self.count)
+        z = (x - self.mean.to(x.dtype)) / deviation.to(x.dtype)
+        return z.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS)
+
+
+class GridEncoder(nn.Module):
+    """`vis_encode_type: simple`: two convolutions without padding, one layer [C3] [E4].
+
+    9 x 40 x 40 becomes 16 x 9 x 9, then 32 x 3 x 3 = 288, then H.
+    """
+
+    def __init__(self, shape: tuple[int, int, int], hidden: int):
+        super().__init__()
+        channels, height, width = shape
+        self.conv1 = nn.Conv2d(channels, 16, kernel_size=8, stride=4)
+        self.conv2 = nn.Conv2d(16, 32, kernel_size=4, stride=2)
+        rows, cols = (((side - 8) // 4 + 1 - 4) // 2 + 1 for side in (height, width))
+        flat = 32 * rows * cols
+        self.dense = linear(flat, hidden, RELU_GAIN / sqrt(flat))
+
+    def forward(self, grids: Tensor) -> Tensor:
+        """(B, channels, height, width) of 0 and 1 -> (B, H)."""
+        x = grids.to(self.conv1.weight.dtype, memory_format=torch.channels_last)
+        x = functional.leaky_relu(self.conv1(x))
+        x = functional.leaky_relu(self.conv2(x))
+        return functional.leaky_relu(self.dense(x.flatten(1)))
+
+
+class Encoder(nn.Module):
+    """Vector, normalised or not, and encoded grid side by side [E4]."""
+
+    def __init__(self, sizes: Sizes, settings: TrainerSettings):
+        super().__init__()
+        self.normaliser = Normaliser(sizes.vector) if settings.normalize else None
+        self.grid = GridEncoder(sizes.grid, settings.hidden_units)
+        self.size = sizes.vector + settings.hidden_units
+
+    def forward(self, vectors: Tensor, grids: Tensor) -> Tensor:
+        """(B, V) -> (B, V + H), or (B, G, V) -> (B, G, V + H); grids: one per B.
+
+        The agents of a group share their grid, so it is encoded once [C4].
+        """
+        if self.normaliser is not None:
+            vectors = self.normaliser(vectors)
+        image = self.grid(grids)
+        if vectors.dim() == 3:
+            image = image[:, None].expand(-1, vectors.shape[1], -1)
+        return torch.cat([vectors, image], dim=-1)
+
+
+def linear(size: int, out: int, deviation: float) -> nn.Linear:
+    """A layer with normal weights of this standard deviation and zero biases [E3]."""
+    layer = nn.Linear(size, out)
+    nn.init.normal_(layer.weight, std=deviation)
+    nn.init.zeros_(layer.bias)
+    return layer
+
+
+def value_head(size: int) -> nn.Linear:
+    """A linear layer to one number, Glorot's uniform weights and zero bias [E3]."""
+    layer = nn.Linear(size, 1)
+    nn.init.xavier_uniform_(layer.weight)
+    nn.init.zeros_(layer.bias)
+    return layer
+
+
+def layers(size: int, hidden: int, count: int, gain: float = 1.0) -> nn.Sequential:
+    """Linear layers, each followed by swish, the last one too [E3]."""
+    stack: list[nn.Module] = []
+    for fan_in in [size] + [hidden] * (count - 1):
+        stack += [linear(fan_in, hidden, gain / sqrt(fan_in)), nn.SiLU()]
+    return nn.Sequential(*stack)
+
+
+class Body(nn.Module):
+    """Encoder and L layers: the actor's, and with a value head PPO's critic."""
+
+    def __init__(self, sizes: Sizes, settings: TrainerSettings):
+        super().__init__()
+        self.encoder = Encoder(sizes, settings)
+        self.layers = layers(
+            self.encoder.size, settings.hidden_units, settings.num_layers
+        )
+
+    def forward(self, vectors: Tensor, grids: Tensor) -> Tensor:
+        """(B, [G,] V) and (B, channels, height, width) -> (B, [G,] H)."""
+        return self.layers(self.encoder(vectors, grids))
+
+
+# -- Policies -----------------------------------------------------------------------
+
+
+class Policy:
+    """A distribution over actions: C Gaussians, then D branches, all independent.
+
+    Actions are stored as (..., C + D) floats: raw samples, then indices.
+    """
+
+    def __init__(self, mean: Tensor, log_sigma: Tensor, branches: Sequence[Tensor]):
+        """mean (..., C), log_sigma (C,), and for each branch its logits (..., n)."""
+        self.gaussian = Normal(
+            mean, log_sigma.exp().expand_as(mean), validate_args=False
+        )
+        self.branches = [Categorical(logits=b, validate_args=False) for b in branches]
+
+    def log_probs(self, actions: Tensor) -> Tensor:
+        """(..., C + D), one log-probability for every component [E3]."""
+        C = self.gaussian.mean.shape[-1]
+        parts = [self.gaussian.log_prob(actions[..., :C])]
+        for k, branch in enumerate(self.branches, start=C):
+            parts.append(branch.log_prob(actions[..., k].long())[..., None])
+        return torch.cat(parts, dim=-1)
+
+    def entropy(self) -> Tensor:
+        """(...): mean over the continuous dimensions + sum over the branches [E3]."""
+        total = sum(branch.entropy() for branch in self.branches)
+        if self.gaussian.mean.shape[-1]:
+            total = total + self.gaussian.entropy().mean(dim=-1)
+        assert isinstance(total, Tensor)
+        return total
+
+    def act(self, noise: Tensor | None = None) -> Tensor:
+        """(..., C + D): a sample made from `noise`, or the mean action without it.
+
+        noise: (..., C + sum n): standard normal, then Gumbel numbers for each branch.
+        """
+        mean, sigma = self.gaussian.mean, self.gaussian.stddev
+        at = mean.shape[-1]
+        parts = [mean if noise is None else mean + sigma * noise[..., :at]]
+        for branch in self.branches:
+            scores = branch.logits
+            if noise is not None:
+                scores = scores + noise[..., at : at + scores.shape[-1]]
+            at += scores.shape[-1]
+            parts.append(scores.argmax(dim=-1, keepdim=True).to(mean.dtype))
+        return torch.cat(parts, dim=-1)
+
+
+class GaussianHead(nn.Module):
+    """The paper's head: unsquashed Gaussians, and discrete branches [C5] [D2].
+
+    The mean is a linear layer's, log sigma a free vector that begins at 0.
+    """
+
+    def __init__(self, hidden: int, continuous: int, branches: tuple[int, ...]):
+        super().__init__()
+        self.mean = linear(hidden, continuous, MEAN_GAIN / sqrt(hidden))
+        self.log_sigma = nn.Parameter(torch.zeros(continuous))
+        self.branches = nn.ModuleList(
+            linear(hidden, n, BRANCH_GAIN / sqrt(hidden)) for n in branches
+        )
+
+    def forward(self, x: Tensor) -> Policy:
+        """From the body's (..., H)."""
+        return Policy(self.mean(x), self.log_sigma, [b(x) for b in self.branches])
+
+
+class PointerHead(nn.Module):
+    """Scores options by one small network that all of them share [C5, chosen].
+
+    The choice is one discrete branch; the option's coordinates are what is emitted.
+    """
+
+    def __init__(self, hidden: int, features: int):
+        super().__init__()
+        self.context = linear(hidden, hidden, 1 / sqrt(hidden))
+        self.option = linear(features, hidden, 1 / sqrt(features))
+        self.between = layers(hidden, hidden, 1)
+        self.score = linear(hidden, 1, BRANCH_GAIN / sqrt(hidden))
+
+    def forward(self, x: Tensor, options: Options) -> Policy:
+        """From the body's (..., H) and (..., O, F) features."""
+        both = self.context(x)[..., None, :] + self.option(options.features)
+        scores = self.score(self.between(functional.silu(both)))[..., 0]
+        scores = scores.masked_fill(~options.allowed, REFUSED)
+        return Policy(x[..., :0], x.new_zeros(0), [scores])
+
+
+class Actor(nn.Module):
+    """From what an agent observes to a distribution over its actions."""
+
+    def __init__(self, sizes: Sizes, settings: TrainerSettings):
+        super().__init__()
+        hidden = settings.hidden_units
+        self.body = Body(sizes, settings)
+        self.pointer = PointerHead(hidden, sizes.features) if sizes.features else None
+        self.gaussian = None
+        if self.pointer is None:
+            self.gaussian = GaussianHead(hidden, sizes.continuous, sizes.branches)
+
+    def forward(
+        self, vectors: Tensor, grids: Tensor, options: Options | None = None
+    ) -> Policy:
+        """(B, [G,] V), (B, channels, height, width) and, for a pointer, options."""
+        x = self.body(vectors, grids)
+        if self.pointer is None:
+            assert self.gaussian is not None
+            return self.gaussian(x)
+        assert options is not None
+        return self.pointer(x, options)
+
+
+# -- Critics ------------------------------------------------------------------------
+
+
+class Critic(nn.Module):
+    """PPO's critic: what an agent's own observation is worth [E2]."""
+
+    def __init__(self, sizes: Sizes, settings: TrainerSettings):
+        super().__init__()
+        self.body = Body(sizes, settings)
+        self.value = value_head(settings.hidden_units)
+
+    def forward(self, vectors: Tensor, grids: Tensor) -> Tensor:
+        """(B, [G,] V) and (B, channels, height, width) -> values (B, [G])."""
+        return self.value(self.body(vectors, grids))[..., 0]
+
+
+class GroupCritic(nn.Module):
+    """MA-POCA's critic: one network for the value and all baselines [E1].
+
+    Value: every live agent as g. Baseline of agent j: j as g, its mates as f, so it
+    asks what the group is worth without knowing what j did.
+    """
+
+    most: Tensor
+
+    def __init__(self, sizes: Sizes, settings: TrainerSettings):
+        super().__init__()
+        hidden = settings.hidden_units
+        self.encoder = Encoder(sizes, settings)
+        gain = sqrt(0.125 / hidden)
+        self.g = nn.Sequential(linear(self.encoder.size, hidden, gain), nn.SiLU())
+        with_action = self.encoder.size + sizes.shown
+        self.f = nn.Sequential(linear(with_action, hidden, gain), nn.SiLU())
+        self.attention = SelfAttention(hidden)
+        self.trunk = layers(hidden, hidden, settings.num_layers, gain)
+        self.value = value_head(hidden + 1)
+        self.register_buffer("most", torch.ones(()))
+
+    def forward(self, vectors: Tensor, grids: Tensor, alive: Tensor) -> Tensor:
+        """Values (B,) of groups: (B, G, V), (B, channels, height, width), (B, G) bool.
+
+        What stands in the rows of absent agents does not matter, as long as it is
+        finite.
+        """
+        g = self.g(self.encoder(vectors, grids))
+        return self._worth(self.attention(g, alive), alive)
+
+    def with_baselines(
+        self, vectors: Tensor, grids: Tensor, alive: Tensor, shown: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Values (B,) and baselines (B, G); shown: (B, G, E), what the agents did.
+
+        Where agent j is absent, so is the meaning of its baseline.
+        """
+        encoded = self.encoder(vectors, grids)
+        g = self.g(encoded)
+        f = self.f(torch.cat([encoded, shown], dim=-1))
+        value = self._worth(self.attention(g, alive), alive)
+        baselines = self._worth(self.attention.one_replaced(f, g, alive), alive)
+        return value, baselines
+
+    def _worth(self, pooled: Tensor, alive: Tensor) -> Tensor:
+        """(B, H) -> (B,), or (B, G, H) -> (B, G): trunk, number of agents, head."""
+        n = alive.sum(dim=1, dtype=pooled.dtype)
+        self.most = torch.maximum(self.most, n.max())
+        share = 2 * n / self.most - 1
+        share = share.reshape(-1, *[1] * (pooled.dim() - 1))
+        share = share.expand(*pooled.shape[:-1], 1)
+        return self.value(torch.cat([self.trunk(pooled), share], dim=-1))[..., 0]
+
+
+class SelfAttention(nn.Module):
+    """Residual self-attention over a set, pooled to the mean of who is there [E1].
+
+    Scores are divided by the root of H, norms have no parameters, and the residual
+    adds the normalised input [E3].
+    """
+
+    def __init__(self, hidden: int, heads: int = ATTENTION_HEADS):
+        super().__init__()
+        deviation = sqrt(0.125 / hidden)
+        self.query = linear(hidden, hidden, deviation)
+        self.key = linear(hidden, hidden, deviation)
+        self.to_value = linear(hidden, hidden, deviation)
+        self.out = linear(hidden, hidden, deviation)
+        self.heads = heads
+
+    def forward(self, entities: Tensor, alive: Tensor) -> Tensor:
+        """(B, G, H) and (B, G) bool -> (B, H)."""
+        x = layer_norm(entities)
+        q, k, v = self._projected(x)
+        weights = self._weights(torch.einsum("bahd,bchd->bhac", q, k), alive)
+        attended = torch.einsum("bhac,bchi->bai", weights, v) + self.out.bias
+        return self._pooled(attended + x, alive)
+
+    def one_replaced(self, f: Tensor, g: Tensor, alive: Tensor) -> Tensor:
+        """(B, G, H): row j is `forward` of all f but for entity j, which is g's.
+
+        The sets differ in one entity each, so projections are computed once per
+        entity, and scores once per pair; only the softmax is done for each j.
+
+            j  who is replaced;  a  who asks;  c  who is asked
+        """
+        G = f.shape[1]
+        f, g = layer_norm(f), layer_norm(g)
+        (q_f, k_f, v_f), (q_g, k_g, v_g) = self._projected(f), self._projected(g)
+        same = torch.eye(G, dtype=torch.bool, device=f.device)
+        j_asks, j_asked = same[:, :, None], same[:, None, :]
+        pair = "bahd,bchd->bhac"
+        ff, fg = torch.einsum(pair, q_f, k_f), torch.einsum(pair, q_f, k_g)
+        gf, gg = torch.einsum(pair, q_g, k_f), torch.einsum(pair, q_g, k_g)
+        asked_by_f = torch.where(j_asked, fg[:, :, None], ff[:, :, None])
+        asked_by_g = torch.where(j_asked, gg[:, :, None], gf[:, :, None])
+        scores = torch.where(j_asks, asked_by_g, asked_by_f)  # (B, heads, j, a, c)
+        weights = self._weights(scores, alive)
+        of_f = weights.masked_fill(j_asked, 0.0)
+        of_g = weights.diagonal(dim1=2, dim2=4)  # (B, heads, a, j): c = j
+        attended = torch.einsum("bhjac,bchi->bjai", of_f, v_f)
+        attended = attended + torch.einsum("bhaj,bjhi->bjai", of_g, v_g)
+        x = torch.where(same[:, :, None], g[:, None], f[:, None])
+        return self._pooled(attended + self.out.bias + x, alive)
+
+    def _projected(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Queries, keys (B, G, heads, d) and, through `out` already, values.
+
+        Attention and `out` are both linear in the values, so each head's values may
+        pass its part of `out` before they are mixed: (B, G, heads, H).
+        """
+        B, G, H = x.shape
+        q, k, v = (p(x).view(B, G, self.heads, -1) for p in self._inner())
+        part = self.out.weight.view(H, self.heads, -1)
+        return q / sqrt(H), k, torch.einsum("bchd,ihd->bchi", v, part)
+
+    def _inner(self) -> tuple[nn.Linear, nn.Linear, nn.Linear]:
+        return self.query, self.key, self.to_value
+
+    @staticmethod
+    def _weights(scores: Tensor, alive: Tensor) -> Tensor:
+        """Softmax over the last axis, of those who are there; absent: weight 0."""
+        there = alive.view(alive.shape[0], *[1] * (scores.dim() - 2), alive.shape[1])
+        return scores.masked_fill(~there, REFUSED).softmax(dim=-1)
+
+    @staticmethod
+    def _pooled(x: Tensor, alive: Tensor) -> Tensor:
+        """Mean of the normalised rows of who is there: (B, ..., G, H) -> (B, ..., H)."""
+        n = alive.sum(dim=1, dtype=x.dtype).view(-1, *[1] * (x.dim() - 2))
+        there = alive.view(alive.shape[0], *[1] * (x.dim() - 3), -1, 1)
+        return (layer_norm(x) * there).sum(dim=-2) / (n + POOLING_EPSILON)
+
+
+def layer_norm(x: Tensor) -> Tensor:
+    """(..., H) with mean 0 and variance 1 along H, without parameters [E3]."""
+    return functional.layer_norm(x, x.shape[-1:], eps=NORM_EPSILON)

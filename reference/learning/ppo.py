@@ -1,0 +1,302 @@
+"""PPO as ML-Agents 0.29.0 computes it: the fire's trainer, and the robots' ablation.
+
+Clauses: E2, E3, E5, D2.  First what has a formula, as pure functions on plain tensors;
+then the learner, whose `update` reads from top to bottom.
+
+    r    reward;  V  value;  A  advantage;  R  return;  ρ  ratio of probabilities
+    γ    discount (gamma);  λ  (lambd);  ε  clip range (epsilon);  β  weight of entropy
+    T    decisions;  M  rows of a minibatch;  K  components of an action
+
+Deliberate differences from the original, here and in `poca`, all of them [E3, chosen]:
+
+* minibatches shuffle whole group decisions, not single agents' rows, because a group
+  is encoded once; for the fire, a group of one, there is no difference;
+* normalisers take in all trajectories that arrive together before their values are
+  computed (the original: trajectory by trajectory), with both networks of a side;
+* an agent that finishes early is bootstrapped with what its mates observe after it has
+  gone; the original's mates are one decision old then;
+* rewards are scaled by `reward_scale` before anything is learned from them (the
+  original's own scale is `strength`, which multiplies it here).
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from statistics import mean
+from typing import Any
+
+import torch
+from torch import Tensor
+
+from reference.learning.experience import (
+    Buffer,
+    Decisions,
+    Trajectory,
+    decisions_of,
+    minibatches,
+    segments,
+)
+from reference.learning.networks import Actor, Critic, Normaliser, Sizes
+from reference.learning.settings import TrainerSettings
+
+LEAST_LEARNING_RATE = 1e-10  # [E3] floors of the linear schedules
+LEAST_EPSILON = 0.1
+LEAST_BETA = 1e-5
+ADVANTAGE_EPSILON = 1e-10  # [E3] beside the standard deviation
+ADAM_EPSILON = 1e-8  # [E3]
+
+Summary = dict[str, float]
+"""ML-Agents' summary names and what they stand at."""
+
+
+# -- What has a formula -------------------------------------------------------------
+
+
+def scheduled(
+    start: float, floor: float, step: int, max_steps: int, schedule: str = "linear"
+) -> float:
+    """A setting at a step: (start − floor)·(1 − min(step, max)/max) + floor [E3].
+
+    `constant` stays at its start.
+    """
+    if schedule == "constant":
+        return start
+    return (start - floor) * (1 - min(step, max_steps) / max_steps) + floor
+
+
+def gae(
+    rewards: Tensor, values: Tensor, next_value: Tensor, gamma: float, lambd: float
+) -> Tensor:
+    """Generalised advantage estimates of one trajectory [E2] [E5].
+
+    rewards, values: (T, ...); next_value: (...), what follows the last decision, 0
+    where nothing does. Returns (T, ...):
+    A_t = δ_t + γλ A_t+1 with δ_t = r_t + γ V_t+1 − V_t.
+    """
+    next_values = torch.cat([values[1:], next_value[None]])
+    deltas = rewards + gamma * next_values - values
+    advantages = torch.empty_like(deltas)
+    following = torch.zeros_like(next_value)
+    for t in reversed(range(len(deltas))):
+        following = deltas[t] + gamma * lambd * following
+        advantages[t] = following
+    return advantages
+
+
+def normalised(advantages: Tensor) -> Tensor:
+    """(N,) with mean 0 and deviation 1, once over the whole buffer [E3]."""
+    deviation = advantages.std(correction=0)
+    return (advantages - advantages.mean()) / (deviation + ADVANTAGE_EPSILON)
+
+
+def policy_loss(
+    log_probs: Tensor, old_log_probs: Tensor, advantages: Tensor, epsilon: float
+) -> Tensor:
+    """−mean min(ρA, clip(ρ, 1 ± ε)A), per component of the action [E3].
+
+    log_probs, old_log_probs: (M, K); advantages: (M,), the same for a row's components.
+    """
+    A = advantages[:, None]
+    rho = torch.exp(log_probs - old_log_probs)
+    clipped = rho.clamp(1 - epsilon, 1 + epsilon)
+    return -torch.minimum(rho * A, clipped * A).mean()
+
+
+def value_loss(values: Tensor, returns: Tensor) -> Tensor:
+    """Mean (V − R)²: never clipped [E3]; both (M,)."""
+    return (values - returns).square().mean()
+
+
+# -- The learner --------------------------------------------------------------------
+
+
+class Learner:
+    """One side's trainer: networks, buffer, optimiser and how far it has come."""
+
+    def __init__(self, settings: TrainerSettings, sizes: Sizes, seed: int):
+        self.settings, self.sizes = settings, sizes
+        with torch.random.fork_rng(devices=[]):
+            torch.manual_seed(seed)
+            self.actor = Actor(sizes, settings)
+            self.critic = self._critic()
+        self.rng = torch.Generator().manual_seed(seed)
+        both = [*self.actor.parameters(), *self.critic.parameters()]
+        self.optimiser = torch.optim.Adam(both, settings.learning_rate, eps=ADAM_EPSILON)
+        self.buffer = Buffer(settings.buffer_size)
+        self.reward_scale = settings.strength * settings.reward_scale
+        self.steps = 0
+
+    def _critic(self) -> Any:
+        return Critic(self.sizes, self.settings)
+
+    # -- Experience -----------------------------------------------------------------
+
+    def add(self, trajectories: Sequence[Trajectory]) -> None:
+        """Take in whole episodes: normalise, value them, count their steps."""
+        self.observe(trajectories)
+        for t in trajectories:
+            self.buffer.add(self._valued(t))
+            self.steps += t.steps
+
+    def observe(self, trajectories: Sequence[Trajectory]) -> None:
+        """Let the normalisers of both networks see every agent's observations."""
+        networks = (self.actor, self.critic)
+        modules = [module for network in networks for module in network.modules()]
+        for normaliser in (m for m in modules if isinstance(m, Normaliser)):
+            for t in trajectories:
+                normaliser.update(torch.from_numpy(t.vectors[:-1][t.alive[:-1]]))
+
+    @property
+    def ready(self) -> bool:
+        """There is enough to learn from."""
+        return self.buffer.full
+
+    @torch.no_grad()
+    def _valued(self, t: Trajectory) -> Decisions:
+        """A trajectory with its values, advantages and returns."""
+        decisions = decisions_of(t)
+        rewards = torch.from_numpy(t.rewards).float() * self.reward_scale
+        spans = list(segments(t.alive, self.settings.time_horizon))
+        ends = sorted({last - 1 for _, last, _ in spans})
+        decisions.values, decisions.baselines = self._values(decisions)
+        next_values = torch.zeros_like(decisions.values)
+        next_values[ends] = self._next_values(t, ends)
+        for first, last, agents in spans:
+            span = slice(first, last)
+            A, R = self._targets(
+                rewards[span, None].expand(-1, len(agents)),
+                decisions.values[span, agents],
+                decisions.baselines[span, agents],
+                next_values[last - 1, agents],
+            )
+            decisions.advantages[span, agents] = A
+            decisions.returns[span, agents] = R
+        return decisions
+
+    def _values(self, decisions: Decisions) -> tuple[Tensor, Tensor]:
+        """Values (T, G); and baselines, which PPO has none of: zeros."""
+        values = self.critic(decisions.vectors, decisions.grids)
+        return values, torch.zeros_like(values)
+
+    def _next_values(self, t: Trajectory, ends: list[int]) -> Tensor:
+        """(len(ends), G): what follows the decisions `ends`, if trajectories end there.
+
+        Nothing follows for who is done; who was cut off is worth what it saw last.
+        """
+        after = [end + 1 for end in ends]
+        values = self.critic(
+            torch.from_numpy(t.vectors[after]), torch.from_numpy(t.grids[after])
+        )
+        return values * torch.from_numpy(t.alive[after])
+
+    def _targets(
+        self, rewards: Tensor, values: Tensor, baselines: Tensor, next_value: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Advantages by GAE, and returns: advantage plus value; (T, agents) each."""
+        s = self.settings
+        A = gae(rewards, values, next_value, s.gamma, s.lambd)
+        return A, A + values
+
+    # -- The update -----------------------------------------------------------------
+
+    def update(self, critic_only: bool = False) -> Summary:
+        """Learn from the whole buffer, `num_epoch` times, and empty it.
+
+        With critic_only the policy stays: after imitation, the critic comes first.
+        """
+        s = self.settings
+        buffer = self.buffer.emptied()
+        live = buffer.alive
+        buffer.advantages[live] = normalised(buffer.advantages[live])
+        learning_rate, epsilon, beta = self.schedules()
+        for group in self.optimiser.param_groups:
+            group["lr"] = learning_rate
+        seen: dict[str, list[float]] = defaultdict(list)
+        for _ in range(s.num_epoch):
+            for batch in minibatches(buffer, s.batch_size, self.rng):
+                loss, parts = self.loss(batch, epsilon, beta, critic_only)
+                self.optimiser.zero_grad()
+                loss.backward()
+                self.optimiser.step()
+                for name, value in parts.items():
+                    seen[name].append(float(value.detach()))
+        return {
+            **{name: mean(values) for name, values in seen.items()},
+            "Policy/Learning Rate": learning_rate,
+            "Policy/Epsilon": epsilon,
+            "Policy/Beta": beta,
+            **self._estimates(buffer),
+        }
+
+    def loss(
+        self, batch: Decisions, epsilon: float, beta: float, critic_only: bool = False
+    ) -> tuple[Tensor, dict[str, Tensor]]:
+        """The summed loss of a minibatch, and its parts by their summary names.
+
+        policy + 0.5·value − β·entropy [E2] [E3].
+        """
+        live = batch.alive
+        policy, entropy = self.policy_terms(batch, epsilon)
+        values = self.critic(batch.vectors, batch.grids)
+        value = value_loss(values[live], batch.returns[live])
+        loss = 0.5 * value
+        if not critic_only:
+            loss = loss + policy - beta * entropy
+        parts = {
+            "Losses/Policy Loss": policy,
+            "Losses/Value Loss": value,
+            "Policy/Entropy": entropy,
+        }
+        return loss, parts
+
+    def policy_terms(self, batch: Decisions, epsilon: float) -> tuple[Tensor, Tensor]:
+        """Policy loss and mean entropy over the live rows of a minibatch."""
+        live = batch.alive
+        policy = self.actor(batch.vectors, batch.grids, batch.options)
+        loss = policy_loss(
+            policy.log_probs(batch.actions)[live],
+            batch.log_probs[live],
+            batch.advantages[live],
+            epsilon,
+        )
+        return loss, policy.entropy()[live].mean()
+
+    def schedules(self) -> tuple[float, float, float]:
+        """Learning rate, ε and β at this step [E3]."""
+        s, at, end = self.settings, self.steps, self.settings.max_steps
+        return (
+            scheduled(
+                s.learning_rate,
+                LEAST_LEARNING_RATE,
+                at,
+                end,
+                s.learning_rate_schedule,
+            ),
+            scheduled(s.epsilon, LEAST_EPSILON, at, end, s.epsilon_schedule),
+            scheduled(s.beta, LEAST_BETA, at, end, s.beta_schedule),
+        )
+
+    def _estimates(self, buffer: Decisions) -> Summary:
+        values = buffer.values[buffer.alive]
+        return {"Policy/Extrinsic Value Estimate": float(values.mean())}
+
+    # -- Checkpoints ----------------------------------------------------------------
+
+    def state(self) -> dict[str, Any]:
+        """Everything that is needed to go on; tensors and plain numbers only."""
+        return {
+            "actor": self.actor.state_dict(),
+            "critic": self.critic.state_dict(),
+            "optimiser": self.optimiser.state_dict(),
+            "buffer": self.buffer.state(),
+            "rng": self.rng.get_state(),
+            "steps": self.steps,
+        }
+
+    def load(self, state: dict[str, Any]) -> None:
+        """What `state` gave. Raises RuntimeError for networks of another shape."""
+        self.actor.load_state_dict(state["actor"])
+        self.critic.load_state_dict(state["critic"])
+        self.optimiser.load_state_dict(state["optimiser"])
+        self.buffer.load(state["buffer"])
+        self.rng.set_state(state["rng"])
+        self.steps = state["steps"]

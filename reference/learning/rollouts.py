@@ -1,0 +1,248 @@
+"""Rollouts: pure jobs from weights, scenario and seeds to whole episodes.
+
+Clauses: C8, E6.  A job plays its episodes in lockstep, so that one call of a network
+serves all of them; what an episode's randomness is depends on its own seed alone.
+
+    T    decisions of an episode;  G  agents
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from reference.building import Building, build
+from reference.floorplan import parse
+from reference.learning.environment import Environment
+from reference.learning.experience import Trajectory
+from reference.learning.players import Acted, Observation, Player, Side
+from reference.learning.settings import TrainerSettings
+from reference.paper import Scenario
+from reference.rewards import FireRefused, fire_reward
+
+PLAYER_STREAM = {"robots": 1, "fire": 2}
+"""Each side's actions have a generator of their own, beside the simulation's."""
+
+
+@dataclass(frozen=True)
+class Learned:
+    """A side that a network plays: its settings, and weights as tensors by name."""
+
+    settings: TrainerSettings
+    weights: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Job:
+    """Episodes to play; robots and fire: a network, or the name of a strategy.
+
+    plan  the text of a floor file
+    """
+
+    plan: str
+    scenario: Scenario
+    robots: Learned | str
+    fire: Learned | str
+    seeds: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One whole episode; no trajectory of a side that a script played.
+
+    facts  group_reward and fire_reward (health points), survival (share of all),
+           evacuated, died, refused, sources, seconds,
+           length (decisions of the robots)
+    """
+
+    seed: int
+    robots: Trajectory | None
+    fire: Trajectory | None
+    facts: dict[str, float]
+
+
+def play(job: Job) -> list[Episode]:
+    """All episodes of a job, in the order of their seeds."""
+    building = building_of(job.plan)
+    players = {
+        side: _player(side, building, job.scenario, who)
+        for side, who in (("robots", job.robots), ("fire", job.fire))
+        if isinstance(who, Learned)
+    }
+    scripts = [
+        None if isinstance(who, Learned) else who for who in (job.robots, job.fire)
+    ]
+    runs = [
+        _Run(Environment(building, job.scenario, *scripts), seed, tuple(players))
+        for seed in job.seeds
+    ]
+    while running := [run for run in runs if run.goes_on]:
+        for side, player in players.items():
+            acting = [run for run in running if run.acts(side)]
+            if acting:
+                seen = [run.seen(side) for run in acting]
+                rngs = [run.rngs[side] for run in acting]
+                acted = player.act(seen, rngs)
+                for k, run in enumerate(acting):
+                    run.choose(side, seen[k], acted, k)
+        for run in running:
+            run.step()
+    return [run.episode() for run in runs]
+
+
+@lru_cache(maxsize=4)
+def building_of(plan: str) -> Building:
+    """One object per drawing, since navigation and sight are kept with it."""
+    return build(parse(plan))
+
+
+def _player(side: Side, building: Building, scenario: Scenario, who: Learned) -> Player:
+    player = Player(side, building, scenario, who.settings)
+    player.load(who.weights)
+    return player
+
+
+class _Run:
+    """One episode on its way, and what its sides have lived through."""
+
+    def __init__(self, environment: Environment, seed: int, sides: Sequence[Side]):
+        self.environment, self.seed = environment, seed
+        seen, self.infos = environment.reset(seed)
+        self.agents = {side: _agents(environment, side) for side in sides}
+        self.rngs = {s: np.random.default_rng([seed, PLAYER_STREAM[s]]) for s in sides}
+        self.records = {side: _Record() for side in sides}
+        self.actions: dict[str, np.ndarray] = {}
+        self.vectors = {
+            side: np.stack([seen[agent]["vector"] for agent in agents])
+            for side, agents in self.agents.items()
+        }
+        self.grid = self._grid(seen)
+        self.truncated = False
+
+    @property
+    def goes_on(self) -> bool:
+        """Somebody is still at work."""
+        return not self.environment.simulation.done
+
+    def acts(self, side: Side) -> bool:
+        """Is what this side decides now read?"""
+        there = set(self.environment.agents)
+        return any(a in there and self.infos[a]["acts"] for a in self.agents[side])
+
+    def seen(self, side: Side) -> Observation:
+        """What the side's agents observe; those who left, what they saw last."""
+        return self.vectors[side].copy(), self.grid
+
+    def choose(self, side: Side, seen: Observation, acted: Acted, k: int) -> None:
+        """Note the decision, row k of what was acted; it is carried out in `step`."""
+        there = set(self.environment.agents)
+        alive = np.array([agent in there for agent in self.agents[side]])
+        self.records[side].decide(seen, alive, acted, k)
+        chosen = zip(self.agents[side], acted.emitted[k], strict=True)
+        self.actions.update((agent, a) for agent, a in chosen if agent in there)
+
+    def step(self) -> None:
+        """One step of the environment, and what it brings."""
+        idle = {
+            agent: np.zeros(self.environment.action_space(agent).shape, np.float32)
+            for agent in self.environment.agents
+        }
+        seen, rewards, _, truncations, self.infos = self.environment.step(
+            idle | self.actions
+        )
+        self.actions = {}
+        self.truncated = any(truncations.values())
+        self.grid = self._grid(seen)
+        for side, agents in self.agents.items():
+            there = [k for k, agent in enumerate(agents) if agent in seen]
+            for k in there:
+                self.vectors[side][k] = seen[agents[k]]["vector"]
+            if there:
+                self.records[side].gain(rewards[agents[there[0]]])
+
+    def episode(self) -> Episode:
+        """All of it, once it is over."""
+        sides: dict[str, Trajectory | None] = {
+            side: record.trajectory(self.seen(side), self.truncated)
+            for side, record in self.records.items()
+        }
+        return Episode(
+            self.seed, sides.get("robots"), sides.get("fire"), _facts(self.environment)
+        )
+
+    def _grid(self, seen: dict[str, dict[str, np.ndarray]]) -> np.ndarray:
+        """Every agent sees the same grid."""
+        for observation in seen.values():
+            return observation["grid"].astype(np.uint8)
+        return self.grid
+
+
+@dataclass
+class _Record:
+    """Decisions of one side as they come."""
+
+    seen: list[Observation] = field(default_factory=list)
+    alive: list[np.ndarray] = field(default_factory=list)
+    acted: list[tuple[Acted, int]] = field(default_factory=list)
+    rewards: list[float] = field(default_factory=list)
+
+    def decide(
+        self, seen: Observation, alive: np.ndarray, acted: Acted, k: int
+    ) -> None:
+        """One more decision, not rewarded yet."""
+        self.seen.append(seen)
+        self.alive.append(alive)
+        self.acted.append((acted, k))
+        self.rewards.append(0.0)
+
+    def gain(self, reward: float) -> None:
+        """Reward belongs to the last decision; before the first one, to nobody."""
+        if self.rewards:
+            self.rewards[-1] += reward
+
+    def trajectory(self, last: Observation, truncated: bool) -> Trajectory | None:
+        """All of it, ending in this observation; None if nothing was decided."""
+        if not self.rewards:
+            return None
+        vectors, grids = zip(*self.seen, last, strict=True)
+        goes_on = self.alive[-1] & truncated
+
+        def rows(name: str) -> np.ndarray:
+            return np.stack([getattr(acted, name)[k] for acted, k in self.acted])
+
+        pointer = self.acted[0][0].features is not None
+        return Trajectory(
+            vectors=np.stack(vectors),
+            grids=np.stack(grids),
+            alive=np.stack([*self.alive, goes_on]),
+            actions=rows("actions"),
+            shown=rows("shown"),
+            log_probs=rows("log_probs"),
+            rewards=np.array(self.rewards),
+            features=rows("features") if pointer else None,
+            allowed=rows("allowed") if pointer else None,
+        )
+
+
+def _agents(environment: Environment, side: Side) -> list[str]:
+    name = "robot" if side == "robots" else "fire"
+    return [a for a in environment.possible_agents if a.startswith(name)]
+
+
+def _facts(environment: Environment) -> dict[str, float]:
+    """What became of an episode, in numbers."""
+    simulation = environment.simulation
+    outcome, events = simulation.outcome(), simulation.events
+    return {
+        "group_reward": outcome.reward,
+        "fire_reward": fire_reward(events),
+        "survival": outcome.evacuated / max(1, outcome.people),
+        "evacuated": outcome.evacuated,
+        "died": outcome.died,
+        "refused": sum(isinstance(e, FireRefused) for e in events),
+        "sources": len(simulation.world.flames.sources),
+        "seconds": outcome.simulated_seconds,
+        "length": environment.decision,
+    }

@@ -1,0 +1,95 @@
+"""How fast it learns: samples a learner takes in, decisions a rollout makes.
+
+Clauses: E1, E2, E3.  Sizes are the paper's: 167 numbers and 9 x 40 x 40 cells, three
+layers of 256, six robots, minibatches of about 1024 decisions.
+
+    N  group decisions of a buffer;  G  agents
+"""
+
+from time import perf_counter
+
+import torch
+
+from reference.building import Building
+from reference.floorplan import to_text
+from reference.learning import poca, ppo
+from reference.learning.experience import Decisions
+from reference.learning.players import Player, Side
+from reference.learning.rollouts import Job, Learned, play
+from reference.learning.settings import preset
+
+BATCHES = 4  # minibatches of a measured update
+EPISODES = 8  # in lockstep, in one process with one thread
+
+
+def learner_samples_per_second(building: Building, seed: int) -> dict[str, float]:
+    """Agent-decisions that one epoch takes in per second, on all cores."""
+    return {
+        "poca": _samples_per_second("robots", building, seed),
+        "ppo": _samples_per_second("fire", building, seed),
+    }
+
+
+def decisions_per_second(building: Building, seed: int) -> float:
+    """Robot decisions of rollouts per second and core: both sides act by networks.
+
+    The world, the observations and the networks; new ones, which are in no hurry to
+    end an episode.
+    """
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    settings = preset("paper")
+    sides: dict[Side, Learned] = {}
+    for side, trainer in (("robots", settings.robots), ("fire", settings.fire)):
+        player = Player(side, building, settings.scenario, trainer)
+        sides[side] = Learned(trainer, player.actor.state_dict())
+    seeds = tuple(range(seed, seed + EPISODES))
+    job = Job(to_text(building.plan), settings.scenario, **sides, seeds=seeds)
+    play(Job(job.plan, job.scenario, job.robots, job.fire, seeds[:1]))  # warm up
+    start = perf_counter()
+    played = play(job)
+    seconds = perf_counter() - start
+    torch.set_num_threads(threads)
+    return sum(e.robots.steps for e in played if e.robots) / seconds
+
+
+def _samples_per_second(side: Side, building: Building, seed: int) -> float:
+    settings = preset("paper")
+    trainer = settings.robots if side == "robots" else settings.fire
+    sizes = Player(side, building, settings.scenario, trainer).sizes
+    kind = poca.Learner if side == "robots" else ppo.Learner
+    learner = kind(trainer, sizes, seed)
+    agents = settings.scenario.robots_per_floor * building.floors
+    agents = agents if side == "robots" else 1
+    made_up = _decisions(learner, BATCHES * trainer.batch_size // agents + 1, agents)
+    seconds = []
+    for _ in range(2):  # the first one warms up
+        learner.buffer.add(made_up)
+        start = perf_counter()
+        learner.update()
+        seconds.append(perf_counter() - start)
+    return BATCHES * trainer.batch_size * trainer.num_epoch / seconds[-1]
+
+
+def _decisions(learner: ppo.Learner, N: int, G: int) -> Decisions:
+    """Made-up experience of the right shapes; everybody is there."""
+    sizes, rng = learner.sizes, learner.rng
+
+    def normal(*shape: int) -> torch.Tensor:
+        return torch.randn(*shape, generator=rng)
+
+    actions = normal(N, G, sizes.continuous + len(sizes.branches))
+    actions[..., sizes.continuous :] = 0.0  # the first option of each branch
+    unknown = normal(4, N, G)
+    return Decisions(
+        vectors=normal(N, G, sizes.vector),
+        grids=(normal(N, *sizes.grid) > 1).to(torch.uint8),
+        alive=torch.ones(N, G, dtype=torch.bool),
+        actions=actions,
+        shown=normal(N, G, sizes.shown),
+        log_probs=torch.full(actions.shape, -1.0),
+        values=unknown[0],
+        baselines=unknown[1],
+        returns=unknown[2],
+        advantages=unknown[3],
+    )

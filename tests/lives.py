@@ -1,0 +1,115 @@
+"""Hand-made lives for the learners' tests: settings, sizes, trajectories, batches.
+
+A life is drawn as one row of text for each agent, one letter a decision:
+
+    "###"   it decides three times, and is done
+    "##>"   it decides twice and is cut off by the time limit, still there
+
+so that `life("###", "#..")` is a group whose second agent finishes early.
+"""
+
+import io
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from reference.learning.experience import Decisions, Trajectory
+from reference.learning.networks import Sizes
+from reference.learning.settings import TrainerSettings, preset
+
+torch.set_num_threads(1)  # of tensors this small, threads only wait for each other
+
+SIZES = Sizes(vector=5, grid=(2, 20, 20), continuous=2, shown=2)
+"""Small enough for a test; 20 x 20 is the least that `simple` can encode."""
+
+MIXED = replace(SIZES, branches=(3,), shown=5)
+"""With a discrete branch, as the fire has."""
+
+
+def settings(trainer_type: str = "poca", **changes: Any) -> TrainerSettings:
+    """Table I with a small network, rewards as they are and no end of training."""
+    small = {"hidden_units": 16, "num_layers": 2, "reward_scale": 1.0, "num_epoch": 1}
+    small |= {"batch_size": 4, "buffer_size": 8, "max_steps": 10**9}
+    robots = preset("paper").robots
+    return replace(robots, trainer_type=trainer_type, **small | changes)
+
+
+def life(*agents: str, sizes: Sizes = SIZES, seed: int = 0, **given: Any) -> Trajectory:
+    """A trajectory as drawn; what is not given is drawn by lot."""
+    rng = np.random.default_rng(seed)
+    cut = np.array([row.endswith(">") for row in agents])
+    drawn = [row.rstrip(">").rstrip(".") for row in agents]
+    T, G = max(map(len, drawn)), len(agents)
+    alive = np.array([[t < len(row) for row in drawn] for t in range(T + 1)])
+    alive[T] = cut
+    components = sizes.continuous + len(sizes.branches)
+    fields = {
+        "vectors": rng.normal(1, 2, (T + 1, G, sizes.vector)).astype(np.float32),
+        "grids": rng.integers(0, 2, (T + 1, *sizes.grid)).astype(np.uint8),
+        "alive": alive,
+        "actions": acts(rng, (T, G), sizes),
+        "log_probs": rng.normal(-1.2, 0.2, (T, G, components)).astype(np.float32),
+        "rewards": rng.normal(0, 1, T),
+    }
+    fields |= given
+    return Trajectory(shown=shown(fields["actions"], sizes), **fields)
+
+
+def acts(rng: np.random.Generator, shape: tuple[int, ...], sizes: Sizes) -> np.ndarray:
+    """Actions as a `Policy` stores them: raw numbers, then indices."""
+    raw = [rng.normal(size=(*shape, sizes.continuous))]
+    raw += [rng.integers(0, n, (*shape, 1)) for n in sizes.branches]
+    return np.concatenate(raw, axis=-1).astype(np.float32)
+
+
+def shown(actions: np.ndarray, sizes: Sizes) -> np.ndarray:
+    """What a critic is shown of them: raw numbers, then one-hot branches."""
+    C = sizes.continuous
+    parts = [actions[..., :C]]
+    for k, n in enumerate(sizes.branches, start=C):
+        parts.append(np.eye(n, dtype=np.float32)[actions[..., k].astype(int)])
+    return np.concatenate(parts, axis=-1)
+
+
+def batch(B: int = 6, G: int = 3, sizes: Sizes = SIZES, seed: int = 0) -> Decisions:
+    """B group decisions of whoever happens to be there, at least one of G."""
+    rng = np.random.default_rng(seed)
+    alive = rng.random((B, G)) < 0.6
+    alive[np.arange(B), rng.integers(0, G, B)] = True
+    t = life(*["#" * B] * G, sizes=sizes, seed=seed)
+    numbers = rng.normal(0, 0.7, (4, B, G)).astype(np.float32)
+    return Decisions(
+        *(
+            torch.from_numpy(x)
+            for x in (t.vectors[:-1], t.grids[:-1], alive, t.actions, t.shown)
+        ),
+        torch.from_numpy(t.log_probs),
+        *(torch.from_numpy(x) for x in numbers),
+    )
+
+
+def doubled(rows: Decisions) -> Decisions:
+    """The same in float64."""
+    wide = {n: x.double() if x.is_floating_point() else x for n, x in rows.tensors()}
+    return Decisions(**wide)
+
+
+def gradients(module: torch.nn.Module) -> dict[str, Tensor]:
+    """Of every parameter, zeros where it has none; and forget them."""
+    found = {
+        name: torch.zeros_like(p) if p.grad is None else p.grad.clone()
+        for name, p in module.named_parameters()
+    }
+    module.zero_grad()
+    return found
+
+
+def through_a_file(state: dict[str, Any]) -> dict[str, Any]:
+    """A learner's state as a checkpoint brings it back: nothing but data."""
+    file = io.BytesIO()
+    torch.save(state, file)
+    file.seek(0)
+    return torch.load(file, weights_only=True)

@@ -1,0 +1,349 @@
+"""Checkpoints: whole or not at all, refused elsewhere, and used as strategies."""
+
+import errno
+import os
+import pickle
+import resource
+from contextlib import contextmanager
+from copy import deepcopy
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from trainings import begun, equal, tiny
+
+from reference.building import load as load_building
+from reference.learning import checkpoints
+from reference.learning.checkpoints import CheckpointError, keep, load, newest, save
+from reference.learning.environment import Environment
+from reference.learning.observations import robot_vectors
+from reference.learning.policies import LearnedFire, LearnedRobots, named_or_file
+from reference.learning.training import Training
+from reference.paper import Scenario
+from reference.rewards import FireLit
+from reference.simulation import Simulation
+
+
+@pytest.fixture(scope="module")
+def checkpoint():
+    """A training that has just begun; its networks are as they are made."""
+    return begun(seed=3).checkpoint()
+
+
+@pytest.fixture
+def path(checkpoint, tmp_path):
+    """The file of that checkpoint."""
+    save(checkpoint, tmp_path / "own.pt")
+    return tmp_path / "own.pt"
+
+
+# -- Files --------------------------------------------------------------------------
+
+
+def test_what_is_read_is_what_was_written(checkpoint, path):
+    """Settings, who plays, networks, optimisers and random states, to the last bit."""
+    read = load(path)
+    assert read.task == checkpoint.task
+    assert (read.round, read.version) == (checkpoint.round, checkpoint.version)
+    assert equal(read.learners, checkpoint.learners)
+    assert equal(read.progress, checkpoint.progress)
+
+
+def test_a_fixed_network_is_in_the_file_too(checkpoint, tmp_path):
+    """So that a training needs nothing beside its folder to go on."""
+    fixed = {"fire": checkpoint.player("fire")}
+    save(begun(fixed=fixed).checkpoint(), tmp_path / "fixed.pt")
+    read = load(tmp_path / "fixed.pt").task.fixed["fire"]
+    assert read.settings == fixed["fire"].settings
+    assert equal(read.weights, fixed["fire"].weights)
+
+
+def test_only_the_newest_checkpoints_are_kept(checkpoint, tmp_path):
+    """`keep_checkpoints` of them; other files in the folder are let alone."""
+    (tmp_path / "mine.pt").write_text("my own")
+    for number in range(5):
+        keep(replace(checkpoint, round=number), tmp_path, most=2)
+    names = ["checkpoint-000003.pt", "checkpoint-000004.pt", "mine.pt"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == names
+    assert newest(tmp_path) == tmp_path / "checkpoint-000004.pt"
+
+
+def test_a_folder_stands_for_its_newest_checkpoint(checkpoint, tmp_path):
+    """The millionth round, too, comes after the last with six digits."""
+    for number in (999_999, 1_000_000, 2):
+        save(replace(checkpoint, round=number), tmp_path / f"checkpoint-{number:06}.pt")
+    assert load(tmp_path).round == 1_000_000
+
+
+@contextmanager
+def room_for(size: int):
+    """No file of this process can grow beyond so many bytes, as on a full disk."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_full_disk_leaves_the_last_good_checkpoint_as_it_was(checkpoint, path):
+    """And nothing half-written beside it; the message says what to do."""
+    before = path.read_bytes()
+    with room_for(1000), pytest.raises(OSError, match=r"cannot be written.*Make room"):
+        save(replace(checkpoint, round=1), path)
+    assert path.read_bytes() == before
+    assert list(path.parent.iterdir()) == [path]
+
+
+def test_a_write_that_never_reaches_the_disk_is_told(checkpoint, path, monkeypatch):
+    """The file takes its place only after the disk has said that it is there."""
+
+    def full(descriptor):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(OSError, match=r"own.pt: .*No space left on device"):
+        save(replace(checkpoint, round=1), path)
+    assert load(path).round == 0
+
+
+# -- Refusals -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("part", [0.0, 0.001, 0.5, 0.99])
+def test_refuses_a_file_that_was_cut_off(path, part):
+    """One sentence with the file's name, whatever torch says of it."""
+    content = path.read_bytes()
+    path.write_bytes(content[: int(len(content) * part)])
+    with pytest.raises(CheckpointError, match=r"own\.pt: is (damaged|no checkpoint)"):
+        load(path)
+
+
+def test_refuses_a_file_with_bytes_that_have_changed(path):
+    """The archive's check sums, or the plan, or torch notice."""
+    content = bytearray(path.read_bytes())
+    middle = len(content) // 2
+    content[middle : middle + 4000] = bytes(4000)
+    path.write_bytes(content)
+    with pytest.raises(CheckpointError, match=r"own\.pt: "):
+        load(path)
+
+
+def test_refuses_a_text_file(tmp_path):
+    """Whoever mistypes a name is told so."""
+    (tmp_path / "notes.txt").write_text("not a checkpoint")
+    with pytest.raises(CheckpointError, match=r"notes\.txt: is no checkpoint"):
+        load(tmp_path / "notes.txt")
+
+
+def test_refuses_an_empty_folder(tmp_path):
+    """There is nothing to take from it."""
+    with pytest.raises(CheckpointError, match="no checkpoint in this folder"):
+        load(tmp_path)
+
+
+def test_refuses_what_another_program_saved(tmp_path):
+    """Torch can read it, but it is not ours."""
+    torch.save({"weights": torch.zeros(3)}, tmp_path / "other.pt")
+    with pytest.raises(CheckpointError, match="another program's file"):
+        load(tmp_path / "other.pt")
+
+
+def test_refuses_to_run_code_that_a_file_brings(tmp_path):
+    """Loading is `weights_only`: the file below would write another one."""
+    torch.save(
+        {"kind": checkpoints.KIND, "task": Mischief(tmp_path)}, tmp_path / "x.pt"
+    )
+    with pytest.raises(CheckpointError, match="damaged, or is no checkpoint"):
+        load(tmp_path / "x.pt")
+    assert not (tmp_path / "mischief").exists()
+
+
+class Mischief:
+    """Unpickled carelessly, it makes a folder."""
+
+    def __init__(self, folder):
+        self.folder = folder
+
+    def __reduce__(self):
+        return os.mkdir, (str(self.folder / "mischief"),)
+
+
+def test_mischief_would_work_without_that(tmp_path):
+    """So that the test above means something."""
+    pickle.loads(pickle.dumps(Mischief(tmp_path)))
+    assert (tmp_path / "mischief").is_dir()
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"format": 2, "version": "9.0"}, r"is of format 2 \(version 9\.0\)"),
+        ({"task": {}}, "lacks a part"),
+        ({"task": None}, "lacks a part"),
+        ({"kind": "something else"}, "another program's file"),
+    ],
+)
+def test_refuses_a_newer_format_and_one_that_lacks_a_part(path, change, message):
+    """One sentence, and what to do."""
+    content = torch.load(path, weights_only=True)
+    torch.save(content | change, path)
+    with pytest.raises(CheckpointError, match=message):
+        load(path)
+
+
+def test_refuses_settings_that_cannot_be_meant(path):
+    """As if somebody had edited the file."""
+    content = torch.load(path, weights_only=True)
+    content["task"]["settings"]["robots"]["batch_size"] = -1
+    torch.save(content, path)
+    with pytest.raises(CheckpointError, match="batch_size"):
+        load(path)
+
+
+def test_refuses_networks_of_another_shape(checkpoint):
+    """Both to go on with and to play with."""
+    wider = replace(checkpoint.task, settings=tiny(robots={"hidden_units": 16}))
+    other = replace(checkpoint, task=wider)
+    with pytest.raises(CheckpointError, match="do not fit its settings"):
+        Training.resumed(other)
+    with pytest.raises(CheckpointError, match="not of the shape"):
+        LearnedRobots(other)
+
+
+# -- A learned policy is a strategy -------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def office():
+    """The building the checkpoint knows."""
+    return load_building("tiny")
+
+
+SMALL = tiny().scenario
+
+
+@pytest.mark.paper("C5")
+@pytest.mark.paper("C7")
+@pytest.mark.paper("D2")
+def test_learned_policies_play_both_sides_of_an_evacuation(path, office):
+    """By file name, where a strategy's name would stand; same seed, same run."""
+    robots, fire = named_or_file(str(path), "robots"), named_or_file(path, "fire")
+    runs = [Simulation(office, SMALL, robots, fire, seed=5) for _ in range(2)]
+    outcomes = [run.run() for run in runs]
+    assert outcomes[0] == outcomes[1]
+    assert runs[0].events == runs[1].events
+    assert any(isinstance(event, FireLit) for event in runs[0].events)
+    assert all(robot.destination is not None for robot in runs[0].world.robots)
+
+
+def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path, office):
+    """The environment's robots, told the mean actions, go the same ways."""
+    policy = LearnedRobots(path)
+    alone = Simulation(office, SMALL, policy, "random", seed=7)
+    environment = Environment(office, SMALL, fire="random")
+    seen, _ = environment.reset(seed=7)
+    while environment.agents:
+        world = environment.simulation.world
+        vectors = robot_vectors(world, SMALL)
+        acted = policy.player.act([(vectors, seen[environment.agents[0]]["grid"])])
+        names = [f"robot_{k}" for k in range(len(vectors))]
+        actions = dict(zip(names, acted.emitted[0], strict=True))
+        seen, *_ = environment.step({a: actions[a] for a in environment.agents})
+    assert alone.run() == environment.simulation.outcome()
+
+
+def test_destinations_are_metres_in_the_building(path, office):
+    """Half-bodies become metres about the middle of the main body, 24 by 9 here."""
+    world = Simulation(office, SMALL, "patrol", "none", seed=0).world
+    rng = np.random.default_rng(0)
+    left, bottom, right, top = office.body
+    for x, y in LearnedRobots(path).decide(world, world.robots, rng):
+        assert left <= x <= right
+        assert bottom <= y <= top
+        assert max(abs(x), abs(y)) > 1
+
+
+def test_sampling_draws_from_the_generator_it_is_given(path, office):
+    """The mean action draws nothing; samples follow from the seed, and vary."""
+    world = Simulation(office, SMALL, "patrol", "none", seed=0).world
+    mean, sampled = LearnedRobots(path), LearnedRobots(path, sample=True)
+
+    def decided(policy, seed):
+        return policy.decide(world, world.robots, np.random.default_rng(seed))
+
+    assert decided(mean, 1) == decided(mean, 2)
+    assert decided(sampled, 1) == decided(sampled, 1)
+    assert len({tuple(decided(sampled, seed)) for seed in range(9)}) > 1
+
+
+def test_decides_for_those_robots_alone_that_it_is_asked_about(path, office):
+    """Robots whose work is done are not asked; the others' answers stay the same."""
+    world = Simulation(office, SMALL, "patrol", "none", seed=0).world
+    policy, rng = LearnedRobots(path), np.random.default_rng(0)
+    everybody = policy.decide(world, world.robots, rng)
+    assert policy.decide(world, world.robots[2:], rng) == everybody[2:]
+
+
+def test_copies_of_a_simulation_share_the_network(path, office):
+    """Look-ahead copies a simulation hundreds of times."""
+    policy = LearnedRobots(path)
+    assert deepcopy(policy) is policy
+    simulation = Simulation(office, SMALL, policy, "random", seed=2)
+    ahead = simulation.copy()
+    assert ahead.run() == simulation.run()
+
+
+def test_a_fire_that_learned_against_robots_can_burn_without_any(path, office):
+    """It sees them as gone home."""
+    simulation = Simulation(office, SMALL, "none", LearnedFire(path), seed=0)
+    assert simulation.run().people == 6
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"people": 7}, "learned with 6 people; here it is 7"),
+        ({"robots_per_floor": 1}, "learned with 4 robots; here it is 2"),
+        ({"sources": 9}, "learned with 3 fire sources; here it is 9"),
+        ({"decision_seconds": 1.0}, "learned with 5.0 seconds between decisions"),
+    ],
+)
+def test_refuses_a_scenario_that_its_network_cannot_read(
+    path, office, changes, message
+):
+    """By what differs, before anything runs."""
+    other = replace(SMALL, **changes)
+    for policy in (LearnedRobots(path), LearnedFire(path)):
+        with pytest.raises(CheckpointError, match=message):
+            policy.refuse_elsewhere(office, other)
+
+
+def test_people_may_start_elsewhere_and_time_may_be_longer(path, office):
+    """What the network reads is the same."""
+    other = Scenario(people_per_floor=(0, 6), sources=3, time_limit=90.0)
+    LearnedRobots(path).refuse_elsewhere(office, other)
+
+
+def test_refuses_a_building_that_it_has_not_learned(path):
+    """Up front, and where nobody asked up front, at the first decision."""
+    paper = load_building("paper")
+    with pytest.raises(CheckpointError, match="has learned Tiny office"):
+        LearnedRobots(path).refuse_elsewhere(paper, SMALL)
+    with pytest.raises(CheckpointError, match="has learned Tiny office"):
+        Simulation(paper, SMALL, LearnedRobots(path), "none").run()
+
+
+def test_refuses_more_people_at_the_first_decision_too(path, office):
+    """Whoever uses the strategy from Python gets the same sentence."""
+    crowd = replace(SMALL, people=9)
+    with pytest.raises(CheckpointError, match="learned with 6 people; here it is 9"):
+        Simulation(office, crowd, LearnedRobots(path), "none").run()
+
+
+def test_refuses_a_side_that_nobody_learned(tmp_path):
+    """The message names the strategy that stood there."""
+    save(begun(fixed={"fire": "greedy"}).checkpoint(), tmp_path / "half.pt")
+    with pytest.raises(CheckpointError, match="Write --fire greedy"):
+        LearnedFire(tmp_path / "half.pt")

@@ -1,0 +1,315 @@
+"""Learning curves: what is read from a table, how it is smoothed, what is drawn."""
+
+import csv
+from io import StringIO
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
+from matplotlib.text import Text
+
+from reference.drawing import curves
+from reference.learning import summaries, training
+
+WHEN = ("side", "step", "round", "episodes", "phase")
+REWARD = "Environment/Group Cumulative Reward"
+OWN = "Environment/Cumulative Reward"
+SURVIVAL = "Environment/Survival"
+VALUE, BASELINE = "Losses/Value Loss", "Losses/Baseline Loss"
+ENTROPY = "Policy/Entropy"
+COLUMNS = (*WHEN, REWARD, OWN, SURVIVAL, VALUE, BASELINE, ENTROPY)
+
+TOGETHER = [("together", 6)]
+IMITATED = [("critic", 5), ("together", 25)]
+IN_TURN = [("robots", 3), ("fire", 3)] * 3
+
+
+def table(phases, seed=0, imitation=0):
+    """The text of a table: 10 episodes a round, for (name, rounds) each."""
+    rng, rows, episodes = np.random.default_rng(seed), [], 0
+    rows += [{"side": "robots", "step": 0, "episodes": 0, "phase": "imitation"}] * (
+        imitation
+    )
+    for phase, rounds in phases:
+        learning = {"robots": ["robots"], "critic": ["robots"], "fire": ["fire"]}
+        for _ in range(rounds):
+            episodes += 10
+            for side in learning.get(phase, ["robots", "fire"]):
+                when = {"side": side, "step": 50 * episodes, "phase": phase}
+                what = {name: rng.uniform(0.1, 1) for name in COLUMNS[5:]}
+                rows.append({**when, "episodes": episodes, **what})
+    text = StringIO()
+    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    return text.getvalue()
+
+
+@pytest.fixture
+def run(tmp_path):
+    """A function that writes a folder with a table and reads it as a run."""
+
+    def written(name, *args, **more):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "summaries.csv").write_text(table(*args, **more))
+        return curves.read(folder)
+
+    return written
+
+
+def words(figure):
+    """All that is written on a page."""
+    found = figure.findobj(lambda artist: isinstance(artist, Text))
+    return [text for text in found if text.get_text().strip() and text.get_visible()]
+
+
+def drawn(figure):
+    """What one can read: without the labels of ticks that are out of a panel's view."""
+    hidden = set()
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        low, high = sorted(axis.get_view_interval())
+        out = [t for t in axis.get_major_ticks() if not low <= t.get_loc() <= high]
+        hidden.update(tick.label1 for tick in out)
+    return [text for text in words(figure) if text not in hidden]
+
+
+def panel(figure, title):
+    """The axes of a panel."""
+    return next(axes for axes in figure.axes if axes.get_title("left") == title)
+
+
+def bold(axes, colour):
+    """The x and y of the thick lines of a colour."""
+    return [
+        line.get_data()
+        for line in axes.lines
+        if to_hex(line.get_color()) == colour and line.get_linewidth() == 2
+    ]
+
+
+# -- The table ----------------------------------------------------------------------
+
+
+def test_the_columns_that_are_drawn_are_the_ones_that_training_writes():
+    """A curve of a column that nobody writes would be missing in silence."""
+    drawn = {curve.column for panel in curves.PANELS for curve in panel.curves}
+    assert drawn < set(summaries.COLUMNS)
+    assert set(WHEN) == set(summaries.WHEN)
+    assert curves.TABLE == training.SUMMARIES
+
+
+def test_a_phase_ends_with_its_last_row_of_either_side(run):
+    """Phases lie end to end, from the first episode to the last."""
+    assert run("a", IMITATED).phases == (("critic", 0, 50), ("together", 50, 300))
+
+
+def test_a_row_that_is_still_being_written_is_left_out(tmp_path):
+    """One can look at a training while it runs."""
+    (tmp_path / "run.csv").write_text(table(TOGETHER)[:-5])
+    rows = curves.read(tmp_path / "run.csv").sides
+    assert (len(rows["robots"].episodes), len(rows["fire"].episodes)) == (6, 5)
+
+
+def test_an_empty_cell_is_no_point_of_a_curve(run):
+    """Where nothing was updated there is no loss, and not a loss of zero."""
+    imitated = run("a", TOGETHER, imitation=3)
+    curve = curves.Curve("robots", VALUE, curves.ROBOTS)
+    assert curves.points(imitated, curve)[0].tolist() == [10, 20, 30, 40, 50, 60]
+
+
+HEAD = ",".join(COLUMNS)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "is empty"),
+        ("a,b\n1,2\n", "no column side and no phase and no step and no episodes"),
+        (HEAD + "\n", "no rows, and a curve needs two"),
+        (
+            HEAD + "\nrobots,9,1,4,together,1,1,1,1,1,1\n",
+            "1 row, and a curve needs two",
+        ),
+        (HEAD + "\nrobots,9,1,many,x,1,1,1,1,1,1\n", "line 2: episodes is 'many'"),
+        (HEAD + "\nrobots,9,1,1,x,1,1,1,1,1,1,7\n", r"line 2: a cell too many"),
+        (HEAD + "\nhumans,9,1,4,x,1,1,1,1,1,1\n", "line 2: the side is 'humans'"),
+        (HEAD + "\nfire,9,1,4,x\n", "line 2: .*Reward is missing"),
+        (
+            HEAD + "\nfire,9,1,4,x,,,,,,\nfire,5,1,2,x,,,,,,\n",
+            "line 3: 2 episodes after 4",
+        ),
+    ],
+)
+def test_refuses_a_table_that_is_none_and_says_where(tmp_path, text, message):
+    """A file, a line, a column: never a traceback of csv or numpy."""
+    (tmp_path / "run.csv").write_text(text)
+    with pytest.raises(ValueError, match=message):
+        curves.read(tmp_path / "run.csv")
+
+
+def test_refuses_a_folder_without_a_table(tmp_path):
+    """The message says what would do."""
+    with pytest.raises(FileNotFoundError, match=r"Name the folder of a training"):
+        curves.read(tmp_path)
+
+
+def test_refuses_a_training_that_has_only_imitated_so_far(run):
+    """Rows there are, but none with a reward."""
+    with pytest.raises(ValueError, match="train for longer"):
+        curves.figure([run("a", [], imitation=3)])
+
+
+# -- The lines ----------------------------------------------------------------------
+
+
+def test_a_running_mean_looks_as_far_ahead_as_back():
+    """Window 2: one to each side, at the ends what there is."""
+    x, y = np.arange(5.0), np.array([1.0, 3.0, 5.0, 7.0, 0.0])
+    means = curves.smooth(x, y, np.zeros(5, dtype=int), window=2)
+    assert means.tolist() == pytest.approx([2, 3, 5, 4, 3.5])
+
+
+def test_a_running_mean_never_looks_across_a_switch():
+    """What happens at a switch is what one wants to see."""
+    x, y = np.arange(4.0), np.array([0.0, 0.0, 10.0, 10.0])
+    means = curves.smooth(x, y, np.array([0, 0, 1, 1]), window=100)
+    assert means.tolist() == [0, 0, 10, 10]
+
+
+def test_a_running_mean_agrees_with_the_sum_written_out():
+    """At uneven distances too, against a loop over all pairs."""
+    rng = np.random.default_rng(0)
+    x, y = np.sort(rng.uniform(0, 100, 60)), rng.normal(size=60)
+    part = (x > 40).astype(int)
+    pairs = (np.abs(x[:, None] - x) <= 5) & (part[:, None] == part)
+    expected = [y[near].mean() for near in pairs]
+    np.testing.assert_allclose(curves.smooth(x, y, part, window=10), expected)
+
+
+def test_the_mean_of_runs_is_drawn_where_all_of_them_are():
+    """From 1 to 3 here, at half way between the two."""
+    x, y = curves.mean_of(
+        [
+            (np.array([0.0, 3.0]), np.array([0.0, 3.0])),
+            (np.array([1.0, 4.0]), np.array([3.0, 6.0])),
+        ]
+    )
+    assert (x[0], x[-1]) == (1, 3)
+    np.testing.assert_allclose(y, x + 1)
+
+
+def test_a_line_is_broken_where_a_whole_phase_has_no_point():
+    """While one side learns, the other's losses are not drawn as if they were known."""
+    x, y = curves.with_gaps(
+        np.array([1.0, 2.0, 5.0]), np.array([7.0, 8.0, 9.0]), np.array([0, 0, 2])
+    )
+    assert x.tolist() == [1, 2, 3.5, 5]
+    assert np.isnan(y).tolist() == [False, False, True, False]
+
+
+# -- The page -----------------------------------------------------------------------
+
+
+@pytest.mark.paper("E6")
+def test_both_sides_share_the_axis_of_episodes(run):
+    """The robots' reward and the fire's, in their colours, up to the same episode."""
+    axes = panel(curves.figure([run("a", TOGETHER)]), "reward of an episode")
+    for colour in (curves.ROBOTS, curves.FIRE):
+        ((x, _),) = bold(axes, colour)
+        assert (x[0], x[-1]) == (10, 60)
+
+
+def test_values_of_a_single_run_are_what_the_table_says(run):
+    """Six rows, further apart than the window of the means: survivors in per cent."""
+    one = run("a", [("robots", 6)])
+    axes = panel(curves.figure([one]), "survivors")
+    ((_, y),) = bold(axes, curves.PEOPLE)
+    np.testing.assert_allclose(y, 100 * one.sides["robots"].values[SURVIVAL])
+
+
+def test_several_seeds_are_thin_lines_with_their_mean_in_bold(run):
+    """One bold line for three runs."""
+    runs = [run(str(seed), TOGETHER, seed) for seed in range(3)]
+    axes = panel(curves.figure(runs), "entropy of the policies")
+    blue = [line for line in axes.lines if to_hex(line.get_color()) == curves.ROBOTS]
+    lines = [line.get_linewidth() for line in blue if len(line.get_xdata())]
+    assert sorted(lines) == [0.9, 0.9, 0.9, 2]
+
+
+def test_switches_of_phase_are_marked_in_every_panel(run):
+    """Five vertical lines for three turns of each side."""
+    figure = curves.figure([run("a", IN_TURN)])
+    for title in (panel.title for panel in curves.PANELS):
+        marks = [
+            x[0]
+            for x in (m.get_xdata() for m in panel(figure, title).lines)
+            if len(x) == 2 and x[0] == x[1]
+        ]
+        assert marks == [30, 60, 90, 120, 150]
+
+
+def test_the_fires_losses_are_not_drawn_while_it_does_not_learn(run):
+    """Its first turn begins after episode 30."""
+    axes = panel(curves.figure([run("a", IN_TURN)]), "losses of the critics")
+    ((x, y),) = bold(axes, curves.FIRE)
+    known = x[~np.isnan(y)]
+    assert known.tolist() == [40, 50, 60, 100, 110, 120, 160, 170, 180]
+
+
+def test_what_was_imitated_stands_before_the_first_episode(run):
+    """It takes no episodes, so that it has a place of its own left of 0."""
+    figure = curves.figure([run("a", IMITATED, imitation=3)])
+    name = next(text for text in words(figure) if text.get_text() == "imitation")
+    assert name.get_position()[0] < 0
+    assert min(figure.axes[-1].get_xticks()) == 0
+
+
+@pytest.mark.parametrize("count", [1, 3])
+@pytest.mark.parametrize("phases", [TOGETHER, IMITATED, IN_TURN, IN_TURN * 8], ids=len)
+def test_nothing_overlaps_and_nothing_is_clipped(run, phases, count):
+    """However many switches there are, one can read all words on the page."""
+    runs = [run(str(k), phases, k, imitation=3 * (k % 2)) for k in range(count)]
+    figure = curves.figure(runs)
+    FigureCanvasAgg(figure).draw()
+    boxes = {text: text.get_window_extent() for text in drawn(figure)}
+    overlaps = [
+        (a.get_text(), b.get_text())
+        for a, b in combinations(boxes, 2)
+        if boxes[a].overlaps(boxes[b])
+    ]
+    assert overlaps == []
+    assert min(text.get_fontsize() for text in boxes) >= 6
+    (width, height), box = figure.get_size_inches(), figure.get_tightbbox()
+    assert 0 <= box.x0 < box.x1 <= width
+    assert 0 <= box.y0 < box.y1 <= height
+
+
+def test_the_caption_says_how_the_lines_were_made(run):
+    """The window in episodes, and whose decisions stand behind it."""
+    figure = curves.figure([run("a", IMITATED)])
+    caption = next(t.get_text() for t in words(figure) if "bold" in t.get_text())
+    assert "running means over 15 episodes, none across a switch" in caption
+    assert "robots 15,000, fire 15,000" in caption
+
+
+def test_a_side_that_does_not_learn_is_neither_drawn_nor_in_the_legend(run):
+    """A scripted fire has no entropy and no losses."""
+    figure = curves.figure([run("a", [("robots", 6)])])
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == ["robots", "robots' baseline"]
+
+
+def test_the_picture_is_written_whole(tmp_path):
+    """From the folder of a run to a file; its path comes back."""
+    (tmp_path / "summaries.csv").write_text(table(TOGETHER))
+    path = curves.draw([tmp_path], tmp_path / "curves.png")
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_refuses_another_format_before_it_reads_anything(tmp_path):
+    """The suffix is at fault, not the folder without a table."""
+    with pytest.raises(ValueError, match=r"End the name in \.png"):
+        curves.draw([tmp_path], tmp_path / "curves.jpg")

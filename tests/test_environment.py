@@ -1,0 +1,636 @@
+"""The game that is learnt: who acts when, what it pays, how it ends."""
+
+import subprocess
+import sys
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+from movies import shipped
+
+from reference.drawing import page
+from reference.learning import observations, pixels
+from reference.learning.environment import FIRE, Environment
+from reference.paper import DECISION_SECONDS, Scenario
+from reference.rewards import FireLit, FireRefused, fire_reward, group_reward
+from reference.robots import STRATEGIES, Patrol
+from reference.simulation import Simulation
+from reference.world import Fate, Instruction
+
+CALM = np.array([-1.0, 1.0, 1.0], dtype=np.float32)
+"""A fire that is refused: the corner of the main body is outside."""
+
+
+def game(name="tiny", robots=None, fire=None, seed=0, people=6, **scenario):
+    """An environment that has been reset."""
+    scene = Scenario(people=people, training=True, **scenario)
+    environment = Environment(shipped(name), scene, robots, fire)
+    environment.reset(seed)
+    return environment
+
+
+def idle(environment):
+    """Nobody goes anywhere, and no fire breaks out."""
+    keep = np.full(2, np.nan, dtype=np.float32)
+    return {agent: CALM if agent == FIRE else keep for agent in environment.agents}
+
+
+def sampled(environment, rng):
+    """An action for all who are there."""
+    return {
+        agent: rng.uniform(-1, 1, environment.action_space(agent).shape)
+        for agent in environment.agents
+    }
+
+
+def episode(environment, seed, actions=7):
+    """All returns of an episode of random actions, the reset's first."""
+    rng = np.random.default_rng(actions)
+    told = [environment.reset(seed)]
+    while environment.agents:
+        told.append(environment.step(sampled(environment, rng)))
+    return told
+
+
+def same(one, other):
+    """Are two such things the same, number by number?"""
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[k], other[k]) for k in one)
+    if isinstance(one, list | tuple):
+        return len(one) == len(other) and all(map(same, one, other))
+    return np.array_equal(one, other)
+
+
+def gone(environment, *floors):
+    """Let everybody on these floors be out."""
+    world = environment.simulation.world
+    world.bodies.fate[np.isin(world.bodies.floor, floors)] = Fate.EVACUATED
+    for floor in floors:
+        world.occupancy[floor] = 0
+
+
+# -- Who acts -----------------------------------------------------------------------
+
+
+def test_all_agents_are_there_after_a_reset():
+    """Six robots and the fire of the paper, also if a floor has no work for them."""
+    environment = game("paper", people_per_floor=(5, 0, 0))
+    names = [f"robot_{k}" for k in range(6)] + ["fire_0"]
+    assert environment.agents == environment.possible_agents == names
+    seen, infos = environment.reset(1)
+    assert list(seen) == list(infos) == names
+    assert [info["acts"] for info in infos.values()] == [1, 1, 0, 0, 0, 0, 0]
+
+
+def test_a_side_that_a_strategy_plays_is_not_among_the_agents():
+    """Robots against a scripted fire, the fire against scripted robots."""
+    assert game(fire="greedy").possible_agents == [f"robot_{k}" for k in range(4)]
+    assert game(robots="sweep").possible_agents == ["fire_0"]
+    assert game(robots="none").possible_agents == ["fire_0"]
+    assert game(robots_per_floor=0).possible_agents == ["fire_0"]
+
+
+def test_refuses_a_game_without_agents():
+    """Both sides scripted: that is a simulation."""
+    with pytest.raises(ValueError, match="nobody acts"):
+        game(robots="sweep", fire="random")
+
+
+def test_refuses_what_the_simulation_refuses_at_once():
+    """Not only at the first reset."""
+    building = shipped("tiny")
+    with pytest.raises(ValueError, match="unknown robot strategy 'sweeep'"):
+        Environment(building, robots="sweeep")
+    with pytest.raises(ValueError, match="people do not fit"):
+        Environment(building, Scenario(people=5000))
+
+
+def test_neither_pettingzoo_nor_torch_is_needed():
+    """Whoever only plays does not wait for them."""
+    code = "import sys, reference.learning.environment; print(*sys.modules)"
+    loaded = subprocess.check_output([sys.executable, "-c", code], text=True).split()
+    assert "reference.learning.environment" in loaded
+    assert not {"pettingzoo", "gymnasium", "torch", "matplotlib"} & set(loaded)
+
+
+# -- Spaces and infos ---------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["tiny", "paper", "tower"])
+def test_everything_observed_is_in_its_space(name):
+    """At the reset, at every step, and for those who leave."""
+    environment = game(name, time_limit=60)
+    for told in episode(environment, seed=3):
+        for agent, seen in told[0].items():
+            assert seen in environment.observation_space(agent)
+        for numbers in (seen["vector"], seen["grid"]):
+            assert numbers.dtype == np.float32
+
+
+def test_spaces_are_the_same_objects_each_time():
+    """Frameworks ask again and again, and seed them."""
+    environment = game()
+    spaces = {a: environment.observation_space(a) for a in environment.agents}
+    actions = {a: environment.action_space(a) for a in environment.agents}
+    episode(environment, seed=1)
+    for agent in environment.possible_agents:
+        assert environment.observation_space(agent) is spaces[agent]
+        assert environment.action_space(agent) is actions[agent]
+    assert len(set(map(id, actions.values()))) == len(actions)
+
+
+def test_a_space_samples_what_it_contains():
+    """The same seed, the same samples; other shapes, types and numbers are outside."""
+    environment = game()
+    for space in (environment.action_space("robot_0"), environment.state_space):
+        space.seed(4)
+        first = space.sample()
+        assert first in space and not np.array_equal(first, space.sample())
+        space.seed(4)
+        assert np.array_equal(first, space.sample())
+        assert first[1:] not in space and first.astype(float) not in space
+        assert first * np.nan not in space
+    seen = environment.observation_space("robot_0")
+    seen.seed(4)
+    assert seen.sample() in seen and {"vector": seen["vector"].sample()} not in seen
+
+
+def test_infos_are_numbers_with_the_same_names_from_the_reset_on():
+    """So that whoever averages them never misses one."""
+    environment = game(time_limit=40)
+    told = episode(environment, seed=1)
+    names = set(told[0][1]["robot_0"])
+    assert names >= {"acts", "people_inside", "group_reward", "evacuated", "died"}
+    for infos in (step[-1] for step in told):
+        for info in infos.values():
+            assert set(info) == names
+            assert all(type(number) is float for number in info.values())
+
+
+def test_infos_tell_how_the_episode_stands():
+    """In the end the same as the simulation's outcome."""
+    environment = game()
+    infos = episode(environment, seed=5)[-1][-1]
+    outcome, info = environment.simulation.outcome(), infos[FIRE]
+    assert (info["evacuated"], info["died"]) == (outcome.evacuated, outcome.died)
+    assert info["people_inside"] == outcome.inside
+    assert info["group_reward"] == outcome.reward
+    assert info["seconds"] == outcome.simulated_seconds
+
+
+def test_what_is_returned_belongs_to_whoever_gets_it():
+    """Writing into one agent's observation or info spoils nobody else's."""
+    one, other = game(), game()
+    for _ in range(3):
+        seen, _, _, _, infos = one.step(idle(one))
+        expected = other.step(idle(other))
+        for numbers in (seen["robot_0"]["vector"], seen["robot_0"]["grid"]):
+            numbers[:] = 99
+        infos["robot_0"]["died"] = 99.0
+        one.agents.copy().clear()
+        for agent in ("robot_1", FIRE):
+            assert same(seen[agent], expected[0][agent])
+            assert infos[agent] == expected[4][agent]
+
+
+# -- The robots' actions ------------------------------------------------------------
+
+
+def test_a_step_is_one_decision():
+    """Five seconds."""
+    environment = game()
+    for number in range(1, 4):
+        environment.step(idle(environment))
+        seconds = environment.simulation.world.time
+        assert seconds == pytest.approx(number * DECISION_SECONDS)
+        assert environment.decision == number
+
+
+@pytest.mark.paper("C5")
+def test_a_robot_goes_where_its_action_says():
+    """Two floats: (0.25, -0.5) of a body of 40 x 40 m is 5 m east and 10 m south."""
+    environment = game("paper")
+    actions = idle(environment) | {"robot_3": np.float32([0.25, -0.5])}
+    environment.step(actions)
+    robots = environment.simulation.world.robots
+    assert robots[3].destination.tolist() == [5.0, -10.0]
+    assert all(r.destination is None for k, r in enumerate(robots) if k != 3)
+
+
+def test_an_action_beyond_the_main_body_is_cut_off():
+    """At the walls, and Eq. 1 is asked after that."""
+    environment = game("paper")
+    environment.step(idle(environment) | {"robot_0": [-7.0, 0.0]})
+    assert environment.simulation.world.robots[0].destination.tolist() == [-20.0, 0.0]
+
+
+@pytest.mark.paper("C6")
+def test_an_action_near_a_stairwell_means_the_stairwell():
+    """It lies outside the main body, but its middle can be chosen by Eq. 1."""
+    environment = game("paper")
+    well = environment.building.stairwells[0]
+    spot = observations.to_half_bodies(environment.building, np.array(well.centre))
+    assert np.abs(spot).max() > 1
+    environment.step(idle(environment) | {"robot_2": spot})
+    robot = environment.simulation.world.robots[2]
+    assert robot.destination.tolist() == list(well.centre)
+    assert robot.instruction is Instruction.THIS_STAIRWELL
+
+
+def test_a_robot_that_says_nan_keeps_its_destination():
+    """And walks on."""
+    environment = game("paper")
+    environment.step(idle(environment) | {"robot_0": [0.25, -0.5]})
+    before = environment.simulation.world.robots[0].position
+    environment.step(idle(environment))
+    robot = environment.simulation.world.robots[0]
+    assert robot.destination.tolist() == [5.0, -10.0]
+    assert not np.array_equal(robot.position, before)
+
+
+class Noted:
+    """A strategy that notes what another decides: destinations by body."""
+
+    def __init__(self, name):
+        self.strategy, self.decisions = STRATEGIES[name](), []
+
+    def decide(self, world, robots, rng):
+        """What the other decides."""
+        answers = self.strategy.decide(world, robots, rng)
+        bodies = [robot.body - len(world.bodies) for robot in robots]
+        self.decisions.append(dict(zip(bodies, answers, strict=True)))
+        return answers
+
+
+@pytest.mark.paper("C7")
+@pytest.mark.parametrize("name", ["patrol", "sweep", "random"])
+def test_a_strategys_decisions_played_as_actions_give_the_strategys_run(name):
+    """A model and an algorithm are interchangeable; float32 is enough."""
+    environment = game("paper", people=20, fire="random", seed=2)
+    building, noted = environment.building, Noted(name)
+    scripted = Simulation(building, environment.scenario, noted, "random", seed=2)
+    scripted.run()
+    for decided in noted.decisions:
+        actions = idle(environment)
+        for k, where in decided.items():
+            if where is not None:
+                spot = observations.to_half_bodies(building, np.array(where))
+                actions[f"robot_{k}"] = spot.astype(np.float32)
+        environment.step(actions)
+    assert environment.simulation.done
+    ours, theirs = environment.simulation.events, scripted.events
+    assert [(type(e), e.time) for e in ours] == [(type(e), e.time) for e in theirs]
+    assert group_reward(ours) == pytest.approx(group_reward(theirs))
+
+
+# -- The fire's action --------------------------------------------------------------
+
+
+def ablaze(environment, floor=0):
+    """The fire asks for a free cell in the middle of a room of a floor."""
+    room = max(environment.building.rooms(floor), key=lambda area: area.size)
+    x, y = environment.building.metres(*room.cells[len(room.cells) // 2].tolist())
+    spot = observations.to_half_bodies(environment.building, np.array([x, y]))
+    share = (2 * floor + 1) / environment.building.floors - 1
+    return idle(environment) | {FIRE: np.float32([share, *spot])}
+
+
+def asked(environment):
+    """What has become of the fire's decisions."""
+    return [
+        event
+        for event in environment.simulation.events
+        if isinstance(event, FireLit | FireRefused)
+    ]
+
+
+@pytest.mark.paper("D2")
+def test_the_fires_action_is_read_at_every_third_decision():
+    """From the third on: numbers 2, 5, 8, ..., and infos say so a step before."""
+    environment = game("paper", people=40)
+    read, told = [], []
+    for number in range(12):
+        before = len(asked(environment))
+        infos = environment.step(ablaze(environment))[-1]
+        read += [number] * (len(asked(environment)) - before)
+        told += [number + 1] * int(infos[FIRE]["acts"])
+    assert read == told == [2, 5, 8, 11]
+    first, *others = asked(environment)
+    assert isinstance(first, FireLit) and first.time == 10.0
+    assert all(isinstance(event, FireRefused) for event in others)  # it burns there
+
+
+@pytest.mark.paper("D2")
+@pytest.mark.parametrize(
+    ("number", "floor"), [(-1, 0), (-0.34, 0), (-0.3, 1), (0.3, 1), (0.34, 2), (1, 2)]
+)
+def test_the_fires_first_number_is_the_floor(number, floor):
+    """Thirds of [-1, 1] for three floors."""
+    environment = game("paper", people=1)
+    actions = idle(environment)
+    for _ in range(3):
+        environment.step(actions | {FIRE: [number, 0.0, 0.0]})
+    (event,) = asked(environment)
+    assert (event.floor, event.x, event.y) == (floor, 0.5, 0.5)
+
+
+def test_a_fire_without_sources_never_acts_again():
+    """It stays to the end, for its rewards go on."""
+    environment = game("paper", people=20, sources=1)
+    told = [environment.step(ablaze(environment)) for _ in range(12)]
+    acts = [step[-1][FIRE]["acts"] for step in told]
+    assert sum(acts) == 1 and acts[1] == 1
+    assert FIRE in environment.agents
+
+
+# -- Rewards ------------------------------------------------------------------------
+
+
+@pytest.mark.paper("E5")
+def test_every_robot_is_paid_what_the_group_earns():
+    """Step by step what the events are worth; the sum is the episode's reward."""
+    environment = game("paper", people=20)
+    total, seen = 0.0, 0
+    for _, rewards, *_ in episode(environment, seed=6)[1:]:
+        paid = {rewards[agent] for agent in rewards if agent != FIRE}
+        assert len(paid) <= 1
+        total, seen = total + sum(paid), seen + 1
+    assert seen == environment.decision
+    assert total == pytest.approx(group_reward(environment.simulation.events))
+
+
+@pytest.mark.paper("D6")
+def test_the_fire_is_paid_what_the_robots_lose_less_its_penalties():
+    """A refused fire costs it something, in training."""
+    environment = game("paper", people=20)
+    rewards = [step[1][FIRE] for step in episode(environment, seed=6)[1:]]
+    events = environment.simulation.events
+    assert sum(rewards) == pytest.approx(fire_reward(events))
+    assert any(isinstance(event, FireRefused) for event in events)
+    assert sum(rewards) < -group_reward(events)
+
+
+# -- Who leaves, and how it ends ----------------------------------------------------
+
+
+@pytest.mark.paper("C8")
+def test_a_robot_leaves_when_its_floor_and_all_above_are_empty():
+    """With a last observation and reward; the others go on."""
+    environment = game("paper", people=12)
+    gone(environment, 2)
+    seen, rewards, terminations, truncations, infos = environment.step(
+        idle(environment)
+    )
+    assert [a for a in terminations if terminations[a]] == ["robot_4", "robot_5"]
+    assert not any(truncations.values())
+    for told in (seen, rewards, infos):
+        assert {"robot_4", "robot_5"} <= told.keys()
+    assert infos["robot_4"]["acts"] == 0
+    assert environment.agents == ["robot_0", "robot_1", "robot_2", "robot_3", FIRE]
+
+
+@pytest.mark.paper("C8")
+def test_a_robot_stays_while_people_above_still_come_through():
+    """The second floor is empty, the third is not."""
+    environment = game("paper", people=12)
+    gone(environment, 1)
+    environment.step(idle(environment))
+    assert environment.agents == environment.possible_agents
+
+
+def test_actions_of_agents_that_left_are_ignored():
+    """Whatever they are."""
+    environment = game("paper", people=12)
+    gone(environment, 2)
+    environment.step(idle(environment))
+    seen, *_ = environment.step(idle(environment) | {"robot_4": "hello"})
+    assert "robot_4" not in seen
+
+
+def test_when_nobody_is_inside_all_who_are_there_are_terminated():
+    """At once, in the middle of a step too."""
+    environment = game("paper", people=12)
+    gone(environment, 0, 1, 2)
+    _, _, terminations, truncations, infos = environment.step(idle(environment))
+    assert all(terminations.values()) and not any(truncations.values())
+    assert list(terminations) == environment.possible_agents
+    assert environment.agents == []
+    assert {info["acts"] for info in infos.values()} == {0.0}
+
+
+def test_when_time_is_up_all_who_are_there_are_truncated():
+    """Also a robot whose floor has emptied in this very step: one flag for all."""
+    environment = game("paper", people=12, time_limit=12)
+    for _ in range(2):
+        environment.step(idle(environment))
+    gone(environment, 2)
+    _, _, terminations, truncations, _ = environment.step(idle(environment))
+    assert all(truncations.values()) and not any(terminations.values())
+    assert environment.simulation.world.time == pytest.approx(12)
+    assert environment.agents == []
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nobody_comes_back_and_nobody_is_forgotten(seed):
+    """Whoever was there is told everything; whoever left is told nothing more."""
+    environment = game("paper", people=9, seed=seed)
+    there = set(environment.agents)
+    rng = np.random.default_rng(seed)
+    while there:
+        told = environment.step(sampled(environment, rng))
+        assert all(set(part) == there for part in told)
+        left = {a for a in there if told[2][a] or told[3][a]}
+        there -= left
+        assert set(environment.agents) == there
+    assert environment.simulation.done
+
+
+def test_after_the_end_a_step_is_empty():
+    """Until the next reset."""
+    environment = game(people=0)
+    environment.step(idle(environment))
+    assert environment.step({}) == ({}, {}, {}, {}, {})
+    environment.reset()
+    assert environment.agents == environment.possible_agents
+
+
+# -- Mistakes -----------------------------------------------------------------------
+
+
+def test_refuses_a_step_before_the_first_reset():
+    """And says what to do."""
+    with pytest.raises(RuntimeError, match=r"call reset\(\)"):
+        Environment(shipped("tiny")).step({})
+
+
+@pytest.mark.parametrize(
+    "action",
+    [[0.0], [0.0, 0.0, 0.0], [[0.0, 0.0]], 1.0, "east", None, [np.nan, 0], [np.inf, 0]],
+)
+def test_refuses_an_action_that_is_none_by_the_name_of_the_agent(action):
+    """Too few numbers, too many, no numbers."""
+    environment = game()
+    with pytest.raises(ValueError, match="robot_2: an action is 2 numbers"):
+        environment.step(idle(environment) | {"robot_2": action})
+
+
+def test_refuses_nan_from_the_fire():
+    """It has no old decision to keep."""
+    environment = game()
+    with pytest.raises(ValueError, match="fire_0: an action is 3 numbers"):
+        environment.step(idle(environment) | {FIRE: np.full(3, np.nan)})
+
+
+def test_refuses_a_missing_action_by_the_name_of_the_agent():
+    """Nothing has happened then, and the step can be taken again."""
+    environment = game()
+    actions = idle(environment)
+    some = {agent: actions[agent] for agent in actions if agent != "robot_3"}
+    with pytest.raises(ValueError, match="robot_3 is still there, but has no action"):
+        environment.step(some)
+    assert environment.decision == 0 and environment.simulation.ticks == 0
+
+
+def test_refuses_an_agent_that_never_was():
+    """A slip of the pen."""
+    environment = game()
+    with pytest.raises(ValueError, match="there is no agent 'robot_9'"):
+        environment.step(idle(environment) | {"robot_9": [0, 0]})
+
+
+def test_refuses_a_negative_seed():
+    """In a sentence."""
+    with pytest.raises(ValueError, match="a seed is 0 or more, not -1"):
+        game(seed=-1)
+
+
+# -- Seeds --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["tiny", "paper"])
+def test_the_same_seed_and_actions_give_the_same_episode_to_the_end(name):
+    """Observations, rewards, ends, infos: in two environments, and in one again."""
+    one, other = game(name, people=12), game(name, people=12, seed=8)
+    first = episode(one, seed=3)
+    assert len(first) > 5
+    assert same(first, episode(other, seed=3))
+    assert same(first, episode(one, seed=3))
+
+
+def test_other_seeds_and_other_actions_give_other_episodes():
+    """One of the two is enough."""
+    environment = game()
+    first = episode(environment, seed=3)
+    assert not same(first, episode(environment, seed=4))
+    assert not same(first, episode(environment, seed=3, actions=8))
+
+
+def test_a_scripted_side_begins_anew_in_every_episode():
+    """Also one that is given as an object and remembers its round."""
+    patrol = Patrol()
+    environment = game(robots=patrol)
+    first = episode(environment, seed=3)
+    assert same(first, episode(environment, seed=3))
+    assert patrol._stops == {}
+
+
+def test_resets_without_a_seed_follow_from_the_last_one_given():
+    """As gymnasium's environments do: another episode each, the same series again."""
+    environment = game()
+
+    def series():
+        told = [environment.reset(7)] + [environment.reset() for _ in range(3)]
+        return [seen[FIRE]["vector"] for seen, _ in told]
+
+    one, other = series(), series()
+    assert same(one, other)
+    assert not any(np.array_equal(a, b) for a, b in pairwise(one))
+
+
+def test_without_any_seed_every_environment_is_another():
+    """Fresh randomness."""
+    one, other = (Environment(shipped("tiny")) for _ in range(2))
+    seen = [environment.reset()[0][FIRE]["vector"] for environment in (one, other)]
+    assert not np.array_equal(*seen)
+
+
+# -- State and picture --------------------------------------------------------------
+
+
+def test_the_state_is_one_flat_array_of_fixed_size():
+    """Float32, in its space, the same for everybody."""
+    environment = game("paper", people=12, time_limit=80)
+    rng = np.random.default_rng(0)
+    while environment.agents:
+        state = environment.state()
+        assert state in environment.state_space
+        before = state
+        environment.step(sampled(environment, rng))
+        assert not np.array_equal(environment.state(), before)
+    assert environment.state() in environment.state_space
+
+
+@pytest.mark.parametrize("name", ["tiny", "paper", "maze"])
+def test_the_picture_is_of_bytes_and_shows_all_floors(name):
+    """Side by side, with a gap of outside around each."""
+    environment = game(name)
+    picture = environment.render()
+    floors, rows, cols = environment.building.kind.shape
+    cells = rows + 2 * pixels.GAP, floors * (cols + pixels.GAP) + pixels.GAP
+    assert picture.shape == (cells[0] * pixels.SIDE, cells[1] * pixels.SIDE, 3)
+    assert picture.dtype == np.uint8
+
+
+def test_the_picture_shows_people_robots_and_flames():
+    """Each has a colour of its own, where it is."""
+    environment = game("paper", people=3, fire="random", robots_per_floor=1)
+    for _ in range(12):
+        environment.step(idle(environment))
+    picture, world = environment.render(), environment.simulation.world
+    side, cols = pixels.SIDE, environment.building.kind.shape[2]
+
+    def colour(floor, x, y):
+        row, col = environment.building.cell(x, y)
+        top = (pixels.GAP + row) * side
+        left = (pixels.GAP + floor * (cols + pixels.GAP) + col) * side
+        cell = picture[top : top + side, left : left + side].reshape(-1, 3)
+        return {tuple(pixel) for pixel in cell.tolist()}
+
+    for robot in world.robots:
+        assert pixels.ROBOT in colour(robot.floor, *robot.position)
+    for source in world.flames.sources:
+        assert pixels.SOURCE in colour(source.floor, source.x, source.y)
+    floor, row, col = np.argwhere(world.flames.burning)[-1].tolist()
+    at = environment.building.metres(row, col)
+    assert {pixels.FLAME, pixels.EMBER} & colour(floor, *at)
+    person = np.flatnonzero(world.bodies.walking)[0]
+    floor, at = int(world.bodies.floor[person]), world.bodies.position[person]
+    assert pixels.INK in colour(floor, *at)
+
+
+def test_the_pictures_of_the_empty_building_do_not_change():
+    """What was painted over stays in the picture it was painted in."""
+    environment = game("paper", fire="random", people=20)
+    before = environment.render()
+    for _ in range(10):
+        environment.step(idle(environment))
+    assert not np.array_equal(environment.render(), before)
+    environment.reset(0)
+    assert np.array_equal(environment.render(), before)
+
+
+@pytest.mark.paper("A4")
+def test_the_picture_has_the_colours_of_the_drawings():
+    """Doors are blue, entrances purple, exits green."""
+    for kind, colour in page.COLOURS.items():
+        wanted = [round(255 * part) for part in to_rgb(colour)]
+        assert list(pixels.COLOURS[kind]) == wanted
+
+
+def test_refuses_a_kind_of_picture_there_is_not():
+    """There is one."""
+    environment = Environment(shipped("tiny"), render_mode="human")
+    with pytest.raises(ValueError, match="no render_mode 'human'; there is rgb_array"):
+        environment.render()
+    assert environment.metadata["render_modes"] == ["rgb_array"]

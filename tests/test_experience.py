@@ -1,0 +1,178 @@
+"""Trajectories are cut into segments, fill a buffer, and come out as minibatches."""
+
+import lives
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from lives import life, through_a_file
+
+from reference.learning.experience import (
+    Buffer,
+    Decisions,
+    decisions_of,
+    minibatches,
+    segments,
+)
+
+
+def alive(*lives_, T):
+    """(T + 1, G): how many decisions each agent makes."""
+    return np.arange(T + 1)[:, None] < np.array(lives_)[None]
+
+
+@pytest.mark.paper("E3")
+def test_a_step_is_one_agent_s_decision():
+    """Three of one and one of the other are four, whoever is cut off at the end."""
+    assert life("###", "#..").steps == 4
+    assert life("##>", "##>").steps == 4
+    assert len(life("###", "#..")) == 3
+
+
+@pytest.mark.paper("C8")
+def test_a_trajectory_ends_with_its_agent_and_with_the_horizon():
+    """Five and three decisions, cut after every two."""
+    cuts = list(segments(alive(5, 3, 5, T=5), horizon=2))
+    assert cuts == [(0, 2, [0, 1, 2]), (2, 3, [1]), (2, 4, [0, 2]), (4, 5, [0, 2])]
+
+
+@pytest.mark.paper("E3")
+@given(st.lists(st.integers(0, 9), min_size=1, max_size=4), st.integers(1, 10))
+def test_segments_hold_every_decision_of_every_agent_once(lengths, horizon):
+    """Agent by agent: 0, h, 2h, ... and what is left."""
+    found: dict[int, list[tuple[int, int]]] = {k: [] for k in range(len(lengths))}
+    for first, last, agents in segments(alive(*lengths, T=max(lengths)), horizon):
+        for agent in agents:
+            found[agent].append((first, last))
+    for agent, length in enumerate(lengths):
+        starts = range(0, length, horizon)
+        assert found[agent] == [(k, min(k + horizon, length)) for k in starts]
+
+
+# -- The buffer ---------------------------------------------------------------------
+
+
+@pytest.mark.paper("E3")
+def test_the_buffer_is_full_when_it_holds_more_than_its_size():
+    """Four of four are not enough; steps are counted, not group decisions."""
+    buffer = Buffer(4)
+    buffer.add(decisions_of(life("###", "#..")))
+    assert (len(buffer), buffer.full) == (4, False)
+    buffer.add(decisions_of(life("#")))
+    assert (len(buffer), buffer.full) == (5, True)
+
+
+@pytest.mark.paper("E3")
+def test_all_of_the_buffer_comes_out_at_once_and_in_order():
+    """And it is empty then."""
+    buffer, lives_ = Buffer(4), [life("##"), life("###", seed=1)]
+    for t in lives_:
+        buffer.add(decisions_of(t))
+    everything = buffer.emptied()
+    expected = np.concatenate([t.vectors[:-1] for t in lives_])
+    assert np.array_equal(everything.vectors.numpy(), expected)
+    assert len(buffer) == 0 and not buffer.full
+
+
+@pytest.mark.paper("E3")
+def test_a_buffer_comes_back_from_a_checkpoint_as_it_was():
+    """Tensor by tensor, though its grids are packed to an eighth."""
+    buffer, again = Buffer(4), Buffer(4)
+    for t in (life("##", "#."), life("##>", "##>", seed=1)):
+        buffer.add(decisions_of(t))
+    state = buffer.state()
+    again.load(through_a_file({"buffer": state})["buffer"])
+    before, after = dict(buffer.emptied().tensors()), dict(again.emptied().tensors())
+    assert before.keys() == after.keys()
+    assert all(torch.equal(x, after[name]) for name, x in before.items())
+    assert state[0]["grids"]["bits"].numel() == before["grids"][:2].numel() / 8
+
+
+# -- Minibatches --------------------------------------------------------------------
+
+
+def drawn(decisions, batch_size, seed=0):
+    """The minibatches, as lists of the rewards that mark their rows."""
+    rng = torch.Generator().manual_seed(seed)
+    return list(minibatches(decisions, batch_size, rng))
+
+
+def numbered(*agents):
+    """Decisions whose advantages say which row they were."""
+    decisions = decisions_of(life(*agents))
+    rows = torch.arange(len(decisions))[:, None].expand_as(decisions.alive)
+    decisions.advantages = rows.clone().float()
+    return decisions
+
+
+@pytest.mark.paper("E3")
+def test_a_lone_agent_s_rows_are_shuffled_and_the_tail_is_dropped():
+    """Eleven rows in batches of four: two batches, no row twice, another order."""
+    batches = drawn(numbered("#" * 11), 4)
+    rows = torch.cat([b.advantages[:, 0] for b in batches]).tolist()
+    assert [len(b) for b in batches] == [4, 4]
+    assert len(set(rows)) == 8 and rows != sorted(rows)
+
+
+@pytest.mark.paper("E3")
+def test_minibatches_of_a_group_hold_about_batch_size_steps():
+    """⌊21/6⌋ = 3 of them from 9 decisions of 3, 2 or 1 agents, two decisions each."""
+    decisions = numbered("#" * 9, "#######..", "#####....")
+    batches = drawn(decisions, 6)
+    assert [len(b) for b in batches] == [2, 2, 2]
+    rows = [set(b.advantages[:, 0].tolist()) for b in batches]
+    assert len(set.union(*rows)) == 6
+
+
+@pytest.mark.paper("E3")
+@given(st.integers(1, 40), st.integers(1, 4), st.integers(1, 40), st.integers(0, 9))
+def test_there_are_as_many_minibatches_as_whole_batches_of_steps(T, G, size, seed):
+    """Each of a size, no decision in two of them, however the group shrinks."""
+    lengths = np.random.default_rng(seed).integers(1, T + 1, G)
+    lengths[0] = T
+    decisions = numbered(*("#" * n for n in lengths))
+    batches = drawn(decisions, size, seed)
+    each = max(1, T * size // sum(lengths))
+    assert len(batches) == min(sum(lengths) // size, T)
+    assert all(len(b) == each and b.alive.any() for b in batches)
+    rows = [row for b in batches for row in b.advantages[:, 0].tolist()]
+    assert len(rows) == len(set(rows))
+
+
+@pytest.mark.paper("E3")
+def test_a_batch_smaller_than_the_group_is_one_decision_of_it():
+    """Nothing would be the mean of no rows, which is no number."""
+    assert [len(b) for b in drawn(numbered("##", "##", "##"), 2)] == [1, 1]
+
+
+@pytest.mark.paper("E3")
+def test_a_minibatch_s_rows_stay_together():
+    """All tensors are shuffled alike."""
+    decisions = numbered("#" * 6)
+    for b in drawn(decisions, 2):
+        rows = b.advantages[:, 0].long()
+        assert torch.equal(b.vectors, decisions.vectors[rows])
+        assert torch.equal(b.log_probs, decisions.log_probs[rows])
+
+
+def test_a_pointer_s_options_travel_with_the_decisions():
+    """There are none for Gaussians; for a pointer both tensors, row by row."""
+    assert decisions_of(life("##")).options is None
+    features = np.arange(24, dtype=np.float32).reshape(2, 1, 4, 3)
+    allowed = np.ones((2, 1, 4), dtype=bool)
+    pointed = decisions_of(life("##", features=features, allowed=allowed))
+    both = Decisions.joined([pointed, pointed]).rows(torch.tensor([3, 0]))
+    assert both.options is not None
+    assert np.array_equal(both.options.features.numpy(), features[[1, 0]])
+    assert both.options.allowed.shape == (2, 1, 4)
+
+
+def test_what_is_drawn_is_what_the_tests_mean():
+    """`life` itself: who decides when, and who is cut off."""
+    t = life("##>", "#..")
+    assert t.alive.T.tolist() == [[True, True, True], [True, False, False]]
+    assert lives.shown(np.array([[0.5, 2.0]]), MIXED_ONE).tolist() == [[0.5, 0, 0, 1]]
+
+
+MIXED_ONE = lives.Sizes(vector=1, grid=(1, 20, 20), continuous=1, branches=(3,))

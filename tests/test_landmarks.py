@@ -1,0 +1,287 @@
+"""Landmarks: what a pointer head chooses among, where it leads, if it is enough."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from movies import shipped, stage
+
+from reference.building import Kind
+from reference.fire import Generator, Refused
+from reference.learning.environment import destination, fire_decision
+from reference.learning.landmarks import (
+    FIRE_FEATURES,
+    ROBOT_FEATURES,
+    FireOption,
+    FireOptions,
+    RobotOption,
+    RobotOptions,
+)
+from reference.learning.observations import fire_vector, grid, robot_vectors
+from reference.navigation import prepared
+from reference.paper import Scenario
+from reference.robots import actual_target, instruction_for
+from reference.simulation import Simulation
+from reference.world import Instruction
+
+BUILDINGS = ("paper", "tiny", "museum", "maze", "school", "tower")
+BOARD = """
+    ########################
+    #qp........#..........r#
+    #..........#...........#
+    #..R.......+...........E
+    #..........#...........#
+    #..........#...........#
+    ########################
+    """
+
+
+def robots_of(sim):
+    """All robots' options now."""
+    options = RobotOptions(sim.building, sim.scenario)
+    return options(robot_vectors(sim.world, sim.scenario), grid(sim.world))
+
+
+def fire_of(sim):
+    """The fire's options now."""
+    options = FireOptions(sim.building, sim.scenario)
+    return options(fire_vector(sim.world, sim.scenario)[None], grid(sim.world))
+
+
+def moments(name, every=10.0, robots="sweep", seed=3, **scenario):
+    """A simulation as it is at a few decisions of one evacuation."""
+    sim = Simulation(shipped(name), Scenario(**scenario), robots, "random", seed)
+    while not sim.done:
+        yield sim
+        for _ in range(round(every / sim.tick)):
+            sim.step()
+    yield sim
+
+
+def feature(options, name):
+    """(G, K) one of the robots' features."""
+    return options.features[..., ROBOT_FEATURES.index(name)]
+
+
+def of_kind(options, kind):
+    """(G, K) bool: options of robots that are of this kind."""
+    return options.allowed & (feature(options, kind.name.lower()) > 0)
+
+
+class Scorer:
+    """Robots, or a fire, that choose by a formula of the features alone."""
+
+    def __init__(self, formula, scenario):
+        self.formula, self.scenario = formula, scenario
+        self.options = None
+
+    def _best(self, options, names):
+        columns = dict(zip(names, np.moveaxis(options.features, -1, 0), strict=True))
+        scores = np.where(options.allowed, self.formula(columns), -np.inf)
+        best = scores.argmax(axis=1)
+        return np.take_along_axis(options.places, best[:, None, None], axis=1)[:, 0]
+
+
+class RobotScorer(Scorer):
+    """... robots."""
+
+    def decide(self, world, robots, rng):
+        """Where the formula leads."""
+        self.options = self.options or RobotOptions(world.building, self.scenario)
+        seen = robot_vectors(world, self.scenario), grid(world)
+        actions = self._best(self.options(*seen), ROBOT_FEATURES)
+        first = len(world.bodies)
+        return [destination(world.building, actions[r.body - first]) for r in robots]
+
+
+class FireScorer(Scorer):
+    """... a fire."""
+
+    def decide(self, world, rng):
+        """Where the formula strikes."""
+        self.options = self.options or FireOptions(world.building, self.scenario)
+        seen = fire_vector(world, self.scenario)[None], grid(world)
+        actions = self._best(self.options(*seen), FIRE_FEATURES)
+        return fire_decision(world.building, actions[0])
+
+
+def survival(robots, fire, seeds, scenario):
+    """Mean share of the people who get out of the paper's building."""
+    runs = [
+        Simulation(shipped("paper"), scenario, robots, fire, seed).run()
+        for seed in seeds
+    ]
+    return np.mean([run.evacuated / run.people for run in runs])
+
+
+# -- The robots' options ------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_robots_always_have_an_option_in_the_main_body(name):
+    """At every decision, with finite features; whoever has left may only stay."""
+    for sim in moments(name):
+        options = robots_of(sim)
+        assert options.allowed[:, 0].all()
+        assert np.isfinite(options.features).all()
+        assert np.abs(options.places).max(initial=0) <= 1
+        assert np.abs(options.features).max(initial=0) <= 10
+        at_work = [sim.world.people_at_or_above(r.floor) > 0 for r in sim.world.robots]
+        assert (options.allowed.sum(axis=1) > 1).tolist() == at_work
+
+
+@pytest.mark.paper("C6", "Eq. 1")
+@pytest.mark.parametrize("name", BUILDINGS)
+@pytest.mark.parametrize(
+    ("kind", "told"),
+    [
+        (RobotOption.STAIRWELL, Instruction.THIS_STAIRWELL),
+        (RobotOption.EXIT, Instruction.THIS_EXIT),
+        (RobotOption.LANDING, Instruction.FOLLOW_ME),
+    ],
+)
+def test_a_way_out_is_what_people_are_told(name, kind, told):
+    """The emitted action, through Eq. 1, gives the instruction that is meant."""
+    sim = Simulation(shipped(name))
+    options = robots_of(sim)
+    for g, k in np.argwhere(of_kind(options, kind)).tolist():
+        floor = sim.world.robots[g].floor
+        aim = destination(sim.building, options.places[g, k])
+        target = actual_target(sim.building, floor, *aim)
+        assert instruction_for(sim.building, floor, target) is told
+
+
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_every_room_and_every_way_out_of_a_floor_is_offered(name):
+    """As many options as the map has, and every room by a cell of its own."""
+    sim = Simulation(shipped(name))
+    options, nav = robots_of(sim), prepared(sim.building)
+    for g, robot in enumerate(sim.world.robots):
+        rooms = {room.index for room in sim.building.rooms(robot.floor)}
+        found = [
+            nav.place(robot.floor, *destination(sim.building, place))
+            for place in options.places[g, of_kind(options, RobotOption.ROOM)[g]]
+        ]
+        assert {int(sim.building.area.ravel()[p]) for p in found} == rooms
+        exits = [
+            m
+            for m in sim.building.landmarks
+            if m.kind is Kind.EXIT and m.floor == robot.floor
+        ]
+        assert of_kind(options, RobotOption.EXIT)[g].sum() == len(exits)
+
+
+def test_the_order_of_the_people_does_not_matter():
+    """The same options, bit for bit, however the vector lists them."""
+    sim = Simulation(shipped("paper"), seed=1)
+    vectors, cells = robot_vectors(sim.world, sim.scenario), grid(sim.world)
+    people = vectors[:, :120].reshape(6, 40, 3)
+    order = np.random.default_rng(0).permutation(40)
+    other = vectors.copy()
+    other[:, :120] = people[:, order].reshape(6, 120)
+    options = RobotOptions(sim.building, sim.scenario)
+    one, two = options(vectors, cells), options(other, cells)
+    assert np.array_equal(one.places, two.places)
+    assert np.array_equal(one.features, two.features)
+
+
+def test_people_near_a_robot_are_its_own_and_the_others_are_lost():
+    """p and q stand 2 and 3 m from R and are its; r, behind the wall, is a group."""
+    options = robots_of(stage(BOARD))
+    people, lost = feature(options, "people")[0], feature(options, "lost")[0]
+    group = np.flatnonzero(of_kind(options, RobotOption.GROUP)[0])
+    assert feature(options, "mine")[0, 0] == pytest.approx(0.2)
+    assert lost[group] == pytest.approx([0.1, 0.0])
+    assert people[group] == pytest.approx([0.1, 0.2])
+
+
+def test_ways_are_metres_on_foot_and_flames_count():
+    """20 m from R to E through the door; a fire in the door makes it far longer."""
+    way = []
+    for board in (BOARD, BOARD.replace("+", "*")):
+        options = robots_of(stage(board))
+        way.append(20 * feature(options, "way")[of_kind(options, RobotOption.EXIT)])
+    assert way[0] == pytest.approx([20.0])
+    assert way[1] > 60
+
+
+def test_nobody_left_and_no_robots_are_no_trouble():
+    """Robots may stay; without robots or people there are simply no rows."""
+    sim = Simulation(shipped("tiny"), Scenario(people=0))
+    assert robots_of(sim).allowed.sum(axis=1).tolist() == [1, 1, 1, 1]
+    assert fire_of(sim).allowed.any()
+    empty = Simulation(shipped("tiny"), robots="none")
+    assert robots_of(empty).places.shape[0] == 0
+    assert fire_of(empty).allowed.any()
+
+
+# -- The fire's options -------------------------------------------------------------
+
+
+@pytest.mark.paper("D6")
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_a_fire_breaks_out_wherever_it_is_offered(name):
+    """No option is refused in training, as long as somebody is inside."""
+    for sim in moments(name, every=15.0, training=True):
+        options, rng = fire_of(sim), np.random.default_rng(0)
+        generator = Generator(sim.building, 1000, training=True)
+        assert options.allowed.any()
+        assert np.isfinite(options.features).all()
+        assert np.abs(options.places).max() <= 1
+        assert np.abs(options.features).max() <= 10
+        for action in options.places[options.allowed]:
+            if any(sim.world.occupancy):
+                decision = fire_decision(sim.building, action)
+                source = generator.generate(sim.world, decision, rng)
+                assert not isinstance(source, Refused)
+
+
+def test_everybodys_way_out_crosses_the_only_exit():
+    """All three pass the cell beside E, and none of them the far corners."""
+    options = fire_of(stage(BOARD))
+    exit_ = options.features[0, :, int(FireOption.EXIT)] > 0
+    cross = options.features[0, :, FIRE_FEATURES.index("cross")]
+    assert cross[exit_] == pytest.approx([1.0])
+    assert cross.max() == 1.0
+
+
+def test_people_upstairs_come_past_the_exits_downstairs():
+    """Before anybody has moved, all who are above will cross some exit below."""
+    sim = Simulation(shipped("paper"), seed=2)
+    options = fire_of(sim)
+    exits = options.features[0, options.features[0, :, int(FireOption.EXIT)] > 0]
+    come = exits[:, FIRE_FEATURES.index("come")]
+    above = exits[0, FIRE_FEATURES.index("above")]
+    assert above == pytest.approx(26 / 40)
+    assert come.sum() == pytest.approx(above)
+
+
+# -- Is it enough? ------------------------------------------------------------------
+
+
+def fetch(f):
+    """As `sweep` does: most people per metre of a trip, and not where a mate is nearer.
+
+    f: features by name, (G, K) each.
+    """
+    fetched = f["group"] * (f["lost"] > 0) * (f["mine"] + f["lost"]) * f["trip"]
+    fetched *= np.where(f["mate_nearer"] > 0, 0.3, 1.0)
+    led_out = f["best_out"] * f["mine"] * f["trip"]
+    return fetched + led_out + 1e-4 * f["landing"] * (1 + f["on_stairs"])
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_what_robots_see_of_landmarks_is_enough_to_guide_well():
+    """A formula of the features saves more than `patrol`, and does not train."""
+    seeds, scenario = range(5000, 5004), Scenario()
+    scored = survival(RobotScorer(fetch, scenario), "random", seeds, scenario)
+    assert scored > survival("patrol", "random", seeds, scenario) + 0.1
+
+
+@pytest.mark.paper("D2", "chosen")
+def test_what_the_fire_sees_of_landmarks_is_enough_to_do_harm():
+    """Beside the busiest ways it kills many more than `greedy` does."""
+    seeds, scenario = range(5000, 5002), replace(Scenario(), training=True)
+    fire = FireScorer(lambda f: f["cross"] + f["come"], scenario)
+    scored = survival("sweep", fire, seeds, scenario)
+    assert scored < survival("sweep", "greedy", seeds, scenario) - 0.2

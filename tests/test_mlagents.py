@@ -1,0 +1,275 @@
+"""Trainer files of ML-Agents: brought along, written, refused with the place."""
+
+import builtins
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from reference.learning.settings import (
+    PRESETS,
+    SettingsError,
+    preset,
+    read_yaml,
+    write_yaml,
+)
+from reference.paper import TABLE_I, Scenario
+
+yaml = pytest.importorskip("yaml")
+
+UNITY = Path(__file__).parent / "trainers" / "unity.yaml"
+LAPTOP = preset("laptop")
+ROBOT = "behaviors:\n  Robot:\n"
+
+
+@pytest.fixture
+def read(tmp_path):
+    """Reads a text as a trainer file onto a preset."""
+
+    def read(text, base=LAPTOP):
+        path = tmp_path / "trainer.yaml"
+        path.write_bytes(text if isinstance(text, bytes) else text.encode())
+        return read_yaml(path, base)
+
+    return read
+
+
+@pytest.fixture
+def refusal(read, tmp_path):
+    """The message about a text, without the path that it begins with."""
+
+    def refusal(text, base=LAPTOP):
+        with pytest.raises(SettingsError) as refused:
+            read(text, base)
+        path, _, message = str(refused.value).partition("trainer.yaml: ")
+        assert path == f"{tmp_path}/"
+        return message
+
+    return refusal
+
+
+# -- Reading ------------------------------------------------------------------------
+
+
+@pytest.mark.paper("E3")
+def test_a_unity_user_can_bring_the_file_of_a_run():
+    """Whole, as ML-Agents writes it; what it calls its behaviours does not matter."""
+    settings = read_yaml(UNITY, preset("paper"))
+    assert settings.robots == replace(
+        preset("paper").robots,
+        batch_size=2048,
+        learning_rate=1e-4,  # which YAML takes for a word
+        beta=0.01,
+        num_epoch=4,
+        learning_rate_schedule="constant",
+        hidden_units=512,
+        num_layers=2,
+        gamma=0.95,
+        keep_checkpoints=5,
+        checkpoint_interval=500_000,
+        max_steps=5_000_000,  # which it wrote as 5.0e6
+        time_horizon=128,
+        summary_freq=50_000,
+    )
+    assert settings.fire.buffer_size == 2048
+    assert settings.scenario == preset("paper").scenario
+
+
+def test_what_a_file_leaves_out_stays_as_in_the_preset(read):
+    """So that three lines vary a table."""
+    settings = read(ROBOT + "    hyperparameters: {num_epoch: 5}")
+    assert settings == replace(LAPTOP, robots=replace(LAPTOP.robots, num_epoch=5))
+
+
+@pytest.mark.paper("E3")
+def test_schedules_follow_the_learning_rate_s_unless_stated(read):
+    """As ML-Agents documents its defaults."""
+    both = "hyperparameters: {learning_rate_schedule: constant, beta_schedule: linear}"
+    robots = read(f"{ROBOT}    {both}").robots
+    assert (robots.beta_schedule, robots.epsilon_schedule) == ("linear", "constant")
+
+
+@pytest.mark.paper("E3")
+def test_even_checkpoints_are_spread_over_all_steps(read):
+    """Their interval follows from their number."""
+    rows = "{even_checkpoints: true, keep_checkpoints: 8, max_steps: 4000}"
+    assert read(f"behaviors: {{Robot: {rows}}}").robots.checkpoint_interval == 500
+
+
+@pytest.mark.paper("E3")
+def test_default_settings_lie_under_both_behaviours_section_by_section(read):
+    """A behaviour's own rows win; one that is not there has them as well."""
+    settings = read(
+        "default_settings:\n  network_settings: {num_layers: 4, hidden_units: 64}\n"
+        "behaviors: {Robot: {network_settings: {num_layers: 1}}}"
+    )
+    assert (settings.robots.num_layers, settings.robots.hidden_units) == (1, 64)
+    assert (settings.fire.num_layers, settings.fire.hidden_units) == (4, 64)
+
+
+PAIRS = [  # the robots' name and trainer, the fire's
+    ("Robot", "ppo", "Fire", "ppo"),
+    ("robots", "poca", "fire", "ppo"),
+    ("EvacuationRobot", "ppo", "FireSource", "ppo"),
+    ("Agent", "poca", "Opponent", "ppo"),
+    ("FireRescueRobot", "poca", "FireGenerator", "ppo"),
+    ("Guide", "ppo", "WildFire", "ppo"),
+    ("Firefighter", "poca", "Flame", "ppo"),
+    ("1", "poca", "2", "ppo"),
+    ("Robot", "ppo", "FireNearRobots", "ppo"),
+]
+
+
+@pytest.mark.parametrize("robots, trainer, fire, other", PAIRS)
+def test_behaviours_are_known_by_name_or_trainer(read, robots, trainer, fire, other):
+    """In either order; only a group learns by poca."""
+    lines = [
+        f"  {robots}: {{trainer_type: {trainer}, max_steps: 11}}",
+        f"  {fire}: {{trainer_type: {other}, max_steps: 22}}",
+    ]
+    for order in (lines, lines[::-1]):
+        settings = read("\n".join(("behaviors:", *order)))
+        assert (settings.robots.max_steps, settings.fire.max_steps) == (11, 22)
+        assert settings.robots.trainer_type == trainer
+
+
+@pytest.mark.parametrize("names", ["A, B", "A", "Robot1, Robot2", "Robot, Fire, Cat"])
+def test_refuses_behaviours_that_show_no_side_and_lists_them(refusal, names):
+    """Nothing is guessed."""
+    rows = ", ".join(f"{name}: {{max_steps: 5}}" for name in names.split(", "))
+    message = refusal(f"behaviors: {{{rows}}}")
+    assert f"this file has {names}: name them Robot and Fire" in message
+
+
+# -- Refusing -----------------------------------------------------------------------
+
+REFUSED = {  # what stands under `Robot`: what the message says
+    "hyperparameters: {batch_sise: 4}": "Did you mean 'batch_size'?",
+    "bach_size: 4": "'batch_size' belongs under hyperparameters",
+    "batch_size: 4": "'batch_size' belongs under hyperparameters",
+    "hyperparameters: {gamma: 0.9}": "'gamma' belongs under reward_signals: extrinsic",
+    "network_settings: {max_steps: 1}": "belongs under the behaviour itself",
+    "network_setings: {}": "Did you mean 'network_settings'?",
+    "hyperparameters: 5": "Robot: hyperparameters: this must be `key: value` lines",
+    "network_settings: {memory: {memory_size: 128}}": "memory is not built",
+    "network_settings: {goal_conditioning_type: fancy}": "there is no goal signal",
+    "network_settings: {vis_encode_type: resnet}": "'resnet' is unknown",
+    "reward_signals: {curiosity: {strength: 0.02}}": "curiosity is not built",
+    "reward_signals: {gail: {demo_path: d}}": "gail is not built",
+    "behavioral_cloning: {demo_path: d}": "--imitate",
+    "self_play: {window: 10}": "the fire is the opponent",
+    "init_path: results/old": "--resume",
+    "even_checkpoints: 3": "even_checkpoints is 3: it must be true or false",
+    "max_steps: 0.5": "robots: max_steps is 0.5: it must be a whole number",
+    "trainer_type: sac": "'sac' is unknown",
+    "hyperparameters: {batch_size: 99999}": "holds no minibatch",
+}
+
+
+@pytest.mark.paper("E3")
+@pytest.mark.parametrize("rows", REFUSED)
+def test_refuses_by_name_what_cannot_be_meant_or_is_not_built(refusal, rows):
+    """With the place, and with what to write or use instead."""
+    assert REFUSED[rows] in refusal(f"{ROBOT}    {rows}")
+
+
+def test_refuses_keys_of_no_file_and_lessons(refusal):
+    """At the top, too."""
+    assert "Did you mean 'behaviors'?" in refusal("behaviours: {}")
+    lessons = "environment_parameters: {people: {curriculum: []}}"
+    assert "reference: scenario" in refusal(lessons)
+    assert "the file: this must be" in refusal("- Robot\n- Fire\n")
+    assert "this file is empty" in refusal("# nothing\n")
+
+
+def test_refuses_what_is_no_yaml_and_says_on_which_line(refusal):
+    """PyYAML knows; nobody wants to read its traceback."""
+    assert refusal(f"{ROBOT}    a: [1,\n").startswith("line 4: ")
+    assert refusal(f"{ROBOT}\tmax_steps: 3\n").startswith("line 3: ")
+    assert refusal("a: !!python/object/apply:os.getcwd []").startswith("line 1: ")
+    assert "UTF-8" in refusal(b"\xff\xfe\x00")
+    assert "no YAML" in refusal("a: \x07")
+    assert "no YAML" in refusal("max_steps: 2026-13-45")
+
+
+def test_refuses_a_key_that_stands_twice(refusal):
+    """YAML would keep the second without a word."""
+    twice = f"{ROBOT}    max_steps: 5\n    time_horizon: 9\n    max_steps: 6\n"
+    message = refusal(twice)
+    assert message == "line 5: 'max_steps' stands here again, first on line 3: keep one"
+
+
+def test_refuses_a_file_that_is_not_there(tmp_path):
+    """With its name."""
+    with pytest.raises(FileNotFoundError, match=r"cannot read .*no\.yaml"):
+        read_yaml(tmp_path / "no.yaml", LAPTOP)
+
+
+def test_says_what_to_install_where_there_is_no_pyyaml(monkeypatch, refusal):
+    """It is an extra: whoever only plays does not need it."""
+    real = builtins.__import__
+
+    def without(name, *rest, **more):
+        if name == "yaml":
+            raise ImportError(name)
+        return real(name, *rest, **more)
+
+    monkeypatch.setattr(builtins, "__import__", without)
+    assert "install the extra `yaml`" in refusal(ROBOT)
+
+
+# -- Writing ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("base", PRESETS)
+@pytest.mark.parametrize("name", PRESETS)
+def test_what_is_written_is_read_again_onto_any_preset(tmp_path, name, base):
+    """Tables, heads, scenario and rounds: the whole training."""
+    scenario = Scenario(people=3, rooms=("1/hall",), training=True)
+    settings = replace(preset(name), scenario=scenario, schedule="alternate")
+    write_yaml(settings, tmp_path / "trainer.yaml")
+    assert read_yaml(tmp_path / "trainer.yaml", preset(base)) == settings
+
+
+@pytest.mark.paper("E1", "Tab. I")
+def test_unity_reads_nothing_but_its_own_keys(tmp_path):
+    """What it has no key for is a comment to it."""
+    write_yaml(preset("paper"), tmp_path / "trainer.yaml")
+    plain = yaml.safe_load((tmp_path / "trainer.yaml").read_text())
+    assert list(plain) == ["behaviors"] and list(plain["behaviors"]) == [
+        "Robot",
+        "Fire",
+    ]
+    robot = plain["behaviors"]["Robot"]
+    sections = ("hyperparameters", "network_settings", "reward_signals")
+    nested = [robot.pop(section) for section in sections]
+    flat = robot | nested[0] | nested[1] | nested[2]["extrinsic"]
+    assert flat == dict(TABLE_I)
+
+
+def test_our_own_rows_are_read_with_the_mark_and_without(read):
+    """Whoever writes by hand need not know the mark."""
+    ours = "reference:\n  Fire: {head: gaussian}\n  scenario: {people: 12}\n"
+    marked = "".join(f"#= {line}\n" for line in ours.splitlines())
+    settings = read(ours)
+    assert settings == read(marked)
+    assert (settings.fire.head, settings.scenario.people) == ("gaussian", 12)
+
+
+def test_refuses_our_own_rows_by_name_too(refusal):
+    """The scenario's and the rounds' as well."""
+    assert "Did you mean 'scenario'?" in refusal("reference: {scenarios: {}}")
+    assert "Did you mean 'head'?" in refusal("reference: {Robot: {haed: pointer}}")
+    assert "scenario: 'peple' is unknown" in refusal(
+        "reference: {scenario: {peple: 1}}"
+    )
+    assert "'robots' is unknown" in refusal("reference: {robots: {}}")
+    assert "people is 'x'" in refusal("reference: {scenario: {people: x}}")
+
+
+def test_a_file_that_cannot_be_written_leaves_nothing_behind(tmp_path):
+    """Neither half of it nor another's."""
+    (tmp_path / "folder.yaml").mkdir()
+    with pytest.raises(OSError, match=r"cannot write .*folder\.yaml"):
+        write_yaml(LAPTOP, tmp_path / "folder.yaml")
+    assert [path.name for path in tmp_path.iterdir()] == ["folder.yaml"]

@@ -1,0 +1,489 @@
+"""What agents observe: number by number, cell by cell, in the observer's order."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from movies import shipped, stage
+
+from reference.learning import observations
+from reference.learning.observations import SENTINEL
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.world import Fate, Source
+
+BUILDINGS = ["paper", "tiny", "museum", "school", "tower"]
+
+TWO_FLOORS = """
+       ##########
+    ####p......q#
+    #AA+...R....E
+    ####........#
+       ##########
+
+       ##########
+    ####r.......#
+    #AA+...R....#
+    ####s.......#
+       ##########
+    """
+
+
+def scene(name="paper", seed=0, seconds=0.0, **scenario):
+    """A simulation of a building that ships, some seconds after its beginning."""
+    sim = Simulation(shipped(name), Scenario(**scenario), "sweep", "random", seed)
+    while sim.world.time < seconds:
+        sim.step()
+    return sim
+
+
+def vectors(sim):
+    """(R, V) what the robots observe."""
+    return observations.robot_vectors(sim.world, sim.scenario)
+
+
+def decoded(sim, k=0):
+    """What robot k observes."""
+    return observations.decode(vectors(sim)[k], sim.building, sim.scenario)
+
+
+# -- Sizes --------------------------------------------------------------------------
+
+
+@pytest.mark.paper("C1")
+@pytest.mark.paper("C2")
+def test_a_robot_of_the_paper_observes_167_numbers():
+    """40 people, 6 robots, their team, the time, 8 fires and 3 floors."""
+    sim = scene()
+    assert observations.vector_size(sim.building, sim.scenario) == 167
+    assert vectors(sim).shape == (6, 167)
+    assert vectors(sim).dtype == np.float32
+
+
+@pytest.mark.paper("C3")
+def test_the_grid_of_the_paper_is_9_by_40_by_40():
+    """Three kinds on three floors, each of 40 x 40 cells."""
+    sim = scene()
+    assert observations.grid_shape(sim.building) == (9, 40, 40)
+    assert observations.grid(sim.world).shape == (9, 40, 40)
+
+
+@pytest.mark.paper("D1")
+def test_the_fire_of_the_paper_observes_138_numbers():
+    """40 people and 6 robots; fires it sees on the grid."""
+    sim = scene()
+    assert observations.fire_vector_size(sim.building, sim.scenario) == 138
+    assert observations.fire_vector(sim.world, sim.scenario).shape == (138,)
+
+
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_sizes_follow_from_the_building_and_the_scenario(name):
+    """Other floors, people, robots and fires; the `simple` encoder gets 20 x 20."""
+    sim = scene(name, seconds=20, people=7, robots_per_floor=3, sources=2)
+    floors = sim.building.floors
+    size = 3 * 7 + 3 * 3 * floors + 1 + 1 + 3 * 2 + floors
+    assert observations.vector_size(sim.building, sim.scenario) == size
+    assert vectors(sim).shape == (3 * floors, size)
+    grid = observations.grid(sim.world)
+    assert grid.shape == observations.grid_shape(sim.building)
+    assert len(grid) == 3 * floors and min(grid.shape[1:]) >= 20
+
+
+@given(
+    people=st.integers(0, 5),
+    robots=st.integers(0, 3),
+    sources=st.integers(0, 3),
+)
+def test_sizes_hold_for_nobody_and_nothing_too(people, robots, sources):
+    """No people, no robots, no fires: empty parts, not errors."""
+    sim = scene("tiny", people=people, robots_per_floor=robots, sources=sources)
+    size = observations.vector_size(sim.building, sim.scenario)
+    assert vectors(sim).shape == (2 * robots, size)
+    fire = observations.fire_vector(sim.world, sim.scenario)
+    assert fire.shape == (3 * (people + 2 * robots),)
+
+
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_no_number_is_beyond_its_limits(name):
+    """From the first second to the last, on all floors."""
+    sim = scene(name)
+    where = sim.building, sim.scenario
+    while not sim.done:
+        for numbers, (low, high) in (
+            (vectors(sim), observations.limits(*where)),
+            (
+                observations.fire_vector(sim.world, sim.scenario),
+                observations.fire_limits(*where),
+            ),
+            (
+                observations.state(sim.world, sim.scenario),
+                observations.state_limits(*where),
+            ),
+        ):
+            assert (low <= numbers).all() and (numbers <= high).all()
+        for _ in range(25):
+            sim.step()
+
+
+# -- Number by number ---------------------------------------------------------------
+
+
+def slots(sim):
+    """What is at which place of a robot's vector, by name."""
+    return {s.what: s for s in observations.layout(sim.building, sim.scenario)}
+
+
+def changed(sim, change):
+    """The places in robot 0's vector that are different after a change."""
+    before = vectors(sim)[0]
+    change(sim.world)
+    return np.flatnonzero(vectors(sim)[0] != before).tolist()
+
+
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_the_table_of_numbers_has_every_number_once(name):
+    """Each slot begins where the last one ends; the fire's likewise."""
+    sim = scene(name)
+    where = sim.building, sim.scenario
+    for table, size in (
+        (observations.layout(*where), observations.vector_size(*where)),
+        (observations.fire_layout(*where), observations.fire_vector_size(*where)),
+    ):
+        assert [slot.start for slot in table] == [0, *(s.stop for s in table[:-1])]
+        assert table[-1].stop == size
+        assert len({slot.what for slot in table}) == len(table)
+
+
+@pytest.mark.paper("C1")
+def test_the_table_names_the_numbers_of_the_paper():
+    """The rows that `layout` itself lists for the paper."""
+    table = slots(scene())
+    assert table["human 1: x, y, storey"][:2] == (0, 3)
+    assert table["human 40: x, y, storey"][:2] == (117, 120)
+    assert table["the observer: x, y, storey"][:2] == (120, 123)
+    assert table["team mate 1: x, y, storey"][:2] == (123, 126)
+    assert table["robot elsewhere 4: x, y, storey"][:2] == (135, 138)
+    assert table["robots in the observer's team"][:2] == (138, 139)
+    assert table["time since the beginning"][:2] == (139, 140)
+    assert table["fire source 1: x, y, storey"][:2] == (140, 143)
+    assert table["fire source 8: x, y, storey"][:2] == (161, 164)
+    assert table["fire sources on floor 3"][:2] == (166, 167)
+
+
+@pytest.mark.paper("C1")
+def test_a_step_of_somebody_changes_exactly_their_numbers():
+    """The nearest human a little north: y of human 1, and nothing else."""
+    sim = scene()
+    observer = sim.world.robots[0]
+    here = np.flatnonzero(sim.world.bodies.floor == 0)
+    off = sim.world.bodies.position[here] - observer.position
+    nearest = here[np.argmin(np.hypot(*off.T))]
+
+    def move(world):
+        world.bodies.position[nearest, 1] += 1e-3
+
+    assert changed(sim, move) == [slots(sim)["human 1: x, y, storey"].start + 1]
+
+
+@pytest.mark.paper("C1")
+def test_a_robot_that_moves_changes_exactly_its_numbers():
+    """A robot of the third floor a little east."""
+    sim = scene()
+    mark = slots(sim)["robot elsewhere 4: x, y, storey"].start
+
+    def move(world):
+        world.robots[5].position = world.robots[5].position + np.array([0.5, 0])
+
+    assert changed(sim, move) == [mark]
+
+
+@pytest.mark.paper("C1")
+def test_time_that_passes_changes_exactly_one_number():
+    """Seconds since the evacuation began."""
+    sim = scene()
+
+    def wait(world):
+        world.time += 5.0
+
+    assert changed(sim, wait) == [slots(sim)["time since the beginning"].start]
+    assert decoded(sim).time == 5.0
+
+
+@pytest.mark.paper("C1")
+def test_a_fire_that_is_lit_changes_its_point_and_the_count_of_its_floor():
+    """The first source, on the second floor."""
+    sim = scene()
+    table = slots(sim)
+
+    def light(world):
+        world.flames.sources.append(Source(1, 2.5, -3.5, 0.0))
+
+    point, count = (
+        table["fire source 1: x, y, storey"],
+        table["fire sources on floor 2"],
+    )
+    assert changed(sim, light) == [*range(point.start, point.stop), count.start]
+    assert vectors(sim)[0, point.start : point.stop].tolist() == [2.5, -3.5, 1]
+    assert vectors(sim)[0, count.start] == 1
+
+
+@pytest.mark.paper("C1")
+def test_the_number_of_robots_in_the_team_is_there():
+    """Three on each floor."""
+    sim = scene(robots_per_floor=3)
+    place = slots(sim)["robots in the observer's team"].start
+    assert (vectors(sim)[:, place] == 3).all()
+
+
+def test_flames_that_spread_are_not_counted_as_fires():
+    """Burning cells are on the grid, sources are in the vector."""
+    sim = scene(seconds=60)
+    lit = len(sim.world.flames.sources)
+    assert sim.world.flames.burning.sum() > lit
+    counts = [s.start for what, s in slots(sim).items() if "on floor" in what]
+    assert vectors(sim)[0, counts].sum() == lit
+
+
+# -- Who is gone --------------------------------------------------------------------
+
+
+@pytest.mark.paper("C1")
+@pytest.mark.parametrize("fate", [Fate.EVACUATED, Fate.DEAD])
+def test_who_is_out_or_dead_is_below_the_ground_and_last(fate):
+    """Wherever they were; all others move up."""
+    sim = stage(TWO_FLOORS)
+    sim.world.bodies.fate[0] = fate
+    humans = decoded(sim).humans
+    assert humans[-1].tolist() == list(SENTINEL)
+    assert (humans[:-1] != SENTINEL).any(axis=1).all()
+
+
+def test_fires_not_yet_lit_are_below_the_ground():
+    """All of them at first."""
+    assert (decoded(scene()).fires == SENTINEL).all()
+
+
+@pytest.mark.paper("C8")
+def test_a_robot_whose_work_is_done_is_below_the_ground():
+    """The second floor is empty, the first is not."""
+    sim = stage(TWO_FLOORS)
+    bodies = sim.world.bodies
+    bodies.fate[bodies.floor == 1] = Fate.EVACUATED
+    sim.world.occupancy = [2, 0]
+    below = (decoded(sim, k=0).robots == SENTINEL).all(axis=1)
+    assert below.tolist() == [False, True]
+    fire = observations.fire_vector(sim.world, sim.scenario)
+    robots = observations.decode_fire(fire, sim.building, sim.scenario).robots
+    assert (robots == SENTINEL).all(axis=1).tolist() == [False, True]
+
+
+def test_who_walks_down_the_stairs_is_seen_there():
+    """In the stairwell, on the floor they come from."""
+    sim = scene(seconds=30)
+    bodies = sim.world.bodies
+    person = np.flatnonzero(bodies.inside & (bodies.shaft >= 0))[0]
+    well = sim.building.stairwells[bodies.shaft[person]]
+    humans = decoded(sim).humans
+    point = np.float32([*bodies.position[person], bodies.floor[person]])
+    assert (humans == point).all(axis=1).any()
+    assert np.hypot(*(point[:2] - well.centre)) < 3
+
+
+# -- The order of the observer ------------------------------------------------------
+
+
+@pytest.mark.paper("C4")
+def test_all_robots_observe_the_same_in_an_order_of_their_own():
+    """The same rows of people, robots and fires; itself comes first."""
+    sim = scene(seconds=60, seed=2)
+    seen = [decoded(sim, k) for k in range(6)]
+    for name in ("humans", "robots", "fires"):
+        rows = [sorted(getattr(one, name).tolist()) for one in seen]
+        assert all(row == rows[0] for row in rows)
+    for robot, one in zip(sim.world.robots, seen, strict=True):
+        assert one.robots[0].tolist() == pytest.approx([*robot.position, robot.floor])
+
+
+@pytest.mark.paper("C4")
+def test_after_the_observer_come_its_team_and_then_the_others():
+    """By floors: own, own, then those of the other floors from below."""
+    sim = scene(robots_per_floor=2)
+    floors = [decoded(sim, k).robots[:, 2].tolist() for k in range(6)]
+    assert floors[0] == floors[1] == [0, 0, 1, 1, 2, 2]
+    assert floors[2] == floors[3] == [1, 1, 0, 0, 2, 2]
+    assert floors[4] == floors[5] == [2, 2, 0, 0, 1, 1]
+    assert decoded(sim, 3).robots[0].tolist() == decoded(sim, 2).robots[1].tolist()
+
+
+@pytest.mark.paper("C4")
+def test_people_of_the_own_floor_come_nearest_first():
+    """p is 3 m from the robot of its floor, q is 4 m; then those upstairs."""
+    sim = stage(TWO_FLOORS)
+    p, q, r, s = np.column_stack([sim.world.bodies.position, [0, 0, 1, 1]]).tolist()
+    assert decoded(sim, k=0).humans.tolist() == [p, q, r, s]
+    assert decoded(sim, k=1).humans.tolist()[2:] == [p, q]
+
+
+@pytest.mark.paper("C4")
+def test_floors_above_come_before_floors_below():
+    """Those above still come through, those below will not."""
+    sim = scene("tower", seed=1)
+    floors = decoded(sim, k=4).humans[:, 2]  # a robot of the third of five floors
+    order = [
+        floor for k, floor in enumerate(floors) if k == 0 or floors[k - 1] != floor
+    ]
+    assert order == [2, 3, 4, 1, 0]
+
+
+@pytest.mark.parametrize("k", range(6))
+def test_within_a_floor_distances_never_fall(k):
+    """After a minute, for every robot and every floor."""
+    sim = scene(seconds=60, seed=3)
+    seen = decoded(sim, k)
+    for floor in range(3):
+        people = seen.humans[seen.humans[:, 2] == floor]
+        far = np.hypot(*(people[:, :2] - seen.robots[0, :2]).T)
+        assert (np.diff(far) >= -1e-5).all()
+
+
+# -- The fire -----------------------------------------------------------------------
+
+
+@pytest.mark.paper("D1")
+def test_the_fire_observes_everybody_in_half_bodies():
+    """The corners of the main body are at 1 and -1, the third floor is at 1."""
+    building = shipped("paper")
+    corner = np.array([[20.0, -20.0, 2.0], [0.0, 0.0, 0.0]])
+    spots = observations.to_half_bodies(building, corner)
+    assert spots.tolist() == [[1, -1, 1], [0, 0, 0]]
+    assert observations.from_half_bodies(building, spots).tolist() == corner.tolist()
+
+
+@pytest.mark.paper("D1")
+def test_a_step_changes_exactly_the_fires_numbers_of_this_human():
+    """Human 8, by number and not by distance, for the fire stands nowhere."""
+    sim = scene()
+    table = observations.fire_layout(sim.building, sim.scenario)
+    before = observations.fire_vector(sim.world, sim.scenario)
+    sim.world.bodies.position[7, 0] += 0.5
+    after = observations.fire_vector(sim.world, sim.scenario)
+    (place,) = np.flatnonzero(after != before)
+    slot = next(s for s in table if s.start <= place < s.stop)
+    assert slot.what == "human 8: x, y, storey" and place == slot.start
+    assert after[place] - before[place] == pytest.approx(0.5 / 20)
+
+
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_what_the_fire_observes_is_of_order_one(name):
+    """Table II does not normalise; stairwells lie a little outside the body."""
+    sim = scene(name, seconds=40)
+    assert np.abs(observations.fire_vector(sim.world, sim.scenario)).max() < 1.7
+
+
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_robots_and_the_fire_are_told_the_same_points(name):
+    """Decoded into metres, in whatever order."""
+    sim = scene(name, seconds=40, seed=4)
+    where = sim.building, sim.scenario
+    robots = observations.decode(vectors(sim), *where)
+    fire = observations.decode_fire(
+        observations.fire_vector(sim.world, sim.scenario), *where
+    )
+    assert robots.humans.shape == (len(sim.world.robots), 40, 3)
+    ours, theirs = (np.round(p, 3) for p in (robots.humans[0], fire.humans))
+    assert np.allclose(sorted(ours.tolist()), sorted(theirs.tolist()), atol=1e-2)
+    assert np.isnan(fire.time) and fire.fires.shape == (0, 3)
+
+
+# -- The grid -----------------------------------------------------------------------
+
+
+def channel(sim, kind, floor):
+    """One channel as rows of '.' and '#', its padding left out."""
+    k = observations.GRID_KINDS.index(kind) * sim.building.floors + floor
+    left, bottom, right, top = sim.building.body
+    part = observations.grid(sim.world)[k, : int(top - bottom), : int(right - left)]
+    return ["".join(".#"[cell] for cell in row) for row in part]
+
+
+def test_the_grid_has_a_channel_for_the_walls():
+    """The main body alone: the stairwell lies outside."""
+    assert channel(stage(TWO_FLOORS), "walls", 1) == [
+        "##########",
+        "#........#",
+        ".........#",
+        "#........#",
+        "##########",
+    ]
+
+
+def test_the_grid_has_a_channel_for_what_burns():
+    """Cells in flames, on their floor only."""
+    sim = stage("#######\n#R.*..E\n#..**.#\n#######")
+    assert channel(sim, "fires", 0) == [".......", "...#...", "...##..", "......."]
+
+
+@pytest.mark.paper("C3")
+def test_where_a_floor_has_no_exit_stairwell_entrances_take_its_channel():
+    """They are the way out there."""
+    sim = stage(TWO_FLOORS)
+    exit_only, entrance = channel(sim, "exits", 0), channel(sim, "exits", 1)
+    assert exit_only == [".........."] * 2 + [".........#"] + [".........."] * 2
+    assert entrance == [".........."] * 2 + ["#........."] + [".........."] * 2
+
+
+@pytest.mark.parametrize("name", ["tiny", "museum"])
+def test_a_small_building_is_padded_with_nothing(name):
+    """It fills the north-west corner."""
+    sim = scene(name, seconds=60)
+    left, bottom, right, top = sim.building.body
+    grid = observations.grid(sim.world).copy()
+    assert grid[:, 0, : int(right - left)].any()
+    grid[:, : int(top - bottom), : int(right - left)] = 0
+    assert not grid.any()
+
+
+def test_a_grid_belongs_to_whoever_asked_for_it():
+    """Flames of one moment do not stay in the grid of the next."""
+    sim = scene(seconds=60)
+    before = observations.grid(sim.world)
+    assert before[3:6].any()
+    before[:] = 7
+    calm = scene()
+    assert observations.grid(calm.world).max() == 1
+    assert not observations.grid(calm.world)[3:6].any()
+
+
+# -- All there is -------------------------------------------------------------------
+
+
+def test_the_state_tells_apart_what_observations_do_not():
+    """Health, for one; its size does not change."""
+    sim = scene(seconds=20)
+    before = observations.state(sim.world, sim.scenario)
+    sim.world.bodies.health[3] -= 7
+    after = observations.state(sim.world, sim.scenario)
+    assert after.dtype == np.float32
+    (place,) = np.flatnonzero(after != before)
+    assert place == 1 + 4 * 3 + 3
+    assert before[place] - after[place] == pytest.approx(7)
+
+
+def test_observing_does_not_change_the_world():
+    """Looking twice is the same as looking once, and the run goes on alike."""
+    one, other = scene(seconds=30), scene(seconds=30)
+    for _ in range(3):
+        vectors(one), observations.grid(one.world)
+        observations.fire_vector(one.world, one.scenario)
+        observations.state(one.world, one.scenario)
+    assert np.array_equal(vectors(one), vectors(other))
+    assert str(one.run()) == str(other.run())
+
+
+def test_refuses_a_scenario_for_another_number_of_floors():
+    """In a sentence, not in numpy's words."""
+    scenario = replace(Scenario(), people_per_floor=(1, 2))
+    with pytest.raises(ValueError, match="names 2 floors, the building has 3"):
+        observations.vector_size(shipped("paper"), scenario)

@@ -1,0 +1,394 @@
+"""PPO: each formula by hand and by an oracle; then the learner, step by step.
+
+What both learners share (schedules, minibatches, Adam, checkpoints) is tested here with
+the fire's, `MIXED` sizes; what MA-POCA does otherwise stands in `test_poca`.
+"""
+
+import math
+from dataclasses import replace
+
+import lives
+import numpy as np
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from lives import MIXED, gradients, life, settings, through_a_file
+
+from reference.learning import poca, ppo
+from reference.learning.ppo import (
+    Learner,
+    gae,
+    normalised,
+    policy_loss,
+    scheduled,
+    value_loss,
+)
+
+
+def tensor(*numbers):
+    """In float64, as an oracle would have it."""
+    return torch.tensor(numbers, dtype=torch.float64)
+
+
+def random(seed, *shape):
+    """Normal numbers in float64."""
+    generator = torch.Generator().manual_seed(seed)
+    return torch.randn(shape, generator=generator, dtype=torch.float64)
+
+
+# -- What has a formula -------------------------------------------------------------
+
+
+@pytest.mark.paper("E3")
+def test_a_linear_schedule_ends_at_its_floor():
+    """0.3 → 0.1 over 1000 steps: 0.25 after a quarter, and 0.1 ever after."""
+    assert scheduled(0.3, 0.1, 0, 1000) == pytest.approx(0.3)
+    assert scheduled(0.3, 0.1, 250, 1000) == pytest.approx(0.25)
+    assert [scheduled(0.3, 0.1, n, 1000) for n in (1000, 5000)] == [0.1, 0.1]
+    assert scheduled(0.3, 0.1, 999, 1000, "constant") == 0.3
+
+
+@pytest.mark.paper("E2")
+def test_gae_of_three_decisions_by_hand():
+    """γ = λ = ½: δ = (0.5, 0.25, −0.5), A = (0.53125, 0.125, −0.5)."""
+    rewards, values = tensor(1, 0, 1), tensor(1, 1, 2.5)
+    A = gae(rewards, values, tensor(2)[0], gamma=0.5, lambd=0.5)
+    deltas = [1 + 0.5 - 1, 0 + 1.25 - 1, 1 + 1 - 2.5]
+    assert A[2].item() == deltas[2] == -0.5
+    assert A[1].item() == deltas[1] + 0.25 * -0.5 == 0.125
+    assert A[0].item() == deltas[0] + 0.25 * 0.125 == 0.53125
+
+
+@pytest.mark.paper("E2")
+@given(st.integers(1, 12), st.floats(0, 1), st.floats(0, 1), st.integers(0, 99))
+def test_gae_is_the_sum_over_all_that_follows(T, gamma, lambd, seed):
+    """A_t = Σ_k (γλ)^k δ_t+k, column by column."""
+    rewards, values, last = random(seed, T, 2), random(seed + 1, T, 2), random(9, 2)
+    A = gae(rewards, values, last, gamma, lambd)
+    following = torch.cat([values[1:], last[None]])
+    deltas = rewards + gamma * following - values
+    for t in range(T):
+        powers = [(gamma * lambd) ** k * deltas[t + k] for k in range(T - t)]
+        assert torch.allclose(A[t], sum(powers), atol=1e-12)
+
+
+@pytest.mark.paper("E3")
+def test_advantages_are_normalised_with_the_deviation_of_all():
+    """1, 2, 3: mean 2, deviation √(2/3), not the sample's 1; equal ones become 0."""
+    far = math.sqrt(3 / 2)
+    assert normalised(tensor(1, 2, 3)).tolist() == pytest.approx([-far, 0, far])
+    assert normalised(tensor(4, 4)).tolist() == [0, 0]
+
+
+@pytest.mark.paper("E3")
+def test_every_component_has_its_own_ratio_and_clip():
+    """ρ = (2, ½), A = 1, ε = 0.2: −(min(2, 1.2) + min(½, 0.8))/2 = −0.85.
+
+    A joint ratio would be 1, and its loss −1.
+    """
+    log_probs, old = tensor(math.log(2), math.log(0.5))[None], tensor(0, 0)[None]
+    assert policy_loss(log_probs, old, tensor(1), 0.2).item() == pytest.approx(-0.85)
+    worse = policy_loss(log_probs, old, tensor(-1), 0.2).item()
+    assert worse == pytest.approx((2 + 0.8) / 2)
+
+
+@pytest.mark.paper("E3")
+@given(st.integers(0, 99))
+def test_the_policy_loss_pulls_where_the_clip_does_not_hold(seed):
+    """Its gradient: −ρA/MK inside the clip and where clipping would flatter, else 0."""
+    log_probs, old, A = (
+        random(seed, 5, 3).requires_grad_(),
+        random(7, 5, 3),
+        random(8, 5),
+    )
+    policy_loss(log_probs, old, A, 0.2).backward()
+    rho, A = torch.exp(log_probs - old).detach(), A[:, None].expand(5, 3)
+    held = ((rho > 1.2) & (A > 0)) | ((rho < 0.8) & (A < 0))
+    expected = torch.where(held, 0.0, -rho * A / 15)
+    assert torch.allclose(log_probs.grad, expected, atol=1e-12)
+
+
+@pytest.mark.paper("E3")
+def test_the_value_loss_is_never_clipped():
+    """However far the value has moved: (3² + 1²)/2, and a slope of (V − R)."""
+    values = tensor(3, 1).requires_grad_()
+    loss = value_loss(values, tensor(0, 0))
+    loss.backward()
+    assert loss.item() == 5
+    assert values.grad.tolist() == [3, 1]
+
+
+# -- What follows the last decision -------------------------------------------------
+
+
+def made(seed=1, sizes=MIXED, **changes):
+    """The fire's learner, its network small, and numbers in it far from zero."""
+    learner = Learner(settings("ppo", **changes), sizes, seed)
+    torch.manual_seed(seed)
+    with torch.no_grad():
+        for p in [*learner.actor.parameters(), *learner.critic.parameters()]:
+            p.add_(0.1 * torch.randn_like(p))
+    return learner
+
+
+def added(learner, *trajectories):
+    """What the learner makes of them, and its own values of all they saw."""
+    learner.add(trajectories)
+    part = learner.buffer.parts[-1]
+    t = trajectories[-1]
+    with torch.no_grad():
+        seen = learner.critic(torch.from_numpy(t.vectors), torch.from_numpy(t.grids))
+    return part, seen
+
+
+def expected_returns(rewards, seen, follows, s):
+    """GAE plus value, for one agent's part of a trajectory."""
+    rewards = torch.as_tensor(rewards, dtype=torch.float32)
+    values = seen[: len(rewards)]
+    return values + gae(rewards, values, follows * seen[len(rewards)], s.gamma, s.lambd)
+
+
+@pytest.mark.paper("E2")
+@pytest.mark.parametrize("drawn, follows", [("####", 0), ("####>", 1)])
+def test_nothing_follows_for_who_is_done_but_much_for_who_is_cut_off(drawn, follows):
+    """0 after the end; the value of what it saw last, where time was up."""
+    learner, t = made(), life(drawn, sizes=MIXED)
+    part, seen = added(learner, t)
+    expected = expected_returns(t.rewards, seen[:, 0], follows, learner.settings)
+    assert torch.allclose(part.returns[:, 0], expected, atol=1e-6)
+    assert torch.allclose(part.advantages, part.returns - part.values, atol=1e-6)
+
+
+@pytest.mark.paper("E3")
+def test_a_trajectory_cut_by_the_horizon_goes_on_from_its_value():
+    """Five decisions, a horizon of three: two trajectories, one cut, one done."""
+    learner, t = made(time_horizon=3), life("#####", sizes=MIXED)
+    part, seen = added(learner, t)
+    s = learner.settings
+    first = expected_returns(t.rewards[:3], seen[:4, 0], 1, s)
+    second = expected_returns(t.rewards[3:], seen[3:, 0], 0, s)
+    assert torch.allclose(part.returns[:, 0], torch.cat([first, second]), atol=1e-6)
+
+
+@pytest.mark.paper("E2")
+def test_in_ppo_who_is_done_early_has_nothing_to_come():
+    """Each for itself: the mate that goes on does not matter."""
+    learner, t = made(), life("#..", "###", sizes=MIXED)
+    part, _ = added(learner, t)
+    assert part.returns[0, 0].item() == pytest.approx(t.rewards[0], abs=1e-6)
+    assert part.returns[2, 1].item() == pytest.approx(t.rewards[2], abs=1e-6)
+
+
+@pytest.mark.paper("E3")
+def test_rewards_are_scaled_before_anything_is_learnt_from_them():
+    """By `reward_scale`, ours, and `strength`, the original's."""
+    t = life("#", sizes=MIXED, rewards=np.array([300.0]))
+    part, _ = added(made(reward_scale=0.001, strength=2.0), t)
+    assert part.returns.item() == pytest.approx(0.6, abs=1e-6)
+
+
+# -- The update ---------------------------------------------------------------------
+
+
+@pytest.mark.paper("E4")
+def test_both_networks_normalise_with_what_the_live_agents_saw():
+    """Before values are computed; neither the absent nor a last observation count."""
+    learner, t = made(normalize=True), life("###", "#..", sizes=MIXED)
+    learner.add([t])
+    live = np.vstack([np.zeros(MIXED.vector), t.vectors[:-1][t.alive[:-1]]])
+    for network in (learner.actor, learner.critic):
+        normaliser = network.body.encoder.normaliser
+        assert normaliser.count == 5
+        assert normaliser.mean.numpy() == pytest.approx(live.mean(axis=0), abs=1e-6)
+    part, t = learner.buffer.parts[0], torch.from_numpy(t.vectors[:-1])
+    with torch.no_grad():
+        values = learner.critic(t, part.grids)
+    assert torch.allclose(values, part.values, atol=1e-6)
+
+
+class Watched(Learner):
+    """Notes every minibatch that it is asked for the loss of."""
+
+    def loss(self, batch, epsilon, beta, critic_only=False):
+        """As always."""
+        self.seen = [*getattr(self, "seen", []), (batch, epsilon, beta)]
+        return super().loss(batch, epsilon, beta, critic_only)
+
+
+def watched(*agents, **changes):
+    """A watched learner after one update from one life."""
+    learner = Watched(settings("ppo", **changes), MIXED, 0)
+    learner.add([life(*agents, sizes=MIXED)])
+    before = learner.buffer.parts[0].advantages.clone()
+    return learner, before, learner.update()
+
+
+@pytest.mark.paper("E3")
+def test_an_update_goes_num_epoch_times_through_whole_minibatches():
+    """Eleven rows in fours, three epochs: six steps, and the buffer is empty."""
+    learner, _, _ = watched("#" * 11, num_epoch=3)
+    assert [len(batch) for batch, *_ in learner.seen] == [4] * 6
+    assert len(learner.buffer) == 0 and not learner.ready
+    step = learner.optimiser.state_dict()["state"][0]["step"]
+    assert step == 6
+
+
+@pytest.mark.paper("E3")
+def test_a_learner_is_ready_with_more_than_buffer_size_steps():
+    """Eight do not make it ready, nine do; both count for the schedules."""
+    learner = made(buffer_size=8)
+    learner.add([life("#" * 8, sizes=MIXED)])
+    assert (learner.steps, learner.ready) == (8, False)
+    learner.add([life("#", sizes=MIXED)])
+    assert (learner.steps, learner.ready) == (9, True)
+
+
+@pytest.mark.paper("E3")
+def test_advantages_are_normalised_once_over_the_whole_buffer():
+    """Not minibatch by minibatch, nor again in the next epoch; without the absent."""
+    learner, before, _ = watched("####", "##..", batch_size=6, num_epoch=2)
+    alive = learner.seen[0][0].alive
+    used = torch.cat([batch.advantages[batch.alive] for batch, *_ in learner.seen])
+    assert alive.sum() == 6
+    live = torch.from_numpy(life("####", "##..", sizes=MIXED).alive[:-1])
+    expected = normalised(before[live]).sort().values
+    assert torch.allclose(used[:6].sort().values, expected, atol=1e-6)
+    assert torch.allclose(used[6:].sort().values, expected, atol=1e-6)
+
+
+@pytest.mark.paper("E3")
+def test_schedules_stand_still_within_an_update():
+    """Read at the steps so far: 11 of 22 are half the way; β of the tables stays."""
+    learner, _, summary = watched("#" * 11, max_steps=22, num_epoch=2)
+    used = {(epsilon, beta) for _, epsilon, beta in learner.seen}
+    assert len(learner.seen) == 4 and used == {(0.1 + 0.1 * (1 - 11 / 22), 0.005)}
+    rate = learner.settings.learning_rate
+    assert summary["Policy/Learning Rate"] == pytest.approx(rate / 2, rel=1e-5)
+    assert learner.optimiser.param_groups[0]["lr"] == summary["Policy/Learning Rate"]
+
+
+@pytest.mark.paper("E2")
+def test_the_loss_is_policy_and_half_the_value_less_the_entropy_s_share():
+    """policy + 0.5·value − β·entropy, of the live rows only."""
+    learner, rows = made(), lives.batch(sizes=MIXED)
+    loss, parts = learner.loss(rows, 0.2, 0.01)
+    live = rows.alive
+    policy = learner.actor(rows.vectors, rows.grids)
+    values = learner.critic(rows.vectors, rows.grids)[live]
+    policy_part = policy_loss(
+        policy.log_probs(rows.actions)[live],
+        rows.log_probs[live],
+        rows.advantages[live],
+        0.2,
+    )
+    value_part = (values - rows.returns[live]).square().mean()
+    entropy = policy.entropy()[live].mean()
+    expected = policy_part + 0.5 * value_part - 0.01 * entropy
+    assert loss.item() == pytest.approx(expected.item(), rel=1e-6)
+    assert parts["Losses/Value Loss"].item() == pytest.approx(value_part.item())
+    assert parts["Policy/Entropy"].item() == pytest.approx(entropy.item())
+
+
+@pytest.mark.paper("E3")
+def test_an_update_is_adam_s_step_on_the_summed_loss():
+    """First step: p − lr·g/(|g| + 10⁻⁸), both networks at once, no gradient clipped."""
+    learner = made(batch_size=8, learning_rate_schedule="constant")
+    learner.add([life("#" * 8, sizes=MIXED)])
+    rows = learner.buffer.parts[0].rows(torch.arange(8))
+    rows.advantages[:, 0] = normalised(rows.advantages[:, 0])
+    _, epsilon, beta = learner.schedules()
+    learner.loss(rows, epsilon, beta)[0].backward()
+    networks = [learner.actor, learner.critic]
+    before = [
+        (p, p.detach().clone(), g)
+        for network in networks
+        for p, g in zip(network.parameters(), gradients(network).values(), strict=True)
+    ]
+    rate = learner.update()["Policy/Learning Rate"]
+    for p, old, g in before:
+        expected = old - rate * g / (g.abs() + 1e-8)
+        assert torch.allclose(p, expected, atol=0.02 * rate)
+
+
+@pytest.mark.paper("E1")
+def test_while_the_critic_learns_alone_the_policy_stays():
+    """To the last bit, momentum or not; the critic moves."""
+    learner = made(learning_rate=0.01)
+    for critic_only in (False, True):
+        learner.add([life("#" * 9, sizes=MIXED)])
+        actor = [p.clone() for p in learner.actor.parameters()]
+        critic = [p.clone() for p in learner.critic.parameters()]
+        learner.update(critic_only)
+    assert all(map(torch.equal, actor, learner.actor.parameters()))
+    assert not any(map(torch.equal, critic, learner.critic.parameters()))
+
+
+@pytest.mark.paper("E2")
+def test_an_update_reports_by_the_original_s_names():
+    """Means over its minibatches, plain numbers."""
+    _, _, summary = watched("#" * 9)
+    assert set(summary) == {
+        "Losses/Policy Loss",
+        "Losses/Value Loss",
+        "Policy/Entropy",
+        "Policy/Learning Rate",
+        "Policy/Epsilon",
+        "Policy/Beta",
+        "Policy/Extrinsic Value Estimate",
+    }
+    assert all(type(x) is float and math.isfinite(x) for x in summary.values())
+
+
+def test_the_same_seed_begins_with_the_same_networks():
+    """And leaves torch's own random numbers alone."""
+    before = torch.random.get_rng_state()
+    one, same, other = (
+        Learner(settings("ppo"), MIXED, seed).actor.state_dict() for seed in (1, 1, 2)
+    )
+    assert all(torch.equal(x, same[name]) for name, x in one.items())
+    assert not torch.equal(one["body.layers.0.weight"], other["body.layers.0.weight"])
+    assert torch.equal(torch.random.get_rng_state(), before)
+
+
+@pytest.mark.paper("E3")
+@pytest.mark.parametrize("trainer_type", ["ppo", "poca"])
+def test_going_on_from_a_saved_state_is_going_on(trainer_type):
+    """Bit for bit: with a half-full buffer, momentum, normalisers and shuffles."""
+    kind = {"ppo": ppo, "poca": poca}[trainer_type].Learner
+    table = settings(trainer_type, learning_rate=0.01, num_epoch=2, max_steps=100)
+    one, two = kind(table, MIXED, 0), kind(table, MIXED, 99)
+    one.add([life("######", "####..", sizes=MIXED)])
+    one.update()
+    one.add([life("###>", "###>", sizes=MIXED, seed=1)])
+    two.load(through_a_file(one.state()))
+    for learner in (one, two):
+        learner.add([life("#####", "##...", sizes=MIXED, seed=2)])
+    assert one.update() == two.update()
+    assert one.steps == two.steps == 23
+    state, same = flat(one.state()), flat(two.state())
+    assert state.keys() == same.keys()
+    assert all(torch.equal(torch.as_tensor(x), same[k]) for k, x in state.items())
+
+
+def flat(state, prefix=""):
+    """A nested state as one dict of tensors."""
+    pairs = state.items() if isinstance(state, dict) else enumerate(state)
+    found = {}
+    for name, x in pairs:
+        if isinstance(x, dict | list | tuple):
+            found |= flat(x, f"{prefix}{name}.")
+        elif x is not None:
+            found[f"{prefix}{name}"] = torch.as_tensor(x)
+    return found
+
+
+def test_refuses_the_weights_of_a_network_of_another_shape():
+    """Rather than half of them."""
+    state = made().state()
+    other = Learner(settings("ppo", hidden_units=32), MIXED, 0)
+    with pytest.raises(RuntimeError, match="size mismatch"):
+        other.load(state)
+    wider = replace(MIXED, vector=6)
+    with pytest.raises(RuntimeError, match="size mismatch"):
+        Learner(settings("ppo"), wider, 0).load(state)

@@ -1,0 +1,241 @@
+"""What an agent sees, as a picture: the arrays, and every number explained."""
+
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
+
+from reference import drawing
+from reference.building import load
+from reference.drawing import senses
+from reference.learning import observations
+from reference.paper import Scenario
+from reference.simulation import Simulation
+
+FLOORS = sorted((Path(__file__).parent.parent / "floors").glob("*.txt"))
+
+
+def after(building, seconds):
+    """A simulation with people, robots and fires, some of them gone."""
+    simulation = Simulation(building, Scenario(), "sweep", "greedy", seed=3)
+    while simulation.world.time < seconds:
+        simulation.step()
+    return simulation
+
+
+@pytest.fixture(scope="module")
+def simulation():
+    """Half a minute in the paper's building."""
+    return after(load("paper"), 30)
+
+
+def seen_by(simulation, robot):
+    """What a robot is given, with its meaning."""
+    world, scenario = simulation.world, simulation.scenario
+    vector = observations.robot_vectors(world, scenario)[robot]
+    return senses.Senses(
+        "",
+        world.building,
+        observations.grid(world),
+        vector,
+        observations.decode(vector, world.building, scenario),
+        observations.layout(world.building, scenario),
+    )
+
+
+def images(figure):
+    """The arrays of the grid's channels, in order, by their titles."""
+    named = {axes.get_title("left"): axes for axes in figure.axes}
+    return {
+        title: np.asarray(axes.images[0].get_array())
+        for title, axes in named.items()
+        if title[0].isdigit()
+    }
+
+
+def words(figure):
+    """All that is written on a page."""
+    found = figure.findobj(lambda artist: isinstance(artist, Text))
+    return [text for text in found if text.get_text().strip() and text.get_visible()]
+
+
+# -- The grid -----------------------------------------------------------------------
+
+
+@pytest.mark.paper("C3")
+def test_every_channel_is_drawn_as_it_is_given(simulation):
+    """Nine images with the very cells of the grid, each named by kind and floor."""
+    figure = drawing.robot_senses(simulation.world, simulation.scenario)
+    cells, drawn = observations.grid(simulation.world), images(figure)
+    assert list(drawn)[3:5] == ["3: fires, floor 1", "4: fires, floor 2"]
+    np.testing.assert_array_equal(np.stack(list(drawn.values())), cells)
+
+
+@pytest.mark.paper("C3")
+def test_entrances_that_stand_for_exits_are_in_the_legend(simulation):
+    """The upper floors of the paper's building have no exit of their own."""
+    figure = drawing.robot_senses(simulation.world, simulation.scenario)
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert legend[-2:] == ["exit", "stairwell entrance"]
+
+
+# -- The points ---------------------------------------------------------------------
+
+
+@pytest.mark.paper("C4")
+def test_people_on_the_observers_floor_are_numbered_by_distance(simulation):
+    """1 is the nearest; R1 is the observer itself."""
+    robot = simulation.world.robots[2]
+    me, *others = senses.dots(seen_by(simulation, 2), robot.floor)
+    people = [dot for dot in others if dot.look == "human"]
+    assert (me.look, me.mark) == ("the observer", "R1")
+    assert [dot.mark for dot in people] == [str(k + 1) for k in range(len(people))]
+    away = [np.hypot(dot.x - me.x, dot.y - me.y) for dot in people]
+    assert len(away) > 2
+    assert away == sorted(away)
+
+
+@pytest.mark.paper("C1")
+def test_every_point_inside_is_on_its_floor_and_nobody_else_is(simulation):
+    """People and fires by floor, counted against the world; the gone nowhere."""
+    world, seen = simulation.world, seen_by(simulation, 0)
+    for floor in range(3):
+        looks = [dot.look for dot in senses.dots(seen, floor)]
+        bodies = world.bodies
+        people = (bodies.inside & (bodies.floor == floor)).sum()
+        fires = sum(source.floor == floor for source in world.flames.sources)
+        assert (looks.count("human"), looks.count("fire source")) == (people, fires)
+    assert 0 < (~world.bodies.inside).sum() < 40
+
+
+@pytest.mark.paper("D1")
+def test_the_fire_sees_people_under_their_own_numbers(simulation):
+    """In metres again, wherever they are; no observer, and no fires."""
+    figure = drawing.fire_senses(simulation.world, simulation.scenario)
+    bodies = simulation.world.bodies
+    person = np.flatnonzero(bodies.inside & (bodies.floor == 2))[-1]
+    axes = next(a for a in figure.axes if a.get_title("left").startswith("Floor 3"))
+    spots = np.array([line.get_xydata()[0] for line in axes.lines])
+    assert np.abs(spots - bodies.position[person]).max(axis=1).min() < 1e-4
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert legend[:3] == ["human", "robot", "wall"]
+
+
+spots = st.lists(st.tuples(st.integers(0, 60), st.integers(0, 60)), max_size=25)
+
+
+@settings(max_examples=50)
+@given(spots)
+def test_no_mark_lies_on_another_or_on_a_point(places):
+    """Whatever the crowd: who finds no room goes without, the others can be read."""
+    points = np.array(places, dtype=float).reshape(-1, 2)
+    marks = [str(k) for k in range(len(points))]
+    found = senses.beside(points, [2.0] * len(points), marks, (-9, -9, 69, 69))
+    middles = [
+        (m, len(word)) for m, word in zip(found, marks, strict=True) if m is not None
+    ]
+    for (a, size), (b, other) in combinations(middles, 2):
+        off = np.abs(a - b)
+        assert off[0] >= 6 * 0.31 * (size + other) - 1e-9 or off[1] >= 4.8 - 1e-9
+    for middle, size in middles:
+        off = np.abs(points - middle)
+        assert (
+            (off[:, 0] >= 6 * 0.31 * size + 2 - 1e-9) | (off[:, 1] >= 4.4 - 1e-9)
+        ).all()
+
+
+def test_a_mark_stands_right_of_a_lonely_point():
+    """The first choice, near; and inside the panel, else at the left."""
+    points = np.array([[30.0, 30.0], [68.0, 30.0]])
+    lonely, edge = senses.beside(points, [2.0, 2.0], ["1", "2"], (0, 0, 70, 70))
+    assert 34 < lonely[0] < 37
+    assert 61 < edge[0] < 64
+
+
+# -- The table ----------------------------------------------------------------------
+
+
+@pytest.mark.paper("C1")
+@pytest.mark.paper("C2")
+def test_the_table_explains_all_167_numbers(simulation):
+    """Each number is in one line; the words are those of the layout."""
+    lines = senses.table(seen_by(simulation, 0))
+    assert [(line.numbers, line.marks, line.what) for line in lines] == [
+        ("0 to 119", "1 to 40", "human: x, y, storey (m, m, storey)"),
+        ("120 to 122", "R1", "the observer: x, y, storey (m, m, storey)"),
+        ("123 to 125", "R2", "team mate: x, y, storey (m, m, storey)"),
+        ("126 to 137", "R3 to R6", "robot elsewhere: x, y, storey (m, m, storey)"),
+        ("138", "", "robots in the observer's team"),
+        ("139", "", "time since the beginning (s)"),
+        ("140 to 163", "F1 to F8", "fire source: x, y, storey (m, m, storey)"),
+        ("164 to 166", "", "fire sources on floor 1, …"),
+    ]
+
+
+@pytest.mark.paper("C1")
+def test_the_table_tells_what_the_first_numbers_are_now(simulation):
+    """As they stand in the vector, and how many of the points are gone."""
+    seen = seen_by(simulation, 0)
+    by_what = {line.what.split(":")[0]: line.values for line in senses.table(seen)}
+    gone = (~simulation.world.bodies.inside).sum()
+    assert by_what["human"].endswith(f"…, {gone} gone")
+    x, y, storey = seen.vector[120:123]
+    assert by_what["the observer"] == f"({x:.3g}, {y:.3g}, {storey:g})".replace(
+        "-", "−"
+    )
+    assert by_what["robots in the observer's team"] == "2"
+
+
+# -- The page -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", FLOORS, ids=lambda path: path.stem)
+def test_all_can_be_read_in_any_building(path):
+    """One storey or five, wide or tall: nothing overlaps and nothing is clipped."""
+    now = after(load(str(path)), 5)
+    assert_readable(drawing.robot_senses(now.world, now.scenario))
+
+
+def test_all_can_be_read_on_the_page_of_the_fire(simulation):
+    """Its units have long names."""
+    assert_readable(drawing.fire_senses(simulation.world, simulation.scenario))
+
+
+def assert_readable(figure):
+    """No words on others, and all of them on the page."""
+    FigureCanvasAgg(figure).draw()
+    boxes = [text.get_window_extent().shrunk(1, 0.8) for text in readable(figure)]
+    assert [(a, b) for a, b in combinations(boxes, 2) if a.overlaps(b)] == []
+    (width, height), box = figure.get_size_inches(), figure.get_tightbbox()
+    assert 0 <= box.x0 < box.x1 <= width
+    assert 0 <= box.y0 < box.y1 <= height
+
+
+def readable(figure):
+    """Words, without the labels of ticks that are out of a panel's view."""
+    hidden = set()
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        low, high = sorted(axis.get_view_interval())
+        out = [t for t in axis.get_major_ticks() if not low <= t.get_loc() <= high]
+        hidden.update(tick.label1 for tick in out)
+    return [text for text in words(figure) if text not in hidden]
+
+
+def test_refuses_a_robot_that_is_not_there(simulation):
+    """The message counts as the agents' names do."""
+    with pytest.raises(ValueError, match=r"no robot 6 among 6.*robot_0"):
+        drawing.robot_senses(simulation.world, simulation.scenario, robot=6)
+
+
+def test_a_world_without_robots_and_fires_can_be_seen_by_the_fire():
+    """Before anything burns, and with nobody to guide."""
+    building = load("tiny")
+    simulation = Simulation(building, Scenario(), "none", "none", seed=1)
+    figure = drawing.fire_senses(simulation.world, simulation.scenario)
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert legend == ["human", "wall", "in flames", "exit", "stairwell entrance"]

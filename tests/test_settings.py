@@ -1,0 +1,230 @@
+"""Tables I and II as settings, the presets, and what is refused."""
+
+import json
+from dataclasses import asdict as rows_of
+from dataclasses import replace
+from functools import partial
+
+import pytest
+
+from reference.learning.settings import (
+    PRESETS,
+    Settings,
+    SettingsError,
+    asdict,
+    fromdict,
+    preset,
+)
+from reference.paper import TABLE_I, TABLE_II, Scenario
+
+ROBOTS, FIRE = preset("paper").robots, preset("paper").fire
+
+
+def refusal(make, **rows) -> str:
+    """What `make` says about rows that cannot be meant."""
+    with pytest.raises(SettingsError) as refused:
+        make(**rows)
+    return str(refused.value)
+
+
+def change(**rows):
+    """Table I with some rows changed."""
+    return replace(ROBOTS, **rows)
+
+
+# -- Presets ------------------------------------------------------------------------
+
+
+@pytest.mark.paper("E1", "Tab. I")
+@pytest.mark.paper("E2", "Tab. II")
+def test_the_preset_paper_is_the_two_tables_row_by_row():
+    """Nothing is left out, nothing repeated by hand; two rows are ours."""
+    for settings, table in ((ROBOTS, TABLE_I), (FIRE, TABLE_II)):
+        rows = rows_of(settings)
+        assert (rows.pop("head"), rows.pop("reward_scale")) == ("gaussian", 0.001)
+        assert rows == dict(table)
+
+
+@pytest.mark.paper("E1")
+@pytest.mark.paper("E2")
+@pytest.mark.parametrize("name", PRESETS)
+def test_every_preset_trains_a_group_against_one_fire(name):
+    """MA-POCA against PPO, normalised against not, in smaller nets or the paper's."""
+    settings = preset(name)
+    assert settings.preset == name
+    assert (settings.robots.trainer_type, settings.fire.trainer_type) == ("poca", "ppo")
+    assert (settings.robots.normalize, settings.fire.normalize) == (True, False)
+    assert settings.robots.hidden_units <= 256
+    assert settings.schedule == "together"
+
+
+@pytest.mark.paper("D6")
+@pytest.mark.parametrize("name", PRESETS)
+def test_every_preset_holds_the_rule_of_training(name):
+    """An occupied place yields no fire while the fire learns."""
+    assert preset(name).scenario.training
+
+
+@pytest.mark.paper("E6")
+def test_the_presets_take_ever_more_decisions():
+    """A few hundred, a million, ten million; some of them per decision of the fire."""
+    names = ("tiny", "laptop", "paper")
+    assert [preset(n).robots.max_steps for n in names] == [600, 1_000_000, 10_000_000]
+    ratios = [preset(n).robots.max_steps / preset(n).fire.max_steps for n in names]
+    assert ratios == [10, 20, 20]
+
+
+def test_small_presets_choose_landmarks_and_the_paper_s_two_numbers():
+    """The head is named in the settings, so it can be in every result."""
+    heads = {name: preset(name).robots.head for name in PRESETS}
+    assert heads == {"tiny": "pointer", "laptop": "pointer", "paper": "gaussian"}
+
+
+def test_a_round_of_tiny_fills_the_buffers():
+    """Otherwise whole rounds would end without an update."""
+    tiny, floors = preset("tiny"), 2
+    episodes = tiny.episodes_per_job * tiny.jobs_per_round
+    decisions = tiny.scenario.time_limit / tiny.scenario.decision_seconds
+    robots = tiny.scenario.robots_per_floor * floors
+    assert episodes * decisions * robots > tiny.robots.buffer_size
+    assert episodes * tiny.scenario.sources > tiny.fire.buffer_size
+
+
+def test_refuses_a_preset_that_is_not_there():
+    """And says which was meant."""
+    message = refusal(lambda: preset("labtop"))
+    assert "'labtop' is unknown. Did you mean 'laptop'?" in message
+    assert "tiny, laptop, paper" in message
+
+
+# -- What rows may be ---------------------------------------------------------------
+
+WRONG = {
+    "batch_size": (0, "64", 64.0, True),
+    "learning_rate": (0.0, 1.5, -1e-3, float("nan"), "fast", None),
+    "learning_rate_schedule": ("cosine", 3),
+    "beta": (-0.1, 2),
+    "epsilon": (0, float("inf")),
+    "lambd": (1.01,),
+    "num_epoch": (0,),
+    "vis_encode_type": ("resnet", "nature_cnn"),
+    "normalize": (1, "yes"),
+    "hidden_units": (0,),
+    "gamma": (-0.5, 1.1),
+    "max_steps": (0, 1e6),
+    "head": ("softmax",),
+    "reward_scale": (0, -1.0),
+    "trainer_type": ("sac",),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_refuses_a_row_of_a_wrong_type_or_out_of_range_by_its_name(name):
+    """Whoever reads the message knows which row to change."""
+    for value in WRONG[name]:
+        assert refusal(change, **{name: value}).startswith(name)
+
+
+def test_accepts_the_ends_of_every_range():
+    """No discount, no entropy bonus, no clip to speak of; whole numbers for real."""
+    settings = change(gamma=1, beta=0, lambd=0.0, epsilon=1, strength=0)
+    assert settings.gamma == 1
+
+
+def test_says_what_a_row_must_be():
+    """Kind and range, in words."""
+    told = "it must be a whole number from 1 upwards"
+    assert refusal(change, num_epoch=0) == f"num_epoch is 0: {told}"
+    told = "it must be a number above 0 up to 1"
+    assert refusal(change, epsilon=2.0) == f"epsilon is 2.0: {told}"
+    assert refusal(change, normalize=1).endswith("it must be true or false")
+    assert "Did you mean 'constant'?" in refusal(change, beta_schedule="constnat")
+
+
+@pytest.mark.paper("E3")
+def test_refuses_a_buffer_smaller_than_a_minibatch():
+    """An update would have nothing to learn from."""
+    assert "buffer_size 512" in refusal(change, buffer_size=512)
+
+
+@pytest.mark.paper("E3")
+def test_refuses_widths_that_attention_cannot_share():
+    """Four heads: only poca has them."""
+    assert "4 attention heads" in refusal(change, hidden_units=30)
+    assert change(hidden_units=30, trainer_type="ppo").hidden_units == 30
+
+
+@pytest.mark.paper("E2")
+def test_refuses_a_fire_that_learns_as_a_group():
+    """There is one; the robots may learn each for themselves."""
+    paper = preset("paper")
+    fire = replace(FIRE, trainer_type="poca")
+    assert "group of one" in refusal(lambda: replace(paper, fire=fire))
+    alone = replace(paper, robots=change(trainer_type="ppo"))
+    assert alone.robots.trainer_type == "ppo"
+
+
+@pytest.mark.paper("D6")
+def test_refuses_to_train_outside_of_training():
+    """A scenario made for evaluation is not carried over by mistake."""
+    assert "D6" in refusal(lambda: replace(preset("paper"), scenario=Scenario()))
+
+
+def test_refuses_rounds_of_nothing_and_orders_that_are_none():
+    """The rows about rounds are checked like the tables'."""
+    for rows in ({"jobs_per_round": 0}, {"schedule": "alternating"}, {"robots": 1}):
+        message = refusal(partial(replace, preset("tiny")), **rows)
+        assert message.startswith(next(iter(rows)))
+
+
+# -- As plain numbers and words -----------------------------------------------------
+
+HALL = Scenario(people=3, rooms=("1/hall",), training=True)
+UPPER = Scenario(people_per_floor=(0, 5), training=True)
+
+
+@pytest.mark.parametrize("scenario", [HALL, UPPER])
+@pytest.mark.parametrize("name", PRESETS)
+def test_settings_survive_as_plain_numbers_and_words(name, scenario):
+    """In a checkpoint, where tuples stay, and in JSON, where they become lists."""
+    settings = replace(preset(name), scenario=scenario)
+    plain = asdict(settings)
+    assert fromdict(plain) == settings
+    assert fromdict(json.loads(json.dumps(plain))) == settings
+    assert plain["scenario"]["rooms"] == scenario.rooms
+
+
+def spoilt(*keys, value) -> str:
+    """The message about the settings `tiny` with one plain value changed."""
+    plain = asdict(preset("tiny"))
+    place = plain
+    for key in keys[:-1]:
+        place = place[key]
+    place[keys[-1]] = value
+    return refusal(fromdict, plain=plain)
+
+
+def test_refuses_plain_settings_by_the_name_of_the_row():
+    """Every part says which part it is."""
+    assert spoilt("fire", "gamma", value=2).startswith("fire: gamma is 2")
+    assert "Did you mean 'gamma'" in spoilt("robots", "gama", value=0.9)
+    assert spoilt("robots", value=None).startswith("robots: trainer_type is missing")
+    assert spoilt("robots", value=[1]).startswith("robots: this must be `key: value`")
+    assert spoilt("schedul", value="together").startswith("settings: 'schedul'")
+
+
+def test_refuses_plain_scenarios_by_the_name_of_the_row():
+    """Before anything compares a word with a number."""
+    assert "people is 'six'" in spoilt("scenario", "people", value="six")
+    assert "time_limit is nan" in spoilt("scenario", "time_limit", value=float("nan"))
+    assert "list of words" in spoilt("scenario", "rooms", value=[1])
+    assert "counted from 0" in spoilt("scenario", "sources", value=-1)
+    many = spoilt("scenario", "people_per_floor", value=3)
+    assert many.endswith("it must be a list of whole numbers")
+
+
+def test_settings_cannot_be_changed_in_place():
+    """What a run began with is what it ends with."""
+    with pytest.raises(AttributeError):
+        preset("tiny").robots.gamma = 0.5
+    assert isinstance(preset("tiny"), Settings)

@@ -1,0 +1,371 @@
+"""The adversarial loop: whose turn it is, what comes out, how it goes on."""
+
+import csv
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+
+import pytest
+from trainings import TINY, begun, equal, tiny, trained
+
+from reference.learning.checkpoints import SIDES, load, newest
+from reference.learning.rollouts import play
+from reference.learning.settings import SettingsError
+from reference.learning.summaries import COLUMNS, WHEN, Board, Summary, Table
+from reference.learning.training import Training, seeds_of, train
+from reference.learning.workers import Here, in_order, workers
+
+
+def rows(folder):
+    """The rows of a training's summaries."""
+    with (folder / "summaries.csv").open() as file:
+        return list(csv.DictReader(file))
+
+
+def actors(training):
+    """Both sides' weights as they are now."""
+    return {
+        side: {n: t.clone() for n, t in learner.actor.state_dict().items()}
+        for side, learner in training.learners.items()
+    }
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A training from beginning to end, and its folder."""
+    folder = tmp_path_factory.mktemp("whole")
+    training = begun(seed=1)
+    trained(training, folder)
+    return training, folder
+
+
+# -- What comes out -----------------------------------------------------------------
+
+
+@pytest.mark.paper("E3")
+def test_it_ends_when_both_sides_are_past_their_max_steps(whole):
+    """A step is one agent's decision."""
+    training, folder = whole
+    for side, learner in training.learners.items():
+        assert learner.steps >= getattr(tiny(), side).max_steps
+    assert training.over
+    assert load(folder).round == training.round
+
+
+@pytest.mark.paper("E6")
+def test_both_sides_learn_from_the_same_episodes(whole):
+    """Their rows tell of the same episodes, at their own decision rates."""
+    robots, fire = rows(whole[1])[:2]
+    assert (robots["side"], fire["side"]) == ("robots", "fire")
+    assert robots["phase"] == fire["phase"] == "together"
+    for column in ("round", "episodes", "Environment/Survival"):
+        assert robots[column] == fire[column]
+    assert int(robots["step"]) > 5 * int(fire["step"])
+
+
+def test_an_interrupted_training_and_an_uninterrupted_one_agree_exactly(
+    whole, tmp_path
+):
+    """Networks, optimisers, random states and rows, after two interruptions."""
+    training, folder = whole
+    trained(begun(seed=1), tmp_path, rounds=2)
+    trained(Training.resumed(load(tmp_path)), tmp_path, rounds=1)
+    resumed = Training.resumed(load(tmp_path))
+    trained(resumed, tmp_path)
+    assert resumed.round == training.round
+    assert equal(load(tmp_path).learners, load(folder).learners)
+    assert equal(load(tmp_path).progress, load(folder).progress)
+    assert rows(tmp_path) == rows(folder)
+
+
+def test_an_interruption_before_a_buffer_is_full_changes_nothing(tmp_path):
+    """What waits in the buffers is in the checkpoint too."""
+    robots = {"buffer_size": 80, "max_steps": 90}
+    settings = tiny(robots=robots, fire={"buffer_size": 6, "max_steps": 8})
+    apart, at_once = tmp_path / "apart", tmp_path / "at once"
+    trained(begun(settings), apart, rounds=1)
+    assert len(Training.resumed(load(apart)).learners["robots"].buffer) > 0
+    trained(Training.resumed(load(apart)), apart)
+    trained(begun(settings), at_once)
+    assert equal(load(apart).learners, load(at_once).learners)
+    assert rows(apart) == rows(at_once)
+
+
+def test_rows_from_after_the_checkpoint_are_dropped_on_resume(whole, tmp_path):
+    """As if the power had failed between a row and its checkpoint."""
+    trained(begun(seed=1), tmp_path, rounds=2)
+    newest(tmp_path).unlink()
+    training = Training.resumed(load(tmp_path))
+    assert training.round < 2
+    trained(training, tmp_path)
+    assert rows(tmp_path) == rows(whole[1])
+
+
+def test_how_many_workers_there_are_changes_nothing(whole, tmp_path):
+    """Two processes of one thread each, or this process: the same to the last bit."""
+    training = begun(seed=1)
+    with workers(2) as pool:
+        train(training, tmp_path, pool, lambda: training.round >= 2, progress=False)
+    here = begun(seed=1)
+    trained(here, tmp_path / "here", rounds=2)
+    assert equal(load(tmp_path).learners, load(tmp_path / "here").learners)
+    assert rows(tmp_path) == rows(tmp_path / "here") == rows(whole[1])[:4]
+
+
+def test_any_executor_will_do(whole, tmp_path):
+    """Such as a thread's; a cluster's have the same interface."""
+    training = begun(seed=1)
+    with ThreadPoolExecutor(1) as executor:
+        stop = lambda: training.round >= 1  # noqa: E731
+        train(training, tmp_path, executor, stop, progress=False)
+    assert rows(tmp_path) == rows(whole[1])[:2]
+
+
+def test_seeds_follow_from_the_run_and_the_round_alone():
+    """Another run, purpose or round has others; asking twice gives the same."""
+    first = begun(seed=1).jobs()
+    assert [job.seeds for job in first] == [job.seeds for job in begun(seed=1).jobs()]
+    every = [
+        seeds_of(run, what, n, 4) for run in (1, 2) for what in (0, 1) for n in (0, 1)
+    ]
+    assert len({seed for seeds in every for seed in seeds}) == 32
+
+
+def test_jobs_carry_copies_of_the_weights():
+    """What a worker is given does not change while it plays."""
+    training = begun()
+    (job, *_) = training.jobs()
+    before = job.robots.weights["body.layers.0.bias"].copy()
+    training.learners["robots"].actor.body.layers[0].bias.data += 1
+    assert (job.robots.weights["body.layers.0.bias"] == before).all()
+
+
+# -- Whose turn it is ---------------------------------------------------------------
+
+
+def test_in_turn_one_side_learns_and_the_other_stays_as_it_is(tmp_path):
+    """The phase says whose turn it was."""
+    training = begun(tiny(schedule="alternate", switch_every=1))
+    for turn in ("robots", "fire", "robots"):
+        before = actors(training)
+        trained(training, tmp_path, rounds=1)
+        after = actors(training)
+        changed = [side for side in SIDES if not equal(before[side], after[side])]
+        assert changed == [turn]
+    assert [row["phase"] for row in rows(tmp_path)] == ["robots", "fire", "robots"]
+
+
+def test_a_switch_comes_every_so_many_rounds():
+    """`switch_every`; who has finished gives its turns to the other."""
+    training = begun(tiny(schedule="alternate", switch_every=3))
+    turns = []
+    for training.round in range(8):
+        turns += training.learning()
+    assert turns == ["robots"] * 3 + ["fire"] * 3 + ["robots"] * 2
+    training.learners["fire"].steps = 10**6
+    training.round = 4
+    assert training.phase == "robots"
+
+
+def test_a_side_past_its_max_steps_learns_no_more(tmp_path):
+    """It plays on as it is while the other goes on."""
+    training = begun(tiny(fire={"max_steps": 3}))
+    trained(training, tmp_path, rounds=1)
+    before, steps = actors(training), training.learners["fire"].steps
+    trained(training, tmp_path, rounds=1)
+    assert training.phase == "robots"
+    assert equal(actors(training)["fire"], before["fire"])
+    assert not equal(actors(training)["robots"], before["robots"])
+    assert training.learners["fire"].steps == steps >= 3
+
+
+@pytest.mark.paper("D1")
+@pytest.mark.parametrize("fixed", [{"fire": "random"}, {"robots": "sweep"}])
+def test_against_a_script_the_other_side_learns_alone(fixed, tmp_path):
+    """That is how robots without an adversary are trained."""
+    training = begun(fixed=fixed)
+    trained(training, tmp_path, rounds=1)
+    (side,) = training.learners
+    assert side not in fixed
+    assert {row["side"] for row in rows(tmp_path)} == {side}
+    assert list(load(tmp_path).learners) == [side]
+
+
+def test_against_a_checkpoint_the_other_side_learns_alone(whole, tmp_path):
+    """The fixed network plays in every round, and never changes."""
+    fire = load(whole[1]).player("fire")
+    training = begun(fixed={"fire": fire})
+    assert equal(
+        training.jobs()[0].fire.weights["body.layers.0.bias"].tolist(),
+        fire.weights["body.layers.0.bias"].tolist(),
+    )
+    trained(training, tmp_path, rounds=1)
+    assert equal(load(tmp_path).task.fixed["fire"].weights, fire.weights)
+
+
+@pytest.mark.parametrize(
+    ("task", "message"),
+    [
+        ({"fixed": {"robots": "sweep", "fire": "random"}}, "nobody learns"),
+        ({"fixed": {"robots": "sweep"}, "imitate": "sweep"}, "nobody imitates"),
+    ],
+)
+def test_refuses_a_training_in_which_nobody_learns(task, message):
+    """Both sides fixed; or to imitate with robots that are fixed."""
+    with pytest.raises(SettingsError, match=message):
+        begun(**task)
+
+
+def test_refuses_a_scenario_in_which_there_is_nothing_to_decide(tmp_path):
+    """Without fire sources the fire would never be past its max_steps."""
+    idle = tiny(scenario=replace(tiny().scenario, sources=0))
+    with pytest.raises(SettingsError, match="fire: nothing to decide in 2 episodes"):
+        trained(begun(idle), tmp_path, rounds=1)
+
+
+def test_robots_may_imitate_first_then_the_critic_learns_alone_then_both(tmp_path):
+    """While it does, the actor stays what imitation made of it."""
+    training = begun(imitate="sweep")
+    trained(training, tmp_path, rounds=0)
+    copied = actors(training)
+    assert not equal(copied["robots"], actors(begun())["robots"])
+    trained(training, tmp_path, rounds=1)
+    weights = dict(training.learners["robots"].actor.named_parameters())
+    assert all(w.equal(copied["robots"][name]) for name, w in weights.items())
+    assert equal(actors(training)["fire"], copied["fire"])
+    trained(training, tmp_path, rounds=1)
+    assert {row["phase"]: 0 for row in rows(tmp_path)} == dict.fromkeys(
+        ("imitation", "critic", "together"), 0
+    )
+
+
+def test_imitation_that_was_interrupted_is_done_once_on_resume(tmp_path):
+    """And ends like one that was not."""
+    copying, at_once = tmp_path / "copying", tmp_path / "at once"
+    training = begun(imitate="patrol")
+    train(training, copying, Here(), lambda: True, progress=False)
+    assert not load(copying).progress["imitated"]
+    trained(Training.resumed(load(copying)), copying, rounds=1)
+    trained(begun(imitate="patrol"), at_once, rounds=1)
+    assert equal(load(copying).learners, load(at_once).learners)
+    assert rows(copying) == rows(at_once)
+
+
+# -- Stopping -----------------------------------------------------------------------
+
+
+def test_a_round_that_is_being_played_is_dropped(tmp_path):
+    """As if it had never begun: the next one has the same seeds."""
+    training = begun()
+    looks = iter([False] * 3)
+    train(training, tmp_path, Here(), lambda: next(looks, True), progress=False)
+    assert training.round == 0
+    assert equal(load(tmp_path).learners, begun().checkpoint().learners)
+
+
+def test_results_come_in_the_order_of_the_jobs():
+    """Whichever is done first."""
+    with ThreadPoolExecutor(3) as executor:
+        found = in_order(executor, len, ["one", "three", "seventeen"], lambda: False)
+    assert found == [3, 5, 9]
+
+
+def test_what_a_job_raises_is_raised():
+    """A mistake in a worker is no silence."""
+    for executor in (Here(), ThreadPoolExecutor(1)):
+        with pytest.raises(TypeError), executor:
+            in_order(executor, len, [3], lambda: False)
+
+
+# -- Summaries ----------------------------------------------------------------------
+
+
+FACTS = {"group_reward": 100.0, "fire_reward": -90.0, "survival": 0.5, "length": 12.0}
+FACTS |= {
+    "evacuated": 3.0,
+    "died": 3.0,
+    "seconds": 60.0,
+    "sources": 3.0,
+    "refused": 1.0,
+}
+
+
+@pytest.mark.paper("E5")
+@pytest.mark.parametrize(("side", "own"), [("robots", 100.0), ("fire", -90.0)])
+def test_cumulative_reward_has_the_reward_of_the_group_in_it(side, own):
+    """In ML-Agents' logs it has not; a common complaint."""
+    summary = Summary(side, every=10)
+    summary.add([FACTS], {})
+    row = summary.row(10, {})
+    assert row["Environment/Cumulative Reward"] == own
+    assert row["Environment/Group Cumulative Reward"] == 100.0
+
+
+@pytest.mark.paper("E1")
+@pytest.mark.paper("E2")
+def test_a_row_is_due_every_summary_freq_steps():
+    """It has the means of all episodes and updates since the one before."""
+    summary = Summary("robots", every=10)
+    summary.add([FACTS, FACTS | {"survival": 1.0}], {"Losses/Value Loss": 4.0})
+    assert summary.row(9, {}) is None
+    summary.add([FACTS | {"survival": 0.0}], {"Losses/Value Loss": 2.0})
+    row = summary.row(25, {"round": 2})
+    assert row["Environment/Survival"] == 0.5
+    assert row["Losses/Value Loss"] == 3.0
+    assert (row["side"], row["step"], row["round"]) == ("robots", 25, 2)
+    assert summary.row(29, {}) is None
+
+
+def test_every_column_that_a_learner_fills_is_in_the_table(whole):
+    """By ML-Agents' names; only what the fire has none of, and copying, stays empty."""
+    robots, fire = rows(whole[1])[:2]
+    empty = {name for name in COLUMNS if not robots[name]}
+    assert empty == {"Losses/Pretraining Loss"}
+    empty |= {"Losses/Baseline Loss", "Policy/Extrinsic Baseline Estimate"}
+    assert {name for name in COLUMNS if not fire[name]} == empty
+
+
+def test_a_table_begins_with_one_header_and_goes_on_where_it_was(tmp_path):
+    """Rows of later rounds and a half-written one are dropped; numbers stay exact."""
+    path = tmp_path / "table.csv"
+    Table(path, ("round", "loss")).append([{"round": 1, "loss": 1 / 3}, {"round": 2}])
+    with path.open("a") as file:
+        file.write("1")
+    Table(path, ("round", "loss"), rounds=1).append([{"round": 2, "loss": 0.5}])
+    assert path.read_text() == f"round,loss\n1,{1 / 3!r}\n2,0.5\n"
+
+
+def test_times_are_in_a_table_of_their_own(whole):
+    """One row a round; no two runs agree in it."""
+    with (whole[1] / "times.csv").open() as file:
+        times = list(csv.DictReader(file))
+    assert [int(row["round"]) for row in times] == list(range(1, whole[0].round + 1))
+    assert all(float(row["decisions_per_second"]) > 0 for row in times)
+
+
+def test_tensorboard_gets_the_same_names(tmp_path):
+    """A folder for each side, which TensorBoard overlays."""
+    pytest.importorskip("tensorboard")
+    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+    board = Board(tmp_path, {"robots": 0})
+    summary = Summary("robots", every=10)
+    summary.add([FACTS], {"Policy/Entropy": 2.0})
+    board.append([summary.row(10, dict.fromkeys(WHEN, 1))])
+    board.close()
+    events = EventAccumulator(str(tmp_path / "robots")).Reload()
+    assert "Environment/Group Cumulative Reward" in events.Tags()["scalars"]
+    (entropy,) = events.Scalars("Policy/Entropy")
+    assert (entropy.step, entropy.value) == (10, 2.0)
+
+
+@pytest.mark.paper("C1")
+@pytest.mark.paper("D6")
+def test_a_round_is_played_with_the_rule_of_training():
+    """What the learners see of it is what the scenario says: 6 people, 4 robots."""
+    training = begun()
+    job = training.jobs()[0]
+    assert job.scenario.training
+    assert job.plan == TINY
+    episode = play(replace(job, seeds=job.seeds[:1]))[0]
+    assert episode.robots.alive.shape[1] == 4
+    assert episode.seed == job.seeds[0]

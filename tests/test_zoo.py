@@ -1,0 +1,116 @@
+"""The wrapper for those who have PettingZoo: its own suites, and whole episodes."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from movies import shipped
+
+from reference.learning.environment import FIRE, Environment
+from reference.paper import Scenario
+
+pytest.importorskip("pettingzoo", reason="the extra pettingzoo is not installed")
+
+from gymnasium import spaces
+from pettingzoo import ParallelEnv
+from pettingzoo.test import parallel_api_test, parallel_seed_test, render_test
+
+from reference.learning import zoo
+
+SCENE = Scenario(people=6, training=True)
+SIDES = [{}, {"robots": "sweep"}, {"fire": "random"}]
+
+
+def made(**chosen):
+    """A small environment as PettingZoo has it."""
+    return zoo.parallel_env(shipped("tiny"), SCENE, **chosen)
+
+
+@pytest.mark.parametrize("sides", SIDES)
+def test_pettingzoos_test_of_the_parallel_api_passes(sides):
+    """Its warnings are errors here; whole episodes, for it never needs 60 cycles."""
+    parallel_api_test(made(**sides), num_cycles=60)
+
+
+@pytest.mark.parametrize("sides", SIDES)
+def test_pettingzoos_test_of_seeds_passes(sides):
+    """Two environments with the same seeds."""
+    parallel_seed_test(lambda: made(**sides), num_cycles=60)
+
+
+def test_pettingzoos_test_of_pictures_passes():
+    """Through its conversion to agents that act in turn."""
+    render_test(
+        lambda render_mode: zoo.env(shipped("tiny"), SCENE, None, None, render_mode)
+    )
+
+
+@pytest.mark.parametrize("sides", SIDES)
+def test_whole_episodes_are_the_same_with_and_without_pettingzoo(sides):
+    """Same seed, same actions: every observation, reward and flag to the end."""
+    wrapped, bare = made(**sides), Environment(shipped("tiny"), SCENE, **sides)
+    ours, theirs = bare.reset(5), wrapped.reset(5)
+    rng, steps = np.random.default_rng(0), 0
+    while bare.agents:
+        assert same(ours, theirs) and wrapped.agents == bare.agents
+        assert np.array_equal(wrapped.state(), bare.state())
+        actions = {
+            agent: rng.uniform(-1, 1, wrapped.action_space(agent).shape)
+            for agent in bare.agents
+        }
+        ours, theirs, steps = bare.step(actions), wrapped.step(actions), steps + 1
+    assert same(ours, theirs) and wrapped.agents == [] and steps > 5
+
+
+def same(one, other):
+    """Are two such things the same, number by number?"""
+    if isinstance(one, dict):
+        return one.keys() == other.keys() and all(same(one[k], other[k]) for k in one)
+    if isinstance(one, tuple):
+        return len(one) == len(other) and all(map(same, one, other))
+    return np.array_equal(one, other)
+
+
+def test_it_is_one_of_pettingzoos_with_gymnasiums_spaces():
+    """Observations and states are in them, their samples can be played."""
+    environment = made()
+    assert isinstance(environment, ParallelEnv)
+    seen, _ = environment.reset(seed=1)
+    assert environment.num_agents == environment.max_num_agents == 5
+    for agent in environment.possible_agents:
+        space = environment.observation_space(agent)
+        assert isinstance(space, spaces.Dict) and space.contains(seen[agent])
+        assert all(box.dtype == np.float32 for box in space.values())
+        assert environment.action_space(agent).shape == (
+            (3,) if agent == FIRE else (2,)
+        )
+    assert environment.state_space.contains(environment.state())
+
+
+def test_the_same_seeds_sample_the_same_actions():
+    """Every agent has a space of its own."""
+    one, other = made(), made()
+    for environment in (one, other):
+        for k, agent in enumerate(environment.possible_agents):
+            environment.action_space(agent).seed(k)
+    for agent in one.possible_agents:
+        sample = one.action_space(agent).sample()
+        assert np.array_equal(sample, other.action_space(agent).sample())
+
+
+def test_a_building_may_be_named():
+    """So that a framework's registry needs no more than words."""
+    environment = zoo.parallel_env("museum", fire="greedy")
+    assert environment.environment.building.title == shipped("museum").title
+
+
+def test_refuses_to_be_imported_without_pettingzoo():
+    """And says how to get it, and how to do without."""
+    code = "import sys; sys.modules['pettingzoo'] = None; import reference.learning.zoo"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert done.returncode == 1
+    message = done.stderr.split("ImportError: ")[-1]
+    assert message.startswith("pettingzoo is not installed, and reference.learning.zoo")
+    assert "pip install 'fire-rescue-reference[pettingzoo]'" in message
+    assert "reference.learning.environment" in message

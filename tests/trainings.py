@@ -1,0 +1,77 @@
+"""Small trainings for tests: preset tiny, in this process, a second or two each."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import torch
+
+from reference.building import load
+from reference.learning.checkpoints import Task, plan_of
+from reference.learning.settings import Settings, preset
+from reference.learning.training import Training, train
+from reference.learning.workers import Here, one_thread
+
+TINY = plan_of(load("tiny"))
+
+
+def tiny(**changes) -> Settings:
+    """Preset tiny, yet smaller; `robots` and `fire` are rows of theirs.
+
+    A round is two episodes of half a minute: about 48 decisions of robots, 4 of the
+    fire. Both sides' buffers are full then; robots are over after 3 rounds, the fire
+    after 4.
+    """
+    settings = preset("tiny")
+    small = {"hidden_units": 8, "num_epoch": 1}
+    robots = {"batch_size": 16, "buffer_size": 30, "max_steps": 130}
+    robots |= {"summary_freq": 40, "checkpoint_interval": 40}
+    fire = {"batch_size": 2, "buffer_size": 3, "max_steps": 16}
+    fire |= {"summary_freq": 4, "checkpoint_interval": 4}
+    rows = {
+        "robots": replace(
+            settings.robots, **small | robots | changes.pop("robots", {})
+        ),
+        "fire": replace(settings.fire, **small | fire | changes.pop("fire", {})),
+        "scenario": replace(settings.scenario, time_limit=30.0),
+        "episodes_per_job": 1,
+        "imitation_episodes": 2,
+        "imitation_epochs": 1,
+    }
+    return replace(settings, **rows | changes)
+
+
+def begun(settings: Settings | None = None, **task) -> Training:
+    """A training at its beginning."""
+    return Training(Task("tiny", TINY, settings or tiny(), **task))
+
+
+def trained(training: Training, folder: Path, rounds: int | None = None) -> Path:
+    """Train on, for so many rounds or to the end; the last checkpoint's path."""
+    end = None if rounds is None else training.round + rounds
+
+    def stop() -> bool:
+        return end is not None and training.round >= end
+
+    with one_thread():
+        return train(training, folder, Here(), stop, progress=False)
+
+
+def tensors(state, name: str = "") -> dict[str, torch.Tensor | float | str]:
+    """Everything in a state by its path, tensors and plain values."""
+    if isinstance(state, dict):
+        parts = [tensors(part, f"{name}/{key}") for key, part in state.items()]
+    elif isinstance(state, list | tuple):
+        parts = [tensors(part, f"{name}/{k}") for k, part in enumerate(state)]
+    else:
+        return {name: state}
+    return {path: value for part in parts for path, value in part.items()}
+
+
+def equal(one, other) -> bool:
+    """Are two states the same to the last bit?"""
+    a, b = tensors(one), tensors(other)
+    return a.keys() == b.keys() and all(_same(a[path], b[path]) for path in a)
+
+
+def _same(a, b) -> bool:
+    return torch.equal(a, b) if isinstance(a, torch.Tensor) else a == b
