@@ -47,4 +47,4 @@ READING_ORDER = (
     "__main__",  # the commands
 )
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"

@@ -34,6 +34,19 @@ BOARD = """
     #..........#...........#
     ########################
     """
+EXIT_BY_THE_STAIRS = """
+       #########
+    ####...p...#
+    #AA+...R...#
+    ####.......#
+       ####E####
+
+       #########
+    ####.......#
+    #AA+...R...#
+    ####.......#
+       #########
+    """
 
 
 def robots_of(sim):
@@ -151,6 +164,18 @@ def test_a_way_out_is_what_people_are_told(name, kind, told):
         assert instruction_for(sim.building, floor, target) is told
 
 
+@pytest.mark.paper("C6", "Eq. 1")
+def test_an_exit_beside_a_stairwell_is_meant_from_its_far_side():
+    """At the exit itself, 5.9 m from the middle of A, Eq. 1 would lead into A."""
+    sim = stage(EXIT_BY_THE_STAIRS)
+    exit_ = next(m for m in sim.building.landmarks if m.kind is Kind.EXIT)
+    assert actual_target(sim.building, 0, *exit_.position) != exit_.position
+    options = robots_of(sim)
+    (place,) = options.places[of_kind(options, RobotOption.EXIT)]
+    target = actual_target(sim.building, 0, *destination(sim.building, place))
+    assert instruction_for(sim.building, 0, target) is Instruction.THIS_EXIT
+
+
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_every_room_and_every_way_out_of_a_floor_is_offered(name):
     """As many options as the map has, and every room by a cell of its own."""
@@ -234,6 +259,13 @@ def test_a_fire_breaks_out_wherever_it_is_offered(name):
                 decision = fire_decision(sim.building, action)
                 source = generator.generate(sim.world, decision, rng)
                 assert not isinstance(source, Refused)
+
+
+@pytest.mark.paper("D6")
+def test_no_fire_is_offered_where_nobody_is_or_comes_through():
+    """The floor above p is empty; its robot, at rest, would not even be seen."""
+    options = fire_of(stage(EXIT_BY_THE_STAIRS))
+    assert set(options.places[options.allowed][:, 0].tolist()) == {-0.5}
 
 
 def test_everybodys_way_out_crosses_the_only_exit():

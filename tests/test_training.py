@@ -7,12 +7,22 @@ from dataclasses import replace
 import pytest
 from trainings import TINY, begun, equal, tiny, trained
 
-from reference.learning.checkpoints import SIDES, load, newest
+from reference.learning.checkpoints import load, newest
+from reference.learning.imitation import demonstrate
+from reference.learning.players import SIDES
+from reference.learning.players import SIDES
 from reference.learning.rollouts import play
 from reference.learning.settings import SettingsError
-from reference.learning.summaries import COLUMNS, WHEN, Board, Summary, Table
+from reference.learning.summaries import COLUMNS, Board, Summary, Table
 from reference.learning.training import Training, seeds_of, train
-from reference.learning.workers import Here, in_order, workers
+from reference.learning.workers import Here, in_order, one_thread, workers
+
+
+@pytest.fixture(scope="module", autouse=True)
+def with_one_thread():
+    """Sums in one order; on a busy machine also faster."""
+    with one_thread():
+        yield
 
 
 def rows(folder):
@@ -27,6 +37,11 @@ def actors(training):
         side: {n: t.clone() for n, t in learner.actor.state_dict().items()}
         for side, learner in training.learners.items()
     }
+
+
+def parameters(training):
+    """What an optimiser changes in the robots' actor."""
+    return dict(training.learners["robots"].actor.named_parameters())
 
 
 @pytest.fixture(scope="module")
@@ -224,18 +239,16 @@ def test_refuses_a_scenario_in_which_there_is_nothing_to_decide(tmp_path):
 
 def test_robots_may_imitate_first_then_the_critic_learns_alone_then_both(tmp_path):
     """While it does, the actor stays what imitation made of it."""
+    copied = begun(imitate="sweep")
+    copied.imitate([t for lesson in copied.lessons() for t in demonstrate(lesson)])
     training = begun(imitate="sweep")
-    trained(training, tmp_path, rounds=0)
-    copied = actors(training)
-    assert not equal(copied["robots"], actors(begun())["robots"])
     trained(training, tmp_path, rounds=1)
-    weights = dict(training.learners["robots"].actor.named_parameters())
-    assert all(w.equal(copied["robots"][name]) for name, w in weights.items())
-    assert equal(actors(training)["fire"], copied["fire"])
+    assert equal(parameters(training), parameters(copied))
+    assert not equal(parameters(training), parameters(begun()))
     trained(training, tmp_path, rounds=1)
-    assert {row["phase"]: 0 for row in rows(tmp_path)} == dict.fromkeys(
-        ("imitation", "critic", "together"), 0
-    )
+    assert not equal(parameters(training), parameters(copied))
+    phases = [row["phase"] for row in rows(tmp_path)]
+    assert phases == ["imitation", "critic", "together", "together"]
 
 
 def test_imitation_that_was_interrupted_is_done_once_on_resume(tmp_path):
@@ -256,7 +269,7 @@ def test_imitation_that_was_interrupted_is_done_once_on_resume(tmp_path):
 def test_a_round_that_is_being_played_is_dropped(tmp_path):
     """As if it had never begun: the next one has the same seeds."""
     training = begun()
-    looks = iter([False] * 3)
+    looks = iter([False] * 2)  # before the round, and before its first job
     train(training, tmp_path, Here(), lambda: next(looks, True), progress=False)
     assert training.round == 0
     assert equal(load(tmp_path).learners, begun().checkpoint().learners)
@@ -350,7 +363,7 @@ def test_tensorboard_gets_the_same_names(tmp_path):
     board = Board(tmp_path, {"robots": 0})
     summary = Summary("robots", every=10)
     summary.add([FACTS], {"Policy/Entropy": 2.0})
-    board.append([summary.row(10, dict.fromkeys(WHEN, 1))])
+    board.append([summary.row(10, {"round": 1, "phase": "together"})])
     board.close()
     events = EventAccumulator(str(tmp_path / "robots")).Reload()
     assert "Environment/Group Cumulative Reward" in events.Tags()["scalars"]

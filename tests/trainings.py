@@ -9,7 +9,7 @@ from reference.building import load
 from reference.learning.checkpoints import Task, plan_of
 from reference.learning.settings import Settings, preset
 from reference.learning.training import Training, train
-from reference.learning.workers import Here, one_thread
+from reference.learning.workers import Here
 
 TINY = plan_of(load("tiny"))
 
@@ -52,8 +52,7 @@ def trained(training: Training, folder: Path, rounds: int | None = None) -> Path
     def stop() -> bool:
         return end is not None and training.round >= end
 
-    with one_thread():
-        return train(training, folder, Here(), stop, progress=False)
+    return train(training, folder, Here(), stop, progress=False)
 
 
 def tensors(state, name: str = "") -> dict[str, torch.Tensor | float | str]:

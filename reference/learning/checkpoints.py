@@ -36,8 +36,6 @@ MAGIC = b"PK\x03\x04"  # torch writes zip archives
 NAME = "checkpoint-{round:06}.pt"
 NAMED = re.compile(r"checkpoint-(\d{6,})\.pt")
 
-SIDES: tuple[Side, ...] = ("robots", "fire")
-
 
 class CheckpointError(ValueError):
     """A file that is no checkpoint, or none for this place; one message for people."""

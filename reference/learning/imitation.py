@@ -1,14 +1,15 @@
 """Imitation: robots that first copy a hand-written strategy, as an option [E1, chosen].
 
 Clauses: C5, C7.  A named aid, never the default: what it teaches is not the paper's.
-The actor is fitted to what the strategy would have decided; afterwards the critic learns
-alone for some rounds, and then both go on as always.
+The actor is fitted to what the strategy would have decided; afterwards the critic
+learns alone for some rounds, and then both go on as always.
 
     T, G, V, K, O, F  as in `experience`
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -63,7 +64,7 @@ def _episode(
     agents = environment.possible_agents
     observations, _ = environment.reset(seed)
     vectors = np.stack([observations[agent]["vector"] for agent in agents])
-    rows: list[tuple[np.ndarray, ...]] = []
+    rows: list[tuple[Any, ...]] = []
     while environment.agents:
         for k, agent in enumerate(agents):
             if agent in observations:
@@ -106,7 +107,7 @@ def _as_head(
     return decided, nearest[:, None].astype(np.float32), options
 
 
-def _trajectory(rows: list[tuple[np.ndarray, ...]]) -> Trajectory:
+def _trajectory(rows: list[tuple[Any, ...]]) -> Trajectory:
     vectors, grids, alive, actions, options = map(list, zip(*rows, strict=True))
     T, (G, K) = len(rows), actions[0].shape
     pointer = options[0] is not None
@@ -123,9 +124,7 @@ def _trajectory(rows: list[tuple[np.ndarray, ...]]) -> Trajectory:
     )
 
 
-def clone(
-    learner: Learner, lessons: Sequence[Trajectory], epochs: int
-) -> list[float]:
+def clone(learner: Learner, lessons: Sequence[Trajectory], epochs: int) -> list[float]:
     """Fit the learner's actor to the lessons; the mean loss of each epoch.
 
     The loss is the negative log-likelihood of what the teacher did. The normalisers
@@ -146,6 +145,6 @@ def clone(
             optimiser.zero_grad()
             loss.backward()
             optimiser.step()
-            total += float(loss) * len(batch)
+            total += float(loss.detach()) * len(batch)
         losses.append(total / len(taught))
     return losses

@@ -436,7 +436,7 @@ class SelfAttention(nn.Module):
 
     @staticmethod
     def _pooled(x: Tensor, alive: Tensor) -> Tensor:
-        """Mean of the normalised rows of who is there: (B, ..., G, H) -> (B, ..., H)."""
+        """Mean of who is there, rows normalised: (B, ..., G, H) -> (B, ..., H)."""
         n = alive.sum(dim=1, dtype=x.dtype).view(-1, *[1] * (x.dim() - 2))
         there = alive.view(alive.shape[0], *[1] * (x.dim() - 3), -1, 1)
         return (layer_norm(x) * there).sum(dim=-2) / (n + POOLING_EPSILON)

@@ -26,6 +26,7 @@ from reference.learning.settings import TrainerSettings
 from reference.paper import Scenario
 
 Side = Literal["robots", "fire"]
+SIDES: tuple[Side, ...] = ("robots", "fire")
 Observation = tuple[np.ndarray, np.ndarray]
 """Vectors (G, V) and the grid (channels, height, width) that the agents share."""
 

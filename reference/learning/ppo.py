@@ -120,7 +120,9 @@ class Learner:
             self.critic = self._critic()
         self.rng = torch.Generator().manual_seed(seed)
         both = [*self.actor.parameters(), *self.critic.parameters()]
-        self.optimiser = torch.optim.Adam(both, settings.learning_rate, eps=ADAM_EPSILON)
+        self.optimiser = torch.optim.Adam(
+            both, settings.learning_rate, eps=ADAM_EPSILON
+        )
         self.buffer = Buffer(settings.buffer_size)
         self.reward_scale = settings.strength * settings.reward_scale
         self.steps = 0

@@ -17,12 +17,12 @@ from reference.building import Building, build
 from reference.floorplan import parse
 from reference.learning.environment import Environment
 from reference.learning.experience import Trajectory
-from reference.learning.players import Acted, Observation, Player, Side
+from reference.learning.players import SIDES, Acted, Observation, Player, Side
 from reference.learning.settings import TrainerSettings
 from reference.paper import Scenario
 from reference.rewards import FireRefused, fire_reward
 
-PLAYER_STREAM = {"robots": 1, "fire": 2}
+PLAYER_STREAM: dict[Side, int] = {"robots": 1, "fire": 2}
 """Each side's actions have a generator of their own, beside the simulation's."""
 
 
@@ -47,6 +47,11 @@ class Job:
     fire: Learned | str
     seeds: tuple[int, ...]
 
+    def learned(self) -> dict[Side, Learned]:
+        """The sides that a network plays."""
+        who: dict[Side, Learned | str] = {"robots": self.robots, "fire": self.fire}
+        return {side: w for side, w in who.items() if isinstance(w, Learned)}
+
 
 @dataclass(frozen=True)
 class Episode:
@@ -66,30 +71,31 @@ class Episode:
 def play(job: Job) -> list[Episode]:
     """All episodes of a job, in the order of their seeds."""
     building = building_of(job.plan)
+    learned = job.learned()
     players = {
         side: _player(side, building, job.scenario, who)
-        for side, who in (("robots", job.robots), ("fire", job.fire))
-        if isinstance(who, Learned)
+        for side, who in learned.items()
     }
-    scripts = [
-        None if isinstance(who, Learned) else who for who in (job.robots, job.fire)
-    ]
+    scripts = [None if side in learned else getattr(job, side) for side in SIDES]
     runs = [
         _Run(Environment(building, job.scenario, *scripts), seed, tuple(players))
         for seed in job.seeds
     ]
     while running := [run for run in runs if run.goes_on]:
         for side, player in players.items():
-            acting = [run for run in running if run.acts(side)]
-            if acting:
-                seen = [run.seen(side) for run in acting]
-                rngs = [run.rngs[side] for run in acting]
-                acted = player.act(seen, rngs)
-                for k, run in enumerate(acting):
-                    run.choose(side, seen[k], acted, k)
+            _decide(side, player, [run for run in running if run.acts(side)])
         for run in running:
             run.step()
     return [run.episode() for run in runs]
+
+
+def _decide(side: Side, player: Player, runs: "list[_Run]") -> None:
+    """One call of a side's network for all runs in which its turn has come."""
+    if runs:
+        seen = [run.seen(side) for run in runs]
+        acted = player.act(seen, [run.rngs[side] for run in runs])
+        for k, run in enumerate(runs):
+            run.choose(side, seen[k], acted, k)
 
 
 @lru_cache(maxsize=4)
@@ -164,7 +170,7 @@ class _Run:
 
     def episode(self) -> Episode:
         """All of it, once it is over."""
-        sides: dict[str, Trajectory | None] = {
+        sides: dict[Side, Trajectory | None] = {
             side: record.trajectory(self.seen(side), self.truncated)
             for side, record in self.records.items()
         }

@@ -14,7 +14,7 @@ from reference.building import Building
 from reference.floorplan import to_text
 from reference.learning import poca, ppo
 from reference.learning.experience import Decisions
-from reference.learning.players import Player, Side
+from reference.learning.players import SIDES, Player, Side
 from reference.learning.rollouts import Job, Learned, play
 from reference.learning.settings import preset
 
@@ -40,7 +40,8 @@ def decisions_per_second(building: Building, seed: int) -> float:
     torch.set_num_threads(1)
     settings = preset("paper")
     sides: dict[Side, Learned] = {}
-    for side, trainer in (("robots", settings.robots), ("fire", settings.fire)):
+    for side in SIDES:
+        trainer = getattr(settings, side)
         player = Player(side, building, settings.scenario, trainer)
         sides[side] = Learned(trainer, player.actor.state_dict())
     seeds = tuple(range(seed, seed + EPISODES))
@@ -55,7 +56,7 @@ def decisions_per_second(building: Building, seed: int) -> float:
 
 def _samples_per_second(side: Side, building: Building, seed: int) -> float:
     settings = preset("paper")
-    trainer = settings.robots if side == "robots" else settings.fire
+    trainer = getattr(settings, side)
     sizes = Player(side, building, settings.scenario, trainer).sizes
     kind = poca.Learner if side == "robots" else ppo.Learner
     learner = kind(trainer, sizes, seed)

@@ -62,7 +62,9 @@ def begin(asked: Asked, folder: Path) -> Task:
     Raises SettingsError, CheckpointError for a side's checkpoint that does not fit,
     FloorPlanError for the map, OSError for a file that cannot be read.
     """
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+    if folder.exists() and not folder.is_dir():
+        raise CheckpointError(f"{folder}: is a file. Name a folder.")
+    if folder.exists() and any(folder.iterdir()):
         raise CheckpointError(
             f"{folder}: is not empty. Name another folder, or add --resume to go on "
             "with the training in it."

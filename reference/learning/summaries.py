@@ -13,6 +13,7 @@ from typing import Any
 
 from reference.learning.checkpoints import write_whole
 from reference.learning.players import Side
+from reference.learning.settings import SettingsError
 
 WHEN = ("side", "step", "round", "episodes", "phase")
 """Whose row; its side's decisions, rounds and episodes so far; who is learning."""
@@ -153,10 +154,15 @@ class Board:
     def __init__(self, folder: Path, steps: Mapping[Side, int]):
         """steps: how far each side is; what is there of later ones is hidden.
 
-        Raises ImportError without the extra `tensorboard`.
+        Raises SettingsError without the extra `tensorboard`.
         """
-        from torch.utils.tensorboard import SummaryWriter
-
+        try:
+            from torch.utils.tensorboard import SummaryWriter
+        except ImportError as error:
+            raise SettingsError(
+                "TensorBoard is not installed. pip install "
+                "'fire-rescue-reference[tensorboard]', or leave --tensorboard out."
+            ) from error
         self.writers = {
             side: SummaryWriter(str(folder / side), purge_step=step + 1)
             for side, step in steps.items()

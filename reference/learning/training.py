@@ -22,10 +22,10 @@ import numpy as np
 from tqdm import tqdm
 
 from reference.learning import checkpoints, poca, ppo
-from reference.learning.checkpoints import SIDES, Checkpoint, CheckpointError, Task
+from reference.learning.checkpoints import Checkpoint, CheckpointError, Task
 from reference.learning.experience import Trajectory
 from reference.learning.imitation import Lesson, clone, demonstrate
-from reference.learning.players import Player, Side
+from reference.learning.players import SIDES, Player, Side
 from reference.learning.rollouts import Episode, Job, Learned, building_of, play
 from reference.learning.settings import SettingsError
 from reference.learning.summaries import (
@@ -40,6 +40,7 @@ from reference.learning.summaries import (
     Table,
 )
 from reference.learning.workers import in_order, one_thread
+from reference.simulation import Simulation
 
 LEARNERS, ROUNDS, LESSONS = 0, 1, 2  # what seeds are for
 SUMMARIES, CLOCK = "summaries.csv", "times.csv"
@@ -53,7 +54,10 @@ class Training:
     """
 
     def __init__(self, task: Task):
-        """Raises SettingsError if nobody learns, or nobody who could imitate."""
+        """Raises SettingsError if nobody learns, or nobody who could imitate.
+
+        And ValueError for more people than fit into the building.
+        """
         self.task, self.settings = task, task.settings
         self.learners: dict[Side, ppo.Learner] = {
             side: _learner(task, side) for side in SIDES if side not in task.fixed
@@ -62,6 +66,7 @@ class Training:
             raise SettingsError("nobody learns: leave one side to a learner")
         if task.imitate and "robots" not in self.learners:
             raise SettingsError("nobody imitates: leave the robots to a learner")
+        Simulation(building_of(task.plan), self.settings.scenario, "none", "none")
         self.summaries = {
             side: Summary(side, learner.settings.summary_freq)
             for side, learner in self.learners.items()
@@ -367,15 +372,15 @@ class Record:
         closing: ExitStack,
     ):
         """What the folder has from later rounds, after an interruption, is dropped."""
-        folder.mkdir(parents=True, exist_ok=True)
         self.folder, self.learners = folder, training.learners
-        over = training.round if training.imitated else -1
-        self.summaries = Table(folder / SUMMARIES, COLUMNS, over)
-        self.times = Table(folder / CLOCK, TIMES, over)
         self.boards = []
         if tensorboard:
             board = Board(folder / "tensorboard", self._steps())
             self.boards.append(closing.enter_context(contextlib.closing(board)))
+        make(folder)
+        over = training.round if training.imitated else -1
+        self.summaries = Table(folder / SUMMARIES, COLUMNS, over)
+        self.times = Table(folder / CLOCK, TIMES, over)
         self.bar = closing.enter_context(self._bar(progress))
         self.kept: tuple[int, ...] = ()
         self.saved: tuple[int, bool] | None = None
@@ -441,6 +446,16 @@ class Record:
             unit_scale=True,
             disable=None if progress else True,
         )
+
+
+def make(folder: Path) -> None:
+    """The folder, if there is none. Raises OSError with a message for people."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OSError(
+            f"{folder}: cannot be made ({error.strerror}). Name another folder."
+        ) from error
 
 
 def _line(row: Row) -> str:

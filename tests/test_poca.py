@@ -1,0 +1,386 @@
+"""MA-POCA: its formulas, who is credited with what, and tasks only it can solve.
+
+The last section is the point of it all: two small games with a known answer, each
+played by the learner and by one with a single line of it taken out.
+"""
+
+from dataclasses import replace
+
+import lives
+import numpy as np
+import oracle
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+from lives import SIZES, gradients, life, settings
+
+from reference.learning.experience import Trajectory
+from reference.learning.networks import Sizes
+from reference.learning.poca import Learner, baseline_loss, lambda_returns
+from reference.learning.ppo import gae
+
+
+def tensor(*numbers):
+    """In float64, as an oracle would have it."""
+    return torch.tensor(numbers, dtype=torch.float64)
+
+
+def random(seed, *shape):
+    """Normal numbers in float64."""
+    generator = torch.Generator().manual_seed(seed)
+    return torch.randn(shape, generator=generator, dtype=torch.float64)
+
+
+# -- What has a formula -------------------------------------------------------------
+
+
+@pytest.mark.paper("E1")
+def test_lambda_returns_of_three_decisions_by_hand():
+    """γ = λ = ½: R₂ = 1 + ½·2, R₁ = 0 + ½(½·3 + ½·2), R₀ = 1 + ½(½·1 + ½·1.25)."""
+    R = lambda_returns(tensor(1, 0, 1), tensor(9, 1, 3), tensor(2)[0], 0.5, 0.5)
+    assert R.tolist() == [1.5625, 1.25, 2.0]
+
+
+@pytest.mark.paper("E1")
+@given(st.integers(1, 10), st.floats(0, 0.99), st.floats(0, 1), st.integers(0, 99))
+def test_lambda_returns_are_the_mixture_of_all_n_step_returns(T, gamma, lambd, seed):
+    """(1 − λ) Σ λ^(n−1) R^(n), and the whole of the rest for the last of them."""
+    rewards, values, last = random(seed, T), random(seed + 1, T), random(5, 1)[0]
+    R = lambda_returns(rewards, values, last, gamma, lambd)
+    V = torch.cat([values, last[None]])
+    for t in range(T):
+        n_steps = [
+            sum(gamma**k * rewards[t + k] for k in range(n)) + gamma**n * V[t + n]
+            for n in range(1, T - t + 1)
+        ]
+        weights = [(1 - lambd) * lambd**k for k in range(T - t - 1)]
+        weights.append(lambd ** (T - t - 1))
+        mixed = sum(w * x for w, x in zip(weights, n_steps, strict=True))
+        assert R[t].item() == pytest.approx(mixed.item(), abs=1e-9)
+
+
+@pytest.mark.paper("E1")
+@given(st.integers(1, 12), st.floats(0, 1), st.floats(0, 1), st.integers(0, 99))
+def test_a_lambda_return_is_gae_and_the_value(T, gamma, lambd, seed):
+    """With the same V: so what is new in MA-POCA is the baseline alone."""
+    rewards, values, last = random(seed, T, 2), random(seed + 1, T, 2), random(5, 2)
+    R = lambda_returns(rewards, values, last, gamma, lambd)
+    advantages = gae(rewards, values, last, gamma, lambd)
+    assert torch.allclose(R, advantages + values, atol=1e-9)
+
+
+@pytest.mark.paper("E3")
+def test_the_baseline_s_loss_is_clipped_around_the_old_baseline():
+    """b_old = 0, R = 1, ε = 0.2. Too far in one step: b = 1 counts as 0.2, 0.8² and no
+    pull; backwards, b = −1 counts as what it is, 2²."""
+    b = tensor(1, -1, 0.1).requires_grad_()
+    loss = baseline_loss(b, tensor(0, 0, 0), tensor(1, 1, 1), 0.2)
+    loss.backward()
+    assert loss.item() == pytest.approx((0.64 + 4 + 0.81) / 3)
+    assert b.grad.tolist() == pytest.approx([0, -4 / 3, -1.8 / 3])
+
+
+@pytest.mark.paper("E3")
+@given(st.integers(0, 99))
+def test_the_baseline_s_loss_has_the_slope_of_its_differences(seed):
+    """Central differences against autograd."""
+    b, old, R = (random(seed + k, 6) for k in (0, 100, 200))
+    b.requires_grad_()
+    baseline_loss(b, old, R, 0.2).backward()
+    h = 1e-6
+    for k, step in enumerate(h * torch.eye(6, dtype=torch.float64)):
+        up, down = (baseline_loss(b + s, old, R, 0.2) for s in (step, -step))
+        assert b.grad[k].item() == pytest.approx(
+            ((up - down) / (2 * h)).item(), abs=1e-6
+        )
+
+
+# -- The whole loss -----------------------------------------------------------------
+
+
+def made(seed=1, sizes=SIZES, **changes):
+    """A learner whose network is small, and its numbers far from zero."""
+    learner = Learner(settings("poca", **changes), sizes, seed)
+    torch.manual_seed(seed)
+    with torch.no_grad():
+        for p in [*learner.actor.parameters(), *learner.critic.parameters()]:
+            p.add_(0.2 * torch.randn_like(p))
+    learner.observe([life("######", sizes=sizes, seed=7)])
+    return learner
+
+
+def pulled(learner, loss):
+    """The loss as a number, and every parameter's gradient."""
+    loss.backward()
+    actor, critic = gradients(learner.actor), gradients(learner.critic)
+    return loss.item(), [*actor.values(), *critic.values()]
+
+
+CLOSE = {torch.float32: 1e-5, torch.float64: 1e-11}
+
+
+@pytest.mark.paper("E1")
+@pytest.mark.parametrize("dtype", CLOSE, ids=str)
+@pytest.mark.parametrize("sizes", [SIZES, lives.MIXED], ids=["gaussian", "mixed"])
+def test_the_loss_and_all_gradients_are_those_of_the_naive_arrangement(sizes, dtype):
+    """Image, embeddings and projections once per decision: the same mathematics."""
+    learner, rows = made(sizes=sizes), lives.batch(5, 4, sizes)
+    for network in (learner.actor, learner.critic):
+        network.to(dtype)
+    rows = lives.doubled(rows) if dtype == torch.float64 else rows
+    ours, slopes = pulled(learner, learner.loss(rows, 0.2, 0.01)[0])
+    p, q = oracle.parameters(learner.actor), oracle.parameters(learner.critic)
+    tensors = dict(rows.tensors())
+    naive, naive_slopes = pulled(learner, oracle.group_loss(p, q, tensors, 0.2, 0.01))
+    assert ours == pytest.approx(naive, rel=CLOSE[dtype])
+    for mine, theirs in zip(slopes, naive_slopes, strict=True):
+        assert torch.allclose(mine, theirs, atol=CLOSE[dtype], rtol=CLOSE[dtype])
+
+
+@pytest.mark.paper("E1")
+def test_what_stands_in_the_rows_of_absent_agents_teaches_nothing():
+    """Neither the loss nor one gradient changes by a bit."""
+    learner, rows = made(), lives.batch(6, 3)
+    garbage = {
+        name: x.masked_fill(~rows.alive.view(*x.shape[:2], *[1] * (x.dim() - 2)), 50.0)
+        for name, x in rows.tensors()
+        if name not in ("grids", "alive")
+    }
+    loss, slopes = pulled(learner, learner.loss(rows, 0.2, 0.01)[0])
+    filled = replace(rows, **garbage)
+    other, other_slopes = pulled(learner, learner.loss(filled, 0.2, 0.01)[0])
+    assert other == loss
+    assert all(map(torch.equal, other_slopes, slopes))
+
+
+@pytest.mark.paper("E1")
+def test_the_order_of_mates_teaches_nothing():
+    """A group is a set."""
+    learner, rows = made(), lives.doubled(lives.batch(6, 3))
+    learner.actor.double(), learner.critic.double()
+    order = [2, 0, 1]
+    moved = {n: x[:, order] for n, x in rows.tensors() if n != "grids"}
+    loss, slopes = pulled(learner, learner.loss(rows, 0.2, 0.01)[0])
+    moved_loss, moved_slopes = pulled(
+        learner, learner.loss(replace(rows, **moved), 0.2, 0.01)[0]
+    )
+    assert moved_loss == pytest.approx(loss, rel=1e-12)
+    for a, b in zip(slopes, moved_slopes, strict=True):
+        assert torch.allclose(a, b, atol=1e-12)
+
+
+# -- Posthumous credit --------------------------------------------------------------
+
+
+def added(learner, t):
+    """What the learner makes of a life, and what a naive critic thinks of it."""
+    learner.add([t])
+    part, p = learner.buffer.parts[-1], oracle.parameters(learner.critic)
+    with torch.no_grad():
+        values, baselines = oracle.group_worth(
+            p, part.vectors, part.grids, part.alive, part.shown
+        )
+    live = part.alive
+    assert torch.allclose(part.values[live], values[live], atol=1e-5)
+    assert torch.allclose(part.baselines[live], baselines[live], atol=1e-5)
+    assert torch.allclose(
+        part.advantages[live], (part.returns - part.baselines)[live], atol=1e-6
+    )
+    return part
+
+
+def after(learner, t, at, who):
+    """What the group `who` is worth in what was observed after decision `at`."""
+    p, alive = oracle.parameters(learner.critic), torch.zeros(1, t.alive.shape[1])
+    alive[0, who] = 1
+    vectors = torch.from_numpy(t.vectors[[at + 1]])
+    grids = torch.from_numpy(t.grids[[at + 1]])
+    none = torch.zeros(*alive.shape, SIZES.shown)
+    with torch.no_grad():
+        return oracle.group_worth(p, vectors, grids, alive.bool(), none)[0][0, who[0]]
+
+
+def returned(learner, t, part, agent, first, last, follows):
+    """Does the agent's part of the life, first to last, return what it should?"""
+    rewards = torch.from_numpy(t.rewards[first:last]).float()
+    values, s = part.values[first:last, agent], learner.settings
+    R = lambda_returns(rewards, values, torch.as_tensor(follows), s.gamma, s.lambd)
+    return torch.allclose(part.returns[first:last, agent], R, atol=1e-5)
+
+
+@pytest.mark.paper("C8")
+def test_who_finishes_early_is_credited_with_what_the_group_does_next():
+    """V of its own last observation among what its mates observe then."""
+    learner, t = made(), life("##..", "####", "####")
+    part = added(learner, t)
+    follows = after(learner, t, 1, [0, 1, 2])
+    assert returned(learner, t, part, 0, 0, 2, follows)
+    assert not returned(learner, t, part, 0, 0, 2, 0.0)
+    assert not returned(learner, t, part, 0, 0, 2, after(learner, t, 1, [1, 2]))
+
+
+@pytest.mark.paper("C8")
+def test_when_all_are_done_nothing_follows():
+    """Nor for the last of them, alone."""
+    learner, t = made(), life("####", "####")
+    part = added(learner, t)
+    assert all(returned(learner, t, part, agent, 0, 4, 0.0) for agent in (0, 1))
+    learner, t = made(), life("##..", "####")
+    assert returned(learner, t, added(learner, t), 1, 0, 4, 0.0)
+
+
+@pytest.mark.paper("C8")
+def test_two_who_finish_together_are_both_in_the_group_that_goes_on():
+    """Each of them with the other's last observation and the third's next one."""
+    learner, t = made(), life("##..", "##..", "####")
+    part = added(learner, t)
+    follows = after(learner, t, 1, [0, 1, 2])
+    assert all(returned(learner, t, part, agent, 0, 2, follows) for agent in (0, 1))
+
+
+@pytest.mark.paper("C8")
+def test_who_was_gone_before_is_not_in_the_group_that_goes_on():
+    """The second to leave is credited with the group without the first."""
+    learner, t = made(), life("#...", "##..", "####")
+    part = added(learner, t)
+    assert returned(learner, t, part, 1, 0, 2, after(learner, t, 1, [1, 2]))
+
+
+@pytest.mark.paper("E3")
+def test_a_group_whose_time_is_up_goes_on_from_its_value():
+    """Interrupted is not done: bootstrapped; who had left before is not there."""
+    learner, t = made(), life("#...", "####>", "####>")
+    part = added(learner, t)
+    follows = after(learner, t, 3, [1, 2])
+    assert all(returned(learner, t, part, agent, 0, 4, follows) for agent in (1, 2))
+
+
+@pytest.mark.paper("E3")
+def test_the_horizon_cuts_a_group_s_trajectories_too():
+    """Two and two decisions, and the mate that leaves just then is still counted."""
+    learner, t = made(time_horizon=2), life("##..", "####")
+    part = added(learner, t)
+    follows = after(learner, t, 1, [0, 1])
+    assert returned(learner, t, part, 0, 0, 2, follows)
+    assert returned(learner, t, part, 1, 0, 2, follows)
+    assert returned(learner, t, part, 1, 2, 4, 0.0)
+
+
+@pytest.mark.paper("E1")
+def test_an_update_also_reports_the_baseline():
+    """Its loss and its mean, by the original's names."""
+    learner = made()
+    learner.add([life("#####", "####.")])
+    summary = learner.update()
+    names = {"Losses/Baseline Loss", "Policy/Extrinsic Baseline Estimate"}
+    assert names <= set(summary)
+
+
+# -- Tasks with a known answer ------------------------------------------------------
+
+GAME = Sizes(vector=3, grid=(1, 20, 20), continuous=1, shown=1)
+WHO = np.array([[1, 0, 0], [0, 1, 0]], dtype=np.float32)  # and what has happened
+
+
+def player(kind=Learner, **changes):
+    """A learner small enough to learn a game in a second or two."""
+    table = {"hidden_units": 16, "num_layers": 1, "normalize": False, "num_epoch": 3}
+    table |= {"learning_rate": 0.01, "batch_size": 64, "buffer_size": 64}
+    return kind(settings("poca", **table | changes), GAME, seed=1)
+
+
+def moves(learner, vectors, rng):
+    """What the learner's agents do, and how likely that was."""
+    noise = rng.standard_normal((*vectors.shape[:2], 1)).astype(np.float32)
+    grids = torch.zeros(len(vectors), *GAME.grid)
+    with torch.no_grad():
+        policy = learner.actor(torch.from_numpy(vectors), grids)
+        actions = policy.act(torch.from_numpy(noise))
+        return actions.numpy(), policy.log_probs(actions).numpy()
+
+
+def lived(vectors, alive, actions, log_probs, rewards):
+    """A trajectory under an empty sky."""
+    grids = np.zeros((len(vectors), *GAME.grid), dtype=np.uint8)
+    return Trajectory(vectors, grids, alive, actions, actions, log_probs, rewards)
+
+
+def bandit(learner, rng, rounds=128):
+    """Agent 0 earns 1 whenever it says more than 0; agent 1 is along for the ride."""
+    vectors = np.tile(WHO, (rounds + 1, 1, 1))
+    actions, log_probs = moves(learner, vectors[:-1], rng)
+    alive = np.arange(rounds + 1)[:, None] < np.array([rounds, rounds])
+    right = actions[:, 0, 0] > 0
+    return lived(vectors, alive, actions, log_probs, right.astype(float)), right.mean()
+
+
+class WithoutCounterfactual(Learner):
+    """The baseline is the value: everybody is praised for what anybody did."""
+
+    def _targets(self, rewards, values, baselines, next_value):
+        return super()._targets(rewards, values, values, next_value)
+
+
+def credit(kind):
+    """How far the lazy one's advantages spread, compared with the useful one's."""
+    learner, rng = player(kind, gamma=0.0), np.random.default_rng(1)
+    for _ in range(16):  # the policy stays: the critic finds out who earns what
+        learner.add([bandit(learner, rng)[0]])
+        spread = learner.buffer.parts[-1].advantages.std(dim=0)
+        learner.update(critic_only=True)
+    return learner, rng, (spread[1] / spread[0]).item()
+
+
+@pytest.mark.paper("E1")
+def test_a_lazy_team_mate_gets_no_credit():
+    """Knowing what the useful one did, its own part in it is nothing; and the useful
+    one learns what is good. With V for a baseline it gets as much as the other."""
+    learner, rng, share = credit(Learner)
+    assert share < 0.3
+    for _ in range(8):
+        learner.add([bandit(learner, rng)[0]])
+        learner.update()
+    assert bandit(learner, rng)[1] > 0.95
+    assert credit(WithoutCounterfactual)[2] == pytest.approx(1.0)
+
+
+def door(learner, rng):
+    """Leaving at once (more than 0) costs agent 0 a bird in the hand, 0.3; then, when
+    it is gone, its mate earns the group 1."""
+    actions, log_probs = moves(learner, WHO[None], rng)
+    left = actions[0, 0, 0] > 0
+    then = WHO + np.array([0, 0, 1 if left else -1], dtype=np.float32)
+    more, more_log_probs = moves(learner, then[None], rng)
+    alive = np.array([[True, True], [not left, True], [False, False]])
+    return lived(
+        np.stack([WHO, then, then]),
+        alive,
+        np.concatenate([actions, more]),
+        np.concatenate([log_probs, more_log_probs]),
+        np.array([0.0, 1.0] if left else [0.3, 0.0]),
+    )
+
+
+class WithoutPosthumousCredit(Learner):
+    """Nothing follows for who has left."""
+
+    def _next_values(self, t, ends):
+        return torch.zeros(len(ends), t.alive.shape[1])
+
+
+def leaving(kind):
+    """How often agent 0 leaves, once it has learnt."""
+    learner, rng = player(kind), np.random.default_rng(1)
+    for _ in range(16):
+        played = [door(learner, rng) for _ in range(48)]
+        learner.add(played)
+        learner.update()
+    return np.mean([not t.alive[1, 0] for t in played])
+
+
+@pytest.mark.paper("C8")
+def test_an_agent_learns_to_leave_for_what_its_group_earns_without_it():
+    """MA-POCA's own case [C8]; without posthumous credit it learns to stay."""
+    assert leaving(Learner) > 0.85
+    assert leaving(WithoutPosthumousCredit) < 0.15

@@ -1,0 +1,349 @@
+"""The command `train`, and checkpoints where `evacuate` takes a strategy."""
+
+import json
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+
+import pytest
+from clauses import ROOT
+from trainings import begun, equal, tiny, trained
+
+from reference.__main__ import main
+from reference.learning import training as training_module
+from reference.learning.checkpoints import load, save
+from reference.learning.settings import write_yaml
+from reference.learning.workers import one_thread
+
+PROMISED = """building preset robots fire seed rounds episodes steps reward fire_reward
+survival evacuated died wall_seconds decisions_per_second checkpoint summaries"""
+
+
+@pytest.fixture(autouse=True)
+def in_an_empty_folder(tmp_path, monkeypatch):
+    """What a command writes lands in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    with one_thread():
+        yield
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """Preset tiny, smaller still."""
+    monkeypatch.setattr("reference.learning.starting.preset", lambda name: tiny())
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """The folder of a training that was stopped after its first round."""
+    folder = tmp_path_factory.mktemp("run")
+    with one_thread():
+        trained(begun(), folder, rounds=1)
+    return folder
+
+
+def train(*options):
+    """Exit status of `train`, in this process."""
+    return status("train", "--preset", "tiny", "--workers", "0", *options)
+
+
+def status(*command):
+    """Exit status of a command, in this process."""
+    try:
+        return main([str(word) for word in command])
+    except SystemExit as end:
+        return end.code
+
+
+# -- train --------------------------------------------------------------------------
+
+
+@pytest.mark.paper("E1")
+@pytest.mark.paper("E2")
+def test_train_prints_one_object_with_final_figures(quick, capsys):
+    """The contract for programs that read it."""
+    assert train("--out", "new", "--json", "--seed", "4") == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert list(facts) == PROMISED.split()
+    assert (facts["building"], facts["seed"]) == ("tiny", 4)
+    assert facts["robots"] == "poca (pointer head)"
+    assert facts["steps"]["robots"] >= 130
+    assert facts["steps"]["fire"] >= 16
+    assert 0 <= facts["survival"] <= 1
+    assert load(facts["checkpoint"]).round == facts["rounds"]
+    assert os.path.exists(facts["summaries"])
+
+
+def test_train_tells_people_what_begins_and_how_to_look_at_it(quick, capsys):
+    """Notes go to stderr; their last line is a command that works."""
+    assert train("--out", "new", "--fire", "random") == 0
+    out, err = capsys.readouterr()
+    first, *_, command = err.splitlines()
+    assert first == (
+        "Tiny office: robots poca (pointer head), fire random, seed 0; "
+        "130 decisions to go; 0 workers"
+    )
+    assert re.search(r"^reward +-?[\d,.]+$", out, re.MULTILINE)
+    words = command.split()
+    assert words[:3] == ["python", "-m", "reference"]
+    assert "--fire" not in words
+    assert main(words[3:]) == 0
+    assert os.path.exists("learned.gif")
+
+
+def test_train_takes_trainer_head_and_schedule(quick, capsys):
+    """The ablations, by name; alternating is an option."""
+    options = ["--trainer", "ppo", "--head", "gaussian", "--schedule", "alternate"]
+    assert train("--out", "new", *options) == 0
+    assert "robots ppo (gaussian head)" in capsys.readouterr().err
+    settings = load("new").task.settings
+    assert (settings.robots.trainer_type, settings.fire.trainer_type) == ("ppo", "ppo")
+    assert (settings.fire.head, settings.schedule) == ("gaussian", "alternate")
+
+
+def test_train_takes_a_file_of_settings_and_a_checkpoint_as_opponent(run, capsys):
+    """ML-Agents' keys; and a folder of a training stands for its newest."""
+    pytest.importorskip("yaml")
+    write_yaml(tiny(robots={"max_steps": 40, "gamma": 0.5}), "mine.yaml")
+    assert train("--settings", "mine.yaml", "--out", "new", "--fire", run) == 0
+    task = load("new").task
+    assert (task.settings.robots.max_steps, task.settings.robots.gamma) == (40, 0.5)
+    assert equal(task.fixed["fire"].weights, load(run).player("fire").weights)
+
+
+def test_fire_can_be_trained_in_a_building_without_robots(quick):
+    """What a fire learns alone."""
+    assert train("--out", "new", "--robots", "none") == 0
+    assert load("new").task.settings.scenario.robots_per_floor == 0
+    assert status("evacuate", "--robots", "none", "--fire", "new") == 0
+    assert status("evacuate", "--robots", "sweep", "--fire", "new") == 1
+
+
+def test_resume_goes_on_to_what_an_uninterrupted_training_comes_to(
+    quick, run, tmp_path, capsys
+):
+    """By the command that Ctrl-C leaves behind."""
+    trained(begun(), tmp_path / "half", rounds=2)
+    assert train("--resume", "--out", "half", "--json") == 0
+    half = json.loads(capsys.readouterr().out)
+    assert train("--out", "whole", "--json") == 0
+    whole = json.loads(capsys.readouterr().out)
+    paths = {"checkpoint", "summaries"}
+    times = {"wall_seconds", "decisions_per_second"}
+    for name in set(PROMISED.split()) - paths - times:
+        assert half[name] == whole[name]
+    assert equal(load("half").learners, load("whole").learners)
+
+
+def test_resume_of_a_training_that_is_over_tells_what_came_of_it(
+    quick, tmp_path, capsys
+):
+    """It has nothing more to do, and changes nothing."""
+    trained(begun(), tmp_path / "done")
+    before = load("done")
+    assert train("--resume", "--out", "done", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["rounds"] == before.round
+    assert equal(load("done").learners, before.learners)
+
+
+@pytest.mark.parametrize(
+    ("options", "hint"),
+    [
+        (["--head", "gaussian"], "--head: gaussian was asked for"),
+        (["--trainer", "ppo"], "--trainer: ppo was asked for"),
+        (["--schedule", "alternate"], "--schedule: alternate was asked for"),
+        (["--preset", "paper"], "--preset: paper was asked for"),
+        (["--building", "paper"], "--building: paper was asked for"),
+        (["--fire", "greedy"], "--fire: greedy was asked for"),
+        (["--robots", "sweep"], "--robots: sweep was asked for"),
+        (["--imitate", "sweep"], "--imitate: sweep was asked for"),
+        (["--seed", "5"], "--seed: 5 was asked for"),
+    ],
+)
+def test_refuses_to_resume_as_something_else(run, options, hint, capsys):
+    """By the name of the option, before anything is written."""
+    before = sorted(path.name for path in run.iterdir())
+    assert status("train", "--resume", "--out", run, *options) == 2
+    assert hint in capsys.readouterr().err
+    assert sorted(path.name for path in run.iterdir()) == before
+
+
+def test_refuses_to_resume_with_other_settings_by_their_names(run, tmp_path, capsys):
+    """The file that it was begun with is welcome."""
+    pytest.importorskip("yaml")
+    shutil.copytree(run, tmp_path / "run")
+    write_yaml(tiny(), "same.yaml")
+    write_yaml(tiny(robots={"gamma": 0.5}), "other.yaml")
+    resume = ("train", "--resume", "--workers", "0", "--out", "run", "--settings")
+    assert status(*resume, "other.yaml") == 2
+    assert "settings: robots.gamma: 0.5 was asked for" in capsys.readouterr().err
+    assert status(*resume, "same.yaml") == 0
+
+
+def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
+    """In which the world may behave otherwise; as a strategy it still plays."""
+    (tmp_path / "old").mkdir()
+    old = replace(load(run), version="0.0.1")
+    save(old, tmp_path / "old" / "checkpoint-000001.pt")
+    assert status("train", "--resume", "--out", "old") == 1
+    assert "was written by version 0.0.1" in capsys.readouterr().err
+    assert status("evacuate", "--robots", "old") == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "hint"),
+    [
+        (["--resume"], 1, "there is no checkpoint to go on from"),
+        (["--out", "full"], 1, "is not empty. Name another folder, or add --resume"),
+        (["--out", "notes.txt"], 1, "is a file. Name a folder."),
+        (["--out", "notes.txt/new"], 1, "notes.txt/new: cannot be made"),
+        (["--robots", "sweep", "--fire", "random"], 2, "nobody learns"),
+        (["--preset", "huge"], 2, "invalid choice: 'huge'"),
+        (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),
+        (["--imitate", "none"], 2, "invalid choice: 'none'"),
+        (["--imitate", "sweep", "--robots", "sweep"], 1, "nobody imitates"),
+        (["--fire", "notes.txt"], 1, "notes.txt: is no checkpoint"),
+        (["--settings", "nowhere.yaml"], 1, "nowhere.yaml"),
+        (["--building", "nowhere"], 1, "nowhere"),
+        (["--workers", "-1"], 2, "'-1' is not a whole number from 0 on"),
+    ],
+)
+def test_refuses_a_training_that_cannot_be(options, code, hint, capsys, tmp_path):
+    """One message with a hint, the right exit status, and nothing is written."""
+    (tmp_path / "full").mkdir()
+    (tmp_path / "full" / "mine.txt").touch()
+    (tmp_path / "notes.txt").write_text("my notes")
+    assert train(*options) == code
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert hint in err
+    assert sorted(path.name for path in tmp_path.rglob("*")) == [
+        "full",
+        "mine.txt",
+        "notes.txt",
+    ]
+
+
+def test_refuses_tensorboard_where_it_is_missing(quick, capsys, monkeypatch, tmp_path):
+    """And says what to install, before anything is written."""
+    monkeypatch.setitem(sys.modules, "torch.utils.tensorboard", None)
+    assert train("--out", "new", "--tensorboard") == 1
+    assert "[tensorboard]" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_full_disk_ends_the_training_with_one_message(quick, capsys, monkeypatch):
+    """The checkpoint before stays, and can be gone on from."""
+    kept = training_module.checkpoints.save
+
+    def full(checkpoint, path):
+        if checkpoint.round == 2:
+            raise OSError(f"{path}: cannot be written (No space left on device)")
+        kept(checkpoint, path)
+
+    monkeypatch.setattr("reference.learning.checkpoints.save", full)
+    assert train("--out", "new") == 1
+    assert "No space left on device" in capsys.readouterr().err.splitlines()[-1]
+    assert load("new").round == 1
+    monkeypatch.undo()
+
+
+def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path):
+    """As a real process with workers: exit status 130, and nothing half-written."""
+    command = [sys.executable, "-m", "reference", "train", "--preset", "tiny"]
+    surroundings = os.environ | {"PYTHONPATH": str(ROOT)}
+    running = subprocess.Popen(
+        [*command, "--workers", "1", "--out", "long"],
+        cwd=tmp_path,
+        env=surroundings,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    while not (tmp_path / "long" / "checkpoint-000000.pt").exists():
+        assert running.poll() is None
+        time.sleep(0.05)
+    running.send_signal(signal.SIGINT)
+    _, err = running.communicate(timeout=300)
+    assert running.returncode == 130
+    assert "Traceback" not in err
+    assert err.endswith(
+        "Go on with:\n  python -m reference train --resume --out long --workers 1\n"
+    )
+    assert not list((tmp_path / "long").glob("*.part"))
+    assert load(tmp_path / "long").task.settings.preset == "tiny"
+
+
+# -- Checkpoints as strategies ------------------------------------------------------
+
+
+def test_evacuate_takes_a_checkpoint_for_either_side(run, capsys):
+    """Building and scenario are the checkpoint's, unless others are asked for."""
+    players = ["--robots", run, "--fire", run / "checkpoint-000001.pt"]
+    assert status("evacuate", *players, "--json", "--seed", "2") == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert (facts["building"], facts["people"]) == ("tiny", 6)
+    assert facts["robots"] == str(run)
+    assert facts["simulated_seconds"] <= tiny().scenario.time_limit
+
+
+def test_evacuate_takes_the_mean_action_unless_asked_for_sampling(run, capsys):
+    """Either is the same again with the same seed."""
+    rewards = []
+    for more in ([], [], ["--sample"], ["--sample"]):
+        options = ["--robots", run, "--episodes", "4", "--json", *more]
+        assert status("evacuate", *options) == 0
+        runs = json.loads(capsys.readouterr().out)["runs"]
+        rewards.append([one["reward"] for one in runs])
+    assert rewards[0] == rewards[1] != rewards[2] == rewards[3]
+
+
+def test_evacuate_films_what_was_learned(run, tmp_path):
+    """As any strategy."""
+    film = ["--animate", "run.gif"]
+    assert status("evacuate", "--robots", run, "--fire", run, *film) == 0
+    assert (tmp_path / "run.gif").read_bytes().startswith(b"GIF89a")
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "hint"),
+    [
+        (["--sample"], 2, "--sample goes with a checkpoint"),
+        (["--robots", "notes.txt"], 1, "notes.txt: is no checkpoint"),
+        (["--fire", "."], 1, "there is no checkpoint in this folder"),
+        (["--robots", "RUN", "--building", "paper"], 1, "has learned Tiny office"),
+        (["--robots", "RUN", "--people", "7"], 1, "learned with 6 people"),
+        (["--robots", "run/nowhere.pt"], 2, "is no file and none of the strategies"),
+    ],
+)
+def test_refuses_a_checkpoint_where_it_does_not_belong(
+    run, options, code, hint, capsys, tmp_path
+):
+    """One message, and the right exit status."""
+    (tmp_path / "notes.txt").write_text("my notes")
+    words = [run if word == "RUN" else word for word in options]
+    assert status("evacuate", *words) == code
+    assert hint in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "command", ["evacuate --building tiny", "check tiny", "train --help", "draw tiny"]
+)
+def test_torch_is_not_loaded_by_commands_that_do_not_learn(command):
+    """They start at once."""
+    code = (
+        "import sys; from reference.__main__ import main\n"
+        "try: main(sys.argv[1:])\n"
+        "except SystemExit: pass\n"
+        "print('torch' in sys.modules)"
+    )
+    done = subprocess.check_output(
+        [sys.executable, "-c", code, *command.split()],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        text=True,
+    )
+    assert done.splitlines()[-1] == "False"

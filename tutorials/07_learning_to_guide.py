@@ -1,0 +1,204 @@
+"""Tutorial 7: learning to guide.
+
+You learn what robots learn from: PPO's and MA-POCA's advantages, by numbers that fit on
+a sheet of paper, and what becomes of a robot whose work is done early under each.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import torch
+from matplotlib.figure import Figure
+from torch import tensor
+
+from reference import drawing
+from reference.learning import poca, ppo
+from reference.learning.experience import Trajectory
+from reference.learning.networks import Sizes
+from reference.learning.settings import preset
+
+# %% Two robots, one of them finished early
+# Robot A, upstairs, can bring everybody down and be done: robots leave the game when
+# their floor is empty [C8]. Or it dawdles. Robot B stands at the exit and whatever it
+# does makes no difference. Three decisions; people got out pay at the second and third,
+# in thousands of health points. If A goes: 1, then 1 or 3, so 3 altogether on average.
+# If it dawdles: nothing, then 1. A tosses a coin; today it went, and luck brought 3.
+
+r = tensor([0.0, 1.0, 3.0])
+gamma, lambd = 1.0, 0.5  # the paper's are 0.9 and 0.95; these are easier by hand
+
+# %% PPO: everybody for themselves
+# The advantage of a decision is what came of it less what was expected [E2]. A expects
+# 0.5: nothing if it goes, since nothing follows once it is gone, else 1. B expects 2 at
+# first, 3 when it knows that A went, then 2.
+
+ppo_a = ppo.gae(r[:1], tensor([0.5]), tensor(0.0), gamma, lambd)
+ppo_b = ppo.gae(r, tensor([2.0, 3.0, 2.0]), tensor(0.0), gamma, lambd)
+print("A", ppo_a.tolist(), " B", ppo_b.tolist())
+#> A [-0.5]  B [1.25, 0.5, 1.0]
+
+# By hand, backwards: 3 - 2 = 1; then 1 + 2 - 3 = 0, and half of 1 is 0.5; then
+# 0 + 3 - 2 = 1, and half of 0.5 is 0.25. A, who did it all, is told not to do it again;
+# B is praised for it.
+
+# %% Posthumous credit: what the group does next
+# MA-POCA's critic values the group: V. Who is done while mates go on is not worth 0 at
+# its end but V of what follows, here 3 [E1].
+
+V = tensor([2.0, 3.0, 2.0])
+R_a = poca.lambda_returns(r[:1], V[:1], V[1], gamma, lambd)
+R_b = poca.lambda_returns(r, V, tensor(0.0), gamma, lambd)
+print("returns:  A", R_a.tolist(), " B", R_b.tolist())
+#> returns:  A [3.0]  B [3.25, 3.5, 3.0]
+group_a, group_b = R_a - V[:1], R_b - V
+print("less V:   A", group_a.tolist(), " B", group_b.tolist())
+#> less V:   A [1.0]  B [1.25, 0.5, 1.0]
+
+# Returns less V are the advantages that `gae` finds in another way: B's have not moved.
+
+# %% Counterfactual baselines: who was it?
+# Instead of V, each robot's own baseline is subtracted: what the group is worth to one
+# who knows what its mates did, but not what it did itself. A's: B makes no difference,
+# so 2 as before. B's: A went, so 3.
+
+b_a, b_b = tensor([2.0]), tensor([3.0, 3.0, 2.0])
+poca_a, poca_b = R_a - b_a, R_b - b_b
+print("less b:   A", poca_a.tolist(), " B", poca_b.tolist())
+#> less b:   A [1.0]  B [0.25, 0.5, 1.0]
+
+# What is left to B is luck: today's 3 where 2 was to be expected.
+
+# %% The picture
+
+names = ("A's only\ndecision", "B's 1st", "B's 2nd", "B's 3rd")
+steps = {
+    "PPO": (ppo_a, ppo_b),
+    "+ posthumous credit": (group_a, group_b),
+    "+ counterfactual baseline = MA-POCA": (poca_a, poca_b),
+}
+COLOURS = "#9a9a9a", "#e0a030", "#0868ac"
+figure = Figure(figsize=(7, 4), layout="constrained")
+axes = figure.subplots()
+for k, (step, parts) in enumerate(steps.items()):
+    x, height = np.arange(4) + 0.27 * (k - 1), torch.cat(parts).tolist()
+    bars = axes.bar(x, height, width=0.25, label=step, color=COLOURS[k])
+    axes.bar_label(bars, fmt="{:+.2f}", padding=2, fontsize=8)
+axes.axhline(0, color="#333333", lw=1)
+axes.set(xticks=range(4), xticklabels=names, ylim=(-0.8, 2.4), ylabel="advantage")
+axes.set_title("A went, B did nothing: who is praised, who is blamed?", loc="left")
+axes.legend(loc="upper left", frameon=False)
+Path("out").mkdir(exist_ok=True)
+print(drawing.save(figure, "out/07_advantages.png"))
+#> out/07_advantages.png
+
+# %% From advantages to a loss
+# A buffer's advantages are normalised, then weigh the ratios rho of new to old
+# probability, each component of an action (x and y) on its own. Beyond 1 -+ 0.2 a ratio
+# is worth no more [E3]: where that counts, there is nothing to gain, and no gradient.
+
+rho = tensor([[1.5, 1.0], [0.5, 1.1]], requires_grad=True)
+loss = ppo.policy_loss(rho.log(), torch.zeros(2, 2), tensor([1.0, -0.5]), epsilon=0.2)
+loss.backward()
+print(f"{loss.item():.4f}")
+#> -0.3125
+print([[round(x, 3) + 0.0 for x in row] for row in rho.grad.tolist()])
+#> [[0.0, -0.25], [0.0, 0.125]]
+
+# By hand: 1.2, 1.0, -0.4 and -0.55, their mean with the other sign. The critic's losses
+# are squares. A baseline is held back likewise: it may have moved from 2 to 2.5 on its
+# way to 3, but only 2.2 counts.
+
+print(f"{ppo.value_loss(tensor([2.5]), tensor([3.0])).item():.2f}")
+#> 0.25
+baseline = poca.baseline_loss(tensor([2.5]), tensor([2.0]), tensor([3.0]), epsilon=0.2)
+print(f"{baseline.item():.2f}")
+#> 0.64
+
+# %% Now learn it
+# The same game as `Trajectory` objects, the form in which episodes reach a learner.
+# Robots see who they are, when it is, and whether A went. What they do is one number,
+# drawn from a Gaussian: above 0, A goes.
+
+torch.set_num_threads(1)  # networks as small as these are quickest on one core
+SIZES = Sizes(vector=4, grid=(1, 20, 20), continuous=1, shown=1)
+
+
+def seen(t: int, went: bool) -> np.ndarray:
+    """What A and B observe, (2, 4)."""
+    return np.array([[1, 0, t, went], [0, 1, t, went]], dtype=np.float32)
+
+
+@torch.no_grad()
+def play(actor, rng) -> Trajectory:
+    """One episode; A's first decision is all that matters."""
+    went, rows = False, []
+    for t in range(3):
+        policy = actor(tensor(seen(t, went)[None]), torch.zeros(1, 1, 20, 20))
+        action = policy.act(tensor(rng.normal(size=(1, 2, 1)), dtype=torch.float32))
+        log_probs = policy.log_probs(action)
+        rows.append((seen(t, went), [not went, True], action[0], log_probs[0]))
+        went = went or (t == 0 and action[0, 0].item() > 0)
+    vectors, alive, actions, log_probs = (np.stack(x) for x in zip(*rows, strict=True))
+    return Trajectory(
+        vectors=np.stack([*vectors, seen(3, went)]),
+        grids=np.zeros((4, 1, 20, 20), np.uint8),
+        alive=np.stack([*alive, [False, False]]),  # nobody is cut off by time
+        actions=actions,
+        shown=actions,
+        log_probs=log_probs,
+        rewards=np.array([0, 1000, rng.choice([1000, 3000])] if went else [0, 0, 1000]),
+    )
+
+
+def learn(kind, updates: int = 15) -> list[float]:
+    """How often A goes, update by update."""
+    learner, rng, often = kind(settings, SIZES, seed=0), np.random.default_rng(0), []
+    for _ in range(updates):
+        episodes = [play(learner.actor, rng) for _ in range(40)]
+        often.append(np.mean([not episode.alive[1, 0] for episode in episodes]))
+        learner.add(episodes)
+        learner.update()
+    return often
+
+
+# %% And break it on purpose
+# Against PPO, and against MA-POCA with one rule changed: who is done is worth nothing.
+
+
+class Forgetful(poca.Learner):
+    """MA-POCA without posthumous credit."""
+
+    def _next_values(self, t, ends):
+        at_work = torch.from_numpy(t.alive[[end + 1 for end in ends]])
+        return super()._next_values(t, ends) * at_work
+
+
+game = dict(gamma=gamma, lambd=lambd, batch_size=64, learning_rate=0.01)
+settings = replace(preset("tiny").robots, **game, learning_rate_schedule="constant")
+curves = {
+    "MA-POCA": learn(poca.Learner),
+    "without posthumous credit": learn(Forgetful),
+    "PPO": learn(ppo.Learner),
+}
+for name, often in curves.items():
+    print(f"{name + ':':<26} A", "goes" if np.mean(often[-5:]) > 0.5 else "dawdles")
+#> MA-POCA:                   A goes
+#> without posthumous credit: A dawdles
+#> PPO:                       A dawdles
+
+figure = Figure(figsize=(7, 4), layout="constrained")
+axes = figure.subplots()
+CURVES = "#0868ac", "#c43c00", "#9a9a9a"
+for k, (name, often) in enumerate(curves.items()):
+    axes.plot(often, marker="os^"[k], color=CURVES[k], label=name)
+axes.set(xlabel="updates", ylabel="share of episodes in which A goes")
+axes.set_title("Finishing early for what the group gets later", loc="left")
+axes.legend(loc="center right")
+print(drawing.save(figure, "out/07_finishing_early.png"))
+#> out/07_finishing_early.png
+
+# %% Exercise
+# Break the other rule: let the group's value stand for every baseline. A still learns
+# to go. But what are B's first decisions praised and blamed for, with and without?
+# Hint: `_values` returns both; `learner.buffer.parts` has an episode's `advantages`.
