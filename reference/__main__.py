@@ -1,4 +1,4 @@
-"""The commands: `python -m reference`; check, draw, evacuate, train and bench under it.
+"""The commands: `python -m reference`, and under it check, draw, evacuate, train, ...
 
 Clauses: A8 (draw), E1, E2 (train).  Numbers go to stdout, progress and notes to stderr.
 Exit status: 0 done, 1 the input or the run is at fault, 2 the command line is, 130
@@ -341,8 +341,10 @@ def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
     learned = " ".join(
         f"--{s} {_quoted(facts['checkpoint'])}" for s in training.learners
     )
+    folder = _quoted(Path(facts["summaries"]).parent)
     print(
-        f"curves are in {facts['summaries']}; to see what was learned:\n"
+        "to see how it was learned, and what:\n"
+        f"  python -m reference curves {folder}\n"
         f"  python -m reference evacuate {learned} --animate learned.gif",
         file=sys.stderr,
     )
@@ -384,6 +386,16 @@ def _ctrl_c() -> Iterator[Callable[[], bool]]:
         yield pressed.is_set
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def curves(arguments: Namespace) -> None:
+    """Draws the learning curves of one training, or of several that belong together."""
+    from reference.drawing import curves, page
+
+    path = arguments.output or Path("curves.png")
+    _writable(path, page.PICTURES, "a picture")
+    with _for_people():
+        print(curves.draw(arguments.runs, path))
 
 
 def bench(arguments: Namespace) -> None:
@@ -518,6 +530,18 @@ def _train_options(parser: ArgumentParser) -> None:
     )
 
 
+def _curves_options(parser: ArgumentParser) -> None:
+    add = parser.add_argument
+    add("runs", nargs="+", type=Path, metavar="RUN", help="the folder train wrote to")
+    add(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help=".png, .svg or .pdf; default: curves.png in this folder",
+    )
+
+
 def _bench_options(parser: ArgumentParser) -> None:
     parser.add_argument("--building", default="paper", help=f"{MAP}; default: paper")
 
@@ -536,6 +560,9 @@ COMMANDS = {
         "train --preset tiny --fire random --out out/tiny\n"
         "  python -m reference train --resume --out out/tiny\n"
         "  python -m reference evacuate --robots out/tiny --fire greedy",
+    ),
+    "curves": Command(
+        curves, _curves_options, "curves out/tiny -o curves.png", numbers=False
     ),
     "bench": Command(bench, _bench_options, "bench --json"),
 }

@@ -243,9 +243,16 @@ def test_ends_quietly_when_its_output_cannot_be_written(shed, out, message):
 # -- bench --------------------------------------------------------------------------
 
 
-def test_bench_prints_speeds_with_and_without_minds(capsys, monkeypatch):
-    """Bodies alone are faster than bodies that see, think and burn."""
+@pytest.fixture
+def brief(monkeypatch):
+    """One run of everything; the learners take in one minibatch."""
     monkeypatch.setattr("reference.bench.RUNS", 1)
+    monkeypatch.setattr("reference.learning.speed.BATCHES", 1)
+    monkeypatch.setattr("reference.learning.speed.EPISODES", 1)
+
+
+def test_bench_prints_speeds_with_and_without_minds(capsys, brief):
+    """Bodies alone are faster than bodies that see, think and burn."""
     assert main(["bench", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     speeds, bare = facts["person_seconds_per_second"], facts["bare_step"]
@@ -254,15 +261,27 @@ def test_bench_prints_speeds_with_and_without_minds(capsys, monkeypatch):
     assert 0 < facts["load_seconds"] < 10
 
 
-def test_bench_prints_a_table_for_people(capsys, monkeypatch):
-    """One row for each crowd."""
-    monkeypatch.setattr("reference.bench.RUNS", 1)
+def test_bench_measures_both_learners_and_rollouts(capsys, brief, monkeypatch):
+    """Decisions of rollouts per core, samples of each trainer."""
+    monkeypatch.setattr("reference.bench.CASES", {"9": (9, 2.0)})
+    assert main(["bench", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    samples = facts["learner_samples_per_second"]
+    assert set(samples) == {"poca", "ppo"}
+    assert min(samples.values(), default=0) > 0
+    assert facts["decisions_per_second"] > 0
+
+
+def test_bench_prints_a_table_for_people(capsys, brief, monkeypatch):
+    """One row for each crowd, then what learning is made of."""
     monkeypatch.setattr("reference.bench.CASES", {"9": (9, 2.0)})
     assert main(["bench", "--seed", "4"]) == 0
-    title, _, row, load = capsys.readouterr().out.splitlines()
+    title, _, row, load, rollouts, learners = capsys.readouterr().out.splitlines()
     assert title.endswith("one core, median of seeds 4 to 4")
     assert row.startswith("9 people, first 2 s  ")
     assert load.startswith("read, checked and prepared in ")
+    assert rollouts.startswith("rollouts: ")
+    assert learners.startswith("learners, samples per second, all cores: poca ")
 
 
 # -- All of them --------------------------------------------------------------------

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
 
 import pytest
@@ -94,6 +95,16 @@ def test_train_tells_people_what_begins_and_how_to_look_at_it(quick, capsys):
     assert "--fire" not in words
     assert main(words[3:]) == 0
     assert os.path.exists("learned.gif")
+
+
+def test_curves_draws_what_a_training_wrote(tmp_path_factory, capsys):
+    """By its folder; a run too short for a curve is told so, in one message."""
+    folder = tmp_path_factory.mktemp("curves")
+    trained(begun(), folder)
+    assert status("curves", folder, "-o", "c.png") == 0
+    assert os.path.getsize("c.png") > 10_000
+    assert status("curves", folder.parent) == 1
+    assert status("curves", folder, "-o", "c.txt") == 2
 
 
 def test_train_takes_trainer_head_and_schedule(quick, capsys):
@@ -253,6 +264,20 @@ def test_a_full_disk_ends_the_training_with_one_message(quick, capsys, monkeypat
     monkeypatch.undo()
 
 
+def test_a_worker_that_dies_ends_the_training_with_one_message(
+    quick, capsys, monkeypatch
+):
+    """Such as by the kernel, for want of memory; what is saved can be gone on from."""
+
+    def killed(*given):
+        raise BrokenProcessPool("a process was terminated abruptly")
+
+    monkeypatch.setattr(training_module, "in_order", killed)
+    assert train("--out", "new") == 1
+    assert "a worker has died" in capsys.readouterr().err.splitlines()[-1]
+    assert load("new").round == 0
+
+
 def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path):
     """As a real process with workers: exit status 130, and nothing half-written."""
     command = [sys.executable, "-m", "reference", "train", "--preset", "tiny"]
@@ -330,9 +355,7 @@ def test_refuses_a_checkpoint_where_it_does_not_belong(
     assert hint in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    "command", ["evacuate --building tiny", "check tiny", "train --help", "draw tiny"]
-)
+@pytest.mark.parametrize("command", ["evacuate --building tiny", "train --help"])
 def test_torch_is_not_loaded_by_commands_that_do_not_learn(command):
     """They start at once."""
     code = (

@@ -1,15 +1,18 @@
 """The adversarial loop: whose turn it is, what comes out, how it goes on."""
 
 import csv
+import os
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import pytest
+from clauses import ROOT
 from trainings import TINY, begun, equal, tiny, trained
 
 from reference.learning.checkpoints import load, newest
 from reference.learning.imitation import demonstrate
-from reference.learning.players import SIDES
 from reference.learning.players import SIDES
 from reference.learning.rollouts import play
 from reference.learning.settings import SettingsError
@@ -93,16 +96,17 @@ def test_an_interrupted_training_and_an_uninterrupted_one_agree_exactly(
 
 
 def test_an_interruption_before_a_buffer_is_full_changes_nothing(tmp_path):
-    """What waits in the buffers is in the checkpoint too."""
-    robots = {"buffer_size": 80, "max_steps": 90}
-    settings = tiny(robots=robots, fire={"buffer_size": 6, "max_steps": 8})
+    """What waits in the buffers and for a summary is in the checkpoint too."""
+    robots = {"buffer_size": 80, "summary_freq": 80, "max_steps": 90}
+    fire = {"buffer_size": 6, "summary_freq": 8, "max_steps": 8}
+    settings = tiny(robots=robots, fire=fire)
     apart, at_once = tmp_path / "apart", tmp_path / "at once"
     trained(begun(settings), apart, rounds=1)
     assert len(Training.resumed(load(apart)).learners["robots"].buffer) > 0
     trained(Training.resumed(load(apart)), apart)
     trained(begun(settings), at_once)
     assert equal(load(apart).learners, load(at_once).learners)
-    assert rows(apart) == rows(at_once)
+    assert rows(apart) == rows(at_once) != []
 
 
 def test_rows_from_after_the_checkpoint_are_dropped_on_resume(whole, tmp_path):
@@ -137,8 +141,11 @@ def test_any_executor_will_do(whole, tmp_path):
 
 def test_seeds_follow_from_the_run_and_the_round_alone():
     """Another run, purpose or round has others; asking twice gives the same."""
-    first = begun(seed=1).jobs()
-    assert [job.seeds for job in first] == [job.seeds for job in begun(seed=1).jobs()]
+    training, same = begun(seed=1), begun(seed=1)
+    first = [job.seeds for job in training.jobs()]
+    assert first == [job.seeds for job in same.jobs()]
+    same.round += 1
+    assert first != [job.seeds for job in same.jobs()]
     every = [
         seeds_of(run, what, n, 4) for run in (1, 2) for what in (0, 1) for n in (0, 1)
     ]
@@ -287,6 +294,32 @@ def test_what_a_job_raises_is_raised():
     for executor in (Here(), ThreadPoolExecutor(1)):
         with pytest.raises(TypeError), executor:
             in_order(executor, len, [3], lambda: False)
+
+
+KILLED = """
+import time
+from reference.learning.workers import workers
+
+if __name__ == "__main__":
+    with workers(1) as pool:
+        print(pool.submit(len, "ready").result(), flush=True)
+        pool.submit(time.sleep, 600).result()
+"""
+
+
+def test_workers_end_with_a_training_that_is_killed(tmp_path):
+    """Its output ends, which each of them holds open as long as it lives."""
+    (tmp_path / "killed.py").write_text(KILLED)
+    running = subprocess.Popen(
+        [sys.executable, "killed.py"],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+    )
+    assert running.stdout.readline() == b"5\n"
+    running.kill()
+    running.communicate(timeout=120)
 
 
 # -- Summaries ----------------------------------------------------------------------

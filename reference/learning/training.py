@@ -442,7 +442,7 @@ class Record:
         return tqdm(
             total=sum(side.settings.max_steps for side in self.learners.values()),
             initial=self._done(),
-            unit="decision",
+            unit=" decisions",
             unit_scale=True,
             disable=None if progress else True,
         )
