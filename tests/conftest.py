@@ -4,6 +4,7 @@
 the code carries it, which tests hold it, and how it stands.
 """
 
+import os
 import textwrap
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
@@ -12,6 +13,9 @@ from itertools import zip_longest
 import hypothesis
 import pytest
 from clauses import CLAUSES, ROOT, citations
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # torch: small networks want no more
+os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
 
 hypothesis.settings.register_profile("same every time", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("same every time")

@@ -21,6 +21,8 @@ Deliberate differences from the original, here and in `poca`, all of them [E3, c
 * the normaliser's sums are float64, the original's float32;
 * "Losses/Policy Loss" keeps its sign (the original drops it), and "Policy/Entropy" is
   what the minibatches see (the original: whoever acts);
+* whole episodes arrive before the buffer is asked whether it is full, so an update may
+  use some more of them than the original's;
 * rewards are scaled by `reward_scale` before anything is learned from them (the
   original's own scale is `strength`, which multiplies it here).
 """
@@ -290,7 +292,10 @@ class Learner:
     # -- Checkpoints ----------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
-        """Everything that is needed to go on; tensors and plain numbers only."""
+        """Everything that is needed to go on; tensors and plain numbers only.
+
+        The tensors are the networks' own: write or copy them before learning goes on.
+        """
         return {
             "actor": self.actor.state_dict(),
             "critic": self.critic.state_dict(),
