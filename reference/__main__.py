@@ -274,30 +274,9 @@ def _figures(values: list[float | None]) -> str:
 def train(arguments: Namespace) -> None:
     """Trains robots and fire against each other, into a folder one can go on from."""
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
-    from concurrent.futures import BrokenExecutor
-
-    from reference.learning.training import train
-    from reference.learning.workers import workers
-
-    training, out = _training(arguments), arguments.out
-    count = _cores() if arguments.workers is None else arguments.workers
-    print(f"{training.about()}; {_count(count, 'workers')}", file=sys.stderr)
+    training = _training(arguments)
     start, begun = perf_counter(), training.decisions
-    with _ctrl_c() as stop, workers(count) as executor, _for_people():
-        try:
-            path = train(training, out, executor, stop, arguments.tensorboard)
-        except BrokenExecutor as error:
-            raise CommandError(
-                "a worker has died, perhaps for want of memory. Go on with fewer: "
-                + _go_on(arguments, max(1, count // 2))
-            ) from error
-    if not training.over:
-        go_on = _go_on(arguments, arguments.workers)
-        raise CommandError(
-            f"stopped after round {training.round}, and saved in {path}. Go on with:\n"
-            f"  {go_on}",
-            130,
-        )
+    path = _trained(training, arguments)
     seconds = perf_counter() - start
     facts = {
         "building": training.task.building,
@@ -305,9 +284,35 @@ def train(arguments: Namespace) -> None:
         "wall_seconds": seconds,
         "decisions_per_second": (training.decisions - begun) / seconds,
         "checkpoint": str(path),
-        "summaries": str(out / "summaries.csv"),
+        "summaries": str(arguments.out / "summaries.csv"),
     }
     _tell_training(training, facts, arguments.json)
+
+
+def _trained(training: Any, arguments: Namespace) -> Path:
+    """Train to the end; the last checkpoint. Before the end, how to go on from it."""
+    from concurrent.futures import BrokenExecutor
+
+    from reference.learning.training import train
+    from reference.learning.workers import workers
+
+    count = _cores() if arguments.workers is None else arguments.workers
+    print(f"{training.about()}; {_count(count, 'workers')}", file=sys.stderr)
+    with _ctrl_c() as stop, workers(count) as executor, _for_people():
+        try:
+            path = train(training, arguments.out, executor, stop, arguments.tensorboard)
+        except BrokenExecutor as error:
+            raise CommandError(
+                "a worker has died, perhaps for want of memory. Go on with fewer: "
+                + _go_on(arguments, max(1, count // 2))
+            ) from error
+    if training.over:
+        return path
+    raise CommandError(
+        f"stopped after round {training.round}, and saved in {path}. Go on with:\n"
+        f"  {_go_on(arguments, arguments.workers)}",
+        130,
+    )
 
 
 def _training(arguments: Namespace) -> Any:
@@ -399,7 +404,8 @@ def curves(arguments: Namespace) -> None:
 
 
 def bench(arguments: Namespace) -> None:
-    """Measures how many person-seconds one second computes, on one core."""
+    """Measures what one second computes: person-seconds, decisions, samples."""
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
     building = load(arguments.building)
     try:
         facts = measure(arguments.building, arguments.seed or 0)

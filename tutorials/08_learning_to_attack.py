@@ -162,9 +162,9 @@ print("fewer get out than before training:", learned < out)
 #> fewer get out than before training: True
 
 # %% Where it strikes
-# Tiny differences add up, so that two machines learn differently: no numbers are printed
-# here. When this was written, 50 got out. Rings in the picture are fires before training,
-# discs after; their area is how often.
+# Tiny differences add up, so that two machines learn differently: hence no number
+# above; when this was written, 50 got out. Rings in the picture are fires before
+# training, discs after; their area is how often.
 
 figure = drawing.top(gallery)
 axes = figure.axes[0]
