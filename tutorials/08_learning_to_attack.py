@@ -68,6 +68,16 @@ place = seen["fire_0"]["vector"][:2]
 print(fire_layout(gallery, evening)[0].what, "in half-bodies:", place.round(2))
 #> human 1: x, y, storey in half-bodies: [-0.27 -0.73]
 
+# All of it as a page, for the fire and for the robot: the grid, who is where, and what
+# each number says.
+
+Path("out").mkdir(exist_ok=True)
+world = game.simulation.world
+print(drawing.save(drawing.fire_senses(world, evening), "out/08_the_fire_sees.png"))
+#> out/08_the_fire_sees.png
+print(drawing.save(drawing.robot_senses(world, evening), "out/08_a_robot_sees.png"))
+#> out/08_a_robot_sees.png
+
 # %% What it does
 # Three numbers from -1 to 1: a floor and a place on it [D2].
 
@@ -177,7 +187,6 @@ for episodes, style in (
     x, y = np.transpose(list(counts))
     axes.scatter(x, y, s=[25 * n for n in counts.values()], zorder=5, **style)
 axes.set_title("Fires before (rings) and after training (discs)", loc="left")
-Path("out").mkdir(exist_ok=True)
 print(drawing.save(figure, "out/08_where_it_strikes.png"))
 #> out/08_where_it_strikes.png
 

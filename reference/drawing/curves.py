@@ -589,4 +589,4 @@ def _caption(sheet: Sheet) -> None:
 def _decisions(runs: Sequence[Run], side: str) -> str:
     """How many a side has taken, in words; in several runs, on average."""
     known = [run.sides[side].values["step"][-1] for run in runs if side in run.sides]
-    return f"{np.mean(known):,.0f}" if known else "learn nothing"
+    return f"{np.mean(known):,.0f}" if known else "none learned from"
