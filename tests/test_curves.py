@@ -11,6 +11,7 @@ from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
 from reference.drawing import curves
+from reference.drawing import runs as tables
 from reference.learning import summaries, training
 
 WHEN = ("side", "step", "round", "episodes", "phase")
@@ -55,7 +56,7 @@ def run(tmp_path):
         folder = tmp_path / name
         folder.mkdir()
         (folder / "summaries.csv").write_text(table(*args, **more))
-        return curves.read(folder)
+        return tables.read(folder)
 
     return written
 
@@ -98,7 +99,7 @@ def test_the_columns_that_are_drawn_are_the_ones_that_training_writes():
     drawn = {curve.column for panel in curves.PANELS for curve in panel.curves}
     assert drawn < set(summaries.COLUMNS)
     assert set(WHEN) == set(summaries.WHEN)
-    assert curves.TABLE == training.SUMMARIES
+    assert tables.TABLE == training.SUMMARIES
 
 
 def test_a_phase_ends_with_its_last_row_of_either_side(run):
@@ -109,7 +110,7 @@ def test_a_phase_ends_with_its_last_row_of_either_side(run):
 def test_a_row_that_is_still_being_written_is_left_out(tmp_path):
     """One can look at a training while it runs."""
     (tmp_path / "run.csv").write_text(table(TOGETHER)[:-5])
-    rows = curves.read(tmp_path / "run.csv").sides
+    rows = tables.read(tmp_path / "run.csv").sides
     assert (len(rows["robots"].episodes), len(rows["fire"].episodes)) == (6, 5)
 
 
@@ -147,13 +148,13 @@ def test_refuses_a_table_that_is_none_and_says_where(tmp_path, text, message):
     """A file, a line, a column: never a traceback of csv or numpy."""
     (tmp_path / "run.csv").write_text(text)
     with pytest.raises(ValueError, match=message):
-        curves.read(tmp_path / "run.csv")
+        tables.read(tmp_path / "run.csv")
 
 
 def test_refuses_a_folder_without_a_table(tmp_path):
     """The message says what would do."""
     with pytest.raises(FileNotFoundError, match=r"Name the folder of a training"):
-        curves.read(tmp_path)
+        tables.read(tmp_path)
 
 
 def test_refuses_a_training_that_has_only_imitated_so_far(run):
