@@ -112,10 +112,14 @@ class GridEncoder(nn.Module):
 
     def forward(self, grids: Tensor) -> Tensor:
         """(B, channels, height, width) of 0 and 1 -> (B, H)."""
-        x = grids.to(self.conv1.weight.dtype, memory_format=torch.channels_last)
-        x = functional.leaky_relu(self.conv1(x))
+        x = functional.leaky_relu(self.conv1(images(grids, self.conv1.weight.dtype)))
         x = functional.leaky_relu(self.conv2(x))
         return functional.leaky_relu(self.dense(x.flatten(1)))
+
+
+def images(grids: Tensor, dtype: torch.dtype = torch.float32) -> Tensor:
+    """Grids as convolutions like them best; those that are so already stay as is."""
+    return grids.to(dtype, memory_format=torch.channels_last)
 
 
 class Encoder(nn.Module):

@@ -43,7 +43,7 @@ from reference.learning.experience import (
     minibatches,
     segments,
 )
-from reference.learning.networks import Actor, Critic, Normaliser, Sizes
+from reference.learning.networks import Actor, Critic, Normaliser, Sizes, images
 from reference.learning.settings import TrainerSettings
 
 LEAST_LEARNING_RATE = 1e-10  # [E3] floors of the linear schedules
@@ -223,6 +223,7 @@ class Learner:
         seen: dict[str, list[float]] = defaultdict(list)
         for _ in range(s.num_epoch):
             for batch in minibatches(buffer, s.batch_size, self.rng):
+                batch.grids = images(batch.grids)  # once, for both networks
                 loss, parts = self.loss(batch, epsilon, beta, critic_only)
                 self.optimiser.zero_grad()
                 loss.backward()
