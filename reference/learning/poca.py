@@ -125,3 +125,7 @@ class Learner(ppo.Learner):
         return super()._estimates(buffer) | {
             "Policy/Extrinsic Baseline Estimate": float(baselines.mean())
         }
+
+
+LEARNERS: dict[str, type[ppo.Learner]] = {"ppo": ppo.Learner, "poca": Learner}
+"""Both learners by `trainer_type`."""

@@ -6,6 +6,7 @@ layers of 256, six robots, minibatches of about 1024 decisions.
     N  group decisions of a buffer;  G  agents
 """
 
+from dataclasses import replace
 from time import perf_counter
 
 import torch
@@ -17,6 +18,7 @@ from reference.learning.experience import Decisions
 from reference.learning.players import SIDES, Player, Side
 from reference.learning.rollouts import Job, Learned, play
 from reference.learning.settings import preset
+from reference.learning.workers import one_thread
 
 BATCHES = 4  # minibatches of a measured update
 EPISODES = 8  # in lockstep, in one process with one thread
@@ -36,32 +38,26 @@ def decisions_per_second(building: Building, seed: int) -> float:
     The world, the observations and the networks; new ones, which are in no hurry to
     end an episode.
     """
-    threads = torch.get_num_threads()
-    torch.set_num_threads(1)
-    settings = preset("paper")
-    sides: dict[Side, Learned] = {}
+    sides = {}
     for side in SIDES:
-        trainer = getattr(settings, side)
-        player = Player(side, building, settings.scenario, trainer)
-        sides[side] = Learned(trainer, player.actor.state_dict())
+        learner = _learner(side, building, seed)
+        sides[side] = Learned(learner.settings, learner.actor.state_dict())
     seeds = tuple(range(seed, seed + EPISODES))
-    job = Job(to_text(building.plan), settings.scenario, **sides, seeds=seeds)
-    play(Job(job.plan, job.scenario, job.robots, job.fire, seeds[:1]))  # warm up
-    start = perf_counter()
-    played = play(job)
-    seconds = perf_counter() - start
-    torch.set_num_threads(threads)
+    scenario = preset("paper").scenario
+    job = Job(to_text(building.plan), scenario, **sides, seeds=seeds)
+    with one_thread():
+        play(replace(job, seeds=seeds[:1]))  # warm up
+        start = perf_counter()
+        played = play(job)
+        seconds = perf_counter() - start
     return sum(e.robots.steps for e in played if e.robots) / seconds
 
 
 def _samples_per_second(side: Side, building: Building, seed: int) -> float:
-    settings = preset("paper")
-    trainer = getattr(settings, side)
-    sizes = Player(side, building, settings.scenario, trainer).sizes
-    kind = poca.Learner if side == "robots" else ppo.Learner
-    learner = kind(trainer, sizes, seed)
-    agents = settings.scenario.robots_per_floor * building.floors
-    agents = agents if side == "robots" else 1
+    learner = _learner(side, building, seed)
+    trainer = learner.settings
+    team = preset("paper").scenario.robots_per_floor * building.floors
+    agents = team if side == "robots" else 1
     made_up = _decisions(learner, BATCHES * trainer.batch_size // agents + 1, agents)
     seconds = []
     for _ in range(2):  # the first one warms up
@@ -70,6 +66,14 @@ def _samples_per_second(side: Side, building: Building, seed: int) -> float:
         learner.update()
         seconds.append(perf_counter() - start)
     return BATCHES * trainer.batch_size * trainer.num_epoch / seconds[-1]
+
+
+def _learner(side: Side, building: Building, seed: int) -> ppo.Learner:
+    """A new one of the paper's."""
+    settings = preset("paper")
+    trainer = getattr(settings, side)
+    sizes = Player(side, building, settings.scenario, trainer).sizes
+    return poca.LEARNERS[trainer.trainer_type](trainer, sizes, seed)
 
 
 def _decisions(learner: ppo.Learner, N: int, G: int) -> Decisions:

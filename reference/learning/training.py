@@ -229,10 +229,7 @@ class Training:
         losses = clone(self.learners["robots"], lessons, self.settings.imitation_epochs)
         self.imitated = True
         when = {"side": "robots", "step": 0, "round": 0, "episodes": 0}
-        return [
-            {**when, "phase": "imitation", "Losses/Pretraining Loss": loss}
-            for loss in losses
-        ]
+        return [{**when, "phase": "imitation", PRETRAINING: loss} for loss in losses]
 
     # -- Checkpoints ----------------------------------------------------------------
 
@@ -273,8 +270,7 @@ def _learner(task: Task, side: Side) -> ppo.Learner:
     building = building_of(task.plan)
     sizes = Player(side, building, task.settings.scenario, settings).sizes
     (seed,) = seeds_of(task.seed, LEARNERS, SIDES.index(side), 1)
-    kind = poca.Learner if settings.trainer_type == "poca" else ppo.Learner
-    return kind(settings, sizes, seed)
+    return poca.LEARNERS[settings.trainer_type](settings, sizes, seed)
 
 
 def _lived(episodes: Sequence[Episode], side: Side) -> list[Trajectory]:
