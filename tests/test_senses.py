@@ -183,7 +183,7 @@ def test_the_table_tells_what_the_first_numbers_are_now(simulation):
     seen = seen_by(simulation, 0)
     by_what = {line.what.split(":")[0]: line.values for line in senses.table(seen)}
     gone = (~simulation.world.bodies.inside).sum()
-    assert by_what["human"].endswith(f"…, {gone} gone")
+    assert by_what["human"].endswith(f"…, {gone} not there")
     x, y, storey = seen.vector[120:123]
     assert by_what["the observer"] == f"({x:.3g}, {y:.3g}, {storey:g})".replace(
         "-", "−"

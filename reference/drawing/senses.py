@@ -405,7 +405,7 @@ def _values(vector: np.ndarray, slots: Sequence[Slot]) -> str:
     points = [f"({', '.join(map(_number, value))})" for value in values[:2]]
     gone = sum(storey < 0 for *_, storey in values)
     words = " ".join([*points, "…"] if len(values) > 2 else points)
-    return f"{words}, {gone} gone" if gone else words
+    return f"{words}, {gone} not there" if gone else words
 
 
 def _number(value: float) -> str:
