@@ -175,8 +175,9 @@ def test_evacuate_animates_the_first_episode(tmp_path, capsys):
         (["--animate", "run.avi"], 2, "End the name in .gif, .html or .mp4."),
         (["--people", "0"], 2, "'0' is not a whole number from 1 on"),
         (["--episodes", "many"], 2, "'many' is not a whole number from 1 on"),
-        (["--robots", "sweeep"], 2, "invalid choice: 'sweeep'"),
-        (["--fire", "hot"], 2, "invalid choice: 'hot'"),
+        (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),
+        (["--fire", "hot"], 2, "'hot' is no file and names nobody"),
+        (["--fire", "critic:nowhere"], 2, "'nowhere': there is no such file"),
         (["--seed", "-1"], 2, "--seed"),
     ],
 )
@@ -198,7 +199,7 @@ def test_refuses_an_mp4_where_ffmpeg_is_missing(capsys, monkeypatch):
 def test_the_main_job_is_an_evacuation_of_the_best_against_the_best(monkeypatch):
     """`python -m reference` alone: sweep, greedy fire, evacuation.gif."""
     asked = []
-    monkeypatch.setattr("reference.__main__.evacuate", asked.append)
+    monkeypatch.setattr("reference.commands.evacuation.evacuate", asked.append)
     assert main([]) == 0
     words = vars(asked[0])
     assert (words["building"], words["people"], words["episodes"]) == ("paper", 40, 1)

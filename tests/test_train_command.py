@@ -18,8 +18,8 @@ from trainings import begun, equal, tiny, trained
 from reference.__main__ import main
 from reference.learning import training as training_module
 from reference.learning.checkpoints import load, save
+from reference.learning.networks import one_thread
 from reference.learning.settings import write_yaml
-from reference.learning.workers import one_thread
 
 PROMISED = """building preset robots fire seed rounds episodes steps reward fire_reward
 survival evacuated died wall_seconds decisions_per_second checkpoint summaries"""

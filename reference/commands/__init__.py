@@ -1,0 +1,1 @@
+"""The commands, one after another: what each is asked, does and says."""
