@@ -11,7 +11,7 @@ networkx, the simulator asks the grid.
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from enum import IntEnum
-from functools import cached_property
+from functools import cached_property, lru_cache
 from itertools import combinations, pairwise
 from math import dist
 
@@ -19,7 +19,7 @@ import networkx as nx
 import numpy as np
 from scipy import ndimage
 
-from reference.floorplan import Plan, find, read
+from reference.floorplan import Plan, find, parse, read, to_text
 from reference.paper import STAIRS_SECONDS, WALKING_SPEED
 
 OUTSIDE = "outside"
@@ -184,6 +184,20 @@ def load(name: str) -> Building:
     Raises FloorPlanError for a mistake in the drawing, OSError for an unreadable file.
     """
     return build(read(find(name)))
+
+
+@lru_cache(maxsize=4)
+def building_of(plan: str) -> Building:
+    """The building in the text of a floor file: how it travels to other processes.
+
+    One object per drawing, since navigation and sight are kept with it.
+    """
+    return build(parse(plan))
+
+
+def plan_of(building: Building) -> str:
+    """The text of a building's floor file."""
+    return to_text(building.plan)
 
 
 def build(plan: Plan) -> Building:

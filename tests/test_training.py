@@ -1,24 +1,21 @@
 """The adversarial loop: whose turn it is, what comes out, how it goes on."""
 
 import csv
-import os
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import pytest
-from clauses import ROOT
 from trainings import TINY, begun, equal, tiny, trained
 
 from reference.learning.checkpoints import load, newest
 from reference.learning.imitation import demonstrate
+from reference.learning.networks import one_thread
 from reference.learning.players import SIDES
 from reference.learning.rollouts import play
 from reference.learning.settings import SettingsError
 from reference.learning.summaries import COLUMNS, Board, Summary, Table
 from reference.learning.training import Training, seeds_of, train
-from reference.learning.workers import Here, in_order, one_thread, workers
+from reference.workers import Here, workers
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -176,6 +173,32 @@ def test_in_turn_one_side_learns_and_the_other_stays_as_it_is(tmp_path):
     assert [row["phase"] for row in rows(tmp_path)] == ["robots", "fire", "robots"]
 
 
+@pytest.mark.paper("E6")
+def test_random_fire_stands_in_for_a_share_of_the_jobs():
+    """Evenly spread over the rounds, only while the robots learn."""
+    training = begun(tiny(random_fires=0.5))
+    assert [job.fire == "random" for job in training.jobs()] == [False, True]
+    training = begun(tiny(random_fires=0.25))
+    fires = []
+    for training.round in range(4):
+        fires += [job.fire == "random" for job in training.jobs()]
+    assert fires == [False, False, False, True] * 2
+    training.learners["robots"].steps = tiny().robots.max_steps
+    assert all(job.fire != "random" for job in training.jobs())
+
+
+def test_who_has_not_played_has_nothing_to_tell():
+    """The fire learns from its own episodes and reports them; robots from all."""
+    often = {"summary_freq": 1}
+    training = begun(tiny(random_fires=0.5, robots=often, fire=often))
+    episodes = [episode for job in training.jobs() for episode in play(job)]
+    assert [episode.fire is None for episode in episodes] == [False, True]
+    robots, fire = training.learn(episodes)
+    everybody = [episode.facts["survival"] for episode in episodes]
+    assert robots["Environment/Survival"] == pytest.approx(sum(everybody) / 2)
+    assert fire["Environment/Survival"] == pytest.approx(everybody[0])
+
+
 def test_a_switch_comes_every_so_many_rounds():
     """`switch_every`; who has finished gives its turns to the other."""
     training = begun(tiny(schedule="alternate", switch_every=3))
@@ -280,46 +303,6 @@ def test_a_round_that_is_being_played_is_dropped(tmp_path):
     train(training, tmp_path, Here(), lambda: next(looks, True), progress=False)
     assert training.round == 0
     assert equal(load(tmp_path).learners, begun().checkpoint().learners)
-
-
-def test_results_come_in_the_order_of_the_jobs():
-    """Whichever is done first."""
-    with ThreadPoolExecutor(3) as executor:
-        found = in_order(executor, len, ["one", "three", "seventeen"], lambda: False)
-    assert found == [3, 5, 9]
-
-
-def test_what_a_job_raises_is_raised():
-    """A mistake in a worker is no silence."""
-    for executor in (Here(), ThreadPoolExecutor(1)):
-        with pytest.raises(TypeError), executor:
-            in_order(executor, len, [3], lambda: False)
-
-
-KILLED = """
-import time
-from reference.learning.workers import workers
-
-if __name__ == "__main__":
-    with workers(1) as pool:
-        print(pool.submit(len, "ready").result(), flush=True)
-        pool.submit(time.sleep, 600).result()
-"""
-
-
-def test_workers_end_with_a_training_that_is_killed(tmp_path):
-    """Its output ends, which each of them holds open as long as it lives."""
-    (tmp_path / "killed.py").write_text(KILLED)
-    running = subprocess.Popen(
-        [sys.executable, "killed.py"],
-        cwd=tmp_path,
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-    )
-    assert running.stdout.readline() == b"5\n"
-    running.kill()
-    running.communicate(timeout=120)
 
 
 # -- Summaries ----------------------------------------------------------------------

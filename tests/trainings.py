@@ -5,11 +5,11 @@ from pathlib import Path
 
 import torch
 
-from reference.building import load
-from reference.learning.checkpoints import Task, plan_of
+from reference.building import load, plan_of
+from reference.learning.checkpoints import Task
 from reference.learning.settings import Settings, preset
 from reference.learning.training import Training, train
-from reference.learning.workers import Here
+from reference.workers import Here
 
 TINY = plan_of(load("tiny"))
 

@@ -13,12 +13,13 @@ import numpy as np
 import torch
 
 from reference import drawing
+from reference.building import building_of
 from reference.fire import free_places
 from reference.learning import ppo
 from reference.learning.environment import Environment, fire_decision
 from reference.learning.observations import fire_layout
 from reference.learning.players import Player
-from reference.learning.rollouts import Episode, Job, Learned, building_of, play
+from reference.learning.rollouts import Episode, Job, Learned, play
 from reference.learning.settings import preset
 from reference.navigation import prepared
 from reference.paper import Scenario

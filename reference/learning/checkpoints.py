@@ -16,10 +16,11 @@ from typing import Any
 import torch
 
 import reference
-from reference.building import Building
-from reference.floorplan import FloorPlanError, to_text
+from reference.building import Building, building_of
+from reference.files import write_whole
+from reference.floorplan import FloorPlanError
 from reference.learning.players import Side
-from reference.learning.rollouts import Learned, building_of
+from reference.learning.rollouts import Learned
 from reference.learning.settings import (
     Settings,
     SettingsError,
@@ -119,24 +120,6 @@ def save(checkpoint: Checkpoint, path: Path) -> None:
     memory = BytesIO()
     torch.save(_plain(checkpoint), memory)
     write_whole(path, memory.getbuffer())
-
-
-def write_whole(path: Path, content: bytes | memoryview) -> None:
-    """Write beside the file, down to the disk, then take its place at once."""
-    partial = path.with_name(f".{path.name}-{os.getpid()}.part")
-    try:
-        with partial.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(partial, path)
-    except OSError as error:
-        raise OSError(
-            f"{path}: cannot be written ({error.strerror}); what was there before is "
-            "as it was. Make room, or take another folder."
-        ) from error
-    finally:
-        partial.unlink(missing_ok=True)
 
 
 def load(path: str | os.PathLike[str]) -> Checkpoint:
@@ -242,8 +225,3 @@ def refuse_another_building(task: Task, building: Building) -> None:
         f"{len(own.storeys)} floors), not this drawing of {building.title}. "
         "Leave --building out, or name the map it was trained on."
     )
-
-
-def plan_of(building: Building) -> str:
-    """The text of a building's floor file."""
-    return to_text(building.plan)

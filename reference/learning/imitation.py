@@ -15,6 +15,7 @@ import numpy as np
 import torch
 
 from reference import robots as robots_module
+from reference.building import building_of
 from reference.learning.environment import Environment
 from reference.learning.experience import Decisions, Trajectory, decisions_of
 from reference.learning.landmarks import Options
@@ -22,7 +23,6 @@ from reference.learning.networks import RAW_LIMIT
 from reference.learning.observations import to_half_bodies
 from reference.learning.players import Player
 from reference.learning.ppo import Learner
-from reference.learning.rollouts import building_of
 from reference.learning.settings import TrainerSettings
 from reference.paper import Scenario
 

@@ -10,7 +10,8 @@ with one difference: whatever the agents of a group share is computed once [E3, 
     f    an agent with its action, g  without: what the attention is about
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from math import sqrt
 
@@ -29,6 +30,17 @@ RELU_GAIN = 1.41  # [E3] of the layer after the convolutions
 MEAN_GAIN, BRANCH_GAIN = 0.2, 0.1  # [E3] a new policy hardly prefers anything
 RAW_LIMIT = 3.0  # [E3] a raw continuous action is cut off there, then divided by it
 REFUSED = -1e9  # the score of an option that is not there
+
+
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Small networks want one thread; sums then come in one order everywhere."""
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
 
 
 @dataclass(frozen=True)

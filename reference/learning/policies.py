@@ -13,7 +13,7 @@ import numpy as np
 
 from reference import fire as fire_module
 from reference import robots as robots_module
-from reference.building import Building
+from reference.building import Building, building_of
 from reference.learning.checkpoints import (
     Checkpoint,
     CheckpointError,
@@ -21,6 +21,7 @@ from reference.learning.checkpoints import (
     refuse_another_building,
 )
 from reference.learning.environment import destination, fire_decision
+from reference.learning.networks import one_thread
 from reference.learning.observations import (
     SENTINEL,
     fire_vector,
@@ -29,8 +30,7 @@ from reference.learning.observations import (
     to_half_bodies,
 )
 from reference.learning.players import Player, Side
-from reference.learning.rollouts import Learned, building_of
-from reference.learning.workers import one_thread
+from reference.learning.rollouts import Learned
 from reference.paper import Scenario
 from reference.world import Robot, World
 

@@ -8,13 +8,11 @@ serves all of them; what an episode's randomness is depends on its own seed alon
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from reference.building import Building, build
-from reference.floorplan import parse
+from reference.building import Building, building_of
 from reference.learning.environment import Environment
 from reference.learning.experience import Trajectory
 from reference.learning.players import SIDES, Acted, Observation, Player, Side
@@ -96,12 +94,6 @@ def _decide(side: Side, player: Player, runs: "list[_Run]") -> None:
         acted = player.act(seen, [run.rngs[side] for run in runs])
         for k, run in enumerate(runs):
             run.choose(side, seen[k], acted, k)
-
-
-@lru_cache(maxsize=4)
-def building_of(plan: str) -> Building:
-    """One object per drawing, since navigation and sight are kept with it."""
-    return build(parse(plan))
 
 
 def _player(side: Side, building: Building, scenario: Scenario, who: Learned) -> Player:

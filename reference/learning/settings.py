@@ -92,6 +92,8 @@ class Settings:
                          of workers, so that this number changes no result
     schedule             "together", or "alternate": one side, then the other, ...
     switch_every         ... each for so many rounds
+    random_fires         share of the jobs in which random fire stands in for one that
+                         learns: robots easily overfit to a single adversary
     imitation_episodes   if a strategy is imitated first: how many of its episodes,
     imitation_epochs     how many times through them, and for how many rounds after
     critic_rounds        that the critic alone learns what the imitator is worth
@@ -105,6 +107,7 @@ class Settings:
     jobs_per_round: int
     schedule: str = "together"
     switch_every: int = 5
+    random_fires: float = 0.0
     imitation_episodes: int = 256
     imitation_epochs: int = 10
     critic_rounds: int = 5
@@ -135,8 +138,15 @@ CHOICES = {
     "schedule": ("together", "alternate"),
 }
 POSITIVE = ("learning_rate", "epsilon", "reward_scale")  # with 0 nothing is learnt
-FROM_ZERO = ("beta", "lambd", "gamma", "strength", "critic_rounds")  # others: from 1
-UP_TO_ONE = ("learning_rate", "beta", "epsilon", "lambd", "gamma")
+FROM_ZERO = (  # others: from 1
+    "beta",
+    "lambd",
+    "gamma",
+    "strength",
+    "critic_rounds",
+    "random_fires",
+)
+UP_TO_ONE = ("learning_rate", "beta", "epsilon", "lambd", "gamma", "random_fires")
 
 WORDS: dict[Any, str] = {
     int: "a whole number",
@@ -264,17 +274,21 @@ def _paper() -> Settings:
 def _laptop() -> Settings:
     """[E1, E2, chosen] What learns visibly on two cores in about half an hour.
 
-    About a twentieth of the paper's decisions, so steeper learning rates, smaller
-    minibatches and buffers (an update after each round, for the fire after two) and
-    half its width; pointer heads, since raw Gaussians need millions of decisions.
+    Less than a tenth of the paper's decisions, so ten times its learning rate, small
+    minibatches and buffers (an update after each round, for the fire after several)
+    and half its width; pointer heads, since raw Gaussians need millions of decisions;
+    an entropy bonus that fades, so that the likeliest action becomes as good as a
+    sampled one. Half of the fires are random, since a learning one soon leaves nobody
+    to learn from.
     """
     net = {"hidden_units": 128, "num_layers": 2, "head": "pointer"}
     robots = {
-        "batch_size": 512,
-        "buffer_size": 5120,
-        "learning_rate": 5e-4,
-        "max_steps": 600_000,
-        "keep_checkpoints": 20,
+        "batch_size": 256,
+        "buffer_size": 2560,
+        "learning_rate": 1e-3,
+        "beta_schedule": "linear",
+        "max_steps": 750_000,
+        "keep_checkpoints": 25,
         "checkpoint_interval": 30_000,
         "summary_freq": 5000,
     }
@@ -292,7 +306,9 @@ def _laptop() -> Settings:
         preset="laptop",
         robots=_changed(paper.robots, net | robots, "laptop"),
         fire=_changed(paper.fire, net | fire, "laptop"),
+        episodes_per_job=8,
         jobs_per_round=2,
+        random_fires=0.5,
     )
 
 

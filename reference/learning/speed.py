@@ -15,10 +15,10 @@ from reference.building import Building
 from reference.floorplan import to_text
 from reference.learning import poca, ppo
 from reference.learning.experience import Decisions
+from reference.learning.networks import one_thread
 from reference.learning.players import SIDES, Player, Side
 from reference.learning.rollouts import Job, Learned, play
 from reference.learning.settings import preset
-from reference.learning.workers import one_thread
 
 BATCHES = 4  # minibatches of a measured update
 EPISODES = 8  # in lockstep, in one process with one thread

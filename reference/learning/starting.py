@@ -11,13 +11,12 @@ from typing import Any
 import torch
 
 import reference
-from reference.building import Building, load
+from reference.building import Building, load, plan_of
 from reference.learning.checkpoints import (
     Checkpoint,
     CheckpointError,
     Task,
     newest,
-    plan_of,
 )
 from reference.learning.checkpoints import load as load_checkpoint
 from reference.learning.players import Side

@@ -11,7 +11,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any
 
-from reference.learning.checkpoints import write_whole
+from reference.files import write_whole
 from reference.learning.players import Side
 from reference.learning.settings import SettingsError
 

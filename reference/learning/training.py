@@ -21,12 +21,15 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
+from reference.building import building_of
+from reference.files import make_folder
 from reference.learning import checkpoints, poca, ppo
 from reference.learning.checkpoints import Checkpoint, CheckpointError, Task
 from reference.learning.experience import Trajectory
 from reference.learning.imitation import Lesson, clone, demonstrate
+from reference.learning.networks import one_thread
 from reference.learning.players import SIDES, Player, Side
-from reference.learning.rollouts import Episode, Job, Learned, building_of, play
+from reference.learning.rollouts import Episode, Job, Learned, play
 from reference.learning.settings import SettingsError
 from reference.learning.summaries import (
     COLUMNS,
@@ -39,8 +42,8 @@ from reference.learning.summaries import (
     Summary,
     Table,
 )
-from reference.learning.workers import in_order, one_thread
 from reference.simulation import Simulation
+from reference.workers import in_order
 
 LEARNERS, ROUNDS, LESSONS = 0, 1, 2  # what seeds are for
 SUMMARIES, CLOCK = "summaries.csv", "times.csv"
@@ -120,6 +123,9 @@ class Training:
             for learner in self.learners.values()
         )
         title = building_of(self.task.plan).title
+        share = self.settings.random_fires
+        if share and len(self.learners) == len(SIDES):
+            sides += f" but for {share:.0%} random fires"
         return f"{title}: {sides}, seed {self.task.seed}; {left:,} decisions to go"
 
     def _who(self) -> dict[Side, str]:
@@ -166,11 +172,29 @@ class Training:
         seeds = seeds_of(
             self.task.seed, ROUNDS, self.round, s.jobs_per_round * s.episodes_per_job
         )
-        plays = {side: self._player(side) for side in SIDES}
+        robots, fire = (self._player(side) for side in SIDES)
+        first = self.round * s.jobs_per_round
         return [
-            Job(self.task.plan, s.scenario, plays["robots"], plays["fire"], chunk)
-            for chunk in _parts(seeds, s.episodes_per_job)
+            Job(
+                self.task.plan,
+                s.scenario,
+                robots,
+                "random" if self._random_fire(first + k) else fire,
+                chunk,
+            )
+            for k, chunk in enumerate(_parts(seeds, s.episodes_per_job))
         ]
+
+    def _random_fire(self, job: int) -> bool:
+        """Does random fire stand in for the one that learns? [E6, chosen]
+
+        In `random_fires` of all jobs, evenly spread, while the robots learn: against
+        one adversary alone they would learn its habits, or from a strong one nothing.
+        """
+        if "fire" not in self.learners or "robots" not in self.learning():
+            return False
+        share = self.settings.random_fires
+        return int((job + 1) * share) > int(job * share)
 
     def _player(self, side: Side) -> Learned | str:
         if side in self.learners:
@@ -200,7 +224,7 @@ class Training:
                     "scenario more time, people, robots or sources."
                 )
             told = learner.update(phase == "critic") if learner.ready else {}
-            summary.add(facts, told)
+            summary.add(_facts(episodes, side), told)
             rows.append(summary.row(learner.steps, when))
         self.round += 1
         return [row for row in rows if row is not None]
@@ -277,6 +301,12 @@ def _lived(episodes: Sequence[Episode], side: Side) -> list[Trajectory]:
     """What a side can learn from."""
     lived = (getattr(episode, side) for episode in episodes)
     return [trajectory for trajectory in lived if trajectory is not None]
+
+
+def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:
+    """Of the episodes that a side has played; of all of them if of none."""
+    played = [episode for episode in episodes if getattr(episode, side) is not None]
+    return [episode.facts for episode in played or episodes]
 
 
 def _numbers(weights: dict[str, Any]) -> dict[str, np.ndarray]:
@@ -373,7 +403,7 @@ class Record:
         if tensorboard:
             board = Board(folder / "tensorboard", self._steps())
             self.boards.append(closing.enter_context(contextlib.closing(board)))
-        make(folder)
+        make_folder(folder)
         over = training.round if training.imitated else -1
         self.summaries = Table(folder / SUMMARIES, COLUMNS, over)
         self.times = Table(folder / CLOCK, TIMES, over)
@@ -442,16 +472,6 @@ class Record:
             unit_scale=True,
             disable=None if progress else True,
         )
-
-
-def make(folder: Path) -> None:
-    """The folder, if there is none. Raises OSError with a message for people."""
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OSError(
-            f"{folder}: cannot be made ({error.strerror}). Name another folder."
-        ) from error
 
 
 def _line(row: Row) -> str:

@@ -1,4 +1,4 @@
-"""Workers: jobs go out, results come back in the jobs' order, whoever does them.
+"""Workers: jobs go out, results come back, whoever does them.
 
 Clause: E6.  Any `concurrent.futures.Executor` will do; here are a pool of processes
 and this process itself.
@@ -8,16 +8,18 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection
+from queue import Empty, SimpleQueue
 from threading import Lock, Thread
 from typing import Any, TypeVar
 
-import torch
-
 POLL = 0.2  # seconds between two looks at whether to stop
+
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}
+"""A worker's surroundings: numpy and torch read them when they are loaded."""
 
 Made = TypeVar("Made")
 Given = TypeVar("Given")
@@ -33,28 +35,46 @@ def in_order(
 
     Raises what the work raises, and BrokenExecutor for a worker that has died.
     """
-    futures: list[Future[Made]] = []
-    for job in jobs:
-        if stop():
-            return None
-        with _uninterrupted():
-            futures.append(executor.submit(work, job))
-    while waiting := [future for future in futures if not future.done()]:
-        if stop():
-            return None
-        wait(waiting, timeout=POLL)
-    return [future.result() for future in futures]
+    jobs = list(jobs)
+    made = dict(as_done(executor, work, jobs, stop))
+    return [made[k] for k in range(len(jobs))] if len(made) == len(jobs) else None
 
 
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """Small networks want one thread; sums then come in one order everywhere."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
+def as_done(
+    executor: Executor,
+    work: Callable[[Given], Made],
+    jobs: Iterable[Given],
+    stop: Callable[[], bool],
+) -> Iterator[tuple[int, Made]]:
+    """Number of a job and its result, as they are done, until told to stop.
+
+    Jobs that have not begun by then never will. Raises as `in_order` does.
+    """
+    done: SimpleQueue[Future[Made]] = SimpleQueue()
+    waiting: dict[Future[Made], int] = {}
     try:
-        yield
+        for number, job in enumerate(jobs):
+            if stop():
+                return
+            with _uninterrupted():
+                future = executor.submit(work, job)
+            waiting[future] = number
+            future.add_done_callback(done.put)
+            while not done.empty():
+                yield _taken(done.get(), waiting)
+        while waiting and not stop():
+            try:
+                future = done.get(timeout=POLL)
+            except Empty:
+                continue
+            yield _taken(future, waiting)
     finally:
-        torch.set_num_threads(before)
+        for future in waiting:
+            future.cancel()
+
+
+def _taken(future: Future[Made], waiting: dict[Future[Made], int]) -> tuple[int, Made]:
+    return waiting.pop(future), future.result()
 
 
 # -- Executors ----------------------------------------------------------------------
@@ -85,15 +105,15 @@ def workers(count: int) -> Iterator[Executor]:
     if count == 0:
         yield Here()
         return
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
     context = get_context("spawn")
     far, near = context.Pipe(duplex=False)
-    pool = Pool(count, context, _begin_work, (far,))
-    try:
-        yield pool
-    finally:
-        near.close()
-        pool.shutdown()
+    with _surroundings(ONE_THREAD):
+        pool = Pool(count, context, _begin_work, (far,))
+        try:
+            yield pool
+        finally:
+            near.close()
+            pool.shutdown()
 
 
 class Pool(ProcessPoolExecutor):
@@ -116,7 +136,6 @@ def _at_work(fn: Callable[..., Made], /, *args: Any, **kwargs: Any) -> Made:
 
 def _begin_work(lifeline: Connection) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    torch.set_num_threads(1)
     Thread(target=_end_with, args=(lifeline,), daemon=True).start()
 
 
@@ -130,6 +149,21 @@ def _end_with(lifeline: Connection) -> None:
     while parent is not None and parent.is_alive() and not _working.locked():
         time.sleep(POLL / 4)
     os._exit(1)
+
+
+@contextmanager
+def _surroundings(variables: dict[str, str]) -> Iterator[None]:
+    """Environment variables that processes begun in here inherit."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 @contextmanager

@@ -1,0 +1,120 @@
+"""Workers: jobs go out, results come back, and nobody stays behind."""
+
+import os
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+
+import pytest
+from clauses import ROOT
+
+from reference.workers import Here, as_done, in_order
+
+
+def never():
+    """Nobody wants to stop."""
+    return False
+
+
+def test_results_come_in_the_order_of_the_jobs():
+    """Whichever is done first."""
+    with ThreadPoolExecutor(3) as executor:
+        found = in_order(executor, len, ["one", "three", "seventeen"], never)
+    assert found == [3, 5, 9]
+
+
+def test_or_they_come_as_they_are_done():
+    """Each with the number of its job, so that it can be kept at once."""
+    with ThreadPoolExecutor(2) as executor:
+        found = as_done(executor, time.sleep, [0.5, 0.0], never)
+        assert [number for number, _ in found] == [1, 0]
+
+
+def test_here_a_result_comes_before_the_next_job_begins():
+    """What is done can be kept, though nobody works beside this process."""
+    begun = []
+    results = as_done(Here(), begun.append, ["first", "second"], never)
+    assert (next(results), begun) == ((0, None), ["first"])
+
+
+def test_told_to_stop_results_end_and_jobs_that_wait_never_begin():
+    """What has begun may end, but nobody waits for it."""
+    begun = []
+
+    def work(seconds):
+        begun.append(seconds)
+        time.sleep(seconds)
+
+    with ThreadPoolExecutor(1) as executor:
+        found = as_done(executor, work, [0.0, 0.4, 0.0], lambda: len(begun) > 1)
+        assert [number for number, _ in found] in ([], [0])
+    assert begun == [0.0, 0.4]
+
+
+def test_results_in_order_are_all_or_none():
+    """Told to stop before the last is there, there are none."""
+    looks = iter([False, False])
+    assert in_order(Here(), len, ["a", "b", "c"], lambda: next(looks, True)) is None
+    assert in_order(Here(), len, [], never) == []
+
+
+def test_what_a_job_raises_is_raised():
+    """A mistake in a worker is no silence."""
+    for executor in (Here(), ThreadPoolExecutor(1)):
+        with pytest.raises(TypeError), executor:
+            in_order(executor, len, [3], never)
+
+
+# -- Processes ----------------------------------------------------------------------
+
+ALONE = """
+import os, sys
+from reference.workers import workers
+
+if __name__ == "__main__":
+    with workers(1) as pool:
+        threads = pool.submit(os.getenv, "OMP_NUM_THREADS").result()
+        pool.submit(exec, "import sys; assert 'torch' not in sys.modules").result()
+    print(threads, os.getenv("OMP_NUM_THREADS"))
+"""
+KILLED = """
+import time
+from reference.workers import workers
+
+if __name__ == "__main__":
+    with workers(1) as pool:
+        print(pool.submit(len, "ready").result(), flush=True)
+        pool.submit(time.sleep, 600).result()
+"""
+
+
+@pytest.fixture
+def begun(tmp_path):
+    """A function that begins a program in a process of its own."""
+
+    def begin(program):
+        (tmp_path / "program.py").write_text(program)
+        return subprocess.Popen(
+            [sys.executable, "program.py"],
+            cwd=tmp_path,
+            env=os.environ | {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "3"},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+        )
+
+    return begin
+
+
+def test_a_worker_has_one_thread_and_does_not_wait_for_torch(begun):
+    """The process that began it keeps the threads it had."""
+    out, _ = begun(ALONE).communicate(timeout=120)
+    assert out == b"1 3\n"
+
+
+def test_workers_end_with_a_process_that_is_killed(begun):
+    """Its output ends, which each of them holds open as long as it lives."""
+    running = begun(KILLED)
+    assert running.stdout.readline() == b"5\n"
+    running.kill()
+    running.communicate(timeout=120)
