@@ -20,6 +20,8 @@ READING_ORDER = (
     "beginning",  # who stands where before the first tick
     "rewards",  # events -> rewards
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE
+    "files",  # written whole or not at all
+    "workers",  # who does the jobs, here or in other processes
     "learning",  # both sides learn, against each other:
     "learning.mlagents",  # ML-Agents' trainer files: where their keys stand
     "learning.settings",  # Tables I and II, and smaller presets
@@ -35,16 +37,26 @@ READING_ORDER = (
     "learning.players",  # a network plays one side
     "learning.rollouts",  # jobs: weights and seeds -> whole episodes
     "learning.imitation",  # an option: copy a strategy first
-    "learning.workers",  # who does the jobs
     "learning.checkpoints",  # files to go on from
     "learning.policies",  # a learned policy is a strategy
     "learning.summaries",  # what is written down on the way
     "learning.starting",  # from the beginning, or from where it was left
     "learning.training",  # the adversarial loop
     "learning.speed",  # how fast all this runs
+    "evaluation",  # how good are robots, given how hard the fire is:
+    "evaluation.score",  # Eqs. 4 and 8, the score E and its calibration
+    "evaluation.bounds",  # Eqs. 6 and 7, the worst and the best reward
+    "evaluation.difficulty",  # h, how hard a fire was
+    "evaluation.intervals",  # bootstrap
+    "evaluation.agreement",  # ... and by another yardstick
+    "evaluation.worst_case",  # Eq. 5, the worst fires and the worst inputs
+    "evaluation.contestants",  # from a word to a strategy
+    "evaluation.gap",  # is a critic to be believed?
+    "evaluation.crossplay",  # robots x fires x seeds
     "bench",  # how fast the world runs
     "drawing",  # figures and animations
-    "__main__",  # the commands
+    "commands",  # what each is asked, does and says
+    "__main__",  # the command line
 )
 
 __version__ = "0.2.0"

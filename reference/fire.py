@@ -6,6 +6,7 @@ Clauses: A6, B7, D2, D3, D4, D5, D6, D7.
     X, Y    what the fire agent decides, metres;  X', Y'  where the source appears
 """
 
+from collections.abc import Iterable
 from math import floor as floor_of
 from math import inf
 from typing import NamedTuple, Protocol
@@ -69,6 +70,27 @@ class Spread:
         earliest = np.minimum(flames.arrival.ravel(), source.time + delay)
         flames.arrival = earliest.reshape(flames.arrival.shape)
         flames.sources.append(source)
+
+    def resampled(
+        self, flames: Flames, time: float, rng: np.random.Generator
+    ) -> "Spread":
+        """Another future of the same fire: what burns at a time (s) stays as it is.
+
+        [D7, chosen] Delays are exponential, and an exponential delay that is not over
+        yet forgets how long it has lasted: what is left of it is distributed like a
+        new one, on a door's border too. Borders between cells that do not burn have
+        told nothing; those between cells that do no longer matter. So fresh delays
+        everywhere, begun now at the edge of what burns, are exactly what is possible
+        given what one has seen.
+        """
+        other = Spread(self.building, rng)
+        arrival = flames.arrival.ravel()
+        alight = np.flatnonzero(arrival <= time)
+        if len(alight):
+            delay = dijkstra(other.delays, indices=alight, min_only=True)
+            arrival = np.where(arrival <= time, arrival, time + delay)
+        flames.arrival = arrival.reshape(flames.arrival.shape)
+        return other
 
     def advance(self, flames: Flames, time: float) -> float:
         """Let everything burn whose time has come; when the next cell will (s)."""
@@ -230,6 +252,18 @@ class GreedyFire:
             chain = nav.walk(p, mark) if mark >= 0 else nav.straight(p, int(goal[0]))
             np.add.at(traffic, list(set(chain)), 1)
         return traffic
+
+
+class Replay:
+    """Sources of an earlier run once more: the same fires for others."""
+
+    def __init__(self, sources: Iterable[Source]):
+        self.sources = sorted(sources, key=lambda source: source.time)
+
+    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
+        """The next source, once its time has come; rule D6 holds as for any fire."""
+        left = self.sources[len(world.flames.sources) :]
+        return left[0][:3] if left and left[0].time <= world.time else None
 
 
 STRATEGIES: dict[str, type[Strategy]] = {

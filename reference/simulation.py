@@ -1,6 +1,6 @@
 """One run of an evacuation, tick by tick: SENSE, DECIDE, MOVE, BURN, SETTLE.
 
-Clauses: A4, A5, A6, B4, B7, B8, C7, C8, D6.  The only writer of the world.
+Clauses: A4, A5, A6, B4, B7, B8, C7, C8, D6, D7, F4.  The only writer of the world.
 
     i   a human;  mark  index of a landmark
 """
@@ -8,7 +8,7 @@ Clauses: A4, A5, A6, B4, B7, B8, C7, C8, D6.  The only writer of the world.
 from copy import copy, deepcopy
 from dataclasses import dataclass, replace
 from math import inf, nan
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -69,6 +69,17 @@ class Outcome:
     person_seconds: float
 
 
+@runtime_checkable
+class Watcher(Protocol):
+    """A fire that looks ahead: it is shown all there is before each of its turns."""
+
+    def watch(self, now: "Simulation") -> None:
+        """now: a copy that the fire may do with as it likes.
+
+        It stands at the beginning of the tick: nobody has decided in it yet.
+        """
+
+
 class Simulation:
     """People, robots and a fire in one building, from one seed.
 
@@ -92,8 +103,7 @@ class Simulation:
         self.tick = self.scenario.tick
         self.navigation: Navigation = prepared(building)
         self.sight: Sight = prepared_sight(building, self.scenario.sight_range)
-        seeds = np.random.SeedSequence(seed).spawn(len(PURPOSES))
-        self.rng = dict(zip(PURPOSES, map(np.random.default_rng, seeds), strict=True))
+        self.rng = _generators(seed)
         self.robot_strategy = _named(robots_module.STRATEGIES, robots, "robot strategy")
         self.fire_strategy = _named(fire_module.STRATEGIES, fire, "fire strategy")
         self._marks = building.landmark.ravel()
@@ -128,6 +138,7 @@ class Simulation:
     def step(self) -> list[Event]:
         """One tick; what happened in it."""
         already = len(self.events)
+        self._be_watched()
         # SENSE
         who = np.flatnonzero(self._due & self.world.bodies.walking)
         views = look(self.world, self._surroundings, who) if len(who) else []
@@ -175,7 +186,33 @@ class Simulation:
         )
         return other
 
+    def another_future(self, seed: int) -> "Simulation":
+        """A copy with the same past, and a future that is drawn anew [F4] [D7].
+
+        Whoever looks ahead in a `copy` knows when every cell will burn. Here flames
+        spread from what burns with fresh delays, and robots and fire draw from fresh
+        generators: one of the futures that are possible as far as anybody can tell.
+        """
+        other = self.copy()
+        other.rng = _generators(seed)
+        flames, rng = other.world.flames, other.rng["flames"]
+        other.spread = self.spread.resampled(flames, other.world.time, rng)
+        other._next_ignition = other.world.time
+        return other
+
     # -- SENSE and DECIDE -----------------------------------------------------------
+
+    def _be_watched(self) -> None:
+        """Before its turn, a fire that looks ahead is shown how things stand."""
+        if self._fire_turn and isinstance(self.fire_strategy, Watcher):
+            self.fire_strategy.watch(self.copy())
+
+    @property
+    def _fire_turn(self) -> bool:
+        """Does the fire decide in this tick? As long as it has sources left [D6]."""
+        number, between = divmod(self.ticks, self.decision_ticks)
+        left = len(self.world.flames.sources) < self.scenario.sources
+        return left and not between and fire_acts(number)
 
     def _people_decide(self, who: list[int], views: list[View]) -> None:
         """Everybody whose turn it is thinks; the body learns where to walk."""
@@ -200,8 +237,7 @@ class Simulation:
         """
         robots = self.world.robots
         decided: list[robots_module.Destination | None] = [None] * len(robots)
-        number, between = divmod(self.ticks, self.decision_ticks)
-        if between:
+        if self.ticks % self.decision_ticks:
             return decided
         active = [k for k, robot in enumerate(robots) if robot.active]
         if active:
@@ -209,15 +245,13 @@ class Simulation:
             answers = self.robot_strategy.decide(self.world, team, self.rng["robots"])
             for k, answer in zip(active, answers, strict=True):
                 decided[k] = answer
-        if fire_acts(number):
+        if self._fire_turn:
             self._fire_decides()
         return decided
 
     def _fire_decides(self) -> None:
-        """The fire agent's turn, as long as it has sources left [D6]."""
+        """The fire agent's turn [D6]."""
         flames, rng = self.world.flames, self.rng["fire"]
-        if len(flames.sources) >= self.scenario.sources:
-            return
         decision = self.fire_strategy.decide(self.world, rng)
         if decision is None:
             return
@@ -359,6 +393,12 @@ class Simulation:
 
     def _tell(self, event: type[Event], *facts: object) -> None:
         self.events.append(event(self.world.time, *facts))
+
+
+def _generators(seed: int) -> dict[str, np.random.Generator]:
+    """One for each of PURPOSES."""
+    seeds = np.random.SeedSequence(seed).spawn(len(PURPOSES))
+    return dict(zip(PURPOSES, map(np.random.default_rng, seeds), strict=True))
 
 
 def fire_acts(number: int) -> bool:

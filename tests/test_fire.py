@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from movies import body, found, mark, play, shipped, split, stage
+from movies import body, built, found, mark, play, shipped, split, stage
+from scipy.stats import ks_2samp
 
 from reference.building import Kind
 from reference.fire import (
@@ -17,6 +18,7 @@ from reference.fire import (
     GreedyFire,
     RandomFire,
     Refused,
+    Replay,
     Spread,
     snapped,
 )
@@ -28,11 +30,12 @@ from reference.paper import (
     FIRE_FIRST_DECISION,
     FLAME_SECONDS,
     HEAT_LOSS,
+    SPREAD_RATE,
     Scenario,
 )
 from reference.rewards import DoorBurnt, FireLit, FireRefused
 from reference.simulation import Simulation
-from reference.world import Source
+from reference.world import Flames, Source
 
 COORDINATES = st.floats(-1e6, 1e6)
 
@@ -296,6 +299,73 @@ def test_people_in_flames_and_beside_them_lose_health_accordingly():
     assert lost[body("p")] - lost[body("q")] == pytest.approx(HEAT_LOSS * sim.tick)
 
 
+# -- Another future -----------------------------------------------------------------
+
+
+def arrivals(lane, seconds, count=300):
+    """When b begins to burn, given that only a does after so many seconds.
+
+    Two samples of seconds from then on: as it comes, and in other futures.
+    """
+    building = built(f"{'#' * len(lane)}\n{lane}\n{'#' * len(lane)}")
+    (a,), (b,) = (found([[lane]], letter) for letter in "pq")
+    source = Source(0, *building.metres(1, a[2]), 0.0)
+    rng, came, comes = np.random.default_rng(0), [], []
+    while len(came) < count:
+        spread, now = Spread(building, rng), nothing_burns(building)
+        spread.ignite(now, source)
+        if (now.arrival <= seconds).sum() == 1:
+            came.append(now.arrival[0, 1, b[2]] - seconds)
+            spread.resampled(now, seconds, rng)
+            comes.append(now.arrival[0, 1, b[2]] - seconds)
+    return came, comes
+
+
+def nothing_burns(building):
+    """Flames before the first source."""
+    shape = building.kind.shape
+    return Flames(np.full(shape, inf), *np.zeros((3, *shape)), [])
+
+
+@pytest.mark.paper("D7", "chosen")
+@pytest.mark.parametrize("lane", ["#.pq..E", "#p..q.E", "#p+q..E"])
+@pytest.mark.parametrize("seconds", [1.0, 12.0])
+def test_fresh_delays_are_distributed_like_what_is_left_of_the_old(lane, seconds):
+    """A delay that is not over forgets how long it has lasted, a door's too."""
+    came, comes = arrivals(lane, seconds)
+    assert ks_2samp(came, comes).pvalue > 0.01
+
+
+@pytest.mark.paper("D7", "chosen")
+def test_what_is_left_of_a_delay_is_exponential():
+    """On average 1 / SPREAD_RATE for two cells side by side, however late it is."""
+    came, comes = arrivals("#pq...E", 12.0)
+    for sample in (came, comes):
+        assert np.mean(sample) == pytest.approx(1 / SPREAD_RATE, rel=0.15)
+
+
+@pytest.mark.paper("D7", "chosen")
+def test_in_another_future_what_burns_has_burnt_since_the_same_time(spread):
+    """And nothing else burns yet: it begins to after now."""
+    now = flames(spread, ONE, OTHER)
+    before = now.arrival.copy()
+    spread.resampled(now, 40.0, np.random.default_rng(1))
+    past = before <= 40
+    assert np.array_equal(now.arrival[past], before[past])
+    assert now.arrival[~past].min() > 40
+    assert not np.array_equal(now.arrival, before)
+
+
+@pytest.mark.paper("D7", "chosen")
+def test_in_another_future_new_sources_meet_the_same_delays(spread):
+    """Lit after now, a source burns on by the delays that the old ones met."""
+    now, rng = flames(spread, ONE), np.random.default_rng(1)
+    other = spread.resampled(now, 40.0, rng)
+    old = now.arrival.copy()
+    other.ignite(now, Source(*ONE[:3], 50.0))
+    assert np.array_equal(now.arrival, old)
+
+
 # -- Doors --------------------------------------------------------------------------
 
 
@@ -397,3 +467,30 @@ def test_a_greedy_fire_strikes_on_the_way_of_people():
     play(sim, 1)
     decision = GreedyFire().decide(sim.world, np.random.default_rng(0))
     assert sim.building.cell(*decision[1:]) in {(5, 4), (5, 5), (5, 6)}
+
+
+@pytest.mark.paper("D2")
+@pytest.mark.parametrize("name", ["random", "greedy"])
+def test_a_replay_lights_the_same_sources_again(name):
+    """At the same places and times, and so the whole run is the same."""
+    building, scenario = shipped("paper"), Scenario(people=12, time_limit=80)
+    first = Simulation(building, scenario, "sweep", name, seed=6)
+    first.run()
+    again = Replay(reversed(first.world.flames.sources))
+    second = Simulation(building, scenario, "sweep", again, seed=6)
+    second.run()
+    assert len(first.world.flames.sources) == 5
+    assert second.events == first.events
+
+
+@pytest.mark.paper("D6")
+def test_a_replayed_source_appears_elsewhere_where_somebody_stands():
+    """As rule D6 has it for any fire; afterwards none is left."""
+    sim = stage("#######\n#p....E\n#######", sources=2)
+    source = Source(0, *sim.building.metres(1, 1), 0.0)
+    replay = Replay([source])
+    decision = replay.decide(sim.world, sim.rng["fire"])
+    lit = sim.generator.generate(sim.world, decision, sim.rng["fire"])
+    assert decision == source[:3] != lit[:3]
+    sim.world.flames.sources.append(lit)
+    assert replay.decide(sim.world, sim.rng["fire"]) is None

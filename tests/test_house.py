@@ -80,18 +80,23 @@ def test_matplotlib_is_imported_by_drawing_alone():
 
 
 def test_networkx_is_imported_only_where_there_is_a_graph():
-    """Reachability of a plan and the graph of a building; distances are scipy's."""
-    assert importers("networkx") <= {"floorplan", "building"}
+    """Plans, buildings, and how far a fire makes the ways; distances are scipy's."""
+    graphs = {"floorplan", "building", "evaluation.bounds", "evaluation.difficulty"}
+    assert importers("networkx") <= graphs
 
 
-def test_torch_is_imported_only_under_learning():
+def test_torch_is_imported_only_where_there_are_networks():
     """Whoever does not learn does not wait for it either."""
-    assert {entry.split(".")[0] for entry in importers("torch")} == {"learning"}
+    allowed = ("learning", "evaluation.worst_case")
+    assert all(entry.startswith(allowed) for entry in importers("torch"))
 
 
 def test_torch_is_loaded_by_nothing_that_does_not_learn():
     """Not even behind the back, through something else."""
-    code = "import sys, reference.simulation, reference.__main__; print(*sys.modules)"
+    code = (
+        "import sys, reference.__main__, reference.evaluation.crossplay\n"
+        "print(*sys.modules)"
+    )
     loaded = subprocess.check_output([sys.executable, "-c", code], text=True).split()
     assert "reference.simulation" in loaded
     assert not {"torch", "matplotlib"} & set(loaded)

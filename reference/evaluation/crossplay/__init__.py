@@ -1,0 +1,64 @@
+"""Cross-play: every robots' strategy against every fire, on the same seeds.
+
+Clauses: F9, F12.  Read `records` (one run), `asked` (what is evaluated), `playing` (all
+runs) and `results` (what they come to).
+
+    evaluation = begin(Asked(robots=("sweep", "patrol"), fire=("random",)))
+    with workers(2) as executor:
+        records = evaluate(evaluation, None, executor)
+    print(table(cells(records, PAPER)))
+"""
+
+from reference.evaluation.crossplay.asked import (
+    EPISODES,
+    Arena,
+    Asked,
+    ContradictionError,
+    Evaluation,
+    begin,
+    resume,
+)
+from reference.evaluation.crossplay.playing import begun, evaluate, job_of
+from reference.evaluation.crossplay.records import (
+    EvaluationError,
+    Match,
+    Record,
+    read,
+)
+from reference.evaluation.crossplay.results import (
+    Cell,
+    as_json,
+    cells,
+    difference,
+    figure_of,
+    ruler_of,
+    table,
+    write,
+    written,
+)
+
+__all__ = [
+    "EPISODES",
+    "Arena",
+    "Asked",
+    "Cell",
+    "ContradictionError",
+    "Evaluation",
+    "EvaluationError",
+    "Match",
+    "Record",
+    "as_json",
+    "begin",
+    "begun",
+    "cells",
+    "difference",
+    "evaluate",
+    "figure_of",
+    "job_of",
+    "read",
+    "resume",
+    "ruler_of",
+    "table",
+    "write",
+    "written",
+]

@@ -1,0 +1,323 @@
+"""How hard a fire made it to get out, whoever was there to guide: the function h.
+
+Clauses: A3, A6, F10, F11.  The main text that defined h is lost; this one looks at the
+graph of rooms, doors and stairwells, and at when each cell begins to burn.
+
+    h   difficulty, from 0 to HARDEST
+    d   shortest way out, metres, inf where there is none;  d0  the same without fire
+    t   seconds since the evacuation began;  T  how long health lasts
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
+from math import dist, inf, sqrt
+
+import numpy as np
+from scipy import ndimage
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import dijkstra
+
+from reference.building import Area, Building, Kind, Landmark
+from reference.paper import (
+    ALPHA,
+    BETA,
+    FLAME_SECONDS,
+    FRAMES_PER_SECOND,
+    HEALTH,
+    HEALTH_RATE,
+    STAIRS_SECONDS,
+    WALKING_SPEED,
+    K,
+)
+from reference.simulation import Simulation
+from reference.world import World
+
+HARDEST = ALPHA * sqrt(K * BETA)
+"""[F10, chosen] 3853: the h at which E = 1 whatever the reward. Where no way out was
+ever open, nobody could have done better."""
+
+HEALTH_LASTS = HEALTH / (HEALTH_RATE * FRAMES_PER_SECOND)
+"""[F11, chosen] T, 200 s: what burns later finds nobody inside."""
+
+MOMENTS = round(HEALTH_LASTS / FLAME_SECONDS)
+"""[F11, chosen] from 0 to T, at which ways are compared: whenever flames move on."""
+
+
+def difficulty(
+    building: Building, arrival: np.ndarray, people: np.ndarray | None = None
+) -> float:
+    """How much of their ways out people lost, and how early: h [F11, chosen].
+
+    arrival  (floors, rows, cols) seconds when each cell begins to burn, inf for never
+    people   (areas,) how many start in each area; None: equally many on each floor,
+             spread evenly over its rooms
+
+    h = HARDEST · √x, where x is the share of ways out that the fire takes, a mean over
+
+    * people, and each metre of the way from where they start: how far along it they are
+      by then depends on who guides them, so all of it counts the same;
+    * the time from 0 to T, a moment by the health that somebody inside has left then,
+      since that is what there is to lose. If all ways are cut at once at t, h comes out
+      as HARDEST · (1 - t/T).
+
+    Without fire x = 0; if no way is ever open x = 1. Nothing in it shrinks when more
+    burns, or earlier: one more source never lowers h. And it knows the building, where
+    people start and what burns when, but not what robots do.
+
+    The root is there because Eq. 8 squares h: on the paper's ruler the fire's part of
+    E is x itself.
+
+    Raises ValueError for arrays that do not fit the building.
+    """
+    there = _spread_evenly(building) if people is None else np.asarray(people)
+    _refuse_misfits(building, np.asarray(arrival), there)
+    if not there.any():
+        return 0.0
+    to_walk = there / there.sum() @ _passed(building)
+    lost = _health_left() @ ways_lost(building, arrival) @ to_walk
+    return HARDEST * sqrt(min(lost, 1.0))
+
+
+def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
+    """(MOMENTS, areas) share of its way out that each area has lost by then [F11].
+
+    A way that grows from d0 to d has lost 1 - d0/d: nothing if it is as before, half
+    if it is twice as long, all if it is cut. Flames do that so [F11, chosen]:
+
+    * a door is no way once a cell of it burns [A6], an exit once all of its cells do,
+      an entrance, which never burns, once all room cells before it do;
+    * the way from a room's middle to its doors gets as much longer as the room has
+      become smaller: twice as long when half of it burns.
+
+    Ways lead on through other rooms and down the stairs, so whoever starts on the third
+    floor loses to fires on the first.
+    """
+    seconds = np.arange(MOMENTS) * FLAME_SECONDS
+    free, shut = _free(building, arrival, seconds), _shut(building, arrival, seconds)
+    links, areas = _links(building), len(building.areas)
+    d = _ways_out(links, _lengths(links, free, shut))[:, :areas]
+    d0 = _ways_out(links, links.length[None])[:, :areas]
+    known = np.isfinite(d0) & (d > 0)
+    return 1 - np.divide(d0, d, out=np.ones_like(d), where=known)
+
+
+# -- What a run tells ---------------------------------------------------------------
+
+
+def difficulty_of(simulation: Simulation, people: np.ndarray) -> float:
+    """h of a run that is over; people: as `people_in` had it before the run began."""
+    return difficulty(simulation.building, arrival_of(simulation), people)
+
+
+def people_in(world: World) -> np.ndarray:
+    """(areas,) how many people are in each room and on each storey of the stairs.
+
+    Whoever stands in a doorway counts nowhere; at the beginning nobody does.
+    """
+    areas = world.building.area.ravel()[world.bodies.place[world.bodies.inside]]
+    return np.bincount(areas[areas >= 0], minlength=len(world.building.areas))
+
+
+def arrival_of(simulation: Simulation) -> np.ndarray:
+    """(floors, rows, cols) seconds when each cell begins to burn, inf for never.
+
+    [F11, chosen] The better the robots, the earlier a run ends and the fewer sources
+    it sees, but h is not to depend on them: so a copy of the run burns on until the
+    fire has no sources left, or nobody would have any health. Two things of the robots
+    remain: a fire that watches them, and a source that D6 moves out of their way.
+    """
+    after = simulation.copy()
+    world, sources = after.world, after.scenario.sources
+    while len(world.flames.sources) < sources and world.time < HEALTH_LASTS:
+        after.step()
+    return world.flames.arrival
+
+
+# -- The graph, half an edge at a time ----------------------------------------------
+
+
+@dataclass(frozen=True)
+class _Links:
+    """The halves of the graph's edges, as people walk them; (k,) each but the last two.
+
+    start, end  nodes: areas by their index, after them landmarks
+    length      metres;  area  index of the area in which it lies
+    exits       (m,) nodes where every way ends;  nodes  how many there are
+    """
+
+    start: np.ndarray
+    end: np.ndarray
+    length: np.ndarray
+    area: np.ndarray
+    exits: np.ndarray
+    nodes: int
+
+
+_Link = tuple[int, int, float, int]
+
+
+@lru_cache(maxsize=8)
+def _links(building: Building) -> _Links:
+    """All that people can walk from a room to a landmark, and on from there."""
+    links = [link for mark in building.landmarks for link in _through(building, mark)]
+    links += _down_the_stairs(building)
+    start, end, length, area = map(np.array, zip(*links, strict=True))
+    first = len(building.areas)
+    exits = first + np.array(sorted(building.exits))
+    return _Links(start, end, length, area, exits, first + len(building.landmarks))
+
+
+def _through(building: Building, mark: Landmark) -> Iterator[_Link]:
+    """To a landmark and away from it, on every side of it."""
+    node = len(building.areas) + mark.index
+    for side in (a for a in building.areas if a.id in mark.sides):
+        half = dist(side.centre, mark.position)
+        towards, away = _directions(mark, side)
+        if towards:
+            yield side.index, node, half, side.index
+        if away:
+            yield node, side.index, half, side.index
+
+
+def _directions(mark: Landmark, side: Area) -> tuple[bool, bool]:
+    """Do people come to a landmark from a side, and do they leave it to that side?
+
+    Stairs lead only down, and out at the bottom [A3].
+    """
+    if mark.kind is not Kind.ENTRANCE:
+        return True, True
+    towards = (side.kind == "room") == mark.leads_out
+    return towards, not towards
+
+
+def _down_the_stairs(building: Building) -> Iterator[_Link]:
+    for stairwell in building.stairwells:
+        for lower, upper in pairwise(sorted(stairwell.areas)):
+            start, end = stairwell.areas[upper], stairwell.areas[lower]
+            yield start, end, STAIRS_SECONDS * WALKING_SPEED, start
+
+
+def _ways_out(links: _Links, length: np.ndarray) -> np.ndarray:
+    """(times, nodes) metres from each node to the nearest exit.
+
+    length  (times, k) metres that the links have
+    """
+    exits = links.exits + links.nodes * np.arange(len(length))[:, None]
+    d = dijkstra(_backwards(links, length), indices=exits.ravel(), min_only=True)
+    return d.reshape(len(length), -1)
+
+
+def _backwards(links: _Links, length: np.ndarray) -> csr_matrix:
+    """The links from end to start, a graph for each time, side by side in one."""
+    times = len(length)
+    first = links.nodes * np.arange(times)[:, None]
+    where = ((first + links.end).ravel(), (first + links.start).ravel())
+    return csr_matrix((length.ravel(), where), shape=2 * (links.nodes * times,))
+
+
+@lru_cache(maxsize=8)
+def _passed(building: Building) -> np.ndarray:
+    """(areas, areas) share of the way out of the one area that lies in the other.
+
+    Of the shortest way without fire, in metres; rows sum to 1.
+    """
+    links, areas = _links(building), len(building.areas)
+    graph = _backwards(links, links.length[None])
+    d0, after, _ = dijkstra(
+        graph, indices=links.exits, min_only=True, return_predecessors=True
+    )
+    metres = 1e-9 * np.eye(areas)
+    for area in range(areas):
+        node = area
+        while (further := after[node]) >= 0:
+            inside = node if node < areas else further
+            metres[area, inside] += d0[node] - d0[further]
+            node = further
+    return metres / metres.sum(axis=1, keepdims=True)
+
+
+# -- What flames do to it -----------------------------------------------------------
+
+
+def _lengths(links: _Links, free: np.ndarray, shut: np.ndarray) -> np.ndarray:
+    """(times, k) metres that each link has become; inf where nobody gets through."""
+    room = free[:, links.area]
+    length = np.divide(links.length, room, out=np.full_like(room, inf), where=room > 0)
+    length[shut[:, links.start] | shut[:, links.end]] = inf
+    return length
+
+
+def _free(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.ndarray:
+    """(times, areas) share of each area's cells that do not burn."""
+    areas, times = len(building.areas), len(seconds)
+    inside = building.area >= 0
+    since = np.searchsorted(seconds, arrival[inside])  # the first that sees it burn
+    counts = np.bincount(
+        since * areas + building.area[inside], minlength=(times + 1) * areas
+    )
+    burning = counts.reshape(times + 1, areas)[:times].cumsum(axis=0)
+    return 1 - burning / [area.size for area in building.areas]
+
+
+def _shut(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.ndarray:
+    """(times, nodes) bool: landmarks that nobody gets through any more."""
+    shut = np.zeros((len(seconds), _links(building).nodes), dtype=bool)
+    for node, (places, all_of_them) in enumerate(
+        _passages(building), len(building.areas)
+    ):
+        burns = arrival.ravel()[places]
+        shut[:, node] = seconds >= (burns.max() if all_of_them else burns.min())
+    return shut
+
+
+_SIDES = ndimage.generate_binary_structure(2, 1)[None]
+"""A cell and the four that share a side with it, on the same floor."""
+
+
+@lru_cache(maxsize=8)
+def _passages(building: Building) -> list[tuple[np.ndarray, bool]]:
+    """For every landmark, the places that lead through it, and: must all of them burn?
+
+    An entrance is passed over the room cells before it.
+    """
+    room, found = building.kind == Kind.FLOOR, []
+    for mark in building.landmarks:
+        cells = building.landmark == mark.index
+        if mark.kind is Kind.ENTRANCE:
+            cells = ndimage.binary_dilation(cells, _SIDES) & room
+        found.append((np.flatnonzero(cells), mark.kind is not Kind.DOOR))
+    return found
+
+
+# -- Who, and when ------------------------------------------------------------------
+
+
+def _spread_evenly(building: Building) -> np.ndarray:
+    """(areas,) one person to a floor, spread evenly over its rooms."""
+    size = np.array([area.size * (area.kind == "room") for area in building.areas])
+    floor = np.array([area.floor for area in building.areas])
+    return size / np.bincount(floor, size)[floor]
+
+
+def _health_left() -> np.ndarray:
+    """(MOMENTS,) weights that sum to 1, by the health left from each to the next."""
+    left = 1 - np.arange(MOMENTS + 1) / MOMENTS
+    return -np.diff(left**2)
+
+
+def _refuse_misfits(
+    building: Building, arrival: np.ndarray, people: np.ndarray
+) -> None:
+    cells, areas = building.kind.shape, len(building.areas)
+    if arrival.shape != cells or np.isnan(arrival).any():
+        raise ValueError(
+            f"arrival {arrival.shape} does not tell of every cell of "
+            f"{building.title!r} {cells} when it burns. Give seconds, inf for never."
+        )
+    if people.shape != (areas,) or not (np.isfinite(people) & (people >= 0)).all():
+        raise ValueError(
+            f"people {people.shape} does not tell how many are in each of the {areas} "
+            f"areas of {building.title!r}. Count them with people_in."
+        )

@@ -1,0 +1,339 @@
+"""The evaluation formula E: a ruler that weighs reward against difficulty.
+
+Clauses: F1, F2, F3, F9, F10, F12.  `PAPER` is the ruler with the paper's constants;
+`calibrated` makes one as the paper did, `from_runs` from a baseline's runs. Outside
+stand words, inside the formulas the paper's letters:
+
+    R   reward, health points;      h   difficulty, on the scale of F10
+    y   what a reward is worth;     e′  y and difficulty together, before scaling
+    E   the score: e′ / β           α, b, c, k, β   the ruler's constants
+"""
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields, replace
+from itertools import chain
+from math import isfinite, log
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
+
+from reference.paper import ALPHA, BEST_POINT, BETA, WORST_POINT, K
+
+LARGEST = 1e12
+"""[F9, chosen] no part of e′ is larger: a double has 16 digits, so that beside more
+than this the other part would lose its own. R = 72500 on the paper's ruler."""
+
+WIDEST_CONTROL = 1e100
+"""[F2, chosen] c lies between this and its inverse, so that no power overflows."""
+
+FEWEST_RUNS = 6
+"""[F12, chosen] two in each third: with fewer, k would hang on a single run."""
+
+CLEARLY = 2.0
+"""[F12, chosen] standard errors by which a baseline must earn more in easy fires than
+in hard ones, as for a 95 % interval: k is inverse to what is between them."""
+
+Number = TypeVar("Number", float, np.ndarray)
+
+
+class RulerError(ValueError):
+    """Constants that make no ruler, or a reading that lies off it."""
+
+
+class Case(NamedTuple):
+    """A reading: reward in health points, difficulty on the scale of F10."""
+
+    reward: float
+    difficulty: float
+
+
+@dataclass(frozen=True)
+class Ruler:
+    """The constants of E. Raises RulerError where they make no ruler.
+
+    alpha  α, health points;  base  b of Eq. 4;  control  c of Eq. 4
+    k      weight of reward against difficulty;  beta  β, the e′ that scores 1
+    """
+
+    alpha: float
+    base: float
+    control: float
+    k: float
+    beta: float
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            least = 1.0 if name == "base" else 0.0
+            if not (isfinite(value) and value > least):
+                raise RulerError(
+                    f"{name} is {value}: a ruler needs a finite number above {least:g}."
+                    " Calibrate it from other points or runs."
+                )
+        if not 1 / WIDEST_CONTROL <= self.control <= WIDEST_CONTROL:
+            raise RulerError(
+                f"control is {self.control:g}: numbers would overflow. Take critical "
+                "points nearer to 0, or a larger alpha."
+            )
+
+    # -- Readings -------------------------------------------------------------------
+
+    def reward_part(self, reward: Number) -> Number:
+        """y = b^(R/α) / c [F1, Eq. 4], element by element.
+
+        Far below R_w it is 0. Raises RulerError where it exceeds LARGEST.
+        """
+        R, α, b, c = reward, self.alpha, self.base, self.control
+        _check(R, "reward", -np.inf, self.reward_at(LARGEST))
+        return b ** (R / α) / c
+
+    def slope(self, reward: Number) -> Number:
+        """dy/dR = y ln(b) / α, a health point's worth at that reward [F3]."""
+        return self.reward_part(reward) * log(self.base) / self.alpha
+
+    def difficulty_part(self, difficulty: Number) -> Number:
+        """h² / (kα²) [F9, Eq. 8]; RulerError below 0 and where it exceeds LARGEST."""
+        h, k, α = difficulty, self.k, self.alpha
+        _check(h, "difficulty", 0, α * (k * LARGEST) ** 0.5)
+        return h**2 / (k * α**2)
+
+    def unscaled(self, reward: Number, difficulty: Number) -> Number:
+        """e′ = b^(R/α)/c + h²/(kα²) [F9, Eq. 8]."""
+        return self.reward_part(reward) + self.difficulty_part(difficulty)
+
+    def score(self, reward: Number, difficulty: Number) -> Number:
+        """E = e′ / β [F9]: 1 for who is as good as the baseline."""
+        return self.unscaled(reward, difficulty) / self.beta
+
+    # -- The other way round --------------------------------------------------------
+
+    def reward_at(self, y: float) -> float:
+        """The reward, health points, that is worth y > 0 [F1, Eq. 4]."""
+        return self.alpha * log(y * self.control) / log(self.base)
+
+    def difficulty_at(self, reward: float, score: float = 1.0) -> float:
+        """The difficulty h at which this reward scores so much [F10].
+
+        Raises RulerError where the reward alone scores more, without any fire.
+        """
+        E, k, β, α, y = score, self.k, self.beta, self.alpha, self.reward_part(reward)
+        if y > E * β:
+            raise RulerError(
+                f"reward {reward:g} scores {y / β:.3g} without any fire: no difficulty "
+                f"makes that {E:g}. Ask for a reward below {self.reward_at(E * β):.0f}."
+            )
+        return ((E * β - y) * k) ** 0.5 * α
+
+    # -- In a file ------------------------------------------------------------------
+
+    def as_json(self) -> str:
+        """The constants by name, for a file that `read` reads."""
+        return json.dumps(asdict(self), indent=2) + "\n"
+
+
+def _check(value: float | np.ndarray, what: str, low: float, high: float) -> None:
+    """All of it a number on the ruler, or RulerError."""
+    v = np.asarray(value, dtype=float)
+    if not v.size:
+        raise RulerError(f"there is no {what} to read. Run something first.")
+    off = v[~(np.isfinite(v) & (v >= low) & (v <= high))]
+    if off.size:
+        limits = f"at most {high:.0f}" if low == -np.inf else f"{low:g} to {high:.0f}"
+        raise RulerError(
+            f"{what} {off[0]:g} lies off this ruler: it reads {limits}. "
+            "Calibrate one for this building and these people."
+        )
+
+
+# -- Calibration --------------------------------------------------------------------
+
+
+def base_and_control(
+    worst: tuple[float, float], best: tuple[float, float], alpha: float = ALPHA
+) -> tuple[float, float]:
+    """b and c of Eq. 4 through two critical points, (reward, y) each [F2].
+
+    b = (y₂/y₁)^(α/(R₂−R₁)), c = b^(R₁/α)/y₁. Raises RulerError unless both R and y
+    grow from the first to the second, and where a number would overflow.
+    """
+    (R_1, y_1), (R_2, y_2), α = worst, best, alpha
+    _all_finite([R_1, y_1, R_2, y_2, α], "critical points and alpha")
+    if not (R_1 < R_2 and 0 < y_1 < y_2 and α > 0):
+        raise RulerError(
+            f"Critical Points {tuple(worst)} and {tuple(best)}: both reward and y must "
+            "grow from the first to the second, y and alpha from above 0. Take two "
+            "that differ, the worse one first."
+        )
+    ln_b = log(y_2 / y_1) * α / (R_2 - R_1)
+    ln_c = ln_b * R_1 / α - log(y_1)
+    if max(ln_b, abs(ln_c)) > log(WIDEST_CONTROL):
+        raise RulerError(
+            f"Critical Points {tuple(worst)} and {tuple(best)}: powers of b would "
+            "overflow. Take points farther apart or nearer to 0."
+        )
+    return float(np.exp(ln_b)), float(np.exp(ln_c))
+
+
+def weight(
+    one: Case, other: Case, base: float, control: float, alpha: float = ALPHA
+) -> float:
+    """k, such that two cases score alike [F9]: k = (h₂² − h₁²) / (α²(y₁ − y₂)).
+
+    base, control: b and c of Eq. 4. Raises RulerError unless the case of more reward is
+    the one of less difficulty.
+    """
+    unit = Ruler(alpha, base, control, k=1.0, beta=1.0)
+    (R_1, h_1), (R_2, h_2) = sorted((one, other), reverse=True)
+    harder = unit.difficulty_part(h_2) - unit.difficulty_part(h_1)
+    richer = unit.reward_part(R_1) - unit.reward_part(R_2)
+    if not (harder > 0 and richer > 0 and isfinite(harder / richer)):
+        raise RulerError(
+            f"rewards {R_1:g} and {R_2:g} at difficulties {h_1:g} and {h_2:g} cannot "
+            "score alike: the case of more reward must be the easier one. Take more "
+            "runs, and fires that differ more."
+        )
+    return harder / richer
+
+
+def calibrated(
+    worst: tuple[float, float],
+    best: tuple[float, float],
+    equal: tuple[Case, Case],
+    baseline: Case,
+    alpha: float = ALPHA,
+) -> Ruler:
+    """The paper's procedure [F12]: two points, two equal cases, a baseline.
+
+    worst, best  the critical points, (reward, y) each: b and c
+    equal        two cases that count as equally good: k
+    baseline     the case that is to score 1: β, its e′
+    """
+    b, c = base_and_control(worst, best, alpha)
+    k = weight(*equal, b, c, alpha)
+    β = Ruler(alpha, b, c, k, beta=1.0).unscaled(*baseline)
+    return Ruler(alpha, b, c, k, β)
+
+
+def from_runs(
+    rewards: Sequence[float],
+    difficulties: Sequence[float],
+    worst: tuple[float, float],
+    best: tuple[float, float],
+    fires: Sequence[str] | None = None,
+    alpha: float = ALPHA,
+) -> Ruler:
+    """A ruler from a baseline's runs and two critical points [F12, chosen].
+
+    The paper equates "relatively high rewards and low difficulties" of its baseline
+    with "relatively low rewards and high difficulties": the same robots deserve the
+    same score. Here these are the means of the third of the runs with the easiest fires
+    and of the third with the hardest. β is the e′ of the mean run; where the runs met
+    several fires, told by name, the mean of each one's e′. One e′ of all together would
+    be that of a run which nobody had, and each fire by itself would score far above 1.
+
+    So take runs against weak and strong fires alike. Resampling 90 runs of `sweep` on
+    the paper's building, 30 each without fire, against random and against greedy ones,
+    changes a reading by 3 to 4 % and k by 7 % (standard deviations); of 100 runs
+    against random fires alone, a fifth of the samples are refused.
+
+    Raises RulerError for fewer than FEWEST_RUNS, and where the hard third did not
+    CLEARLY earn less than the easy one.
+    """
+    R, h = _runs(rewards, difficulties)
+    if len(R) < FEWEST_RUNS:
+        raise RulerError(
+            f"{len(R)} runs make no ruler: {FEWEST_RUNS} are the least, a hundred are "
+            "good. Run the baseline on more seeds."
+        )
+    ranked, third = np.sort(h), len(h) // 3
+    easy, hard = h <= ranked[third - 1], h >= ranked[-third]  # with ties
+    equal = _mean(R[easy], h[easy]), _mean(R[hard], h[hard])
+    ruler = calibrated(worst, best, equal, _mean(R, h), alpha)
+    _refuse_unclear(R[easy], R[hard])
+    parts = _by_fire(fires, len(R))
+    β = np.mean([ruler.unscaled(*_mean(R[part], h[part])) for part in parts])
+    return replace(ruler, beta=float(β))
+
+
+def _refuse_unclear(easy: np.ndarray, hard: np.ndarray) -> None:
+    """RulerError unless rewards in easy fires are CLEARLY above those in hard ones."""
+    error = np.sqrt(sum(part.var(ddof=1) / len(part) for part in (easy, hard)))
+    if easy.mean() - hard.mean() < CLEARLY * error:
+        raise RulerError(
+            f"these robots earned {easy.mean():.0f} in the easiest third of the fires, "
+            f"{hard.mean():.0f} in the hardest, give or take {error:.0f}: too unsure "
+            "to weigh difficulty by. Run them on more seeds, or against weak and "
+            "strong fires alike."
+        )
+
+
+def _by_fire(fires: Sequence[str] | None, runs: int) -> list[np.ndarray]:
+    """(runs,) bool for each fire: which runs met it."""
+    if fires is None:
+        return [np.ones(runs, dtype=bool)]
+    if len(fires) != runs:
+        raise RulerError(f"{len(fires)} fires for {runs} runs: name one for each.")
+    names = np.array(fires)
+    return [names == name for name in np.unique(names)]
+
+
+def score_of_runs(
+    ruler: Ruler, rewards: Sequence[float], difficulties: Sequence[float]
+) -> float:
+    """E of some runs: that of their mean reward and mean difficulty [F9, chosen].
+
+    E is convex in both, so that a mean of E's would reward whoever is unreliable.
+    """
+    return ruler.score(*_mean(*_runs(rewards, difficulties)))
+
+
+def _runs(
+    rewards: Sequence[float], difficulties: Sequence[float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """(n,) rewards and (n,) difficulties, n at least 1, all finite, or RulerError."""
+    R, h = np.asarray(rewards, dtype=float), np.asarray(difficulties, dtype=float)
+    if R.ndim != 1 or R.shape != h.shape or not len(R):
+        raise RulerError(
+            f"{R.size} rewards and {h.size} difficulties: give one of each for every "
+            "run, and at least one run."
+        )
+    _all_finite(chain(R, h), "rewards and difficulties")
+    return R, h
+
+
+def _mean(R: np.ndarray, h: np.ndarray) -> Case:
+    return Case(float(R.mean()), float(h.mean()))
+
+
+def _all_finite(values: Any, what: str) -> None:
+    wrong = [value for value in values if not isfinite(value)]
+    if wrong:
+        raise RulerError(f"{what}: {wrong[0]} is no number. Leave it out.")
+
+
+# -- The paper's, and others from files ---------------------------------------------
+
+PAPER = Ruler(ALPHA, *base_and_control(WORST_POINT, BEST_POINT), k=K, beta=BETA)
+"""The constants that the appendix prints, b and c to more digits [F2] [F9]."""
+
+
+def read(path: str | Path) -> Ruler:
+    """The ruler in a file that holds `as_json`.
+
+    Raises RulerError for anything else, OSError for a file that cannot be read.
+    """
+    try:
+        found = json.loads(Path(path).read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise RulerError(f"{path}: no ruler, since it is not JSON ({error})") from None
+    names = [field.name for field in fields(Ruler)]
+    if not isinstance(found, dict) or sorted(found) != sorted(names):
+        raise RulerError(f"{path}: no ruler. It must name {', '.join(names)}.")
+    for name, value in found.items():
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise RulerError(f"{path}: {name} is {value!r}. Write a number.")
+    try:
+        return Ruler(**found)
+    except (RulerError, OverflowError) as error:
+        raise RulerError(f"{path}: {error}") from None

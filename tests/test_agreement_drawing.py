@@ -1,0 +1,99 @@
+"""The picture of both candidates for the difficulty: a dot for each fire."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.text import Text
+
+from reference.drawing import agreement as drawing
+from reference.drawing.page import save
+from reference.evaluation.agreement import KINDS, Agreement, Judged
+from reference.evaluation.difficulty import HARDEST
+
+
+def fires(count=60, most=8, kinds=tuple(KINDS)):
+    """So many fires, the harder the more sources they have."""
+    rng = np.random.default_rng(0)
+    found = []
+    for k in range(count):
+        n = k % (most + 1)
+        h = HARDEST * rng.uniform(0, (n + 1) / (most + 1))
+        loss = 2 * h + rng.normal(0, 1500)
+        found.append(Judged(kinds[k % len(kinds)], n, k, h, loss))
+    return Agreement(tuple(found))
+
+
+def words(figure):
+    """All that one can read: without the labels of ticks that are out of view."""
+    hidden = set()
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        low, high = sorted(axis.get_view_interval())
+        out = [t for t in axis.get_major_ticks() if not low <= t.get_loc() <= high]
+        hidden.update(tick.label1 for tick in out)
+    found = figure.findobj(lambda artist: isinstance(artist, Text))
+    seen = [text for text in found if text.get_text().strip() and text.get_visible()]
+    return [text for text in seen if text not in hidden]
+
+
+@pytest.mark.paper("F11")
+def test_every_fire_is_a_dot_where_both_candidates_put_it():
+    """h to the right, what unguided people lose upwards; a marker for each kind."""
+    judged = fires()
+    axes = drawing.figure(judged).axes[0]
+    dots = np.concatenate([c.get_offsets() for c in axes.collections])
+    pairs = np.array([(fire.difficulty, fire.loss) for fire in judged.fires])
+    np.testing.assert_allclose(np.sort(dots, axis=0), np.sort(pairs, axis=0))
+    assert len(axes.collections) == len(KINDS)
+    assert axes.get_xlim()[1] > HARDEST
+
+
+def test_the_picture_tells_both_coefficients():
+    """And how many fires it shows."""
+    judged = fires()
+    figure = drawing.figure(judged)
+    assert any("60 fires" in text.get_text() for text in words(figure))
+    told = figure.axes[0].get_title("left")
+    for name in ("spearman", "pearson", "within"):
+        assert f"{getattr(judged, name):.2f}" in told
+
+
+def test_equally_many_sources_have_one_colour():
+    """Whatever the kind of fire; another number has another."""
+    judged = fires()
+    axes = drawing.figure(judged).axes[0]
+    ink = {}
+    for dots in axes.collections:
+        for xy, colour in zip(dots.get_offsets(), dots.get_facecolors(), strict=True):
+            ink[tuple(np.round(xy, 6))] = tuple(colour)
+    by_number = {}
+    for fire in judged.fires:
+        place = (round(fire.difficulty, 6), round(fire.loss, 6))
+        by_number.setdefault(fire.sources, set()).add(ink[place])
+    assert all(len(colours) == 1 for colours in by_number.values())
+    assert len(set.union(*by_number.values())) == 9
+
+
+@pytest.mark.parametrize("most", [2, 8, 12])
+def test_no_words_overlap_and_all_lie_on_the_page(most):
+    """For few sources and for more than the paper has."""
+    figure = drawing.figure(fires(most=most))
+    figure.canvas.draw()
+    boxes = [text.get_window_extent() for text in words(figure)]
+    page = figure.bbox
+    assert all(page.x0 <= b.x0 and b.x1 <= page.x1 for b in boxes)
+    assert all(page.y0 <= b.y0 and b.y1 <= page.y1 for b in boxes)
+    assert not [1 for a, b in combinations(boxes, 2) if a.overlaps(b)]
+
+
+def test_the_legend_names_the_kinds_that_there_are():
+    """And no others."""
+    (legend,) = drawing.figure(fires(kinds=("greedy", "random"))).legends
+    told = [text.get_text() for text in legend.get_texts()]
+    assert told == ["greedy fire", "random fire"]
+
+
+def test_an_agreement_is_saved_as_a_picture(tmp_path):
+    """As any other."""
+    path = save(drawing.figure(fires()), tmp_path / "agreement.svg")
+    assert path.stat().st_size > 10_000

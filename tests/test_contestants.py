@@ -1,0 +1,105 @@
+"""Words for whoever plays: scripts, checkpoints, worst cases; and slips of the pen."""
+
+import subprocess
+import sys
+
+import pytest
+from trainings import begun, tiny
+
+from reference import fire, robots
+from reference.evaluation.contestants import NAMES, SCRIPTS, contestant
+from reference.evaluation.worst_case import BusiestWay, WorstCase
+from reference.evaluation.worst_case.critic import CriticFire
+from reference.evaluation.worst_case.perturbed import EPSILON, PerturbedRobots
+from reference.learning.checkpoints import CheckpointError, save
+from reference.learning.policies import LearnedFire, LearnedRobots
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory):
+    """A checkpoint of both sides, at its beginning."""
+    path = tmp_path_factory.mktemp("run") / "checkpoint-000000.pt"
+    save(begun(tiny()).checkpoint(), path)
+    return str(path)
+
+
+@pytest.mark.parametrize("side", ["robots", "fire"])
+def test_a_scripts_name_stays_a_name(side):
+    """A simulation knows it, and that "none" means no robots at all."""
+    known = {"robots": robots.STRATEGIES, "fire": fire.STRATEGIES}[side]
+    assert [contestant(name, side) for name in known] == list(known)
+    assert SCRIPTS[side] == NAMES[side][: len(known)] == tuple(known)
+
+
+@pytest.mark.paper("F4", "chosen")
+def test_worst_case_is_the_fire_that_looks_ahead():
+    """Each time another one; `busiest` is the rule it follows after that."""
+    one, other = (contestant("worst-case", "fire") for _ in range(2))
+    assert isinstance(one, WorstCase) and one is not other
+    assert isinstance(contestant("busiest", "fire"), BusiestWay)
+
+
+@pytest.mark.parametrize(
+    ("word", "side", "kind"),
+    [
+        ("{}", "robots", LearnedRobots),
+        ("{}", "fire", LearnedFire),
+        ("critic:{}", "fire", CriticFire),
+        ("perturbed:{}", "robots", PerturbedRobots),
+        ("perturbed:0.5:{}", "robots", PerturbedRobots),
+    ],
+)
+def test_what_a_checkpoint_can_be(path, word, side, kind):
+    """By its file, and by the folder it is in."""
+    for named in (path, path.rpartition("/")[0]):
+        assert type(contestant(word.format(named), side)) is kind
+
+
+def test_how_far_observations_are_off_stands_before_the_file(path):
+    """In metres; without it they are off by EPSILON."""
+    words = f"perturbed:{path}", f"perturbed:0.5:{path}"
+    found = [contestant(word, "robots").epsilon for word in words]
+    assert found == [EPSILON, 0.5]
+
+
+def test_only_a_learned_policy_is_sampled(path):
+    """As asked; scripts and worst cases have nothing to sample."""
+    assert contestant(path, "robots", sample=True).sample
+    assert contestant("sweep", "robots", sample=True) == "sweep"
+    assert not contestant(f"perturbed:{path}", "robots", sample=True).sample
+
+
+@pytest.mark.parametrize(
+    ("word", "side", "message"),
+    [
+        ("swep", "robots", "names nobody who plays the robots.*mean 'sweep'"),
+        ("worst_case", "fire", "mean 'worst-case'"),
+        ("worst-case", "robots", "names nobody who plays the robots: none, random"),
+        ("sweep", "fire", "'sweep' is no file"),
+        ("critic:nowhere.pt", "fire", "'nowhere.pt': there is no such file"),
+        ("critic:", "fire", "'': there is no such file. Name a checkpoint"),
+        ("perturbed:0.5", "robots", "there is no such file. Name a checkpoint"),
+        ("perturbed:-1:{}", "robots", "give metres from 0 upwards"),
+    ],
+)
+def test_refuses_a_word_that_means_nothing(path, word, side, message):
+    """With the nearest that does, or what is missing."""
+    with pytest.raises(ValueError, match=message):
+        contestant(word.format(path), side)
+
+
+def test_refuses_a_folder_without_a_checkpoint(tmp_path):
+    """As for a policy."""
+    with pytest.raises(CheckpointError, match="there is no checkpoint in this folder"):
+        contestant(f"critic:{tmp_path}", "fire")
+
+
+def test_torch_is_not_loaded_for_scripts_and_look_ahead():
+    """Whoever names no checkpoint does not wait for it."""
+    code = (
+        "import sys; from reference.evaluation.contestants import contestant;"
+        "contestant('sweep', 'robots'); contestant('worst-case', 'fire');"
+        "print(*sys.modules)"
+    )
+    loaded = subprocess.check_output([sys.executable, "-c", code], text=True).split()
+    assert "reference.evaluation.worst_case" in loaded and "torch" not in loaded

@@ -1,0 +1,540 @@
+"""Robots × fires × seeds: paired runs, what is kept of them, and what they come to."""
+
+import csv
+import json
+import os
+import shutil
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from clauses import ROOT
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from trainings import begun, tiny, trained
+
+from reference.building import load
+from reference.evaluation import crossplay
+from reference.evaluation.crossplay import (
+    Asked,
+    ContradictionError,
+    EvaluationError,
+    Match,
+    Record,
+    begin,
+    cells,
+    difference,
+    evaluate,
+    playing,
+    resume,
+    ruler_of,
+    table,
+)
+from reference.evaluation.difficulty import difficulty_of, people_in
+from reference.evaluation.intervals import of_mean
+from reference.evaluation.score import PAPER
+from reference.learning.networks import one_thread
+from reference.paper import BEST_POINT, WORST_POINT, Scenario
+from reference.simulation import Simulation
+from reference.workers import Here, workers
+
+SMALL = Asked(("none", "sweep"), ("random",), "tiny", people=4, episodes=2)
+
+
+@pytest.fixture(autouse=True)
+def in_an_empty_folder(tmp_path, monkeypatch):
+    """What is written lands in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def small():
+    """All records of SMALL."""
+    return evaluate(begin(SMALL), None, Here())
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """The folder of a training that was stopped after its first round."""
+    folder = tmp_path_factory.mktemp("trainings") / "run"
+    with one_thread():
+        trained(begun(), folder, rounds=1)
+    return folder
+
+
+class Counting(Here):
+    """Does jobs here, and remembers them."""
+
+    def __init__(self):
+        self.jobs = []
+
+    def submit(self, fn, /, job):
+        """As `Here` does."""
+        self.jobs.append(job)
+        return super().submit(fn, job)
+
+
+def a_record(robots="sweep", fire="random", seed=0, **changes):
+    """Of forty people half are out, one a second."""
+    facts = {"people": 40, "evacuated": 20, "died": 20, "inside": 0, "survival": 0.5}
+    facts |= {"reward": 0.0, "difficulty": 1000.0, "simulated_seconds": 90.0}
+    facts |= {"evacuation_time": 20.0, "mean_evacuation_time": 10.5}
+    facts |= {"mean_health": 80.0, "times": tuple(map(float, range(1, 21)))}
+    return Record(robots, fire, seed, **facts | changes)
+
+
+NOBODY_OUT = {"evacuated": 0, "died": 40, "survival": 0.0, "reward": -12000.0}
+NOBODY_OUT |= {"evacuation_time": None, "mean_evacuation_time": None}
+NOBODY_OUT |= {"mean_health": None, "times": ()}
+
+
+# -- Runs ---------------------------------------------------------------------------
+
+
+@pytest.mark.paper("F12")
+def test_everybody_meets_everybody_on_the_same_seeds(small):
+    """One record for each, in order."""
+    assert [(r.robots, r.fire, r.seed) for r in small] == [
+        ("none", "random", 0),
+        ("none", "random", 1),
+        ("sweep", "random", 0),
+        ("sweep", "random", 1),
+    ]
+
+
+def test_a_record_tells_what_the_simulation_did(small):
+    """Run by hand, from the same seed."""
+    scenario = Scenario(people=4)
+    run = Simulation(load("tiny"), scenario, "sweep", "random", seed=1)
+    people = people_in(run.world)
+    outcome, found = run.run(), small[3]
+    assert found.survival == outcome.evacuated / 4
+    assert found.reward == pytest.approx(outcome.reward)
+    assert found.difficulty == pytest.approx(difficulty_of(run, people), abs=1e-5)
+    assert len(found.times) == found.evacuated == outcome.evacuated
+    assert found.evacuation_time == max(found.times) <= found.simulated_seconds
+
+
+def test_runs_of_one_seed_have_the_same_fire_whoever_guides(small):
+    """They are paired; until somebody stands where one is to be lit, as D6 has it."""
+    none, another, sweep, _ = (run.difficulty for run in small)
+    assert none == sweep != another
+
+
+def test_it_does_not_matter_who_does_the_jobs(small):
+    """Threads or processes, in whichever order they are done."""
+    evaluation = begin(SMALL)
+    with ThreadPoolExecutor(2) as threads:
+        assert evaluate(evaluation, None, threads) == small
+    with workers(1) as processes:
+        assert evaluate(evaluation, Path("out"), processes) == small
+    assert crossplay.read(Path("out/runs.csv")) == small
+
+
+class Clock:
+    """A fire that burns nothing, and trusts time to go on."""
+
+    def __init__(self):
+        self.last = 0.0
+
+    def decide(self, world, rng):
+        """Remembers when it was asked."""
+        assert world.time > self.last
+        self.last = world.time
+
+
+def test_a_strategy_remembers_nothing_of_the_run_before(monkeypatch):
+    """It begins each run as it was made, though it is made once."""
+
+    def made(word, side, sample):
+        return Clock() if word == "clock" else word
+
+    monkeypatch.setattr(playing, "contestant", made)
+    evaluation = replace(begin(SMALL), robots=("none",), fires=("clock",))
+    assert len(evaluate(evaluation, None, Here())) == 2
+
+
+def test_the_fire_that_looks_ahead_takes_part_by_its_name():
+    """And lights as many sources as there are."""
+    asked = Asked(("none",), ("worst-case",), "tiny", people=2, episodes=1)
+    (found,) = evaluate(begin(asked), None, Here())
+    assert found.match == ("none", "worst-case")
+    assert found.difficulty > 0
+
+
+def test_nothing_is_written_without_a_folder(small):
+    """An evaluation in a notebook leaves no trace."""
+    assert list(Path().iterdir()) == []
+
+
+def test_torch_is_not_loaded_where_nobody_learned():
+    """Processes that evaluate scripts start at once."""
+    program = (
+        "import sys\n"
+        "from reference.evaluation.crossplay import Asked, begin, evaluate\n"
+        "from reference.workers import Here\n"
+        "asked = Asked(('none',), ('none',), 'tiny', people=1, episodes=1)\n"
+        "evaluate(begin(asked), None, Here())\n"
+        "print('torch' in sys.modules)\n"
+    )
+    surroundings = os.environ | {"PYTHONPATH": str(ROOT)}
+    done = subprocess.check_output(
+        [sys.executable, "-c", program], env=surroundings, text=True
+    )
+    assert done == "False\n"
+
+
+# -- What is kept -------------------------------------------------------------------
+
+
+def test_what_is_over_is_kept_and_not_played_again(small):
+    """Stopped after two runs; then only the others are played, to the same end."""
+    folder, whole = Path("stopped"), Path("whole")
+    looks = iter([False, False])
+    kept = evaluate(begin(SMALL, folder), folder, Here(), lambda: next(looks, True))
+    assert kept == small[:2] == crossplay.read(folder / "runs.csv")
+    rest = Counting()
+    assert evaluate(resume(Asked(), folder), folder, rest) == small
+    assert [(job.robots, job.seed) for job in rest.jobs] == [("sweep", 0), ("sweep", 1)]
+    evaluate(begin(SMALL, whole), whole, Here())
+    assert (folder / "runs.csv").read_bytes() == (whole / "runs.csv").read_bytes()
+
+
+def test_a_row_that_was_half_written_is_played_anew(small):
+    """Whoever pulls the plug loses no more than that run."""
+    folder = Path("out")
+    evaluate(begin(SMALL, folder), folder, Here())
+    runs = folder / "runs.csv"
+    runs.write_text(runs.read_text()[:-3])
+    rest = Counting()
+    assert evaluate(resume(Asked(), folder), folder, rest) == small
+    assert len(rest.jobs) == 1
+
+
+def test_more_robots_can_be_asked_for_later(small):
+    """What is there is not played again."""
+    folder, more = Path("out"), Counting()
+    evaluate(begin(replace(SMALL, robots=("sweep",)), folder), folder, Here())
+    evaluation = resume(Asked(robots=("none", "sweep")), folder)
+    assert evaluation.robots == ("sweep", "none")
+    assert evaluate(evaluation, folder, more) == [*small[2:], *small[:2]]
+    assert {job.robots for job in more.jobs} == {"none"}
+    assert resume(Asked(), folder) == evaluation
+
+
+NUMBERS = st.floats(allow_nan=False, allow_infinity=False, width=32)
+WORDS = st.text(st.characters(codec="utf-8", exclude_categories=["Cc"]), min_size=1)
+
+
+@settings(max_examples=25)
+@given(
+    numbers=st.tuples(*[NUMBERS] * 7),
+    times=st.lists(NUMBERS, max_size=3),
+    counts=st.tuples(*[st.integers(0, 400)] * 5),
+    words=st.tuples(WORDS, WORDS),
+)
+def test_a_table_is_read_as_it_was_written(
+    numbers, times, counts, words, tmp_path_factory
+):
+    """Every number to its last bit, whatever the words are."""
+    known = [n if n > 0 else None for n in numbers[3:6]]
+    record = Record(*words, *counts, *numbers[:3], *known, numbers[6], tuple(times))
+    path = tmp_path_factory.mktemp("table") / "runs.csv"
+    written = crossplay.records.Table(path)
+    written.append(record)
+    assert crossplay.read(path) == [record]
+    assert crossplay.records.Table(path).records == [record]
+
+
+def test_a_row_that_cannot_be_written_is_told_with_what_to_do(small):
+    """As with a full disk; the rows before are whole."""
+    written = crossplay.records.Table(Path("runs.csv"))
+    Path("runs.csv").unlink()
+    Path("runs.csv").mkdir()
+    with pytest.raises(OSError, match=r"cannot be written .* go on with --resume"):
+        written.append(small[0])
+
+
+# -- Who is asked for ---------------------------------------------------------------
+
+
+def test_unless_asked_otherwise_it_is_the_papers_building_and_its_people():
+    """The best robots against random fires, a hundred times."""
+    evaluation = begin(Asked())
+    assert evaluation.arena.building == "paper"
+    assert evaluation.arena.scenario == Scenario()
+    assert (evaluation.robots, evaluation.fires) == (("sweep",), ("random",))
+    assert evaluation.seeds == range(100)
+
+
+def test_asked_for_twice_somebody_plays_once():
+    """A shell's pattern may name them again."""
+    evaluation = begin(replace(SMALL, robots=("sweep", "none", "sweep")))
+    assert evaluation.matches == [Match("sweep", "random"), Match("none", "random")]
+
+
+def test_a_checkpoint_brings_its_building_and_scenario(run):
+    """Scripts then play there too, with as many people."""
+    evaluation = begin(Asked(("sweep", str(run)), ("random",), episodes=1))
+    assert evaluation.arena.building == "tiny"
+    assert evaluation.arena.people == 6
+    assert evaluation.arena.scenario == replace(tiny().scenario, training=False)
+    found = evaluate(evaluation, None, Here())
+    assert [r.robots for r in found] == ["sweep", str(run)]
+    assert all(r.people == 6 for r in found)
+
+
+def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp_path):
+    """Though the training goes on meanwhile; so an evaluation has one opponent."""
+    training, folder = tmp_path / "training", tmp_path / "out"
+    shutil.copytree(run, training)
+    word, first = str(training), str(training / "checkpoint-000001.pt")
+    asked = Asked((word,), ("none",), episodes=1)
+    evaluation = begin(asked, folder)
+    evaluate(evaluation, folder, Here())
+    shutil.copy(first, training / "checkpoint-000002.pt")
+    again = resume(Asked(fire=("random",)), folder)
+    assert (again.robots, again.word(word)) == ((word,), first)
+    assert {r.robots for r in evaluate(again, folder, Here())} == {word}
+
+
+def test_words_before_a_checkpoint_stay_when_it_is_pinned(run):
+    """Such as how far observations are off."""
+    evaluation = begin(Asked((f"perturbed:0.5:{run}",), (f"critic:{run}",)))
+    files = [file.word for file in evaluation.files.values()]
+    newest = run / "checkpoint-000001.pt"
+    assert files == [f"perturbed:0.5:{newest}", f"critic:{newest}"]
+
+
+# -- What it comes to ---------------------------------------------------------------
+
+
+def test_a_cell_has_the_means_of_its_runs():
+    """With their intervals."""
+    survival = [0.5, 0.75, 1.0]
+    runs = [a_record(seed=k, survival=s) for k, s in enumerate(survival)]
+    (cell,) = cells(runs, PAPER)
+    assert (cell.robots, cell.fire, cell.n) == ("sweep", "random", 3)
+    assert cell.survival == of_mean(survival)
+    assert cell.reward == (0.0, 0.0, 0.0)
+
+
+@pytest.mark.paper("F9")
+def test_the_score_of_a_cell_is_that_of_its_means():
+    """E is convex: a mean of scores would pay for being unreliable."""
+    steady = [a_record("steady", seed=k, reward=8000.0) for k in range(8)]
+    gamble = [a_record("gamble", seed=k, reward=16000.0 * (k % 2)) for k in range(8)]
+    one, other = cells([*steady, *gamble], PAPER)
+    assert one.score.mean == pytest.approx(PAPER.score(8000.0, 1000.0))
+    assert other.score.mean == pytest.approx(one.score.mean)
+    scores = [PAPER.score(run.reward, run.difficulty) for run in gamble]
+    assert np.mean(scores) > 4 * one.score.mean
+    assert other.score.low < one.score.low == one.score.high < other.score.high
+
+
+def test_a_reward_off_the_ruler_has_no_score():
+    """Four hundred people on a ruler for forty: the other figures stand."""
+    (cell,) = cells([a_record(reward=1e5)], PAPER)
+    assert cell.score is None
+    assert cell.reward.mean == 1e5
+
+
+def test_where_nobody_gets_out_there_is_no_time_and_no_health():
+    """Neither nan nor 0 in any of what is printed and written."""
+    evaluation = begin(SMALL)
+    dead = cells([a_record(**NOBODY_OUT), a_record("none", reward=1e9)], PAPER)
+    assert dead[0].evacuation_time is dead[0].mean_health is dead[1].score is None
+    Path("out").mkdir()
+    crossplay.write(Path("out"), evaluation, PAPER, dead)
+    written = [path.read_text() for path in Path("out").iterdir()]
+    for text in (*written, table(dead)):
+        assert "nan" not in text.lower().replace("nobody", "")
+        assert "inf" not in text.lower()
+    assert json.loads(Path("out/cells.json").read_text())["cells"][1]["score"] is None
+
+
+def test_the_table_is_aligned_and_says_what_is_missing():
+    """A line for each match, under a line of heads."""
+    dead = [a_record("none", seed=seed, **NOBODY_OUT) for seed in (0, 1)]
+    first, *lines, note = table(cells([a_record(), *dead], PAPER)).splitlines()
+    assert first.split()[:3] == ["robots", "fire", "runs"]
+    assert [line.split()[:5] for line in lines] == [
+        ["sweep", "random", "1", "50.0", "0"],  # a single run has no interval
+        ["none", "random", "2", "0.0", "[0.0,"],
+    ]
+    assert len({len(line) for line in (first, *lines)}) == 1
+    assert note.startswith("-: nobody got out")
+    assert "nobody" not in table(cells([a_record()], PAPER))
+
+
+def test_json_has_the_promised_keys(small):
+    """A contract for programs that read it."""
+    evaluation = begin(SMALL)
+    facts = crossplay.as_json(evaluation, PAPER, cells(small, PAPER))
+    assert json.loads(json.dumps(facts, allow_nan=False)) == facts
+    assert (facts["building"], facts["people"], facts["seeds"]) == ("tiny", 4, [0, 1])
+    assert facts["ruler"] == asdict(PAPER)
+    assert [(c["robots"], c["fire"], c["n"]) for c in facts["cells"]] == [
+        ("none", "random", 2),
+        ("sweep", "random", 2),
+    ]
+    for name in ("survival", "reward", "difficulty", "score"):
+        assert list(facts["cells"][0][name]) == ["mean", "low", "high"]
+
+
+def test_the_csv_of_cells_has_a_row_for_each_match(small):
+    """With the same numbers as the cells."""
+    found = cells(small, PAPER)
+    Path("out").mkdir()
+    crossplay.write(Path("out"), begin(SMALL), PAPER, found)
+    with Path("out/cells.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    assert [float(row["score_low"]) for row in rows] == [c.score.low for c in found]
+    assert [row["robots"] for row in rows] == ["none", "sweep"]
+
+
+def test_paired_by_seed_a_small_difference_is_clear():
+    """One more of forty is out in every run, whatever the fire of the seed took."""
+    shares = np.random.default_rng(0).uniform(0.2, 0.9, 20)
+    runs = [a_record("one", seed=k, survival=s + 0.025) for k, s in enumerate(shares)]
+    runs += [a_record("other", seed=k, survival=s) for k, s in enumerate(shares)]
+    runs.append(a_record("one", seed=20, survival=0.0))  # it has no partner
+    found = difference(runs[::-1], "one", "other", "random")
+    assert found == pytest.approx((0.025, 0.025, 0.025))
+
+
+@pytest.mark.paper("F12")
+def test_the_baseline_scores_one_on_the_ruler_made_of_its_runs():
+    """Over all of its runs, against all fires."""
+    rng = np.random.default_rng(1)
+    h = rng.uniform(500, 3500, 60)
+    runs = [a_record(seed=k, difficulty=d, reward=1.3e4 - d) for k, d in enumerate(h)]
+    ruler = ruler_of([*runs, a_record("none")], "sweep", WORST_POINT, BEST_POINT)
+    assert cells(runs, ruler)[0].score.mean == pytest.approx(1)
+
+
+# -- Refusals -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"building": "paper"}, "--building: paper was asked for, .* has tiny"),
+        ({"people": 5}, "--people: 5 was asked for, .* has 4"),
+        ({"seed": 7}, "--seed: 7 was asked for, .* has 0"),
+        ({"episodes": 3}, "--episodes: 3 was asked for, .* has 2"),
+        ({"sample": True}, "--sample: True was asked for, .* has False"),
+    ],
+)
+def test_refuses_to_go_on_with_something_else(changes, message):
+    """Runs of two kinds would stand in one table."""
+    evaluate(begin(SMALL, Path("out")), Path("out"), Here(), lambda: True)
+    with pytest.raises(ContradictionError, match=message):
+        resume(Asked(**changes), Path("out"))
+    resume(SMALL, Path("out"))
+
+
+def test_refuses_a_folder_that_is_used_unless_told_to_go_on():
+    """Nothing is overwritten."""
+    Path("out").mkdir()
+    begin(SMALL, Path("out"))
+    Path("out/notes.txt").touch()
+    with pytest.raises(EvaluationError, match=r"is not empty.*--resume"):
+        begin(SMALL, Path("out"))
+    with pytest.raises(EvaluationError, match="is a file"):
+        begin(SMALL, Path("out/notes.txt"))
+    with pytest.raises(EvaluationError, match="no evaluation to go on with"):
+        resume(Asked(), Path("out"))
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "message"),
+    [
+        ("evaluation.json", "{}", "lacks a part or is damaged"),
+        ("evaluation.json", "[", "lacks a part or is damaged"),
+        ("evaluation.json", None, "was written by version 0.0.1"),
+        ("runs.csv", "robots,fire\n", "is no table of runs"),
+        ("runs.csv", None, "row is damaged"),
+    ],
+)
+def test_refuses_files_that_are_not_its_own(file, text, message):
+    """Or that a later version wrote, in which runs may end otherwise."""
+    path = Path("out") / file
+    evaluate(begin(SMALL, Path("out")), Path("out"), Here(), lambda: True)
+    if text is None:
+        text = path.read_text() + "sweep,random\n" * (file == "runs.csv")
+        version = json.loads(Path("out/evaluation.json").read_text())["version"]
+        text = text.replace(f'"{version}"', '"0.0.1"')
+    path.write_text(text)
+    with pytest.raises(EvaluationError, match=message):
+        evaluate(resume(Asked(), Path("out")), Path("out"), Here())
+
+
+def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
+    """Its runs would not be those of the same robots."""
+    mine = tmp_path / "mine.pt"
+    shutil.copy(run / "checkpoint-000001.pt", mine)
+    asked = Asked((str(mine),), ("none",), episodes=1)
+    evaluate(begin(asked, Path("out")), Path("out"), Here(), lambda: True)
+    shutil.copy(run / "checkpoint-000000.pt", mine)
+    with pytest.raises(EvaluationError, match="is another checkpoint than the one"):
+        resume(Asked(), Path("out"))
+    mine.unlink()
+    with pytest.raises(EvaluationError, match="is not there any more"):
+        resume(Asked(), Path("out"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"building": "paper"}, "--robots RUN: .* has learned Tiny office"),
+        ({"people": 7}, "--robots RUN: .* learned with 6 people"),
+        ({"robots": ("no/file.pt",)}, "--robots no/file.pt: .* names nobody"),
+    ],
+)
+def test_refuses_checkpoints_where_they_cannot_play(run, changes, message):
+    """By the word that names them, since there may be many."""
+    with pytest.raises(EvaluationError, match=message.replace("RUN", str(run))):
+        begin(replace(Asked(("sweep", str(run))), **changes))
+
+
+def test_refuses_robots_against_a_fire_that_learned_without_any(tmp_path):
+    """They would have no bodies in its scenario, and it no eyes for them in theirs."""
+    alone = tiny(scenario=replace(tiny().scenario, robots_per_floor=0))
+    fire = tmp_path / "fire"
+    with one_thread():
+        trained(begun(alone, fixed={"robots": "none"}), fire, rounds=0)
+    with pytest.raises(EvaluationError, match="learned with 0 robots; here it is 4"):
+        begin(Asked(("none", "sweep"), (str(fire),)))
+    assert begin(Asked(("none",), (str(fire),))).arena.people == 6
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        (Asked(("sweeep",)), "Did you mean 'sweep'"),
+        (Asked(people=0), "nobody to evacuate"),
+        (Asked(people=5000), "do not fit"),
+        (Asked(sample=True), "--sample goes with a checkpoint"),
+    ],
+)
+def test_refuses_what_nobody_can_play(asked, message):
+    """Before the first run."""
+    with pytest.raises(ValueError, match=message):
+        begin(replace(asked, building="tiny"))
+
+
+def test_refuses_to_compare_robots_that_have_not_met_the_same_fires():
+    """There would be no pairs."""
+    with pytest.raises(EvaluationError, match="not met greedy on the same seeds"):
+        difference([a_record()], "sweep", "none", "greedy")
+
+
+def test_refuses_a_baseline_without_runs():
+    """It is to be evaluated among the robots."""
+    with pytest.raises(EvaluationError, match="no runs of the baseline patrol"):
+        ruler_of([a_record()], "patrol", WORST_POINT, BEST_POINT)

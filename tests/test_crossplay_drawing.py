@@ -1,0 +1,205 @@
+"""Pictures of a cross-play: who beats whom, and how fast people get out."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
+from matplotlib.text import Text
+
+from reference.drawing.crossplay import LINES, curves, matrix, names, shares
+from reference.evaluation.crossplay import Record, cells
+from reference.evaluation.score import PAPER
+
+ROBOTS = (
+    "none",
+    "sweep",
+    "patrol",
+    "nearest",
+    "out/laptop-a/checkpoint-000120.pt",
+    "out/laptop-b/checkpoint-000120.pt",
+    "perturbed:0.5:out/laptop",
+    "random",
+)
+FIRES = (
+    "none",
+    "random",
+    "greedy",
+    "worst-case",
+    "out/laptop",
+    "critic:out/laptop",
+    "out/a-folder-with-a-name-that-nobody-types-twice",
+    "$x_1$",
+)
+
+
+def records(robots, fires, runs=5):
+    """Runs made up: the further down or right a match stands, the fewer get out."""
+    rng = np.random.default_rng(0)
+    return [
+        record(robot, fire, seed, rng.gamma(4, 10, max(0, 40 - 3 * k - 2 * j)))
+        for k, robot in enumerate(robots)
+        for j, fire in enumerate(fires)
+        for seed in range(runs)
+    ]
+
+
+def record(robots, fire, seed, out):
+    """A run of forty people, of whom some are out at these times."""
+    times = tuple(sorted(out.tolist()))
+    mean = float(np.mean(times)) if times else None
+    last = times[-1] if times else None
+    number = len(times)
+    saved = (40, number, 40 - number, 0, number / 40)
+    return Record(
+        robots, fire, seed, *saved, 0.0, 100.0, last, mean, mean, 200.0, times
+    )
+
+
+def words(figure):
+    """All that one can read on a page: no labels of ticks that are out of view."""
+    hidden = set()
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        low, high = sorted(axis.get_view_interval())
+        ticks = [t for t in axis.get_major_ticks() if not low <= t.get_loc() <= high]
+        hidden.update(label for tick in ticks for label in (tick.label1, tick.label2))
+    found = figure.findobj(lambda artist: isinstance(artist, Text))
+    shown = [text for text in found if text not in hidden and text.get_visible()]
+    return [text for text in shown if text.get_text().strip()]
+
+
+def overlaps(figure):
+    """Pairs of words that lie on each other, and words that leave the page."""
+    canvas = FigureCanvasAgg(figure)
+    figure.draw(canvas.get_renderer())
+    boxes = [(t.get_text(), t.get_window_extent().padded(-1)) for t in words(figure)]
+    wide, high = canvas.get_width_height()
+    off = [w for w, b in boxes if b.x0 < 0 or b.y0 < 0 or b.x1 > wide or b.y1 > high]
+    return off + [(v, w) for (v, a), (w, b) in combinations(boxes, 2) if a.overlaps(b)]
+
+
+SIZES = [(1, 1), (8, 1), (1, 8), (3, 2), (8, 8)]
+
+
+# -- Who beats whom -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_nothing_in_a_matrix_overlaps(size):
+    """From one match to eight by eight, with checkpoints among the names."""
+    found = records(ROBOTS[: size[0]], FIRES[-size[1] :])
+    for what in ("survival", "reward", "score"):
+        assert overlaps(matrix(cells(found, PAPER), what)) == []
+
+
+@pytest.mark.paper("F12")
+def test_every_match_is_a_box_with_its_mean_and_interval():
+    """Robots go down, fires across."""
+    found = cells(records(("none", "sweep"), ("random",)), PAPER)
+    page = matrix(found)
+    (axes,) = (axes for axes in page.axes if axes.get_xlabel() == "fire")
+    written = [(*text.get_position(), text.get_text()) for text in axes.texts]
+    assert [text for *_, text in sorted(written, key=lambda t: t[1])] == [
+        f"{found[0].survival.mean:.1%}"[:-1],
+        "[{:.1f}, {:.1f}]".format(*(100 * v for v in found[0].survival[1:])),
+        f"{found[1].survival.mean:.1%}"[:-1],
+        "[{:.1f}, {:.1f}]".format(*(100 * v for v in found[1].survival[1:])),
+    ]
+    assert [tick.get_text() for tick in axes.get_yticklabels()] == ["none", "sweep"]
+
+
+def test_orange_is_where_the_fire_wins_and_blue_where_the_robots_do():
+    """Told apart by every eye; half of the people is white between them."""
+    runs = [record("one", "none", 0, np.ones(40)), record("two", "none", 0, np.ones(0))]
+    page = matrix(cells(runs, PAPER))
+    one, two = (box.get_facecolor() for box in page.axes[0].patches)
+    assert one[2] > one[0] + 0.3
+    assert two[0] > two[2] + 0.3
+
+
+def test_a_match_without_a_figure_is_grey():
+    """Such as one that was not evaluated, or a reward off the ruler."""
+    found = cells(records(("none", "sweep"), ("random", "greedy")), PAPER)
+    page = matrix(found[:-1])
+    assert [t.get_text() for t in page.axes[0].texts].count("–") == 1
+    assert to_hex(page.axes[0].patches[-1].get_facecolor()) == "#dfe3e8"
+
+
+def test_a_single_run_has_no_interval():
+    """An interval without width would look like certainty."""
+    page = matrix(cells(records(("none",), ("random",), runs=1), PAPER))
+    assert [t.get_text() for t in page.axes[0].texts if "[" in t.get_text()] == []
+    assert any(t.get_text().startswith("one run a match") for t in page.texts)
+
+
+# -- Names --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("given", "short"),
+    [
+        (["sweep", "out/laptop"], ["sweep", "laptop"]),
+        (["a/run", "b/run"], ["a\nrun", "b\nrun"]),
+        (["out/run/checkpoint-000120.pt"], ["run\ncheckpoint-000120"]),
+        (["critic:out/run", "out/run"], ["critic:\nrun", "run"]),
+        (["an-exceedingly-long-folder"], ["an-exceed…ng-folder"]),
+        (["x" * 30, "x" * 31], [f"{'x' * 9}…{'x' * 9} ({k})" for k in (1, 2)]),
+    ],
+)
+def test_names_are_short_and_all_different(given, short):
+    """Of a path no more than tells it from the others."""
+    assert names(given) == short
+
+
+# -- How fast people get out --------------------------------------------------------
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_nothing_among_the_curves_overlaps(size):
+    """The legend is whole, and below the panels."""
+    assert overlaps(curves(records(ROBOTS[: size[0]], FIRES[-size[1] :]))) == []
+
+
+def test_shares_of_people_who_are_out_grow_from_run_to_run():
+    """Counted at each time, whoever gets out at that very time included."""
+    runs = [record("none", "none", 0, np.array([2.0, 1.0, 5.0]))]
+    found = shares(runs, np.array([0.0, 1.0, 2.0, 9.0]))
+    assert found.tolist() == [[0, 1 / 40, 2 / 40, 3 / 40]]
+
+
+def test_a_curve_ends_at_the_mean_survival_within_its_band():
+    """A panel for each fire, a line for each robots."""
+    runs = records(("none", "sweep"), ("random", "greedy"))
+    panels = curves(runs).axes
+    assert len(panels) == 2
+    mean = cells(runs, PAPER)[0].survival.mean
+    line, band = panels[0].lines[0], panels[0].collections[0].get_paths()[0]
+    assert line.get_ydata()[-1] == pytest.approx(100 * mean)
+    low, high = band.get_extents().y0, band.get_extents().y1
+    assert low <= 100 * mean <= high
+
+
+def test_lines_differ_in_dashes_as_well_as_in_colour():
+    """Eight of them, for every eye and on grey paper."""
+    assert len(LINES) == len({colour for colour, _ in LINES}) == 8
+    assert len({str(dashes) for _, dashes in LINES}) == 8
+
+
+def test_nobody_out_is_a_line_along_the_bottom():
+    """And no error."""
+    panels = curves([record("none", "random", 0, np.ones(0))]).axes
+    assert set(panels[0].lines[0].get_ydata()) == {0}
+
+
+# -- Refusals -----------------------------------------------------------------------
+
+
+def test_refuses_to_draw_nothing():
+    """One message for people."""
+    with pytest.raises(ValueError, match="nothing to draw"):
+        curves([])
+    with pytest.raises(ValueError, match="nothing to draw"):
+        matrix([])
+    with pytest.raises(ValueError, match="none of"):
+        matrix(cells(records(("none",), ("none",)), PAPER), "luck")

@@ -1,0 +1,387 @@
+"""The difficulty h: what F11 asks of it, and what flames do to the ways out."""
+
+from math import inf
+
+import networkx as nx
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from movies import built, mark, shipped, stage
+
+from reference.building import OUTSIDE, Kind, burn, intact
+from reference.evaluation.difficulty import (
+    HARDEST,
+    HEALTH_LASTS,
+    MOMENTS,
+    arrival_of,
+    difficulty,
+    difficulty_of,
+    people_in,
+    ways_lost,
+)
+from reference.evaluation.score import PAPER
+from reference.fire import Spread
+from reference.paper import FIRE_SOURCES, HEALTH, Scenario
+from reference.robots import STRATEGIES
+from reference.simulation import Simulation
+from reference.world import Source
+
+TWO_ROOMS = """
+    #########
+    #...+...E
+    #...#####
+    #...#
+    #####
+    """
+HOUSE = """
+       #############
+    ####.....#.....####
+    #AA+.....#.....+BB#
+    ####.....#.....####
+       ##E########E##
+
+       #############
+    ####.....#.....####
+    #AA+.....+.....+BB#
+    ####.....#.....####
+       #############
+    """
+"""Below, two rooms with no door between them; above, people may choose."""
+
+
+def never(building):
+    """Nothing ever burns."""
+    return np.full(building.kind.shape, inf)
+
+
+def burning(building, cells, since=0.0):
+    """Only these cells burn, (floors, rows, cols) bool."""
+    return np.where(cells, since, inf)
+
+
+def room(building, name):
+    """The area of a room by its place in reading order on the ground floor."""
+    return [a.index for a in building.areas if a.kind == "room"][name]
+
+
+def lost(building, cells):
+    """(areas,) share of its way out that each area has lost for good."""
+    return ways_lost(building, burning(building, cells))[0]
+
+
+# -- What F11 asks ------------------------------------------------------------------
+
+
+@pytest.mark.paper("F11")
+@pytest.mark.parametrize("name", ["tiny", "paper", "tower", "maze"])
+def test_without_fire_nothing_is_difficult(name):
+    """And if all burns from the beginning, nothing is harder."""
+    building = shipped(name)
+    assert difficulty(building, never(building)) == 0
+    all_of_it = np.zeros(building.kind.shape)
+    assert difficulty(building, all_of_it) == pytest.approx(HARDEST)
+
+
+@pytest.mark.paper("F10")
+def test_the_hardest_fire_scores_1_whatever_the_reward():
+    """On the paper's ruler: h goes up to where the line E = 1 ends."""
+    assert PAPER.score(-40_000, HARDEST) == pytest.approx(1, abs=1e-5)
+    assert pytest.approx(3853, abs=1) == HARDEST
+
+
+@pytest.mark.paper("F11")
+@given(share=st.integers(0, MOMENTS))
+def test_all_ways_cut_at_once_cost_the_health_that_is_left_then(share):
+    """As a share of HARDEST, wherever people start."""
+    building, t = built(TWO_ROOMS), HEALTH_LASTS * share / MOMENTS
+    h = difficulty(building, np.full(building.kind.shape, t))
+    assert h == pytest.approx(HARDEST * (1 - t / HEALTH_LASTS))
+
+
+FLOORS = ["tiny", "paper", "tower"]
+SECONDS = st.floats(0, 150)
+
+
+@st.composite
+def fires(draw):
+    """A building, how flames spread in it, and some sources."""
+    building = shipped(draw(st.sampled_from(FLOORS)))
+    spread = Spread(building, np.random.default_rng(draw(st.integers(0, 99))))
+    cells = np.argwhere(building.kind == Kind.FLOOR)
+    places = draw(st.lists(st.integers(0, len(cells) - 1), min_size=1, max_size=5))
+    sources = []
+    for floor, row, col in cells[places].tolist():
+        sources.append(Source(floor, *building.metres(row, col), draw(SECONDS)))
+    return spread, sources
+
+
+def arrival(spread, sources):
+    """When every cell burns after these sources."""
+    world = Simulation(spread.building, Scenario(people=0), "none", "none").world
+    for source in sources:
+        spread.ignite(world.flames, source)
+    return world.flames.arrival
+
+
+@pytest.mark.paper("F11")
+@settings(max_examples=40)
+@given(fires())
+def test_one_more_source_never_lowers_the_difficulty(fire):
+    """And it stays between 0 and HARDEST."""
+    spread, sources = fire
+    few = difficulty(spread.building, arrival(spread, sources[:-1]))
+    all_of_them = difficulty(spread.building, arrival(spread, sources))
+    assert 0 <= few <= all_of_them <= HARDEST
+
+
+@pytest.mark.paper("F11")
+@settings(max_examples=40)
+@given(fires(), st.floats(0, 60))
+def test_an_earlier_fire_is_at_least_as_difficult(fire, seconds):
+    """All flames so many seconds sooner."""
+    spread, sources = fire
+    then = arrival(spread, sources)
+    sooner = difficulty(spread.building, np.maximum(then - seconds, 0))
+    assert sooner >= difficulty(spread.building, then)
+
+
+@pytest.mark.paper("F11")
+def test_it_does_not_depend_on_the_robots():
+    """One random fire, met by all kinds of robots: the same h, however it ended.
+
+    With this seed D6 moves no source because of who stands there.
+    """
+    scenario, ends, found = Scenario(people=8), set(), set()
+    for robots in STRATEGIES:
+        run = Simulation(shipped("tiny"), scenario, robots, "random", seed=0)
+        people = people_in(run.world)
+        ends.add(run.run().simulated_seconds)
+        found.add(difficulty_of(run, people))
+    assert len(ends) == len(STRATEGIES)
+    assert len(found) == 1
+
+
+@pytest.mark.paper("F11")
+def test_the_only_door_of_a_full_room_counts_more_than_an_empty_closet():
+    """Nobody has to leave the closet."""
+    building = built(
+        """
+        #########
+        #...#...#
+        #...#...#
+        #...#...#
+        ##+###+##
+        #.......E
+        #########
+        """
+    )
+    doors = [building.landmark == m.index for m in building.landmarks[:2]]
+    people = np.zeros(len(building.areas))
+    people[room(building, 0)] = 10
+    full, closet = (
+        difficulty(building, burning(building, cells, since=20.0), people)
+        for cells in doors
+    )
+    assert full > closet == 0
+
+
+@pytest.mark.paper("F11")
+def test_a_source_that_makes_a_way_longer_makes_it_harder():
+    """A cell of the room that people walk through is enough."""
+    building = built(TWO_ROOMS)
+    some = building.area == room(building, 1)
+    assert difficulty(building, burning(building, some & (np.arange(9) == 6))) > 0
+
+
+# -- Ways and flames ----------------------------------------------------------------
+
+
+def downhill(building, graph):
+    """The same ways as a directed graph: nobody walks up, nor in by an exit."""
+    marks = {m.id: m for m in building.landmarks}
+    nodes = graph.nodes(data=True)
+    directed = nx.MultiDiGraph()
+    directed.add_nodes_from(graph)
+    for one, other, key, facts in graph.edges(keys=True, data=True):
+        for start, end in ((one, other), (other, one)):
+            if facts["kind"] == "stairs":
+                allowed = nodes[start]["floor"] > nodes[end]["floor"]
+            elif facts["kind"] == "entrance":
+                up = marks[key].leads_out
+                allowed = (nodes[start]["kind"] == "room") == up
+            else:
+                allowed = start != OUTSIDE
+            if allowed:
+                directed.add_edge(start, end, length=facts["length"])
+    return directed
+
+
+def by_networkx(building, graph):
+    """(areas,) metres of each area's shortest way out."""
+    towards = downhill(building, graph).reverse()
+    d = nx.single_source_dijkstra_path_length(towards, OUTSIDE, weight="length")
+    return np.array([d.get(area.id, inf) for area in building.areas])
+
+
+@pytest.mark.paper("F11")
+@settings(max_examples=60)
+@given(st.sampled_from(FLOORS), st.sets(st.integers(0, 40)))
+def test_a_burnt_door_costs_what_it_costs_in_the_graph(name, burnt):
+    """As networkx finds the ways in a copy of the graph without these doors."""
+    building = shipped(name)
+    doors = [m for m in building.landmarks if m.kind is Kind.DOOR and m.index in burnt]
+    left = intact(burn(building.graph, [m.id for m in doors]))
+    before, now = by_networkx(building, building.graph), by_networkx(building, left)
+    cells = np.isin(building.landmark, [m.index for m in doors])
+    np.testing.assert_allclose(lost(building, cells), 1 - before / now, atol=1e-12)
+
+
+@pytest.mark.paper("A6")
+def test_a_door_is_no_way_once_a_cell_of_it_burns_an_exit_once_all_do():
+    """The wide exit narrows first."""
+    building = built("##EE##\n#....#\n##++##\n#....#\n######")
+    door, way_out = building.kind == Kind.DOOR, building.kind == Kind.EXIT
+    left = np.arange(6) == 2
+    outer, inner = room(building, 0), room(building, 1)
+    assert lost(building, door & left)[[outer, inner]].tolist() == [0, 1]
+    assert not lost(building, way_out & left).any()
+    assert lost(building, way_out)[[outer, inner]].tolist() == [1, 1]
+
+
+@pytest.mark.paper("A3")
+def test_an_entrance_is_no_way_once_all_cells_before_it_burn():
+    """It never burns itself."""
+    building = built(HOUSE)
+    before = np.zeros(building.kind.shape, dtype=bool)
+    before[1, 2, 4] = True  # the one cell before A upstairs
+    left, right = (a.index for a in building.rooms(1))
+    assert 0.1 < lost(building, before)[left] < 1
+    before[1, 2, 14] = True  # and the one before B
+    assert lost(building, before)[[left, right]].tolist() == [1, 1]
+
+
+@pytest.mark.paper("A3")
+def test_nobody_walks_up_the_stairs_to_get_out():
+    """Cut off below, a room has lost its way, though the upper floor joins both."""
+    building = built(HOUSE)
+    cells = building.landmark == mark(stage(HOUSE), Kind.EXIT)
+    left, right = (a.index for a in building.rooms(0))
+    assert lost(building, cells)[[left, right]].tolist() == [1, 0]
+    assert 0 < lost(building, cells)[building.rooms(1)[0].index] < 1
+
+
+@pytest.mark.paper("F11")
+def test_what_burns_upstairs_costs_nobody_below():
+    """And what burns below costs everybody above."""
+    building = built(HOUSE)
+    for floor, others in ((0, [True, True]), (1, [False, True])):
+        cells = np.zeros(building.kind.shape, dtype=bool)
+        cells[floor] = building.kind[floor] == Kind.FLOOR
+        some = lost(building, cells) > 0
+        on = [some[building.rooms(f)[0].index] for f in (0, 1)]
+        assert on == others
+
+
+@pytest.mark.paper("F11")
+@pytest.mark.parametrize("half", [4, 2, 1])
+def test_a_way_gets_as_much_longer_as_its_room_has_become_smaller(half):
+    """With half of the room gone it is twice as long, and half of it is lost."""
+    building = built("######\n#....E\n######")
+    cells = (building.area >= 0) & (np.arange(6) > 4 - half)
+    assert lost(building, cells)[0] == pytest.approx(half / 4)
+
+
+@pytest.mark.paper("F11")
+def test_ways_are_lost_when_flames_come_and_not_before():
+    """To the second."""
+    building = built("#####\n#...E\n#####")
+    cells = ways_lost(building, burning(building, building.area >= 0, since=30.0))
+    assert cells.shape == (MOMENTS, 1)
+    assert np.flatnonzero(cells[:, 0])[0] == 30
+    assert set(cells[:30, 0]) == {0} and set(cells[30:, 0]) == {1}
+
+
+# -- Who is there -------------------------------------------------------------------
+
+
+@pytest.mark.paper("F11")
+def test_every_metre_of_the_way_counts_the_same():
+    """Who is cut off in the first room has not lost the rest, if out of it by then."""
+    building = built(TWO_ROOMS)
+    inner, outer = 5**0.5, 4.0  # metres: to the door, and from there to the exit
+    people = np.zeros(2)
+    people[room(building, 0)] = 3
+    h = difficulty(building, burning(building, building.kind == Kind.DOOR), people)
+    assert h == pytest.approx(HARDEST * (inner / (inner + outer)) ** 0.5)
+
+
+@pytest.mark.paper("F11")
+def test_without_people_given_each_floor_counts_the_same():
+    """Its rooms by their size."""
+    building = shipped("tiny")
+    spread = Spread(building, np.random.default_rng(0))
+    when = arrival(spread, [Source(0, 6.5, 0.5, 20.0), Source(1, 0.5, -1.5, 40.0)])
+    people = np.zeros(len(building.areas))
+    for floor in range(building.floors):
+        size = sum(area.size for area in building.rooms(floor))
+        for area in building.rooms(floor):
+            people[area.index] = 100 * area.size / size
+    h = difficulty(building, when)
+    assert h == pytest.approx(difficulty(building, when, people))
+    assert h != pytest.approx(difficulty(building, when, people > 0))
+
+
+@pytest.mark.paper("F11")
+def test_people_are_counted_where_they_are():
+    """In rooms and on the stairs; nobody, no difficulty."""
+    sim = stage("#######\n#pq.+r.E\n#######".replace("#######", "########"))
+    assert people_in(sim.world).tolist() == [2, 1]
+    nobody = np.zeros(2)
+    assert difficulty(sim.building, np.zeros(sim.building.kind.shape), nobody) == 0
+
+
+@pytest.mark.paper("F11")
+def test_a_fire_burns_on_when_everybody_is_out():
+    """All its sources count, and the run itself is left alone."""
+    sim = Simulation(shipped("tiny"), Scenario(people=4), "sweep", "random", seed=1)
+    sim.run()
+    ended, lit = sim.world.time, len(sim.world.flames.sources)
+    later = arrival_of(sim)
+    assert lit < FIRE_SOURCES and ended < 60
+    assert (later < sim.world.flames.arrival).any()
+    assert (sim.world.time, len(sim.world.flames.sources)) == (ended, lit)
+
+
+@pytest.mark.paper("F11")
+def test_a_fire_that_never_lights_anything_is_waited_for_no_longer_than_health():
+    """100 points at half a point a second."""
+    sim = Simulation(shipped("tiny"), Scenario(people=4), "sweep", "none", seed=1)
+    sim.run()
+    assert np.isinf(arrival_of(sim)).all()
+    assert HEALTH_LASTS == HEALTH / 0.5
+
+
+# -- Refusals -----------------------------------------------------------------------
+
+
+def test_refuses_flames_of_another_building():
+    """Both shapes are told."""
+    building = built(TWO_ROOMS)
+    with pytest.raises(ValueError, match=r"arrival \(2, 9, 30\).*\(1, 5, 9\)"):
+        difficulty(building, never(shipped("tiny")))
+
+
+@pytest.mark.parametrize("people", [[1, 2, 3], [1, -1], [1, np.nan]])
+def test_refuses_people_who_cannot_be_in_these_rooms(people):
+    """One number for each area, none below 0."""
+    building = built(TWO_ROOMS)
+    with pytest.raises(ValueError, match="each of the 2 areas"):
+        difficulty(building, never(building), np.array(people))
+
+
+def test_refuses_cells_of_which_it_is_not_known_when_they_burn():
+    """A nan would pass for never."""
+    building = built(TWO_ROOMS)
+    with pytest.raises(ValueError, match="inf for never"):
+        difficulty(building, np.full(building.kind.shape, np.nan))

@@ -1,0 +1,149 @@
+"""Bootstrap intervals: what they hold, how often, and what they refuse."""
+
+from math import nan
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy import stats
+
+from reference.evaluation.intervals import (
+    band,
+    iqm,
+    of_difference,
+    of_mean,
+    of_means,
+    of_trainings,
+)
+from reference.evaluation.score import PAPER
+
+NUMBERS = st.floats(-1e6, 1e6)
+
+
+def share_that_hold(truth, of, values, experiments=300):
+    """Share of experiments whose interval holds the truth; values: rng -> values."""
+    found = [of(values(np.random.default_rng(seed))) for seed in range(experiments)]
+    return np.mean([low <= truth <= high for _, low, high in found])
+
+
+# -- What they hold -----------------------------------------------------------------
+
+
+def test_nineteen_of_twenty_intervals_hold_the_true_mean():
+    """Of experiments whose answer is known: 30 rewards around 7000."""
+    share = share_that_hold(7000, of_mean, lambda rng: rng.normal(7000, 3000, 30))
+    assert 0.90 <= share <= 0.98
+
+
+def test_intervals_of_survival_hold_it_too():
+    """Shares near 1, which no bell describes."""
+    share = share_that_hold(0.9, of_mean, lambda rng: rng.beta(9, 1, 100))
+    assert 0.90 <= share <= 0.98
+
+
+@pytest.mark.paper("F12")
+def test_the_interval_of_a_score_is_that_of_its_runs_together():
+    """Where difficult fires cost reward, their parts of E move against each other."""
+    rng = np.random.default_rng(0)
+    h = rng.uniform(1000, 3500, 200)
+    together = np.stack([15000 - 2 * h, h], axis=1)
+    apart = np.stack([rng.permutation(15000 - 2 * h), h], axis=1)
+    one, other = (of_means(PAPER.score, rows) for rows in (together, apart))
+    assert one.mean == pytest.approx(PAPER.score(*together.mean(axis=0)))
+    assert one.mean == pytest.approx(other.mean)
+    assert one.high - one.low < other.high - other.low
+
+
+def test_pairs_tell_a_difference_that_two_intervals_hide():
+    """Fires differ more than robots do; on the same seeds that cancels."""
+    rng = np.random.default_rng(1)
+    fires = rng.uniform(0, 1, 40)
+    one, other = fires + 0.03 + rng.normal(0, 0.02, 40), fires
+    assert of_mean(one).low < of_mean(other).high
+    assert of_difference(one, other).low > 0
+
+
+def test_a_band_is_an_interval_in_every_column():
+    """The same numbers, for all points of a curve at once."""
+    rows = np.random.default_rng(2).normal(0, 1, (20, 3))
+    mean, low, high = band(rows)
+    for k in range(3):
+        assert (mean[k], low[k], high[k]) == pytest.approx(of_mean(rows[:, k]))
+
+
+@given(values=st.lists(NUMBERS, min_size=1, max_size=8))
+def test_an_interval_is_made_of_numbers_and_lies_within_the_values(values):
+    """Whatever they are."""
+    mean, low, high = of_mean(values)
+    assert min(values) - 1e-6 <= low <= high <= max(values) + 1e-6
+    assert mean == pytest.approx(np.mean(values), abs=1e-6)
+
+
+@given(value=NUMBERS, runs=st.integers(1, 9))
+def test_equal_values_make_an_interval_without_width(value, runs):
+    """To the last bit; so does a single one, which tells nothing of scatter."""
+    assert of_mean([value] * runs) == (value, value, value)
+
+
+def test_an_interval_is_the_same_again():
+    """A table does not change from one look at it to the next."""
+    values = np.random.default_rng(3).normal(0, 1, 50)
+    assert of_mean(values) == of_mean(values) != of_mean(values, seed=1)
+
+
+# -- Training runs ------------------------------------------------------------------
+
+
+@given(values=st.lists(NUMBERS, min_size=1, max_size=12))
+def test_the_interquartile_mean_is_that_of_the_middle_half(values):
+    """scipy trims the same quarter at either end."""
+    expected = stats.trim_mean(values, 0.25)
+    assert iqm(np.array(values)) == pytest.approx(expected, abs=1e-6)
+
+
+def test_ten_trainings_hold_the_truth_though_they_differ_more_than_episodes():
+    """The unit is the training run; its episodes alone are not the sample size."""
+
+    def values(rng):
+        return 0.5 + rng.normal(0, 0.1, (10, 1)) + rng.normal(0, 0.2, (10, 20))
+
+    def of_episodes(values):
+        return of_mean(values.ravel())
+
+    assert share_that_hold(0.5, of_episodes, values, experiments=60) < 0.7
+    assert 0.88 <= share_that_hold(0.5, of_trainings, values, experiments=60) < 1
+
+
+def test_one_training_that_failed_does_not_decide():
+    """Of five, the worst and the best are left out."""
+    values = np.full((5, 10), 0.8)
+    values[2] = 0.0
+    assert of_trainings(values).mean == pytest.approx(0.8)
+    assert of_trainings(values).low < 0.8
+
+
+# -- Refusals -----------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("of", "values"),
+    [(of_mean, []), (of_means, [[]]), (band, []), (of_trainings, np.empty((3, 0)))],
+)
+def test_refuses_no_values(of, values):
+    """There is no figure of nothing."""
+    given = (PAPER.score, values) if of is of_means else (values,)
+    with pytest.raises(ValueError, match="at least one value"):
+        of(*given)
+
+
+def test_refuses_what_is_no_number():
+    """It would spread into a table."""
+    with pytest.raises(ValueError, match="leave out what is none"):
+        of_mean([1.0, nan])
+
+
+def test_refuses_pairs_of_different_lengths():
+    """Whose partner is missing has none."""
+    with pytest.raises(ValueError, match="2 values and 1 make no pairs"):
+        of_difference([1.0, 2.0], [1.0])

@@ -1,0 +1,377 @@
+"""The ruler: what the paper prints of it, how it is calibrated, what it refuses."""
+
+import json
+from dataclasses import replace
+from math import nextafter
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from reference.evaluation import score
+from reference.evaluation.score import (
+    PAPER,
+    Case,
+    RulerError,
+    base_and_control,
+    calibrated,
+    from_runs,
+    score_of_runs,
+    weight,
+)
+from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
+
+POINTS = (WORST_POINT, BEST_POINT)
+EASY, HARD = Case(14_000.0, 2418.0), Case(10_000.0, 3559.0)
+"""Two cases on the paper's line E = 1 [F10]."""
+
+REWARDS = st.floats(-1e9, PAPER.reward_at(score.LARGEST) - 1)
+DIFFICULTIES = st.floats(0, 9e7)
+
+
+def baseline(runs, seed=0):
+    """Rewards and difficulties as `sweep` had them on the paper's building: a third of
+    the runs without fire, a third against random, a third against greedy fires."""
+    rng = np.random.default_rng(seed)
+    fires = np.array(
+        [(8950, 425, 0, 0), (6080, 2820, 1160, 320), (1880, 2310, 1520, 300)]
+    )
+    R, of_R, h, of_h = fires[np.arange(runs) % 3].T
+    return rng.normal(R, of_R), np.abs(rng.normal(h, of_h))
+
+
+# -- What the paper prints ----------------------------------------------------------
+
+
+@pytest.mark.paper("F2")
+def test_b_and_c_follow_from_the_two_critical_points():
+    """b = 1.4251 and c = 1/7.017, to the digits that are printed."""
+    b, c = base_and_control(*POINTS)
+    assert b == pytest.approx(10 ** (4 / 26), rel=1e-12)
+    assert (f"{b:.4f}", f"{1 / c:.3f}") == ("1.4251", "7.017")
+
+
+@pytest.mark.paper("F1")
+@pytest.mark.parametrize(("reward", "y"), POINTS)
+def test_equation_4_passes_through_both_critical_points(reward, y):
+    """y(-12000) = 0.1 and y(14000) = 1000."""
+    assert PAPER.reward_part(reward) == pytest.approx(y)
+    assert PAPER.reward_at(y) == pytest.approx(reward)
+
+
+@pytest.mark.paper("F3")
+@pytest.mark.parametrize(
+    ("reward", "slope", "printed"),
+    [(-12000, 3.54e-5, 0.00004), (14000, 0.354, 0.4), (15000, 0.505, 0.5)],
+)
+def test_the_slopes_of_equation_4_are_those_of_the_text(reward, slope, printed):
+    """Exact to three digits, and to the one digit that is printed."""
+    assert PAPER.slope(reward) == pytest.approx(slope, rel=2e-3)
+    assert float(f"{PAPER.slope(reward):.0e}") == printed
+
+
+@pytest.mark.paper("F3")
+@given(st.floats(-12_000, 15_000))
+def test_a_slope_is_what_a_health_point_more_is_worth(reward):
+    """The oracle is the difference itself."""
+    worth = PAPER.reward_part(reward + 0.5) - PAPER.reward_part(reward - 0.5)
+    assert PAPER.slope(reward) == pytest.approx(worth, rel=1e-6)
+
+
+@pytest.mark.paper("F9", "Eq. 8")
+def test_e_is_one_where_e_prime_is_1649_7():
+    """Reward 10000 and difficulty 3558.83 are such a case: y = 242.4, the rest is h."""
+    assert PAPER.reward_part(10_000) == pytest.approx(242.4, abs=0.1)
+    assert PAPER.difficulty_part(3558.83) == pytest.approx(1407.3, abs=0.1)
+    assert PAPER.unscaled(10_000, 3558.83) == pytest.approx(1649.7, abs=0.01)
+    assert PAPER.score(10_000, 3558.83) == pytest.approx(1, abs=1e-5)
+
+
+@pytest.mark.paper("F10")
+@pytest.mark.parametrize(
+    ("reward", "difficulty"), [(0, 3845), (10000, 3559), (14000, 2418), (15000, 1422)]
+)
+def test_the_baselines_score_is_one_along_this_difficulty(reward, difficulty):
+    """h = √((β - y(R)) k) α, on a scale of 0 to about 4000."""
+    assert PAPER.difficulty_at(reward) == pytest.approx(difficulty, abs=0.5)
+    assert PAPER.score(reward, PAPER.difficulty_at(reward)) == pytest.approx(1)
+
+
+@pytest.mark.paper("F10")
+def test_without_fire_even_the_best_reward_scores_below_one():
+    """E = 1 would take 15413 health points, more than R_b."""
+    assert PAPER.reward_at(BETA) == pytest.approx(15_413, abs=1)
+    assert PAPER.score(15_000, 0) == pytest.approx(0.863, abs=1e-3)
+
+
+# -- Calibration --------------------------------------------------------------------
+
+
+@pytest.mark.paper("F9")
+def test_k_makes_two_cases_score_alike():
+    """In whichever order; the paper's own line E = 1 gives its 0.009 back."""
+    k = weight(EASY, HARD, PAPER.base, PAPER.control)
+    assert k == weight(HARD, EASY, PAPER.base, PAPER.control)
+    assert f"{k:.3f}" == "0.009"
+    ruler = replace(PAPER, k=k)
+    assert ruler.score(*EASY) == pytest.approx(ruler.score(*HARD))
+
+
+@pytest.mark.paper("F12")
+def test_the_procedure_reproduces_the_papers_constants():
+    """Two critical points, two equal cases and a baseline that scores 1."""
+    ruler = calibrated(*POINTS, (EASY, HARD), baseline=HARD)
+    assert ruler.k == pytest.approx(K, rel=1e-3)
+    assert ruler.beta == pytest.approx(BETA, rel=1e-3)
+    assert (ruler.base, ruler.control) == (PAPER.base, PAPER.control)
+
+
+@pytest.mark.paper("F12")
+def test_runs_of_a_baseline_make_a_ruler():
+    """Their easiest and hardest third score alike, all of them together 1."""
+    rewards, difficulties = baseline(90)
+    ruler = from_runs(rewards, difficulties, *POINTS)
+    order = np.argsort(difficulties)
+    easy, hard = (
+        score_of_runs(ruler, rewards[part], difficulties[part])
+        for part in (order[:30], order[-30:])
+    )
+    assert easy == pytest.approx(hard)
+    assert score_of_runs(ruler, rewards, difficulties) == pytest.approx(1)
+
+
+@pytest.mark.paper("F12")
+def test_a_baseline_that_met_several_fires_scores_one_on_their_mean():
+    """Each fire by itself lies about there; by one mean of all, all would lie above."""
+    (rewards, difficulties), fires = baseline(90), ["none", "random", "greedy"] * 30
+    by_fire = from_runs(rewards, difficulties, *POINTS, fires)
+    at_once = from_runs(rewards, difficulties, *POINTS)
+    cells = [(rewards[k::3], difficulties[k::3]) for k in range(3)]
+    scores = [score_of_runs(by_fire, *cell) for cell in cells]
+    assert np.mean(scores) == pytest.approx(1)
+    assert min(scores) > 0.8 and max(scores) < 1.2
+    assert min(score_of_runs(at_once, *cell) for cell in cells) > 1.3
+
+
+@pytest.mark.paper("F12")
+def test_the_order_of_the_runs_does_not_matter():
+    """Runs come in as workers finish them."""
+    rewards, difficulties = baseline(50)
+    shuffled = np.random.default_rng(1).permutation(50)
+    one = from_runs(rewards, difficulties, *POINTS)
+    other = from_runs(rewards[shuffled], difficulties[shuffled], *POINTS)
+    assert (one.k, one.beta) == pytest.approx((other.k, other.beta))
+
+
+@pytest.mark.paper("F12")
+def test_other_runs_of_the_same_baseline_make_nearly_the_same_ruler():
+    """Of 90 runs each: what a case reads varies by less than a tenth."""
+    rulers = [from_runs(*baseline(90, seed), *POINTS) for seed in range(40)]
+    for case in [(9000.0, 1000.0), (6000.0, 1500.0), (10_500.0, 0.0)]:
+        readings = [ruler.score(*case) for ruler in rulers]
+        assert np.std(readings) < 0.1 * np.mean(readings)
+
+
+@pytest.mark.paper("F12")
+def test_a_ruler_may_be_made_for_another_number_of_people():
+    """A tenth of the people have a tenth of the rewards, and the same scores."""
+    rewards, difficulties = baseline(60)
+    points = [(reward / 10, y) for reward, y in POINTS]
+    few = from_runs(rewards / 10, difficulties, *points)
+    many = from_runs(rewards, difficulties, *POINTS)
+    assert few.score(900.0, 1000.0) == pytest.approx(many.score(9000.0, 1000.0))
+
+
+# -- E of runs ----------------------------------------------------------------------
+
+
+@pytest.mark.paper("F9")
+def test_robots_that_fail_half_the_time_do_not_score_as_their_lucky_half():
+    """14000 and -12000 are 1000 on average, and score as that. The mean of both scores
+    is fifty times as much, more than what 11000 every time scores."""
+    rewards, difficulties = [14_000, -12_000], [0, 0]
+    fair = score_of_runs(PAPER, rewards, difficulties)
+    of_scores = np.mean([PAPER.score(reward, 0) for reward in rewards])
+    assert fair == PAPER.score(1000, 0) == pytest.approx(0.00606, abs=1e-5)
+    assert of_scores == pytest.approx(50 * fair, rel=0.01)
+    assert of_scores > PAPER.score(11_000, 0)
+
+
+@pytest.mark.paper("F9")
+@given(st.lists(st.tuples(st.floats(-12e3, 15e3), st.floats(0, 4e3)), min_size=1))
+def test_a_mean_of_scores_is_never_below_the_score_of_the_means(runs):
+    """Jensen: E is convex in R and in h, so that it would pay to be unreliable."""
+    rewards, difficulties = np.transpose(runs)
+    of_scores = PAPER.score(rewards, difficulties).mean()
+    assert of_scores >= score_of_runs(PAPER, rewards, difficulties) * (1 - 1e-9)
+
+
+@given(REWARDS, REWARDS, DIFFICULTIES, DIFFICULTIES)
+def test_more_reward_and_more_difficulty_never_score_less(R_1, R_2, h_1, h_2):
+    """And no reading of the ruler is negative, nan or inf."""
+    least = PAPER.score(min(R_1, R_2), min(h_1, h_2))
+    most = PAPER.score(max(R_1, R_2), max(h_1, h_2))
+    assert 0 <= least <= most < np.inf
+
+
+def test_arrays_are_read_element_by_element():
+    """As a picture of E over R and h needs it."""
+    R, h = np.meshgrid([-12e3, 0.0, 14e3], [0.0, 2000.0])
+    E = PAPER.score(R, h)
+    assert E.shape == (2, 3)
+    assert E[1, 2] == PAPER.score(14e3, 2000.0)
+
+
+# -- Limits -------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("reward", [73_000, 1e9, 1e308, float("inf"), float("nan")])
+def test_refuses_rewards_that_lie_off_the_ruler(reward):
+    """Forty people earn 16000 at most; who has more of them calibrates anew."""
+    with pytest.raises(RulerError, match=r"it reads at most 72500.*Calibrate"):
+        PAPER.score(reward, 0.0)
+
+
+def test_whatever_forty_people_earn_can_be_read():
+    """Three floors at full health and the exit, in the hardest fire."""
+    assert PAPER.score(PEOPLE * 400.0, 4000.0) == pytest.approx(2.31, abs=0.01)
+
+
+def test_very_bad_rewards_are_worth_nothing():
+    """0, not an underflow."""
+    assert PAPER.reward_part(-1e9) == 0
+
+
+@pytest.mark.parametrize("difficulty", [-1e-9, 1e8, 1e300, float("nan")])
+def test_refuses_difficulties_that_lie_off_the_ruler(difficulty):
+    """A difficulty is not below 0: h² would hide it."""
+    with pytest.raises(RulerError, match=r"difficulty .* lies off this ruler"):
+        PAPER.score(0.0, difficulty)
+
+
+def test_refuses_one_bad_number_in_an_array():
+    """And names it."""
+    with pytest.raises(RulerError, match="reward 90000 "):
+        PAPER.score(np.array([0, 9e4]), np.zeros(2))
+
+
+def test_refuses_to_name_a_difficulty_where_the_reward_is_enough():
+    """E is above 1 there without any fire."""
+    with pytest.raises(RulerError, match="reward below 15413"):
+        PAPER.difficulty_at(15_414)
+
+
+@pytest.mark.parametrize(
+    ("worst", "best"),
+    [
+        (WORST_POINT, WORST_POINT),
+        (BEST_POINT, WORST_POINT),
+        ((-12000, 0.1), (-12000, 1000)),
+        ((-12000, 0.1), (14000, 0.1)),
+        ((-12000, 0), (14000, 1000)),
+        ((-12000, -1), (14000, 1000)),
+        ((float("nan"), 0.1), (14000, 1000)),
+        ((-12000, 0.1), (float("inf"), 1000)),
+        ((0, 0.1), (1e-3, 1000)),
+        ((1e9, 0.1), (1e9 + 1000, 1000)),
+    ],
+)
+def test_refuses_critical_points_that_make_no_curve(worst, best):
+    """Equal, in the wrong order, with a y that no power has, or out of all bounds."""
+    with pytest.raises(RulerError, match=r"Take|Leave"):
+        base_and_control(worst, best)
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (Case(9000, 1000), Case(9000, 3000)),
+        (Case(9000, 1000), Case(5000, 1000)),
+        (Case(9000, 3000), Case(5000, 1000)),
+        (Case(-1e9, 1000), Case(-2e9, 3000)),
+        (Case(nextafter(-2e6, 0), 1000), Case(-2e6, 3000)),
+    ],
+    ids=["equal R", "equal h", "k below 0", "equal y", "hardly any y"],
+)
+def test_refuses_cases_that_cannot_count_as_equal(one, other):
+    """k would be infinite, zero or negative."""
+    with pytest.raises(RulerError, match="must be the easier one"):
+        weight(one, other, PAPER.base, PAPER.control)
+
+
+@pytest.mark.parametrize(
+    ("rewards", "difficulties", "why"),
+    [
+        ([], [], "at least one run"),
+        ([1.0] * 6, [1.0] * 5, "6 rewards and 5 difficulties"),
+        ([1.0] * 5, [1.0] * 5, "5 runs make no ruler: 6 are the least"),
+        ([*range(6)], [1000] * 6, "fires that differ more"),
+        ([*range(6)], [*range(6)], "must be the easier one"),
+        ([*range(5), float("nan")], [*range(6)], "nan is no number"),
+        ([*range(6)], [*range(5), float("inf")], "inf is no number"),
+    ],
+)
+def test_refuses_runs_that_make_no_ruler(rewards, difficulties, why):
+    """None, too few, all alike, or such as robots that gain by the fire."""
+    with pytest.raises(RulerError, match=why):
+        from_runs(rewards, difficulties, *POINTS)
+
+
+def test_refuses_runs_without_a_fire_each():
+    """With both numbers."""
+    with pytest.raises(RulerError, match="2 fires for 30 runs"):
+        from_runs(*baseline(30), *POINTS, fires=["none", "random"])
+
+
+@pytest.mark.paper("F12")
+def test_refuses_a_baseline_that_hardly_earned_less_in_hard_fires():
+    """k is inverse to the difference, and would be anything."""
+    rewards = [0, 9000, 0, 9000, 0, 9000, 0, 9000, 0, 8000, 0, 8000]
+    with pytest.raises(RulerError, match=r"too unsure to weigh difficulty by\. Run"):
+        from_runs(rewards, range(12), *POINTS)
+
+
+@pytest.mark.parametrize("name", ["alpha", "base", "control", "k", "beta"])
+@pytest.mark.parametrize("value", [0.0, -1.0, float("inf"), float("nan")])
+def test_refuses_constants_that_make_no_ruler(name, value):
+    """Before anything is read from it."""
+    with pytest.raises(RulerError, match=rf"{name} is .* needs a finite number"):
+        replace(PAPER, **{name: value})
+
+
+# -- In a file ----------------------------------------------------------------------
+
+
+def test_a_ruler_goes_through_a_file_unchanged(tmp_path):
+    """To the last digit."""
+    path = tmp_path / "ruler.json"
+    ruler = from_runs(*baseline(30), *POINTS)
+    path.write_text(ruler.as_json())
+    assert score.read(path) == ruler
+
+
+def written(**changes):
+    """The paper's ruler as a file holds it, but for some entries."""
+    return json.dumps(json.loads(PAPER.as_json()) | changes)
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("b = 1.4", "not JSON"),
+        ("[1, 2]", "must name alpha, base, control, k, beta"),
+        ('{"alpha": 1000}', "must name alpha"),
+        (written(h=1), "must name alpha"),
+        (written(k="0.009"), "k is '0.009'. Write a number"),
+        (written(k=True), "k is True"),
+        (written(beta=0), "beta is 0"),
+        (written(beta=10**400), "too large"),
+    ],
+)
+def test_refuses_files_that_hold_no_ruler(tmp_path, text, why):
+    """With the path and what is wrong there."""
+    path = tmp_path / "ruler.json"
+    path.write_text(text)
+    with pytest.raises(RulerError, match=rf"ruler\.json: .*{why}"):
+        score.read(path)

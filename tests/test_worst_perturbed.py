@@ -1,0 +1,127 @@
+"""Robots that are deceived: within the bound, never to their good, exactly at zero."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from movies import shipped
+from trainings import begun, tiny
+
+from reference.evaluation.worst_case.perturbed import PerturbedRobots, may_be_off
+from reference.learning.checkpoints import CheckpointError
+from reference.learning.observations import grid, robot_vectors, robots_at_work
+from reference.learning.policies import LearnedRobots
+from reference.paper import Scenario
+from reference.simulation import Simulation
+
+HEADS = ["pointer", "gaussian"]
+
+
+def checkpoint(head="pointer", trainer="poca"):
+    """Robots of the tiny building that have learned nothing yet."""
+    return begun(tiny(robots={"head": head, "trainer_type": trainer})).checkpoint()
+
+
+def moment(robots, seconds, seed=1):
+    """An evacuation of the tiny building after some seconds."""
+    scenario = replace(robots.evaluation(), time_limit=60.0)
+    sim = Simulation(shipped("tiny"), scenario, "sweep", "random", seed)
+    while sim.world.time < seconds:
+        sim.step()
+    return sim.world
+
+
+def attacked(robots, world, seed=0):
+    """What robots observe in truth, and the worst that was found."""
+    seen = robot_vectors(world, robots.scenario)
+    at_work = robots_at_work(world)
+    rng = np.random.default_rng(seed)
+    return seen, robots.attack(seen, grid(world), at_work, rng)
+
+
+@pytest.mark.paper("F4", "Eq. 5")
+@pytest.mark.parametrize("head", HEADS)
+def test_with_nothing_off_robots_do_exactly_what_they_would(head):
+    """From the first decision to the last."""
+    saved = checkpoint(head)
+    pair = LearnedRobots(saved), PerturbedRobots(saved, epsilon=0)
+    plain, same = (
+        Simulation(shipped("tiny"), robots.evaluation(), robots, "random", seed=2)
+        for robots in pair
+    )
+    assert str(plain.run()) == str(same.run()) and plain.events == same.events
+
+
+@pytest.mark.paper("F4", "Eq. 5")
+@pytest.mark.parametrize("head", HEADS)
+@given(epsilon=st.floats(0.01, 30), seconds=st.integers(0, 40), seed=st.integers(0, 99))
+@settings(max_examples=12)
+def test_nothing_is_off_by_more_than_epsilon(head, epsilon, seconds, seed):
+    """And only what may be: positions of those who are there."""
+    robots = PerturbedRobots(checkpoint(head), epsilon, tries=2)
+    truth, worst = attacked(robots, moment(robots, seconds, seed), seed)
+    free = [may_be_off(row, robots.building, robots.scenario) for row in truth]
+    off = np.abs(worst.seen - truth)
+    assert off.max() <= epsilon + 1e-4 and not off[~np.array(free)].any()
+
+
+@pytest.mark.paper("F4", "Eq. 5")
+@pytest.mark.parametrize("head", HEADS)
+def test_the_worst_that_is_found_is_what_the_robots_then_do(head):
+    """It is an action of theirs, one that they take when they observe that."""
+    robots = PerturbedRobots(checkpoint(head), epsilon=3.0)
+    world = moment(robots, 12)
+    _, worst = attacked(robots, world)
+    acted = robots.player.act([(worst.seen, grid(world))])
+    np.testing.assert_allclose(acted.emitted[0], worst.emitted, atol=1e-6)
+
+
+@pytest.mark.paper("F4", "Eq. 5")
+@pytest.mark.parametrize("head", HEADS)
+def test_the_critic_never_thinks_better_of_it(head):
+    """Worse at once with a large error; more tries find no less."""
+    world = moment(PerturbedRobots(checkpoint(head)), 12)
+    found = []
+    for tries in (1, 16):
+        robots = PerturbedRobots(checkpoint(head), epsilon=5.0, tries=tries)
+        _, worst = attacked(robots, world)
+        found.append(worst.plain - worst.worth)
+    assert found[0] >= 0 and found[1] > 0
+
+
+def test_the_order_of_people_and_all_that_is_no_position_stay():
+    """Of the paper's 167 numbers 108 may be off once all fires are lit."""
+    building, scenario = shipped("paper"), Scenario()
+    sim = Simulation(building, scenario, "sweep", "random", seed=0)
+    row = robot_vectors(sim.world, scenario)[0]
+    assert may_be_off(row, building, scenario).sum() == 2 * (40 + 6)
+    row[142:164:3] = 0  # storeys of all fires: they are there
+    free = may_be_off(row, building, scenario)
+    assert free.sum() == 108
+    assert not free[2:164:3][:46].any() and not free[138:140].any()
+    assert not free[164:].any()
+
+
+def test_the_same_generator_finds_the_same():
+    """Its chances are the simulation's."""
+    robots = PerturbedRobots(checkpoint(), epsilon=2.0)
+    world = moment(robots, 12)
+    one, other = (attacked(robots, world, seed=5)[1] for _ in range(2))
+    assert np.array_equal(one.seen, other.seen) and one[2:] == other[2:]
+
+
+@pytest.mark.parametrize(
+    ("epsilon", "tries"), [(-1, 4), (np.nan, 4), (np.inf, 4), (1, 0)]
+)
+def test_refuses_an_error_that_is_none(epsilon, tries):
+    """Negative, endless, or never tried."""
+    with pytest.raises(ValueError, match="give metres from 0 upwards"):
+        PerturbedRobots(checkpoint(), epsilon, tries)
+
+
+def test_refuses_robots_whose_critic_judges_no_actions():
+    """PPO's values know nothing of what is done."""
+    with pytest.raises(CheckpointError, match=r"Name robots that learned by poca"):
+        PerturbedRobots(checkpoint(trainer="ppo"))
