@@ -112,6 +112,7 @@ def workers(count: int) -> Iterator[Executor]:
         try:
             yield pool
         finally:
+            pool.shutdown(wait=False, cancel_futures=True)  # first forget what waits
             near.close()
             pool.shutdown()
 
@@ -145,6 +146,7 @@ def _end_with(lifeline: Connection) -> None:
     Not while a result is on its way: the pool would wait for the rest of it forever.
     """
     lifeline.poll(None)
+    time.sleep(POLL / 4)  # till the pool has forgotten the jobs that wait
     parent = parent_process()
     while parent is not None and parent.is_alive() and not _working.locked():
         time.sleep(POLL / 4)

@@ -195,9 +195,9 @@ def _caption(page: Figure, answers: Sequence[Answer]) -> None:
     page.text(
         0.5,
         0.1 / page.get_size_inches()[1],
-        f"robots: {names([question.robots])[0]}; {len(answers)} moments after 0 or more "
-        f"random fires, each re-scored in {question.futures} fresh futures "
-        "without any more fires",
+        f"robots: {' '.join(names([question.robots])[0].splitlines())}; "
+        f"{len(answers)} moments after 0 or more random fires, each re-scored in "
+        f"{question.futures} fresh futures with the same rule for the fires after it",
         fontsize=8,
         color=FAINT,
         ha="center",

@@ -42,7 +42,8 @@ class WorstCase:
     low by nature: `gap` re-scores it.
 
     ticks     simulated in looking ahead, at all decisions together
-    foreseen  at the last decision, the worst first
+    foreseen  at the last decision, the worst first; of equals the busiest, since what
+              can wait in one future may be too late in another
     """
 
     def __init__(self, choices: int = CHOICES, horizon: float = HORIZON):
@@ -76,7 +77,8 @@ class WorstCase:
         if not choice:
             return RandomFire().decide(world, rng)
         future = now.another_future(int(rng.integers(2**32)))
-        self.foreseen = sorted(self._look(future, placement) for placement in choice)
+        found = [self._look(future, placement) for placement in choice]
+        self.foreseen = sorted(found, key=lambda each: each.reward)
         return self.foreseen[0].placement
 
     def _look(self, future: Simulation, placement: Decision) -> Foreseen:

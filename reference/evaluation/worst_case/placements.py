@@ -58,7 +58,7 @@ class BusiestWay:
         """Take in what is played."""
         self._scenario = now.scenario
 
-    def decide(self, world: World, rng: np.random.Generator) -> Decision:
+    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """The first placement; a random cell if nobody is inside."""
         choice = placements(world, self._scenario)
         return choice[0] if choice else RandomFire().decide(world, rng)
