@@ -29,6 +29,7 @@ from reference.evaluation.agreement import FIRES, agreement
 from reference.evaluation.contestants import WORST
 from reference.evaluation.crossplay import Asked, begin
 from reference.evaluation.intervals import Interval
+from reference.paper import PEOPLE
 from reference.workers import as_done, workers
 
 PICTURES = (".png", ".svg", ".pdf")
@@ -81,7 +82,9 @@ def gap(arguments: Namespace) -> None:
     if arguments.output:
         writable(arguments.output, PICTURES, "a picture")
     fires = tuple(dict.fromkeys([*CHOOSERS, *(arguments.fire or ())]))
-    asked = Asked((arguments.robots,), fires, seed=arguments.seed)
+    asked = Asked(
+        (arguments.robots,), fires, arguments.building, arguments.people, arguments.seed
+    )
     with for_people():
         arena = begin(asked).arena
     first = arguments.seed or 0
@@ -144,7 +147,12 @@ def _done(
 def _gap_options(parser: ArgumentParser) -> None:
     player_option(parser, "robots", "default: sweep", "sweep")
     player_option(parser, "fire", f"besides {', '.join(CHOOSERS)}", several=True)
-    parser.add_argument(
+    add = parser.add_argument
+    add("--building", help=f"{MAP}; default: the checkpoint's, else paper")
+    add(
+        "--people", type=whole_from(1), help=f"default: the checkpoint's, else {PEOPLE}"
+    )
+    add(
         "--moments",
         type=whole_from(1),
         default=MOMENTS,

@@ -28,6 +28,7 @@ from reference.evaluation import crossplay, score
 from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import PAPER, Ruler
 from reference.files import write_whole
+from reference.paper import PEOPLE
 from reference.workers import workers
 
 RULER = "ruler.json"
@@ -181,7 +182,9 @@ def _evaluate_options(parser: ArgumentParser) -> None:
     player_option(parser, "robots", "default: sweep", several=True)
     player_option(parser, "fire", "default: random", several=True)
     add("--building", help=f"{MAP}; default: the checkpoint's, else paper")
-    add("--people", type=whole_from(1), help="default: the checkpoint's, else 40")
+    add(
+        "--people", type=whole_from(1), help=f"default: the checkpoint's, else {PEOPLE}"
+    )
     add(
         "--episodes",
         type=whole_from(1),

@@ -1,0 +1,155 @@
+"""The commands evaluate, agree and gap: what they print, keep and refuse."""
+
+import csv
+import json
+
+import pytest
+
+from reference.__main__ import main
+from reference.evaluation import score
+
+SMALL = ["--building", "tiny", "--people", "6"]
+FIGURES = ("survival", "reward", "difficulty", "score")
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path, monkeypatch):
+    """Files land in a folder of their own."""
+    monkeypatch.chdir(tmp_path)
+
+
+def evaluated(capsys, *options):
+    """The JSON object of a small evaluation, in this process."""
+    assert main(["evaluate", *SMALL, "--workers", "0", "--json", *options]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+def refusal(capsys, *arguments):
+    """Exit status and message of a command that refuses; nothing is on stdout."""
+    try:
+        status = main(list(arguments))
+    except SystemExit as end:
+        status = end.code
+    told = capsys.readouterr()
+    assert told.out == ""
+    return status, told.err
+
+
+# -- evaluate -----------------------------------------------------------------------
+
+
+@pytest.mark.paper("F12")
+def test_everybody_meets_everybody_and_every_figure_has_an_interval(capsys):
+    """The contract for programs: cells with robots, fire, n and four figures."""
+    facts = evaluated(
+        capsys, "--robots", "none", "sweep", "--fire", "none", "random",
+        "--episodes", "3",
+    )  # fmt: skip
+    pairs = [(cell["robots"], cell["fire"], cell["n"]) for cell in facts["cells"]]
+    assert pairs == [(r, f, 3) for r in ("none", "sweep") for f in ("none", "random")]
+    for cell in facts["cells"]:
+        for figure in FIGURES:
+            found = cell[figure]
+            assert found["low"] <= found["mean"] <= found["high"]
+    assert facts["ruler"]["beta"] == score.PAPER.beta
+    assert facts["cells"][0]["difficulty"]["mean"] == 0
+
+
+def test_the_same_figures_as_evacuate(capsys):
+    """Run i uses seed + i in both."""
+    (cell,) = evaluated(capsys, "--episodes", "2", "--seed", "7")["cells"]
+    assert main(["evacuate", *SMALL, "--episodes", "2", "--seed", "7", "--json"]) == 0
+    alone = json.loads(capsys.readouterr().out)
+    assert cell["reward"]["mean"] == pytest.approx(alone["reward"])
+
+
+def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
+    """And a calibrated ruler reads the next evaluation."""
+    robots = ["--robots", "none", "sweep", "--fire", "none", "random", "greedy"]
+    made = evaluated(
+        capsys, *robots, "--episodes", "6", "--baseline", "sweep", "--out", "eval"
+    )
+    names = {path.name for path in (tmp_path / "eval").iterdir()}
+    assert names == {
+        "evaluation.json", "runs.csv", "cells.csv", "cells.json", "ruler.json",
+        "ruler.png", "scores.png", "matrix.png", "evacuations.png",
+    }  # fmt: skip
+    with (tmp_path / "eval/runs.csv").open(newline="") as file:
+        assert len(list(csv.DictReader(file))) == 36
+    own = [c["score"]["mean"] for c in made["cells"] if c["robots"] == "sweep"]
+    assert sum(own) / len(own) == pytest.approx(1)
+    again = evaluated(capsys, "--episodes", "2", "--ruler", "eval/ruler.json")
+    assert again["ruler"] == made["ruler"]
+
+
+def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys):
+    """What is there is not played again; who is named besides is."""
+    evaluated(capsys, "--episodes", "2", "--out", "eval")
+    before = (tmp_path / "eval/runs.csv").read_text()
+    more = ["evaluate", "--resume", "--out", "eval", "--fire", "greedy"]
+    assert main([*more, "--workers", "0"]) == 0
+    title, heads, random, greedy, note = capsys.readouterr().out.splitlines()
+    assert title.endswith("1 robots x 2 fires x 2 seeds from 0 on, 4 runs")
+    assert heads.split()[:3] == ["robots", "fire", "runs"]
+    assert (random.split()[1], greedy.split()[1]) == ("random", "greedy")
+    assert (tmp_path / "eval/runs.csv").read_text().startswith(before)
+    assert "the paper's" in note
+
+
+@pytest.mark.parametrize(
+    ("options", "status", "hint"),
+    [
+        (["--resume"], 2, "--resume goes with --out"),
+        (["--resume", "--out", "nowhere"], 1, "there is no evaluation"),
+        (["--baseline", "patrol"], 2, "Add it to --robots"),
+        (["--baseline", "sweep", "--ruler", "x"], 2, "leave out one of the two"),
+        (["--ruler", "nowhere.json"], 1, "nowhere.json"),
+        (["--robots", "swep"], 2, "Did you mean 'sweep'?"),
+        (["--fire", "perturbed:x"], 2, "names nobody who plays the fire"),
+        (["--sample"], 2, "--sample goes with a checkpoint"),
+        (["--people", "100000"], 1, "fit"),
+        (["--episodes", "1", "--baseline", "sweep"], 1, "runs make no ruler"),
+    ],
+)
+def test_refuses_an_evaluation_that_cannot_be(options, status, hint, capsys, tmp_path):
+    """One message with a hint, the right exit status, nothing is written."""
+    words = ["evaluate", "--building", "tiny", "--workers", "0", *options]
+    if "--people" not in options and "--resume" not in options:
+        words += ["--people", "6"]
+    found, message = refusal(capsys, *words)
+    assert (found, hint in message) == (status, True), message
+    assert list(tmp_path.iterdir()) == []
+
+
+# -- agree and gap ------------------------------------------------------------------
+
+
+@pytest.mark.paper("F11")
+def test_agree_prints_how_well_two_candidates_agree(tmp_path, capsys):
+    """Three coefficients, and a picture if asked for."""
+    options = ["--building", "tiny", "--fires", "9", "--workers", "0"]
+    assert main(["agree", *options, "--json", "-o", "agree.png"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["fires"] == 9
+    for name in ("spearman", "pearson", "spearman_within_sources"):
+        assert -1 <= facts[name] <= 1
+    assert (tmp_path / "agree.png").exists()
+
+
+@pytest.mark.paper("F4")
+def test_gap_prints_what_every_chooser_costs(capsys):
+    """Intervals of harm, and of what others leave more than the look-ahead."""
+    words = ["gap", *SMALL, "--robots", "sweep", "--moments", "2", "--workers", "0"]
+    assert main([*words, "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["moments"] <= 2
+    for fire in ("random", "greedy", "worst-case"):
+        found = facts[f"harm of {fire}"]
+        assert found["low"] <= found["mean"] <= found["high"]
+    assert set(facts["random leaves more than worst-case"]) == {"mean", "low", "high"}
+
+
+def test_refuses_to_draw_into_a_file_that_is_no_picture(capsys):
+    """Before anything is played."""
+    assert refusal(capsys, "agree", "-o", "agree.gif")[0] == 2
+    assert refusal(capsys, "gap", "-o", "gap.gif")[0] == 2
