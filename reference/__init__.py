@@ -59,4 +59,4 @@ READING_ORDER = (
     "__main__",  # the command line
 )
 
-__version__ = "0.2.0"
+__version__ = "0.3.0"

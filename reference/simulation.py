@@ -76,7 +76,8 @@ class Watcher(Protocol):
     def watch(self, now: "Simulation") -> None:
         """now: a copy that the fire may do with as it likes.
 
-        It stands at the beginning of the tick: nobody has decided in it yet.
+        It stands at the beginning of the tick: nobody has decided in it yet. Give it
+        another fire before it runs on, or it is shown to itself without end.
         """
 
 

@@ -324,6 +324,7 @@ def test_what_it_does_with_what_it_is_shown_changes_nothing():
 
     class Vandal(Onlooker):
         def watch(self, now):
+            now.fire_strategy = Onlooker()
             now.world.bodies.health[:] = 0
             now.run()
 

@@ -1,0 +1,116 @@
+"""The picture of worst cases: what is drawn is what was measured, and is readable."""
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_hex
+from matplotlib.text import Text
+
+from reference.drawing import attack
+from reference.drawing.page import save
+from reference.evaluation.gap import Answer, Cost, Question, harm
+from reference.paper import Scenario
+
+FIRES = ("random", "greedy", "critic:out/robots-0/checkpoint-000245.pt", "worst-case")
+COSTS = [Cost(n, 240.0 * n, 1.2 * n) for n in range(1, 9)]
+
+
+def answers(count=12, fires=FIRES, foreseen=-900.0):
+    """Moments at which each fire does more harm than the last."""
+    rng = np.random.default_rng(0)
+    question = Question("", Scenario(), "sweep", fires, 0, 0, futures=4)
+
+    def one(level):
+        harms = {fire: 500.0 * k for k, fire in enumerate(fires)}
+        rewards = {f: tuple(level - h - rng.normal(0, 50, 4)) for f, h in harms.items()}
+        none = dict.fromkeys(fires)
+        return Answer(question, 10.0, none, rewards, (level,) * 4, level + foreseen)
+
+    return [one(level) for level in rng.uniform(-5000, 5000, count)]
+
+
+def words(figure):
+    """All that is written on a page and can be seen."""
+    hidden = set()
+    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+        low, high = sorted(axis.get_view_interval())
+        out = [t for t in axis.get_major_ticks() if not low <= t.get_loc() <= high]
+        hidden.update(tick.label1 for tick in out)
+    found = figure.findobj(lambda artist: isinstance(artist, Text))
+    return [
+        t for t in found if t.get_text().strip() and t.get_visible() and t not in hidden
+    ]
+
+
+@pytest.mark.paper("F4", "chosen")
+def test_each_fire_has_a_row_with_its_harm_and_interval():
+    """Of the mean over moments, as `harm` tells it; a faint dot for each moment."""
+    found = answers()
+    left, _ = attack.figure(found, COSTS).axes
+    bars = [line for line in left.lines if line.get_linewidth() == 3]
+    assert len(bars) == len(FIRES)
+    for row, (bar, fire) in enumerate(zip(bars, FIRES, strict=True)):
+        assert bar.get_xdata().tolist() == pytest.approx(harm(found, fire)[1:])
+        assert set(bar.get_ydata()) == {row}
+    dots = [line for line in left.lines if line.get_marker() == "."]
+    assert [len(line.get_xdata()) for line in dots] == [12] * len(FIRES)
+
+
+@pytest.mark.paper("F4", "chosen")
+def test_what_looking_ahead_foresaw_stands_beside_what_came():
+    """900 less was foreseen, 1500 less came; without `worst-case` there is neither."""
+    left, _ = attack.figure(answers(), COSTS).axes
+    (mark,) = [line for line in left.lines if line.get_marker() == "D"]
+    assert to_hex(mark.get_markeredgecolor()) == attack.FORESEEN
+    assert mark.get_xdata()[0] == pytest.approx(900) and mark.get_ydata()[0] == 3
+    left, _ = attack.figure(answers(fires=FIRES[:2]), COSTS).axes
+    assert not [line for line in left.lines if line.get_marker() == "D"]
+
+
+@pytest.mark.paper("F4", "linear complexity")
+def test_the_line_through_the_costs_begins_at_nothing():
+    """Eight evacuations of 240 s a decision."""
+    _, right = attack.figure(answers(), COSTS).axes
+    (line,) = [line for line in right.lines if line.get_linestyle() == "-"]
+    assert line.get_xydata().tolist() == [[0, 0], [8, pytest.approx(8 * 240)]]
+    assert right.get_title("left") == "looking ahead: 240 s for each decision"
+
+
+@pytest.mark.parametrize("count", [1, 40])
+@pytest.mark.parametrize("fires", [FIRES[:1], FIRES, FIRES + tuple("abcd")], ids=len)
+def test_nothing_overlaps_and_nothing_is_clipped(fires, count):
+    """However many fires and moments there are."""
+    figure = attack.figure(answers(count, fires), COSTS)
+    FigureCanvasAgg(figure).draw()
+    boxes = {text: text.get_window_extent() for text in words(figure)}
+    overlaps = [
+        (a.get_text(), b.get_text())
+        for a, b in combinations(boxes, 2)
+        if boxes[a].overlaps(boxes[b])
+    ]
+    assert overlaps == []
+    (width, height), box = figure.get_size_inches(), figure.get_tightbbox()
+    assert 0 <= box.x0 < box.x1 <= width
+    assert 0 <= box.y0 < box.y1 <= height
+
+
+def test_the_caption_says_what_stands_behind_it():
+    """How many moments, futures, and which robots."""
+    text = [t.get_text() for t in words(attack.figure(answers(), COSTS))]
+    (caption,) = [t for t in text if t.startswith("robots: sweep")]
+    assert "12 moments" in caption and "4 fresh futures" in caption
+
+
+def test_the_picture_is_written_whole(tmp_path):
+    """As any other."""
+    path = save(attack.figure(answers(), COSTS), tmp_path / "attack.png")
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(("found", "costs"), [([], COSTS), (answers(1), [])])
+def test_refuses_to_draw_nothing(found, costs):
+    """It says what is needed."""
+    with pytest.raises(ValueError, match="nothing to draw: re-score a moment"):
+        attack.figure(found, costs)
