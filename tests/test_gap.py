@@ -61,6 +61,7 @@ def test_a_fire_that_does_not_break_out_does_no_harm():
     found = asked("none", "greedy")
     assert found.rewards["none"] == found.unlit
     assert harm([found], "none") == (0, 0, 0)
+    assert found.rewards["greedy"] != found.unlit
 
 
 @pytest.mark.paper("F4", "chosen")

@@ -9,6 +9,7 @@ from movies import shipped, stage
 from reference.building import Kind
 from reference.evaluation.worst_case import BusiestWay, WorstCase, placements
 from reference.evaluation.worst_case.look_ahead import First
+from reference.evaluation.worst_case.prospects import prospects
 from reference.fire import free_places
 from reference.navigation import prepared
 from reference.paper import PEOPLE, Scenario
@@ -125,6 +126,18 @@ def test_what_it_foresees_to_the_end_is_what_comes_in_that_future():
         run.run()
         comes = group_reward(run.events) - group_reward(sim.events)
         assert reward == pytest.approx(comes)
+
+
+@pytest.mark.paper("F4", "chosen")
+def test_what_comes_after_the_horizon_is_an_estimate():
+    """A tick after the fire nothing has happened yet, and all is to be hoped for."""
+    sim = against("none", people=10, seed=2)
+    fire = WorstCase(1, sim.tick)
+    fire.watch(sim.copy())
+    fire.decide(sim.world, np.random.default_rng(5))
+    assert fire.ticks == 1
+    hoped = prospects(sim.world)
+    assert fire.foreseen[0].reward == pytest.approx(hoped, rel=0.02)
 
 
 @pytest.mark.paper("F4", "Eq. 5")

@@ -54,17 +54,23 @@ def test_every_floor_that_is_left_pays():
     assert prospects(sim.world) == pytest.approx(first + last + FIXED_REWARD)
 
 
-def test_whoever_is_on_the_stairs_has_been_paid_for_the_floor_already():
-    """A moment after the entrance only the rest is to come."""
+@pytest.mark.parametrize(("floor", "landings"), [(1, 0), (2, 1)])
+def test_whoever_is_on_the_stairs_has_been_paid_for_the_floor(floor, landings):
+    """Landings and the exit are to come, all later if the stairs take longer."""
     sim = Simulation(shipped("paper"), Scenario(people=PEOPLE), "sweep", "none", seed=1)
     bodies = sim.world.bodies
-    while not ((bodies.shaft >= 0) & (bodies.floor == 1)).any():
+    while not ((bodies.shaft >= 0) & (bodies.floor == floor)).any():
         sim.step()
-    (i, *_) = np.flatnonzero((bodies.shaft >= 0) & (bodies.floor == 1))
+    (i, *_) = np.flatnonzero((bodies.shaft >= 0) & (bodies.floor == floor))
     bodies.fate[:] = Fate.DEAD
     bodies.fate[i] = Fate.INSIDE
-    most = bodies.health[i] - STOREY + FIXED_REWARD
-    assert most - HEALTH < prospects(sim.world) < most
+    hopes = []
+    for seconds in (0, 10):
+        bodies.stairs_until[i] = sim.world.time + seconds
+        hopes.append(prospects(sim.world))
+    most = FIXED_REWARD + (1 + landings) * bodies.health[i] - landings * STOREY
+    assert most - HEALTH < hopes[0] < most
+    assert hopes[0] - hopes[1] == pytest.approx((1 + landings) * 10 * PER_SECOND)
 
 
 def test_flames_are_walked_through_at_the_health_that_costs():
