@@ -342,7 +342,7 @@ def test_evacuate_films_what_was_learned(run, tmp_path):
         (["--fire", "."], 1, "there is no checkpoint in this folder"),
         (["--robots", "RUN", "--building", "paper"], 1, "has learned Tiny office"),
         (["--robots", "RUN", "--people", "7"], 1, "learned with 6 people"),
-        (["--robots", "run/nowhere.pt"], 2, "is no file and none of the strategies"),
+        (["--robots", "run/nowhere.pt"], 2, "is no file and names nobody who plays"),
     ],
 )
 def test_refuses_a_checkpoint_where_it_does_not_belong(
