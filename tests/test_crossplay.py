@@ -33,6 +33,7 @@ from reference.evaluation.crossplay import (
     resume,
     ruler_of,
     table,
+    unlike_training,
 )
 from reference.evaluation.difficulty import difficulty_of, people_in
 from reference.evaluation.intervals import of_mean
@@ -286,6 +287,20 @@ def test_a_checkpoint_brings_its_building_and_scenario(run):
     found = evaluate(evaluation, None, Here())
     assert [r.robots for r in found] == ["sweep", str(run)]
     assert all(r.people == 6 for r in found)
+
+
+def test_it_is_said_who_plays_in_another_scenario_than_its_own(run, tmp_path):
+    """It may; yet whoever reads the table should know."""
+    short = tiny(scenario=replace(tiny().scenario, time_limit=20.0, sight_range=7.0))
+    other = tmp_path / "other"
+    with one_thread():
+        trained(begun(short, fixed={"fire": "random"}), other, rounds=0)
+    robots = (str(run), str(other), "sweep")
+    assert unlike_training(begin(Asked(robots))) == [
+        f"the robots {other} learned with time_limit 20.0 (here 30.0), "
+        "sight_range 7.0 (here 5.0)"
+    ]
+    assert unlike_training(begin(Asked(robots[:1]))) == []
 
 
 def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp_path):

@@ -327,6 +327,16 @@ def test_evacuate_takes_the_mean_action_unless_asked_for_sampling(run, capsys):
     assert rewards[0] == rewards[1] != rewards[2] == rewards[3]
 
 
+def test_evacuate_notes_who_learned_in_another_scenario(run, tmp_path, capsys):
+    """The robots bring the scenario; a fire that saw less of it plays all the same."""
+    short = tiny(scenario=replace(tiny().scenario, time_limit=20.0))
+    trained(begun(short, fixed={"robots": "sweep"}), tmp_path / "fire", rounds=0)
+    assert status("evacuate", "--robots", run, "--fire", "fire", "--json") == 0
+    out, err = capsys.readouterr()
+    assert "note: the fire fire learned with time_limit 20.0 (here 30.0)" in err
+    assert json.loads(out)["people"] == 6
+
+
 def test_evacuate_films_what_was_learned(run, tmp_path):
     """As any strategy."""
     film = ["--animate", "run.gif"]

@@ -13,6 +13,7 @@ from threading import Event
 from typing import Any, NamedTuple
 
 from reference.evaluation.contestants import NAMES, Side, refuse_nobody
+from reference.evaluation.crossplay import Evaluation, unlike_training
 
 MAP = "a map, by path or by the name of one that ships"
 
@@ -114,6 +115,12 @@ def for_people() -> Iterator[None]:
         yield
     except ValueError as error:
         raise CommandError(str(error)) from error
+
+
+def noted(evaluation: Evaluation) -> None:
+    """What one should know of those who take part; on stderr, where numbers are not."""
+    for line in unlike_training(evaluation):
+        print(f"note: {line}", file=sys.stderr)
 
 
 def counted(number: int, plural: str) -> str:

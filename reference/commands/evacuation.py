@@ -19,6 +19,7 @@ from reference.commands.common import (
     CommandError,
     figures,
     for_people,
+    noted,
     player_option,
     whole_from,
     writable,
@@ -41,6 +42,7 @@ SAME = ("building", "people", "seed", "episodes", "sample")
 def evacuate(arguments: Namespace) -> None:
     """Evacuates a building and tells who got out; episode i uses seed + i."""
     evaluation = _evaluation(arguments)
+    noted(evaluation)
     if arguments.animate:
         _animate(_begun(evaluation, evaluation.seed), arguments.animate)
     progress = tqdm(evaluation.seeds, unit="episode", disable=None, leave=False)

@@ -20,6 +20,7 @@ from reference.commands.common import (
     counted,
     ctrl_c,
     for_people,
+    noted,
     player_option,
     quoted,
     whole_from,
@@ -37,6 +38,7 @@ RULER = "ruler.json"
 def evaluate(arguments: Namespace) -> None:
     """Lets all robots meet all fires on the same seeds: survivors, R, h and E."""
     evaluation = _evaluation(arguments)
+    noted(evaluation)
     given = _given(arguments, evaluation)
     records = _played(evaluation, arguments)
     with for_people():

@@ -17,6 +17,7 @@ from reference.evaluation.crossplay.asked import (
     Evaluation,
     begin,
     resume,
+    unlike_training,
 )
 from reference.evaluation.crossplay.playing import begun, evaluate, job_of
 from reference.evaluation.crossplay.records import (
@@ -59,6 +60,7 @@ __all__ = [
     "resume",
     "ruler_of",
     "table",
+    "unlike_training",
     "write",
     "written",
 ]

@@ -224,6 +224,28 @@ def _refuse_strangers(trained: dict[tuple[Side, str], Trained], arena: Arena) ->
             player.refuse_elsewhere(building_of(arena.plan), arena.scenario)
 
 
+def unlike_training(evaluation: Evaluation) -> list[str]:
+    """A line for each checkpoint that learned in another scenario than it plays in.
+
+    It may: where people start, how far they see and the time limit are no matter of a
+    network's shape. Where several meet, though, only the first is in its own.
+    Raises as `begin` for a checkpoint that has gone since.
+    """
+    here = asdict(evaluation.arena.scenario)
+    trained = _trained(evaluation.robots, evaluation.fires, evaluation.files)
+    lines = []
+    for (side, word), player in trained.items():
+        there = asdict(player.evaluation())
+        other = [
+            f"{name} {there[name]} (here {here[name]})"
+            for name in there
+            if here[name] != there[name]
+        ]
+        if other:
+            lines.append(f"the {side} {word} learned with {', '.join(other)}")
+    return lines
+
+
 @contextmanager
 def _named(side: Side, word: str) -> Iterator[None]:
     """What is wrong, and with whom: there may be many."""
