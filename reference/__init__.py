@@ -41,7 +41,8 @@ READING_ORDER = (
     "learning.policies",  # a learned policy is a strategy
     "learning.summaries",  # what is written down on the way
     "learning.starting",  # from the beginning, or from where it was left
-    "learning.training",  # the adversarial loop
+    "learning.training",  # who learns, and from what
+    "learning.loop",  # the adversarial loop
     "learning.speed",  # how fast all this runs
     "evaluation",  # how good are robots, given how hard the fire is:
     "evaluation.score",  # Eqs. 4 and 8, the score E and its calibration

@@ -12,7 +12,7 @@ from matplotlib.text import Text
 
 from reference.drawing import curves
 from reference.drawing import runs as tables
-from reference.learning import summaries, training
+from reference.learning import loop, summaries
 
 WHEN = ("side", "step", "round", "episodes", "phase")
 REWARD = "Environment/Group Cumulative Reward"
@@ -99,7 +99,7 @@ def test_the_columns_that_are_drawn_are_the_ones_that_training_writes():
     drawn = {curve.column for panel in curves.PANELS for curve in panel.curves}
     assert drawn < set(summaries.COLUMNS)
     assert set(WHEN) == set(summaries.WHEN)
-    assert tables.TABLE == training.SUMMARIES
+    assert tables.TABLE == loop.SUMMARIES
 
 
 def test_a_phase_ends_with_its_last_row_of_either_side(run):

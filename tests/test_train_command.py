@@ -16,7 +16,7 @@ from clauses import ROOT
 from trainings import begun, equal, tiny, trained
 
 from reference.__main__ import main
-from reference.learning import training as training_module
+from reference.learning import loop
 from reference.learning.checkpoints import load, save
 from reference.learning.networks import one_thread
 from reference.learning.settings import write_yaml
@@ -250,7 +250,7 @@ def test_refuses_tensorboard_where_it_is_missing(quick, capsys, monkeypatch, tmp
 
 def test_a_full_disk_ends_the_training_with_one_message(quick, capsys, monkeypatch):
     """The checkpoint before stays, and can be gone on from."""
-    kept = training_module.checkpoints.save
+    kept = loop.checkpoints.save
 
     def full(checkpoint, path):
         if checkpoint.round == 2:
@@ -272,7 +272,7 @@ def test_a_worker_that_dies_ends_the_training_with_one_message(
     def killed(*given):
         raise BrokenProcessPool("a process was terminated abruptly")
 
-    monkeypatch.setattr(training_module, "in_order", killed)
+    monkeypatch.setattr(loop, "in_order", killed)
     assert train("--out", "new") == 1
     assert "a worker has died" in capsys.readouterr().err.splitlines()[-1]
     assert load("new").round == 0

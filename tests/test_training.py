@@ -9,12 +9,13 @@ from trainings import TINY, begun, equal, tiny, trained
 
 from reference.learning.checkpoints import load, newest
 from reference.learning.imitation import demonstrate
+from reference.learning.loop import train
 from reference.learning.networks import one_thread
 from reference.learning.players import SIDES
 from reference.learning.rollouts import play
 from reference.learning.settings import SettingsError
 from reference.learning.summaries import COLUMNS, Board, Summary, Table
-from reference.learning.training import Training, seeds_of, train
+from reference.learning.training import Training, seeds_of
 from reference.workers import Here, workers
 
 

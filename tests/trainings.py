@@ -7,8 +7,9 @@ import torch
 
 from reference.building import load, plan_of
 from reference.learning.checkpoints import Task
+from reference.learning.loop import train
 from reference.learning.settings import Settings, preset
-from reference.learning.training import Training, train
+from reference.learning.training import Training
 from reference.workers import Here
 
 TINY = plan_of(load("tiny"))

@@ -53,7 +53,7 @@ def train(arguments: Namespace) -> None:
 
 def _trained(training: Any, arguments: Namespace) -> Path:
     """Train to the end; the last checkpoint. Before the end, how to go on from it."""
-    from reference.learning.training import train
+    from reference.learning.loop import train
 
     count = cores() if arguments.workers is None else arguments.workers
     print(f"{training.about()}; {counted(count, 'workers')}", file=sys.stderr)
