@@ -7,6 +7,7 @@ in futures that none of them has seen; right, the work of looking ahead.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -144,39 +145,17 @@ def _number(value: float, _: object) -> str:
 
 
 def _legend(page: Figure, foreseen: bool) -> None:
-    handles = [
-        Line2D(
-            [], [], color=EMBER, marker="o", ms=8, lw=3, label="mean and 95 % interval"
-        ),
-        Line2D([], [], color=FAINT, marker=".", ls="", ms=6, label="one moment"),
-        Line2D(
-            [],
-            [],
-            color=FORESEEN,
-            marker="o",
-            ls="",
-            ms=5,
-            alpha=0.55,
-            mec="none",
-            label="one evacuation",
-        ),
-    ]
-    if foreseen:
-        label = f"what {WORST} foresaw itself"
-        handles.insert(
-            2,
-            Line2D(
-                [],
-                [],
-                marker="D",
-                mfc="none",
-                mec=FORESEEN,
-                mew=1.6,
-                ls="",
-                ms=8,
-                label=label,
-            ),
-        )
+    hollow = {"mfc": "none", "mec": FORESEEN, "mew": 1.6, "ms": 8}
+    pale = {"color": FORESEEN, "ms": 5, "alpha": 0.55, "mec": "none"}
+    marks: dict[str, dict[str, Any]] = {
+        "mean and 95 % interval": {"color": EMBER, "marker": "o", "ms": 8, "lw": 3},
+        "one moment": {"color": FAINT, "marker": ".", "ls": "", "ms": 6},
+        f"what {WORST} foresaw itself": {"marker": "D", "ls": "", **hollow},
+        "one evacuation": {"marker": "o", "ls": "", **pale},
+    }
+    if not foreseen:
+        del marks[f"what {WORST} foresaw itself"]
+    handles = [Line2D([], [], label=label, **mark) for label, mark in marks.items()]
     page.legend(
         handles=handles,
         loc="center",
