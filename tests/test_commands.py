@@ -208,7 +208,11 @@ def test_the_main_job_is_an_evacuation_of_the_best_against_the_best(monkeypatch)
 
 
 def test_control_c_ends_with_one_line_and_leaves_nothing_half_written(tmp_path):
-    """Interrupted in the middle of its animation."""
+    """Interrupted in the middle of its animation.
+
+    Shells let what they start in the background ignore Ctrl-C, and tests may be such.
+    """
+    listening = signal.signal(signal.SIGINT, signal.default_int_handler)
     process = subprocess.Popen(
         [sys.executable, "-m", "reference"],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
@@ -216,6 +220,7 @@ def test_control_c_ends_with_one_line_and_leaves_nothing_half_written(tmp_path):
         stderr=subprocess.PIPE,
         text=True,
     )
+    signal.signal(signal.SIGINT, listening)
     while not list(tmp_path.iterdir()) and process.poll() is None:
         time.sleep(0.05)
     process.send_signal(signal.SIGINT)
