@@ -12,18 +12,25 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from reference.commands import building, doubt, evacuation, evaluation, speed, training
-from reference.commands.common import CommandError, whole_from
 from reference.floorplan import FloorPlanError
 from reference.paper import PEOPLE
+from reference.workshop.commands import (
+    building,
+    checks,
+    evacuation,
+    evaluation,
+    speed,
+    training,
+)
+from reference.workshop.commands.common import CommandError, whole_from
 
 COMMANDS = {
     "check": building.CHECK,
     "draw": building.DRAW,
     "evacuate": evacuation.EVACUATE,
     "evaluate": evaluation.EVALUATE,
-    "agree": doubt.AGREE,
-    "gap": doubt.GAP,
+    "agree": checks.AGREE,
+    "gap": checks.GAP,
     "train": training.TRAIN,
     "curves": training.CURVES,
     "bench": speed.BENCH,

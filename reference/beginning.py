@@ -11,14 +11,8 @@ from math import inf
 import numpy as np
 
 from reference.building import Building, Kind
-from reference.navigation import prepared
-from reference.paper import (
-    BODY_RADIUS,
-    HEALTH,
-    WALKING_SPEED,
-    WALKING_SPREAD,
-    Scenario,
-)
+from reference.navigation import navigation_of
+from reference.paper import BODY_RADIUS, HEALTH, WALKING_SPEED, WALKING_SPREAD, Scenario
 from reference.world import (
     NOBODY,
     NOWHERE,
@@ -66,7 +60,7 @@ def occupancy(bodies: Bodies, floors: int) -> list[int]:
 
 def _bodies(building: Building, scenario: Scenario, rng: np.random.Generator) -> Bodies:
     """Everybody stands in a room cell of their own [B8]."""
-    nav = prepared(building)
+    nav = navigation_of(building)
     place = _starting_places(building, scenario, rng)
     n = len(place)
     jitter = rng.uniform(-1, 1, (n, 2)) * (0.5 - BODY_RADIUS)
@@ -133,7 +127,7 @@ def _minds(ranks: np.ndarray, doors: int) -> list[Mind]:
 
 def _robots(building: Building, per_floor: int, people: int) -> list[Robot]:
     """A team on each floor, a robot for each stairwell in turn [C2]."""
-    nav = prepared(building)
+    nav = navigation_of(building)
     robots: list[Robot] = []
     for floor in range(building.floors):
         wells = [s.centre for s in building.stairwells if floor in s.areas]

@@ -302,6 +302,6 @@ class Navigation:
 
 
 @lru_cache(maxsize=8)
-def prepared(building: Building) -> Navigation:
+def navigation_of(building: Building) -> Navigation:
     """The navigation of a building, computed once."""
     return Navigation(building)

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from reference.building import Building, Kind
-from reference.navigation import Navigation, Window, prepared, shifted
+from reference.navigation import Navigation, Window, navigation_of, shifted
 from reference.paper import RAYS
 
 PATCH = 4
@@ -57,7 +57,7 @@ class Sight:
     def __init__(self, building: Building, reach: float):
         reach = min(reach, float(max(building.kind.shape)))  # nobody sees farther
         self.building, self.reach = building, reach
-        self.navigation: Navigation = prepared(building)
+        self.navigation: Navigation = navigation_of(building)
         clear = np.isin(building.kind, (Kind.FLOOR, Kind.STAIRS))
         self.sees = Window(clear, building.walkable, reach, strict=False)
         self.hits = np.full((RAYS, building.kind.size), -1, dtype=np.int32)
@@ -154,6 +154,6 @@ def _cells_along(angle: float, reach: float) -> list[tuple[int, int]]:
 
 
 @lru_cache(maxsize=8)
-def prepared_sight(building: Building, reach: float) -> Sight:
+def sight_of(building: Building, reach: float) -> Sight:
     """The sight tables of a building at one range, computed once."""
     return Sight(building, reach)

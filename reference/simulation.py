@@ -8,7 +8,7 @@ Clauses: A4, A5, A6, B4, B7, B8, C7, C8, D6, D7, F4.  The only writer of the wor
 from copy import copy, deepcopy
 from dataclasses import dataclass, replace
 from math import inf, nan
-from typing import Any, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -17,8 +17,19 @@ from reference import motion
 from reference import robots as robots_module
 from reference.beginning import beginning, occupancy
 from reference.building import Building, Kind
+from reference.events import (
+    Died,
+    DoorBurnt,
+    Evacuated,
+    Event,
+    FireLit,
+    FireRefused,
+    LeftFloor,
+)
+from reference.flames import Spread
+from reference.game.rewards import group_reward
 from reference.humans import Situation, pass_landmark, think
-from reference.navigation import Navigation, prepared
+from reference.navigation import Navigation, navigation_of
 from reference.paper import (
     FIRE_EVERY_DECISIONS,
     FIRE_FIRST_DECISION,
@@ -31,25 +42,12 @@ from reference.paper import (
     Scenario,
 )
 from reference.perception import Surroundings, View, look
-from reference.rewards import (
-    Died,
-    DoorBurnt,
-    Evacuated,
-    Event,
-    FireLit,
-    FireRefused,
-    LeftFloor,
-    group_reward,
-)
-from reference.sight import Sight, prepared_sight
+from reference.sight import Sight, sight_of
 from reference.stairs import Stairs
-from reference.world import (
-    NOBODY,
-    NOWHERE,
-    Aim,
-    Fate,
-    Source,
-)
+from reference.strategies import NoFire, NoRobots
+from reference.world import NOBODY, NOWHERE, Aim, Fate, Source
+
+NOBODY_GUIDES, NOTHING_BURNS = NoRobots(), NoFire()
 
 PURPOSES = ("people", "flames", "fire", "robots")
 """What randomness is for: two runs may differ in one and share the rest."""
@@ -92,27 +90,26 @@ class Simulation:
         self,
         building: Building,
         scenario: Scenario | None = None,
-        robots: str | robots_module.Strategy = "sweep",
-        fire: str | fire_module.Strategy = "random",
+        robots: robots_module.Strategy = NOBODY_GUIDES,
+        fire: fire_module.Strategy = NOTHING_BURNS,
         seed: int = 0,
     ):
-        """Strategies by name or as objects; same seed and inputs, same run.
+        """Same seed and inputs, same run; `NoRobots` are no robots at all.
 
-        Raises ValueError for an unknown name and for more people than fit.
+        Raises ValueError for more people than fit.
         """
         self.building, self.scenario = building, scenario or Scenario()
         self.tick = self.scenario.tick
-        self.navigation: Navigation = prepared(building)
-        self.sight: Sight = prepared_sight(building, self.scenario.sight_range)
+        self.navigation: Navigation = navigation_of(building)
+        self.sight: Sight = sight_of(building, self.scenario.sight_range)
         self.rng = _generators(seed)
-        self.robot_strategy = _named(robots_module.STRATEGIES, robots, "robot strategy")
-        self.fire_strategy = _named(fire_module.STRATEGIES, fire, "fire strategy")
+        self.robot_strategy, self.fire_strategy = robots, fire
         self._marks = building.landmark.ravel()
         self._areas = building.area.ravel()
-        if robots == "none":
+        if isinstance(robots, NoRobots):
             self.scenario = replace(self.scenario, robots_per_floor=0)
         self.algorithm = robots_module.RobotAlgorithm(building)
-        self.spread = fire_module.Spread(building, self.rng["flames"])
+        self.spread = Spread(building, self.rng["flames"])
         self.generator = fire_module.Generator(
             building, self.scenario.sources, self.scenario.training
         )
@@ -406,13 +403,3 @@ def fire_acts(number: int) -> bool:
     """Is the fire's action read at the robots' decision of this number, from 0? [D2]"""
     since_first = number - FIRE_FIRST_DECISION
     return since_first >= 0 and since_first % FIRE_EVERY_DECISIONS == 0
-
-
-def _named(strategies: dict[str, Any], wanted: object, what: str) -> Any:
-    """A strategy by name, or the object itself."""
-    if not isinstance(wanted, str):
-        return wanted
-    if wanted not in strategies:
-        names = ", ".join(strategies)
-        raise ValueError(f"unknown {what} {wanted!r}; there are {names}")
-    return strategies[wanted]()

@@ -13,7 +13,7 @@ import numpy as np
 from reference.building import Building, Stairwell
 from reference.humans import arrive
 from reference.motion import DIAMETER
-from reference.navigation import Navigation, prepared
+from reference.navigation import Navigation, navigation_of
 from reference.paper import STAIRS_SECONDS
 from reference.world import NOBODY, NOWHERE, World
 
@@ -23,7 +23,7 @@ class Stairs:
 
     def __init__(self, building: Building):
         self.building = building
-        self.navigation: Navigation = prepared(building)
+        self.navigation: Navigation = navigation_of(building)
         self.shaft_of = {
             mark: k
             for k, well in enumerate(building.stairwells)

@@ -10,19 +10,23 @@ import contextlib
 import hashlib
 import io
 import json
+import os
 import sys
 import tempfile
 from itertools import product
 from pathlib import Path
+
+os.environ["OMP_NUM_THREADS"] = "1"  # sums depend on how many threads share them
 
 import numpy as np
 from PIL import Image, ImageSequence
 
 from reference.__main__ import main
 from reference.building import load
-from reference.learning import checkpoints
 from reference.paper import Scenario
 from reference.simulation import Simulation
+from reference.workshop.strategies import fire_named, robots_named
+from reference.workshop.training import checkpoints
 
 HERE = Path(__file__).with_name("golden.json")
 BUILDINGS = {"paper": range(2), "museum": range(2), "school": range(1)}
@@ -52,7 +56,9 @@ def evacuations() -> dict[str, str]:
     for name, robots, fire in product(BUILDINGS, ROBOTS, FIRES):
         parts: list[object] = []
         for seed in BUILDINGS[name]:
-            run = Simulation(load(name), Scenario(), robots, fire, seed)
+            run = Simulation(
+                load(name), Scenario(), robots_named(robots), fire_named(fire), seed
+            )
             parts.append(run.run())
             parts += [(type(e).__name__, *vars(e).values()) for e in run.events]
             bodies = run.world.bodies

@@ -18,7 +18,8 @@ from torch import Tensor
 
 from reference.learning.experience import Decisions, Trajectory
 from reference.learning.networks import Sizes
-from reference.learning.settings import TrainerSettings, preset
+from reference.learning.settings import TrainerSettings
+from reference.workshop.training.presets import preset
 
 torch.set_num_threads(1)  # of tensors this small, threads only wait for each other
 

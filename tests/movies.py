@@ -19,14 +19,14 @@ from hypothesis import strategies as st
 
 from reference.beginning import beginning
 from reference.building import build, load
-from reference.fire import Spread
+from reference.flames import Spread
 from reference.floorplan import Plan, Storey, parse
 from reference.humans import Situation, think
-from reference.navigation import prepared
+from reference.navigation import navigation_of
 from reference.paper import WALKING_SPEED, Scenario
 from reference.perception import Surroundings, look
-from reference.robots import NoRobots
 from reference.simulation import Simulation
+from reference.workshop.strategies import fire_named, robots_named
 from reference.world import Mode, Source
 
 PEOPLE = "pqrstuvwxyz"
@@ -54,7 +54,17 @@ def stage(board, robots=None, fire="none", **scenario):
         **scenario,
     )
     with patch("reference.simulation.beginning", partial(as_drawn, floors)):
-        return Simulation(built(board), scene, robots or NoRobots(), fire)
+        return Simulation(
+            built(board), scene, robots_named(robots or Idle()), fire_named(fire)
+        )
+
+
+class Idle:
+    """Robots that are there and never decide."""
+
+    def decide(self, world, robots, rng):
+        """Nothing."""
+        return [None] * len(robots)
 
 
 def play(sim, seconds):
@@ -200,7 +210,7 @@ def found(floors, letters):
 def as_drawn(floors, building, scenario, rng):
     """The world at 0 s, with everybody and every flame where the board has them."""
     world = beginning(building, scenario, rng)
-    nav, bodies = prepared(building), world.bodies
+    nav, bodies = navigation_of(building), world.bodies
     for i, cell in enumerate(found(floors, PEOPLE)):
         p = int(np.ravel_multi_index(cell, building.kind.shape))
         bodies.place[i], bodies.floor[i], bodies.pace[i] = p, cell[0], WALKING_SPEED

@@ -12,7 +12,11 @@ from movies import built, shipped
 from scipy import stats
 
 from reference.building import plan_of
-from reference.evaluation.agreement import (
+from reference.navigation import navigation_of
+from reference.paper import FIRE_SOURCES, Scenario
+from reference.simulation import Simulation
+from reference.strategies import NoFire, NoRobots
+from reference.workshop.evaluation.agreement import (
     DOORSTEP,
     FIRES,
     KINDS,
@@ -24,9 +28,6 @@ from reference.evaluation.agreement import (
     judge,
     unguided_loss,
 )
-from reference.navigation import prepared
-from reference.paper import FIRE_SOURCES, Scenario
-from reference.simulation import Simulation
 from reference.world import Source
 
 FEW = Scenario(people=6)
@@ -63,7 +64,7 @@ def test_unguided_people_lose_to_a_fire_before_the_only_exit():
     building = built(HALL)
     source = Source(0, *building.metres(2, 38), 10.0)
     everybody = replace(FEW, people=20)
-    spared = Simulation(building, everybody, "none", "none", seed=1).run()
+    spared = Simulation(building, everybody, NoRobots(), NoFire(), seed=1).run()
     loss = unguided_loss(building, everybody, seed=1, sources=[source])
     assert 0 < loss / spared.reward < 2
 
@@ -75,7 +76,7 @@ def test_a_judged_fire_is_judged_as_its_replay(fire):
     job = next(j for j in jobs(TINY, FEW, FIRES, seed=7) if j.fire == fire)
     job = replace(job, scenario=replace(FEW, sources=3))
     building = shipped("tiny")
-    run = Simulation(building, job.scenario, "none", KINDS[fire](), job.seed)
+    run = Simulation(building, job.scenario, NoRobots(), KINDS[fire](), job.seed)
     run.run()
     sources = run.world.flames.sources
     assert sources and judge(job).loss == unguided_loss(
@@ -85,8 +86,8 @@ def test_a_judged_fire_is_judged_as_its_replay(fire):
 
 def test_a_doorstep_fire_breaks_out_right_before_a_way_out():
     """Before every one of them sooner or later."""
-    world = Simulation(shipped("paper"), FEW, "none", "none").world
-    nav, rng, struck = prepared(world.building), np.random.default_rng(0), set()
+    world = Simulation(shipped("paper"), FEW, NoRobots(), NoFire()).world
+    nav, rng, struck = navigation_of(world.building), np.random.default_rng(0), set()
     for _ in range(60):
         p = nav.place(*Doorstep().decide(world, rng))
         ways = [m.index for m in world.building.landmarks if m.leads_out]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from matplotlib.text import Text
 
-from reference.drawing import agreement as drawing
-from reference.drawing.page import save
-from reference.evaluation.agreement import KINDS, Agreement, Judged
 from reference.evaluation.difficulty import HARDEST
+from reference.workshop.drawing import agreement as drawing
+from reference.workshop.drawing.page import save
+from reference.workshop.evaluation.agreement import KINDS, Agreement, Judged
 
 
 def fires(count=60, most=8, kinds=tuple(KINDS)):

@@ -8,10 +8,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
-from reference.drawing import attack
-from reference.drawing.page import save
-from reference.evaluation.gap import Answer, Cost, Question, harm
 from reference.paper import Scenario
+from reference.workshop.drawing import attack
+from reference.workshop.drawing.page import save
+from reference.workshop.evaluation.gap import Answer, Cost, Question, harm
 
 FIRES = ("random", "greedy", "critic:out/robots-0/checkpoint-000245.pt", "worst-case")
 COSTS = [Cost(n, 240.0 * n, 1.2 * n) for n in range(1, 9)]

@@ -27,6 +27,10 @@ from reference.paper import (
     Scenario,
 )
 from reference.simulation import Simulation
+from reference.strategies import NoFire, NoRobots, RandomFire
+from reference.workshop.strategies import robots_named
+from reference.workshop.strategies.fires import GreedyFire
+from reference.workshop.strategies.robots import Sweep
 
 THIRD = (0, 0, PEOPLE)
 """Everybody starts on the third floor."""
@@ -246,7 +250,9 @@ def test_walls_between_rooms_count():
 def test_nobody_does_better(people, robots):
     """Neither alone nor in a crowd, led or not; thousands of runs said the same."""
     for seed in range(3):
-        sim = Simulation(shipped("tiny"), Scenario(people), robots, "none", seed)
+        sim = Simulation(
+            shipped("tiny"), Scenario(people), robots_named(robots), NoFire(), seed
+        )
         bound = best_reward_of(sim.world)
         assert sim.run().reward <= bound
 
@@ -256,7 +262,7 @@ def test_nobody_does_better(people, robots):
 def test_not_even_who_knows_the_map_does_better(name, people):
     """And they come within a twentieth of the bound."""
     for seed in range(3):
-        sim = Knowing(shipped(name), Scenario(people), "none", "none", seed)
+        sim = Knowing(shipped(name), Scenario(people), seed=seed)
         bound = best_reward_of(sim.world)
         assert 0.95 * bound < sim.run().reward <= bound
 
@@ -265,7 +271,7 @@ def test_not_even_who_knows_the_map_does_better(name, people):
 @pytest.mark.parametrize("seed", range(2))
 def test_fire_helps_nobody_beyond_the_bound(seed):
     """It burns doors, blocks ways and costs health."""
-    sim = Simulation(shipped("tiny"), Scenario(8), "sweep", "greedy", seed)
+    sim = Simulation(shipped("tiny"), Scenario(8), Sweep(), GreedyFire(), seed)
     bound = best_reward_of(sim.world)
     assert sim.run().reward <= bound
 
@@ -273,7 +279,9 @@ def test_fire_helps_nobody_beyond_the_bound(seed):
 def test_the_bound_lies_near_what_the_mean_ways_say():
     """Two ways to the same number, within two in a hundred."""
     building = shipped("paper")
-    placed = best_reward_of(Simulation(building, robots="none").world)
+    placed = best_reward_of(
+        Simulation(building, robots=NoRobots(), fire=RandomFire()).world
+    )
     carried = best_reward_carried(losses(building), (14, 13, 13))
     assert placed == pytest.approx(carried, rel=0.02)
 

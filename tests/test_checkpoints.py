@@ -14,15 +14,27 @@ import torch
 from trainings import begun, equal, tiny
 
 from reference.building import load as load_building
-from reference.learning import checkpoints
-from reference.learning.checkpoints import CheckpointError, keep, load, newest, save
-from reference.learning.environment import Environment
-from reference.learning.observations import robot_vectors
-from reference.learning.policies import LearnedFire, LearnedRobots, named_or_file
-from reference.learning.training import Training
+from reference.events import FireLit
+from reference.game.environment import Environment
+from reference.game.observations import robot_vectors
 from reference.paper import Scenario
-from reference.rewards import FireLit
 from reference.simulation import Simulation
+from reference.strategies import NoFire, NoRobots, RandomFire
+from reference.workshop.strategies.robots import Patrol
+from reference.workshop.training import checkpoints
+from reference.workshop.training.checkpoints import (
+    CheckpointError,
+    keep,
+    load,
+    newest,
+    save,
+)
+from reference.workshop.training.policies import (
+    LearnedFire,
+    LearnedRobots,
+    named_or_file,
+)
+from reference.workshop.training.session import Training
 
 
 @pytest.fixture(scope="module")
@@ -241,8 +253,8 @@ def test_learned_policies_play_both_sides_of_an_evacuation(path, office):
 def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path, office):
     """The environment's robots, told the mean actions, go the same ways."""
     policy = LearnedRobots(path)
-    alone = Simulation(office, SMALL, policy, "random", seed=7)
-    environment = Environment(office, SMALL, fire="random")
+    alone = Simulation(office, SMALL, policy, RandomFire(), seed=7)
+    environment = Environment(office, SMALL, fire=RandomFire())
     seen, _ = environment.reset(seed=7)
     while environment.agents:
         world = environment.simulation.world
@@ -256,7 +268,7 @@ def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path, off
 
 def test_destinations_are_metres_in_the_building(path, office):
     """Half-bodies become metres about the middle of the main body, 24 by 9 here."""
-    world = Simulation(office, SMALL, "patrol", "none", seed=0).world
+    world = Simulation(office, SMALL, Patrol(), NoFire(), seed=0).world
     rng = np.random.default_rng(0)
     left, bottom, right, top = office.body
     for x, y in LearnedRobots(path).decide(world, world.robots, rng):
@@ -267,7 +279,7 @@ def test_destinations_are_metres_in_the_building(path, office):
 
 def test_sampling_draws_from_the_generator_it_is_given(path, office):
     """The mean action draws nothing; samples follow from the seed, and vary."""
-    world = Simulation(office, SMALL, "patrol", "none", seed=0).world
+    world = Simulation(office, SMALL, Patrol(), NoFire(), seed=0).world
     mean, sampled = LearnedRobots(path), LearnedRobots(path, sample=True)
 
     def decided(policy, seed):
@@ -280,7 +292,7 @@ def test_sampling_draws_from_the_generator_it_is_given(path, office):
 
 def test_decides_for_those_robots_alone_that_it_is_asked_about(path, office):
     """Robots whose work is done are not asked; the others' answers stay the same."""
-    world = Simulation(office, SMALL, "patrol", "none", seed=0).world
+    world = Simulation(office, SMALL, Patrol(), NoFire(), seed=0).world
     policy, rng = LearnedRobots(path), np.random.default_rng(0)
     everybody = policy.decide(world, world.robots, rng)
     assert policy.decide(world, world.robots[2:], rng) == everybody[2:]
@@ -290,14 +302,14 @@ def test_copies_of_a_simulation_share_the_network(path, office):
     """Look-ahead copies a simulation hundreds of times."""
     policy = LearnedRobots(path)
     assert deepcopy(policy) is policy
-    simulation = Simulation(office, SMALL, policy, "random", seed=2)
+    simulation = Simulation(office, SMALL, policy, RandomFire(), seed=2)
     ahead = simulation.copy()
     assert ahead.run() == simulation.run()
 
 
 def test_a_fire_that_learned_against_robots_can_burn_without_any(path, office):
     """It sees them as gone home."""
-    simulation = Simulation(office, SMALL, "none", LearnedFire(path), seed=0)
+    simulation = Simulation(office, SMALL, NoRobots(), LearnedFire(path), seed=0)
     assert simulation.run().people == 6
 
 
@@ -332,14 +344,14 @@ def test_refuses_a_building_that_it_has_not_learned(path):
     with pytest.raises(CheckpointError, match="has learned Tiny office"):
         LearnedRobots(path).refuse_elsewhere(paper, SMALL)
     with pytest.raises(CheckpointError, match="has learned Tiny office"):
-        Simulation(paper, SMALL, LearnedRobots(path), "none").run()
+        Simulation(paper, SMALL, LearnedRobots(path), NoFire()).run()
 
 
 def test_refuses_more_people_at_the_first_decision_too(path, office):
     """Whoever uses the strategy from Python gets the same sentence."""
     crowd = replace(SMALL, people=9)
     with pytest.raises(CheckpointError, match="learned with 6 people; here it is 9"):
-        Simulation(office, crowd, LearnedRobots(path), "none").run()
+        Simulation(office, crowd, LearnedRobots(path), NoFire()).run()
 
 
 def test_refuses_a_side_that_nobody_learned(tmp_path):

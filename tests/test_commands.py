@@ -199,7 +199,7 @@ def test_refuses_an_mp4_where_ffmpeg_is_missing(capsys, monkeypatch):
 def test_the_main_job_is_an_evacuation_of_the_best_against_the_best(monkeypatch):
     """`python -m reference` alone: sweep, greedy fire, evacuation.gif."""
     asked = []
-    monkeypatch.setattr("reference.commands.evacuation.evacuate", asked.append)
+    monkeypatch.setattr("reference.workshop.commands.evacuation.evacuate", asked.append)
     assert main([]) == 0
     words = vars(asked[0])
     assert (words["building"], words["people"], words["episodes"]) == ("paper", 40, 1)
@@ -252,9 +252,9 @@ def test_ends_quietly_when_its_output_cannot_be_written(shed, out, message):
 @pytest.fixture
 def brief(monkeypatch):
     """One run of everything; the learners take in one minibatch."""
-    monkeypatch.setattr("reference.bench.RUNS", 1)
-    monkeypatch.setattr("reference.learning.speed.BATCHES", 1)
-    monkeypatch.setattr("reference.learning.speed.EPISODES", 1)
+    monkeypatch.setattr("reference.workshop.bench.RUNS", 1)
+    monkeypatch.setattr("reference.workshop.learning_speed.BATCHES", 1)
+    monkeypatch.setattr("reference.workshop.learning_speed.EPISODES", 1)
 
 
 def test_bench_prints_speeds_with_and_without_minds(capsys, brief):
@@ -269,7 +269,7 @@ def test_bench_prints_speeds_with_and_without_minds(capsys, brief):
 
 def test_bench_measures_both_learners_and_rollouts(capsys, brief, monkeypatch):
     """Decisions of rollouts per core, samples of each trainer."""
-    monkeypatch.setattr("reference.bench.CASES", {"9": (9, 2.0)})
+    monkeypatch.setattr("reference.workshop.bench.CASES", {"9": (9, 2.0)})
     assert main(["bench", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     samples = facts["learner_samples_per_second"]
@@ -280,7 +280,7 @@ def test_bench_measures_both_learners_and_rollouts(capsys, brief, monkeypatch):
 
 def test_bench_prints_a_table_for_people(capsys, brief, monkeypatch):
     """One row for each crowd, then what learning is made of."""
-    monkeypatch.setattr("reference.bench.CASES", {"9": (9, 2.0)})
+    monkeypatch.setattr("reference.workshop.bench.CASES", {"9": (9, 2.0)})
     assert main(["bench", "--seed", "4"]) == 0
     title, _, row, load, rollouts, learners = capsys.readouterr().out.splitlines()
     assert title.endswith("one core, median of seeds 4 to 4")

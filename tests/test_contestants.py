@@ -6,13 +6,14 @@ import sys
 import pytest
 from trainings import begun, tiny
 
-from reference import fire, robots
-from reference.evaluation.contestants import NAMES, SCRIPTS, contestant
-from reference.evaluation.worst_case import BusiestWay, WorstCase
-from reference.evaluation.worst_case.critic import CriticFire
-from reference.evaluation.worst_case.perturbed import EPSILON, PerturbedRobots
-from reference.learning.checkpoints import CheckpointError, save
-from reference.learning.policies import LearnedFire, LearnedRobots
+from reference.workshop.evaluation.contestants import NAMES, SCRIPTS, contestant
+from reference.workshop.evaluation.worst_case import BusiestWay, WorstCase
+from reference.workshop.evaluation.worst_case.critic import CriticFire
+from reference.workshop.evaluation.worst_case.perturbed import EPSILON, PerturbedRobots
+from reference.workshop.strategies import FIRES, ROBOTS
+from reference.workshop.strategies.robots import Sweep
+from reference.workshop.training.checkpoints import CheckpointError, save
+from reference.workshop.training.policies import LearnedFire, LearnedRobots
 
 
 @pytest.fixture(scope="module")
@@ -24,10 +25,10 @@ def path(tmp_path_factory):
 
 
 @pytest.mark.parametrize("side", ["robots", "fire"])
-def test_a_scripts_name_stays_a_name(side):
-    """A simulation knows it, and that "none" means no robots at all."""
-    known = {"robots": robots.STRATEGIES, "fire": fire.STRATEGIES}[side]
-    assert [contestant(name, side) for name in known] == list(known)
+def test_a_scripts_name_is_the_strategy_of_that_name(side):
+    """A new one each time."""
+    known = {"robots": ROBOTS, "fire": FIRES}[side]
+    assert [type(contestant(name, side)) for name in known] == list(known.values())
     assert SCRIPTS[side] == NAMES[side][: len(known)] == tuple(known)
 
 
@@ -65,7 +66,7 @@ def test_how_far_observations_are_off_stands_before_the_file(path):
 def test_only_a_learned_policy_is_sampled(path):
     """As asked; scripts and worst cases have nothing to sample."""
     assert contestant(path, "robots", sample=True).sample
-    assert contestant("sweep", "robots", sample=True) == "sweep"
+    assert isinstance(contestant("sweep", "robots", sample=True), Sweep)
     assert not contestant(f"perturbed:{path}", "robots", sample=True).sample
 
 
@@ -97,9 +98,11 @@ def test_refuses_a_folder_without_a_checkpoint(tmp_path):
 def test_torch_is_not_loaded_for_scripts_and_look_ahead():
     """Whoever names no checkpoint does not wait for it."""
     code = (
-        "import sys; from reference.evaluation.contestants import contestant;"
+        "import sys; from reference.workshop.evaluation.contestants import contestant;"
         "contestant('sweep', 'robots'); contestant('worst-case', 'fire');"
         "print(*sys.modules)"
     )
     loaded = subprocess.check_output([sys.executable, "-c", code], text=True).split()
-    assert "reference.evaluation.worst_case" in loaded and "torch" not in loaded
+    assert (
+        "reference.workshop.evaluation.worst_case" in loaded and "torch" not in loaded
+    )

@@ -18,8 +18,14 @@ from hypothesis import strategies as st
 from trainings import begun, tiny, trained
 
 from reference.building import load
-from reference.evaluation import crossplay
-from reference.evaluation.crossplay import (
+from reference.evaluation.difficulty import difficulty_of, people_in
+from reference.evaluation.score import PAPER
+from reference.learning.networks import one_thread
+from reference.paper import BEST_POINT, WORST_POINT, Scenario
+from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop.evaluation import crossplay
+from reference.workshop.evaluation.crossplay import (
     Asked,
     ContradictionError,
     EvaluationError,
@@ -35,13 +41,9 @@ from reference.evaluation.crossplay import (
     table,
     unlike_training,
 )
-from reference.evaluation.difficulty import difficulty_of, people_in
-from reference.evaluation.intervals import of_mean
-from reference.evaluation.score import PAPER
-from reference.learning.networks import one_thread
-from reference.paper import BEST_POINT, WORST_POINT, Scenario
-from reference.simulation import Simulation
-from reference.workers import Here, workers
+from reference.workshop.evaluation.intervals import of_mean
+from reference.workshop.strategies.robots import Sweep
+from reference.workshop.workers import InProcess, workers
 
 SMALL = Asked(("none", "sweep"), ("random",), "tiny", people=4, episodes=2)
 
@@ -55,7 +57,7 @@ def in_an_empty_folder(tmp_path, monkeypatch):
 @pytest.fixture(scope="module")
 def small():
     """All records of SMALL."""
-    return evaluate(begin(SMALL), None, Here())
+    return evaluate(begin(SMALL), None, InProcess())
 
 
 @pytest.fixture(scope="module")
@@ -67,14 +69,14 @@ def run(tmp_path_factory):
     return folder
 
 
-class Counting(Here):
+class Counting(InProcess):
     """Does jobs here, and remembers them."""
 
     def __init__(self):
         self.jobs = []
 
     def submit(self, fn, /, job):
-        """As `Here` does."""
+        """As `InProcess` does."""
         self.jobs.append(job)
         return super().submit(fn, job)
 
@@ -110,7 +112,7 @@ def test_everybody_meets_everybody_on_the_same_seeds(small):
 def test_a_record_tells_what_the_simulation_did(small):
     """Run by hand, from the same seed."""
     scenario = Scenario(people=4)
-    run = Simulation(load("tiny"), scenario, "sweep", "random", seed=1)
+    run = Simulation(load("tiny"), scenario, Sweep(), RandomFire(), seed=1)
     people = people_in(run.world)
     outcome, found = run.run(), small[3]
     assert found.survival == outcome.evacuated / 4
@@ -156,13 +158,13 @@ def test_a_strategy_remembers_nothing_of_the_run_before(monkeypatch):
 
     monkeypatch.setattr(playing, "contestant", made)
     evaluation = replace(begin(SMALL), robots=("none",), fires=("clock",))
-    assert len(evaluate(evaluation, None, Here())) == 2
+    assert len(evaluate(evaluation, None, InProcess())) == 2
 
 
 def test_the_fire_that_looks_ahead_takes_part_by_its_name():
     """And lights as many sources as there are."""
     asked = Asked(("none",), ("worst-case",), "tiny", people=2, episodes=1)
-    (found,) = evaluate(begin(asked), None, Here())
+    (found,) = evaluate(begin(asked), None, InProcess())
     assert found.match == ("none", "worst-case")
     assert found.difficulty > 0
 
@@ -176,10 +178,10 @@ def test_torch_is_not_loaded_where_nobody_learned():
     """Processes that evaluate scripts start at once."""
     program = (
         "import sys\n"
-        "from reference.evaluation.crossplay import Asked, begin, evaluate\n"
-        "from reference.workers import Here\n"
+        "from reference.workshop.evaluation.crossplay import Asked, begin, evaluate\n"
+        "from reference.workshop.workers import InProcess\n"
         "asked = Asked(('none',), ('none',), 'tiny', people=1, episodes=1)\n"
-        "evaluate(begin(asked), None, Here())\n"
+        "evaluate(begin(asked), None, InProcess())\n"
         "print('torch' in sys.modules)\n"
     )
     surroundings = os.environ | {"PYTHONPATH": str(ROOT)}
@@ -196,19 +198,21 @@ def test_what_is_over_is_kept_and_not_played_again(small):
     """Stopped after two runs; then only the others are played, to the same end."""
     folder, whole = Path("stopped"), Path("whole")
     looks = iter([False, False])
-    kept = evaluate(begin(SMALL, folder), folder, Here(), lambda: next(looks, True))
+    kept = evaluate(
+        begin(SMALL, folder), folder, InProcess(), lambda: next(looks, True)
+    )
     assert kept == small[:2] == crossplay.read(folder / "runs.csv")
     rest = Counting()
     assert evaluate(resume(Asked(), folder), folder, rest) == small
     assert [(job.robots, job.seed) for job in rest.jobs] == [("sweep", 0), ("sweep", 1)]
-    evaluate(begin(SMALL, whole), whole, Here())
+    evaluate(begin(SMALL, whole), whole, InProcess())
     assert (folder / "runs.csv").read_bytes() == (whole / "runs.csv").read_bytes()
 
 
 def test_a_row_that_was_half_written_is_played_anew(small):
     """Whoever pulls the plug loses no more than that run."""
     folder = Path("out")
-    evaluate(begin(SMALL, folder), folder, Here())
+    evaluate(begin(SMALL, folder), folder, InProcess())
     runs = folder / "runs.csv"
     runs.write_text(runs.read_text()[:-3])
     rest = Counting()
@@ -219,7 +223,7 @@ def test_a_row_that_was_half_written_is_played_anew(small):
 def test_more_robots_can_be_asked_for_later(small):
     """What is there is not played again."""
     folder, more = Path("out"), Counting()
-    evaluate(begin(replace(SMALL, robots=("sweep",)), folder), folder, Here())
+    evaluate(begin(replace(SMALL, robots=("sweep",)), folder), folder, InProcess())
     evaluation = resume(Asked(robots=("none", "sweep")), folder)
     assert evaluation.robots == ("sweep", "none")
     assert evaluate(evaluation, folder, more) == [*small[2:], *small[:2]]
@@ -284,7 +288,7 @@ def test_a_checkpoint_brings_its_building_and_scenario(run):
     assert evaluation.arena.building == "tiny"
     assert evaluation.arena.people == 6
     assert evaluation.arena.scenario == replace(tiny().scenario, training=False)
-    found = evaluate(evaluation, None, Here())
+    found = evaluate(evaluation, None, InProcess())
     assert [r.robots for r in found] == ["sweep", str(run)]
     assert all(r.people == 6 for r in found)
 
@@ -310,11 +314,11 @@ def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp
     word, first = str(training), str(training / "checkpoint-000001.pt")
     asked = Asked((word,), ("none",), episodes=1)
     evaluation = begin(asked, folder)
-    evaluate(evaluation, folder, Here())
+    evaluate(evaluation, folder, InProcess())
     shutil.copy(first, training / "checkpoint-000002.pt")
     again = resume(Asked(fire=("random",)), folder)
     assert (again.robots, again.word(word)) == ((word,), first)
-    assert {r.robots for r in evaluate(again, folder, Here())} == {word}
+    assert {r.robots for r in evaluate(again, folder, InProcess())} == {word}
 
 
 def test_words_before_a_checkpoint_stay_when_it_is_pinned(run):
@@ -447,7 +451,7 @@ def test_the_baseline_scores_one_on_the_ruler_made_of_its_runs():
 )
 def test_refuses_to_go_on_with_something_else(changes, message):
     """Runs of two kinds would stand in one table."""
-    evaluate(begin(SMALL, Path("out")), Path("out"), Here(), lambda: True)
+    evaluate(begin(SMALL, Path("out")), Path("out"), InProcess(), lambda: True)
     with pytest.raises(ContradictionError, match=message):
         resume(Asked(**changes), Path("out"))
     resume(SMALL, Path("out"))
@@ -479,14 +483,14 @@ def test_refuses_a_folder_that_is_used_unless_told_to_go_on():
 def test_refuses_files_that_are_not_its_own(file, text, message):
     """Or that a later version wrote, in which runs may end otherwise."""
     path = Path("out") / file
-    evaluate(begin(SMALL, Path("out")), Path("out"), Here(), lambda: True)
+    evaluate(begin(SMALL, Path("out")), Path("out"), InProcess(), lambda: True)
     if text is None:
         text = path.read_text() + "sweep,random\n" * (file == "runs.csv")
         version = json.loads(Path("out/evaluation.json").read_text())["version"]
         text = text.replace(f'"{version}"', '"0.0.1"')
     path.write_text(text)
     with pytest.raises(EvaluationError, match=message):
-        evaluate(resume(Asked(), Path("out")), Path("out"), Here())
+        evaluate(resume(Asked(), Path("out")), Path("out"), InProcess())
 
 
 def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
@@ -494,7 +498,7 @@ def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
     mine = tmp_path / "mine.pt"
     shutil.copy(run / "checkpoint-000001.pt", mine)
     asked = Asked((str(mine),), ("none",), episodes=1)
-    evaluate(begin(asked, Path("out")), Path("out"), Here(), lambda: True)
+    evaluate(begin(asked, Path("out")), Path("out"), InProcess(), lambda: True)
     shutil.copy(run / "checkpoint-000000.pt", mine)
     with pytest.raises(EvaluationError, match="is another checkpoint than the one"):
         resume(Asked(), Path("out"))

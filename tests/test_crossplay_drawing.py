@@ -8,9 +8,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
-from reference.drawing.crossplay import LINES, curves, matrix, names, shares
-from reference.evaluation.crossplay import Record, cells
 from reference.evaluation.score import PAPER
+from reference.workshop.drawing.crossplay import LINES, curves, matrix, names, shares
+from reference.workshop.evaluation.crossplay import Record, cells
 
 ROBOTS = (
     "none",

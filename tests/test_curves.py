@@ -10,9 +10,9 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.text import Text
 
-from reference.drawing import curves
-from reference.drawing import runs as tables
-from reference.learning import loop, summaries
+from reference.workshop.drawing import curves
+from reference.workshop.drawing import runs as tables
+from reference.workshop.training import loop, summaries
 
 WHEN = ("side", "step", "round", "episodes", "phase")
 REWARD = "Environment/Group Cumulative Reward"

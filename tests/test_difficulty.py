@@ -21,10 +21,12 @@ from reference.evaluation.difficulty import (
     ways_lost,
 )
 from reference.evaluation.score import PAPER
-from reference.fire import Spread
+from reference.flames import Spread
 from reference.paper import FIRE_SOURCES, HEALTH, Scenario
-from reference.robots import STRATEGIES
 from reference.simulation import Simulation
+from reference.strategies import NoFire, NoRobots, RandomFire
+from reference.workshop.strategies import ROBOTS, robots_named
+from reference.workshop.strategies.robots import Sweep
 from reference.world import Source
 
 TWO_ROOMS = """
@@ -118,7 +120,7 @@ def fires(draw):
 
 def arrival(spread, sources):
     """When every cell burns after these sources."""
-    world = Simulation(spread.building, Scenario(people=0), "none", "none").world
+    world = Simulation(spread.building, Scenario(people=0), NoRobots(), NoFire()).world
     for source in sources:
         spread.ignite(world.flames, source)
     return world.flames.arrival
@@ -153,12 +155,14 @@ def test_it_does_not_depend_on_the_robots():
     With this seed D6 moves no source because of who stands there.
     """
     scenario, ends, found = Scenario(people=8), set(), set()
-    for robots in STRATEGIES:
-        run = Simulation(shipped("tiny"), scenario, robots, "random", seed=0)
+    for robots in ROBOTS:
+        run = Simulation(
+            shipped("tiny"), scenario, robots_named(robots), RandomFire(), seed=0
+        )
         people = people_in(run.world)
         ends.add(run.run().simulated_seconds)
         found.add(difficulty_of(run, people))
-    assert len(ends) == len(STRATEGIES)
+    assert len(ends) == len(ROBOTS)
     assert len(found) == 1
 
 
@@ -344,7 +348,7 @@ def test_people_are_counted_where_they_are():
 @pytest.mark.paper("F11")
 def test_a_fire_burns_on_when_everybody_is_out():
     """All its sources count, and the run itself is left alone."""
-    sim = Simulation(shipped("tiny"), Scenario(people=4), "sweep", "random", seed=1)
+    sim = Simulation(shipped("tiny"), Scenario(people=4), Sweep(), RandomFire(), seed=1)
     sim.run()
     ended, lit = sim.world.time, len(sim.world.flames.sources)
     later = arrival_of(sim)
@@ -356,7 +360,7 @@ def test_a_fire_burns_on_when_everybody_is_out():
 @pytest.mark.paper("F11")
 def test_a_fire_that_never_lights_anything_is_waited_for_no_longer_than_health():
     """100 points at half a point a second."""
-    sim = Simulation(shipped("tiny"), Scenario(people=4), "sweep", "none", seed=1)
+    sim = Simulation(shipped("tiny"), Scenario(people=4), Sweep(), NoFire(), seed=1)
     sim.run()
     assert np.isinf(arrival_of(sim)).all()
     assert HEALTH_LASTS == HEALTH / 0.5

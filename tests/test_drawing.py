@@ -20,14 +20,16 @@ from matplotlib.path import Path as Outline
 from matplotlib.text import Text
 from PIL import Image, ImageSequence
 
-from reference import drawing
 from reference.building import Kind, build, load
-from reference.drawing import film, relief
-from reference.drawing.evacuation import EMBER, FLAME, SOURCE, STEPS, Scene
-from reference.drawing.page import COLOURS, MEANINGS, arrange
-from reference.drawing.plans import outward, widest
 from reference.paper import Scenario
 from reference.simulation import Simulation
+from reference.strategies import NoFire, NoRobots, RandomFire
+from reference.workshop import drawing
+from reference.workshop.drawing import film, relief
+from reference.workshop.drawing.evacuation import EMBER, FLAME, SOURCE, STEPS, Scene
+from reference.workshop.drawing.page import COLOURS, MEANINGS, arrange
+from reference.workshop.drawing.plans import outward, widest
+from reference.workshop.strategies.robots import Sweep
 from reference.world import Fate, Mode
 
 FLOORS = sorted((Path(__file__).parent.parent / "floors").glob("*.txt"))
@@ -56,7 +58,7 @@ def institute():
 @pytest.fixture
 def simulation(tiny):
     """Eight seconds, in which everything happens that can be drawn."""
-    return Simulation(tiny, SHORT, seed=1)
+    return Simulation(tiny, SHORT, seed=1, fire=RandomFire(), robots=Sweep())
 
 
 def pixels(figure):
@@ -333,7 +335,7 @@ def test_robots_destinations_flames_and_burnt_doors_have_marks_of_their_own(simu
 @pytest.mark.parametrize("path", FLOORS, ids=lambda path: path.stem)
 def test_no_instant_of_any_building_is_clipped(path):
     """The floors, the curve and the legend find room on the same page."""
-    world = Simulation(load(str(path)), SHORT).world
+    world = Simulation(load(str(path)), SHORT, fire=RandomFire(), robots=Sweep()).world
     figure = drawing.frame(world)
     width, height = figure.get_size_inches()
     box = figure.get_tightbbox()
@@ -344,7 +346,7 @@ def test_no_instant_of_any_building_is_clipped(path):
 def test_an_empty_house_can_be_drawn(tiny):
     """No people, no robots, no fire."""
     scenario = Scenario(people=0, robots_per_floor=0)
-    world = Simulation(tiny, scenario, "none", "none").world
+    world = Simulation(tiny, scenario, NoRobots(), NoFire()).world
     assert "0 inside, 0 out, 0 dead" in " ".join(words(drawing.frame(world)))
 
 
@@ -466,7 +468,10 @@ def test_every_colour_that_is_drawn_with_is_in_the_palette():
 def test_a_film_changes_nothing_in_what_it_films(tiny, simulation, tmp_path):
     """The outcome is that of the same run unseen."""
     filmed = drawing.animate(simulation, tmp_path / "film.gif", progress=False)
-    assert filmed == Simulation(tiny, SHORT, seed=1).run()
+    assert (
+        filmed
+        == Simulation(tiny, SHORT, seed=1, fire=RandomFire(), robots=Sweep()).run()
+    )
 
 
 def test_the_player_is_one_page_without_any_link(simulation, tmp_path):
@@ -587,7 +592,7 @@ def test_a_name_may_hold_any_sign_and_any_length(tiny):
     name = r"Dollar $\frac{$ " + "bank " * 30
     storeys = tuple(replace(storey, name=name) for storey in tiny.plan.storeys)
     bank = build(replace(tiny.plan, title=name, storeys=storeys))
-    world = Simulation(bank, SHORT).world
+    world = Simulation(bank, SHORT, fire=RandomFire(), robots=Sweep()).world
     for figure in (*(view(bank) for view in VIEWS), drawing.frame(world)):
         figure.canvas.draw()
         box = figure.texts[0].get_window_extent()

@@ -9,13 +9,17 @@ import pytest
 from matplotlib.colors import to_rgb
 from movies import shipped
 
-from reference.drawing import page
-from reference.learning import observations, pixels
-from reference.learning.environment import FIRE, Environment
+from reference.events import FireLit, FireRefused
+from reference.game import observations
+from reference.game.environment import FIRE, Environment
+from reference.game.rewards import fire_reward, group_reward
 from reference.paper import DECISION_SECONDS, Scenario
-from reference.rewards import FireLit, FireRefused, fire_reward, group_reward
-from reference.robots import STRATEGIES, Patrol
 from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop import pixels
+from reference.workshop.drawing import page
+from reference.workshop.strategies import ROBOTS, fire_named, robots_named
+from reference.workshop.strategies.robots import Patrol
 from reference.world import Fate, Instruction
 
 CALM = np.array([-1.0, 1.0, 1.0], dtype=np.float32)
@@ -25,6 +29,8 @@ CALM = np.array([-1.0, 1.0, 1.0], dtype=np.float32)
 def game(name="tiny", robots=None, fire=None, seed=0, people=6, **scenario):
     """An environment that has been reset."""
     scene = Scenario(people=people, training=True, **scenario)
+    robots = robots and robots_named(robots)
+    fire = fire and fire_named(fire)
     environment = Environment(shipped(name), scene, robots, fire)
     environment.reset(seed)
     return environment
@@ -100,17 +106,15 @@ def test_refuses_a_game_without_agents():
 def test_refuses_what_the_simulation_refuses_at_once():
     """Not only at the first reset."""
     building = shipped("tiny")
-    with pytest.raises(ValueError, match="unknown robot strategy 'sweeep'"):
-        Environment(building, robots="sweeep")
     with pytest.raises(ValueError, match="people do not fit"):
         Environment(building, Scenario(people=5000))
 
 
 def test_neither_pettingzoo_nor_torch_is_needed():
     """Whoever only plays does not wait for them."""
-    code = "import sys, reference.learning.environment; print(*sys.modules)"
+    code = "import sys, reference.game.environment; print(*sys.modules)"
     loaded = subprocess.check_output([sys.executable, "-c", code], text=True).split()
-    assert "reference.learning.environment" in loaded
+    assert "reference.game.environment" in loaded
     assert not {"pettingzoo", "gymnasium", "torch", "matplotlib"} & set(loaded)
 
 
@@ -230,7 +234,7 @@ def test_an_action_near_a_stairwell_means_the_stairwell():
     """It lies outside the main body, but its middle can be chosen by Eq. 1."""
     environment = game("paper")
     well = environment.building.stairwells[0]
-    spot = observations.to_half_bodies(environment.building, np.array(well.centre))
+    spot = observations.to_normalised(environment.building, np.array(well.centre))
     assert np.abs(spot).max() > 1
     environment.step(idle(environment) | {"robot_2": spot})
     robot = environment.simulation.world.robots[2]
@@ -253,7 +257,7 @@ class Noted:
     """A strategy that notes what another decides: destinations by body."""
 
     def __init__(self, name):
-        self.strategy, self.decisions = STRATEGIES[name](), []
+        self.strategy, self.decisions = ROBOTS[name](), []
 
     def decide(self, world, robots, rng):
         """What the other decides."""
@@ -269,13 +273,13 @@ def test_a_strategys_decisions_played_as_actions_give_the_strategys_run(name):
     """A model and an algorithm are interchangeable; float32 is enough."""
     environment = game("paper", people=20, fire="random", seed=2)
     building, noted = environment.building, Noted(name)
-    scripted = Simulation(building, environment.scenario, noted, "random", seed=2)
+    scripted = Simulation(building, environment.scenario, noted, RandomFire(), seed=2)
     scripted.run()
     for decided in noted.decisions:
         actions = idle(environment)
         for k, where in decided.items():
             if where is not None:
-                spot = observations.to_half_bodies(building, np.array(where))
+                spot = observations.to_normalised(building, np.array(where))
                 actions[f"robot_{k}"] = spot.astype(np.float32)
         environment.step(actions)
     assert environment.simulation.done
@@ -291,7 +295,7 @@ def ablaze(environment, floor=0):
     """The fire asks for a free cell in the middle of a room of a floor."""
     room = max(environment.building.rooms(floor), key=lambda area: area.size)
     x, y = environment.building.metres(*room.cells[len(room.cells) // 2].tolist())
-    spot = observations.to_half_bodies(environment.building, np.array([x, y]))
+    spot = observations.to_normalised(environment.building, np.array([x, y]))
     share = (2 * floor + 1) / environment.building.floors - 1
     return idle(environment) | {FIRE: np.float32([share, *spot])}
 
@@ -575,7 +579,7 @@ def test_the_state_is_one_flat_array_of_fixed_size():
 def test_the_picture_is_of_bytes_and_shows_all_floors(name):
     """Side by side, with a gap of outside around each."""
     environment = game(name)
-    picture = environment.render()
+    picture = pixels.picture(environment.simulation.world)
     floors, rows, cols = environment.building.kind.shape
     cells = rows + 2 * pixels.GAP, floors * (cols + pixels.GAP) + pixels.GAP
     assert picture.shape == (cells[0] * pixels.SIDE, cells[1] * pixels.SIDE, 3)
@@ -587,7 +591,8 @@ def test_the_picture_shows_people_robots_and_flames():
     environment = game("paper", people=3, fire="random", robots_per_floor=1)
     for _ in range(12):
         environment.step(idle(environment))
-    picture, world = environment.render(), environment.simulation.world
+    world = environment.simulation.world
+    picture = pixels.picture(world)
     side, cols = pixels.SIDE, environment.building.kind.shape[2]
 
     def colour(floor, x, y):
@@ -612,12 +617,12 @@ def test_the_picture_shows_people_robots_and_flames():
 def test_the_pictures_of_the_empty_building_do_not_change():
     """What was painted over stays in the picture it was painted in."""
     environment = game("paper", fire="random", people=20)
-    before = environment.render()
+    before = pixels.picture(environment.simulation.world)
     for _ in range(10):
         environment.step(idle(environment))
-    assert not np.array_equal(environment.render(), before)
+    assert not np.array_equal(pixels.picture(environment.simulation.world), before)
     environment.reset(0)
-    assert np.array_equal(environment.render(), before)
+    assert np.array_equal(pixels.picture(environment.simulation.world), before)
 
 
 @pytest.mark.paper("A4")
@@ -626,11 +631,3 @@ def test_the_picture_has_the_colours_of_the_drawings():
     for kind, colour in page.COLOURS.items():
         wanted = [round(255 * part) for part in to_rgb(colour)]
         assert list(pixels.COLOURS[kind]) == wanted
-
-
-def test_refuses_a_kind_of_picture_there_is_not():
-    """There is one."""
-    environment = Environment(shipped("tiny"), render_mode="human")
-    with pytest.raises(ValueError, match="no render_mode 'human'; there is rgb_array"):
-        environment.render()
-    assert environment.metadata["render_modes"] == ["rgb_array"]

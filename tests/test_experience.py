@@ -160,12 +160,12 @@ def test_a_pointer_s_options_travel_with_the_decisions():
     """There are none for Gaussians; for a pointer both tensors, row by row."""
     assert decisions_of(life("##")).options is None
     features = np.arange(24, dtype=np.float32).reshape(2, 1, 4, 3)
-    allowed = np.ones((2, 1, 4), dtype=bool)
-    pointed = decisions_of(life("##", features=features, allowed=allowed))
+    action_mask = np.ones((2, 1, 4), dtype=bool)
+    pointed = decisions_of(life("##", features=features, action_mask=action_mask))
     both = Decisions.joined([pointed, pointed]).rows(torch.tensor([3, 0]))
     assert both.options is not None
     assert np.array_equal(both.options.features.numpy(), features[[1, 0]])
-    assert both.options.allowed.shape == (2, 1, 4)
+    assert both.options.action_mask.shape == (2, 1, 4)
 
 
 def test_what_is_drawn_is_what_the_tests_mean():

@@ -12,16 +12,9 @@ from movies import body, built, found, mark, play, shipped, split, stage
 from scipy.stats import ks_2samp
 
 from reference.building import Kind
-from reference.fire import (
-    STRATEGIES,
-    Generator,
-    GreedyFire,
-    RandomFire,
-    Refused,
-    Replay,
-    Spread,
-    snapped,
-)
+from reference.events import DoorBurnt, FireLit, FireRefused
+from reference.fire import Generator, Refused, snapped
+from reference.flames import Spread
 from reference.paper import (
     BURN_LOSS,
     DECISION_SECONDS,
@@ -33,8 +26,11 @@ from reference.paper import (
     SPREAD_RATE,
     Scenario,
 )
-from reference.rewards import DoorBurnt, FireLit, FireRefused
 from reference.simulation import Simulation
+from reference.strategies import NoFire, NoRobots, RandomFire
+from reference.workshop.strategies import FIRES, fire_named
+from reference.workshop.strategies.fires import GreedyFire, Replay
+from reference.workshop.strategies.robots import Sweep
 from reference.world import Flames, Source
 
 COORDINATES = st.floats(-1e6, 1e6)
@@ -76,7 +72,7 @@ def test_equation_2_holds_however_its_brackets_are_read(bracket, x):
 def test_equation_3_snaps_y_as_equation_2_snaps_x():
     """The printed mixture of X, Y and Z cannot be meant."""
     building = shipped("paper")
-    world = Simulation(building, Scenario(people=0), "none", "none").world
+    world = Simulation(building, Scenario(people=0), NoRobots(), NoFire()).world
     generator = Generator(building, sources=8, training=True)
     rng = np.random.default_rng(0)
     source = generator.generate(world, (2, -9.2, -10.8), rng)
@@ -163,7 +159,7 @@ def test_refuses_when_no_place_is_free_at_all():
 def test_refuses_the_edge_of_the_body():
     """X = 20 becomes 20.5: the first column outside the paper's main body."""
     building = shipped("paper")
-    world = Simulation(building, Scenario(people=0), "none", "none").world
+    world = Simulation(building, Scenario(people=0), NoRobots(), NoFire()).world
     generator = Generator(building, sources=8, training=True)
     refused = generator.generate(world, (0, 20.0, 5.0), np.random.default_rng(0))
     assert refused.reason == "outside"
@@ -201,7 +197,7 @@ def spread():
 
 def flames(spread, *sources):
     """The flames after these sources."""
-    world = Simulation(spread.building, Scenario(people=0), "none", "none").world
+    world = Simulation(spread.building, Scenario(people=0), NoRobots(), NoFire()).world
     for source in sources:
         spread.ignite(world.flames, source)
     return world.flames
@@ -215,7 +211,7 @@ def test_arrival_is_a_shortest_sum_of_delays(spread):
     """As networkx's Dijkstra finds it over the same delays."""
     graph = nx.from_scipy_sparse_array(spread.delays)
     p = Simulation(
-        spread.building, Scenario(people=0), "none", "none"
+        spread.building, Scenario(people=0), NoRobots(), NoFire()
     ).navigation.place(*ONE[:3])
     expected = np.full(spread.building.kind.size, inf)
     for q, seconds in nx.single_source_dijkstra_path_length(graph, p).items():
@@ -252,7 +248,7 @@ def test_doors_and_exits_burn_slowly():
     """Every border of a door takes DOOR_DELAY_FACTOR times as long, no other does."""
     building = shipped("paper")
     slow = Spread(building, np.random.default_rng(1)).delays.tocoo()
-    with patch("reference.fire.DOOR_DELAY_FACTOR", 1.0):
+    with patch("reference.flames.DOOR_DELAY_FACTOR", 1.0):
         quick = Spread(building, np.random.default_rng(1)).delays.tocoo()
     kind = building.kind.ravel()
     ends = np.stack([kind[slow.row], kind[slow.col]])
@@ -374,7 +370,9 @@ def test_in_another_future_new_sources_meet_the_same_delays(spread):
 @pytest.mark.paper("A6")
 def test_every_door_that_flames_reach_burns_once():
     """Entrances and exits stand."""
-    sim = Simulation(shipped("tiny"), Scenario(people=0), "none", seed=3)
+    sim = Simulation(
+        shipped("tiny"), Scenario(people=0), NoRobots(), seed=3, fire=RandomFire()
+    )
     for _ in range(1000):
         sim.step()
     told = [e.landmark for e in sim.events if isinstance(e, DoorBurnt)]
@@ -387,7 +385,9 @@ def test_every_door_that_flames_reach_burns_once():
 @pytest.mark.paper("A6")
 def test_a_door_burns_within_a_second_of_the_flames_arrival():
     """And never before."""
-    sim = Simulation(shipped("tiny"), Scenario(people=0), "none", seed=3)
+    sim = Simulation(
+        shipped("tiny"), Scenario(people=0), NoRobots(), seed=3, fire=RandomFire()
+    )
     for _ in range(1000):
         for event in sim.step():
             if isinstance(event, DoorBurnt):
@@ -404,7 +404,7 @@ def test_a_door_burns_within_a_second_of_the_flames_arrival():
 def test_there_are_never_more_sources_than_the_scenario_allows(training):
     """The generator stops after the last one, and does not complain."""
     scenario = Scenario(people=20, sources=3, training=training)
-    sim = Simulation(shipped("paper"), scenario, "none", "random", seed=2)
+    sim = Simulation(shipped("paper"), scenario, NoRobots(), RandomFire(), seed=2)
     sim.run()
     lit = [e for e in sim.events if isinstance(e, FireLit)]
     assert len(lit) == len(sim.world.flames.sources) == 3
@@ -425,7 +425,9 @@ def test_refuses_another_source_when_none_is_left():
 @pytest.mark.paper("D2")
 def test_sources_appear_at_every_kth_decision():
     """The first at 10 s, then every 15 s."""
-    sim = Simulation(shipped("paper"), Scenario(time_limit=60), "none", "random")
+    sim = Simulation(
+        shipped("paper"), Scenario(time_limit=60), NoRobots(), RandomFire()
+    )
     sim.run()
     times = [e.time for e in sim.events if isinstance(e, FireLit)]
     first = FIRE_FIRST_DECISION * DECISION_SECONDS
@@ -434,11 +436,11 @@ def test_sources_appear_at_every_kth_decision():
 
 
 @pytest.mark.paper("D2")
-@pytest.mark.parametrize("name", STRATEGIES)
+@pytest.mark.parametrize("name", FIRES)
 def test_a_strategy_decides_floor_and_place_or_nothing(name):
     """On a floor that exists, inside the drawing."""
-    sim = Simulation(shipped("paper"), Scenario(), "none", "none", seed=4)
-    decision = STRATEGIES[name]().decide(sim.world, np.random.default_rng(0))
+    sim = Simulation(shipped("paper"), Scenario(), NoRobots(), NoFire(), seed=4)
+    decision = FIRES[name]().decide(sim.world, np.random.default_rng(0))
     assert (decision is None) == (name == "none")
     if decision:
         place = sim.navigation.place(*decision)
@@ -447,7 +449,7 @@ def test_a_strategy_decides_floor_and_place_or_nothing(name):
 
 def test_a_random_fire_chooses_cells_of_rooms_on_all_floors():
     """Uniformly over the floors."""
-    world = Simulation(shipped("paper"), Scenario(people=0), "none", "none").world
+    world = Simulation(shipped("paper"), Scenario(people=0), NoRobots(), NoFire()).world
     rng = np.random.default_rng(0)
     floors = [RandomFire().decide(world, rng)[0] for _ in range(300)]
     assert min(np.bincount(floors, minlength=3)) > 70
@@ -476,10 +478,10 @@ def test_a_greedy_fire_strikes_on_the_way_of_people():
 def test_a_replay_lights_the_same_sources_again(name):
     """At the same places and times, and so the whole run is the same."""
     building, scenario = shipped("paper"), Scenario(people=12, time_limit=80)
-    first = Simulation(building, scenario, "sweep", name, seed=6)
+    first = Simulation(building, scenario, Sweep(), fire_named(name), seed=6)
     first.run()
     again = Replay(reversed(first.world.flames.sources))
-    second = Simulation(building, scenario, "sweep", again, seed=6)
+    second = Simulation(building, scenario, Sweep(), again, seed=6)
     second.run()
     assert len(first.world.flames.sources) == 5
     assert second.events == first.events

@@ -8,7 +8,8 @@ import pytest
 from movies import shipped
 
 from reference.building import plan_of
-from reference.evaluation.gap import (
+from reference.paper import Scenario
+from reference.workshop.evaluation.gap import (
     LATEST,
     Answer,
     Attempt,
@@ -22,8 +23,7 @@ from reference.evaluation.gap import (
     questions,
     rescored,
 )
-from reference.paper import Scenario
-from reference.workers import in_order
+from reference.workshop.workers import in_order
 
 PLAN = plan_of(shipped("tiny"))
 SCENARIO = Scenario(people=12, time_limit=90.0)

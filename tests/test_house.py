@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from clauses import CLAUSES, ROOT, citations, marks
 
-from reference import READING_ORDER, __version__
+from reference import BOOK, READING_ORDER, WORKSHOP, __version__
 from reference.__main__ import COMMANDS, main
 
 PACKAGE = ROOT / "reference"
@@ -69,6 +69,15 @@ def test_a_module_imports_only_modules_that_stand_before_it(module):
             assert READING_ORDER.index(other) < READING_ORDER.index(home), name
 
 
+def test_no_module_of_the_book_imports_the_workshop():
+    """The paper can be read, and run, without its tools."""
+    shelf = {module: in_reading_order(module) for module in MODULES}
+    for module in (name for name, home in shelf.items() if home in BOOK):
+        for name in imported(MODULES[module]):
+            if name.startswith("reference."):
+                assert in_reading_order(name) not in WORKSHOP, (module, name)
+
+
 def test_every_module_of_the_reading_order_exists():
     """The order is a table of contents, not a plan."""
     assert set(READING_ORDER) == {in_reading_order(module) for module in MODULES}
@@ -76,7 +85,7 @@ def test_every_module_of_the_reading_order_exists():
 
 def test_matplotlib_is_imported_by_drawing_alone():
     """Whoever does not draw does not wait for it."""
-    assert importers("matplotlib") == {"drawing"}
+    assert importers("matplotlib") == {"workshop.drawing"}
 
 
 def test_networkx_is_imported_only_where_there_is_a_graph():
@@ -87,14 +96,14 @@ def test_networkx_is_imported_only_where_there_is_a_graph():
 
 def test_torch_is_imported_only_where_there_are_networks():
     """Whoever does not learn does not wait for it either."""
-    allowed = ("learning", "evaluation.worst_case")
+    allowed = ("learning", "workshop")
     assert all(entry.startswith(allowed) for entry in importers("torch"))
 
 
 def test_torch_is_loaded_by_nothing_that_does_not_learn():
     """Not even behind the back, through something else."""
     code = (
-        "import sys, reference.__main__, reference.evaluation.crossplay\n"
+        "import sys, reference.__main__, reference.workshop.evaluation.crossplay\n"
         "print(*sys.modules)"
     )
     loaded = subprocess.check_output([sys.executable, "-c", code], text=True).split()

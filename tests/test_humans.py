@@ -16,6 +16,7 @@ from movies import (
 )
 
 from reference.building import Kind
+from reference.events import Died, Evacuated, LeftFloor
 from reference.paper import (
     FOLLOW_DISTANCE,
     FRAMES_PER_SECOND,
@@ -29,7 +30,6 @@ from reference.paper import (
     STUCK_SECONDS,
     STUCK_WAIT_SECONDS,
 )
-from reference.rewards import Died, Evacuated, LeftFloor
 from reference.world import NOBODY, NOWHERE, Aim, Fate, Goal, Instruction, Mode
 
 SOON = 0.8  # seconds: everybody thinks again within this time

@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from reference.evaluation.intervals import (
+from reference.evaluation.score import PAPER
+from reference.workshop.evaluation.intervals import (
     band,
     iqm,
     of_difference,
@@ -16,7 +17,6 @@ from reference.evaluation.intervals import (
     of_means,
     of_trainings,
 )
-from reference.evaluation.score import PAPER
 
 NUMBERS = st.floats(-1e6, 1e6)
 

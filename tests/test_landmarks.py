@@ -8,8 +8,14 @@ from movies import shipped, stage
 
 from reference.building import Kind
 from reference.fire import Generator, Refused
-from reference.learning.environment import destination, fire_decision
-from reference.learning.landmarks import (
+from reference.game.environment import destination, fire_decision
+from reference.game.observations import fire_vector, grid, robot_vectors
+from reference.navigation import navigation_of
+from reference.paper import Scenario
+from reference.robots import actual_target, instruction_for
+from reference.simulation import Simulation
+from reference.strategies import NoRobots, RandomFire
+from reference.workshop.landmarks import (
     FIRE_FEATURES,
     ROBOT_FEATURES,
     FireOption,
@@ -17,11 +23,8 @@ from reference.learning.landmarks import (
     RobotOption,
     RobotOptions,
 )
-from reference.learning.observations import fire_vector, grid, robot_vectors
-from reference.navigation import prepared
-from reference.paper import Scenario
-from reference.robots import actual_target, instruction_for
-from reference.simulation import Simulation
+from reference.workshop.strategies import fire_named, robots_named
+from reference.workshop.strategies.robots import Sweep
 from reference.world import Instruction
 
 BUILDINGS = ("paper", "tiny", "museum", "maze", "school", "tower")
@@ -63,7 +66,9 @@ def fire_of(sim):
 
 def moments(name, every=10.0, robots="sweep", seed=3, **scenario):
     """A simulation as it is at a few decisions of one evacuation."""
-    sim = Simulation(shipped(name), Scenario(**scenario), robots, "random", seed)
+    sim = Simulation(
+        shipped(name), Scenario(**scenario), robots_named(robots), RandomFire(), seed
+    )
     while not sim.done:
         yield sim
         for _ in range(round(every / sim.tick)):
@@ -78,7 +83,7 @@ def feature(options, name):
 
 def of_kind(options, kind):
     """(G, K) bool: options of robots that are of this kind."""
-    return options.allowed & (feature(options, kind.name.lower()) > 0)
+    return options.action_mask & (feature(options, kind.name.lower()) > 0)
 
 
 class Scorer:
@@ -90,7 +95,7 @@ class Scorer:
 
     def _best(self, options, names):
         columns = dict(zip(names, np.moveaxis(options.features, -1, 0), strict=True))
-        scores = np.where(options.allowed, self.formula(columns), -np.inf)
+        scores = np.where(options.action_mask, self.formula(columns), -np.inf)
         best = scores.argmax(axis=1)
         return np.take_along_axis(options.places, best[:, None, None], axis=1)[:, 0]
 
@@ -121,7 +126,9 @@ class FireScorer(Scorer):
 def survival(robots, fire, seeds, scenario):
     """Mean share of the people who get out of the paper's building."""
     runs = [
-        Simulation(shipped("paper"), scenario, robots, fire, seed).run()
+        Simulation(
+            shipped("paper"), scenario, robots_named(robots), fire_named(fire), seed
+        ).run()
         for seed in seeds
     ]
     return np.mean([run.evacuated / run.people for run in runs])
@@ -135,12 +142,12 @@ def test_robots_always_have_an_option_in_the_main_body(name):
     """At every decision, with finite features; whoever has left may only stay."""
     for sim in moments(name):
         options = robots_of(sim)
-        assert options.allowed[:, 0].all()
+        assert options.action_mask[:, 0].all()
         assert np.isfinite(options.features).all()
         assert np.abs(options.places).max(initial=0) <= 1
         assert np.abs(options.features).max(initial=0) <= 10
         at_work = [sim.world.people_at_or_above(r.floor) > 0 for r in sim.world.robots]
-        assert (options.allowed.sum(axis=1) > 1).tolist() == at_work
+        assert (options.action_mask.sum(axis=1) > 1).tolist() == at_work
 
 
 @pytest.mark.paper("C6", "Eq. 1")
@@ -155,7 +162,7 @@ def test_robots_always_have_an_option_in_the_main_body(name):
 )
 def test_a_way_out_is_what_people_are_told(name, kind, told):
     """The emitted action, through Eq. 1, gives the instruction that is meant."""
-    sim = Simulation(shipped(name))
+    sim = Simulation(shipped(name), fire=RandomFire(), robots=Sweep())
     options = robots_of(sim)
     for g, k in np.argwhere(of_kind(options, kind)).tolist():
         floor = sim.world.robots[g].floor
@@ -179,8 +186,8 @@ def test_an_exit_beside_a_stairwell_is_meant_from_its_far_side():
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_every_room_and_every_way_out_of_a_floor_is_offered(name):
     """As many options as the map has, and every room by a cell of its own."""
-    sim = Simulation(shipped(name))
-    options, nav = robots_of(sim), prepared(sim.building)
+    sim = Simulation(shipped(name), fire=RandomFire(), robots=Sweep())
+    options, nav = robots_of(sim), navigation_of(sim.building)
     for g, robot in enumerate(sim.world.robots):
         rooms = {room.index for room in sim.building.rooms(robot.floor)}
         found = [
@@ -198,7 +205,7 @@ def test_every_room_and_every_way_out_of_a_floor_is_offered(name):
 
 def test_the_order_of_the_people_does_not_matter():
     """The same options, bit for bit, however the vector lists them."""
-    sim = Simulation(shipped("paper"), seed=1)
+    sim = Simulation(shipped("paper"), seed=1, fire=RandomFire(), robots=Sweep())
     vectors, cells = robot_vectors(sim.world, sim.scenario), grid(sim.world)
     people = vectors[:, :120].reshape(6, 40, 3)
     order = np.random.default_rng(0).permutation(40)
@@ -232,12 +239,14 @@ def test_ways_are_metres_on_foot_and_flames_count():
 
 def test_nobody_left_and_no_robots_are_no_trouble():
     """Robots may stay; without robots or people there are simply no rows."""
-    sim = Simulation(shipped("tiny"), Scenario(people=0))
-    assert robots_of(sim).allowed.sum(axis=1).tolist() == [1, 1, 1, 1]
-    assert fire_of(sim).allowed.any()
-    empty = Simulation(shipped("tiny"), robots="none")
+    sim = Simulation(
+        shipped("tiny"), Scenario(people=0), fire=RandomFire(), robots=Sweep()
+    )
+    assert robots_of(sim).action_mask.sum(axis=1).tolist() == [1, 1, 1, 1]
+    assert fire_of(sim).action_mask.any()
+    empty = Simulation(shipped("tiny"), robots=NoRobots(), fire=RandomFire())
     assert robots_of(empty).places.shape[0] == 0
-    assert fire_of(empty).allowed.any()
+    assert fire_of(empty).action_mask.any()
 
 
 # -- The fire's options -------------------------------------------------------------
@@ -250,11 +259,11 @@ def test_a_fire_breaks_out_wherever_it_is_offered(name):
     for sim in moments(name, every=15.0, training=True):
         options, rng = fire_of(sim), np.random.default_rng(0)
         generator = Generator(sim.building, 1000, training=True)
-        assert options.allowed.any()
+        assert options.action_mask.any()
         assert np.isfinite(options.features).all()
         assert np.abs(options.places).max() <= 1
         assert np.abs(options.features).max() <= 10
-        for action in options.places[options.allowed]:
+        for action in options.places[options.action_mask]:
             if any(sim.world.occupancy):
                 decision = fire_decision(sim.building, action)
                 source = generator.generate(sim.world, decision, rng)
@@ -265,7 +274,7 @@ def test_a_fire_breaks_out_wherever_it_is_offered(name):
 def test_no_fire_is_offered_where_nobody_is_or_comes_through():
     """The floor above p is empty; its robot, at rest, would not even be seen."""
     options = fire_of(stage(EXIT_BY_THE_STAIRS))
-    assert set(options.places[options.allowed][:, 0].tolist()) == {-0.5}
+    assert set(options.places[options.action_mask][:, 0].tolist()) == {-0.5}
 
 
 def test_everybodys_way_out_crosses_the_only_exit():
@@ -279,7 +288,7 @@ def test_everybodys_way_out_crosses_the_only_exit():
 
 def test_people_upstairs_come_past_the_exits_downstairs():
     """Before anybody has moved, all who are above will cross some exit below."""
-    sim = Simulation(shipped("paper"), seed=2)
+    sim = Simulation(shipped("paper"), seed=2, fire=RandomFire(), robots=Sweep())
     options = fire_of(sim)
     exits = options.features[0, options.features[0, :, int(FireOption.EXIT)] > 0]
     come = exits[:, FIRE_FEATURES.index("come")]

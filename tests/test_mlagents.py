@@ -6,14 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from reference.learning.settings import (
-    PRESETS,
-    SettingsError,
-    preset,
-    read_yaml,
-    write_yaml,
-)
+from reference.learning.settings import SettingsError
 from reference.paper import TABLE_I, Scenario
+from reference.workshop.training.presets import PRESETS, preset, read_yaml, write_yaml
 
 yaml = pytest.importorskip("yaml")
 

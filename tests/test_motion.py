@@ -9,6 +9,7 @@ from movies import built
 from reference import motion
 from reference.paper import BODY_RADIUS, WALKING_SPEED, Scenario
 from reference.simulation import Simulation
+from reference.strategies import NoFire, NoRobots
 
 TICK = Scenario().tick
 TOUCHING = 2 * BODY_RADIUS - 1e-6
@@ -145,7 +146,7 @@ def flow(width, seed):
     rows = [f"#........{cell}...........E" for cell in door]
     building = built("\n".join(["#" * 22, *rows, "#" * 22]))
     scenario = Scenario(people=50, rooms=("1/room-1",), sight_range=12)
-    sim = Simulation(building, scenario, "none", "none", seed)
+    sim = Simulation(building, scenario, NoRobots(), NoFire(), seed)
     beyond = building.metres(0, 10)[0] - 0.5
     passed = []
     while len(passed) < 40:

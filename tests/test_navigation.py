@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from movies import GRIDS, built, shipped, walled
 
-from reference.navigation import prepared
+from reference.navigation import navigation_of
 
 pytestmark = pytest.mark.paper("A7")
 
@@ -30,7 +30,7 @@ def test_shortest_ways_are_as_long_as_networkx_says(rows):
     """From every cell to the first one; where there is no way, it is infinite."""
     building = walled(rows)
     length = nx.single_source_dijkstra_path_length(oracle(building), (1, 1))
-    d = prepared(building).distances([building.kind.shape[2] + 1])
+    d = navigation_of(building).distances([building.kind.shape[2] + 1])
     expected = np.full(building.kind.shape[1:], np.inf)
     for cell, metres in length.items():
         expected[cell] = metres
@@ -41,7 +41,7 @@ def test_shortest_ways_are_as_long_as_networkx_says(rows):
 def test_a_way_pulled_straight_never_cuts_a_corner(rows):
     """A body of two centimetres passes everywhere along it."""
     building = walled(rows)
-    nav = prepared(building)
+    nav = navigation_of(building)
     start = building.kind.shape[2] + 1
     for goal in np.flatnonzero(nav.walkable).tolist():
         length, corners = nav.way(start, goal)
@@ -53,7 +53,7 @@ def test_a_way_pulled_straight_never_cuts_a_corner(rows):
 @given(GRIDS)
 def test_a_way_pulled_straight_is_no_longer_than_the_grids(rows):
     """And no shorter than the beeline."""
-    nav = prepared(walled(rows))
+    nav = navigation_of(walled(rows))
     start = nav.cols + 1
     for goal in np.flatnonzero(nav.walkable).tolist():
         length, corners = nav.way(start, goal)
@@ -75,7 +75,7 @@ def passable(nav, here, there):
 @pytest.mark.parametrize("name", ["paper", "maze"])
 def test_walking_at_the_aim_leads_to_the_landmark_without_leaving_the_floor(name):
     """From every cell that has a way to it, over walkable cells only."""
-    nav = prepared(shipped(name))
+    nav = navigation_of(shipped(name))
     for mark in nav.building.landmarks:
         reached = np.flatnonzero(np.isfinite(nav.distance[mark.index]))
         for p in reached[:: len(reached) // 20].tolist():
@@ -86,7 +86,7 @@ def test_walking_at_the_aim_leads_to_the_landmark_without_leaving_the_floor(name
 
 def test_a_way_to_a_landmark_stays_on_its_floor():
     """Stairs are walked down, not navigated: other floors are infinitely far."""
-    nav = prepared(shipped("tiny"))
+    nav = navigation_of(shipped("tiny"))
     above = np.arange(nav.places) >= nav.places // 2
     exits = [nav.distance[m] for m in nav.building.exits]
     assert np.isinf(np.array(exits)[:, above]).all()
@@ -94,7 +94,7 @@ def test_a_way_to_a_landmark_stays_on_its_floor():
 
 def test_a_dear_place_is_walked_around():
     """Cost is a factor per metre: a detour is taken as soon as it is cheaper."""
-    nav = prepared(
+    nav = navigation_of(
         built("""
         #######
         #.....#
@@ -113,7 +113,7 @@ def test_a_dear_place_is_walked_around():
 
 def test_a_dear_place_costs_on_the_way_in_and_on_the_way_out():
     """A way is as long in one direction as in the other."""
-    nav = prepared(built("#######\n#.....E\n#######"))
+    nav = navigation_of(built("#######\n#.....E\n#######"))
     cost = np.ones(nav.places)
     cost[nav.cols + 3] = 5.0
     there = nav.distances([nav.cols + 1], cost)[nav.cols + 3]
@@ -123,7 +123,7 @@ def test_a_dear_place_costs_on_the_way_in_and_on_the_way_out():
 
 def test_a_place_of_infinite_cost_is_no_way():
     """As if a wall stood there."""
-    nav = prepared(built("#######\n#.....E\n#######"))
+    nav = navigation_of(built("#######\n#.....E\n#######"))
     start, goal = nav.cols + 1, nav.cols + 5
     cost = np.ones(nav.places)
     cost[nav.cols + 3] = np.inf
@@ -132,7 +132,7 @@ def test_a_place_of_infinite_cost_is_no_way():
 
 def test_the_nearest_free_place_to_a_wall_is_beside_it():
     """A destination inside a wall is corrected to where one can stand."""
-    nav = prepared(built("#######\n#.....E\n#######"))
+    nav = navigation_of(built("#######\n#.....E\n#######"))
     x, y = nav.building.metres(0, 3)
     assert nav.nearest_free(0, x, y) == nav.cols + 3
 
@@ -140,7 +140,7 @@ def test_the_nearest_free_place_to_a_wall_is_beside_it():
 def test_the_place_beyond_a_door_is_on_its_other_side():
     """Seen from either room."""
     building = built("#######\n#..+..E\n#######")
-    nav = prepared(building)
+    nav = navigation_of(building)
     door = nav.cols + 3
     west, east = (int(building.area.ravel()[door + step]) for step in (-1, 1))
     assert nav.beyond(door, west) == door + 1
@@ -149,12 +149,12 @@ def test_the_place_beyond_a_door_is_on_its_other_side():
 
 def test_refuses_a_point_outside_the_drawing():
     """With the point in the message, in metres."""
-    nav = prepared(built("#######\n#.....E\n#######"))
+    nav = navigation_of(built("#######\n#.....E\n#######"))
     with pytest.raises(ValueError, match=r"\(99, 0\) lies outside the drawing"):
         nav.place(0, 99, 0)
 
 
 def test_a_building_may_be_smaller_than_anybody_looks_ahead():
     """Three cells and an exit."""
-    nav = prepared(built("#####\n#...E\n#####"))
+    nav = navigation_of(built("#####\n#...E\n#####"))
     assert nav.distance[0, nav.cols + 1] == 3

@@ -256,11 +256,11 @@ def pointer(features=4):
 def test_an_option_that_is_not_there_is_never_pointed_at():
     """Probability 0; and what stands in its row changes nothing."""
     head, x, features = pointer()
-    allowed = torch.tensor([[1, 1, 0, 1, 0], [0, 1, 1, 1, 1]], dtype=torch.bool)
-    probs = head(x, Options(features, allowed)).branches[0].probs
-    assert not probs[~allowed].any()
-    features[~allowed] = 1e3
-    other = head(x, Options(features, allowed))
+    action_mask = torch.tensor([[1, 1, 0, 1, 0], [0, 1, 1, 1, 1]], dtype=torch.bool)
+    probs = head(x, Options(features, action_mask)).branches[0].probs
+    assert not probs[~action_mask].any()
+    features[~action_mask] = 1e3
+    other = head(x, Options(features, action_mask))
     assert torch.equal(other.branches[0].probs, probs)
     assert torch.isfinite(other.entropy()).all()
 
@@ -269,9 +269,12 @@ def test_an_option_that_is_not_there_is_never_pointed_at():
 def test_where_an_option_stands_in_the_list_does_not_matter():
     """One small network scores all of them."""
     head, x, features = pointer()
-    order, allowed = torch.tensor([3, 1, 4, 0, 2]), torch.ones(2, 5, dtype=torch.bool)
-    probs = head(x, Options(features, allowed)).branches[0].probs
-    moved = head(x, Options(features[:, order], allowed)).branches[0].probs
+    order, action_mask = (
+        torch.tensor([3, 1, 4, 0, 2]),
+        torch.ones(2, 5, dtype=torch.bool),
+    )
+    probs = head(x, Options(features, action_mask)).branches[0].probs
+    moved = head(x, Options(features[:, order], action_mask)).branches[0].probs
     assert torch.allclose(moved, probs[:, order])
     assert probs.std() > 0.02
 

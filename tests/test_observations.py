@@ -8,10 +8,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from movies import shipped, stage
 
-from reference.learning import observations
-from reference.learning.observations import SENTINEL
+from reference.game import observations
+from reference.game.observations import SENTINEL
 from reference.paper import Scenario
 from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop.strategies.robots import Sweep
 from reference.world import Fate, Source
 
 BUILDINGS = ["paper", "tiny", "museum", "school", "tower"]
@@ -33,7 +35,7 @@ TWO_FLOORS = """
 
 def scene(name="paper", seed=0, seconds=0.0, **scenario):
     """A simulation of a building that ships, some seconds after its beginning."""
-    sim = Simulation(shipped(name), Scenario(**scenario), "sweep", "random", seed)
+    sim = Simulation(shipped(name), Scenario(**scenario), Sweep(), RandomFire(), seed)
     while sim.world.time < seconds:
         sim.step()
     return sim
@@ -356,9 +358,9 @@ def test_the_fire_observes_everybody_in_half_bodies():
     """The corners of the main body are at 1 and -1, the third floor is at 1."""
     building = shipped("paper")
     corner = np.array([[20.0, -20.0, 2.0], [0.0, 0.0, 0.0]])
-    spots = observations.to_half_bodies(building, corner)
+    spots = observations.to_normalised(building, corner)
     assert spots.tolist() == [[1, -1, 1], [0, 0, 0]]
-    assert observations.from_half_bodies(building, spots).tolist() == corner.tolist()
+    assert observations.from_normalised(building, spots).tolist() == corner.tolist()
 
 
 @pytest.mark.paper("D1")

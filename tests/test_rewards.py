@@ -3,6 +3,8 @@
 import pytest
 from movies import shipped
 
+from reference.events import Died, DoorBurnt, Evacuated, FireLit, FireRefused, LeftFloor
+from reference.game.rewards import fire_reward, group_reward
 from reference.paper import (
     FIRE_REFUSED_PENALTY,
     FIXED_PENALTY,
@@ -10,17 +12,9 @@ from reference.paper import (
     HEALTH,
     PEOPLE,
 )
-from reference.rewards import (
-    Died,
-    DoorBurnt,
-    Evacuated,
-    FireLit,
-    FireRefused,
-    LeftFloor,
-    fire_reward,
-    group_reward,
-)
 from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop.strategies.robots import Sweep
 
 OUT = [
     LeftFloor(9.0, 0, 1, 80.0),
@@ -83,7 +77,7 @@ def test_the_best_case_from_the_third_floor_is_critical_point_2():
 @pytest.mark.parametrize("seed", range(3))
 def test_the_outcomes_reward_is_the_sum_over_its_people(seed):
     """Person by person, from the events of a whole run."""
-    sim = Simulation(shipped("paper"), seed=seed)
+    sim = Simulation(shipped("paper"), seed=seed, fire=RandomFire(), robots=Sweep())
     outcome = sim.run()
     by_hand = sum(e.health for e in sim.events if isinstance(e, LeftFloor))
     by_hand += FIXED_REWARD * outcome.evacuated - FIXED_PENALTY * outcome.died

@@ -7,17 +7,13 @@ from hypothesis import strategies as st
 from movies import Send, built, decide, drawn, follow, lead, mark, play, shipped, stage
 
 from reference.building import Kind
+from reference.events import Evacuated
 from reference.paper import DECISION_SECONDS, NEAR_STAIRWELL, ROBOT_SPEED, Scenario
-from reference.rewards import Evacuated
-from reference.robots import (
-    STRATEGIES,
-    Patrol,
-    Random,
-    Sweep,
-    actual_target,
-    instruction_for,
-)
+from reference.robots import actual_target, instruction_for
 from reference.simulation import Simulation
+from reference.strategies import NoFire, NoRobots, RandomFire, RandomRobots
+from reference.workshop.strategies import ROBOTS, robots_named
+from reference.workshop.strategies.robots import Patrol, Sweep
 from reference.world import Instruction
 
 UPSTAIRS = """
@@ -228,7 +224,7 @@ def test_the_instruction_goes_with_the_destination(floor, where, instruction):
 @pytest.mark.paper("C5", "chosen")
 def test_robots_stay_on_their_floor():
     """Also those that stand inside the stairwell they guide people into."""
-    sim = Simulation(shipped("tiny"), Scenario(people=12), "sweep", "none", seed=1)
+    sim = Simulation(shipped("tiny"), Scenario(people=12), Sweep(), NoFire(), seed=1)
     floors = [robot.floor for robot in sim.world.robots]
     sim.run()
     assert [robot.floor for robot in sim.world.robots] == floors == [0, 0, 1, 1]
@@ -289,12 +285,12 @@ def test_a_robot_that_has_finished_is_followed_no_more():
 
 
 @pytest.mark.paper("C7")
-@pytest.mark.parametrize("name", STRATEGIES)
+@pytest.mark.parametrize("name", ROBOTS)
 def test_a_strategy_names_one_destination_for_each_robot_or_none(name):
     """Two floats inside the drawing: the interface of a learned policy, too."""
-    sim = Simulation(shipped("paper"), Scenario(), "random", "none", seed=1)
+    sim = Simulation(shipped("paper"), Scenario(), RandomRobots(), NoFire(), seed=1)
     robots, rng = sim.world.robots, np.random.default_rng(0)
-    destinations = STRATEGIES[name]().decide(sim.world, robots, rng)
+    destinations = ROBOTS[name]().decide(sim.world, robots, rng)
     assert len(destinations) == len(robots)
     for robot, wanted in zip(robots, destinations, strict=True):
         assert wanted is None or sim.navigation.place(robot.floor, *wanted) >= 0
@@ -304,8 +300,8 @@ def test_a_strategy_names_one_destination_for_each_robot_or_none(name):
 def test_none_means_that_there_are_no_robots():
     """Otherwise two on each floor, one at each stairwell."""
     building = shipped("paper")
-    assert Simulation(building, robots="none").world.robots == []
-    robots = Simulation(building, robots="sweep").world.robots
+    assert Simulation(building, robots=NoRobots(), fire=RandomFire()).world.robots == []
+    robots = Simulation(building, robots=Sweep(), fire=RandomFire()).world.robots
     assert [robot.floor for robot in robots] == [0, 0, 1, 1, 2, 2]
     north = [bool(robot.position[1] > 0) for robot in robots]
     assert north == [False, True] * 3
@@ -324,12 +320,12 @@ def test_robots_decide_every_few_seconds():
 
 def test_random_robots_choose_cells_of_rooms_of_their_own_floor():
     """Never a wall, a door or the stairs."""
-    sim = Simulation(shipped("paper"), Scenario(people=0), "random", "none")
+    sim = Simulation(shipped("paper"), Scenario(people=0), RandomRobots(), NoFire())
     rng = np.random.default_rng(0)
     for _ in range(30):
         robots = sim.world.robots
         for robot, at in zip(
-            robots, Random().decide(sim.world, robots, rng), strict=True
+            robots, RandomRobots().decide(sim.world, robots, rng), strict=True
         ):
             place = sim.navigation.place(robot.floor, *at)
             assert sim.building.kind.ravel()[place] == Kind.FLOOR
@@ -337,7 +333,7 @@ def test_random_robots_choose_cells_of_rooms_of_their_own_floor():
 
 def test_patrolling_robots_go_from_room_to_way_out_to_room():
     """The next stop as soon as the last one is reached, not before."""
-    sim = Simulation(shipped("tiny"), Scenario(people=0), "patrol", "none")
+    sim = Simulation(shipped("tiny"), Scenario(people=0), Patrol(), NoFire())
     patrol, rng = Patrol(), np.random.default_rng(0)
     robot = sim.world.robots[-1]
     stops = [patrol.decide(sim.world, [robot], rng)[0] for _ in range(6)]
@@ -402,7 +398,9 @@ def test_sweeping_saves_people_that_nobody_would_have_guided():
     building = shipped("paper")
     saved = {
         name: sum(
-            Simulation(building, Scenario(), name, "random", seed).run().evacuated
+            Simulation(building, Scenario(), robots_named(name), RandomFire(), seed)
+            .run()
+            .evacuated
             for seed in range(4)
         )
         for name in ("none", "sweep")
@@ -414,7 +412,7 @@ def test_sweeping_saves_people_that_nobody_would_have_guided():
 def test_a_robot_sent_elsewhere_in_mid_step_does_not_cut_into_a_wall():
     """Many orders, so that it often stands beside the middle of its cell."""
     hurry = Scenario(decision_seconds=1, time_limit=60)
-    sim = Simulation(shipped("tower"), hurry, "random", "none", seed=0)
+    sim = Simulation(shipped("tower"), hurry, RandomRobots(), NoFire(), seed=0)
     while not sim.done:
         sim.step()
         assert sim.navigation.walkable[

@@ -8,11 +8,11 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from reference.drawing import ruler as drawing
-from reference.drawing.page import save
-from reference.drawing.ruler import Reading
 from reference.evaluation.score import PAPER, RulerError, base_and_control
 from reference.paper import BETA
+from reference.workshop.drawing import ruler as drawing
+from reference.workshop.drawing.page import save
+from reference.workshop.drawing.ruler import Reading
 
 B, C = base_and_control((-1200, 0.1), (1100, 1000))
 FEW = type(PAPER)(alpha=1000, base=B, control=C, k=0.02, beta=300)

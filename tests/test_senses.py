@@ -10,19 +10,22 @@ from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
 
-from reference import drawing
 from reference.building import load
-from reference.drawing import senses
-from reference.learning import observations
+from reference.game import observations
 from reference.paper import Scenario
 from reference.simulation import Simulation
+from reference.strategies import NoFire, NoRobots
+from reference.workshop import drawing
+from reference.workshop.drawing import senses
+from reference.workshop.strategies.fires import GreedyFire
+from reference.workshop.strategies.robots import Sweep
 
 FLOORS = sorted((Path(__file__).parent.parent / "floors").glob("*.txt"))
 
 
 def after(building, seconds):
     """A simulation with people, robots and fires, some of them gone."""
-    simulation = Simulation(building, Scenario(), "sweep", "greedy", seed=3)
+    simulation = Simulation(building, Scenario(), Sweep(), GreedyFire(), seed=3)
     while simulation.world.time < seconds:
         simulation.step()
     return simulation
@@ -235,7 +238,7 @@ def test_refuses_a_robot_that_is_not_there(simulation):
 def test_a_world_without_robots_and_fires_can_be_seen_by_the_fire():
     """Before anything burns, and with nobody to guide."""
     building = load("tiny")
-    simulation = Simulation(building, Scenario(), "none", "none", seed=1)
+    simulation = Simulation(building, Scenario(), NoRobots(), NoFire(), seed=1)
     figure = drawing.fire_senses(simulation.world, simulation.scenario)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
     assert legend == ["human", "wall", "in flames", "exit", "stairwell entrance"]

@@ -7,15 +7,15 @@ from functools import partial
 
 import pytest
 
-from reference.learning.settings import (
+from reference.learning.settings import SettingsError
+from reference.paper import TABLE_I, TABLE_II, Scenario
+from reference.workshop.training.presets import (
     PRESETS,
     Settings,
-    SettingsError,
     asdict,
     fromdict,
     preset,
 )
-from reference.paper import TABLE_I, TABLE_II, Scenario
 
 ROBOTS, FIRE = preset("paper").robots, preset("paper").fire
 

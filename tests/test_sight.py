@@ -13,6 +13,7 @@ from reference.paper import RAYS, SIGHT_RANGE, Scenario
 from reference.perception import Surroundings, look, rays
 from reference.sight import Sight
 from reference.simulation import Simulation
+from reference.strategies import NoFire, NoRobots
 
 
 def line_of_sight(building, p, q):
@@ -65,7 +66,9 @@ def test_whoever_sees_is_seen(rows):
 @pytest.mark.paper("B3")
 def test_people_see_each_other_exactly_where_there_is_a_line_of_sight():
     """A crowd of 200 on the paper's floors; nobody sees through walls or ceilings."""
-    sim = Simulation(shipped("paper"), Scenario(people=200), "none", "none", seed=1)
+    sim = Simulation(
+        shipped("paper"), Scenario(people=200), NoRobots(), NoFire(), seed=1
+    )
     bodies = sim.world.bodies
     who = np.arange(0, 200, 10)
     views = look(sim.world, Surroundings.of(sim.world, sim.sight), who)

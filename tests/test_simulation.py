@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from movies import drawn, lead, play, shipped, show, stage
 
 from reference.building import Kind
+from reference.events import Died, DoorBurnt, Evacuated, LeftFloor
 from reference.paper import (
     BODY_RADIUS,
     FIXED_PENALTY,
@@ -22,8 +23,8 @@ from reference.paper import (
     WALKING_SPEED,
     Scenario,
 )
-from reference.rewards import Died, DoorBurnt, Evacuated, LeftFloor
 from reference.simulation import Simulation
+from reference.workshop.strategies import fire_named, robots_named
 from reference.world import Aim, Fate
 
 MATCHES = [("none", "none"), ("sweep", "random"), ("patrol", "greedy")]
@@ -32,7 +33,9 @@ MATCHES = [("none", "none"), ("sweep", "random"), ("patrol", "greedy")]
 def run(name="tiny", people=20, robots="sweep", fire="random", seed=0, **scenario):
     """A simulation of a building that ships, not yet begun."""
     scene = Scenario(people=people, **scenario)
-    return Simulation(shipped(name), scene, robots, fire, seed)
+    return Simulation(
+        shipped(name), scene, robots_named(robots), fire_named(fire), seed
+    )
 
 
 def bodies(sim):
@@ -447,8 +450,8 @@ def test_refuses_a_room_that_does_not_exist():
 @pytest.mark.parametrize(
     ("strategies", "message"),
     [
-        ({"robots": "swep"}, "unknown robot strategy 'swep'; there are none, random"),
-        ({"fire": "hot"}, "unknown fire strategy 'hot'; there are none, random"),
+        ({"robots": "swep"}, "no robots are called 'swep'; there are none, random"),
+        ({"fire": "hot"}, "no fire is called 'hot'; there are none, random"),
     ],
 )
 def test_refuses_a_strategy_that_does_not_exist(strategies, message):

@@ -16,10 +16,10 @@ from clauses import ROOT
 from trainings import begun, equal, tiny, trained
 
 from reference.__main__ import main
-from reference.learning import loop
-from reference.learning.checkpoints import load, save
 from reference.learning.networks import one_thread
-from reference.learning.settings import write_yaml
+from reference.workshop.training import loop
+from reference.workshop.training.checkpoints import load, save
+from reference.workshop.training.presets import write_yaml
 
 PROMISED = """building preset robots fire seed rounds episodes steps reward fire_reward
 survival evacuated died wall_seconds decisions_per_second checkpoint summaries"""
@@ -36,7 +36,9 @@ def in_an_empty_folder(tmp_path, monkeypatch):
 @pytest.fixture
 def quick(monkeypatch):
     """Preset tiny, smaller still."""
-    monkeypatch.setattr("reference.learning.starting.preset", lambda name: tiny())
+    monkeypatch.setattr(
+        "reference.workshop.training.starting.preset", lambda name: tiny()
+    )
 
 
 @pytest.fixture(scope="module")
@@ -257,7 +259,7 @@ def test_a_full_disk_ends_the_training_with_one_message(quick, capsys, monkeypat
             raise OSError(f"{path}: cannot be written (No space left on device)")
         kept(checkpoint, path)
 
-    monkeypatch.setattr("reference.learning.checkpoints.save", full)
+    monkeypatch.setattr("reference.workshop.training.checkpoints.save", full)
     assert train("--out", "new") == 1
     assert "No space left on device" in capsys.readouterr().err.splitlines()[-1]
     assert load("new").round == 1

@@ -7,16 +7,16 @@ from dataclasses import replace
 import pytest
 from trainings import TINY, begun, equal, tiny, trained
 
-from reference.learning.checkpoints import load, newest
-from reference.learning.imitation import demonstrate
-from reference.learning.loop import train
 from reference.learning.networks import one_thread
-from reference.learning.players import SIDES
 from reference.learning.rollouts import play
-from reference.learning.settings import SettingsError
-from reference.learning.summaries import COLUMNS, Board, Summary, Table
-from reference.learning.training import Training, seeds_of
-from reference.workers import Here, workers
+from reference.learning.settings import SIDES, SettingsError
+from reference.strategies import RandomFire
+from reference.workshop.training.checkpoints import load, newest
+from reference.workshop.training.imitation import demonstrate
+from reference.workshop.training.loop import train
+from reference.workshop.training.session import Training, seeds_of
+from reference.workshop.training.summaries import COLUMNS, Board, Summary, Table
+from reference.workshop.workers import InProcess, workers
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -178,14 +178,17 @@ def test_in_turn_one_side_learns_and_the_other_stays_as_it_is(tmp_path):
 def test_random_fire_stands_in_for_a_share_of_the_jobs():
     """Evenly spread over the rounds, only while the robots learn."""
     training = begun(tiny(random_fires=0.5))
-    assert [job.fire == "random" for job in training.jobs()] == [False, True]
+    assert [isinstance(job.fire, RandomFire) for job in training.jobs()] == [
+        False,
+        True,
+    ]
     training = begun(tiny(random_fires=0.25))
     fires = []
     for training.round in range(4):
-        fires += [job.fire == "random" for job in training.jobs()]
+        fires += [isinstance(job.fire, RandomFire) for job in training.jobs()]
     assert fires == [False, False, False, True] * 2
     training.learners["robots"].steps = tiny().robots.max_steps
-    assert all(job.fire != "random" for job in training.jobs())
+    assert all(not isinstance(job.fire, RandomFire) for job in training.jobs())
 
 
 def test_who_has_not_played_has_nothing_to_tell():
@@ -286,7 +289,7 @@ def test_imitation_that_was_interrupted_is_done_once_on_resume(tmp_path):
     """And ends like one that was not."""
     copying, at_once = tmp_path / "copying", tmp_path / "at once"
     training = begun(imitate="patrol")
-    train(training, copying, Here(), lambda: True, progress=False)
+    train(training, copying, InProcess(), lambda: True, progress=False)
     assert not load(copying).progress["imitated"]
     trained(Training.resumed(load(copying)), copying, rounds=1)
     trained(begun(imitate="patrol"), at_once, rounds=1)
@@ -301,7 +304,7 @@ def test_a_round_that_is_being_played_is_dropped(tmp_path):
     """As if it had never begun: the next one has the same seeds."""
     training = begun()
     looks = iter([False] * 2)  # before the round, and before its first job
-    train(training, tmp_path, Here(), lambda: next(looks, True), progress=False)
+    train(training, tmp_path, InProcess(), lambda: next(looks, True), progress=False)
     assert training.round == 0
     assert equal(load(tmp_path).learners, begun().checkpoint().learners)
 

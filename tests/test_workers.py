@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 from clauses import ROOT
 
-from reference.workers import Here, as_done, in_order
+from reference.workshop.workers import InProcess, as_done, in_order
 
 
 def never():
@@ -34,7 +34,7 @@ def test_or_they_come_as_they_are_done():
 def test_here_a_result_comes_before_the_next_job_begins():
     """What is done can be kept, though nobody works beside this process."""
     begun = []
-    results = as_done(Here(), begun.append, ["first", "second"], never)
+    results = as_done(InProcess(), begun.append, ["first", "second"], never)
     assert (next(results), begun) == ((0, None), ["first"])
 
 
@@ -55,13 +55,15 @@ def test_told_to_stop_results_end_and_jobs_that_wait_never_begin():
 def test_results_in_order_are_all_or_none():
     """Told to stop before the last is there, there are none."""
     looks = iter([False, False])
-    assert in_order(Here(), len, ["a", "b", "c"], lambda: next(looks, True)) is None
-    assert in_order(Here(), len, [], never) == []
+    assert (
+        in_order(InProcess(), len, ["a", "b", "c"], lambda: next(looks, True)) is None
+    )
+    assert in_order(InProcess(), len, [], never) == []
 
 
 def test_what_a_job_raises_is_raised():
     """A mistake in a worker is no silence."""
-    for executor in (Here(), ThreadPoolExecutor(1)):
+    for executor in (InProcess(), ThreadPoolExecutor(1)):
         with pytest.raises(TypeError), executor:
             in_order(executor, len, [3], never)
 
@@ -70,7 +72,7 @@ def test_what_a_job_raises_is_raised():
 
 ALONE = """
 import os, sys
-from reference.workers import workers
+from reference.workshop.workers import workers
 
 if __name__ == "__main__":
     with workers(1) as pool:
@@ -80,7 +82,7 @@ if __name__ == "__main__":
 """
 KILLED = """
 import time
-from reference.workers import workers
+from reference.workshop.workers import workers
 
 if __name__ == "__main__":
     with workers(1) as pool:

@@ -8,11 +8,14 @@ import torch
 from movies import shipped
 from trainings import begun, tiny
 
-from reference.evaluation.worst_case import placements
-from reference.evaluation.worst_case.critic import CriticFire, imagined
-from reference.learning.checkpoints import CheckpointError
-from reference.learning.observations import decode, grid, robot_vectors
+from reference.game.observations import decode, grid, robot_vectors
 from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop.evaluation.worst_case import placements
+from reference.workshop.evaluation.worst_case.critic import CriticFire, imagined
+from reference.workshop.strategies import robots_named
+from reference.workshop.strategies.robots import Sweep
+from reference.workshop.training.checkpoints import CheckpointError
 
 TRAINERS = ["poca", "ppo"]
 
@@ -26,7 +29,9 @@ def fire(trainer="poca", **task):
 def moment(fire, seconds=12, robots="sweep"):
     """An evacuation of the tiny building after some seconds."""
     scenario = replace(fire.evaluation(), time_limit=60.0)
-    sim = Simulation(shipped("tiny"), scenario, robots, "random", seed=1)
+    sim = Simulation(
+        shipped("tiny"), scenario, robots_named(robots), RandomFire(), seed=1
+    )
     while sim.world.time < seconds:
         sim.step()
     return sim
@@ -93,7 +98,7 @@ def test_it_plays_whole_evacuations():
     """As any fire: same seed, same sources."""
     critic = fire()
     runs = [
-        Simulation(shipped("tiny"), critic.evaluation(), "sweep", critic, seed=3)
+        Simulation(shipped("tiny"), critic.evaluation(), Sweep(), critic, seed=3)
         for _ in range(2)
     ]
     for run in runs:

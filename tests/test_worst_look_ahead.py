@@ -7,14 +7,17 @@ import pytest
 from movies import shipped, stage
 
 from reference.building import Kind
-from reference.evaluation.worst_case import BusiestWay, WorstCase, placements
-from reference.evaluation.worst_case.look_ahead import First
-from reference.evaluation.worst_case.prospects import prospects
+from reference.events import FireLit
 from reference.fire import free_places
-from reference.navigation import prepared
+from reference.game.rewards import group_reward
+from reference.navigation import navigation_of
 from reference.paper import PEOPLE, Scenario
-from reference.rewards import FireLit, group_reward
 from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop.evaluation.worst_case import BusiestWay, WorstCase, placements
+from reference.workshop.evaluation.worst_case.look_ahead import First
+from reference.workshop.evaluation.worst_case.value_estimate import prospects
+from reference.workshop.strategies import robots_named
 
 SHORT = (3, 4.0)
 """Three placements, four seconds: enough for a test."""
@@ -23,7 +26,7 @@ SHORT = (3, 4.0)
 def against(fire, name="tiny", people=12, robots="sweep", seed=0, **scenario):
     """An evacuation of a building that ships, not yet begun."""
     scene = Scenario(people=people, **scenario)
-    return Simulation(shipped(name), scene, robots, fire, seed)
+    return Simulation(shipped(name), scene, robots_named(robots), fire, seed)
 
 
 def lit(sim):
@@ -39,11 +42,11 @@ def lit(sim):
 @pytest.mark.parametrize("seconds", [0, 20, 60])
 def test_placements_are_free_cells_of_rooms(seconds):
     """Where a fire can break out: about sixty of them in the paper's building."""
-    sim = against("random", "paper", PEOPLE)
+    sim = against(RandomFire(), "paper", PEOPLE)
     while sim.world.time < seconds:
         sim.step()
     choice = placements(sim.world, sim.scenario)
-    free, nav = free_places(sim.world), prepared(sim.building)
+    free, nav = free_places(sim.world), navigation_of(sim.building)
     assert 40 < len(choice) == len(set(choice)) < 70
     assert all(free[nav.place(*placement)] for placement in choice)
 
@@ -240,6 +243,6 @@ def test_refuses_to_decide_outside_a_simulation():
 def test_beside_means_not_in_a_door():
     """Placements are never on what leads out."""
     sim = against("none", "paper", PEOPLE)
-    nav, kind = prepared(sim.building), sim.building.kind.ravel()
+    nav, kind = navigation_of(sim.building), sim.building.kind.ravel()
     choice = placements(sim.world, sim.scenario)
     assert {kind[nav.place(*p)] for p in choice} == {Kind.FLOOR}

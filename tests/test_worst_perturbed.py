@@ -9,12 +9,17 @@ from hypothesis import strategies as st
 from movies import shipped
 from trainings import begun, tiny
 
-from reference.evaluation.worst_case.perturbed import PerturbedRobots, may_be_off
-from reference.learning.checkpoints import CheckpointError
-from reference.learning.observations import grid, robot_vectors, robots_at_work
-from reference.learning.policies import LearnedRobots
+from reference.game.observations import grid, robot_vectors, robots_at_work
 from reference.paper import Scenario
 from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop.evaluation.worst_case.perturbed import (
+    PerturbedRobots,
+    may_be_off,
+)
+from reference.workshop.strategies.robots import Sweep
+from reference.workshop.training.checkpoints import CheckpointError
+from reference.workshop.training.policies import LearnedRobots
 
 HEADS = ["pointer", "gaussian"]
 
@@ -27,7 +32,7 @@ def checkpoint(head="pointer", trainer="poca"):
 def moment(robots, seconds, seed=1):
     """An evacuation of the tiny building after some seconds."""
     scenario = replace(robots.evaluation(), time_limit=60.0)
-    sim = Simulation(shipped("tiny"), scenario, "sweep", "random", seed)
+    sim = Simulation(shipped("tiny"), scenario, Sweep(), RandomFire(), seed)
     while sim.world.time < seconds:
         sim.step()
     return sim.world
@@ -48,7 +53,7 @@ def test_with_nothing_off_robots_do_exactly_what_they_would(head):
     saved = checkpoint(head)
     pair = LearnedRobots(saved), PerturbedRobots(saved, epsilon=0)
     plain, same = (
-        Simulation(shipped("tiny"), robots.evaluation(), robots, "random", seed=2)
+        Simulation(shipped("tiny"), robots.evaluation(), robots, RandomFire(), seed=2)
         for robots in pair
     )
     assert str(plain.run()) == str(same.run()) and plain.events == same.events
@@ -94,7 +99,7 @@ def test_the_critic_never_thinks_better_of_it(head):
 def test_the_order_of_people_and_all_that_is_no_position_stay():
     """Of the paper's 167 numbers 108 may be off once all fires are lit."""
     building, scenario = shipped("paper"), Scenario()
-    sim = Simulation(building, scenario, "sweep", "random", seed=0)
+    sim = Simulation(building, scenario, Sweep(), RandomFire(), seed=0)
     row = robot_vectors(sim.world, scenario)[0]
     assert may_be_off(row, building, scenario).sum() == 2 * (40 + 6)
     row[142:164:3] = 0  # storeys of all fires: they are there

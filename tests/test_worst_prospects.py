@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from movies import shipped, stage
 
-from reference.evaluation.worst_case.prospects import SEARCH, SOON, prospects
 from reference.paper import (
     BURN_LOSS,
     FIXED_PENALTY,
@@ -18,6 +17,13 @@ from reference.paper import (
     Scenario,
 )
 from reference.simulation import Simulation
+from reference.strategies import NoFire
+from reference.workshop.evaluation.worst_case.value_estimate import (
+    SEARCH,
+    SOON,
+    prospects,
+)
+from reference.workshop.strategies.robots import Sweep
 from reference.world import Fate
 
 PER_SECOND = HEALTH_RATE * FRAMES_PER_SECOND
@@ -57,7 +63,9 @@ def test_every_floor_that_is_left_pays():
 @pytest.mark.parametrize(("floor", "landings"), [(1, 0), (2, 1)])
 def test_whoever_is_on_the_stairs_has_been_paid_for_the_floor(floor, landings):
     """Landings and the exit are to come, all later if the stairs take longer."""
-    sim = Simulation(shipped("paper"), Scenario(people=PEOPLE), "sweep", "none", seed=1)
+    sim = Simulation(
+        shipped("paper"), Scenario(people=PEOPLE), Sweep(), NoFire(), seed=1
+    )
     bodies = sim.world.bodies
     while not ((bodies.shaft >= 0) & (bodies.floor == floor)).any():
         sim.step()
@@ -127,7 +135,7 @@ def test_it_is_about_what_then_comes():
     """The paper's building with no fire, against `sweep`: within a fifth."""
     hoped, came = [], []
     for seed in range(4):
-        sim = Simulation(shipped("paper"), Scenario(), "sweep", "none", seed)
+        sim = Simulation(shipped("paper"), Scenario(), Sweep(), NoFire(), seed)
         hoped.append(prospects(sim.world))
         came.append(sim.run().reward)
     assert np.mean(hoped) == pytest.approx(np.mean(came), rel=0.2)

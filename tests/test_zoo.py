@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from movies import shipped
 
-from reference.learning.environment import FIRE, Environment
+from reference.game.environment import FIRE, Environment
 from reference.paper import Scenario
 
 pytest.importorskip("pettingzoo", reason="the extra pettingzoo is not installed")
@@ -16,10 +16,13 @@ from gymnasium import spaces
 from pettingzoo import ParallelEnv
 from pettingzoo.test import parallel_api_test, parallel_seed_test, render_test
 
-from reference.learning import zoo
+from reference.strategies import RandomFire
+from reference.workshop import zoo
+from reference.workshop.strategies.fires import GreedyFire
+from reference.workshop.strategies.robots import Sweep
 
 SCENE = Scenario(people=6, training=True)
-SIDES = [{}, {"robots": "sweep"}, {"fire": "random"}]
+SIDES = [{}, {"robots": Sweep()}, {"fire": RandomFire()}]
 
 
 def made(**chosen):
@@ -101,16 +104,24 @@ def test_the_same_seeds_sample_the_same_actions():
 
 def test_a_building_may_be_named():
     """So that a framework's registry needs no more than words."""
-    environment = zoo.parallel_env("museum", fire="greedy")
+    environment = zoo.parallel_env("museum", fire=GreedyFire())
     assert environment.environment.building.title == shipped("museum").title
 
 
 def test_refuses_to_be_imported_without_pettingzoo():
     """And says how to get it, and how to do without."""
-    code = "import sys; sys.modules['pettingzoo'] = None; import reference.learning.zoo"
+    code = "import sys; sys.modules['pettingzoo'] = None; import reference.workshop.zoo"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 1
     message = done.stderr.split("ImportError: ")[-1]
-    assert message.startswith("pettingzoo is not installed, and reference.learning.zoo")
+    assert message.startswith("pettingzoo is not installed, and reference.workshop.zoo")
     assert "pip install 'fire-rescue-reference[pettingzoo]'" in message
-    assert "reference.learning.environment" in message
+    assert "reference.game.environment" in message
+
+
+def test_refuses_a_kind_of_picture_there_is_not():
+    """There is one."""
+    environment = zoo.ZooEnvironment("tiny", render_mode="human")
+    with pytest.raises(ValueError, match="no render_mode 'human'; there is rgb_array"):
+        environment.render()
+    assert environment.metadata["render_modes"] == ["rgb_array"]

@@ -6,11 +6,11 @@ from pathlib import Path
 import torch
 
 from reference.building import load, plan_of
-from reference.learning.checkpoints import Task
-from reference.learning.loop import train
-from reference.learning.settings import Settings, preset
-from reference.learning.training import Training
-from reference.workers import Here
+from reference.workshop.training.checkpoints import Task
+from reference.workshop.training.loop import train
+from reference.workshop.training.presets import Settings, preset
+from reference.workshop.training.session import Training
+from reference.workshop.workers import InProcess
 
 TINY = plan_of(load("tiny"))
 
@@ -53,7 +53,7 @@ def trained(training: Training, folder: Path, rounds: int | None = None) -> Path
     def stop() -> bool:
         return end is not None and training.round >= end
 
-    return train(training, folder, Here(), stop, progress=False)
+    return train(training, folder, InProcess(), stop, progress=False)
 
 
 def tensors(state, name: str = "") -> dict[str, torch.Tensor | float | str]:

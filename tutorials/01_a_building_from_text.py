@@ -7,9 +7,9 @@ Run this file from the repository's root, whole or cell by cell.
 
 from pathlib import Path
 
-from reference import drawing
 from reference.building import Kind, build
 from reference.floorplan import FloorPlanError, parse
+from reference.workshop import drawing
 
 # %% A floor is drawn, not described
 # A letter is a square metre: `#` wall, `.` floor, `+` a door [A2], `E` an exit [A4].

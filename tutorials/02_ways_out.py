@@ -8,8 +8,8 @@ from pathlib import Path
 
 import networkx as nx
 
-from reference import drawing
 from reference.building import burn, intact, load
+from reference.workshop import drawing
 
 # %% Rooms are nodes, doors are edges
 # "outside" is a node too. Between two nodes there may be several doors, hence "multi".

@@ -9,18 +9,19 @@ from pathlib import Path
 
 import numpy as np
 
-from reference import drawing
 from reference.building import load
 from reference.paper import Scenario
 from reference.perception import rays
 from reference.simulation import Simulation
+from reference.strategies import NoFire, NoRobots
+from reference.workshop import drawing
 
 # %% One visitor
 # A scenario says how many people start where. No robots and no fire yet.
 
 museum = load("museum")
 one = Scenario(people=1, rooms=("1/greece",))
-simulation = Simulation(museum, one, robots="none", fire="none", seed=5)
+simulation = Simulation(museum, one, robots=NoRobots(), fire=NoFire(), seed=5)
 bodies, mind = simulation.world.bodies, simulation.world.minds[0]
 start, place = bodies.position[0].copy(), bodies.place[0]
 

@@ -8,18 +8,19 @@ from pathlib import Path
 
 import numpy as np
 
-from reference import drawing
 from reference.building import load
 from reference.paper import Scenario
-from reference.robots import guided_by
 from reference.simulation import Simulation
+from reference.strategies import NoFire, NoRobots
+from reference.workshop import drawing
+from reference.workshop.strategies.robots import guided_by
 from reference.world import Mode
 
 # %% Forty people on three floors
 # The paper's building and number of people [B8]; still no robots and no fire.
 
 institute = load("paper")
-simulation = Simulation(institute, robots="none", fire="none", seed=1)
+simulation = Simulation(institute, robots=NoRobots(), fire=NoFire(), seed=1)
 world, bodies = simulation.world, simulation.world.bodies
 print(len(bodies), "people, floor by floor", world.occupancy)
 #> 40 people, floor by floor [14, 13, 13]
@@ -71,7 +72,7 @@ print(drawing.save(figure, "out/04_a_crowd.png"))
 def out(metres: float, doors: int, seeds: range = range(2)) -> int:
     """How many get out, all seeds together."""
     rule = Scenario(sight_range=metres, doors_remembered=doors)
-    runs = (Simulation(institute, rule, "none", "none", seed) for seed in seeds)
+    runs = (Simulation(institute, rule, NoRobots(), NoFire(), seed) for seed in seeds)
     return sum(run.run().evacuated for run in runs)
 
 

@@ -9,12 +9,13 @@ from pathlib import Path
 import networkx as nx
 import numpy as np
 
-from reference import drawing
 from reference.building import burn, intact, load
+from reference.events import DoorBurnt
 from reference.fire import Generator, snapped
 from reference.paper import Scenario
-from reference.rewards import DoorBurnt
 from reference.simulation import Simulation
+from reference.strategies import NoRobots
+from reference.workshop import drawing
 
 # %% To the middle of the nearest cell
 # Whoever plays the fire decides on a floor and two real numbers [D2]. The source then
@@ -40,7 +41,7 @@ class Candle:
 
 
 museum = load("museum")
-night = Simulation(museum, Scenario(people=1, sources=1), "none", Candle(), seed=2)
+night = Simulation(museum, Scenario(people=1, sources=1), NoRobots(), Candle(), seed=2)
 
 # %% Where somebody stands, nothing is lit
 # In training an occupied place yields no fire, and costs whoever decided a penalty.

@@ -7,10 +7,12 @@ with the one that ships, on the same people and the same fires.
 from math import dist
 from pathlib import Path
 
-from reference import drawing
 from reference.building import load
-from reference.robots import actual_target, instruction_for, led_by, unguided
+from reference.robots import actual_target, instruction_for, led_by
 from reference.simulation import Simulation
+from reference.strategies import NoRobots, RandomFire
+from reference.workshop import drawing
+from reference.workshop.strategies.robots import Sweep, unguided
 
 # %% What a robot decides, and what comes of it
 # Two numbers, x and y: where to go next [C5]. Near a stairwell, its middle is meant:
@@ -49,7 +51,7 @@ class Shepherd:
 # %% Watch it
 # Algorithm 3 [C7] walks the robot to its destination, and waits for those who follow.
 
-simulation = Simulation(institute, robots=Shepherd(), seed=1)
+simulation = Simulation(institute, robots=Shepherd(), seed=1, fire=RandomFire())
 history = [drawing.tally(simulation.world)]
 while simulation.world.time < 30:
     simulation.step()
@@ -74,12 +76,14 @@ print(drawing.save(figure, "out/06_shepherds.png"))
 # the robots' doing.
 
 SEEDS = range(4)
-for name, robots in (("none", "none"), ("own", Shepherd()), ("sweep", "sweep")):
-    runs = [Simulation(institute, robots=robots, seed=seed).run() for seed in SEEDS]
-    print(f"{name:<6}", [run.evacuated for run in runs], "of 40 get out")
-#> none   [19, 16, 13, 20] of 40 get out
-#> own    [31, 33, 28, 28] of 40 get out
-#> sweep  [35, 33, 39, 39] of 40 get out
+fire = RandomFire()
+for robots in (NoRobots(), Shepherd(), Sweep()):
+    runs = [Simulation(institute, None, robots, fire, seed).run() for seed in SEEDS]
+    name = type(robots).__name__
+    print(f"{name:<8}", [run.evacuated for run in runs], "of 40 get out")
+#> NoRobots [19, 16, 13, 20] of 40 get out
+#> Shepherd [31, 33, 28, 28] of 40 get out
+#> Sweep    [35, 33, 39, 39] of 40 get out
 
 # %% Exercise
 # The shepherd measures as the crow flies, through walls and flames. Let it choose who

@@ -12,11 +12,11 @@ import torch
 from matplotlib.figure import Figure
 from torch import tensor
 
-from reference import drawing
 from reference.learning import poca, ppo
 from reference.learning.experience import Trajectory
 from reference.learning.networks import Sizes
-from reference.learning.settings import preset
+from reference.workshop import drawing
+from reference.workshop.training.presets import preset
 
 # %% Two robots, one of them finished early
 # Robot A, upstairs, can bring everybody down and be done: robots leave the game when

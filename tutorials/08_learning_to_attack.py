@@ -12,19 +12,22 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from reference import drawing
 from reference.building import building_of
 from reference.fire import free_places
+from reference.game.environment import Environment, fire_decision
+from reference.game.observations import fire_layout
+from reference.game.rewards import fire_reward
 from reference.learning import ppo
-from reference.learning.environment import Environment, fire_decision
-from reference.learning.observations import fire_layout
 from reference.learning.players import Player
 from reference.learning.rollouts import Episode, Job, Learned, play
-from reference.learning.settings import preset
-from reference.navigation import prepared
+from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.rewards import fire_reward
 from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop import drawing
+from reference.workshop.landmarks import landmarks_for
+from reference.workshop.strategies.robots import Sweep
+from reference.workshop.training.presets import preset
 
 torch.set_num_threads(1)  # networks as small as these are quickest on one core
 
@@ -59,15 +62,15 @@ evening = Scenario(
 # Where everybody is [D1], and as 0 and 1 what the floor looks like: walls, flames, ways
 # out. In this game it is the only agent, and `sweep` its opponent.
 
-game = Environment(gallery, evening, robots="sweep")
+game = Environment(gallery, evening, robots=Sweep())
 seen, infos = game.reset(seed=0)
 for name, array in seen["fire_0"].items():
     print(name, array.shape)
 #> vector (27,)
 #> grid (3, 20, 34)
 place = seen["fire_0"]["vector"][:2]
-print(fire_layout(gallery, evening)[0].what, "in half-bodies:", place.round(2))
-#> human 1: x, y, storey in half-bodies: [-0.27 -0.73]
+print(fire_layout(gallery, evening)[0].what, "in normalised metres:", place.round(2))
+#> human 1: x, y, storey in normalised metres: [-0.27 -0.73]
 
 # All of it as a page, for the fire and for the robot: the grid, who is where, and what
 # each number says.
@@ -98,7 +101,7 @@ SEEDS = range(1000, 1024)
 
 def scripted(fire) -> list[Simulation]:
     """All those evenings with a fire that nobody trained."""
-    runs = [Simulation(gallery, evening, "sweep", fire, seed) for seed in SEEDS]
+    runs = [Simulation(gallery, evening, Sweep(), fire, seed) for seed in SEEDS]
     for run in runs:
         run.run()
     return runs
@@ -109,7 +112,7 @@ def saved(runs: list[Simulation]) -> int:
     return sum(run.outcome().evacuated for run in runs)
 
 
-runs = scripted("random")
+runs = scripted(RandomFire())
 random = saved(runs)
 print("random:", random, "of", 8 * len(SEEDS), "get out")
 #> random: 131 of 192 get out
@@ -132,14 +135,17 @@ table = replace(
 def beginner(head: str) -> ppo.Learner:
     """A learner that has seen nothing yet."""
     settings = replace(table, head=head)
-    sizes = Player("fire", gallery, evening, settings).sizes
+    marks = landmarks_for("fire", settings)
+    sizes = Player("fire", gallery, evening, settings, marks).sizes
     return ppo.Learner(settings, sizes, seed=0)
 
 
 def evenings(learner: ppo.Learner, seeds: range) -> list[Episode]:
     """Whole episodes against `sweep`, with samples of the learner's policy."""
-    fire = Learned(learner.settings, learner.actor.state_dict())
-    return play(Job(PLAN, evening, "sweep", fire, tuple(seeds)))
+    settings = learner.settings
+    marks = landmarks_for("fire", settings)
+    fire = Learned(settings, learner.actor.state_dict(), marks)
+    return play(Job(PLAN, evening, Sweep(), fire, tuple(seeds)))
 
 
 def total(episodes: list[Episode], fact: str) -> int:
@@ -200,7 +206,8 @@ class Ambush:
 
     def decide(self, world, rng):
         (way_out,) = [world.building.landmarks[k] for k in world.building.exits]
-        cells = prepared(world.building).centres[np.flatnonzero(free_places(world))]
+        free = np.flatnonzero(free_places(world))
+        cells = navigation_of(world.building).centres[free]
         return 0, *min(cells.tolist(), key=lambda cell: dist(cell, way_out.position))
 
 

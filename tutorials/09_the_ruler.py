@@ -9,19 +9,19 @@ from pathlib import Path
 import numpy as np
 
 from reference.building import building_of, load
-from reference.drawing import ruler as pictures
-from reference.drawing.page import save
-from reference.evaluation import crossplay
 from reference.evaluation.bounds import (
     best_reward,
     critical_points,
     mean_ways,
     worst_reward,
 )
-from reference.evaluation.crossplay import Asked, cells
 from reference.evaluation.difficulty import HARDEST, difficulty
 from reference.evaluation.score import PAPER, score_of_runs
-from reference.workers import Here
+from reference.workshop.drawing import ruler as pictures
+from reference.workshop.drawing.page import save
+from reference.workshop.evaluation import crossplay
+from reference.workshop.evaluation.crossplay import Asked, cells
+from reference.workshop.workers import InProcess
 
 # %% The worst and the best
 # Forty deaths at 300 each are the worst that can happen [F4, Eq. 6]. The best is known
@@ -94,7 +94,7 @@ asked = Asked(
     episodes=10,
 )
 evaluation = crossplay.begin(asked)
-records = crossplay.evaluate(evaluation, None, Here(), progress=False)
+records = crossplay.evaluate(evaluation, None, InProcess(), progress=False)
 for cell in cells(records, PAPER):
     R, h, E = cell.reward.mean, cell.difficulty.mean, cell.score.mean
     print(f"{cell.robots:6} {cell.fire:6} R {R:6.0f}  h {h:4.0f}  E {E:.3f}")

@@ -18,7 +18,7 @@ from scipy import ndimage
 
 from reference.beginning import beginning
 from reference.building import Building, Kind
-from reference.navigation import prepared
+from reference.navigation import navigation_of
 from reference.paper import (
     BEST_POINT,
     FIXED_PENALTY,
@@ -84,7 +84,7 @@ def mean_ways(building: Building) -> tuple[float, ...]:
     The mean over the cells of a floor's rooms, as people may start in any, of the walk
     to the nearest exit or entrance of stairs down. A checked floor plan has one.
     """
-    nav, ways = prepared(building), []
+    nav, ways = navigation_of(building), []
     for floor in range(building.floors):
         nearest = nav.distance[building.ways_out(floor)].min(axis=0)
         of_floor = nearest.reshape(building.kind.shape)[floor]
@@ -212,7 +212,7 @@ class Ways:
     """
 
     def __init__(self, building: Building):
-        self.building, nav = building, prepared(building)
+        self.building, nav = building, navigation_of(building)
         marks = building.landmarks
         self.cells = [nav.centres[nav.places_of(m.floor, m.cells)] for m in marks]
         trod = building.landmark >= 0

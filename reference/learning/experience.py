@@ -30,7 +30,7 @@ class Trajectory:
     shown      (T, G, E) float32, what a critic is shown of them
     log_probs  (T, G, K) float32, when they were taken
     rewards    (T,) of the group, or of the only agent; health points
-    features   (T, G, O, F) and  allowed (T, G, O): a pointer head's options, else None
+    features   (T, G, O, F), action_mask (T, G, O): a pointer head's options, or None
     """
 
     vectors: np.ndarray
@@ -41,7 +41,7 @@ class Trajectory:
     log_probs: np.ndarray
     rewards: np.ndarray
     features: np.ndarray | None = None
-    allowed: np.ndarray | None = None
+    action_mask: np.ndarray | None = None
 
     def __len__(self) -> int:
         """Group decisions, T."""
@@ -72,7 +72,7 @@ class Decisions:
     returns: Tensor
     advantages: Tensor
     features: Tensor | None = None
-    allowed: Tensor | None = None
+    action_mask: Tensor | None = None
 
     def __len__(self) -> int:
         return len(self.alive)
@@ -80,9 +80,9 @@ class Decisions:
     @property
     def options(self) -> Options | None:
         """What a pointer head chooses among."""
-        if self.features is None or self.allowed is None:
+        if self.features is None or self.action_mask is None:
             return None
-        return Options(self.features, self.allowed)
+        return Options(self.features, self.action_mask)
 
     def rows(self, which: Tensor) -> "Decisions":
         """Some of them; which: indices."""
@@ -118,7 +118,7 @@ def decisions_of(t: Trajectory) -> Decisions:
         returns=unknown.clone(),
         advantages=unknown.clone(),
         features=None if t.features is None else torch.from_numpy(t.features),
-        allowed=None if t.allowed is None else torch.from_numpy(t.allowed),
+        action_mask=None if t.action_mask is None else torch.from_numpy(t.action_mask),
     )
 
 

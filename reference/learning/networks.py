@@ -65,11 +65,11 @@ class Sizes:
 class Options:
     """What a pointer head chooses among.
 
-    features (..., O, F);  allowed (..., O) bool
+    features (..., O, F);  action_mask (..., O) bool
     """
 
     features: Tensor
-    allowed: Tensor
+    action_mask: Tensor
 
 
 # -- Inputs -------------------------------------------------------------------------
@@ -280,7 +280,7 @@ class PointerHead(nn.Module):
         """From the body's (..., H) and (..., O, F) features."""
         both = self.context(x)[..., None, :] + self.option(options.features)
         scores = self.score(self.between(functional.silu(both)))[..., 0]
-        scores = scores.masked_fill(~options.allowed, REFUSED)
+        scores = scores.masked_fill(~options.action_mask, REFUSED)
         return Policy(x[..., :0], x.new_zeros(0), [scores])
 
 
@@ -353,7 +353,7 @@ class GroupCritic(nn.Module):
         finite.
         """
         g = self.g(self.encoder(vectors, grids))
-        return self._worth(self.attention(g, alive), alive)
+        return self._value(self.attention(g, alive), alive)
 
     def with_baselines(
         self, vectors: Tensor, grids: Tensor, alive: Tensor, shown: Tensor
@@ -365,11 +365,11 @@ class GroupCritic(nn.Module):
         encoded = self.encoder(vectors, grids)
         g = self.g(encoded)
         f = self.f(torch.cat([encoded, shown], dim=-1))
-        value = self._worth(self.attention(g, alive), alive)
-        baselines = self._worth(self.attention.one_replaced(f, g, alive), alive)
+        value = self._value(self.attention(g, alive), alive)
+        baselines = self._value(self.attention.one_replaced(f, g, alive), alive)
         return value, baselines
 
-    def _worth(self, pooled: Tensor, alive: Tensor) -> Tensor:
+    def _value(self, pooled: Tensor, alive: Tensor) -> Tensor:
         """(B, H) -> (B,), or (B, G, H) -> (B, G): trunk, number of agents, head."""
         n = alive.sum(dim=1, dtype=pooled.dtype)
         self.most = torch.maximum(self.most, n.max())

@@ -6,29 +6,25 @@ Clauses: C5, D2, E3.  Both heads end in the environment's action, numbers in [âˆ
          `networks`;  A  numbers of the environment's action
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from reference.building import Building
-from reference.learning.landmarks import FireOptions, RobotOptions
+from reference.game.observations import fire_vector_size, grid_shape, vector_size
 from reference.learning.networks import RAW_LIMIT, Actor, Options, Policy, Sizes
-from reference.learning.observations import (
-    fire_vector_size,
-    grid_shape,
-    vector_size,
-)
-from reference.learning.settings import TrainerSettings
+from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
 
-Side = Literal["robots", "fire"]
-SIDES: tuple[Side, ...] = ("robots", "fire")
 Observation = tuple[np.ndarray, np.ndarray]
 """Vectors (G, V) and the grid (channels, height, width) that the agents share."""
+
+Landmarks = Callable[[Building, Scenario], Any]
+"""Makes, for a building, what turns observations into options of a pointer head."""
 
 AXES = 2  # [C5] [D2] two continuous numbers: x and y
 
@@ -45,7 +41,7 @@ class Acted:
     shown: np.ndarray
     log_probs: np.ndarray
     features: np.ndarray | None
-    allowed: np.ndarray | None
+    action_mask: np.ndarray | None
 
 
 class Player:
@@ -57,12 +53,11 @@ class Player:
         building: Building,
         scenario: Scenario,
         settings: TrainerSettings,
+        landmarks: Landmarks | None = None,
     ):
+        """landmarks: what makes a pointer head's options; None for the Gaussian one."""
         self.side, self.floors = side, building.floors
-        self.options: RobotOptions | FireOptions | None = None
-        if settings.head == "pointer":
-            kind = RobotOptions if side == "robots" else FireOptions
-            self.options = kind(building, scenario)
+        self.options = landmarks and landmarks(building, scenario)
         self.sizes = _sizes(side, building, scenario, self.options)
         self.actor = Actor(self.sizes, settings).eval()
 
@@ -102,8 +97,8 @@ class Player:
             return None, None
         found = [self.options(*observation) for observation in seen]
         features = torch.from_numpy(np.stack([f.features for f in found]))
-        allowed = torch.from_numpy(np.stack([f.allowed for f in found]))
-        return np.stack([f.places for f in found]), Options(features, allowed)
+        action_mask = torch.from_numpy(np.stack([f.action_mask for f in found]))
+        return np.stack([f.places for f in found]), Options(features, action_mask)
 
     def _acted(
         self,
@@ -119,8 +114,8 @@ class Player:
             return Acted(emitted, raw, raw[..., :AXES], log_probs, None, None)
         index = raw.astype(np.intp)[..., None]
         emitted = np.take_along_axis(places, index, axis=2)[:, :, 0]
-        features, allowed = options.features.numpy(), options.allowed.numpy()
-        return Acted(emitted, raw, emitted, log_probs, features, allowed)
+        features, action_mask = options.features.numpy(), options.action_mask.numpy()
+        return Acted(emitted, raw, emitted, log_probs, features, action_mask)
 
     def _emitted(self, raw: np.ndarray) -> np.ndarray:
         """Gaussians: clamp(a, âˆ’3, 3)/3 [E3]; the fire's branch, its floor, first."""
@@ -135,7 +130,7 @@ def _sizes(
     side: Side,
     building: Building,
     scenario: Scenario,
-    options: RobotOptions | FireOptions | None,
+    options: Any,
 ) -> Sizes:
     robots = side == "robots"
     vector = vector_size if robots else fire_vector_size

@@ -12,13 +12,15 @@ from typing import Any
 
 import numpy as np
 
+from reference import fire, robots
 from reference.building import Building, building_of
-from reference.learning.environment import Environment
+from reference.events import FireRefused
+from reference.game.environment import Environment
+from reference.game.rewards import fire_reward
 from reference.learning.experience import Trajectory
-from reference.learning.players import SIDES, Acted, Observation, Player, Side
-from reference.learning.settings import TrainerSettings
+from reference.learning.players import Acted, Landmarks, Observation, Player
+from reference.learning.settings import SIDES, Side, TrainerSettings
 from reference.paper import Scenario
-from reference.rewards import FireRefused, fire_reward
 
 PLAYER_STREAM: dict[Side, int] = {"robots": 1, "fire": 2}
 """Each side's actions have a generator of their own, beside the simulation's."""
@@ -26,28 +28,32 @@ PLAYER_STREAM: dict[Side, int] = {"robots": 1, "fire": 2}
 
 @dataclass(frozen=True)
 class Learned:
-    """A side that a network plays: its settings, and weights as tensors by name."""
+    """A side that a network plays: its settings, and weights as tensors by name.
+
+    landmarks  what makes a pointer head's options; None for the Gaussian one
+    """
 
     settings: TrainerSettings
     weights: dict[str, Any]
+    landmarks: Landmarks | None = None
 
 
 @dataclass(frozen=True)
 class Job:
-    """Episodes to play; robots and fire: a network, or the name of a strategy.
+    """Episodes to play; robots and fire: a network, or a strategy.
 
     plan  the text of a floor file
     """
 
     plan: str
     scenario: Scenario
-    robots: Learned | str
-    fire: Learned | str
+    robots: Learned | robots.Strategy
+    fire: Learned | fire.Strategy
     seeds: tuple[int, ...]
 
     def learned(self) -> dict[Side, Learned]:
         """The sides that a network plays."""
-        who: dict[Side, Learned | str] = {"robots": self.robots, "fire": self.fire}
+        who: dict[Side, Any] = {"robots": self.robots, "fire": self.fire}
         return {side: w for side, w in who.items() if isinstance(w, Learned)}
 
 
@@ -97,7 +103,7 @@ def _decide(side: Side, player: Player, runs: "list[_Run]") -> None:
 
 
 def _player(side: Side, building: Building, scenario: Scenario, who: Learned) -> Player:
-    player = Player(side, building, scenario, who.settings)
+    player = Player(side, building, scenario, who.settings, who.landmarks)
     player.load(who.weights)
     return player
 
@@ -220,7 +226,7 @@ class _Record:
             log_probs=rows("log_probs"),
             rewards=np.array(self.rewards),
             features=rows("features") if pointer else None,
-            allowed=rows("allowed") if pointer else None,
+            action_mask=rows("action_mask") if pointer else None,
         )
 
 

@@ -1,0 +1,34 @@
+"""Rewards of the robots and of the fire: sums over events, in health points.
+
+Clauses: F5, F8, D6, E5.
+"""
+
+from collections.abc import Iterable
+
+from reference.events import Died, Evacuated, Event, FireRefused, LeftFloor
+from reference.paper import FIRE_REFUSED_PENALTY, FIXED_PENALTY, FIXED_REWARD
+
+
+def group_reward(events: Iterable[Event]) -> float:
+    """Reward of the robots as a group [E5] [F8, chosen].
+
+    Whoever leaves a floor alive pays their remaining health, whoever passes the exit
+    FixReward more, whoever dies costs Fixed Pen.
+    """
+    reward = 0.0
+    for event in events:
+        match event:
+            case LeftFloor():
+                reward += event.health
+            case Evacuated():
+                reward += FIXED_REWARD
+            case Died():
+                reward -= FIXED_PENALTY
+    return reward
+
+
+def fire_reward(events: Iterable[Event]) -> float:
+    """Reward of the fire: what the robots lose, less a penalty per refusal [D6]."""
+    events = list(events)
+    refused = sum(isinstance(event, FireRefused) for event in events)
+    return -group_reward(events) - FIRE_REFUSED_PENALTY * refused

@@ -1,0 +1,102 @@
+"""Looking at a map: check and draw.
+
+Clauses: A8 (draw).
+"""
+
+import json
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
+from typing import Any
+
+from reference.building import Building, Kind, load
+from reference.floorplan import find
+from reference.workshop.commands.common import (
+    MAP,
+    Command,
+    CommandError,
+    counted,
+    whole_from,
+    writable,
+)
+
+VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
+VIEWS_OF_ONE_FLOOR = ("top", "graph")
+
+
+def check(arguments: Namespace) -> None:
+    """Says that a map is fine and what is in it, or explains its mistakes."""
+    building = load(arguments.file)
+    kinds = [landmark.kind for landmark in building.landmarks]
+    facts: dict[str, Any] = {
+        "title": building.title,
+        "floors": building.floors,
+        "rooms": [len(building.rooms(floor)) for floor in range(building.floors)],
+        "doors": kinds.count(Kind.DOOR),
+        "exits": kinds.count(Kind.EXIT),
+        "stairwells": len(building.stairwells),
+    }
+    if arguments.json:
+        print(json.dumps(facts))
+        return
+    rooms = "/".join(map(str, facts["rooms"]))
+    counts = [counted(facts[word], word) for word in ("doors", "exits", "stairwells")]
+    floors = counted(building.floors, "floors")
+    print(f"ok: {building.title}, {floors}, rooms {rooms}, {', '.join(counts)}")
+
+
+def draw(arguments: Namespace) -> None:
+    """Draws a map: the counterparts of the paper's six figures [A8], and its graph."""
+    building = load(arguments.file)
+    name, floor = f"{find(arguments.file).stem}-{arguments.view}", {}
+    if arguments.floor is not None:
+        name = f"{name}-{arguments.floor}"
+        floor = {"floor": _floor(arguments, building)}
+    from reference.workshop import drawing
+
+    path = arguments.output or Path(f"{name}.png")
+    writable(path, drawing.page.PICTURES, "a picture")
+    drawing.save(getattr(drawing, arguments.view)(building, **floor), path)
+    print(path)
+
+
+def _floor(arguments: Namespace, building: Building) -> int:
+    """Index of the floor asked for, if there is one to show alone."""
+    if arguments.view not in VIEWS_OF_ONE_FLOOR:
+        views = " or ".join(VIEWS_OF_ONE_FLOOR)
+        raise CommandError(f"--floor goes with --view {views}. Leave it out here.", 2)
+    if arguments.floor > building.floors:
+        floors = counted(building.floors, "floors")
+        raise CommandError(
+            f"--floor {arguments.floor}: {building.title} has {floors}. "
+            f"Give a number from 1 to {building.floors}.",
+            2,
+        )
+    return arguments.floor - 1
+
+
+def _check_options(parser: ArgumentParser) -> None:
+    parser.add_argument("file", help=MAP)
+
+
+def _draw_options(parser: ArgumentParser) -> None:
+    _check_options(parser)
+    parser.add_argument("--view", choices=VIEWS, default="top", help="default: top")
+    parser.add_argument(
+        "--floor",
+        type=whole_from(1),
+        metavar="N",
+        help="one floor only, 1 is the lowest",
+    )
+    parser.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help=".png, .svg or .pdf; default: NAME-VIEW.png in this folder",
+    )
+
+
+CHECK = Command(check, _check_options, "check floors/paper.txt")
+DRAW = Command(
+    draw, _draw_options, "draw paper --view oblique -o paper.png", numbers=False
+)

@@ -1,0 +1,199 @@
+"""How far the ruler's parts can be believed: agree and gap.
+
+Clauses: F4, F11.  Both measure, print and draw; neither changes a score.
+"""
+
+import json
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+from tqdm import tqdm
+
+from reference.building import load, plan_of
+from reference.paper import PEOPLE
+from reference.workshop.commands.common import (
+    MAP,
+    Command,
+    CommandError,
+    cores,
+    ctrl_c,
+    for_people,
+    player_option,
+    whole_from,
+    writable,
+)
+from reference.workshop.evaluation import gap as gaps
+from reference.workshop.evaluation.agreement import FIRES, agreement
+from reference.workshop.evaluation.contestants import WORST
+from reference.workshop.evaluation.crossplay import Asked, begin
+from reference.workshop.evaluation.intervals import Interval
+from reference.workshop.workers import as_done, workers
+
+PICTURES = (".png", ".svg", ".pdf")
+MOMENTS = 40
+CHOOSERS = ("random", "greedy", WORST)
+
+Given = TypeVar("Given")
+Made = TypeVar("Made")
+
+
+# -- agree --------------------------------------------------------------------------
+
+
+def agree(arguments: Namespace) -> None:
+    """Compares h with what unguided people lose to the same fires."""
+    if arguments.output:
+        writable(arguments.output, PICTURES, "a picture")
+    plan = plan_of(load(arguments.building))
+    with workers(_workers(arguments)) as executor, for_people():
+        found = agreement(
+            plan, count=arguments.fires, seed=arguments.seed or 0, executor=executor
+        )
+    facts = {
+        "building": arguments.building,
+        "fires": len(found.fires),
+        "spearman": found.spearman,
+        "pearson": found.pearson,
+        "spearman_within_sources": found.within,
+    }
+    if arguments.output:
+        from reference.workshop import drawing
+        from reference.workshop.drawing.agreement import figure
+
+        drawing.save(figure(found), arguments.output)
+    _tell(facts, arguments, "h and the reward that unguided people lose to it")
+
+
+def _agree_options(parser: ArgumentParser) -> None:
+    add = parser.add_argument
+    add("--building", default="paper", help=f"{MAP}; default: paper")
+    add("--fires", type=whole_from(1), default=FIRES, help=f"default: {FIRES}")
+    _common_options(parser)
+
+
+# -- gap ----------------------------------------------------------------------------
+
+
+def gap(arguments: Namespace) -> None:
+    """Re-scores where fires strike, a critic's choice too, on futures none has seen."""
+    if arguments.output:
+        writable(arguments.output, PICTURES, "a picture")
+    fires = tuple(dict.fromkeys([*CHOOSERS, *(arguments.fire or ())]))
+    asked = Asked(
+        (arguments.robots,), fires, arguments.building, arguments.people, arguments.seed
+    )
+    with for_people():
+        arena = begin(asked).arena
+    first = arguments.seed or 0
+    seeds = range(first, first + arguments.moments)
+    questions = gaps.questions(
+        arena.plan, arena.scenario, arguments.robots, fires, seeds
+    )
+    found = _done(gaps.answer, list(questions), arguments, "moment")
+    answers = [answer for answer in found if answer is not None]
+    sources = range(1, arena.scenario.sources + 1)
+    attempts = [
+        gaps.Attempt(arena.plan, arena.scenario, arguments.robots, first + n, n)
+        for n in sources
+    ]
+    with for_people():
+        facts = _facts(arguments, fires, answers)
+    if arguments.output:
+        from reference.workshop import drawing
+        from reference.workshop.drawing.attack import figure
+
+        costs = _done(gaps.cost, attempts, arguments, "evacuation")
+        drawing.save(figure(answers, costs), arguments.output)
+    _tell(facts, arguments, "what one more fire costs, by who chose its place")
+
+
+def _facts(
+    arguments: Namespace, fires: Sequence[str], answers: Sequence[gaps.Answer]
+) -> dict[str, Any]:
+    """Harm of every chooser, and how each differs from the look-ahead."""
+    return {
+        "robots": arguments.robots,
+        "moments": len(answers),
+        **{f"harm of {fire}": gaps.harm(answers, fire) for fire in fires},
+        **{
+            f"{fire} leaves more than {WORST}": gaps.gap(answers, fire, WORST)
+            for fire in fires
+            if fire != WORST
+        },
+        f"{WORST} leaves more than it foresaw": gaps.optimism(answers),
+    }
+
+
+def _done(
+    work: Callable[[Given], Made],
+    jobs: Sequence[Given],
+    arguments: Namespace,
+    unit: str,
+) -> list[Made]:
+    """All results in order, with a progress bar. Ctrl-C ends it; nothing is kept."""
+    with ctrl_c() as stop, workers(_workers(arguments)) as executor, for_people():
+        done = as_done(executor, work, jobs, stop)
+        results = dict(
+            tqdm(done, total=len(jobs), unit=unit, disable=None, leave=False)
+        )
+    if len(results) < len(jobs):
+        raise CommandError("stopped; nothing was kept", 130)
+    return [results[k] for k in range(len(jobs))]
+
+
+def _gap_options(parser: ArgumentParser) -> None:
+    player_option(parser, "robots", "default: sweep", "sweep")
+    player_option(parser, "fire", f"besides {', '.join(CHOOSERS)}", several=True)
+    add = parser.add_argument
+    add("--building", help=f"{MAP}; default: the checkpoint's, else paper")
+    add(
+        "--people", type=whole_from(1), help=f"default: the checkpoint's, else {PEOPLE}"
+    )
+    add(
+        "--moments",
+        type=whole_from(1),
+        default=MOMENTS,
+        help=f"one of each evacuation; default: {MOMENTS}",
+    )
+    _common_options(parser)
+
+
+# -- Both ---------------------------------------------------------------------------
+
+
+def _common_options(parser: ArgumentParser) -> None:
+    add = parser.add_argument
+    add("--workers", type=whole_from(0), metavar="K", help="default: number of cores")
+    add("-o", "--output", type=Path, metavar="FILE", help="draw it: .png, .svg or .pdf")
+
+
+def _workers(arguments: Namespace) -> int:
+    return cores() if arguments.workers is None else int(arguments.workers)
+
+
+def _tell(facts: dict[str, Any], arguments: Namespace, title: str) -> None:
+    """One object, or a line for each fact; intervals with their ends."""
+    if arguments.json:
+        plain = {
+            k: v._asdict() if isinstance(v, Interval) else v for k, v in facts.items()
+        }
+        print(json.dumps(plain))
+    else:
+        print(title)
+        for name, value in facts.items():
+            print(f"  {name.replace('_', ' '):42}{_shown(value)}")
+    if arguments.output:
+        print(f"the picture is in {arguments.output}", file=sys.stderr)
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, Interval):
+        return f"{value.mean:8,.0f} [{value.low:,.0f}, {value.high:,.0f}]"
+    return f"{value:8.2f}" if isinstance(value, float) else f"{value!s:>8}"
+
+
+AGREE = Command(agree, _agree_options, "agree --fires 50 -o agreement.png")
+GAP = Command(gap, _gap_options, "gap --robots sweep --moments 12 -o gap.png")

@@ -1,0 +1,152 @@
+"""One evacuation, or some: who got out, and a film of it."""
+
+import json
+import sys
+from argparse import ArgumentParser, Namespace
+from dataclasses import asdict
+from math import isnan
+from pathlib import Path
+from statistics import mean
+from time import perf_counter
+from typing import Any
+
+from tqdm import tqdm
+
+from reference.building import Building, building_of
+from reference.paper import PEOPLE
+from reference.simulation import Simulation
+from reference.workshop.commands.common import (
+    MAP,
+    Command,
+    CommandError,
+    figures,
+    for_people,
+    noted,
+    player_option,
+    whole_from,
+    writable,
+)
+from reference.workshop.evaluation.crossplay import (
+    Asked,
+    ContradictionError,
+    Evaluation,
+    begin,
+    job_of,
+    simulation_of,
+)
+
+SAME = ("building", "people", "seed", "episodes", "sample")
+"""What is asked for by the names of `Asked`."""
+
+
+def evacuate(arguments: Namespace) -> None:
+    """Evacuates a building and tells who got out; episode i uses seed + i."""
+    evaluation = _evaluation(arguments)
+    noted(evaluation)
+    if arguments.animate:
+        _animate(_begun(evaluation, evaluation.seed), arguments.animate)
+    progress = tqdm(evaluation.seeds, unit="episode", disable=None, leave=False)
+    runs = [_episode(evaluation, seed) for seed in progress]
+    facts: dict[str, Any] = {
+        "building": evaluation.arena.building,
+        "robots": arguments.robots,
+        "fire": arguments.fire,
+        "seed": evaluation.seed,
+        "episodes": evaluation.episodes,
+        **_means(runs),
+    }
+    if arguments.json:
+        print(json.dumps(facts | {"runs": runs}))
+    else:
+        _summarise(building_of(evaluation.arena.plan), facts, runs)
+
+
+def _evaluation(arguments: Namespace) -> Evaluation:
+    """One match: where and with whom as a learned policy knows it, unless asked."""
+    asked = Asked(
+        robots=(arguments.robots,),
+        fire=(arguments.fire,),
+        **{name: getattr(arguments, name) for name in SAME},
+    )
+    try:
+        return begin(asked)
+    except ContradictionError as error:
+        raise CommandError(str(error), 2) from error
+    except ValueError as error:
+        raise CommandError(str(error)) from error
+
+
+def _begun(evaluation: Evaluation, seed: int) -> Simulation:
+    (match,) = evaluation.matches
+    with for_people():
+        return simulation_of(job_of(evaluation, (*match, seed)))
+
+
+def _animate(simulation: Simulation, path: Path) -> None:
+    """One evacuation as a moving picture."""
+    from reference.workshop.drawing import film
+
+    writable(path, film.FORMATS, "an animation")
+    try:
+        film.animate(simulation, path)
+    except ValueError as error:
+        raise CommandError(str(error)) from error
+    print(f"the animation is in {path}", file=sys.stderr)
+
+
+def _episode(evaluation: Evaluation, seed: int) -> dict[str, Any]:
+    start = perf_counter()
+    outcome = asdict(_begun(evaluation, seed).run())
+    known = {name: None if isnan(value) else value for name, value in outcome.items()}
+    return {"seed": seed, **known, "wall_seconds": perf_counter() - start}
+
+
+def _means(runs: list[dict[str, Any]]) -> dict[str, Any]:
+    """The mean of every figure over the episodes that have one."""
+    values = {name: _known(runs, name) for name in runs[0] if name != "seed"}
+    return {name: mean(known) if known else None for name, known in values.items()}
+
+
+def _known(runs: list[dict[str, Any]], name: str) -> list[float]:
+    return [run[name] for run in runs if run[name] is not None]
+
+
+def _summarise(
+    building: Building, facts: dict[str, Any], runs: list[dict[str, Any]]
+) -> None:
+    first, last = runs[0]["seed"], runs[-1]["seed"]
+    seeds = f"seed {first}" if first == last else f"seeds {first} to {last}"
+    print(f"{building.title}: robots {facts['robots']}, fire {facts['fire']}, {seeds}")
+    if len(runs) > 1:
+        print(f"{'':18}{'mean':>10}{'lowest':>10}{'highest':>10}")
+    for name in list(runs[0])[1:]:
+        known = _known(runs, name)
+        spread = [min(known), max(known)] if known and len(runs) > 1 else []
+        print(f"{name.replace('_', ' '):18}{figures([facts[name], *spread])}")
+
+
+def _evacuate_options(parser: ArgumentParser) -> None:
+    add = parser.add_argument
+    add("--building", help=f"{MAP}; default: the checkpoint's, else paper")
+    player_option(parser, "robots", "default: sweep", "sweep")
+    player_option(parser, "fire", "default: random", "random")
+    add(
+        "--people", type=whole_from(1), help=f"default: the checkpoint's, else {PEOPLE}"
+    )
+    add("--episodes", type=whole_from(1), default=1, help="how many, default: 1")
+    add(
+        "--sample",
+        action="store_true",
+        help="draw a learned policy's actions instead of taking the likeliest",
+    )
+    add(
+        "--animate",
+        type=Path,
+        metavar="FILE",
+        help="film the first episode as .gif, .html or .mp4",
+    )
+
+
+EVACUATE = Command(
+    evacuate, _evacuate_options, "evacuate --robots patrol --episodes 20 --json"
+)

@@ -1,0 +1,219 @@
+"""Everybody against everybody, by one ruler: evaluate.
+
+Clauses: F9, F12.
+"""
+
+import json
+import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
+from concurrent.futures import BrokenExecutor
+from pathlib import Path
+from typing import Any
+
+from reference.building import building_of
+from reference.evaluation import score
+from reference.evaluation.bounds import best_reward, critical_points
+from reference.evaluation.score import PAPER, Ruler
+from reference.paper import PEOPLE
+from reference.workshop.commands.common import (
+    MAP,
+    Command,
+    CommandError,
+    cores,
+    counted,
+    ctrl_c,
+    for_people,
+    noted,
+    player_option,
+    quoted,
+    whole_from,
+)
+from reference.workshop.evaluation import crossplay
+from reference.workshop.files import write_whole
+from reference.workshop.workers import workers
+
+RULER = "ruler.json"
+
+
+def evaluate(arguments: Namespace) -> None:
+    """Lets all robots meet all fires on the same seeds: survivors, R, h and E."""
+    evaluation = _evaluation(arguments)
+    noted(evaluation)
+    given = _given(arguments, evaluation)
+    records = _played(evaluation, arguments)
+    with for_people():
+        ruler = given or _calibrated(arguments.baseline, evaluation, records)
+        cells = crossplay.cells(records, ruler)
+    if arguments.out:
+        _keep(arguments.out, evaluation, ruler, cells, records)
+    if arguments.json:
+        print(json.dumps(crossplay.as_json(evaluation, ruler, cells)))
+    else:
+        print(evaluation.about())
+        print(crossplay.table(cells))
+        print(_explained(arguments, ruler))
+
+
+def _evaluation(arguments: Namespace) -> crossplay.Evaluation:
+    """A new one, or the one in the folder with who is asked for besides."""
+    names = crossplay.Asked.__dataclass_fields__
+    asked = crossplay.Asked(**{name: getattr(arguments, name) for name in names})
+    if arguments.resume and not arguments.out:
+        raise CommandError("--resume goes with --out: which folder to go on in?", 2)
+    try:
+        if arguments.resume:
+            return crossplay.resume(asked, arguments.out)
+        return crossplay.begin(asked, arguments.out)
+    except crossplay.ContradictionError as error:
+        raise CommandError(str(error), 2) from error
+    except ValueError as error:
+        raise CommandError(str(error)) from error
+
+
+def _given(arguments: Namespace, evaluation: crossplay.Evaluation) -> Ruler | None:
+    """The ruler that is known before anything is played, if it is."""
+    if arguments.baseline is None:
+        with for_people():
+            return score.read(arguments.ruler) if arguments.ruler else PAPER
+    if arguments.ruler:
+        raise CommandError(
+            "--ruler has a baseline already: leave out one of the two.", 2
+        )
+    if arguments.baseline not in evaluation.robots:
+        raise CommandError(
+            f"--baseline {arguments.baseline}: is not among the robots. Add it to "
+            "--robots.",
+            2,
+        )
+    return None
+
+
+def _calibrated(
+    baseline: str,
+    evaluation: crossplay.Evaluation,
+    records: Sequence[crossplay.Record],
+) -> Ruler:
+    """The ruler of this building on which these robots' runs score 1 [F12]."""
+    arena = evaluation.arena
+    points = critical_points(building_of(arena.plan), arena.scenario)
+    return crossplay.ruler_of(records, baseline, *points)
+
+
+def _played(
+    evaluation: crossplay.Evaluation, arguments: Namespace
+) -> list[crossplay.Record]:
+    """All runs; before all are there, how to go on."""
+    count = cores() if arguments.workers is None else arguments.workers
+    print(f"{evaluation.about()}; {counted(count, 'workers')}", file=sys.stderr)
+    with ctrl_c() as stop, workers(count) as executor, for_people():
+        try:
+            records = crossplay.evaluate(evaluation, arguments.out, executor, stop)
+        except BrokenExecutor as error:
+            raise CommandError(
+                "a worker has died, perhaps for want of memory. Take fewer: "
+                f"--workers {max(1, count // 2)}"
+            ) from error
+    if len(records) < len(evaluation.runs):
+        raise CommandError(_stopped(len(records), arguments), 130)
+    return records
+
+
+def _stopped(runs: int, arguments: Namespace) -> str:
+    if not arguments.out:
+        return "stopped; nothing was kept, since no --out was named"
+    again = f"python -m reference evaluate --resume --out {quoted(arguments.out)}"
+    return f"stopped after {runs} runs, which are kept. Go on with:\n  {again}"
+
+
+def _keep(
+    folder: Path,
+    evaluation: crossplay.Evaluation,
+    ruler: Ruler,
+    cells: Sequence[crossplay.Cell],
+    records: Sequence[crossplay.Record],
+) -> None:
+    """Tables, the ruler and four pictures, beside the runs."""
+    from reference.workshop.drawing import crossplay as played
+    from reference.workshop.drawing import page
+    from reference.workshop.drawing import ruler as rulers
+
+    building = building_of(evaluation.arena.plan)
+    best = best_reward(building, evaluation.arena.people)
+    crossplay.write(folder, evaluation, ruler, cells)
+    write_whole(folder / RULER, ruler.as_json().encode())
+    for name, figure in (
+        (
+            "ruler.png",
+            rulers.curve(ruler, best),
+        ),
+        ("scores.png", rulers.contours(ruler, _readings(cells))),
+        ("matrix.png", played.matrix(cells)),
+        ("evacuations.png", played.curves(records)),
+    ):
+        page.save(figure, folder / name)
+    print(f"tables and pictures are in {folder}", file=sys.stderr)
+
+
+def _readings(cells: Sequence[crossplay.Cell]) -> list[Any]:
+    """Where each pair lies, its label short even where checkpoints have long paths."""
+    from reference.workshop.drawing.crossplay import names
+    from reference.workshop.drawing.ruler import Reading
+
+    labels = names([f"{cell.robots}, fire {cell.fire}" for cell in cells])
+    figures = [(cell.reward, cell.difficulty) for cell in cells]
+    return [
+        Reading(label, R.mean, h.mean, R[1:], h[1:])
+        for label, (R, h) in zip(labels, figures, strict=True)
+    ]
+
+
+def _explained(arguments: Namespace, ruler: Ruler) -> str:
+    """Whose ruler it was."""
+    if arguments.baseline:
+        whose = f"calibrated so that {arguments.baseline} scores 1 over its fires"
+    else:
+        whose = f"read from {arguments.ruler}" if arguments.ruler else "the paper's"
+    return (
+        "[95 % bootstrap intervals over runs]  "
+        f"E by a ruler {whose}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
+    )
+
+
+def _evaluate_options(parser: ArgumentParser) -> None:
+    add: Any = parser.add_argument
+    player_option(parser, "robots", "default: sweep", several=True)
+    player_option(parser, "fire", "default: random", several=True)
+    add("--building", help=f"{MAP}; default: the checkpoint's, else paper")
+    add(
+        "--people", type=whole_from(1), help=f"default: the checkpoint's, else {PEOPLE}"
+    )
+    add(
+        "--episodes",
+        type=whole_from(1),
+        help=f"of each pair, run i uses seed + i; default: {crossplay.EPISODES}",
+    )
+    add(
+        "--sample",
+        action="store_true",
+        default=None,
+        help="draw a learned policy's actions instead of taking the likeliest",
+    )
+    add("--workers", type=whole_from(0), metavar="K", help="default: number of cores")
+    add("--out", type=Path, metavar="DIR", help="keep runs, tables and pictures there")
+    add("--resume", action="store_true", help="go on in DIR; more may be asked for")
+    add("--ruler", type=Path, metavar="FILE", help="a ruler.json; default: the paper's")
+    add(
+        "--baseline",
+        metavar="S",
+        help="calibrate the ruler: these robots score 1 on average over their fires; "
+        "name weak and strong fires alike",
+    )
+
+
+EVALUATE = Command(
+    evaluate,
+    _evaluate_options,
+    "evaluate --robots none patrol sweep --fire none random greedy \\\n"
+    "      --baseline sweep --out out/evaluation",
+)

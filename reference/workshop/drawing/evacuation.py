@@ -1,0 +1,360 @@
+"""One instant of an evacuation on all floors, and the curve of who is out.
+
+Clauses: B4 and B7 for people's modes and health, C5 for robots and their destinations,
+D3, D7 and A6 for sources, flames and burnt doors.  Shapes tell things apart as well as
+colours do: disc follower, triangle leader, diamond robot, drop fire source.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import ceil
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.collections import PathCollection
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.path import Path
+from matplotlib.text import Text
+from matplotlib.ticker import MaxNLocator
+
+from reference.building import Building, Kind
+from reference.paper import HEALTH
+from reference.workshop.drawing.page import (
+    COLOURS,
+    DPI,
+    FAINT,
+    TEXT,
+    Frame,
+    arrange,
+    blank,
+    floor_title,
+    frame_of,
+    paint,
+    swatches,
+    text_size,
+)
+from reference.world import Fate, Mode, World
+
+_LEFT_HALF = [(-0.4, -1), (-0.8, -0.9), (-0.8, -0.4), (-0.8, 0.2), (-0.25, 0.5)]
+_RIGHT_HALF = [(-x, y) for x, y in reversed(_LEFT_HALF)]
+DROP = Path(  # a flame, as a marker
+    [(0, 1.1), *_RIGHT_HALF, (0, -1), *_LEFT_HALF, (0, 1.1)],
+    [Path.MOVETO, *[Path.CURVE4] * 12],
+)
+STEPS = ["#101b46", "#2c3a78", "#565a86", "#807c83", "#ada06f", "#dcc64f", "#ffe838"]
+HEALTHS = ListedColormap(STEPS, name="health")
+"""Dark at death, bright in full health, for every eye; few steps keep films small."""
+
+INK = "#16191d"
+FLAME, EMBER, SOURCE, CHAR = "#f47b20", "#c43c00", "#d11a1a", "#1d120c"
+CURVES = {"out": COLOURS[Kind.EXIT], "inside": "#6b7480", "dead": INK}
+_DASHES = {"out": "-", "inside": (0, (4, 1.5)), "dead": (0, (1, 1))}
+
+WIDTH = 11.0  # inches
+_ROOM = (10.7, 5.2)  # inches for all floors
+_SPARE = (0.15, 0.3)  # inches beside and above each floor
+_COUNTS = "after {:.0f} s: {} inside, {} out, {} dead"
+_TITLE, _STRIP = 0.5, 1.45  # inches for the title, and for legend and curve below
+
+
+@dataclass(frozen=True)
+class Tally:
+    """How many people were where at a time (seconds)."""
+
+    time: float
+    out: int
+    inside: int
+    dead: int
+
+
+def tally(world: World) -> Tally:
+    """Count the people of a world."""
+    count = np.bincount(world.bodies.fate, minlength=len(Fate)).tolist()
+    out, inside, dead = (count[f] for f in (Fate.EVACUATED, Fate.INSIDE, Fate.DEAD))
+    return Tally(world.time, out, inside, dead)
+
+
+def frame(world: World, history: Sequence[Tally] | None = None) -> Figure:
+    """People, robots and fire on all floors at one instant.
+
+    history: the tallies up to now, oldest first, for the curve of who is out.
+    """
+    scene = Scene(world.building, len(world.bodies))
+    scene.show(world, history or [tally(world)])
+    return scene.figure
+
+
+class Scene:
+    """A page whose still parts are drawn once and whose moving parts can be moved.
+
+    moving  the artists that `show` changes, in the order they are painted
+    still   False after `show` had to change the page itself; paint all of it anew
+    """
+
+    def __init__(self, building: Building, people: int, dpi: int = DPI):
+        self.still = True
+        frame = frame_of(building)
+        layout = Layout(building.floors, frame.size)
+        self.figure = blank(WIDTH, layout.height, dpi)
+        self.axes = _floors(self.figure, building, layout)
+        self.offset = layout.corners - (frame.left, frame.bottom)
+        self.building, self.title = building, _title(self.figure, building)
+        self.curve, self.lines = _curve(self.figure, people)
+        looks = _looks(layout.scale * 72)
+        self.marks = {name: self.axes.plot([], [], **looks[name])[0] for name in looks}
+        self.people = {mode: self._crowd(mode, layout.scale * 72) for mode in Mode}
+        _legend(self.figure)
+        _health_bar(self.figure)
+        below = [mark for name, mark in self.marks.items() if name != "robot"]
+        self.moving: list[Artist] = [
+            *below,
+            *self.people.values(),
+            self.marks["robot"],
+            *self.lines.values(),
+            self.title,
+        ]
+        for order, artist in enumerate(self.moving):
+            artist.set_zorder(2 + order / 100)
+
+    def show(self, world: World, history: Sequence[Tally]) -> None:
+        """Move everything to where it is in this world."""
+        self._show_fire(world)
+        self._show_robots(world)
+        self._show_people(world)
+        self._show_curve(history)
+        now = history[-1]
+        counts = _COUNTS.format(now.time, now.inside, now.out, now.dead)
+        self.title.set_text(f"{self.building.title} {counts}")
+
+    # -- What moves -----------------------------------------------------------------
+
+    def _crowd(self, mode: Mode, metre: float) -> PathCollection:
+        """The discs, or the triangles, that stand for people; metre: in points."""
+        size = float(np.clip(0.85 * metre, 4.5, 10))
+        return self.axes.scatter(
+            [],
+            [],
+            s=(size * (1.0 if mode is Mode.FOLLOWER else 1.25)) ** 2,
+            c=[],
+            marker="o" if mode is Mode.FOLLOWER else "^",
+            cmap=HEALTHS,
+            vmin=0,
+            vmax=HEALTH,
+            edgecolors=INK,
+            linewidths=0.7,
+        )
+
+    def _on_page(self, floor: np.ndarray, position: np.ndarray) -> np.ndarray:
+        """(k,) floors and (k, 2) metres -> (2, k) places on the page of all floors."""
+        floor = np.asarray(floor, dtype=int).reshape(-1)
+        return (np.asarray(position).reshape(-1, 2) + self.offset[floor]).T
+
+    def _show_people(self, world: World) -> None:
+        bodies = world.bodies
+        for mode, crowd in self.people.items():
+            who = bodies.inside & (bodies.mode == mode)
+            crowd.set_offsets(self._on_page(bodies.floor[who], bodies.position[who]).T)
+            crowd.set_array(bodies.health[who])
+        dead = bodies.fate == Fate.DEAD
+        spots = self._on_page(bodies.floor[dead], bodies.position[dead])
+        self.marks["died here"].set_data(*spots)
+
+    def _show_robots(self, world: World) -> None:
+        robots = world.robots
+        floors = np.array([robot.floor for robot in robots])
+        here = self._on_page(floors, np.array([robot.position for robot in robots]))
+        self.marks["robot"].set_data(*here)
+        sent = [
+            k for k, r in enumerate(robots) if r.active and r.destination is not None
+        ]
+        goals = np.array([robots[k].destination for k in sent])
+        there = self._on_page(floors[sent], goals)
+        self.marks["destination"].set_data(*there)
+        gaps = np.full_like(there, np.nan)
+        ways = np.stack([here[:, sent], there, gaps], axis=2).reshape(2, -1)
+        self.marks["way"].set_data(*ways)
+
+    def _show_fire(self, world: World) -> None:
+        sources = world.flames.sources
+        burnt = [self.building.landmarks[k] for k in np.flatnonzero(world.burnt)]
+        doors = [[mark.floor, *cell] for mark in burnt for cell in mark.cells.tolist()]
+        self._mark_cells("flames", np.argwhere(world.flames.burning).tolist())
+        self._mark_cells("burnt door", doors)
+        floors = np.array([source.floor for source in sources])
+        spots = np.array([(source.x, source.y) for source in sources])
+        self.marks["fire source"].set_data(*self._on_page(floors, spots))
+
+    def _mark_cells(self, name: str, cells: list[list[int]]) -> None:
+        """cells: each its floor, row and column."""
+        spots = np.array([self.building.metres(row, col) for _, row, col in cells])
+        floors = np.array([floor for floor, _, _ in cells])
+        self.marks[name].set_data(*self._on_page(floors, spots))
+
+    def _show_curve(self, history: Sequence[Tally]) -> None:
+        times = [tally.time for tally in history]
+        for name, line in self.lines.items():
+            line.set_data(times, [getattr(tally, name) for tally in history])
+        end = self.curve.get_xlim()[1]
+        self.still = times[-1] <= end
+        if not self.still:
+            self.curve.set_xlim(0, max(times[-1], 1.5 * end))
+
+
+# -- What stands still --------------------------------------------------------------
+
+
+class Layout:
+    """Where the floors go: inches, with (0, 0) at the lower left of all floors.
+
+    scale    inches to a metre
+    page     width and height of all floors together
+    corners  (floors, 2) lower left corner of each, metres
+    """
+
+    def __init__(self, floors: int, size: tuple[float, float]):
+        columns, self.scale = arrange(floors, size, _ROOM, _SPARE)
+        rows = ceil(floors / columns)
+        panel = np.array(size) * self.scale + _SPARE
+        self.page = panel * (columns, rows)
+        self.height = float(_TITLE + self.page[1] + _STRIP)
+        row, column = np.divmod(np.arange(floors), columns)
+        places = np.stack([column, rows - 1 - row], axis=1)
+        self.corners = (places * panel + (_SPARE[0] / 2, 0)) / self.scale
+
+
+def _panel(
+    figure: Figure, left: float, bottom: float, width: float, height: float
+) -> Axes:
+    """Axes at a place in inches."""
+    across, up = figure.get_size_inches()
+    return figure.add_axes((left / across, bottom / up, width / across, height / up))
+
+
+def _floors(figure: Figure, building: Building, layout: Layout) -> Axes:
+    """One set of axes, in metres, holds all floors: fewer artists to move."""
+    wide, high = layout.page
+    axes = _panel(figure, (WIDTH - wide) / 2, _STRIP, wide, high)
+    axes.set(xlim=(0, wide / layout.scale), ylim=(0, high / layout.scale))
+    axes.set_axis_off()
+    frame = frame_of(building)
+    width, height = frame.size
+    for floor, (x, y) in enumerate(layout.corners):
+        axes.imshow(
+            paint(building.kind[floor]),
+            extent=(x, x + width, y, y + height),
+            interpolation="nearest",
+            aspect="auto",
+        )
+        title = floor_title(building, floor)
+        place = (x, y + height + 0.05 / layout.scale)
+        size = text_size(title, width * layout.scale, 10)
+        name = axes.text(*place, title, fontsize=size, color=TEXT, va="bottom")
+        name.set_parse_math(False)
+    _scale_bar(axes, frame, layout)
+    return axes
+
+
+def _scale_bar(axes: Axes, frame: Frame, layout: Layout) -> None:
+    """At the upper right corner of the floors."""
+    right, top = (layout.page - (0.1, 0.15)) / layout.scale
+    left = right - frame.step
+    axes.plot([left, right], [top, top], color=FAINT, linewidth=2)
+    words = f"{frame.step} m  "
+    axes.text(left, top, words, fontsize=8, color=FAINT, ha="right", va="center")
+
+
+def _title(figure: Figure, building: Building) -> Text:
+    """Empty as yet, with room for the longest title of this building."""
+    up = figure.get_size_inches()[1]
+    longest = f"{building.title} {_COUNTS.format(999, 999, 999, 999)}"
+    size = text_size(longest, WIDTH - 0.4, 14)
+    place = (0.2 / WIDTH, 1 - 0.12 / up)
+    return figure.text(
+        *place, "", fontsize=size, color=TEXT, va="top", parse_math=False
+    )
+
+
+def _curve(figure: Figure, people: int) -> tuple[Axes, dict[str, Line2D]]:
+    """How many are out, inside and dead over time, at the lower right."""
+    axes = _panel(figure, WIDTH - 3.55, 0.42, 2.75, _STRIP - 0.6)
+    axes.set(xlim=(0, 60), ylim=(-0.03 * people, 1.06 * people + 0.1))
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.tick_params(labelsize=8, colors=FAINT, length=3)
+    axes.yaxis.set_major_locator(MaxNLocator(3, integer=True))
+    axes.set_xlabel("seconds", fontsize=8, color=FAINT, labelpad=1)
+    axes.set_ylabel("people", fontsize=8, color=FAINT, labelpad=2)
+    lines = {
+        name: axes.plot([], [], color=CURVES[name], ls=_DASHES[name], lw=2, label=name)[
+            0
+        ]
+        for name in CURVES
+    }
+    axes.legend(
+        loc="center left",
+        bbox_to_anchor=(1.0, 0.5),
+        fontsize=8,
+        frameon=False,
+        handlelength=1.8,
+        labelcolor=TEXT,
+    )
+    return axes, lines
+
+
+def _looks(metre: float) -> dict[str, dict[str, Any]]:
+    """Markers of all that moves but the people; metre: in points."""
+    mark = float(np.clip(metre, 5, 11))
+    return {
+        "flames": _marker("s", 0.94 * metre, FLAME, EMBER, 0.6),
+        "burnt door": _marker("s", 0.9 * metre, CHAR, FLAME, 1.0),
+        "fire source": _marker(DROP, 1.9 * mark, SOURCE, "white", 0.9),
+        "way": {"color": INK, "lw": 0.8, "ls": (0, (4, 2))},
+        "destination": _marker("+", 1.3 * mark, INK, INK, 1.4),
+        "died here": _marker("x", 0.9 * mark, INK, INK, 1.6),
+        "robot": _marker("D", 1.05 * mark, "white", INK, 1.8),
+    }
+
+
+def _marker(
+    shape: Any, size: float, fill: str, edge: str, width: float
+) -> dict[str, Any]:
+    colours = {"mfc": fill, "mec": edge, "mew": width}
+    return {"ls": "", "marker": shape, "ms": size, **colours}
+
+
+def _legend(figure: Figure) -> None:
+    """All shapes and colours, at the lower left."""
+    looks = _looks(7.5)
+    discs = {
+        "follower": _marker("o", 8, STEPS[-1], INK, 0.7),
+        "leader": _marker("^", 9, STEPS[-1], INK, 0.7),
+    }
+    order = ("robot", "destination", "flames", "fire source", "burnt door", "died here")
+    samples = discs | {name: looks[name] for name in order}
+    shapes = [Line2D([], [], label=name, **look) for name, look in samples.items()]
+    kinds = (Kind.WALL, Kind.DOOR, Kind.ENTRANCE, Kind.EXIT, Kind.STAIRS)
+    for handles, columns, bottom in ((shapes, 4, 0.4), (swatches(kinds), 5, 0.08)):
+        figure.legend(
+            handles=handles,
+            loc="lower left",
+            bbox_to_anchor=(0.1 / WIDTH, bottom / figure.get_size_inches()[1]),
+            ncols=columns,
+            fontsize=9,
+            frameon=False,
+            labelcolor=TEXT,
+            handlelength=1.3,
+            columnspacing=1.4,
+        )
+
+
+def _health_bar(figure: Figure) -> None:
+    """What people's colours mean, between legend and curve."""
+    axes = _panel(figure, 5.75, 0.62, 1.05, 0.14)
+    steps = np.arange(HEALTHS.N)[None]
+    axes.imshow(steps, cmap=HEALTHS, extent=(0, HEALTH, 0, 1), aspect="auto")
+    axes.set(xticks=(0, HEALTH), yticks=())
+    axes.tick_params(labelsize=8, colors=FAINT, length=2)
+    axes.set_title("health", fontsize=9, color=TEXT, pad=3)

@@ -1,0 +1,267 @@
+"""An evacuation as a moving picture: GIF, a page with a player, or MP4.
+
+Clause: A8, carried on in time.  What stands still is painted once and only what moved
+is painted on top (blitting); GIF and player store only the pixels that changed.
+"""
+
+import json
+from base64 import b64encode
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from html import escape
+from io import BytesIO
+from pathlib import Path
+from shutil import which
+from subprocess import DEVNULL, PIPE, Popen
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from PIL import GifImagePlugin, Image
+from scipy.spatial import KDTree
+from tqdm import tqdm
+
+from reference.building import Kind
+from reference.simulation import Outcome, Simulation
+from reference.workshop.drawing.evacuation import (
+    CHAR,
+    EMBER,
+    FLAME,
+    INK,
+    SOURCE,
+    STEPS,
+    Scene,
+    Tally,
+    tally,
+)
+from reference.workshop.drawing.page import COLOURS, FAINT, TEXT, replacing, with_suffix
+from reference.workshop.drawing.player import FOOT, HEAD
+
+DPI = 100  # 1100 pixels wide
+HOLD = 3.0  # seconds that the last frame stays
+KEY_FRAMES = 25  # of the player: how far it goes back to jump to a place
+WHITE = "#ffffff"
+CLEAR = 255  # the palette's last place: a pixel that did not change
+
+Add = Callable[[np.ndarray, float], None]
+"""Appends (rows, cols, 4) pixels, to be seen for so many seconds."""
+
+
+def animate(
+    simulation: Simulation,
+    path: str | Path,
+    seconds_per_frame: float = 0.4,
+    speed: float = 4.0,
+    progress: bool = True,
+) -> Outcome:
+    """Run a simulation to its end and film it, as .gif, .html or .mp4.
+
+    seconds_per_frame: simulated; speed: simulated seconds in one second of film.
+    All of the file is written, or nothing. Raises ValueError for another suffix, for
+    .mp4 without ffmpeg and for a pace that is no pace; OSError for an unwritable path.
+    """
+    target = with_suffix(path, FORMATS, "an animation")
+    _check(target, seconds_per_frame, speed)
+    scene = Scene(simulation.building, len(simulation.world.bodies), DPI)
+    write, pixels = FORMATS[target.suffix.lower()], _painter(scene)
+    pace = seconds_per_frame / speed
+    with replacing(target) as partial, write(partial, scene, pace) as add:
+        history: list[Tally] = []
+        for _ in _frames(simulation, seconds_per_frame, progress):
+            history.append(tally(simulation.world))
+            scene.show(simulation.world, history)
+            add(pixels(), HOLD if simulation.done else pace)
+    return simulation.run()
+
+
+def _check(target: Path, seconds_per_frame: float, speed: float) -> None:
+    if seconds_per_frame <= 0 or speed <= 0:
+        raise ValueError("seconds per frame and speed are above 0. Try 0.4 and 4.")
+    if target.suffix.lower() == ".mp4" and which("ffmpeg") is None:
+        raise ValueError(
+            f"{target}: an MP4 needs ffmpeg, which is not there. "
+            "Install it, or end the name in .gif or .html."
+        )
+
+
+def _frames(simulation: Simulation, seconds: float, progress: bool) -> Iterator[None]:
+    """Run the simulation to its end, with a pause for each frame."""
+    ticks = max(1, round(seconds / simulation.tick))
+    limit = round(simulation.scenario.time_limit)
+    silent = None if progress else True  # None: silent unless somebody is watching
+    with tqdm(total=limit, unit=" s", disable=silent, desc="filming") as bar:
+        yield
+        while not simulation.done:
+            for _ in range(ticks):
+                if not simulation.done:
+                    simulation.step()
+            bar.update(int(simulation.world.time) - bar.n)
+            yield
+        bar.total = bar.n
+
+
+def _painter(scene: Scene) -> Callable[[], np.ndarray]:
+    """A function that paints the scene as it is: (rows, cols, 4) pixels.
+
+    They are good until its next call.
+    """
+    canvas = FigureCanvasAgg(scene.figure)
+    for artist in scene.moving:
+        artist.set_animated(True)
+    page = None
+
+    def pixels() -> np.ndarray:
+        """The page, anew if need be, and on it what moves."""
+        nonlocal page
+        if page is None or not scene.still:
+            canvas.draw()
+            page = canvas.copy_from_bbox(scene.figure.bbox)
+        canvas.restore_region(page)
+        for artist in scene.moving:
+            scene.figure.draw_artist(artist)
+        return np.asarray(canvas.buffer_rgba())
+
+    return pixels
+
+
+# -- Only what changed --------------------------------------------------------------
+
+
+class Patches:
+    """Frames as 8-bit images of the smallest box that holds all changed pixels."""
+
+    def __init__(self) -> None:
+        colours = _palette()
+        self.bytes = colours.tobytes()
+        self.table = _nearest(colours)
+        self.before: np.ndarray | None = None
+
+    def next(
+        self, pixels: np.ndarray, whole: bool = False
+    ) -> tuple[Image.Image, tuple[int, int]]:
+        """The patch that turns the last frame into this one, and its (left, top)."""
+        packed = pixels.view(np.uint32)[..., 0].copy()
+        changed = np.ones(packed.shape, dtype=bool)
+        if self.before is not None and not whole:
+            changed = packed != self.before
+        self.before = packed
+        rows, cols = (_span(np.flatnonzero(changed.any(axis=k))) for k in (1, 0))
+        changed = changed[rows, cols]
+        patch = np.full(changed.shape, CLEAR, dtype=np.uint8)
+        patch[changed] = self._indices(pixels[rows, cols][changed])
+        image = Image.fromarray(patch)
+        image.putpalette(self.bytes)
+        return image, (cols.start, rows.start)
+
+    def _indices(self, colours: np.ndarray) -> np.ndarray:
+        """(k, 4) colours -> (k,) places in the palette."""
+        red, green, blue = (colours[:, :3] >> 3).astype(np.uint16).T
+        return self.table[red << 10 | green << 5 | blue]
+
+
+def _span(changed: np.ndarray) -> slice:
+    """From the first changed row or column to the last; one if none has changed."""
+    return slice(int(changed[0]), int(changed[-1]) + 1) if len(changed) else slice(0, 1)
+
+
+def _palette() -> np.ndarray:
+    """(256, 3) colours: all that we draw with, and what their smoothed edges mix to."""
+    inks = [*COLOURS.values(), *STEPS, TEXT, FAINT, INK, CHAR, SOURCE, FLAME, EMBER]
+    grounds = (COLOURS[Kind.WALL], COLOURS[Kind.STAIRS], INK, FLAME)
+    mixes = [(ink, ink, 0.0) for ink in (WHITE, *inks)]
+    mixes += [(ink, ground, 1 / 2) for ink in inks for ground in grounds]
+    mixes += [(i, COLOURS[Kind.FLOOR], t) for i in inks for t in (1 / 3, 2 / 3)]
+    mixes += [(i, WHITE, t / 10) for i in (TEXT, FAINT) for t in range(1, 10)]
+    colours = np.full((256, 3), 255, dtype=np.uint8)
+    for place, (ink, ground, share) in enumerate(mixes):
+        one, other = np.array(to_rgb(ink)), np.array(to_rgb(ground))
+        colours[place] = np.round(255 * (one * (1 - share) + other * share))
+    return colours
+
+
+def _nearest(colours: np.ndarray) -> np.ndarray:
+    """(32768,) for every colour of 5 bits a channel the nearest place but CLEAR."""
+    levels = np.arange(32) * 8 + 4
+    cube = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1)
+    return KDTree(colours[:CLEAR]).query(cube.reshape(-1, 3))[1].astype(np.uint8)
+
+
+# -- Formats ------------------------------------------------------------------------
+
+
+@contextmanager
+def _gif(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
+    """One palette for all frames, each frame a patch on the last."""
+    patches = Patches()
+    with open(path, "wb") as file:
+
+        def add(pixels: np.ndarray, seconds: float) -> None:
+            """The first frame with Pillow's header, the others as bare patches."""
+            image, corner = patches.next(pixels)
+            look = {"duration": 1000 * seconds}
+            if not file.tell():
+                whole = BytesIO()
+                image.save(whole, "GIF", optimize=False, loop=0, **look)
+                file.write(whole.getvalue().removesuffix(b";"))
+                return
+            look |= {"transparency": CLEAR, "disposal": 1}
+            file.writelines(GifImagePlugin.getdata(image, corner, **look))
+
+        yield add
+        file.write(b";")
+
+
+@contextmanager
+def _html(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
+    """A page that needs nothing but itself: patches as PNGs, and a player."""
+    patches, count = Patches(), 0
+    title = escape(scene.building.title)
+    width, height = scene.figure.canvas.get_width_height()
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(HEAD.substitute(title=title, width=width, height=height))
+
+        def add(pixels: np.ndarray, seconds: float) -> None:
+            """A line of the page's script for each frame."""
+            nonlocal count
+            image, corner = patches.next(pixels, whole=count % KEY_FRAMES == 0)
+            png = BytesIO()
+            image.save(png, "PNG", transparency=CLEAR)
+            frame = [*corner, b64encode(png.getvalue()).decode()]
+            file.write(json.dumps(frame) + ",\n")
+            count += 1
+
+        yield add
+        file.write(FOOT.substitute(pace=1000 * pace, key=KEY_FRAMES))
+
+
+@contextmanager
+def _mp4(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
+    """Raw frames into ffmpeg, which wants even sizes and a steady rate."""
+    width, height = scene.figure.canvas.get_width_height()
+    raw = f"-f rawvideo -pix_fmt rgba -s {width}x{height} -r {1 / pace:g} -i -"
+    even = "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white -pix_fmt yuv420p -y"
+    command = ["ffmpeg", *raw.split(), *even.split(), str(path)]
+    ffmpeg = Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=DEVNULL)
+    pipe = ffmpeg.stdin
+    assert pipe is not None
+
+    def add(pixels: np.ndarray, seconds: float) -> None:
+        pipe.write(pixels.tobytes() * round(seconds / pace))
+
+    try:
+        with ffmpeg:
+            yield add
+    except BrokenPipeError:
+        pass  # ffmpeg has given up: its exit status tells
+    except BaseException:
+        ffmpeg.kill()
+        raise
+    if ffmpeg.returncode:
+        raise OSError(f"{path}: ffmpeg could not write it. Try .gif or .html.")
+
+
+FORMATS: dict[str, Callable[[Path, Scene, float], AbstractContextManager[Add]]] = {
+    ".gif": _gif,
+    ".html": _html,
+    ".mp4": _mp4,
+}

@@ -1,0 +1,1 @@
+"""Comparisons: contestants, worst cases, cross-play and intervals."""

@@ -1,0 +1,70 @@
+"""Cross-play: every robots' strategy against every fire, on the same seeds.
+
+Clauses: F9, F12.  Read `records` (one run), `asked` (what is evaluated), `playing` (all
+runs) and `results` (what they come to).
+
+    evaluation = begin(Asked(robots=("sweep", "patrol"), fire=("random",)))
+    with workers(2) as executor:
+        records = evaluate(evaluation, None, executor)
+    print(table(cells(records, PAPER)))
+"""
+
+from reference.workshop.evaluation.crossplay.asked import (
+    EPISODES,
+    Arena,
+    Asked,
+    ContradictionError,
+    Evaluation,
+    begin,
+    resume,
+    unlike_training,
+)
+from reference.workshop.evaluation.crossplay.playing import (
+    evaluate,
+    job_of,
+    simulation_of,
+)
+from reference.workshop.evaluation.crossplay.records import (
+    EvaluationError,
+    Match,
+    Record,
+    read,
+)
+from reference.workshop.evaluation.crossplay.results import (
+    Cell,
+    as_json,
+    cells,
+    difference,
+    figure_of,
+    ruler_of,
+    table,
+    write,
+    written,
+)
+
+__all__ = [
+    "EPISODES",
+    "Arena",
+    "Asked",
+    "Cell",
+    "ContradictionError",
+    "Evaluation",
+    "EvaluationError",
+    "Match",
+    "Record",
+    "as_json",
+    "begin",
+    "cells",
+    "difference",
+    "evaluate",
+    "figure_of",
+    "job_of",
+    "read",
+    "resume",
+    "ruler_of",
+    "simulation_of",
+    "table",
+    "unlike_training",
+    "write",
+    "written",
+]

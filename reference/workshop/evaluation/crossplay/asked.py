@@ -1,0 +1,402 @@
+"""What is evaluated: who meets whom, where, from which seeds; begun, or gone on with.
+
+Clause: F12.  All matches share one building and one scenario, so that their runs can be
+paired by seed.  Where checkpoints take part these are theirs, and a training's folder
+is pinned to the newest checkpoint in it, though more may come while runs are played.
+"""
+
+import hashlib
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field, replace
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import reference
+from reference.building import Building, building_of, load, plan_of
+from reference.paper import ROBOTS_PER_FLOOR, Scenario
+from reference.simulation import Simulation
+from reference.workshop.evaluation.contestants import SCRIPTS, WORST, Side, contestant
+from reference.workshop.evaluation.crossplay.records import EvaluationError, Key, Match
+from reference.workshop.files import write_whole
+
+BUILDING, ROBOTS, FIRES = "paper", ("sweep",), ("random",)  # unless asked otherwise
+EPISODES = 100
+"""[F12, chosen] runs of a match: half the width of survival's interval is then about
+3 percent points."""
+
+ABOUT = "evaluation.json"
+NOBODY = "none"  # no robots: those whom nobody guides
+
+
+class ContradictionError(EvaluationError):
+    """What was asked for contradicts itself, or what was begun."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was asked for; None where nothing was. Names as on the command line."""
+
+    robots: tuple[str, ...] | None = None
+    fire: tuple[str, ...] | None = None
+    building: str | None = None
+    people: int | None = None
+    seed: int | None = None
+    episodes: int | None = None
+    sample: bool | None = None
+
+
+class Arena(NamedTuple):
+    """Where everybody meets: a building by name and as a floor file's text, and how."""
+
+    building: str
+    plan: str
+    scenario: Scenario
+
+    @property
+    def people(self) -> int:
+        """How many start."""
+        return sum(self.scenario.start_counts(building_of(self.plan).floors))
+
+
+class File(NamedTuple):
+    """The checkpoint that a word names: the word with its path, and its content."""
+
+    word: str
+    path: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """All that its runs follow from; run i of each match has seed + i.
+
+    sample  draw learned policies' actions instead of taking the likeliest
+    files   which checkpoint a word means, of those words that name one
+    """
+
+    arena: Arena
+    robots: tuple[str, ...]
+    fires: tuple[str, ...]
+    seed: int = 0
+    episodes: int = EPISODES
+    sample: bool = False
+    files: Mapping[str, File] = field(default_factory=dict)
+
+    @property
+    def seeds(self) -> range:
+        """The same for every match."""
+        return range(self.seed, self.seed + self.episodes)
+
+    @property
+    def matches(self) -> list[Match]:
+        """Everybody against everybody."""
+        return [Match(*pair) for pair in product(self.robots, self.fires)]
+
+    @property
+    def runs(self) -> list[Key]:
+        """Everything there is to play, in order."""
+        return [(*match, seed) for match in self.matches for seed in self.seeds]
+
+    def word(self, word: str) -> str:
+        """What a contestant is made of: the word, with a file instead of a folder."""
+        return self.files[word].word if word in self.files else word
+
+    def about(self) -> str:
+        """What is played, in a line for people."""
+        return (
+            f"{building_of(self.arena.plan).title}, {self.arena.people} people: "
+            f"{len(self.robots)} robots x {len(self.fires)} fires x {self.episodes} "
+            f"seeds from {self.seed} on, {len(self.runs):,} runs"
+        )
+
+
+# -- From the beginning -------------------------------------------------------------
+
+
+def begin(asked: Asked, folder: Path | None = None) -> Evaluation:
+    """A new evaluation; its folder, if any, is empty or not there yet.
+
+    Raises EvaluationError for a folder that is not, for a word that names nobody, and
+    for contestants that have learned something else than they are to play; ValueError
+    for more people than fit; FloorPlanError for the map; OSError for a file that
+    cannot be read.
+    """
+    if folder is not None:
+        _refuse_used(folder)
+    robots, fires = _once(asked.robots or ROBOTS), _once(asked.fire or FIRES)
+    files = _files(robots, fires)
+    whole = Evaluation(
+        arena=_arena(asked, robots, fires, files),
+        robots=robots,
+        fires=fires,
+        seed=asked.seed or 0,
+        episodes=EPISODES if asked.episodes is None else asked.episodes,
+        sample=bool(asked.sample),
+        files=files,
+    )
+    if whole.sample and not files:
+        raise ContradictionError("--sample goes with a checkpoint. Leave it out here.")
+    return whole
+
+
+def _refuse_used(folder: Path) -> None:
+    if folder.exists() and not folder.is_dir():
+        raise EvaluationError(f"{folder}: is a file. Name a folder.")
+    if folder.exists() and any(folder.iterdir()):
+        raise EvaluationError(
+            f"{folder}: is not empty. Name another folder, or add --resume to go on "
+            "with the evaluation in it."
+        )
+
+
+def _once(words: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(words))
+
+
+# -- Where they meet ----------------------------------------------------------------
+
+
+@runtime_checkable
+class Trained(Protocol):
+    """A contestant that knows one building and one scenario."""
+
+    building: Building
+    scenario: Scenario
+    named: str
+
+    def evaluation(self, people: int | None = None) -> Scenario:
+        """The scenario of its training."""
+
+    def refuse_elsewhere(self, building: Building, scenario: Scenario) -> None:
+        """Raises ValueError where it cannot play."""
+
+
+def _arena(
+    asked: Asked,
+    robots: tuple[str, ...],
+    fires: tuple[str, ...],
+    files: Mapping[str, File],
+) -> Arena:
+    """The first checkpoint's, unless asked otherwise; the paper's without any."""
+    trained = _trained(robots, fires, files)
+    if not trained:
+        name, scenario = asked.building or BUILDING, Scenario()
+        if asked.people is not None:
+            scenario = replace(scenario, people=asked.people)
+        arena = Arena(name, plan_of(load(name)), scenario)
+    else:
+        first = next(iter(trained.values()))
+        name = asked.building or first.named
+        building = load(name) if asked.building else first.building
+        scenario = first.evaluation(asked.people)
+        if not scenario.robots_per_floor and robots != (NOBODY,):
+            scenario = replace(scenario, robots_per_floor=ROBOTS_PER_FLOOR)
+        arena = Arena(name, plan_of(building), scenario)
+    _refuse_strangers(trained, arena)
+    if not arena.people:
+        raise EvaluationError("there is nobody to evacuate. Ask for at least 1 person.")
+    Simulation(building_of(arena.plan), arena.scenario)
+    return arena
+
+
+def _trained(
+    robots: tuple[str, ...], fires: tuple[str, ...], files: Mapping[str, File]
+) -> dict[tuple[Side, str], Trained]:
+    """Those who have learned, robots first."""
+    sides: list[tuple[Side, str]] = [("robots", word) for word in robots]
+    sides += [("fire", word) for word in fires]
+    found = {}
+    for side, word in sides:
+        with _named(side, word):
+            made = contestant(files[word].word if word in files else word, side)
+        if isinstance(made, Trained):
+            found[side, word] = made
+    return found
+
+
+def _refuse_strangers(trained: dict[tuple[Side, str], Trained], arena: Arena) -> None:
+    """Raises EvaluationError for the first who cannot play here."""
+    for (side, word), player in trained.items():
+        with _named(side, word):
+            player.refuse_elsewhere(building_of(arena.plan), arena.scenario)
+
+
+def unlike_training(evaluation: Evaluation) -> list[str]:
+    """A line for each checkpoint that learned in another scenario than it plays in.
+
+    It may: where people start, how far they see and the time limit are no matter of a
+    network's shape. Where several meet, though, only the first is in its own.
+    Raises as `begin` for a checkpoint that has gone since.
+    """
+    here = asdict(evaluation.arena.scenario)
+    trained = _trained(evaluation.robots, evaluation.fires, evaluation.files)
+    lines = []
+    for (side, word), player in trained.items():
+        there = asdict(player.evaluation())
+        other = [
+            f"{name} {there[name]} (here {here[name]})"
+            for name in there
+            if here[name] != there[name]
+        ]
+        if other:
+            lines.append(f"the {side} {word} learned with {', '.join(other)}")
+    return lines
+
+
+@contextmanager
+def _named(side: Side, word: str) -> Iterator[None]:
+    """What is wrong, and with whom: there may be many."""
+    try:
+        yield
+    except ValueError as error:
+        raise EvaluationError(f"--{side} {word}: {error}") from error
+
+
+# -- Which checkpoint a word means --------------------------------------------------
+
+
+def _files(robots: tuple[str, ...], fires: tuple[str, ...]) -> dict[str, File]:
+    """Of each word that names a checkpoint, which one it means now."""
+    words = [word for word in robots if word not in SCRIPTS["robots"]]
+    words += [word for word in fires if word not in (*SCRIPTS["fire"], WORST)]
+    found = {word: _file(word) for word in words}
+    return {word: file for word, file in found.items() if file}
+
+
+def _file(word: str) -> File | None:
+    """What there is behind one of the word's colons, or before them all; or nothing."""
+    parts = word.split(":")
+    ends = [":".join(parts[k:]) for k in range(len(parts))]
+    named = next((end for end in ends if end and Path(end).exists()), None)
+    if named is None:  # whoever makes a contestant of it says so best
+        return None
+    path = Path(named)
+    if path.is_dir():
+        from reference.workshop.training.checkpoints import newest
+
+        if (found := newest(path)) is None:
+            raise EvaluationError(f"{path}: there is no checkpoint in this folder.")
+        path = found
+    pinned = word.removesuffix(named) + str(path)
+    return File(pinned, str(path), _digest(path))
+
+
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+# -- From where it was left ---------------------------------------------------------
+
+
+def resume(asked: Asked, folder: Path) -> Evaluation:
+    """The evaluation in a folder, with the robots and fires that are asked for more.
+
+    Raises EvaluationError if there is none, or if it is another version's or its
+    checkpoints are not what they were; ContradictionError for the first other thing
+    that was asked for than begun; else as `begin`.
+    """
+    begun = read(folder / ABOUT)
+    for name, here, there in _contradictions(asked, begun):
+        raise ContradictionError(
+            f"{name}: {here} was asked for, but the evaluation in {folder} has {there}."
+            " Leave it out, or begin anew in another folder."
+        )
+    for file in begun.files.values():
+        _refuse_changed(file)
+    robots = _once([*begun.robots, *(asked.robots or ())])
+    fires = _once([*begun.fires, *(asked.fire or ())])
+    files = {**_files(robots, fires), **begun.files}
+    _refuse_strangers(_trained(robots, fires, files), begun.arena)
+    return replace(begun, robots=robots, fires=fires, files=files)
+
+
+def _contradictions(asked: Asked, begun: Evaluation) -> Iterator[tuple[str, Any, Any]]:
+    """Name, what was asked for, and what the evaluation has instead."""
+    for name, here, there in (
+        ("--people", asked.people, begun.arena.people),
+        ("--seed", asked.seed, begun.seed),
+        ("--episodes", asked.episodes, begun.episodes),
+        ("--sample", asked.sample, begun.sample),
+    ):
+        if here is not None and here != there:
+            yield name, here, there
+    if asked.building and plan_of(load(asked.building)) != begun.arena.plan:
+        yield "--building", asked.building, f"{begun.arena.building}, drawn otherwise"
+
+
+def _refuse_changed(file: File) -> None:
+    path = Path(file.path)
+    if not path.exists():
+        raise EvaluationError(
+            f"{path}: is not there any more. Bring it back, or begin anew in another "
+            "folder."
+        )
+    if _digest(path) != file.sha256:
+        raise EvaluationError(
+            f"{path}: is another checkpoint than the one that runs were played with. "
+            "Bring that one back, or begin anew in another folder."
+        )
+
+
+# -- In a file ----------------------------------------------------------------------
+
+
+def write(evaluation: Evaluation, folder: Path) -> None:
+    """What was asked, into the folder; all of it or nothing. Raises OSError."""
+    building, plan, scenario = evaluation.arena
+    content = {
+        "version": reference.__version__,
+        "building": building,
+        **{name: getattr(evaluation, name) for name in PLAIN},
+        "files": {word: file._asdict() for word, file in evaluation.files.items()},
+        "scenario": asdict(scenario),
+        "plan": plan,
+    }
+    text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+    write_whole(folder / ABOUT, text.encode())
+
+
+PLAIN = ("robots", "fires", "seed", "episodes", "sample")
+
+
+def read(path: Path) -> Evaluation:
+    """What `write` wrote. Raises EvaluationError for anything else."""
+    if not path.exists():
+        raise EvaluationError(
+            f"{path.parent}: there is no evaluation to go on with. Leave --resume out "
+            "to begin, or name the folder of one."
+        )
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        version = content["version"]
+        found = _evaluation(content)
+    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        raise EvaluationError(
+            f"{path}: lacks a part or is damaged ({error!r}). Begin anew in another "
+            "folder."
+        ) from error
+    if version != reference.__version__:
+        raise EvaluationError(
+            f"{path}: was written by version {version}, this is "
+            f"{reference.__version__}, in which runs may end otherwise. Go on with the "
+            "version that wrote it, or begin anew in another folder."
+        )
+    return found
+
+
+def _evaluation(content: dict[str, Any]) -> Evaluation:
+    scenario = Scenario(**_with_tuples(content["scenario"]))
+    building_of(content["plan"])
+    return Evaluation(
+        Arena(content["building"], content["plan"], scenario),
+        files={word: File(**file) for word, file in content["files"].items()},
+        **_with_tuples({name: content[name] for name in PLAIN}),
+    )
+
+
+def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
+    """JSON knows lists alone."""
+    return {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}

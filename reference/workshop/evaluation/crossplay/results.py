@@ -1,0 +1,265 @@
+"""Cells: what the runs of each match come to, as a table, as CSV and as JSON.
+
+Clauses: F9, F12.  Every figure is a mean over runs with its bootstrap interval.  The
+score E is that of the mean reward and the mean difficulty, never a mean of scores: E is
+convex, so that a mean of scores would reward whoever is unreliable.
+"""
+
+import csv
+import json
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from reference.evaluation.score import Ruler, RulerError, from_runs
+from reference.workshop.evaluation.crossplay.asked import Evaluation
+from reference.workshop.evaluation.crossplay.records import (
+    EvaluationError,
+    Match,
+    Record,
+)
+from reference.workshop.evaluation.intervals import (
+    Interval,
+    of_difference,
+    of_mean,
+    of_means,
+)
+from reference.workshop.files import write_whole
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One match: n runs, and each figure's mean, low and high, in units of `Record`.
+
+    score            E by one ruler for all [F9, Eq. 8]; None where the mean reward or
+                     an end of its interval lies off that ruler
+    evacuation_time  and mean_health: over the runs in which somebody got out, None if
+                     there are none
+    """
+
+    robots: str
+    fire: str
+    n: int
+    survival: Interval
+    reward: Interval
+    difficulty: Interval
+    score: Interval | None
+    evacuation_time: Interval | None
+    mean_health: Interval | None
+
+
+FIGURES = (
+    "survival",
+    "reward",
+    "difficulty",
+    "score",
+    "evacuation_time",
+    "mean_health",
+)
+
+
+def cells(records: Iterable[Record], ruler: Ruler) -> list[Cell]:
+    """A cell for every match that has runs, in the order in which they appear."""
+    matches: dict[Match, list[Record]] = {}
+    for record in records:
+        matches.setdefault(record.match, []).append(record)
+    return [_cell(match, runs, ruler) for match, runs in matches.items()]
+
+
+def _cell(match: Match, runs: list[Record], ruler: Ruler) -> Cell:
+    rows = np.array([(run.reward, run.difficulty) for run in runs])
+    return Cell(
+        *match,
+        n=len(runs),
+        survival=of_mean([run.survival for run in runs]),
+        reward=of_mean(rows[:, 0]),
+        difficulty=of_mean(rows[:, 1]),
+        score=_score(rows, ruler),
+        evacuation_time=_known(run.evacuation_time for run in runs),
+        mean_health=_known(run.mean_health for run in runs),
+    )
+
+
+def _score(rows: np.ndarray, ruler: Ruler) -> Interval | None:
+    """E of the means of (n, 2) rewards and difficulties, drawn together."""
+    try:
+        return of_means(ruler.score, rows)
+    except RulerError:
+        return None
+
+
+def _known(values: Iterable[float | None]) -> Interval | None:
+    known = [value for value in values if value is not None]
+    return of_mean(known) if known else None
+
+
+# -- Comparing ----------------------------------------------------------------------
+
+
+def difference(
+    records: Iterable[Record],
+    one: str,
+    other: str,
+    fire: str,
+    figure: str = "survival",
+) -> Interval:
+    """How much more one's robots have of a figure than the other's, on the same seeds.
+
+    An interval that does not hold 0 tells them apart. Raises EvaluationError if there
+    is no seed in which both met this fire.
+    """
+    values: dict[str, dict[int, float]] = {one: {}, other: {}}
+    for run in records:
+        if run.fire == fire and run.robots in values:
+            values[run.robots][run.seed] = getattr(run, figure)
+    seeds = sorted(values[one].keys() & values[other].keys())
+    if not seeds:
+        raise EvaluationError(
+            f"{one} and {other} have not met {fire} on the same seeds. Evaluate both "
+            "together."
+        )
+    a, b = ([values[who][seed] for seed in seeds] for who in (one, other))
+    return of_difference(a, b)
+
+
+def ruler_of(
+    records: Iterable[Record],
+    baseline: str,
+    worst: tuple[float, float],
+    best: tuple[float, float],
+) -> Ruler:
+    """The ruler on which the baseline scores 1 on average over its fires [F12].
+
+    worst, best: the critical points, reward and y each. Raises EvaluationError if the
+    baseline has no runs, RulerError if no ruler comes of them.
+    """
+    runs = [run for run in records if run.robots == baseline]
+    if not runs:
+        raise EvaluationError(
+            f"there are no runs of the baseline {baseline}. Evaluate it among the "
+            "robots."
+        )
+    rewards, difficulties = ([getattr(r, f) for r in runs] for f in FIGURES[1:3])
+    return from_runs(rewards, difficulties, worst, best, [r.fire for r in runs])
+
+
+# -- For people ---------------------------------------------------------------------
+
+HEADS = {
+    "survival": "survivors, %",
+    "reward": "reward R",
+    "difficulty": "difficulty h",
+    "score": "score E",
+}
+MEANS = {"evacuation_time": "last out, s", "mean_health": "health"}
+NOTE = "-: nobody got out, or the reward lies off the ruler of E"
+
+
+def table(cells: Sequence[Cell]) -> str:
+    """A line for each match: means with their 95 % intervals, and means alone."""
+    columns = [
+        _left("robots", [cell.robots for cell in cells]),
+        _left("fire", [cell.fire for cell in cells]),
+        _right("runs", [f"{cell.n:,}" for cell in cells]),
+        *(_right(HEADS[name], _with_ends(cells, name)) for name in HEADS),
+        *(_right(MEANS[name], _means(cells, name)) for name in MEANS),
+    ]
+    lines = ["  ".join(line).rstrip() for line in zip(*columns, strict=True)]
+    missing = any(getattr(cell, name) is None for cell in cells for name in FIGURES)
+    return "\n".join([*lines, NOTE] if missing else lines)
+
+
+def _left(head: str, texts: Sequence[str]) -> list[str]:
+    width = max(map(len, [head, *texts]))
+    return [text.ljust(width) for text in (head, *texts)]
+
+
+def _right(head: str, texts: Sequence[str]) -> list[str]:
+    width = max(map(len, [head, *texts]), default=0)
+    return [text.rjust(width) for text in (head, *texts)]
+
+
+def _with_ends(cells: Sequence[Cell], name: str) -> list[str]:
+    """83.2 [81.0, 85.1], both parts aligned; "-" where there is no figure."""
+    texts = [figure_of(cell, name) for cell in cells]
+    width = max((len(ends) for _, ends in texts), default=0)
+    return [f"{mean} {ends:>{width}}" if width else mean for mean, ends in texts]
+
+
+def figure_of(cell: Cell, name: str) -> tuple[str, str]:
+    """A figure's mean and its interval as people write them.
+
+    A single run has none: it tells nothing of how runs scatter.
+    """
+    interval = getattr(cell, name)
+    if interval is None:
+        return "-", ""
+    mean, low, high = (written(value, name) for value in interval)
+    return mean, f"[{low}, {high}]" if cell.n > 1 else ""
+
+
+def _means(cells: Sequence[Cell], name: str) -> list[str]:
+    found = [getattr(cell, name) for cell in cells]
+    return ["-" if i is None else f"{i.mean:.0f}" for i in found]
+
+
+def written(value: float, figure: str) -> str:
+    """A figure in as many digits as people want; survival in percent."""
+    if figure == "survival":
+        return f"{value:.1%}".removesuffix("%")
+    return f"{value:.2f}" if figure == "score" else f"{value:,.0f}"
+
+
+# -- For programs -------------------------------------------------------------------
+
+CELLS_CSV, CELLS_JSON = "cells.csv", "cells.json"
+
+
+def as_json(
+    evaluation: Evaluation, ruler: Ruler, cells: Iterable[Cell]
+) -> dict[str, Any]:
+    """What was evaluated, by which ruler, and the cells: each figure by its name."""
+    return {
+        "building": evaluation.arena.building,
+        "people": evaluation.arena.people,
+        "seeds": list(evaluation.seeds),
+        "sample": evaluation.sample,
+        "ruler": asdict(ruler),
+        "cells": [_plain(cell) for cell in cells],
+    }
+
+
+def _plain(cell: Cell) -> dict[str, Any]:
+    figures = {name: getattr(cell, name) for name in FIGURES}
+    return {
+        "robots": cell.robots,
+        "fire": cell.fire,
+        "n": cell.n,
+        **{name: found and found._asdict() for name, found in figures.items()},
+    }
+
+
+def write(
+    folder: Path, evaluation: Evaluation, ruler: Ruler, cells: Sequence[Cell]
+) -> None:
+    """cells.csv and cells.json into the evaluation's folder. Raises OSError."""
+    write_whole(folder / CELLS_CSV, _csv(cells).encode())
+    content = json.dumps(as_json(evaluation, ruler, cells), indent=2) + "\n"
+    write_whole(folder / CELLS_JSON, content.encode())
+
+
+def _csv(cells: Iterable[Cell]) -> str:
+    """A row for each cell; where there is no figure its columns stay empty."""
+    ends = [f"{name}_{end}" for name in FIGURES for end in Interval._fields]
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["robots", "fire", "n", *ends])
+    for cell in cells:
+        found = [getattr(cell, name) or ("", "", "") for name in FIGURES]
+        numbers = [number for interval in found for number in interval]
+        writer.writerow([cell.robots, cell.fire, cell.n, *numbers])
+    return text.getvalue()

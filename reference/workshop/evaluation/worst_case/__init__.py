@@ -1,0 +1,18 @@
+"""The worst case of Eq. 5, approximated: the fires and the errors that do most harm.
+
+Clauses: F4.  R_w = min E[R] over all attacks cannot be computed, says the appendix, and
+takes the greedy worst case instead (GWC): at every state the action of lowest reward.
+Its cost is linear in the number of decisions.  Here the attacker is one of
+
+* the fire, which chooses among `placements`: as a `look_ahead` simulation finds worst,
+  with the `prospects` people still have when it breaks off; or as a `critic` says;
+* an error of bounded size in what the robots observe: `perturbed`.
+
+Eq. 6's R_w, everybody dies, is below all of them: see `bounds`.  `critic` and
+`perturbed` need a checkpoint, and so torch.
+"""
+
+from reference.workshop.evaluation.worst_case.look_ahead import WorstCase
+from reference.workshop.evaluation.worst_case.placements import BusiestWay, placements
+
+__all__ = ["BusiestWay", "WorstCase", "placements"]

@@ -1,0 +1,123 @@
+"""The worst case as a learned critic sees it: the fire that it values least.
+
+Clauses: F4, E1, E2.  A critic has learned what is to be expected of the robots that it
+learned with, against the fires that it has seen.  It is cheap to ask and easy to fool:
+`gap` re-scores what it says.
+
+    B  placements;  G  robots;  V  numbers that a robot observes
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from reference.fire import Decision
+from reference.game.observations import grid, robot_vectors, robots_at_work
+from reference.learning.networks import Critic, GroupCritic, one_thread
+from reference.learning.settings import Side
+from reference.navigation import navigation_of
+from reference.strategies import RandomFire
+from reference.workshop.evaluation.worst_case.placements import placements
+from reference.workshop.training.checkpoints import Checkpoint, CheckpointError, load
+from reference.workshop.training.policies import LearnedPolicy, Source
+from reference.world import Source as Lit
+from reference.world import World
+
+CRITICS: dict[str, type[Critic] | type[GroupCritic]] = {
+    "ppo": Critic,
+    "poca": GroupCritic,
+}
+"""The robots' critics by `trainer_type`."""
+
+
+class CriticFire(LearnedPolicy):
+    """A fire that breaks out where the robots' critic says it is worst [F4, chosen].
+
+    For each placement it imagines the world with that source lit, as the robots would
+    observe it, and takes the one of lowest value.
+    """
+
+    side: Side = "robots"
+
+    def __init__(self, source: Source):
+        """The critic of a checkpoint's robots, which need not be the ones attacked.
+
+        Raises what `LearnedPolicy` raises, also where the robots did not learn.
+        """
+        checkpoint = source if isinstance(source, Checkpoint) else load(source)
+        super().__init__(checkpoint)
+        self.critic = critic_of(checkpoint, self)
+
+    def decide(self, world: World, rng: np.random.Generator) -> Decision:
+        """The placement of lowest value; a random cell if nobody is inside."""
+        self._check_fits(world)
+        choice = placements(world, self.scenario)
+        if not choice:
+            return RandomFire().decide(world, rng)
+        return choice[int(self.values(world, choice).argmin())]
+
+    def values(self, world: World, choice: Sequence[Decision]) -> np.ndarray:
+        """(B,) reward the critic expects after each of them, discounted health points.
+
+        All in one call of the network.
+        """
+        worlds = [imagined(world, decision) for decision in choice]
+        vectors = np.stack([robot_vectors(w, self.scenario) for w in worlds])
+        grids = np.stack([grid(w) for w in worlds])
+        alive = np.tile(robots_at_work(world), (len(choice), 1))
+        with one_thread(), torch.no_grad():
+            values = group_values(self.critic, vectors, grids, alive).numpy()
+        s = self.learned.settings
+        return np.asarray(values / (s.strength * s.reward_scale))
+
+
+def critic_of(checkpoint: Checkpoint, robots: LearnedPolicy) -> Critic | GroupCritic:
+    """The critic that the robots of a checkpoint learned with.
+
+    Raises CheckpointError where there is none.
+    """
+    if "robots" not in checkpoint.learners:
+        raise CheckpointError(
+            "there is no robots' critic in this checkpoint: only the fire learned, "
+            "against robots that stayed as they were. Name the checkpoint of these."
+        )
+    settings = robots.learned.settings
+    critic = CRITICS[settings.trainer_type](robots.player.sizes, settings).eval()
+    try:
+        critic.load_state_dict(checkpoint.learners["robots"]["critic"])
+    except (KeyError, RuntimeError, TypeError, AttributeError) as error:
+        raise CheckpointError(
+            "the checkpoint's critic is not of the shape its settings tell: it was "
+            "written by another version, or is damaged."
+        ) from error
+    return critic
+
+
+def group_values(
+    critic: Critic | GroupCritic,
+    vectors: np.ndarray,
+    grids: np.ndarray,
+    alive: np.ndarray,
+) -> Tensor:
+    """(B,) scaled returns; vectors (B, G, V), grids (B, ...), alive (B, G) bool.
+
+    PPO's critic values each robot's view of the same group reward: their mean.
+    """
+    seen, there = torch.from_numpy(vectors), torch.from_numpy(alive)
+    if isinstance(critic, GroupCritic):
+        return critic(seen, torch.from_numpy(grids), there)
+    values: Tensor = critic(seen, torch.from_numpy(grids)) * there
+    return values.sum(dim=1) / there.sum(dim=1).clamp(min=1)
+
+
+def imagined(world: World, decision: Decision) -> World:
+    """The world with one more source, alight already; the rest is shared with it."""
+    floor, x, y = decision
+    flames = world.flames
+    burning = flames.burning.copy()
+    burning.ravel()[navigation_of(world.building).place(floor, x, y)] = True
+    sources = [*flames.sources, Lit(floor, x, y, world.time)]
+    return replace(world, flames=replace(flames, burning=burning, sources=sources))

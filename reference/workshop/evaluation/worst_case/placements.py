@@ -1,0 +1,65 @@
+"""Where a fire may break out, the busiest ways first; and a fire that burns just these.
+
+Clauses: D2, D6, F4.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from reference.building import Building
+from reference.fire import Decision
+from reference.game.environment import fire_decision
+from reference.game.observations import fire_vector, grid
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop.landmarks import FIRE_FEATURES, FireOptions
+from reference.world import World
+
+CROSS = [FIRE_FEATURES.index(name) for name in ("cross", "come")]
+"""People of the floor, and from above, whose cheapest way out comes past."""
+
+
+def placements(world: World, scenario: Scenario) -> list[Decision]:
+    """Free cells beside ways, groups of people and robots; none if nobody is inside.
+
+    [F4, chosen] Those that a learned fire's pointer head chooses among, so that all
+    attackers have the same choice: one for each landmark, group and robot of floors
+    where somebody is or still comes through, about 60 in the paper's building. Those
+    come first which most people's cheapest ways out come past: mostly the worst are
+    among them. scenario: the simulation's own.
+    """
+    if not any(world.occupancy):
+        return []
+    seen = fire_vector(world, scenario)[None], grid(world)
+    options = _options(world.building, scenario)(*seen)
+    there = np.flatnonzero(options.action_mask[0])
+    crossing = options.features[0][:, CROSS].sum(axis=1)
+    busiest = there[np.argsort(-crossing[there], kind="stable")]
+    places = options.places[0][busiest]
+    return list(dict.fromkeys(fire_decision(world.building, p) for p in places))
+
+
+@lru_cache(maxsize=8)
+def _options(building: Building, scenario: Scenario) -> FireOptions:
+    return FireOptions(building, scenario)
+
+
+class BusiestWay:
+    """A fire beside what most people have to come past: first the ways out, mostly.
+
+    [F4, chosen] Nearly as bad as the worst that is known, for a thousandth of the cost.
+    """
+
+    def __init__(self) -> None:
+        self._scenario = Scenario()
+
+    def watch(self, now: Simulation) -> None:
+        """Take in what is played."""
+        self._scenario = now.scenario
+
+    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
+        """The first placement; a random cell if nobody is inside."""
+        choice = placements(world, self._scenario)
+        return choice[0] if choice else RandomFire().decide(world, rng)

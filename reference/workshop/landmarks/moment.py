@@ -1,0 +1,170 @@
+"""What an observation says, on the map: what both sides' options are made of.
+
+Clauses: C1, C3, D1, D6.
+
+    p   place;  m, n  people;  R  robots
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy import ndimage
+
+from reference.building import Building, Kind
+from reference.flames import beside_flames, cost_of
+from reference.game.observations import Scene, burning
+from reference.navigation import Navigation
+from reference.paper import Scenario
+
+FAR = 100.0  # metres: whatever is farther, or cannot be reached, counts as so far
+GROUPS = 8  # at most so many groups of people, on a floor or, for the fire, in all
+GROUP_RADIUS = 4.0  # metres: who stands so near, and in sight, is of the same group
+
+
+@dataclass(frozen=True)
+class Options:
+    """What agents choose among.
+
+    places    (G, K, A) float32, the action each option emits, in [-1, 1]
+    features  (G, K, F) float32, about 1
+    action_mask   (G, K) bool, False for padding; at least one is True in a row
+    """
+
+    places: np.ndarray
+    features: np.ndarray
+    action_mask: np.ndarray
+
+
+class Moment:
+    """What an observation says, on the map.
+
+    at       (n, 2) metres, floor (n,), place (n,) of all people inside
+    walking  (n,) bool, on a floor and not on the stairs
+    robots   (R, 2) metres of robots at work, robot_floor (R,), robot_place (R,)
+    burning  (floors, rows, cols) bool
+    cost     metres that a metre counts as, the same shape
+    time     share of the time limit
+    """
+
+    def __init__(
+        self, nav: Navigation, scenario: Scenario, scene: Scene, cells: np.ndarray
+    ):
+        """scene: one agent's, not a batch; cells: the grid."""
+        building = self.building = nav.building
+        self.everybody = max(1, sum(scenario.start_counts(building.floors)))
+        self.time = scene.time.item() / scenario.time_limit
+        self.at, self.floor, self.place = _on_the_map(nav, scene.humans)
+        self.robots, self.robot_floor, self.robot_place = _on_the_map(nav, scene.robots)
+        self.walking = building.kind.ravel()[self.place] != Kind.STAIRS
+        self.burning = burning(cells, building)
+        self.cost = cost_of(self.burning, beside_flames(building, self.burning))
+        self.flames = np.asarray(self.burning.any(axis=(1, 2)))
+        self._around: dict[int, np.ndarray] = {}
+        self.occupancy = np.bincount(self.floor, minlength=building.floors)
+
+    def people_on(self, floor: int) -> tuple[np.ndarray, np.ndarray]:
+        """Metres (m, 2) and places (m,) of those who walk on a floor."""
+        here = self.walking & (self.floor == floor)
+        return self.at[here], self.place[here]
+
+    def cost_on(self, floor: int) -> np.ndarray | None:
+        """As robots plan their ways: None on a floor without flames."""
+        return self.cost if self.flames[floor] else None
+
+    def free_rooms(self) -> np.ndarray:
+        """(places,) bool: where a fire can break out and somebody is there to harm.
+
+        Room cells with neither flames nor human nor robot [D6], on floors on or above
+        which somebody is.
+        """
+        at_stake = self.occupancy[::-1].cumsum()[::-1] > 0
+        free = (self.building.kind == Kind.FLOOR) & ~self.burning
+        free = (free & at_stake[:, None, None]).ravel()
+        free[self.place] = False
+        free[self.robot_place] = False
+        return free
+
+    def flames_around(self, side: int) -> np.ndarray:
+        """(places,) share of the square of so many cells around that burns."""
+        if side not in self._around:
+            share = self.burning.astype(np.float32)
+            if self.flames.any():
+                share = ndimage.uniform_filter(share, (0, side, side), mode="constant")
+            self._around[side] = share.ravel()
+        return self._around[side]
+
+
+def _on_the_map(
+    nav: Navigation, points: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Metres (k, 2), floors (k,) and places (k,) of those who are there.
+
+    In an order that does not depend on theirs: by floor, then from west to east.
+    """
+    points = points[np.flatnonzero(points[:, 2] > -0.5)].astype(np.float64)
+    points = points[np.lexsort((points[:, 1], points[:, 0], points[:, 2]))]
+    floor = np.rint(points[:, 2]).astype(np.int64)
+    return points[:, :2], floor, nav.places_at(floor, points[:, :2])
+
+
+def together(
+    nav: Navigation,
+    one: tuple[np.ndarray, np.ndarray],
+    other: tuple[np.ndarray, np.ndarray],
+    radius: float,
+) -> np.ndarray:
+    """(a, b) bool: so near each other, and no wall between them.
+
+    one, other: metres (a, 2) and places (a,), metres (b, 2) and places (b,), of the
+    same floor; radius: metres, at most navigation's LOOK_AHEAD.
+    """
+    off = one[0][:, None] - other[0]
+    near = (off**2).sum(axis=-1) <= radius**2
+    a, b = np.nonzero(near)
+    near[a, b] = nav.clear.reaches(one[1][a], other[1][b])
+    return near
+
+
+def groups(near: np.ndarray, count: np.ndarray, most: int) -> list[int]:
+    """Heads of at most so many groups, the largest first.
+
+    near: (m, m) bool, who stands with whom; count: (m,) whether a person counts for
+    the size of a group. Greedy: those around a head are in no other group.
+    """
+    heads: list[int] = []
+    left = np.ones(len(near), dtype=bool)
+    for _ in range(most):
+        if not left.any():
+            break
+        size = near @ (left * (count + 1e-3))
+        heads.append(int(np.argmax(np.where(left, size, -1.0))))
+        left &= ~near[heads[-1]]
+    return heads
+
+
+@lru_cache(maxsize=8)
+def shafts(building: Building) -> np.ndarray:
+    """(places,) index of the stairwell around a place, -1 outside."""
+    shaft = np.full(building.kind.shape, -1)
+    for k, well in enumerate(building.stairwells):
+        for floor in well.areas:
+            shaft[floor, well.cells[:, 0], well.cells[:, 1]] = k
+    return shaft.ravel()
+
+
+def stacked(
+    names: Sequence[str], shape: tuple[int, ...], columns: Mapping[str, np.ndarray]
+) -> np.ndarray:
+    """(*shape, F) float32, the columns in the order of their names."""
+    out = np.empty((*shape, len(names)), dtype=np.float32)
+    for k, name in enumerate(names):
+        out[..., k] = columns[name]
+    return out
+
+
+def one_of(scene: Scene, g: int) -> Scene:
+    """What agent g of a batch sees."""
+    parts = scene.humans, scene.robots, scene.fires, scene.time
+    return Scene(*(part[g] for part in parts))

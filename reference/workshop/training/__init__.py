@@ -1,0 +1,1 @@
+"""Trainings: settings, checkpoints and the loop that writes them down."""

@@ -1,0 +1,224 @@
+"""Checkpoints: a whole training in one file, written at once or not at all.
+
+Clauses: E3, E6.  A file holds tensors and plain data alone, and loading it never
+executes code.  It knows its building, scenario and version, and says so where it does
+not belong.
+"""
+
+import os
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import torch
+
+import reference
+from reference.building import Building, building_of
+from reference.floorplan import FloorPlanError
+from reference.learning.rollouts import Learned
+from reference.learning.settings import SettingsError, Side, TrainerSettings
+from reference.workshop.files import write_whole
+from reference.workshop.landmarks import landmarks_for
+from reference.workshop.training.presets import Settings, asdict, fromdict
+
+KIND = "checkpoint of fire-rescue-reference"
+FORMAT = 1
+"""Grows whenever observations, actions or networks come to mean something else."""
+
+MAGIC = b"PK\x03\x04"  # torch writes zip archives
+NAME = "checkpoint-{round:06}.pt"
+NAMED = re.compile(r"checkpoint-(\d{6,})\.pt")
+
+
+class CheckpointError(ValueError):
+    """A file that is no checkpoint, or none for this place; one message for people."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """What a training is; nothing of it changes until the training is over.
+
+    building  as it was asked for;  plan  the text of its floor file
+    fixed     who plays a side that does not learn: a named strategy or a network
+    imitate   the strategy that robots copy first, if any
+    """
+
+    building: str
+    plan: str
+    settings: Settings
+    seed: int = 0
+    fixed: Mapping[Side, Learned | str] = field(default_factory=dict)
+    imitate: str | None = None
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """A training between two rounds.
+
+    round     how many rounds are over
+    learners  of each side that learns, what its learner's `state` gave
+    progress  plain numbers: what is counted and what waits for the next summary
+    """
+
+    task: Task
+    round: int
+    learners: dict[Side, dict[str, Any]]
+    progress: dict[str, Any]
+    version: str = reference.__version__
+
+    def player(self, side: Side) -> Learned | str:
+        """Who plays a side: a network as far as it has learned, or whoever is fixed."""
+        if side in self.learners:
+            weights = self.learners[side]["actor"]
+            settings = getattr(self.task.settings, side)
+            return Learned(settings, weights, landmarks_for(side, settings))
+        return self.task.fixed[side]
+
+
+# -- Files --------------------------------------------------------------------------
+
+
+def keep(checkpoint: Checkpoint, folder: Path, most: int) -> Path:
+    """Write a checkpoint into a folder that keeps the `most` newest; its path."""
+    path = folder / NAME.format(round=checkpoint.round)
+    save(checkpoint, path)
+    for old in _in(folder)[:-most]:
+        old.unlink(missing_ok=True)
+    return path
+
+
+def newest(folder: Path) -> Path | None:
+    """The latest checkpoint in a folder, if there is one."""
+    return max(_in(folder), key=_round, default=None)
+
+
+def _in(folder: Path) -> list[Path]:
+    """Oldest first."""
+    return sorted(filter(_named, folder.glob("*.pt")), key=_round)
+
+
+def _named(path: Path) -> bool:
+    return NAMED.fullmatch(path.name) is not None
+
+
+def _round(path: Path) -> int:
+    return int(path.stem.rpartition("-")[2])
+
+
+def save(checkpoint: Checkpoint, path: Path) -> None:
+    """All of the file is written, or nothing and what was there stays.
+
+    Raises OSError, with a message for people.
+    """
+    memory = BytesIO()
+    torch.save(_plain(checkpoint), memory)
+    write_whole(path, memory.getbuffer())
+
+
+def load(path: str | os.PathLike[str]) -> Checkpoint:
+    """The checkpoint in a file, or the newest one in a folder of a training.
+
+    Raises CheckpointError for anything else, OSError for an unreadable file.
+    """
+    path = _file(Path(path))
+    with path.open("rb") as file:
+        if file.read(len(MAGIC)) != MAGIC:
+            raise CheckpointError(
+                f"{path}: is no checkpoint. Name one that train made."
+            )
+        file.seek(0)
+        try:
+            content = torch.load(file, map_location="cpu", weights_only=True)
+        except Exception as error:  # torch tells damage in many ways
+            raise CheckpointError(
+                f"{path}: is damaged, or is no checkpoint. If train made it, name the "
+                "one before, or remove it to go on from there."
+            ) from error
+    return _checked(content, path)
+
+
+def _file(path: Path) -> Path:
+    if not path.is_dir():
+        return path
+    if (found := newest(path)) is None:
+        raise CheckpointError(f"{path}: there is no checkpoint in this folder.")
+    return found
+
+
+def _checked(content: object, path: Path) -> Checkpoint:
+    """What was read, if it is ours and of this format."""
+    if not isinstance(content, dict) or content.get("kind") != KIND:
+        raise CheckpointError(f"{path}: is another program's file, not a checkpoint.")
+    if content.get("format") != FORMAT:
+        raise CheckpointError(
+            f"{path}: is of format {content.get('format')} (version "
+            f"{content.get('version')}); this is version {reference.__version__}, "
+            f"which reads format {FORMAT}. Use the version that wrote it."
+        )
+    try:
+        return _checkpoint(content)
+    except (KeyError, TypeError, AttributeError, SettingsError, FloorPlanError) as why:
+        raise CheckpointError(f"{path}: lacks a part or is damaged ({why}).") from why
+
+
+# -- As plain data ------------------------------------------------------------------
+
+
+def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
+    """Only dicts, lists, words, numbers and tensors."""
+    task = checkpoint.task
+    fixed = {side: _plain_player(who) for side, who in task.fixed.items()}
+    return {
+        "kind": KIND,
+        "format": FORMAT,
+        "version": checkpoint.version,
+        "task": {
+            **{f.name: getattr(task, f.name) for f in fields(Task)},
+            "settings": asdict(task.settings),
+            "fixed": fixed,
+        },
+        "round": checkpoint.round,
+        "learners": checkpoint.learners,
+        "progress": checkpoint.progress,
+    }
+
+
+def _checkpoint(content: dict[str, Any]) -> Checkpoint:
+    task = content["task"]
+    fixed = {side: _player(side, who) for side, who in task["fixed"].items()}
+    settings = fromdict(task["settings"])
+    whole = Task(**{**task, "settings": settings, "fixed": fixed})
+    building_of(whole.plan)
+    rest = {name: content[name] for name in ("round", "learners", "progress")}
+    return Checkpoint(whole, **rest, version=content["version"])
+
+
+def _plain_player(who: Learned | str) -> Any:
+    if isinstance(who, str):
+        return who
+    return {"settings": vars(who.settings), "weights": who.weights}
+
+
+def _player(side: Side, plain: Any) -> Learned | str:
+    if isinstance(plain, str):
+        return plain
+    settings = TrainerSettings(**plain["settings"])
+    return Learned(settings, plain["weights"], landmarks_for(side, settings))
+
+
+# -- Where it belongs ---------------------------------------------------------------
+
+
+def refuse_another_building(task: Task, building: Building) -> None:
+    """Raises CheckpointError unless this is the drawing the checkpoint has learned."""
+    own = building_of(task.plan).plan
+    if own == building.plan:
+        return
+    raise CheckpointError(
+        f"the checkpoint has learned {own.title} ({own.width} x {own.height}, "
+        f"{len(own.storeys)} floors), not this drawing of {building.title}. "
+        "Leave --building out, or name the map it was trained on."
+    )

@@ -1,0 +1,205 @@
+"""Learned policies as strategies: a checkpoint stands wherever a strategy's name does.
+
+Clauses: C5, C7, D2.  The interface is that of the hand-written ones; what comes out of
+the network, normalised metres in [−1, 1], goes in as metres.
+"""
+
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from reference import fire as fire_module
+from reference import robots as robots_module
+from reference.building import Building, building_of
+from reference.game.environment import destination, fire_decision
+from reference.game.observations import (
+    SENTINEL,
+    fire_vector,
+    grid,
+    robot_vectors,
+    to_normalised,
+)
+from reference.learning.networks import one_thread
+from reference.learning.players import Player
+from reference.learning.rollouts import Learned
+from reference.learning.settings import Side
+from reference.paper import Scenario
+from reference.workshop.strategies import FIRES, ROBOTS
+from reference.workshop.training.checkpoints import (
+    Checkpoint,
+    CheckpointError,
+    load,
+    refuse_another_building,
+)
+from reference.world import Robot, World
+
+Source = str | os.PathLike[str] | Checkpoint
+"""A checkpoint, its file, or the folder of a training: the newest one in it."""
+
+
+class LearnedPolicy:
+    """One side of a checkpoint; it remembers nothing from one decision to the next.
+
+    building, scenario  what it was trained in;  named  how the building was asked for
+    """
+
+    side: Side
+
+    def __init__(self, source: Source, sample: bool = False):
+        """The mean or most likely action, or with `sample` one drawn from the policy.
+
+        Raises CheckpointError for a file that is no checkpoint, or one in which this
+        side was not learned; OSError for a file that cannot be read.
+        """
+        checkpoint = source if isinstance(source, Checkpoint) else load(source)
+        self.task, self.sample = checkpoint.task, sample
+        self.building: Building = building_of(self.task.plan)
+        self.scenario: Scenario = self.task.settings.scenario
+        self.named = self.task.building
+        self.learned = self._learned(checkpoint)
+        settings = self.learned.settings
+        self.player = Player(
+            self.side,
+            self.building,
+            self.scenario,
+            settings,
+            self.learned.landmarks,
+        )
+        try:
+            self.player.load(self.learned.weights)
+        except (RuntimeError, TypeError, AttributeError) as error:
+            raise CheckpointError(
+                "the checkpoint's network is not of the shape its settings tell: it "
+                "was written by another version, or is damaged."
+            ) from error
+
+    def _learned(self, checkpoint: Checkpoint) -> Learned:
+        who = checkpoint.player(self.side)
+        if isinstance(who, Learned):
+            return who
+        raise CheckpointError(
+            f"nobody learned for the {self.side} in this checkpoint: they were played "
+            f"by '{who}'. Write --{self.side} {who}, or name another checkpoint."
+        )
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "LearnedPolicy":
+        """Itself: copies of a simulation share the network."""
+        return self
+
+    def refuse_elsewhere(self, building: Building, scenario: Scenario) -> None:
+        """Raises CheckpointError unless the policy can read such a world.
+
+        The same drawing, as many people, robots, sources and seconds between decisions
+        as in training. Where people start, how far they see, rule D6 and the time
+        limit may differ.
+        """
+        refuse_another_building(self.task, building)
+        self._refuse_others(_facts(building, scenario))
+
+    def evaluation(self, people: int | None = None) -> Scenario:
+        """The scenario of the training, without its rule [D6]; people: how many."""
+        s = replace(self.scenario, training=False)
+        if people is None:
+            return s
+        return replace(s, people=people, people_per_floor=None)
+
+    def _check_fits(self, world: World) -> None:
+        """Raises CheckpointError in a world the network was not made for."""
+        if world.building is not self.building:
+            refuse_another_building(self.task, world.building)
+        self._refuse_others(
+            {
+                "people": len(world.bodies),
+                "robots": len(world.robots),
+                "fire sources": max(len(world.flames.sources), self.scenario.sources),
+            }
+        )
+
+    def _refuse_others(self, here: dict[str, float]) -> None:
+        """Raises CheckpointError for the first number that was another in training."""
+        trained = _facts(self.building, self.scenario)
+        for what, number in here.items():
+            if number != trained[what]:
+                raise CheckpointError(
+                    f"the checkpoint's {self.side} learned with {trained[what]} {what};"
+                    f" here it is {number}, which its network cannot read. Take "
+                    f"{trained[what]}, or train for it."
+                )
+
+    def _emitted(
+        self, vectors: np.ndarray, world: World, rng: np.random.Generator
+    ) -> np.ndarray:
+        """(G, A) actions in [−1, 1] for (G, V) observations."""
+        with one_thread():
+            acted = self.player.act(
+                [(vectors, grid(world))], [rng] if self.sample else None
+            )
+        return acted.emitted[0]
+
+
+class LearnedRobots(LearnedPolicy):
+    """Robots that a network guides [C5] [C7]."""
+
+    side: Side = "robots"
+
+    def decide(
+        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
+    ) -> list[robots_module.Destination | None]:
+        """The next destination of each of these robots, metres."""
+        self._check_fits(world)
+        emitted = self._emitted(robot_vectors(world, self.scenario), world, rng)
+        row = {robot.body: k for k, robot in enumerate(world.robots)}
+        return [destination(self.building, emitted[row[r.body]]) for r in robots]
+
+
+class LearnedFire(LearnedPolicy):
+    """A fire that a network lights [D2]."""
+
+    side: Side = "fire"
+
+    def decide(self, world: World, rng: np.random.Generator) -> fire_module.Decision:
+        """Floor and metres of the next source."""
+        self._check_fits(world)
+        emitted = self._emitted(self._vector(world)[None], world, rng)
+        return fire_decision(self.building, emitted[0])
+
+    def _refuse_others(self, here: dict[str, float]) -> None:
+        """As for robots; a building without any is one they have gone home from."""
+        if here["robots"] == 0:
+            here = {**here, "robots": _facts(self.building, self.scenario)["robots"]}
+        super()._refuse_others(here)
+
+    def _vector(self, world: World) -> np.ndarray:
+        """What the fire observes; robots that are not there are seen as gone home."""
+        seen = fire_vector(world, self.scenario)
+        missing = (self.player.sizes.vector - len(seen)) // len(SENTINEL)
+        nobody = to_normalised(self.building, np.tile(SENTINEL, (missing, 1)))
+        return np.concatenate([seen, nobody.astype(np.float32).ravel()])
+
+
+def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
+    """What a network's inputs are about."""
+    return {
+        "people": sum(scenario.start_counts(building.floors)),
+        "robots": scenario.robots_per_floor * building.floors,
+        "fire sources": scenario.sources,
+        "seconds between decisions": scenario.decision_seconds,
+    }
+
+
+STRATEGIES: dict[Side, dict[str, Any]] = {
+    "robots": ROBOTS,
+    "fire": FIRES,
+}
+KINDS: dict[Side, type[LearnedRobots] | type[LearnedFire]] = {
+    "robots": LearnedRobots,
+    "fire": LearnedFire,
+}
+
+
+def named_or_file(text: str, side: Side, sample: bool = False) -> Any:
+    """The name of a hand-written strategy as it is, or the policy in a checkpoint."""
+    return text if text in STRATEGIES[side] else KINDS[side](text, sample)

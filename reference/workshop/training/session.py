@@ -1,0 +1,312 @@
+"""A training: who learns, whose turn it is, and what is learned from a round.
+
+Clauses: C1, D1, D6, E1, E2, E3, E6.  Robots and fire play the same episodes and learn
+from them, both at once or in turn, or one of them against somebody who does not learn.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from statistics import mean
+from typing import Any
+
+import numpy as np
+
+from reference.building import building_of
+from reference.learning import poca, ppo
+from reference.learning.experience import Trajectory
+from reference.learning.players import Player
+from reference.learning.rollouts import Episode, Job, Learned
+from reference.learning.settings import SIDES, SettingsError, Side
+from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop.landmarks import landmarks_for
+from reference.workshop.strategies import fire_named, robots_named
+from reference.workshop.training.checkpoints import Checkpoint, CheckpointError, Task
+from reference.workshop.training.imitation import Demonstration, clone
+from reference.workshop.training.summaries import PRETRAINING, Row, Summary
+
+LEARNERS, ROUNDS, LESSONS = 0, 1, 2  # what seeds are for
+
+
+class Training:
+    """Who learns, and how far they have come. It changes in `imitate` and `learn` only.
+
+    round  rounds that are over;  episodes  that were learned from;  latest  means of
+    the last round's facts;  imitated  whether copying, if asked for, is over
+    """
+
+    def __init__(self, task: Task):
+        """Raises SettingsError if nobody learns, or nobody who could imitate.
+
+        And ValueError for more people than fit into the building.
+        """
+        self.task, self.settings = task, task.settings
+        self.learners: dict[Side, ppo.Learner] = {
+            side: _learner(task, side) for side in SIDES if side not in task.fixed
+        }
+        if not self.learners:
+            raise SettingsError("nobody learns: leave one side to a learner")
+        if task.imitate and "robots" not in self.learners:
+            raise SettingsError("nobody imitates: leave the robots to a learner")
+        Simulation(building_of(task.plan), self.settings.scenario)
+        self.summaries = {
+            side: Summary(side, learner.settings.summary_freq)
+            for side, learner in self.learners.items()
+        }
+        self.round = self.episodes = 0
+        self.imitated = task.imitate is None
+        self.latest: dict[str, float] = {}
+
+    # -- Whose turn it is -----------------------------------------------------------
+
+    @property
+    def over(self) -> bool:
+        """Every side that learns is past its max_steps."""
+        return not self._unfinished()
+
+    def learning(self) -> tuple[Side, ...]:
+        """Who learns in this round."""
+        sides = self._unfinished()
+        if self._critic_alone():
+            return ("robots",)
+        if self.settings.schedule == "alternate" and len(sides) > 1:
+            return (sides[self.round // self.settings.switch_every % len(sides)],)
+        return sides
+
+    @property
+    def phase(self) -> str:
+        """What a summary calls this round: together, robots, fire, or critic."""
+        if self._critic_alone():
+            return "critic"
+        learning = self.learning()
+        return "together" if len(learning) > 1 else learning[0]
+
+    def _unfinished(self) -> tuple[Side, ...]:
+        return tuple(
+            side
+            for side, learner in self.learners.items()
+            if learner.steps < learner.settings.max_steps
+        )
+
+    def _critic_alone(self) -> bool:
+        """After imitation the critic learns first what the imitator is worth."""
+        return bool(self.task.imitate) and self.round < self.settings.critic_rounds
+
+    # -- What there is to tell --------------------------------------------------------
+
+    def about(self) -> str:
+        """Who trains how, and how far there is to go, in a line for people."""
+        sides = ", ".join(f"{side} {who}" for side, who in self._who().items())
+        left = sum(
+            max(0, learner.settings.max_steps - learner.steps)
+            for learner in self.learners.values()
+        )
+        title = building_of(self.task.plan).title
+        share = self.settings.random_fires
+        if share and len(self.learners) == len(SIDES):
+            sides += f" but for {share:.0%} random fires"
+        return f"{title}: {sides}, seed {self.task.seed}; {left:,} decisions to go"
+
+    def _who(self) -> dict[Side, str]:
+        """Each side's trainer and head, or who plays it."""
+        told: dict[Side, str] = {}
+        for side in SIDES:
+            if side in self.learners:
+                s = self.learners[side].settings
+                told[side] = f"{s.trainer_type} ({s.head} head)"
+            else:
+                who = self.task.fixed[side]
+                told[side] = who if isinstance(who, str) else "a fixed checkpoint"
+        return told
+
+    @property
+    def decisions(self) -> int:
+        """All that learners have learned from."""
+        return sum(learner.steps for learner in self.learners.values())
+
+    def facts(self) -> dict[str, Any]:
+        """Who it was, how far they are, and the means of the last round's episodes."""
+        latest = {
+            "reward": "group_reward",
+            "fire_reward": "fire_reward",
+            "survival": "survival",
+            "evacuated": "evacuated",
+            "died": "died",
+        }
+        return {
+            "preset": self.settings.preset,
+            **{str(side): who for side, who in self._who().items()},
+            "seed": self.task.seed,
+            "rounds": self.round,
+            "episodes": self.episodes,
+            "steps": {side: learner.steps for side, learner in self.learners.items()},
+            **{name: self.latest.get(fact) for name, fact in latest.items()},
+        }
+
+    # -- A round --------------------------------------------------------------------
+
+    def jobs(self) -> list[Job]:
+        """The round's episodes; seeds follow from the run's and the round's number."""
+        s = self.settings
+        seeds = seeds_of(
+            self.task.seed, ROUNDS, self.round, s.jobs_per_round * s.episodes_per_job
+        )
+        robots, fire = (self._player(side) for side in SIDES)
+        first = self.round * s.jobs_per_round
+        return [
+            Job(
+                self.task.plan,
+                s.scenario,
+                robots,
+                RandomFire() if self._random_fire(first + k) else fire,
+                chunk,
+            )
+            for k, chunk in enumerate(_parts(seeds, s.episodes_per_job))
+        ]
+
+    def _random_fire(self, job: int) -> bool:
+        """Does random fire stand in for the one that learns? [E6, chosen]
+
+        In `random_fires` of all jobs, evenly spread, while the robots learn: against
+        one adversary alone they would learn its habits, or from a strong one nothing.
+        """
+        if "fire" not in self.learners or "robots" not in self.learning():
+            return False
+        share = self.settings.random_fires
+        return int((job + 1) * share) > int(job * share)
+
+    def _player(self, side: Side) -> Any:
+        if side in self.learners:
+            learner = self.learners[side]
+            weights = _numbers(learner.actor.state_dict())
+            s = learner.settings
+            return Learned(s, weights, landmarks_for(side, s))
+        who = self.task.fixed[side]
+        if isinstance(who, str):
+            return robots_named(who) if side == "robots" else fire_named(who)
+        return replace(who, weights=_numbers(who.weights))
+
+    def learn(self, episodes: Sequence[Episode]) -> list[Row]:
+        """Whoever's turn it is learns from the round; the summaries that are due.
+
+        Raises SettingsError if in their first round they had nothing to decide.
+        """
+        phase, facts = self.phase, [episode.facts for episode in episodes]
+        self.episodes += len(episodes)
+        self.latest = {name: mean(f[name] for f in facts) for name in facts[0]}
+        when = {"round": self.round + 1, "episodes": self.episodes, "phase": phase}
+        rows = []
+        for side in self.learning():
+            learner, summary = self.learners[side], self.summaries[side]
+            learner.add(_lived(episodes, side))
+            if not learner.steps:
+                raise SettingsError(
+                    f"{side}: nothing to decide in {len(episodes)} episodes. Give the "
+                    "scenario more time, people, robots or sources."
+                )
+            told = learner.update(phase == "critic") if learner.ready else {}
+            summary.add(_facts(episodes, side), told)
+            rows.append(summary.row(learner.steps, when))
+        self.round += 1
+        return [row for row in rows if row is not None]
+
+    # -- Imitation ------------------------------------------------------------------
+
+    def lessons(self) -> list[Demonstration]:
+        """What the robots copy first, with a scripted fire about."""
+        s, fire = self.settings, self.task.fixed.get("fire")
+        seeds = seeds_of(self.task.seed, LESSONS, 0, s.imitation_episodes)
+        assert self.task.imitate is not None
+        return [
+            Demonstration(
+                plan=self.task.plan,
+                scenario=s.scenario,
+                settings=s.robots,
+                teacher=self.task.imitate,
+                fire=fire if isinstance(fire, str) else "random",
+                seeds=chunk,
+            )
+            for chunk in _parts(seeds, s.episodes_per_job)
+        ]
+
+    def imitate(self, lessons: Sequence[Trajectory]) -> list[Row]:
+        """Copy what was demonstrated; a row for each epoch."""
+        losses = clone(self.learners["robots"], lessons, self.settings.imitation_epochs)
+        self.imitated = True
+        when = {"side": "robots", "step": 0, "round": 0, "episodes": 0}
+        return [{**when, "phase": "imitation", PRETRAINING: loss} for loss in losses]
+
+    # -- Checkpoints ----------------------------------------------------------------
+
+    def checkpoint(self) -> Checkpoint:
+        """Everything that is needed to go on."""
+        learners = {side: learner.state() for side, learner in self.learners.items()}
+        progress = {
+            "episodes": self.episodes,
+            "imitated": self.imitated,
+            "latest": self.latest,
+            "summaries": {side: s.state() for side, s in self.summaries.items()},
+        }
+        return Checkpoint(self.task, self.round, learners, progress)
+
+    @classmethod
+    def resumed(cls, checkpoint: Checkpoint) -> "Training":
+        """As it was. Raises CheckpointError if the parts do not fit each other."""
+        training = cls(checkpoint.task)
+        progress = checkpoint.progress
+        try:
+            for side, learner in training.learners.items():
+                learner.load(checkpoint.learners[side])
+                training.summaries[side].load(progress["summaries"][side])
+            training.round = checkpoint.round
+            training.episodes = progress["episodes"]
+            training.imitated = progress["imitated"]
+            training.latest = progress["latest"]
+        except (KeyError, TypeError, RuntimeError, ValueError) as error:
+            raise CheckpointError(
+                "the checkpoint's networks do not fit its settings: it was written by "
+                "another version, or is damaged."
+            ) from error
+        return training
+
+
+def _learner(task: Task, side: Side) -> ppo.Learner:
+    settings = getattr(task.settings, side)
+    building = building_of(task.plan)
+    sizes = Player(
+        side,
+        building,
+        task.settings.scenario,
+        settings,
+        landmarks_for(side, settings),
+    ).sizes
+    (seed,) = seeds_of(task.seed, LEARNERS, SIDES.index(side), 1)
+    return poca.LEARNERS[settings.trainer_type](settings, sizes, seed)
+
+
+def _lived(episodes: Sequence[Episode], side: Side) -> list[Trajectory]:
+    """What a side can learn from."""
+    lived = (getattr(episode, side) for episode in episodes)
+    return [trajectory for trajectory in lived if trajectory is not None]
+
+
+def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:
+    """Of the episodes that a side has played; of all of them if of none."""
+    played = [episode for episode in episodes if getattr(episode, side) is not None]
+    return [episode.facts for episode in played or episodes]
+
+
+def _numbers(weights: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Copies: tensors would travel to workers as memory shared with the learner."""
+    return {name: tensor.numpy().copy() for name, tensor in weights.items()}
+
+
+def seeds_of(run: int, purpose: int, number: int, count: int) -> tuple[int, ...]:
+    """So many seeds, which follow from the three numbers alone."""
+    sequence = np.random.SeedSequence(run, spawn_key=(purpose, number))
+    return tuple(sequence.generate_state(count, np.uint64).tolist())
+
+
+def _parts(seeds: tuple[int, ...], size: int) -> Iterator[tuple[int, ...]]:
+    for first in range(0, len(seeds), size):
+        yield seeds[first : first + size]

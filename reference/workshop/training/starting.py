@@ -1,0 +1,202 @@
+"""How a training starts: from what was asked for, or from where it was left.
+
+Clauses: E1, E2, E6.  Whoever goes on may ask for nothing else than what was begun.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import torch
+
+import reference
+from reference.building import Building, load, plan_of
+from reference.learning.rollouts import Learned
+from reference.learning.settings import Side
+from reference.paper import Scenario
+from reference.workshop.training.checkpoints import (
+    Checkpoint,
+    CheckpointError,
+    Task,
+    newest,
+)
+from reference.workshop.training.checkpoints import load as load_checkpoint
+from reference.workshop.training.policies import named_or_file
+from reference.workshop.training.presets import Settings, asdict, preset, read_yaml
+
+DEFAULT_PRESET = "laptop"
+SMALL_BUILDING, BUILDING = "tiny", "paper"  # of preset tiny, and of the others
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What was asked for; None where nothing was. Names as on the command line."""
+
+    preset: str | None = None
+    settings: Path | None = None
+    building: str | None = None
+    trainer: str | None = None
+    head: str | None = None
+    robots: str | None = None
+    fire: str | None = None
+    schedule: str | None = None
+    imitate: str | None = None
+    seed: int | None = None
+
+    @property
+    def players(self) -> dict[Side, str | None]:
+        """Who was asked for to play a side that then does not learn."""
+        return {"robots": self.robots, "fire": self.fire}
+
+
+def begin(asked: Asked, folder: Path) -> Task:
+    """A new training in an empty folder.
+
+    Raises SettingsError, CheckpointError for a side's checkpoint that does not fit,
+    FloorPlanError for the map, OSError for a file that cannot be read.
+    """
+    if folder.exists() and not folder.is_dir():
+        raise CheckpointError(f"{folder}: is a file. Name a folder.")
+    if folder.exists() and any(folder.iterdir()):
+        raise CheckpointError(
+            f"{folder}: is not empty. Name another folder, or add --resume to go on "
+            "with the training in it."
+        )
+    base = preset(asked.preset or DEFAULT_PRESET)
+    small = base.preset == SMALL_BUILDING
+    name = asked.building or (SMALL_BUILDING if small else BUILDING)
+    building = load(name)
+    settings = settings_of(asked, base)
+    return Task(
+        building=name,
+        plan=plan_of(building),
+        settings=settings,
+        seed=asked.seed or 0,
+        fixed={
+            side: _fixed(who, side, building, settings.scenario)
+            for side, who in asked.players.items()
+            if who is not None
+        },
+        imitate=asked.imitate,
+    )
+
+
+def resume(asked: Asked, folder: Path) -> Checkpoint:
+    """The newest checkpoint of a training, if nothing else was asked for.
+
+    Raises CheckpointError if there is none, if it is another version's, or for the
+    first thing that contradicts it, by its name.
+    """
+    path = newest(folder)
+    if path is None:
+        raise CheckpointError(
+            f"{folder}: there is no checkpoint to go on from. Leave --resume out to "
+            "begin, or name the folder of a training."
+        )
+    checkpoint = load_checkpoint(path)
+    if checkpoint.version != reference.__version__:
+        raise CheckpointError(
+            f"{path}: was written by version {checkpoint.version}, this is "
+            f"{reference.__version__}, in which the world may behave otherwise. Go on "
+            "with the version that wrote it; as a strategy it can still be used."
+        )
+    for name, here, there in _contradictions(asked, checkpoint.task):
+        raise ContradictionError(
+            f"{name}: {here} was asked for, but the training in {folder} has {there}. "
+            "Leave it out, or begin anew in another folder."
+        )
+    return checkpoint
+
+
+class ContradictionError(CheckpointError):
+    """What was asked for is not what was begun."""
+
+
+def settings_of(asked: Asked, base: Settings) -> Settings:
+    """The preset, as the file and the options change it. Raises SettingsError."""
+    made = base if asked.settings is None else read_yaml(asked.settings, base)
+    if asked.trainer:
+        made = replace(made, robots=replace(made.robots, trainer_type=asked.trainer))
+    if asked.head:
+        made = replace(
+            made,
+            robots=replace(made.robots, head=asked.head),
+            fire=replace(made.fire, head=asked.head),
+        )
+    if asked.schedule:
+        made = replace(made, schedule=asked.schedule)
+    if asked.robots == "none":
+        made = replace(made, scenario=replace(made.scenario, robots_per_floor=0))
+    return made
+
+
+def _fixed(
+    who: str, side: Side, building: Building, scenario: Scenario
+) -> Learned | str:
+    """A strategy's name, or the network of a checkpoint that fits here."""
+    found = named_or_file(who, side)
+    if isinstance(found, str):
+        return found
+    found.refuse_elsewhere(building, scenario)
+    return found.learned
+
+
+# -- Contradictions -----------------------------------------------------------------
+
+
+def _contradictions(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]:
+    """Name, what was asked for, and what the training has instead."""
+    settings = task.settings
+    for name, here, there in (
+        ("--preset", asked.preset, settings.preset),
+        ("--trainer", asked.trainer, settings.robots.trainer_type),
+        ("--head", asked.head, settings.robots.head),
+        ("--head", asked.head, settings.fire.head),
+        ("--schedule", asked.schedule, settings.schedule),
+        ("--imitate", asked.imitate, task.imitate or "nobody to imitate"),
+        ("--seed", asked.seed, task.seed),
+    ):
+        if here is not None and here != there:
+            yield name, here, there
+    if asked.building and plan_of(load(asked.building)) != task.plan:
+        yield "--building", asked.building, f"{task.building}, drawn otherwise"
+    for side, who in asked.players.items():
+        if who is not None and not _same(who, side, task.fixed.get(side)):
+            yield f"--{side}", who, _called(task, side)
+    if asked.settings:
+        alone = asked.robots or ("none" if task.fixed.get("robots") == "none" else None)
+        as_begun = replace(asked, robots=alone)
+        wanted = asdict(settings_of(as_begun, preset(settings.preset)))
+        yield from _unequal(wanted, asdict(settings), "settings: ")
+
+
+def _same(who: str, side: Side, fixed: Learned | str | None) -> bool:
+    """Is this who plays the side that does not learn?"""
+    if fixed is None or isinstance(fixed, str):
+        return who == fixed
+    found = named_or_file(who, side)
+    return (
+        not isinstance(found, str)
+        and found.learned.settings == fixed.settings
+        and found.learned.weights.keys() == fixed.weights.keys()
+        and all(
+            torch.equal(w, fixed.weights[n]) for n, w in found.learned.weights.items()
+        )
+    )
+
+
+def _called(task: Task, side: Side) -> str:
+    who = task.fixed.get(side, "a learner there")
+    return who if isinstance(who, str) else "another network there"
+
+
+def _unequal(
+    here: dict[str, Any], there: dict[str, Any], name: str
+) -> Iterator[tuple[str, Any, Any]]:
+    """Dotted names of what is not the same."""
+    for key, value in here.items():
+        if isinstance(value, dict):
+            yield from _unequal(value, there[key], f"{name}{key}.")
+        elif value != there[key]:
+            yield name + key, value, there[key]

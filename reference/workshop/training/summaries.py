@@ -1,0 +1,182 @@
+"""Summaries: what users of ML-Agents look at, as CSV and for TensorBoard.
+
+Clauses: E1, E2, E3, E5.  A row every `summary_freq` steps of a side: means over the
+episodes and updates since the row before.  Rewards are unscaled health points; unlike
+in ML-Agents, "Cumulative Reward" has the group's reward in it.
+"""
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+from reference.learning.settings import SettingsError, Side
+from reference.workshop.files import write_whole
+
+WHEN = ("side", "step", "round", "episodes", "phase")
+"""Whose row; its side's decisions, rounds and episodes so far; who is learning."""
+
+GROUP_REWARD = "Environment/Group Cumulative Reward"
+OWN_REWARD = "Environment/Cumulative Reward"
+SURVIVAL = "Environment/Survival"
+PRETRAINING = "Losses/Pretraining Loss"
+
+OF_EPISODES = {
+    GROUP_REWARD: "group_reward",
+    "Environment/Episode Length": "length",
+    SURVIVAL: "survival",
+    "Environment/Evacuated": "evacuated",
+    "Environment/Died": "died",
+    "Environment/Seconds": "seconds",
+    "Environment/Fire Sources": "sources",
+    "Environment/Fires Refused": "refused",
+}
+"""The fact of an episode that each is the mean of; the group is the robots'."""
+
+OWN_FACT: dict[Side, str] = {"robots": "group_reward", "fire": "fire_reward"}
+
+OF_UPDATES = (
+    "Losses/Policy Loss",
+    "Losses/Value Loss",
+    "Losses/Baseline Loss",
+    PRETRAINING,
+    "Policy/Entropy",
+    "Policy/Learning Rate",
+    "Policy/Epsilon",
+    "Policy/Beta",
+    "Policy/Extrinsic Value Estimate",
+    "Policy/Extrinsic Baseline Estimate",
+)
+COLUMNS = (*WHEN, GROUP_REWARD, OWN_REWARD, *list(OF_EPISODES)[1:], *OF_UPDATES)
+TIMES = (
+    "round",
+    "decisions",
+    "play_seconds",
+    "learn_seconds",
+    "decisions_per_second",
+)
+"""What a clock says about a round, in a file of its own: no two runs agree in it."""
+
+Row = dict[str, Any]
+
+
+class Means:
+    """Means by name of what has come in since they were last taken."""
+
+    def __init__(self) -> None:
+        self.sums: dict[str, float] = {}
+        self.counts: dict[str, int] = {}
+
+    def add(self, values: Mapping[str, float]) -> None:
+        """One more value of each of these names."""
+        for name, value in values.items():
+            self.sums[name] = self.sums.get(name, 0.0) + value
+            self.counts[name] = self.counts.get(name, 0) + 1
+
+    def taken(self) -> dict[str, float]:
+        """The means; then it begins anew."""
+        means = {name: self.sums[name] / self.counts[name] for name in self.sums}
+        self.sums, self.counts = {}, {}
+        return means
+
+
+class Summary:
+    """What one side's next row will say."""
+
+    def __init__(self, side: Side, every: int):
+        self.side, self.every = side, every
+        self.means = Means()
+        self.last = 0
+
+    def add(
+        self, facts: Iterable[Mapping[str, float]], update: Mapping[str, float]
+    ) -> None:
+        """Facts of episodes, and what the update said, if there was one."""
+        names = OF_EPISODES | {OWN_REWARD: OWN_FACT[self.side]}
+        for fact in facts:
+            self.means.add({name: fact[of] for name, of in names.items()})
+        self.means.add(update)
+
+    def row(self, step: int, when: Mapping[str, Any]) -> Row | None:
+        """A row, if this step is past another multiple of `summary_freq`."""
+        if step // self.every == self.last // self.every:
+            return None
+        self.last = step
+        return {"side": self.side, "step": step, **when, **self.means.taken()}
+
+    def state(self) -> dict[str, Any]:
+        """Plain numbers, for a checkpoint."""
+        return {"last": self.last, "sums": self.means.sums, "counts": self.means.counts}
+
+    def load(self, state: Mapping[str, Any]) -> None:
+        """What `state` gave."""
+        self.last = state["last"]
+        self.means.sums, self.means.counts = dict(state["sums"]), dict(state["counts"])
+
+
+class Table:
+    """A CSV file that rows are added to."""
+
+    def __init__(self, path: Path, columns: Sequence[str], rounds: int = 0):
+        """Rows of more than so many rounds, from before a resume, are dropped."""
+        self.path, self.columns = path, columns
+        kept = [row for row in self._there() if int(row["round"]) <= rounds]
+        write_whole(path, self._text(kept, header=True).encode())
+
+    def append(self, rows: Sequence[Row]) -> None:
+        """Write rows at the end; what a row has no value for stays empty."""
+        if rows:
+            with self.path.open("a", newline="", encoding="utf-8") as file:
+                file.write(self._text(rows))
+
+    def _there(self) -> list[Row]:
+        """The whole rows of the file, if there is one."""
+        if not self.path.exists():
+            return []
+        with self.path.open(newline="", encoding="utf-8", errors="replace") as file:
+            rows = list(csv.DictReader(file))
+        return [row for row in rows if None not in row.values()]
+
+    def _text(self, rows: Sequence[Row], header: bool = False) -> str:
+        text = StringIO()
+        writer = csv.DictWriter(text, self.columns, lineterminator="\n")
+        if header:
+            writer.writeheader()
+        writer.writerows(rows)
+        return text.getvalue()
+
+
+class Board:
+    """The same for TensorBoard, a folder for each side; wants the extra of its name."""
+
+    def __init__(self, folder: Path, steps: Mapping[Side, int]):
+        """steps: how far each side is; what is there of later ones is hidden.
+
+        Raises SettingsError without the extra `tensorboard`.
+        """
+        try:
+            from torch.utils.tensorboard import SummaryWriter
+        except ImportError as error:
+            raise SettingsError(
+                "TensorBoard is not installed. pip install "
+                "'fire-rescue-reference[tensorboard]', or leave --tensorboard out."
+            ) from error
+        self.writers = {
+            side: SummaryWriter(str(folder / side), purge_step=step + 1)
+            for side, step in steps.items()
+        }
+
+    def append(self, rows: Sequence[Row]) -> None:
+        """Every number of the rows under its name."""
+        for row in rows:
+            writer = self.writers[row["side"]]
+            for name in COLUMNS[len(WHEN) :]:
+                if name in row:
+                    writer.add_scalar(name, row[name], row["step"])
+            writer.flush()
+
+    def close(self) -> None:
+        """Nothing more comes."""
+        for writer in self.writers.values():
+            writer.close()

@@ -1,0 +1,181 @@
+"""Workers: jobs go out, results come back, whoever does them.
+
+Clause: E6.  Any `concurrent.futures.Executor` will do; here are a pool of processes
+and this process itself.
+"""
+
+import os
+import signal
+import time
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import Connection
+from queue import Empty, SimpleQueue
+from threading import Lock, Thread
+from typing import Any, TypeVar
+
+POLL = 0.2  # seconds between two looks at whether to stop
+
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}
+"""A worker's surroundings: numpy and torch read them when they are loaded."""
+
+Made = TypeVar("Made")
+Given = TypeVar("Given")
+
+
+def in_order(
+    executor: Executor,
+    work: Callable[[Given], Made],
+    jobs: Iterable[Given],
+    stop: Callable[[], bool],
+) -> list[Made] | None:
+    """The results in the order of the jobs; None if told to stop before all are there.
+
+    Raises what the work raises, and BrokenExecutor for a worker that has died.
+    """
+    jobs = list(jobs)
+    made = dict(as_done(executor, work, jobs, stop))
+    return [made[k] for k in range(len(jobs))] if len(made) == len(jobs) else None
+
+
+def as_done(
+    executor: Executor,
+    work: Callable[[Given], Made],
+    jobs: Iterable[Given],
+    stop: Callable[[], bool],
+) -> Iterator[tuple[int, Made]]:
+    """Number of a job and its result, as they are done, until told to stop.
+
+    Jobs that have not begun by then never will. Raises as `in_order` does.
+    """
+    done: SimpleQueue[Future[Made]] = SimpleQueue()
+    waiting: dict[Future[Made], int] = {}
+    try:
+        for number, job in enumerate(jobs):
+            if stop():
+                return
+            with _uninterrupted():
+                future = executor.submit(work, job)
+            waiting[future] = number
+            future.add_done_callback(done.put)
+            while not done.empty():
+                yield _taken(done.get(), waiting)
+        while waiting and not stop():
+            try:
+                future = done.get(timeout=POLL)
+            except Empty:
+                continue
+            yield _taken(future, waiting)
+    finally:
+        for future in waiting:
+            future.cancel()
+
+
+def _taken(future: Future[Made], waiting: dict[Future[Made], int]) -> tuple[int, Made]:
+    return waiting.pop(future), future.result()
+
+
+# -- Executors ----------------------------------------------------------------------
+
+
+class InProcess(Executor):
+    """Does a job at once, in this process: slower, but a debugger can step into it."""
+
+    def submit(
+        self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
+    ) -> Future[Made]:
+        """Done before it returns."""
+        future: Future[Made] = Future()
+        try:
+            future.set_result(fn(*args, **kwargs))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+
+@contextmanager
+def workers(count: int) -> Iterator[Executor]:
+    """A pool of so many processes with a thread each; 0: this process.
+
+    They begin anew (spawn), since torch's threads do not survive a fork; they do not
+    hear Ctrl-C; and they end with the block, or with this process if it is killed.
+    """
+    if count == 0:
+        yield InProcess()
+        return
+    context = get_context("spawn")
+    far, near = context.Pipe(duplex=False)
+    with _surroundings(ONE_THREAD):
+        pool = Pool(count, context, _begin_work, (far,))
+        try:
+            yield pool
+        finally:
+            pool.shutdown(wait=False, cancel_futures=True)  # first forget what waits
+            near.close()
+            pool.shutdown()
+
+
+class Pool(ProcessPoolExecutor):
+    """A process pool whose workers know when they are in the middle of a job."""
+
+    def submit(
+        self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
+    ) -> Future[Made]:
+        """As any executor's."""
+        return super().submit(_at_work, fn, *args, **kwargs)
+
+
+_working = Lock()
+
+
+def _at_work(fn: Callable[..., Made], /, *args: Any, **kwargs: Any) -> Made:
+    with _working:
+        return fn(*args, **kwargs)
+
+
+def _begin_work(lifeline: Connection) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    Thread(target=_end_with, args=(lifeline,), daemon=True).start()
+
+
+def _end_with(lifeline: Connection) -> None:
+    """Ends this worker when the other end of the line is closed.
+
+    Not while a result is on its way: the pool would wait for the rest of it forever.
+    """
+    lifeline.poll(None)
+    time.sleep(POLL / 4)  # till the pool has forgotten the jobs that wait
+    parent = parent_process()
+    while parent is not None and parent.is_alive() and not _working.locked():
+        time.sleep(POLL / 4)
+    os._exit(1)
+
+
+@contextmanager
+def _surroundings(variables: dict[str, str]) -> Iterator[None]:
+    """Environment variables that processes begun in here inherit."""
+    before = {name: os.environ.get(name) for name in variables}
+    os.environ.update(variables)
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """Ctrl-C waits: a process that begins in here never hears it."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
