@@ -35,7 +35,8 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    """Registers the mark `paper`."""
+    """Registers the marks `paper` and `slow`."""
+    config.addinivalue_line("markers", "slow: takes seconds; run them by `-m slow`")
     config.addinivalue_line(
         "markers",
         "paper(clause, *places): what this test holds of the appendix, "
