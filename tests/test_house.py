@@ -197,7 +197,7 @@ def test_the_readme_begins_with_two_commands_that_do_it_all():
     """Set up with the pinned versions, then test; `.ci/run` calls these very lines."""
     set_up, test = blocks("sh")[0].splitlines()
     assert set_up.endswith("pip install -c constraints.txt -e '.[test]'")
-    assert test == ".venv/bin/python -m pytest"
+    assert test == ".venv/bin/python -m pytest -n auto"
 
 
 def test_the_readme_lists_the_modules_in_reading_order():

@@ -9,6 +9,11 @@ import pytest
 from clauses import ROOT
 
 TUTORIALS = sorted((ROOT / "tutorials").glob("[0-9][0-9]_*.py"))
+LEARNING = ("07", "08", "09")  # these take ten seconds to half a minute
+SCRIPTS = [
+    pytest.param(path, marks=pytest.mark.slow if path.name[:2] in LEARNING else ())
+    for path in TUTORIALS
+]
 
 
 def promised(tutorial: Path) -> list[str]:
@@ -31,7 +36,7 @@ def printed(tutorial: Path, folder: Path) -> list[str]:
     return [line.rstrip() for line in done.stdout.splitlines()]
 
 
-@pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("tutorial", SCRIPTS, ids=lambda path: path.stem)
 def test_a_tutorial_prints_what_it_says_it_prints(tutorial, tmp_path):
     """A student who runs it sees the lines that stand in it, in their order."""
     assert printed(tutorial, tmp_path) == promised(tutorial) != []
