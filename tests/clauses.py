@@ -70,6 +70,84 @@ CLAUSES = {
     "F12": ("stated", "the score is calibrated for each building"),
 }
 
+ALGORITHMS = {
+    "Alg. 1": """
+        while not at exit do
+        if not stuck and no leader then
+        switch mode
+        end
+        if leader within line of sight then
+        move towards leader
+        if leader is a robot then
+        act according to robot's instructions
+        end
+        else
+        disconnect and switch mode
+        end
+        end""",
+    "Alg. 2": """
+        while not at exit do
+        if exit found in view then
+        go to the exit
+        end
+        if there are doors or stairs in view that desired to go then
+        if there are suitable leaders in the view then
+        switch mode
+        else
+        go to the desired stair or door
+        end
+        else
+        look for doors and stairs in view
+        if all doors in view have been or do not exist
+        if there are unexplored directions in the view then
+        move in the unexplored direction
+        else
+        go to the door that passed by last time
+        end
+        else
+        go to the desired stair or door
+        end
+        end
+        end""",
+    "Alg. 3": """
+        while there are humans not evacuated in this level
+        evacuate humans
+        if model or algorithm makes a decision then
+        update destination based on the decision
+        modify instructions based on the destination
+        end
+        move towards the current destination
+        end""",
+}
+"""The lines as the paper prints them, numbered as `reading.md` restores them."""
+
+PRINTED = {
+    place: line.strip()
+    for name, text in ALGORITHMS.items()
+    for place, line in [
+        (name, "as a whole"),
+        *((f"{name}:{k}", line) for k, line in enumerate(text.split("\n")[1:], 1)),
+    ]
+} | {
+    "Eq. 1": "the actual target of a robot",
+    "Eq. 2": "the grid cell nearest to X",
+    "Eq. 3": "the grid cell nearest to Y",
+    "Eq. 4": "y, rewards on an exponential scale",
+    "Eq. 5": "R_w, the worst case",
+    "Eq. 6": "R_w when everybody dies",
+    "Eq. 7": "R_b, the best case",
+    "Eq. 8": "e', reward and difficulty together",
+    "Tab. I": "configuration of the robots",
+    "Tab. II": "configuration of the fire",
+    "Fig. 1": "the building from an oblique angle",
+    "Fig. 2": "its walkable areas",
+    "Fig. 3": "exits, entrances and doors",
+    "Fig. 4": "the first floor from above",
+    "Fig. 5": "the second floor from above",
+    "Fig. 6": "the third floor from above",
+}
+"""What the paper prints, place by place, as citations and marks name it."""
+
 CITATION = re.compile(r"\[([A-F]\d{1,2}\b[^\[\]]*)\]")
 CLAUSE = re.compile(r"[A-F]\d{1,2}")
 
@@ -91,6 +169,14 @@ def marks() -> Iterator[tuple[str, Path, int]]:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and _is_mark(node.func) and node.args:
                 yield ast.literal_eval(node.args[0]), path, node.lineno
+
+
+def marked_places() -> Iterator[str]:
+    """What marks name besides a clause, such as "Alg. 1:5" and "Eq. 2"."""
+    for path in sorted((ROOT / "tests").rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Call) and _is_mark(node.func):
+                yield from (str(ast.literal_eval(place)) for place in node.args[1:])
 
 
 def _is_mark(function: ast.expr) -> bool:

@@ -10,7 +10,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from clauses import CLAUSES, ROOT, citations, marks
+from clauses import CLAUSES, PRINTED, ROOT, citations, marked_places, marks
+from paper_index import places_in
 
 from reference import BOOK, READING_ORDER, WORKSHOP, __version__
 from reference.__main__ import COMMANDS, main
@@ -25,6 +26,7 @@ MODULES = {
     if path != PACKAGE / "__init__.py"
 }
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+RESULTS = (ROOT / "RESULTS.md").read_text(encoding="utf-8")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 CONSTRAINTS = (ROOT / "constraints.txt").read_text(encoding="utf-8")
 
@@ -141,6 +143,14 @@ def test_every_citation_and_every_mark_names_a_real_clause():
     assert [found for found in named if found[0] not in CLAUSES] == []
 
 
+def test_every_printed_line_equation_table_and_figure_is_marked_in_a_test():
+    """All but `end` and `else`, which say nothing of their own."""
+    marked = {place for text in marked_places() for place in places_in(text)}
+    said = {place for place, text in PRINTED.items() if text not in ("end", "else")}
+    whole = {place for place in said if re.fullmatch(r"Alg\. \d", place)}
+    assert said - whole - marked == set()
+
+
 def test_every_test_says_in_a_sentence_what_it_shows():
     """The tests are read as the specification."""
     for path in sorted((ROOT / "tests").glob("test_*.py")):
@@ -221,7 +231,8 @@ def test_the_map_in_the_readme_is_a_map(tmp_path):
 def test_the_readme_names_no_file_that_is_missing():
     """Its links and the paths it mentions lead somewhere."""
     named = re.findall(
-        r"\]\((?!http)([^)#]+)\)|`((?:[\w.]+/)+[\w.]*|\w+\.(?:md|cff|txt))`", README
+        r"\]\((?!http)([^)#]+)\)|`((?:[\w.]+/)+[\w.]*|\w+\.(?:md|cff|txt))`",
+        README + RESULTS,
     )
     made = {"out/"}
     for name in {link or path for link, path in named} - made:

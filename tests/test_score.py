@@ -52,7 +52,7 @@ def test_b_and_c_follow_from_the_two_critical_points():
     assert (f"{b:.4f}", f"{1 / c:.3f}") == ("1.4251", "7.017")
 
 
-@pytest.mark.paper("F1")
+@pytest.mark.paper("F1", "Eq. 4")
 @pytest.mark.parametrize(("reward", "y"), POINTS)
 def test_equation_4_passes_through_both_critical_points(reward, y):
     """y(-12000) = 0.1 and y(14000) = 1000."""
