@@ -36,6 +36,7 @@ BOOK = (
     "learning.poca",  # the robots' trainer, MA-POCA
     "learning.players",  # a network plays one side
     "learning.rollouts",  # jobs: weights and seeds -> whole episodes
+    "learning.adversarial",  # PLAY, LEARN: both sides
     "evaluation",  # how good are robots, given how hard the fire is:
     "evaluation.score",  # Eqs. 4 and 8, the score E and its calibration
     "evaluation.bounds",  # Eqs. 6 and 7, the worst and the best reward

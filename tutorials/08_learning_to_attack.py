@@ -18,8 +18,8 @@ from reference.game.environment import Environment, fire_decision
 from reference.game.observations import fire_layout
 from reference.game.rewards import fire_reward
 from reference.learning import ppo
-from reference.learning.players import Player
-from reference.learning.rollouts import Episode, Job, Learned, play
+from reference.learning.adversarial import adversarial, learner_for, player_of
+from reference.learning.rollouts import Episode, Job, play
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
@@ -136,15 +136,12 @@ def beginner(head: str) -> ppo.Learner:
     """A learner that has seen nothing yet."""
     settings = replace(table, head=head)
     marks = landmarks_for("fire", settings)
-    sizes = Player("fire", gallery, evening, settings, marks).sizes
-    return ppo.Learner(settings, sizes, seed=0)
+    return learner_for("fire", PLAN, evening, settings, seed=0, landmarks=marks)
 
 
 def evenings(learner: ppo.Learner, seeds: range) -> list[Episode]:
     """Whole episodes against `sweep`, with samples of the learner's policy."""
-    settings = learner.settings
-    marks = landmarks_for("fire", settings)
-    fire = Learned(settings, learner.actor.state_dict(), marks)
+    fire = player_of(learner, landmarks_for("fire", learner.settings))
     return play(Job(PLAN, evening, Sweep(), fire, tuple(seeds)))
 
 
@@ -161,15 +158,16 @@ for head in ("gaussian", "pointer"):
 #> pointer:  87 get out, 0 fires refused
 
 # %% Training
-# Two hundred other evenings, twenty at a time, then the update of the last tutorial.
-# `python -m reference train` is the same for hours, with checkpoints and both sides.
+# Two hundred other evenings, twenty at a time, then the update of the last tutorial:
+# the adversarial loop, PLAY and LEARN. With two learners both would learn.
+# `python -m reference train` is the same for hours, with checkpoints.
 
 learner, rewards = beginner("pointer"), []
-for k in range(10):
-    episodes = evenings(learner, range(20 * k, 20 * (k + 1)))
+sides = {"robots": Sweep(), "fire": learner}
+rounds = [range(20 * k, 20 * (k + 1)) for k in range(10)]
+marks = {"fire": landmarks_for("fire", table)}
+for episodes in adversarial(PLAN, evening, sides, rounds, marks):
     rewards.append(np.mean([episode.facts["fire_reward"] for episode in episodes]))
-    learner.add([episode.fire for episode in episodes])
-    learner.update()
 print("its reward has grown:", np.mean(rewards[-3:]) > np.mean(rewards[:3]))
 #> its reward has grown: True
 

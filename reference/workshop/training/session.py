@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from reference.building import building_of
-from reference.learning import poca, ppo
+from reference.learning import ppo
+from reference.learning.adversarial import learn, learner_for, player_of
 from reference.learning.experience import Trajectory
-from reference.learning.players import Player
-from reference.learning.rollouts import Episode, Job, Learned
+from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, SettingsError, Side
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
@@ -178,9 +178,7 @@ class Training:
     def _player(self, side: Side) -> Any:
         if side in self.learners:
             learner = self.learners[side]
-            weights = _numbers(learner.actor.state_dict())
-            s = learner.settings
-            return Learned(s, weights, landmarks_for(side, s))
+            return player_of(learner, landmarks_for(side, learner.settings))
         who = self.task.fixed[side]
         if isinstance(who, str):
             return robots_named(who) if side == "robots" else fire_named(who)
@@ -198,13 +196,12 @@ class Training:
         rows = []
         for side in self.learning():
             learner, summary = self.learners[side], self.summaries[side]
-            learner.add(_lived(episodes, side))
+            told = learn(side, learner, episodes, phase == "critic")
             if not learner.steps:
                 raise SettingsError(
                     f"{side}: nothing to decide in {len(episodes)} episodes. Give the "
                     "scenario more time, people, robots or sources."
                 )
-            told = learner.update(phase == "critic") if learner.ready else {}
             summary.add(_facts(episodes, side), told)
             rows.append(summary.row(learner.steps, when))
         self.round += 1
@@ -271,23 +268,10 @@ class Training:
 
 
 def _learner(task: Task, side: Side) -> ppo.Learner:
-    settings = getattr(task.settings, side)
-    building = building_of(task.plan)
-    sizes = Player(
-        side,
-        building,
-        task.settings.scenario,
-        settings,
-        landmarks_for(side, settings),
-    ).sizes
+    settings, scenario = getattr(task.settings, side), task.settings.scenario
     (seed,) = seeds_of(task.seed, LEARNERS, SIDES.index(side), 1)
-    return poca.LEARNERS[settings.trainer_type](settings, sizes, seed)
-
-
-def _lived(episodes: Sequence[Episode], side: Side) -> list[Trajectory]:
-    """What a side can learn from."""
-    lived = (getattr(episode, side) for episode in episodes)
-    return [trajectory for trajectory in lived if trajectory is not None]
+    landmarks = landmarks_for(side, settings)
+    return learner_for(side, task.plan, scenario, settings, seed, landmarks)
 
 
 def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:

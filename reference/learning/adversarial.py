@@ -1,0 +1,72 @@
+"""The adversarial loop: robots and fire play whole episodes, then each learns.
+
+Clauses: C1, D1, E1, E2, E6.  All of it in one process and without files; the workshop's
+training plays and learns by the same functions, and adds workers and checkpoints.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+from reference import fire, robots
+from reference.building import building_of
+from reference.learning.players import Landmarks, Player
+from reference.learning.poca import LEARNERS
+from reference.learning.ppo import Learner, Summary
+from reference.learning.rollouts import Episode, Job, Learned, play
+from reference.learning.settings import Side, TrainerSettings
+from reference.paper import Scenario
+
+
+def adversarial(
+    plan: str,
+    scenario: Scenario,
+    sides: dict[Side, Learner | robots.Strategy | fire.Strategy],
+    rounds: Iterable[Sequence[int]],
+    landmarks: dict[Side, Landmarks] | None = None,
+) -> Iterator[list[Episode]]:
+    """Play and learn, round after round; give each round's episodes [E6].
+
+    plan: the text of a floor file; sides: who plays "robots" and "fire", and learns if
+    it is a learner; rounds: the seeds of each round's episodes.
+    """
+    learners = {s: who for s, who in sides.items() if isinstance(who, Learner)}
+    for seeds in rounds:
+        # PLAY
+        now: dict[Side, Any] = {
+            side: player_of(learner, (landmarks or {}).get(side))
+            for side, learner in learners.items()
+        }
+        episodes = play(Job(plan, scenario, **{**sides, **now}, seeds=tuple(seeds)))
+        # LEARN
+        for side, learner in learners.items():
+            learn(side, learner, episodes)
+        yield episodes
+
+
+def learn(
+    side: Side, learner: Learner, episodes: Sequence[Episode], critic_only: bool = False
+) -> Summary:
+    """Add a side's trajectories; update if the buffer is full. What the update says."""
+    trajectories = (getattr(episode, side) for episode in episodes)
+    learner.add([t for t in trajectories if t is not None])
+    return learner.update(critic_only) if learner.ready else {}
+
+
+def player_of(learner: Learner, landmarks: Landmarks | None = None) -> Learned:
+    """The policy as it is now: a copy, which later updates do not change."""
+    tensors = learner.actor.state_dict().items()
+    weights = {name: tensor.numpy().copy() for name, tensor in tensors}
+    return Learned(learner.settings, weights, landmarks)
+
+
+def learner_for(
+    side: Side,
+    plan: str,
+    scenario: Scenario,
+    settings: TrainerSettings,
+    seed: int,
+    landmarks: Landmarks | None = None,
+) -> Learner:
+    """A side's new learner, by its settings' trainer type."""
+    player = Player(side, building_of(plan), scenario, settings, landmarks)
+    return LEARNERS[settings.trainer_type](settings, player.sizes, seed)
