@@ -282,8 +282,7 @@ def _curve(figure: Figure, people: int) -> tuple[Axes, dict[str, Line2D]]:
     """How many are out, inside and dead over time, at the lower right."""
     axes = _panel(figure, WIDTH - 3.55, 0.42, 2.75, _STRIP - 0.6)
     axes.set(xlim=(0, 60), ylim=(-0.03 * people, 1.06 * people + 0.1))
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.tick_params(labelsize=8, colors=FAINT, length=3)
+    axes.spines[:].set_color("black")
     axes.yaxis.set_major_locator(MaxNLocator(3, integer=True))
     axes.set_xlabel("seconds", fontsize=8, color=FAINT, labelpad=1)
     axes.set_ylabel("people", fontsize=8, color=FAINT, labelpad=2)
@@ -357,4 +356,5 @@ def _health_bar(figure: Figure) -> None:
     axes.imshow(steps, cmap=HEALTHS, extent=(0, HEALTH, 0, 1), aspect="auto")
     axes.set(xticks=(0, HEALTH), yticks=())
     axes.tick_params(labelsize=8, colors=FAINT, length=2)
-    axes.set_title("health", fontsize=9, color=TEXT, pad=3)
+    axes.set_title("health", fontsize=9, loc="center", pad=3)
+    axes.spines[:].set(visible=True, color="black")

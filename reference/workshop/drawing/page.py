@@ -1,23 +1,31 @@
-"""Ink and paper: the colours, the legend, the layout of a page, and its saving.
+"""Style sheet, pages, legends, labels and numbers of all pictures; and saving them.
 
 Clauses: A2, A3 and A4 for the colours of doors, entrances and exits.  All sizes of a
-page are inches, all places in a building metres, as in `building`.
+page are inches, all places in a building metres, as in `building`.  Importing this
+module sets matplotlib's style.
 """
 
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import ceil
+from itertools import product
+from math import ceil, cos, log10, pi, sin
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from matplotlib import style
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation, Text
 from matplotlib.ticker import MultipleLocator
 
 from reference.building import Building, Kind
@@ -44,6 +52,36 @@ TEXT = "#23272e"
 FAINT = "#6b7480"
 PICTURES = (".png", ".svg", ".pdf")
 DPI = 150
+
+STYLE: dict[str, Any] = {
+    "figure.dpi": DPI,
+    "figure.titlesize": 15,
+    "figure.constrained_layout.h_pad": 0.1,
+    "figure.constrained_layout.w_pad": 0.1,
+    "text.color": TEXT,
+    "text.parse_math": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 10,
+    "axes.titlepad": 5,
+    "axes.labelsize": 9,
+    "axes.labelcolor": FAINT,
+    "axes.labelpad": 2,
+    "axes.edgecolor": FAINT,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "grid.color": FAINT,
+    "grid.alpha": 0.2,
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "legend.handlelength": 1.4,
+    "legend.columnspacing": 1.6,
+} | {
+    f"{axis}tick.{what}": look
+    for axis in "xy"
+    for what, look in {"color": FAINT, "labelsize": 8, "major.size": 3}.items()
+}
+style.use(STYLE)
 
 _ROOM = (12.0, 6.2)  # inches for all panels of a page together
 _SPARE = (0.75, 0.9)  # inches around a panel: ticks, its title
@@ -128,6 +166,14 @@ def frame_of(building: Building) -> Frame:
     left, top = building.metres(-0.5, -0.5)
     right, bottom = building.metres(rows - 0.5, cols - 0.5)
     return Frame(left, bottom, right, top)
+
+
+def sheet(title: str, width: float, height: float) -> Figure:
+    """A titled figure, inches, in which constrained layout places axes and legends."""
+    figure = blank(width, height)
+    figure.set_layout_engine("constrained")
+    figure.suptitle(title, fontsize=text_size(title, width - 0.4, 15))
+    return figure
 
 
 def blank(width: float, height: float, dpi: int = DPI) -> Figure:
@@ -235,20 +281,18 @@ def heading(figure: Figure, title: str) -> None:
     )
 
 
-def foot(figure: Figure, handles: Sequence[Artist], columns: int = 7) -> None:
-    """The legend along the bottom edge of a page."""
-    figure.legend(
-        handles=handles,
-        loc="lower center",
-        ncols=min(columns, len(handles)),
-        fontsize=9,
-        frameon=False,
-        labelcolor=TEXT,
-        handlelength=1.4,
-        handleheight=1.1,
-        columnspacing=1.6,
-        bbox_to_anchor=(0.5, 0.005),
-    )
+def foot(figure: Figure, handles: Sequence[Artist], columns: int = 12) -> None:
+    """The legend along the lower edge of a page, in as few rows as fit."""
+    look: dict[str, Any] = {"handles": list(handles), "handleheight": 1.1}
+    if figure.get_layout_engine() is None:
+        look |= {"loc": "lower center", "bbox_to_anchor": (0.5, 0.005)}
+    else:
+        look |= {"loc": "outside lower center"}
+    for count in range(min(columns, len(handles)), 0, -1):
+        legend = figure.legend(ncols=count, **look)
+        if legend.get_window_extent().width <= figure.bbox.width:
+            break
+        legend.remove()
 
 
 def swatches(kinds: Iterable[Kind] = MEANINGS) -> list[Artist]:
@@ -263,3 +307,129 @@ def paint(kind: np.ndarray, fade: float = 0.0) -> np.ndarray:
     """(rows, cols) kinds -> (rows, cols, 3) colours 0 to 1, faded towards white."""
     ink = np.array([to_rgb(COLOURS[k]) for k in Kind])
     return (ink * (1 - fade) + fade)[kind]
+
+
+# -- Numbers and labels -------------------------------------------------------------
+
+
+def number(value: float, digits: int = 10) -> str:
+    """A number as people write it, to so many digits: 1,234.5 and −2 and 0.0000354."""
+    decimals = digits - 1 - int(log10(abs(value)) // 1) if value else 0
+    words = f"{value:,.{max(decimals, 0)}f}"
+    if "." in words:
+        words = words.rstrip("0").rstrip(".")
+    return words.replace("-", "−")
+
+
+def write_numbers(*axis: Axis) -> None:
+    """Label the ticks of an axis, or of several, by `number`."""
+    for each in axis:
+        each.set_major_formatter(lambda value, _: number(value))
+
+
+_TURNS = (0, 1, 0.5, 1.5, *(n / 8 for n in (1, 15, 7, 9, 2, 14, 6, 10, 3, 13, 5, 11)))
+"""Directions in which a label is tried, in half turns from the right."""
+
+_LABEL: dict[str, Any] = {
+    "textcoords": "offset points",
+    "ha": "center",
+    "va": "center",
+    "fontsize": 9,
+    "zorder": 6,
+    "path_effects": [withStroke(linewidth=3, foreground="white")],
+    "arrowprops": {"arrowstyle": "-", "lw": 0.8, "color": TEXT, "shrinkB": 6},
+}
+_NEAR = 10  # points; beyond it a line leads from a label to its point
+
+
+def write_labels(
+    axes: Axes,
+    points: Sequence[tuple[float, float]],
+    words: Sequence[str],
+    radii: float | Sequence[float] = 5.0,
+    gaps: Sequence[float] = (2, 15, 31, 49, 71, 95),
+    crowded: bool = False,
+    **look: Any,
+) -> None:
+    """Write words beside points, each at the nearest place where it hides nothing.
+
+    Neither a point nor a line or text of the axes is hidden; where that cannot be, as
+    little as can be, or the word is left out if it is `crowded` there.  The page is
+    laid out now: all else must be on it.
+
+    points  in data;  radii  of what stands there, and gaps  from its edge to the word,
+    nearest first: in points
+    """
+    dot = lay_out(axes).dpi / 72
+    spots = axes.transData.transform(np.reshape(points, (-1, 2)))
+    reach = np.broadcast_to(radii, len(spots)) * dot
+    lines = [_trail(line) for line in axes.lines if line.get_linestyle() != "None"]
+    texts = [np.array([text.get_window_extent().extents]) for text in axes.texts]
+    taken = np.vstack([_squares(spots, reach[:, None]), *lines, *texts])
+    for point, spot, radius, word in zip(points, spots, reach, words, strict=True):
+        text = axes.annotate(word, point, (0, 0), **_LABEL | look)
+        text.set_in_layout(False)
+        least, found = np.inf, (np.zeros(2), np.empty((0, 4)))
+        for place in _places(text, spot, radius, gaps, dot):
+            hidden = _hidden(axes, place[1], taken)
+            if hidden < least:
+                least, found = hidden, place
+            if not hidden:
+                break
+        if crowded and least:
+            text.remove()
+            continue
+        text.set_position((found[0][0], found[0][1]))
+        if text.arrow_patch is not None:
+            text.arrow_patch.set_visible(len(found[1]) > 1)
+        taken = np.vstack([taken, found[1]])
+
+
+def lay_out(axes: Axes) -> Figure:
+    """Give everything on the page of these axes its final place; the page."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    figure.draw_without_rendering()
+    return figure
+
+
+def _squares(middle: np.ndarray, half: float | np.ndarray) -> np.ndarray:
+    """(k, 4) left, bottom, right and top of squares around (k, 2) middles."""
+    return np.hstack([middle - half, middle + half])
+
+
+def _trail(line: Line2D) -> np.ndarray:
+    """(k, 4) squares, pixels, along a line, four pixels apart."""
+    x, y = line.get_transform().transform(np.asarray(line.get_xydata())).T
+    way = np.concatenate([[0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
+    t = np.linspace(0, way[-1], int(way[-1] / 4) + 2)
+    return _squares(np.stack([np.interp(t, way, x), np.interp(t, way, y)], 1), 2)
+
+
+def _places(
+    text: Annotation, spot: np.ndarray, radius: float, gaps: Sequence[float], dot: float
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Where a label may stand: its offset, points, and (k, 4) pixels it covers there.
+
+    Those are its box, then the line that leads to it where it stands far off.
+    """
+    box = Text.get_window_extent(text)
+    half = np.array([box.width, box.height]) / 2 + dot
+    for gap, turn in product(gaps, _TURNS):
+        way = np.array([cos(pi * turn), sin(pi * turn)])
+        off = way * (radius + gap * dot + half)
+        far = np.hypot(*off)
+        first = radius + 2 * dot if gap > _NEAR else far
+        line = spot + off / far * np.arange(first, far, 3)[:, None]
+        there = np.concatenate([spot + off - half, spot + off + half])
+        yield off / dot, np.vstack([there, _squares(line, 1.5)])
+
+
+def _hidden(axes: Axes, shape: np.ndarray, taken: np.ndarray) -> float:
+    """Square pixels of what is taken, or beyond the axes, under a label's shape."""
+    low = np.maximum(shape[:, None, :2], taken[:, :2])
+    high = np.minimum(shape[:, None, 2:], taken[:, 2:])
+    covered = (high - low).clip(0).prod(axis=2).sum()
+    box, inside = shape[0], axes.bbox.extents
+    outside = np.maximum(inside[:2] - box[:2], 0) + np.maximum(box[2:] - inside[2:], 0)
+    return float(covered + (outside * (box[2:] - box[:2])[::-1]).sum())
