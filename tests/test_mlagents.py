@@ -1,4 +1,4 @@
-"""Trainer files of ML-Agents: brought along, written, refused with the place."""
+"""Trainer files of ML-Agents: brought along, or refused with the place."""
 
 import builtins
 from dataclasses import replace
@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from reference.learning.settings import SettingsError
-from reference.paper import TABLE_I, Scenario
-from reference.workshop.training.presets import PRESETS, preset, read_yaml, write_yaml
+from reference.learning.settings import SettingsError, TrainerSettings, rows_of
+from reference.paper import TABLE_I
+from reference.workshop.training.presets import preset, read_yaml
 
 yaml = pytest.importorskip("yaml")
 
@@ -136,6 +136,20 @@ def test_refuses_behaviours_that_show_no_side_and_lists_them(refusal, names):
     assert f"this file has {names}: name them Robot and Fire" in message
 
 
+@pytest.mark.paper("E1", "Tab. I")
+def test_every_row_of_table_i_is_read_from_its_section(read):
+    """Where ML-Agents keeps it, and onto any preset."""
+    nested = {}
+    for name, row in rows_of(TrainerSettings).items():
+        if row.section is not None:
+            section = nested
+            for key in row.section:
+                section = section.setdefault(key, {})
+            section[name] = TABLE_I[name]
+    robots = read(yaml.safe_dump({"behaviors": {"Robot": nested}})).robots
+    assert replace(robots, head="gaussian") == preset("paper").robots
+
+
 # -- Refusing -----------------------------------------------------------------------
 
 REFUSED = {  # what stands under `Robot`: what the message says
@@ -192,6 +206,7 @@ def test_refuses_a_key_that_stands_twice(refusal):
     twice = f"{ROBOT}    max_steps: 5\n    time_horizon: 9\n    max_steps: 6\n"
     message = refusal(twice)
     assert message == "line 5: 'max_steps' stands here again, first on line 3: keep one"
+    assert "again" in refusal("behaviors: {Robot: {max_steps: 5, max_steps: 6}}")
 
 
 def test_refuses_a_file_that_is_not_there(tmp_path):
@@ -213,33 +228,7 @@ def test_says_what_to_install_where_there_is_no_pyyaml(monkeypatch, refusal):
     assert "install the extra `yaml`" in refusal(ROBOT)
 
 
-# -- Writing ------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("base", PRESETS)
-@pytest.mark.parametrize("name", PRESETS)
-def test_what_is_written_is_read_again_onto_any_preset(tmp_path, name, base):
-    """Tables, heads, scenario and rounds: the whole training."""
-    scenario = Scenario(people=3, rooms=("1/hall",), training=True)
-    settings = replace(preset(name), scenario=scenario, schedule="alternate")
-    write_yaml(settings, tmp_path / "trainer.yaml")
-    assert read_yaml(tmp_path / "trainer.yaml", preset(base)) == settings
-
-
-@pytest.mark.paper("E1", "Tab. I")
-def test_unity_reads_nothing_but_its_own_keys(tmp_path):
-    """What it has no key for is a comment to it."""
-    write_yaml(preset("paper"), tmp_path / "trainer.yaml")
-    plain = yaml.safe_load((tmp_path / "trainer.yaml").read_text())
-    assert list(plain) == ["behaviors"] and list(plain["behaviors"]) == [
-        "Robot",
-        "Fire",
-    ]
-    robot = plain["behaviors"]["Robot"]
-    sections = ("hyperparameters", "network_settings", "reward_signals")
-    nested = [robot.pop(section) for section in sections]
-    flat = robot | nested[0] | nested[1] | nested[2]["extrinsic"]
-    assert flat == dict(TABLE_I)
+# -- Our own rows -------------------------------------------------------------------
 
 
 def test_our_own_rows_are_read_with_the_mark_and_without(read):
@@ -260,11 +249,3 @@ def test_refuses_our_own_rows_by_name_too(refusal):
     )
     assert "'robots' is unknown" in refusal("reference: {robots: {}}")
     assert "people is 'x'" in refusal("reference: {scenario: {people: x}}")
-
-
-def test_a_file_that_cannot_be_written_leaves_nothing_behind(tmp_path):
-    """Neither half of it nor another's."""
-    (tmp_path / "folder.yaml").mkdir()
-    with pytest.raises(OSError, match=r"cannot write .*folder\.yaml"):
-        write_yaml(LAPTOP, tmp_path / "folder.yaml")
-    assert [path.name for path in tmp_path.iterdir()] == ["folder.yaml"]

@@ -1,8 +1,7 @@
 """Tables I and II as settings, the presets, and what is refused."""
 
 import json
-from dataclasses import asdict as rows_of
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import partial
 
 import pytest
@@ -12,7 +11,6 @@ from reference.paper import TABLE_I, TABLE_II, Scenario
 from reference.workshop.training.presets import (
     PRESETS,
     Settings,
-    asdict,
     fromdict,
     preset,
 )
@@ -40,7 +38,7 @@ def change(**rows):
 def test_the_preset_paper_is_the_two_tables_row_by_row():
     """Nothing is left out, nothing repeated by hand; two rows are ours."""
     for settings, table in ((ROBOTS, TABLE_I), (FIRE, TABLE_II)):
-        rows = rows_of(settings)
+        rows = asdict(settings)
         assert (rows.pop("head"), rows.pop("reward_scale")) == ("gaussian", 0.001)
         assert rows == dict(table)
 

@@ -10,6 +10,7 @@ import sys
 import time
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 from clauses import ROOT
@@ -19,7 +20,6 @@ from reference.__main__ import main
 from reference.learning.networks import one_thread
 from reference.workshop.training import loop
 from reference.workshop.training.checkpoints import load, save
-from reference.workshop.training.presets import write_yaml
 
 PROMISED = """building preset robots fire seed rounds episodes steps reward fire_reward
 survival evacuated died wall_seconds decisions_per_second checkpoint summaries"""
@@ -61,6 +61,12 @@ def status(*command):
         return main([str(word) for word in command])
     except SystemExit as end:
         return end.code
+
+
+def write_settings(name, gamma, **rows):
+    """A trainer file that changes the robots' discount, and rows of theirs."""
+    robots = {**rows, "reward_signals": {"extrinsic": {"gamma": gamma}}}
+    Path(name).write_text(json.dumps({"behaviors": {"Robot": robots}}))
 
 
 # -- train --------------------------------------------------------------------------
@@ -122,7 +128,7 @@ def test_train_takes_trainer_head_and_schedule(quick, capsys):
 def test_train_takes_a_file_of_settings_and_a_checkpoint_as_opponent(run, capsys):
     """ML-Agents' keys; and a folder of a training stands for its newest."""
     pytest.importorskip("yaml")
-    write_yaml(tiny(robots={"max_steps": 40, "gamma": 0.5}), "mine.yaml")
+    write_settings("mine.yaml", max_steps=40, gamma=0.5)
     assert train("--settings", "mine.yaml", "--out", "new", "--fire", run) == 0
     task = load("new").task
     assert (task.settings.robots.max_steps, task.settings.robots.gamma) == (40, 0.5)
@@ -186,12 +192,14 @@ def test_refuses_to_resume_as_something_else(run, options, hint, capsys):
     assert sorted(path.name for path in run.iterdir()) == before
 
 
-def test_refuses_to_resume_with_other_settings_by_their_names(run, tmp_path, capsys):
+def test_refuses_to_resume_with_other_settings_by_their_names(
+    quick, run, tmp_path, capsys
+):
     """The file that it was begun with is welcome."""
     pytest.importorskip("yaml")
     shutil.copytree(run, tmp_path / "run")
-    write_yaml(tiny(), "same.yaml")
-    write_yaml(tiny(robots={"gamma": 0.5}), "other.yaml")
+    write_settings("same.yaml", gamma=0.9)
+    write_settings("other.yaml", gamma=0.5)
     resume = ("train", "--resume", "--workers", "0", "--out", "run", "--settings")
     assert status(*resume, "other.yaml") == 2
     assert "settings: robots.gamma: 0.5 was asked for" in capsys.readouterr().err

@@ -1,14 +1,15 @@
-"""How one side learns: a row of Table I or II for each setting.
+"""Trainer settings of one side: Table I for the robots, Table II for the fire.
 
 Clauses: E1, E2 (Tables I and II), E3 (what a row means), E4 (networks), E5 (discounts).
-Rows have ML-Agents' names where it has them.
+A row here has its name in ML-Agents, its type, its section in ML-Agents' files, and
+what it may be; its value stands in `paper`, or in one of the smaller presets.
 """
 
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, NamedTuple, get_type_hints
 
 Side = Literal["robots", "fire"]
 SIDES: tuple[Side, ...] = ("robots", "fire")
@@ -22,50 +23,57 @@ REWARD_SCALE = 0.001
 """[E3, chosen] an episode is worth thousands of health points; returns of order one
 are learnt, since the baseline's clip (epsilon) is in units of return."""
 
+HYPER, NETWORK = ("hyperparameters",), ("network_settings",)
+REWARD = ("reward_signals", "extrinsic")
+ABOVE_0 = math.ulp(0.0)  # the least number that is
+
+
+class Row(NamedTuple):
+    """What a setting may be: one of the choices, or a number from low to high.
+
+    section  of ML-Agents' files, () a behaviour itself, None: not ML-Agents' but ours
+    """
+
+    section: tuple[str, ...] | None = ()
+    choices: tuple[str, ...] = ()
+    low: float = 1
+    high: float = math.inf
+    kind: Any = None
+
+
+Share = Row(HYPER, low=0, high=1)
+Schedule = Annotated[str, Row(HYPER, ("linear", "constant"))]  # to a floor at max_steps
+Discount = Annotated[float, Row(REWARD, low=0, high=1)]
+
 
 @dataclass(frozen=True)
 class TrainerSettings:
-    """One table: how one side learns. All but the last two rows are ML-Agents' keys.
+    """One table. Steps are decisions of one agent. Raises SettingsError."""
 
-    trainer_type     "poca" (a group) or "ppo" (everybody for themselves)
-    batch_size       agent decisions of a minibatch;  buffer_size  of an update
-    beta             weight of the entropy;  epsilon  clip;  lambd  of the returns
-    num_epoch        times an update goes through the buffer
-    vis_encode_type  "simple": two convolutions
-    normalize        whether numbers observed are normalised; the grid never is
-    gamma, strength  discount and weight of the reward
-    max_steps        agent decisions in all; so are checkpoint_interval, summary_freq
-    time_horizon     decisions of a trajectory, at most
-    *_schedule       "linear", down to a floor at max_steps, or "constant"
-    head             ours: "gaussian", the paper's two floats drawn from a Gaussian, or
-                     "pointer": it scores landmarks, the floats are the chosen one's
-    reward_scale     ours: what rewards are multiplied with before they are learnt
-    """
-
-    trainer_type: str
-    batch_size: int
-    buffer_size: int
-    learning_rate: float
-    learning_rate_schedule: str
-    beta: float
-    beta_schedule: str
-    epsilon: float
-    epsilon_schedule: str
-    lambd: float
-    num_epoch: int
-    vis_encode_type: str
-    normalize: bool
-    hidden_units: int
-    num_layers: int
-    gamma: float
-    strength: float
+    trainer_type: Annotated[str, Row((), ("poca", "ppo"))]  # a group, or each alone
+    batch_size: Annotated[int, Row(HYPER)]  # steps of a minibatch ...
+    buffer_size: Annotated[int, Row(HYPER)]  # ... and of an update
+    learning_rate: Annotated[float, Row(HYPER, low=ABOVE_0, high=1)]
+    learning_rate_schedule: Schedule
+    beta: Annotated[float, Share]  # weight of the entropy
+    beta_schedule: Schedule
+    epsilon: Annotated[float, Row(HYPER, low=ABOVE_0, high=1)]  # clip
+    epsilon_schedule: Schedule
+    lambd: Annotated[float, Share]  # of the λ-returns
+    num_epoch: Annotated[int, Row(HYPER)]  # times an update goes through the buffer
+    vis_encode_type: Annotated[str, Row(NETWORK, ("simple",))]  # two convolutions
+    normalize: Annotated[bool, Row(NETWORK)]  # the numbers observed; the grid never is
+    hidden_units: Annotated[int, Row(NETWORK)]
+    num_layers: Annotated[int, Row(NETWORK)]
+    gamma: Discount
+    strength: Annotated[float, Row(REWARD, low=0)]  # weight of the reward
     keep_checkpoints: int
-    checkpoint_interval: int
+    checkpoint_interval: int  # steps
     max_steps: int
-    time_horizon: int
-    summary_freq: int
-    head: str = "gaussian"
-    reward_scale: float = REWARD_SCALE
+    time_horizon: int  # decisions of a trajectory, at most
+    summary_freq: int  # steps
+    head: Annotated[str, Row(None, ("gaussian", "pointer"))] = "gaussian"
+    reward_scale: Annotated[float, Row(None, low=ABOVE_0)] = REWARD_SCALE
 
     def __post_init__(self) -> None:
         check_rows(self)
@@ -82,90 +90,60 @@ class TrainerSettings:
 
 
 class SettingsError(ValueError):
-    """A setting that cannot be meant: which, why, and what to write instead."""
+    """A setting with an impossible value: which, why, and what to write instead."""
 
 
-# -- What each row may be -----------------------------------------------------------
+# -- Checks -------------------------------------------------------------------------
 
-CHOICES = {
-    "trainer_type": ("poca", "ppo"),
-    "learning_rate_schedule": ("linear", "constant"),
-    "beta_schedule": ("linear", "constant"),
-    "epsilon_schedule": ("linear", "constant"),
-    "vis_encode_type": ("simple",),
-    "head": ("gaussian", "pointer"),
-    "schedule": ("together", "alternate"),
-}
-POSITIVE = ("learning_rate", "epsilon", "reward_scale")  # with 0 nothing is learnt
-FROM_ZERO = (  # others: from 1
-    "beta",
-    "lambd",
-    "gamma",
-    "strength",
-    "critic_rounds",
-    "random_fires",
-)
-UP_TO_ONE = ("learning_rate", "beta", "epsilon", "lambd", "gamma", "random_fires")
+WORDS = {int: "a whole number", float: "a number", bool: "true or false", str: "a word"}
 
-WORDS: dict[Any, str] = {
-    int: "a whole number",
-    float: "a number",
-    bool: "true or false",
-    str: "a word",
-    tuple[str, ...]: "a list of words",
-    tuple[int, ...] | None: "a list of whole numbers",
-}
+
+def rows_of(record: type) -> dict[str, Row]:
+    """The rows of a dataclass by name; a field without a `Row` has the defaults."""
+    hints = get_type_hints(record, include_extras=True).items()
+    return {
+        name: hint.__metadata__[0]._replace(kind=hint.__origin__)
+        if hasattr(hint, "__metadata__")
+        else Row(kind=hint)
+        for name, hint in hints
+    }
 
 
 def check_rows(record: object) -> None:
     """Raises SettingsError for the first row of a wrong type or out of its range."""
-    for name, kind in get_type_hints(type(record)).items():
+    for name, row in rows_of(type(record)).items():
         value = getattr(record, name)
-        check_type(name, value, kind)
-        if name in CHOICES and value not in CHOICES[name]:
-            raise SettingsError(f"{name} {unknown(value, CHOICES[name])}")
-        if kind in (int, float):
-            _check_range(name, value, kind)
+        check_type(name, value, row.kind)
+        if row.choices and value not in row.choices:
+            raise SettingsError(f"{name} {unknown(value, row.choices)}")
+        if row.kind in (int, float) and not row.low <= value <= row.high:
+            start = "above 0" if row.low == ABOVE_0 else f"from {row.low}"
+            end = "upwards" if row.high == math.inf else f"up to {row.high}"
+            must = f"it must be {WORDS[row.kind]} {start} {end}"
+            raise SettingsError(f"{name} is {value}: {must}")
 
 
 def check_type(name: str, value: object, kind: Any) -> None:
-    if not _fits(value, kind):
+    """Raises SettingsError unless a value is of a kind; true is no number, nor is nan.
+
+    A whole number is a real one too.
+    """
+    fits = isinstance(value, int | float if kind is float else kind)
+    odd = isinstance(value, bool) != (kind is bool)
+    if not fits or odd or (isinstance(value, float) and not math.isfinite(value)):
         words = WORDS.get(kind) or f"a {kind.__name__}"
         raise SettingsError(f"{name} is {value!r}: it must be {words}")
-
-
-def _fits(value: object, kind: Any) -> bool:
-    """Whether a value is of a kind: a whole number is a real one, true is neither."""
-    if get_origin(kind) is tuple:
-        items = value if isinstance(value, tuple) else (None,)
-        return all(_fits(item, get_args(kind)[0]) for item in items)
-    if get_args(kind):  # this or that
-        return any(_fits(value, either) for either in get_args(kind))
-    if kind is float and isinstance(value, float):
-        return math.isfinite(value)
-    number = int if kind is float else kind
-    return isinstance(value, number) and (kind is bool) == isinstance(value, bool)
-
-
-def _check_range(name: str, value: float, kind: type) -> None:
-    low, high = int(name not in POSITIVE + FROM_ZERO), 1 if name in UP_TO_ONE else None
-    inside = value > 0 if name in POSITIVE else value >= low
-    if not inside or (high is not None and value > high):
-        start = "above 0" if name in POSITIVE else f"from {low}"
-        limits = f"{start} upwards" if high is None else f"{start} up to {high}"
-        raise SettingsError(f"{name} is {value}: it must be {WORDS[kind]} {limits}")
 
 
 def unknown(name: object, known: Iterable[str]) -> str:
     """The message about a name that is none of the known ones."""
     known = tuple(known)
-    close = get_close_matches(str(name).lower(), known, 1)
-    meant = f" Did you mean '{close[0]}'?" if close else ""
-    return f"'{name}' is unknown.{meant} There is: {', '.join(known)}"
+    return (
+        f"'{name}' is unknown.{did_you_mean(name, known)} There is: {', '.join(known)}"
+    )
 
 
-def mapping(value: Any, where: str) -> dict[str, Any]:
-    """The keys and values there; nothing at all stands for no keys."""
-    if not isinstance(value, Mapping | None):
-        raise SettingsError(f"{where}: this must be `key: value` lines, not {value!r}")
-    return {str(key): row for key, row in (value or {}).items()}
+def did_you_mean(name: object, known: Iterable[str]) -> str:
+    """ " Did you mean 'the closest'?", or nothing where none is close."""
+    close = get_close_matches(str(name).lower(), list(known), 1)
+    return f" Did you mean '{close[0]}'?" if close else ""

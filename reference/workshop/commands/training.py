@@ -12,7 +12,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from reference.learning.settings import CHOICES
+from reference.learning.settings import SIDES, TrainerSettings, rows_of
 from reference.workshop.commands.common import (
     MAP,
     Command,
@@ -27,11 +27,11 @@ from reference.workshop.commands.common import (
     whole_from,
     writable,
 )
-from reference.workshop.evaluation.contestants import SCRIPTS, Side
-from reference.workshop.training.presets import PRESETS
+from reference.workshop.evaluation.contestants import SCRIPTS
+from reference.workshop.training.presets import PRESETS, Settings
 from reference.workshop.workers import workers
 
-SIDES: tuple[Side, ...] = ("robots", "fire")
+ROWS = rows_of(TrainerSettings) | rows_of(Settings)
 
 
 def train(arguments: Namespace) -> None:
@@ -145,14 +145,18 @@ def _train_options(parser: ArgumentParser) -> None:
         help="ML-Agents' YAML; it changes the preset (extra: yaml)",
     )
     add("--building", help=f"{MAP}; default: paper, or tiny with --preset tiny")
-    add("--trainer", choices=CHOICES["trainer_type"], help="of the robots")
-    add("--head", choices=CHOICES["head"], help="of both policies; default: preset's")
+    add("--trainer", choices=ROWS["trainer_type"].choices, help="of the robots")
+    add(
+        "--head",
+        choices=ROWS["head"].choices,
+        help="of both policies; default: preset's",
+    )
     for side in SIDES:
         note = f"if given, the {side} {'do' if side == 'robots' else 'does'} not learn"
         player_option(parser, side, note, words=(*SCRIPTS[side], "FILE"))
     add(
         "--schedule",
-        choices=CHOICES["schedule"],
+        choices=ROWS["schedule"].choices,
         help="both sides learn together, or in turn; default: preset's",
     )
     add(

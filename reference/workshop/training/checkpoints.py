@@ -8,7 +8,7 @@ not belong.
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ from reference.learning.rollouts import Learned
 from reference.learning.settings import SettingsError, Side, TrainerSettings
 from reference.workshop.files import write_whole
 from reference.workshop.landmarks import landmarks_for
-from reference.workshop.training.presets import Settings, asdict, fromdict
+from reference.workshop.training.presets import Settings, fromdict
 
 KIND = "checkpoint of fire-rescue-reference"
 FORMAT = 1

@@ -1,20 +1,20 @@
-"""ML-Agents' trainer files: where their keys stand, and what some of them mean here.
+"""Trainer files of ML-Agents: find the rows of Tables I and II in their sections.
 
 Clauses: E3 (ML-Agents 0.29.0), E1, E2 (its keys are the rows of Tables I and II).
-This module knows places and names; `settings` knows what values may be.
+This module knows where keys stand; `learning.settings` knows what values may be.
 
     behaviors:
-      Robot:                  one table: its rows lie in the sections that PLACES names
+      Robot:                  one table: its rows lie in the sections that `Row` names
         trainer_type: poca
         hyperparameters: {batch_size: 1024, ...}
       Fire: ...
     default_settings: ...     what a behaviour leaves out
     reference: ...            ours, see OURS
 
-[E3, chosen] ML-Agents refuses keys that it does not know. Ours are therefore written
-behind `#= `, a comment to it; read here is what follows that mark. Keys of ML-Agents
-that have no counterpart here pass if their value switches them off, and those about
-Unity's program or the machine always; others are refused, each with a sentence.
+[E3, chosen] ML-Agents refuses keys that it does not know: in a file for both, ours
+stand behind `#= `, a comment to it. Keys of ML-Agents that have no counterpart here
+pass if their value switches them off, and those about Unity's program or the machine
+always; others are refused, each with a sentence.
 """
 
 import os
@@ -23,75 +23,45 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
-from reference.learning.settings import Rows, SettingsError, mapping, unknown
+from reference.learning.settings import (
+    Rows,
+    SettingsError,
+    TrainerSettings,
+    rows_of,
+    unknown,
+)
 
-Place = tuple[str, ...]  # keys that lead to a section of a behaviour
-
-PLACES: dict[Place, tuple[str, ...]] = {  # section: its rows  [E1, Tab. I]
-    (): (
-        "trainer_type",
-        "keep_checkpoints",
-        "checkpoint_interval",
-        "even_checkpoints",
-        "max_steps",
-        "time_horizon",
-        "summary_freq",
-    ),
-    ("hyperparameters",): (
-        "batch_size",
-        "buffer_size",
-        "learning_rate",
-        "beta",
-        "epsilon",
-        "lambd",
-        "num_epoch",
-        "learning_rate_schedule",
-        "beta_schedule",
-        "epsilon_schedule",
-    ),
-    ("network_settings",): (
-        "normalize",
-        "hidden_units",
-        "num_layers",
-        "vis_encode_type",
-    ),
-    ("reward_signals",): (),
-    ("reward_signals", "extrinsic"): ("gamma", "strength"),
-}
+_ROWS = rows_of(TrainerSettings)
+OWN_ROWS = tuple(name for name, row in _ROWS.items() if row.section is None)
+HOMES: dict[str, tuple[str, ...]] = {"even_checkpoints": ()}  # row: its section
+HOMES |= {n: row.section for n, row in _ROWS.items() if row.section is not None}
+PATHS = tuple((*section, name) for name, section in HOMES.items())
+SECTIONS = tuple(dict.fromkeys(p[:k] for p in PATHS for k in range(1, len(p))))
 
 NO_OTHER_REWARD = "the paper's reward is the only one here"
-OFF: dict[Place, dict[str, tuple[tuple[Any, ...], str]]] = {  # values, what else to do
-    (): {
-        "init_path": ((None,), "a training goes on from its own folder with --resume"),
-        "self_play": ((None,), "the fire is the opponent, and both learn at once"),
-        "behavioral_cloning": ((None,), "a strategy is imitated first with --imitate"),
-    },
-    ("hyperparameters",): {
-        "shared_critic": ((None, False), "actor and critic are separate networks here"),
-    },
-    ("network_settings",): {
-        "memory": ((None,), "policies here have no memory, as in Tables I and II"),
-        "deterministic": ((None, False), "learners explore; evaluation takes the mean"),
-        "goal_conditioning_type": ((None, "hyper", "none"), "there is no goal signal"),
-    },
-    ("reward_signals",): {
-        name: ((None,), NO_OTHER_REWARD) for name in ("curiosity", "gail", "rnd")
-    },
+OFF = {  # what to do instead of what is not built; null and false pass
+    "init_path": "a training goes on from its own folder with --resume",
+    "self_play": "the fire is the opponent, and both learn at once",
+    "behavioral_cloning": "a strategy is imitated first with --imitate",
+    "hyperparameters.shared_critic": "actor and critic are separate networks here",
+    "network_settings.memory": "policies here have no memory, as in Tables I and II",
+    "network_settings.deterministic": "learners explore; evaluation takes the mean",
+    "network_settings.goal_conditioning_type": "there is no goal signal",
+    "reward_signals.curiosity": NO_OTHER_REWARD,
+    "reward_signals.gail": NO_OTHER_REWARD,
+    "reward_signals.rnd": NO_OTHER_REWARD,
 }
-NO_EFFECT: dict[Place, tuple[str, ...]] = {
-    (): ("threaded",),  # nothing is in flight between rounds
-    ("reward_signals", "extrinsic"): ("network_settings",),  # this signal has none
-}
+NO_EFFECT = (
+    "threaded",  # nothing is in flight between rounds
+    "reward_signals.extrinsic.network_settings",  # this signal has none
+)
 
-TOP = ("behaviors", "default_settings", "reference", "environment_parameters")
-ELSEWHERE = (  # seeds, devices, folders: the command line says these
-    "env_settings",
-    "engine_settings",
-    "checkpoint_settings",
-    "torch_settings",
+TOP = (
+    *("behaviors", "default_settings", "reference", "environment_parameters"),
+    # the command line says seeds, devices, folders:
+    *("env_settings", "engine_settings", "checkpoint_settings", "torch_settings"),
     "debug",
 )
 
@@ -99,11 +69,6 @@ OURS = "reference"
 """The block of what ML-Agents has no key for: {Robot: {head, reward_scale}, Fire: ...,
 scenario: {...}, episodes_per_job, ...}."""
 MARK = re.compile(r"^#= ?", re.MULTILINE)
-HEADING = """\
-# A trainer configuration of ML-Agents 0.29.0, and of this project.
-# Lines behind "#=" are a comment to ML-Agents; this project reads them too.
-
-"""
 
 
 @dataclass(frozen=True)
@@ -115,62 +80,66 @@ class TrainerFile:
     ours: Rows
 
 
-# -- Reading ------------------------------------------------------------------------
-
-
 def read(path: str | os.PathLike[str]) -> TrainerFile:
-    """The rows that a file states; the caller checks their values.
+    """Read the rows that a file states; the caller checks their values.
 
-    Raises SettingsError with the file's name, OSError if it cannot be read.
+    Raises SettingsError, also without PyYAML, and OSError for an unreadable file.
     """
     try:
-        return _file(_loaded(_text(Path(path))))
-    except SettingsError as error:
-        raise SettingsError(f"{path}: {error}") from None
-
-
-def _text(path: Path) -> str:
-    try:
-        return path.read_bytes().decode("utf-8-sig")
+        text = Path(path).read_bytes().decode("utf-8-sig")
     except UnicodeDecodeError:
         raise SettingsError("this is no text: save it as UTF-8") from None
     except OSError as error:
         raise type(error)(f"cannot read {path}: {error.strerror}") from None
+    return _file(_parsed(MARK.sub("", text)))
 
 
-def _loaded(text: str) -> Any:
+def _parsed(text: str) -> Any:
     """A text of YAML as plain dicts, lists, numbers and words."""
-    yaml = _yaml()
-    text = MARK.sub("", text)
+    try:
+        import yaml
+    except ImportError:
+        raise SettingsError(
+            "ML-Agents' files need PyYAML: install the extra `yaml`, "
+            "pip install -e '.[yaml]'"
+        ) from None
     try:
         _refuse_repetitions(yaml.compose(text, yaml.SafeLoader), set())
         return yaml.safe_load(text)
+    except SettingsError:
+        raise
     except yaml.MarkedYAMLError as error:
         place = error.problem_mark or error.context_mark
         raise SettingsError(f"line {place.line + 1}: {error.problem}") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        if isinstance(error, SettingsError):
-            raise
         raise SettingsError(f"this is no YAML: {error}") from None
 
 
 def _refuse_repetitions(node: Any, seen: set[int]) -> None:
-    """YAML would silently keep the last of two equal keys."""
+    """Raises SettingsError for a key that stands twice: YAML would keep the last."""
     if node is None or isinstance(node.value, str) or id(node) in seen:
         return
     seen.add(id(node))
-    pairs = [item for item in node.value if isinstance(item, tuple)]
     lines: dict[str, int] = {}
-    for key, _ in pairs:
-        line = key.start_mark.line + 1
-        if isinstance(key.value, str) and lines.setdefault(key.value, line) != line:
-            first = f"first on line {lines[key.value]}: keep one"
-            raise SettingsError(
-                f"line {line}: '{key.value}' stands here again, {first}"
-            )
     for item in node.value:
-        for child in item if isinstance(item, tuple) else (item,):
+        pair = item if isinstance(item, tuple) else (item,)
+        key, line = pair[0].value, pair[0].start_mark.line + 1
+        if len(pair) == 2 and isinstance(key, str):
+            if key in lines:
+                raise SettingsError(
+                    f"line {line}: '{key}' stands here again, first on line "
+                    f"{lines[key]}: keep one"
+                )
+            lines[key] = line
+        for child in pair:
             _refuse_repetitions(child, seen)
+
+
+def mapping(value: Any, where: str) -> dict[str, Any]:
+    """The keys and values there; nothing at all stands for no keys."""
+    if not isinstance(value, Mapping | None):
+        raise SettingsError(f"{where}: this must be `key: value` lines, not {value!r}")
+    return {str(key): row for key, row in (value or {}).items()}
 
 
 def _file(top: Any) -> TrainerFile:
@@ -179,8 +148,8 @@ def _file(top: Any) -> TrainerFile:
         raise SettingsError("this file is empty: give it `behaviors:`")
     top = mapping(top, "the file")
     for key in top:
-        if key not in TOP + ELSEWHERE:
-            raise SettingsError(unknown(key, TOP + ELSEWHERE))
+        if key not in TOP:
+            raise SettingsError(unknown(key, TOP))
     if top.get("environment_parameters"):
         raise SettingsError(
             "environment_parameters: parameters that Unity draws or teaches in lessons "
@@ -202,54 +171,44 @@ def _side(
     return dict(_rows(_merged(default, mapping(own, where)), (), where))
 
 
-def _merged(under: Rows, over: Rows) -> dict[str, Any]:
+def _merged(under: Any, over: Any) -> Any:
     """Section by section, `over` wins."""
-    both = {key: _both(under[key], over[key]) for key in over if key in under}
+    if not (isinstance(under, dict) and isinstance(over, dict)):
+        return over
+    both = {key: _merged(under[key], over[key]) for key in over if key in under}
     return {**under, **over, **both}
 
 
-def _both(under: Any, over: Any) -> Any:
-    nested = isinstance(under, dict) and isinstance(over, dict)
-    return _merged(under, over) if nested else over
-
-
-def _rows(section: Any, place: Place, where: str) -> Iterator[tuple[str, Any]]:
+def _rows(section: Any, at: tuple[str, ...], where: str) -> Iterator[tuple[str, Any]]:
     """Every row of a behaviour, out of whichever section it stands in."""
-    where = ": ".join((where, *place[-1:]))
+    where = ": ".join((where, *at[-1:]))
     for key, value in mapping(section, where).items():
-        if (*place, key) in PLACES:
-            yield from _rows(value, (*place, key), where)
-        elif key in PLACES[place]:
+        path = (*at, key)
+        if path in SECTIONS:
+            yield from _rows(value, path, where)
+        elif path in PATHS:
             yield key, value
-        elif key not in NO_EFFECT.get(place, ()):
-            _refuse_unless_off(key, value, place, where)
+        elif ".".join(path) not in NO_EFFECT:
+            _refuse_unless_off(key, value, at, where)
 
 
-def _refuse_unless_off(key: str, value: Any, place: Place, where: str) -> None:
+def _refuse_unless_off(key: str, value: Any, at: tuple[str, ...], where: str) -> None:
     """Raises SettingsError for a key of no trainer, or for one that is not built."""
-    off = OFF.get(place, {})
-    if key not in off:
-        raise SettingsError(
-            f"{where}: {_misplaced(key, place) or unknown(key, _keys(place))}"
-        )
-    values, instead = off[key]
-    if value not in values:
+    instead = OFF.get(".".join((*at, key)))
+    if instead is None:
+        here = [path[-1] for path in (*PATHS, *SECTIONS) if path[:-1] == at]
+        raise SettingsError(f"{where}: {_misplaced(key, here) or unknown(key, here)}")
+    no_goal = key == "goal_conditioning_type" and value in ("hyper", "none")
+    if value not in (None, False) and not no_goal:
         raise SettingsError(f"{where}: {key} is not built: {instead}; leave it out")
 
 
-def _keys(place: Place) -> list[str]:
-    """Whatever may stand in a section, sections included."""
-    sections = [other[-1] for other in PLACES if other and other[:-1] == place]
-    return [*PLACES[place], *sections]
-
-
-def _misplaced(key: str, place: Place) -> str | None:
+def _misplaced(key: str, here: list[str]) -> str | None:
     """Where a key should have stood, if it is, or is nearly, one of another section."""
-    homes = {row: other for other, rows in PLACES.items() for row in rows}
-    meant = next(iter(get_close_matches(key, [*homes, *_keys(place)], 1, 0.8)), None)
-    if meant not in homes or homes[meant] == place:
+    meant = next(iter(get_close_matches(key, [*HOMES, *here], 1, 0.8)), None)
+    if meant is None or meant in here:
         return None
-    section = ": ".join(homes[meant]) or "the behaviour itself"
+    section = ": ".join(HOMES[meant]) or "the behaviour itself"
     return f"'{key}' is unknown here: '{meant}' belongs under {section}"
 
 
@@ -283,49 +242,3 @@ def _sign(name: str, rows: Any) -> str | None:
         return SIDES[0]
     shown = [side for side in SIDES if side.casefold() in word]
     return shown[0] if len(shown) == 1 else None
-
-
-# -- Writing ------------------------------------------------------------------------
-
-
-def write(path: str | os.PathLike[str], file: TrainerFile) -> None:
-    """Writes a file that `read` reads and ML-Agents 0.29.0 takes, whole or not at all.
-
-    Raises OSError where it cannot be written, SettingsError without PyYAML.
-    """
-    sides = {"Robot": _behaviour(file.robots), "Fire": _behaviour(file.fire)}
-    ours = _dumped({OURS: dict(file.ours)}, None)
-    marked = "".join(f"#= {line}" for line in ours.splitlines(keepends=True))
-    text = f"{HEADING}{_dumped({'behaviors': sides}, False)}\n{marked}"
-    target = Path(path)
-    partial = target.with_name(f".{target.name}.part")
-    try:
-        partial.write_text(text, encoding="utf-8")
-        os.replace(partial, target)
-    except OSError as error:
-        raise type(error)(f"cannot write {path}: {error.strerror}") from None
-    finally:
-        partial.unlink(missing_ok=True)
-
-
-def _dumped(plain: Rows, flow: bool | None) -> str:
-    return _yaml().safe_dump(plain, sort_keys=False, default_flow_style=flow, width=88)
-
-
-def _behaviour(rows: Rows, place: Place = ()) -> dict[str, Any]:
-    """Rows in the sections they belong to."""
-    here = {key: rows[key] for key in PLACES[place] if key in rows}
-    below = [other for other in PLACES if other and other[:-1] == place]
-    return here | {other[-1]: _behaviour(rows, other) for other in below}
-
-
-def _yaml() -> ModuleType:
-    """PyYAML, which only these files need. Raises SettingsError without it."""
-    try:
-        import yaml
-    except ImportError:
-        raise SettingsError(
-            "ML-Agents' files need PyYAML: install the extra `yaml`, "
-            "pip install -e '.[yaml]'"
-        ) from None
-    return yaml

@@ -8,19 +8,21 @@ import dataclasses
 import os
 from collections.abc import Callable
 from dataclasses import MISSING, dataclass, replace
-from typing import Any, TypeVar, get_type_hints
+from typing import Annotated, Any, TypeVar
 
 from reference.learning.settings import (
+    Row,
     Rows,
     SettingsError,
     TrainerSettings,
     check_rows,
     check_type,
-    mapping,
+    rows_of,
     unknown,
 )
 from reference.paper import TABLE_I, TABLE_II, Scenario
 from reference.workshop.training import mlagents
+from reference.workshop.training.mlagents import OWN_ROWS, mapping
 
 
 @dataclass(frozen=True)
@@ -45,12 +47,12 @@ class Settings:
     scenario: Scenario
     episodes_per_job: int
     jobs_per_round: int
-    schedule: str = "together"
+    schedule: Annotated[str, Row(choices=("together", "alternate"))] = "together"
     switch_every: int = 5
-    random_fires: float = 0.0
+    random_fires: Annotated[float, Row(low=0, high=1)] = 0.0
     imitation_episodes: int = 256
     imitation_epochs: int = 10
-    critic_rounds: int = 5
+    critic_rounds: Annotated[int, Row(low=0)] = 5
 
     def __post_init__(self) -> None:
         check_rows(self)
@@ -66,45 +68,51 @@ class Settings:
             )
 
 
-# -- Records made of rows ------------------------------------------------------------
+# -- Records from rows --------------------------------------------------------------
 
 Record = TypeVar("Record", TrainerSettings, Settings, Scenario)
+LISTS = {"rooms": (str, "words"), "people_per_floor": (int, "whole numbers")}
 
 
-def _made(kind: type[Record], rows: Rows, where: str) -> Record:
-    """A record whose rows are all known, all there, and such as can be meant."""
-    rows = {name: _as_tuple(row) for name, row in mapping(rows, where).items()}
+def _made(kind: type[Record], rows: Any, where: str) -> Record:
+    """Build a record from rows; SettingsError for unknown, missing or invalid ones."""
+    rows = mapping(rows, where)
+    known = rows_of(kind)
     try:
-        _check_names(kind, rows)
+        for name in rows:
+            if name not in known:
+                raise SettingsError(unknown(name, known))
+            if name in LISTS:
+                rows[name] = _list(name, rows[name])
+            else:
+                check_type(name, rows[name], known[name].kind)
+        for field in dataclasses.fields(kind):
+            missing = field.default is MISSING and field.default_factory is MISSING
+            if missing and field.name not in rows:
+                raise SettingsError(f"{field.name} is missing")
         return kind(**rows)
     except ValueError as error:
         raise SettingsError(f"{where}: {error}") from None
 
 
-def _check_names(kind: type[Record], rows: Rows) -> None:
-    """Scenarios leave types to Python, so all are looked at here."""
-    kinds = get_type_hints(kind)
-    for name, row in rows.items():
-        if name not in kinds:
-            raise SettingsError(unknown(name, kinds))
-        check_type(name, row, kinds[name])
-    for field in dataclasses.fields(kind):
-        missing = field.default is MISSING and field.default_factory is MISSING
-        if missing and field.name not in rows:
-            raise SettingsError(f"{field.name} is missing")
-
-
-def _as_tuple(row: Any) -> Any:
-    return tuple(row) if isinstance(row, list) else row
+def _list(name: str, value: Any) -> tuple[Any, ...] | None:
+    """A list as a tuple, if everything in it is of the row's kind."""
+    kind, words = LISTS[name]
+    if value is None and name == "people_per_floor":
+        return None
+    if not isinstance(value, list | tuple) or any(type(v) is not kind for v in value):
+        raise SettingsError(f"{name} is {value!r}: it must be a list of {words}")
+    return tuple(value)
 
 
 def _changed(base: Record, rows: Any, where: str) -> Record:
     """A record with some rows as a file states them."""
-    kinds = get_type_hints(type(base))
-    said = mapping(rows, where).items()
-    unchanged = {name: getattr(base, name) for name in kinds}
-    stated = {name: _number(row, kinds.get(name)) for name, row in said}
-    return _made(type(base), {**unchanged, **stated}, where)
+    known = rows_of(type(base))
+    stated = {
+        name: _number(row, known[name].kind) if name in known else row
+        for name, row in mapping(rows, where).items()
+    }
+    return _made(type(base), {**vars(base), **stated}, where)
 
 
 def _number(value: Any, kind: Any) -> Any:
@@ -217,32 +225,25 @@ PRESETS: dict[str, Callable[[], Settings]] = {
 
 # -- As plain numbers and words -----------------------------------------------------
 
-
-def asdict(settings: Settings) -> dict[str, Any]:
-    """All of it as plain dicts, numbers, words and tuples, for a checkpoint."""
-    return dataclasses.asdict(settings)
+PARTS: dict[str, Any] = {
+    "robots": TrainerSettings,
+    "fire": TrainerSettings,
+    "scenario": Scenario,
+}
 
 
 def fromdict(plain: Rows) -> Settings:
-    """What `asdict` was made of; its tuples may have become lists on the way.
+    """Settings of what `dataclasses.asdict` made; tuples may have become lists.
 
     Raises SettingsError for a name or value that cannot be meant.
     """
-    kinds: dict[str, Any] = {
-        "robots": TrainerSettings,
-        "fire": TrainerSettings,
-        "scenario": Scenario,
-    }
     rows = mapping(plain, "settings")
-    parts = {
-        name: _made(kinds[name], rows[name], name) for name in kinds if name in rows
-    }
-    return _made(Settings, {**rows, **parts}, "settings")
+    for name in PARTS.keys() & rows.keys():
+        rows[name] = _made(PARTS[name], rows[name], name)
+    return _made(Settings, rows, "settings")
 
 
 # -- ML-Agents' files ---------------------------------------------------------------
-
-OWN_ROWS = ("head", "reward_scale")
 
 
 def read_yaml(path: str | os.PathLike[str], base: Settings) -> Settings:
@@ -252,41 +253,26 @@ def read_yaml(path: str | os.PathLike[str], base: Settings) -> Settings:
     have it: files of a few lines can then vary one of the tables.
     Raises SettingsError, also without PyYAML, and OSError for an unreadable file.
     """
-    file = mlagents.read(path)
     try:
-        return _read(file, base)
+        return _overlaid(mlagents.read(path), base)
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from None
 
 
-def write_yaml(settings: Settings, path: str | os.PathLike[str]) -> None:
-    """A file that `read_yaml` reads onto any base, and that ML-Agents 0.29.0 takes.
-
-    Raises OSError where it cannot be written, SettingsError without PyYAML.
-    """
-    plain = asdict(settings)
-    robots, fire = plain.pop("robots"), plain.pop("fire")
-    sides = zip(mlagents.SIDES, (robots, fire), strict=True)
-    own = {side: {name: rows[name] for name in OWN_ROWS} for side, rows in sides}
-    mlagents.write(path, mlagents.TrainerFile(robots, fire, {**own, **plain}))
-
-
-def _read(file: mlagents.TrainerFile, base: Settings) -> Settings:
+def _overlaid(file: mlagents.TrainerFile, base: Settings) -> Settings:
     ours = dict(file.ours)
     own_robots, own_fire = (_own_rows(ours.pop(s, None), s) for s in mlagents.SIDES)
-    whole = {
+    parts = {
         "robots": _trainer(base.robots, {**file.robots, **own_robots}, "robots"),
         "fire": _trainer(base.fire, {**file.fire, **own_fire}, "fire"),
         "scenario": _changed(base.scenario, ours.pop("scenario", None), "scenario"),
     }
-    known = [field.name for field in dataclasses.fields(Settings)]
+    known = [name for name in rows_of(Settings) if name not in parts]
+    known += [*mlagents.SIDES, "scenario"]
     for name in ours:
-        if name not in known or name in whole:
-            also = [*mlagents.SIDES, *(other for other in known if other not in whole)]
-            raise SettingsError(
-                f"{mlagents.OURS}: {unknown(name, [*also, 'scenario'])}"
-            )
-    return _changed(base, {**ours, **whole}, "settings")
+        if name not in known:
+            raise SettingsError(f"{mlagents.OURS}: {unknown(name, known)}")
+    return _changed(base, {**ours, **parts}, "settings")
 
 
 def _own_rows(rows: Any, side: str) -> dict[str, Any]:

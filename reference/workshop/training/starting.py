@@ -4,7 +4,7 @@ Clauses: E1, E2, E6.  Whoever goes on may ask for nothing else than what was beg
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ from reference.workshop.training.checkpoints import (
 )
 from reference.workshop.training.checkpoints import load as load_checkpoint
 from reference.workshop.training.policies import named_or_file
-from reference.workshop.training.presets import Settings, asdict, preset, read_yaml
+from reference.workshop.training.presets import Settings, preset, read_yaml
 
 DEFAULT_PRESET = "laptop"
 SMALL_BUILDING, BUILDING = "tiny", "paper"  # of preset tiny, and of the others
