@@ -77,7 +77,7 @@ def _bodies(building: Building, scenario: Scenario, rng: np.random.Generator) ->
         landmark=np.full(n, NOWHERE),
         target=position.copy(),
         leader=np.full(n, NOBODY),
-        shaft=np.full(n, NOWHERE),
+        stairwell=np.full(n, NOWHERE),
         stairs_until=np.full(n, inf),
         anchor=position.copy(),
         anchor_time=np.zeros(n),

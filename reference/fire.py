@@ -7,7 +7,7 @@ Clauses: D2, D3, D4, D5, D6.
 """
 
 from math import floor as floor_of
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -28,13 +28,6 @@ def snapped(x: float) -> float:
     if abs(below - x + 0.5) > abs(below - x - 0.5):
         return below - 0.5
     return below + 0.5
-
-
-class Strategy(Protocol):
-    """Whoever decides where fires break out: a script or a learned policy."""
-
-    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
-        """Floor and metres of the next source, or None for none."""
 
 
 class Refused(NamedTuple):
@@ -89,7 +82,7 @@ class Generator:
     def random_free(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Another random position without anything on it, on any floor."""
         places = np.flatnonzero(free_places(world))
-        return placed_at(world, rng.choice(places)) if len(places) else None
+        return decision_at(world, rng.choice(places)) if len(places) else None
 
 
 def free_places(world: World) -> np.ndarray:
@@ -100,13 +93,7 @@ def free_places(world: World) -> np.ndarray:
     return free
 
 
-def placedplaced_at(world: World, p: int) -> Decision:
-    nav = navigation_of(world.building)
-    x, y = nav.centres[p]
-    return int(p) // nav.floor_size, float(x), float(y)
-
-
-def placed_at(world: World, p: int) -> Decision:
+def decision_at(world: World, p: int) -> Decision:
     """The decision that lights a place."""
     nav = navigation_of(world.building)
     x, y = nav.centres[p]

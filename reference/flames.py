@@ -69,7 +69,7 @@ class Spread:
         flames.burning = flames.arrival <= time
         places = [flames.burning, beside_flames(self.building, flames.burning)]
         flames.harm = np.select(places, [BURN_LOSS, HEAT_LOSS], 0.0)
-        flames.cost = cost_of(*places)
+        flames.cost = walking_cost(*places)
         return float(flames.arrival[~flames.burning].min(initial=inf))
 
 
@@ -81,7 +81,7 @@ def beside_flames(building: Building, burning: np.ndarray) -> np.ndarray:
     return beside & building.walkable
 
 
-def cost_of(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
+def walking_cost(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
     """Metres that a metre in or beside flames counts as; arrays like `burning` [C5]."""
     return np.select([burning, beside], [BURN_COST, HEAT_COST], 1.0)
 

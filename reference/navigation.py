@@ -125,7 +125,7 @@ class Navigation:
     walkable   (places,) bool
     centres    (places, 2) metres
     distance   (landmarks, places) metres to each landmark on its floor
-    aim        (landmarks, places) the place to walk straight at on the way there
+    waypoint   (landmarks, places) the place to walk straight at on the way there
     """
 
     def __init__(self, building: Building):
@@ -140,9 +140,9 @@ class Navigation:
         self.clear = Window(building.walkable, building.walkable, LOOK_AHEAD, True)
         goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]
         self.distance = np.full((len(goals), self.places), np.inf)
-        self.aim = np.zeros((len(goals), self.places), dtype=np.int32)
+        self.waypoint = np.zeros((len(goals), self.places), dtype=np.int32)
         for index, goal in enumerate(goals):
-            self.distance[index], self.aim[index] = self.field(goal)
+            self.distance[index], self.waypoint[index] = self.field(goal)
 
     def _centres(self) -> np.ndarray:
         row, col = np.divmod(np.arange(self.places) % self.floor_size, self.cols)
@@ -284,9 +284,9 @@ class Navigation:
         """The places one walks over from p to a landmark, p left out."""
         chain: list[int] = []
         while 0 < self.distance[landmark, p] < np.inf:
-            aim = int(self.aim[landmark, p])
-            chain += self.straight(p, aim)
-            p = aim
+            waypoint = int(self.waypoint[landmark, p])
+            chain += self.straight(p, waypoint)
+            p = waypoint
         return chain
 
     def _pulled(self, chain: list[int], cost: np.ndarray | None) -> list[int]:

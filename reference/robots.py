@@ -1,14 +1,10 @@
-"""Robots: Algorithm 3, Eq. 1, and hand-written strategies of rising skill.
+"""Robots: Algorithm 3 and Eq. 1.
 
-Clauses: C5, C6, C7, C8.  A strategy and a learned policy have the same interface: they
-name the next destination, two floats in metres.
+Clauses: C5, C6, C7, C8.  Who decides where a robot goes is in `strategies`.
 
     X_r, Y_r    decided destination;  X_r', Y_r'  the actual one [C6]
     p           place
 """
-
-from collections.abc import Sequence
-from typing import Protocol
 
 import numpy as np
 
@@ -26,15 +22,6 @@ behind than FOLLOWER_GAP + CROWD_GAP * sqrt(n); the root, since a crowd fills a 
 
 AT_EXIT = 2.5
 """[C7, chosen] metres: a destination so near an exit means "this exit"."""
-
-
-class Strategy(Protocol):
-    """Whoever decides for the robots: an algorithm or a model [C7]."""
-
-    def decide(
-        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
-    ) -> list[Destination | None]:
-        """The next destination of each of these robots; None keeps the old one."""
 
 
 class RobotAlgorithm:
@@ -57,7 +44,7 @@ class RobotAlgorithm:
             robot.destination = np.array(target)  # 4
             robot.instruction = instruction_for(self.building, robot.floor, target)  # 5
             goal = self.navigation.nearest_free(robot.floor, *target)
-            risk = caution(world, robot.floor)
+            risk = flame_cost(world, robot.floor)
             robot.way = self.navigation.way(robot.place, goal, risk)[1]
         self._move(robot, speed * seconds)  # 7
 
@@ -84,7 +71,7 @@ def evacuate_humans(robot: Robot, world: World) -> float:
 
     The instruction itself is taken up by whoever sees the robot [B5].
     """
-    followers = led_by(world, robot) if robot.way else ()
+    followers = followers_of(world, robot) if robot.way else ()
     if not len(followers):
         return ROBOT_SPEED
     off = world.bodies.position[followers] - robot.position
@@ -93,7 +80,7 @@ def evacuate_humans(robot: Robot, world: World) -> float:
     return 0.0 if waits else ROBOT_SPEED
 
 
-def led_by(world: World, robot: Robot) -> np.ndarray:
+def followers_of(world: World, robot: Robot) -> np.ndarray:
     """(k,) people who follow a robot."""
     return (world.bodies.leader == robot.body).nonzero()[0]
 
@@ -129,6 +116,6 @@ def instruction_for(
     return Instruction.FOLLOW_ME
 
 
-def caution(world: World, floor: int) -> np.ndarray | None:
+def flame_cost(world: World, floor: int) -> np.ndarray | None:
     """What a metre costs in each place, given flames on this floor; None without."""
     return world.flames.cost if world.flames.burning[floor].any() else None

@@ -12,9 +12,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from reference import fire as fire_module
 from reference import motion
-from reference import robots as robots_module
 from reference.beginning import beginning, occupancy
 from reference.building import Building, Kind
 from reference.events import (
@@ -26,6 +24,7 @@ from reference.events import (
     FireRefused,
     LeftFloor,
 )
+from reference.fire import Generator
 from reference.flames import Spread
 from reference.game.rewards import group_reward
 from reference.humans import Situation, pass_landmark, think
@@ -42,12 +41,11 @@ from reference.paper import (
     Scenario,
 )
 from reference.perception import Surroundings, View, look
+from reference.robots import Destination, RobotAlgorithm
 from reference.sight import Sight, sight_of
 from reference.stairs import Stairs
-from reference.strategies import NoFire, NoRobots
+from reference.strategies import FireStrategy, NoFire, NoRobots, RobotStrategy
 from reference.world import NOBODY, NOWHERE, Aim, Fate, Source
-
-NOBODY_GUIDES, NOTHING_BURNS = NoRobots(), NoFire()
 
 PURPOSES = ("people", "flames", "fire", "robots")
 """What randomness is for: two runs may differ in one and share the rest."""
@@ -90,11 +88,11 @@ class Simulation:
         self,
         building: Building,
         scenario: Scenario | None = None,
-        robots: robots_module.Strategy = NOBODY_GUIDES,
-        fire: fire_module.Strategy = NOTHING_BURNS,
+        robots: RobotStrategy | None = None,
+        fire: FireStrategy | None = None,
         seed: int = 0,
     ):
-        """Same seed and inputs, same run; `NoRobots` are no robots at all.
+        """Same seed and inputs, same run; without strategies, no robots and no fire.
 
         Raises ValueError for more people than fit.
         """
@@ -103,14 +101,15 @@ class Simulation:
         self.navigation: Navigation = navigation_of(building)
         self.sight: Sight = sight_of(building, self.scenario.sight_range)
         self.rng = _generators(seed)
-        self.robot_strategy, self.fire_strategy = robots, fire
+        self.robot_strategy: RobotStrategy = robots or NoRobots()
+        self.fire_strategy: FireStrategy = fire or NoFire()
         self._marks = building.landmark.ravel()
         self._areas = building.area.ravel()
-        if isinstance(robots, NoRobots):
+        if isinstance(self.robot_strategy, NoRobots):
             self.scenario = replace(self.scenario, robots_per_floor=0)
-        self.algorithm = robots_module.RobotAlgorithm(building)
+        self.algorithm = RobotAlgorithm(building)
         self.spread = Spread(building, self.rng["flames"])
-        self.generator = fire_module.Generator(
+        self.generator = Generator(
             building, self.scenario.sources, self.scenario.training
         )
         self.stairs = Stairs(building)
@@ -228,13 +227,13 @@ class Simulation:
                 if me.goal.place != NOWHERE:
                     bodies.target[i] = self.navigation.centres[me.goal.place]
 
-    def _strategies_decide(self) -> list[robots_module.Destination | None]:
+    def _strategies_decide(self) -> list[Destination | None]:
         """At each decision the robots' strategy, at every k-th the fire's too.
 
         Both see the same world: nothing changes before all have decided.
         """
         robots = self.world.robots
-        decided: list[robots_module.Destination | None] = [None] * len(robots)
+        decided: list[Destination | None] = [None] * len(robots)
         if self.ticks % self.decision_ticks:
             return decided
         active = [k for k, robot in enumerate(robots) if robot.active]
@@ -263,9 +262,7 @@ class Simulation:
 
     # -- MOVE -----------------------------------------------------------------------
 
-    def _robots_move(
-        self, destinations: list[robots_module.Destination | None]
-    ) -> None:
+    def _robots_move(self, destinations: list[Destination | None]) -> None:
         for robot, decision in zip(self.world.robots, destinations, strict=True):
             self.algorithm.act(robot, self.world, decision, self.tick)
 
@@ -279,7 +276,7 @@ class Simulation:
         aim = bodies.target[who]
         by_field = np.flatnonzero(bodies.landmark[who] >= 0)
         marks = bodies.landmark[who[by_field]]
-        aim[by_field] = nav.centres[nav.aim[marks, before[by_field]]]
+        aim[by_field] = nav.centres[nav.waypoint[marks, before[by_field]]]
         position, floor = bodies.position[who], bodies.floor[who]
         moved = motion.step(
             position, floor, aim, bodies.pace[who], self.tick, self._free(who, before)
@@ -387,7 +384,7 @@ class Simulation:
         """Out of the simulation, for good or for ill."""
         bodies = self.world.bodies
         bodies.fate[i], bodies.leader[i], bodies.landmark[i] = fate, NOBODY, NOWHERE
-        bodies.shaft[i], bodies.stairs_until[i] = NOWHERE, inf
+        bodies.stairwell[i], bodies.stairs_until[i] = NOWHERE, inf
 
     def _tell(self, event: type[Event], *facts: object) -> None:
         self.events.append(event(self.world.time, *facts))

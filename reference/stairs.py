@@ -38,7 +38,11 @@ class Stairs:
         cells = nav.places_of(
             int(bodies.floor[i]), self.building.stairwells[shaft].cells
         )
-        bodies.shaft[i], bodies.leader[i], bodies.landmark[i] = shaft, NOBODY, NOWHERE
+        bodies.stairwell[i], bodies.leader[i], bodies.landmark[i] = (
+            shaft,
+            NOBODY,
+            NOWHERE,
+        )
         bodies.stairs_until[i] = world.time + STAIRS_SECONDS
         bodies.place[i] = cells[i % len(cells)]
         bodies.position[i] = nav.centres[bodies.place[i]]
@@ -49,7 +53,7 @@ class Stairs:
         At the lowest floor the human steps out, or waits for a free place to do so.
         """
         bodies = world.bodies
-        well = self.building.stairwells[bodies.shaft[i]]
+        well = self.building.stairwells[bodies.stairwell[i]]
         lowest = min(well.areas)
         if bodies.floor[i] > lowest:
             bodies.floor[i] -= 1
@@ -71,6 +75,6 @@ class Stairs:
                     continue
                 bodies.place[i], bodies.position[i] = p, spot
                 bodies.anchor[i], bodies.anchor_time[i] = spot, world.time
-                bodies.shaft[i], bodies.stairs_until[i] = NOWHERE, inf
+                bodies.stairwell[i], bodies.stairs_until[i] = NOWHERE, inf
                 arrive(world.minds[i], mark, nav.beyond(p, well.areas[floor]))
                 return

@@ -1,9 +1,11 @@
-"""The simplest strategies: nobody and nothing, and places at random.
+"""Strategies: who decides for the robots and for the fire, an algorithm or a model.
 
-Clauses: C7, D2.  Better ones, and their names, are in the workshop's `strategies`.
+Clauses: C7, D2.  The two interfaces, and the simplest strategies behind them. Better
+ones, and all their names, are in the workshop's `strategies`.
 """
 
 from collections.abc import Sequence
+from typing import Protocol
 
 import numpy as np
 
@@ -13,24 +15,56 @@ from reference.robots import Destination
 from reference.world import Robot, World
 
 
-class NoRobots:
-    """There are no robots, so nobody decides."""
+class RobotStrategy(Protocol):
+    """Decides where the robots go next [C7]."""
 
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> list[Destination | None]:
-        """Nothing."""
+        """The next destination of each of these robots; None keeps the old one."""
+
+
+class FireStrategy(Protocol):
+    """Decides where fires break out [D2]."""
+
+    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
+        """Floor and metres of the next source, or None for none."""
+
+
+class NoRobots:
+    """No robots at all."""
+
+    def decide(
+        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
+    ) -> list[Destination | None]:
+        """Decide nothing."""
         return [None] * len(robots)
 
 
 class RandomRobots:
-    """A random cell of the robot's floor."""
+    """Each robot walks to a random room cell of its floor."""
 
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> list[Destination | None]:
-        """Uniform over the rooms' cells."""
+        """Draw uniformly from the floor's room cells."""
         return [_random_room_cell(world.building, r.floor, rng) for r in robots]
+
+
+class NoFire:
+    """Nothing ever burns."""
+
+    def decide(self, world: World, rng: np.random.Generator) -> None:
+        """Decide nothing."""
+
+
+class RandomFire:
+    """A fire breaks out in a random room cell of a random floor."""
+
+    def decide(self, world: World, rng: np.random.Generator) -> Decision:
+        """Draw the floor first, then one of its room cells."""
+        floor = int(rng.integers(world.building.floors))
+        return (floor, *_random_room_cell(world.building, floor, rng))
 
 
 def _random_room_cell(
@@ -38,21 +72,3 @@ def _random_room_cell(
 ) -> Destination:
     cells = np.argwhere(building.kind[floor] == Kind.FLOOR)
     return building.metres(*rng.choice(cells).tolist())
-
-
-class NoFire:
-    """Nothing ever burns."""
-
-    def decide(self, world: World, rng: np.random.Generator) -> None:
-        """Never."""
-
-
-class RandomFire:
-    """A random cell of a random floor's rooms."""
-
-    def decide(self, world: World, rng: np.random.Generator) -> Decision:
-        """Uniform over floors first, then over the floor's room cells."""
-        kind = world.building.kind
-        floor = int(rng.integers(len(kind)))
-        cells = np.argwhere(kind[floor] == Kind.FLOOR)
-        return (floor, *world.building.metres(*rng.choice(cells).tolist()))

@@ -88,7 +88,7 @@ class Bodies:
     landmark      (n,) landmark headed for, -1: walk straight at `target`
     target        (n, 2) metres
     leader        (n,) body followed, -1 for nobody
-    shaft         (n,) stairwell walked down, -1 when not on stairs
+    stairwell     (n,) the one walked down, -1 when not on stairs
     stairs_until  (n,) seconds, when the next storey is reached; inf off the stairs
     anchor        (n, 2) metres, and anchor_time (n,) s: last place and time that the
                   body got ahead [B5]
@@ -105,7 +105,7 @@ class Bodies:
     landmark: np.ndarray
     target: np.ndarray
     leader: np.ndarray
-    shaft: np.ndarray
+    stairwell: np.ndarray
     stairs_until: np.ndarray
     anchor: np.ndarray
     anchor_time: np.ndarray
@@ -124,7 +124,7 @@ class Bodies:
     @property
     def walking(self) -> np.ndarray:
         """(n,) bool: inside and on a floor, not on the stairs."""
-        return (self.fate == INSIDE) & (self.shaft < 0)
+        return (self.fate == INSIDE) & (self.stairwell < 0)
 
 
 @dataclass(slots=True)

@@ -285,8 +285,8 @@ def test_who_walks_down_the_stairs_is_seen_there():
     """In the stairwell, on the floor they come from."""
     sim = scene(seconds=30)
     bodies = sim.world.bodies
-    person = np.flatnonzero(bodies.inside & (bodies.shaft >= 0))[0]
-    well = sim.building.stairwells[bodies.shaft[person]]
+    person = np.flatnonzero(bodies.inside & (bodies.stairwell >= 0))[0]
+    well = sim.building.stairwells[bodies.stairwell[person]]
     humans = decoded(sim).humans
     point = np.float32([*bodies.position[person], bodies.floor[person]])
     assert (humans == point).all(axis=1).any()

@@ -67,9 +67,9 @@ def test_whoever_is_on_the_stairs_has_been_paid_for_the_floor(floor, landings):
         shipped("paper"), Scenario(people=PEOPLE), Sweep(), NoFire(), seed=1
     )
     bodies = sim.world.bodies
-    while not ((bodies.shaft >= 0) & (bodies.floor == floor)).any():
+    while not ((bodies.stairwell >= 0) & (bodies.floor == floor)).any():
         sim.step()
-    (i, *_) = np.flatnonzero((bodies.shaft >= 0) & (bodies.floor == floor))
+    (i, *_) = np.flatnonzero((bodies.stairwell >= 0) & (bodies.floor == floor))
     bodies.fate[:] = Fate.DEAD
     bodies.fate[i] = Fate.INSIDE
     hopes = []

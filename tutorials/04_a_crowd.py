@@ -44,7 +44,7 @@ while world.time < 120:
             f"{world.time:4.0f}  {np.sum(here == Mode.LEADER):7}"
             f"  {np.sum(here == Mode.FOLLOWER):9}"
             f"  {np.bincount(heads[heads >= 0], minlength=1).max():13}"
-            f"  {np.sum(bodies.shaft >= 0):9}  {history[-1].out:3}"
+            f"  {np.sum(bodies.stairwell >= 0):9}  {history[-1].out:3}"
         )
     if simulation.ticks == 300:
         figure = drawing.frame(world, history)

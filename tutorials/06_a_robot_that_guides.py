@@ -8,7 +8,7 @@ from math import dist
 from pathlib import Path
 
 from reference.building import load
-from reference.robots import actual_target, instruction_for, led_by
+from reference.robots import actual_target, followers_of, instruction_for
 from reference.simulation import Simulation
 from reference.strategies import NoRobots, RandomFire
 from reference.workshop import drawing
@@ -42,7 +42,7 @@ class Shepherd:
     def goal(self, world, robot):
         lost = unguided(world) & (world.bodies.floor == robot.floor)
         goals = world.bodies.position[lost].tolist()
-        if len(led_by(world, robot)) >= 3 or not goals:
+        if len(followers_of(world, robot)) >= 3 or not goals:
             ways = world.building.ways_out(robot.floor)
             goals = [world.building.landmarks[way].position for way in ways]
         return min(goals, key=lambda goal: dist(goal, robot.position))
@@ -57,7 +57,7 @@ while simulation.world.time < 30:
     simulation.step()
     history.append(drawing.tally(simulation.world))
 for robot in simulation.world.robots:
-    led = len(led_by(simulation.world, robot))
+    led = len(followers_of(simulation.world, robot))
     print(f"floor {robot.floor + 1}: leads {led}, says {robot.instruction.name}")
 #> floor 1: leads 4, says THIS_EXIT
 #> floor 1: leads 3, says FOLLOW_ME
@@ -88,5 +88,6 @@ for robots in (NoRobots(), Shepherd(), Sweep()):
 # %% Exercise
 # The shepherd measures as the crow flies, through walls and flames. Let it choose who
 # and what is nearest on foot, and how much is that worth?
-# Hint: `prepared(building).distances([robot.place], caution(world, robot.floor))`, from
-# reference.navigation and reference.robots, are metres to every place, flames counted.
+# Hint: `navigation_of(building).distances([robot.place], cost)` with
+# `cost = flame_cost(world, robot.floor)`, from reference.navigation and
+# reference.robots, are metres to every place, flames counted.

@@ -18,14 +18,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from reference import fire as fire_module
-from reference import robots as robots_module
 from reference.building import Building
 from reference.events import Died, Evacuated, Event, FireRefused
+from reference.fire import Decision
 from reference.game import observations
 from reference.game.rewards import fire_reward, group_reward
 from reference.paper import Scenario
+from reference.robots import Destination
 from reference.simulation import Simulation, fire_acts
+from reference.strategies import FireStrategy, RobotStrategy
 from reference.world import Robot, World
 
 FIRE = "fire_0"
@@ -111,11 +112,11 @@ class SpokenRobots:
     """Robots that go where their agents have said; said: destinations by body."""
 
     def __init__(self) -> None:
-        self.said: dict[int, robots_module.Destination | None] = {}
+        self.said: dict[int, Destination | None] = {}
 
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
-    ) -> list[robots_module.Destination | None]:
+    ) -> list[Destination | None]:
         """What was said last."""
         return [self.said.get(robot.body) for robot in robots]
 
@@ -124,23 +125,19 @@ class SpokenFire:
     """A fire that breaks out where its agent has said."""
 
     def __init__(self) -> None:
-        self.said: fire_module.Decision | None = None
+        self.said: Decision | None = None
 
-    def decide(
-        self, world: World, rng: np.random.Generator
-    ) -> fire_module.Decision | None:
+    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """What was said last."""
         return self.said
 
 
-def destination(
-    building: Building, action: np.ndarray
-) -> robots_module.Destination | None:
+def destination(building: Building, action: np.ndarray) -> Destination | None:
     """A robot's action, (2,) a spot, in metres [C5]; all nan: keep the old one."""
     return None if np.isnan(action).all() else _metres(building, action)
 
 
-def fire_decision(building: Building, action: np.ndarray) -> fire_module.Decision:
+def fire_decision(building: Building, action: np.ndarray) -> Decision:
     """The fire's action, (3,) a floor and a spot, in storeys and metres [D2].
 
     The floor is the share of [-1, 1] that the first number is in, from below.
@@ -185,8 +182,8 @@ class Environment:
         self,
         building: Building,
         scenario: Scenario | None = None,
-        robots: robots_module.Strategy | None = None,
-        fire: fire_module.Strategy | None = None,
+        robots: RobotStrategy | None = None,
+        fire: FireStrategy | None = None,
     ):
         """robots, fire: None for agents, or the strategy that plays this side.
 

@@ -7,7 +7,6 @@ training plays and learns by the same functions, and adds workers and checkpoint
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
-from reference import fire, robots
 from reference.building import building_of
 from reference.learning.players import Landmarks, Player
 from reference.learning.poca import LEARNERS
@@ -15,12 +14,13 @@ from reference.learning.ppo import Learner, Summary
 from reference.learning.rollouts import Episode, Job, Learned, play
 from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
+from reference.strategies import FireStrategy, RobotStrategy
 
 
 def adversarial(
     plan: str,
     scenario: Scenario,
-    sides: dict[Side, Learner | robots.Strategy | fire.Strategy],
+    sides: dict[Side, Learner | RobotStrategy | FireStrategy],
     rounds: Iterable[Sequence[int]],
     landmarks: dict[Side, Landmarks] | None = None,
 ) -> Iterator[list[Episode]]:

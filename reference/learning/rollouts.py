@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from reference import fire, robots
 from reference.building import Building, building_of
 from reference.events import FireRefused
 from reference.game.environment import Environment
@@ -21,6 +20,7 @@ from reference.learning.experience import Trajectory
 from reference.learning.players import Acted, Landmarks, Observation, Player
 from reference.learning.settings import SIDES, Side, TrainerSettings
 from reference.paper import Scenario
+from reference.strategies import FireStrategy, RobotStrategy
 
 PLAYER_STREAM: dict[Side, int] = {"robots": 1, "fire": 2}
 """Each side's actions have a generator of their own, beside the simulation's."""
@@ -47,8 +47,8 @@ class Job:
 
     plan: str
     scenario: Scenario
-    robots: Learned | robots.Strategy
-    fire: Learned | fire.Strategy
+    robots: Learned | RobotStrategy
+    fire: Learned | FireStrategy
     seeds: tuple[int, ...]
 
     def learned(self) -> dict[Side, Learned]:

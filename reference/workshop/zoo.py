@@ -9,11 +9,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from reference import fire as fire_module
-from reference import robots as robots_module
 from reference.building import Building, load
 from reference.game import environment
 from reference.paper import Scenario
+from reference.strategies import FireStrategy, RobotStrategy
 from reference.workshop.pixels import picture
 
 try:
@@ -41,8 +40,8 @@ class ZooEnvironment(ParallelEnv[str, environment.Observation, np.ndarray]):
         self,
         building: Building | str = "paper",
         scenario: Scenario | None = None,
-        robots: robots_module.Strategy | None = None,
-        fire: fire_module.Strategy | None = None,
+        robots: RobotStrategy | None = None,
+        fire: FireStrategy | None = None,
         render_mode: str | None = None,
     ):
         """building: also the name or the path of a floor file.

@@ -16,11 +16,11 @@ from tqdm import tqdm
 
 from reference.building import Building, building_of
 from reference.evaluation.difficulty import difficulty_of, people_in
-from reference.fire import Decision, Strategy, free_places
+from reference.fire import Decision, free_places
 from reference.navigation import navigation_of
 from reference.paper import FIRE_SOURCES, Scenario
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots, RandomFire
+from reference.strategies import FireStrategy, NoFire, NoRobots, RandomFire
 from reference.workshop.strategies.fires import GreedyFire, Replay
 from reference.workshop.workers import InProcess, as_done
 from reference.world import Source, World
@@ -49,7 +49,7 @@ def unguided_loss(
 
 
 def _unguided(
-    building: Building, scenario: Scenario, seed: int, fire: Strategy
+    building: Building, scenario: Scenario, seed: int, fire: FireStrategy
 ) -> Simulation:
     simulation = Simulation(building, scenario, NoRobots(), fire, seed)
     simulation.run()
@@ -78,7 +78,7 @@ class Doorstep:
         return p // nav.floor_size, *nav.centres[p].tolist()
 
 
-KINDS: dict[str, type[Strategy]] = {
+KINDS: dict[str, type[FireStrategy]] = {
     "random": RandomFire,
     "greedy": GreedyFire,
     "doorstep": Doorstep,

@@ -13,7 +13,7 @@ import numpy as np
 from scipy import ndimage
 
 from reference.building import Building, Kind
-from reference.flames import beside_flames, cost_of
+from reference.flames import beside_flames, walking_cost
 from reference.game.observations import Scene, burning
 from reference.navigation import Navigation
 from reference.paper import Scenario
@@ -59,7 +59,7 @@ class Moment:
         self.robots, self.robot_floor, self.robot_place = _on_the_map(nav, scene.robots)
         self.walking = building.kind.ravel()[self.place] != Kind.STAIRS
         self.burning = burning(cells, building)
-        self.cost = cost_of(self.burning, beside_flames(building, self.burning))
+        self.cost = walking_cost(self.burning, beside_flames(building, self.burning))
         self.flames = np.asarray(self.burning.any(axis=(1, 2)))
         self._around: dict[int, np.ndarray] = {}
         self.occupancy = np.bincount(self.floor, minlength=building.floors)

@@ -3,9 +3,14 @@
 Clauses: C7, D2.
 """
 
-from reference.fire import Strategy as FireStrategy
-from reference.robots import Strategy as RobotStrategy
-from reference.strategies import NoFire, NoRobots, RandomFire, RandomRobots
+from reference.strategies import (
+    FireStrategy,
+    NoFire,
+    NoRobots,
+    RandomFire,
+    RandomRobots,
+    RobotStrategy,
+)
 from reference.workshop.strategies.fires import GreedyFire
 from reference.workshop.strategies.robots import Patrol, Sweep
 

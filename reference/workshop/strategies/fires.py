@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from reference.fire import Decision, free_places, placed_at
+from reference.fire import Decision, decision_at, free_places
 from reference.navigation import navigation_of
 from reference.strategies import RandomFire
 from reference.world import Source, World
@@ -24,7 +24,7 @@ class GreedyFire:
         traffic[~free_places(world)] = 0
         if not traffic.any():
             return RandomFire().decide(world, rng)
-        return placed_at(world, rng.choice(np.flatnonzero(traffic == traffic.max())))
+        return decision_at(world, rng.choice(np.flatnonzero(traffic == traffic.max())))
 
     @staticmethod
     def _traffic(world: World) -> np.ndarray:

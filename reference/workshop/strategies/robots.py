@@ -13,7 +13,7 @@ import numpy as np
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
 from reference.paper import NEAR_STAIRWELL
-from reference.robots import Destination, caution
+from reference.robots import Destination, flame_cost
 from reference.world import NOBODY, Robot, World
 
 
@@ -64,7 +64,7 @@ class Sweep:
     ) -> Destination | None:
         """One robot's choice; takes the group it chooses out of `lost`."""
         nav = navigation_of(world.building)
-        d = nav.distances([robot.place], caution(world, robot.floor))
+        d = nav.distances([robot.place], flame_cost(world, robot.floor))
         out = self._way_out(world, robot, d)
         groups = Groups(world, robot.floor, lost, self.GROUP_RADIUS)
         groups.drop(d[groups.place] < self.AT_HAND)
@@ -94,7 +94,7 @@ class Sweep:
     def _station(world: World, robot: Robot) -> Destination | None:
         """Before the busiest stairwell, where people still come down."""
         building, bodies = world.building, world.bodies
-        coming = bodies.shaft[bodies.inside & (bodies.shaft >= 0)]
+        coming = bodies.stairwell[bodies.inside & (bodies.stairwell >= 0)]
         shafts = [
             k for k, s in enumerate(building.stairwells) if min(s.areas) == robot.floor
         ]

@@ -23,7 +23,7 @@ from reference.learning.players import Player
 from reference.learning.ppo import Learner
 from reference.learning.settings import TrainerSettings
 from reference.paper import Scenario
-from reference.robots import Strategy
+from reference.strategies import RobotStrategy
 from reference.workshop.landmarks import Options, landmarks_for
 from reference.workshop.strategies import fire_named, robots_named
 
@@ -86,7 +86,7 @@ def _episode(
 
 def _decided(
     environment: Environment,
-    strategy: Strategy,
+    strategy: RobotStrategy,
     rng: np.random.Generator,
 ) -> np.ndarray:
     """(G, 2) the teacher's actions; nan where it keeps the old destination."""

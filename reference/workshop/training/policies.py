@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from reference import fire as fire_module
-from reference import robots as robots_module
 from reference.building import Building, building_of
+from reference.fire import Decision
 from reference.game.environment import destination, fire_decision
 from reference.game.observations import (
     SENTINEL,
@@ -27,6 +26,7 @@ from reference.learning.players import Player
 from reference.learning.rollouts import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
+from reference.robots import Destination
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
@@ -147,7 +147,7 @@ class LearnedRobots(LearnedPolicy):
 
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
-    ) -> list[robots_module.Destination | None]:
+    ) -> list[Destination | None]:
         """The next destination of each of these robots, metres."""
         self._check_fits(world)
         emitted = self._emitted(robot_vectors(world, self.scenario), world, rng)
@@ -160,7 +160,7 @@ class LearnedFire(LearnedPolicy):
 
     side: Side = "fire"
 
-    def decide(self, world: World, rng: np.random.Generator) -> fire_module.Decision:
+    def decide(self, world: World, rng: np.random.Generator) -> Decision:
         """Floor and metres of the next source."""
         self._check_fits(world)
         emitted = self._emitted(self._vector(world)[None], world, rng)

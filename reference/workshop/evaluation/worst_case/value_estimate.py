@@ -82,7 +82,7 @@ def _of_people(world: World, who: np.ndarray) -> Losses:
     bodies, building = world.bodies, world.building
     burning = world.flames.arrival <= world.time + SOON
     losses = all_losses(building, burning)
-    place, shaft = bodies.place[who], bodies.shaft[who]
+    place, shaft = bodies.place[who], bodies.stairwell[who]
     down = np.flatnonzero(shaft >= 0)
     feet, lowest = _feet(building)
     place[down] = feet[shaft[down]]
