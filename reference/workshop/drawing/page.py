@@ -281,15 +281,22 @@ def heading(figure: Figure, title: str) -> None:
     )
 
 
-def foot(figure: Figure, handles: Sequence[Artist], columns: int = 12) -> None:
-    """The legend along the lower edge of a page, in as few rows as fit."""
-    look: dict[str, Any] = {"handles": list(handles), "handleheight": 1.1}
+def foot(
+    figure: Figure,
+    handles: Sequence[Artist],
+    columns: int = 12,
+    caption: str = "",
+    **look: Any,
+) -> None:
+    """The legend along the lower edge of a page, in as few rows as fit; its caption."""
+    look |= {"handles": list(handles), "title": caption or None, "handleheight": 1.1}
     if figure.get_layout_engine() is None:
         look |= {"loc": "lower center", "bbox_to_anchor": (0.5, 0.005)}
     else:
         look |= {"loc": "outside lower center"}
-    for count in range(min(columns, len(handles)), 0, -1):
+    for count in range(max(min(columns, len(handles)), 1), 0, -1):
         legend = figure.legend(ncols=count, **look)
+        legend.get_title().set(fontsize=8, color=FAINT, multialignment="center")
         if legend.get_window_extent().width <= figure.bbox.width:
             break
         legend.remove()
@@ -319,6 +326,14 @@ def number(value: float, digits: int = 10) -> str:
     if "." in words:
         words = words.rstrip("0").rstrip(".")
     return words.replace("-", "−")
+
+
+def shortened(words: str, longest: int) -> str:
+    """The words, or their beginning and end where there are too many letters."""
+    half = longest // 2
+    if len(words) <= longest:
+        return words
+    return f"{words[: longest - half - 1]}…{words[-half:]}"
 
 
 def write_numbers(*axis: Axis) -> None:
