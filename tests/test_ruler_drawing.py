@@ -1,17 +1,14 @@
 """The ruler's pictures: what is marked, where it stands, and that it can be read."""
 
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
 import pytest
-from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.text import Text
+from pages import overlaps, words
 
 from reference.evaluation.score import PAPER, RulerError, base_and_control
 from reference.paper import BETA
 from reference.workshop.drawing import ruler as drawing
-from reference.workshop.drawing.page import save
 from reference.workshop.drawing.ruler import Reading
 
 B, C = base_and_control((-1200, 0.1), (1100, 1000))
@@ -28,23 +25,9 @@ def readings(count, seed=0):
         yield Reading(f"robots-{k} : fire-{k}", R, h, *intervals)
 
 
-def boxes(figure):
-    """Where each text stands, pixels, but for the numbers along the axes.
-
-    Of a label, without the line that leads to it.
-    """
-    FigureCanvasAgg(figure).draw()
-    axes = figure.findobj(lambda artist: hasattr(artist, "get_major_ticks"))
-    ticks = {
-        tick for a in axes for tick in (*a.get_major_ticks(), *a.get_minor_ticks())
-    }
-    numbers = {text for tick in ticks for text in (tick.label1, tick.label2)}
-    texts = figure.findobj(lambda artist: isinstance(artist, Text))
-    return {
-        text.get_text(): Text.get_window_extent(text)
-        for text in texts
-        if text.get_text().strip() and text not in numbers
-    }
+def texts(figure):
+    """All that is written on a page."""
+    return [text.get_text() for text in words(figure)]
 
 
 def dots(axes, marker):
@@ -53,47 +36,41 @@ def dots(axes, marker):
     return np.concatenate(found)
 
 
+@pytest.fixture(scope="module")
+def papers():
+    """What a reward is worth on the paper's ruler."""
+    return drawing.curve()
+
+
 @pytest.mark.paper("F1")
 @pytest.mark.paper("F2")
-def test_the_curve_marks_both_critical_points_r_b_and_where_e_is_one():
+def test_the_curve_marks_both_critical_points_r_b_and_where_e_is_one(papers):
     """At the rewards that the paper names, and at 15413 where y = β."""
-    upper, lower = drawing.curve().axes[:2]
+    upper, lower = papers.axes[:2]
     assert dots(upper, "o")[:, 0] == pytest.approx([-12e3, 14e3, 15e3, 15413], abs=1)
     assert dots(upper, "o")[:, 1] == pytest.approx([0.1, 1000, 1425.1, BETA], abs=0.1)
     assert dots(lower, "o")[1] == pytest.approx((0, 7.017), abs=1e-3)
 
 
 @pytest.mark.paper("F3")
-def test_the_tangents_have_the_slopes_that_the_text_names():
+def test_the_tangents_have_the_slopes_that_the_text_names(papers):
     """Dashed lines of 0.00004, 0.4 and 0.5, with ours and the paper's beside them."""
-    figure = drawing.curve()
-    drawn = [line.get_xydata() for line in figure.axes[0].lines[2:5]]
+    drawn = [line.get_xydata() for line in papers.axes[0].lines[2:5]]
     slopes = [(y[1] - y[0]) / (x[1] - x[0]) for x, y in (line.T for line in drawn)]
     assert slopes == pytest.approx([3.54e-5, 0.354, 0.505], rel=2e-3)
-    written = "\n".join(boxes(figure))
+    written = "\n".join(texts(papers))
     for ours, papers in (("0.0000354", "0.00004"), ("0.354", "0.4"), ("0.505", "0.5")):
         assert f"slope {ours} (paper: {papers})" in written
 
 
 @pytest.mark.paper("F9")
-def test_the_right_axis_reads_e():
+def test_the_right_axis_reads_e(papers):
     """1 where y = β = 1649.7."""
-    upper = drawing.curve().axes[0]
+    upper = papers.axes[0]
     (score,) = upper.child_axes
-    upper.figure.canvas.draw()
+    papers.draw_without_rendering()
     low, high = upper.get_ylim()
     assert score.get_ylim() == pytest.approx((low / BETA, high / BETA))
-
-
-@pytest.mark.paper("F9")
-def test_a_case_stands_higher_by_what_its_difficulty_adds():
-    """On the lower scale, from y up to e′."""
-    case = Reading("sweep", 9000, 2000)
-    lower = drawing.curve(cases=[case]).axes[1]
-    assert dots(lower, "D")[0] == pytest.approx((9000, PAPER.unscaled(9000, 2000)))
-    upright = next(line for line in lower.lines if line.get_color() == drawing.CASE)
-    ends = PAPER.reward_part(9000), PAPER.unscaled(9000, 2000)
-    assert upright.get_ydata() == pytest.approx(ends)
 
 
 @pytest.mark.paper("F10")
@@ -115,14 +92,12 @@ def test_every_reading_is_a_point_with_its_intervals_and_its_score():
     lines = [line.get_xydata().tolist() for line in axes.lines]
     assert [[8800, 2000], [9100, 2000]] in lines
     assert [[9000, 1900], [9000, 2150]] in lines
-    assert f"sweep : random  {PAPER.score(9000, 2000):.2f}" in boxes(figure)
+    assert f"sweep : random  {PAPER.score(9000, 2000):.2f}" in texts(figure)
 
 
 PAGES = {
     "the paper's": lambda: drawing.curve(),
-    "with cases": lambda: drawing.curve(cases=list(readings(3))),
     "for few people": lambda: drawing.curve(FEW, 1500),
-    "nobody's": lambda: drawing.contours(),
     "twelve pairs": lambda: drawing.contours(PAPER, list(readings(12))),
     "of few people": lambda: drawing.contours(FEW, [Reading("sweep", 800, 1500)]),
 }
@@ -131,14 +106,7 @@ PAGES = {
 @pytest.mark.parametrize("page", PAGES)
 def test_no_two_texts_overlap_and_none_is_cut_off(page):
     """Twelve pairs in two dense groups have room as well."""
-    figure = PAGES[page]()
-    found = boxes(figure)
-    for (one, box), (other, box_of_other) in combinations(found.items(), 2):
-        assert not box.overlaps(box_of_other), (one, other)
-    width, height = figure.canvas.get_width_height()
-    for text, box in found.items():
-        assert box.x0 >= 0 and box.x1 <= width, text
-        assert box.y0 >= 0 and box.y1 <= height, text
+    assert overlaps(PAGES[page]()) == []
 
 
 def test_a_long_label_loses_its_middle():
@@ -147,24 +115,19 @@ def test_a_long_label_loses_its_middle():
     figure = drawing.contours(PAPER, [Reading(long, 9000, 2000)])
     assert any(
         text.startswith("out/runs/") and text[:28].endswith(": worst-case")
-        for text in boxes(figure)
+        for text in texts(figure)
     )
-
-
-def test_a_picture_is_saved(tmp_path):
-    """As any other."""
-    assert save(drawing.contours(), tmp_path / "score.svg").stat().st_size > 10_000
 
 
 def test_who_lies_off_the_ruler_is_named_and_not_drawn():
     """Hours of evaluation end in a picture, whatever came out."""
-    pairs = [("sweep / none", 90_000, 0), ("sweep / random", 9000, 2000)]
+    pairs = [Reading("sweep / none", 9e4, 0), Reading("sweep / random", 9000, 2000)]
     figure = drawing.contours(PAPER, pairs)
     assert dots(figure.axes[0], "D").tolist() == [[9000, 2000]]
-    assert any("Off this ruler: sweep / none" in text for text in boxes(figure))
+    assert any("Off this ruler: sweep / none" in text for text in texts(figure))
 
 
-@pytest.mark.parametrize("beta", [0.5, 3, 100, 1e6])
+@pytest.mark.parametrize("beta", [0.5, 1e6])
 def test_the_line_is_in_the_picture_for_a_baseline_of_any_strength(beta):
     """Robots that nearly all fail, and such as nobody has seen."""
     ruler = replace(PAPER, beta=beta)
@@ -174,7 +137,7 @@ def test_the_line_is_in_the_picture_for_a_baseline_of_any_strength(beta):
     drawing.curve(ruler, 15_000)
 
 
-def test_refuses_cases_off_the_ruler():
+def test_refuses_a_best_reward_off_the_ruler():
     """A curve is drawn to explain, not to report."""
-    with pytest.raises(RulerError, match="reward 90000 lies off this ruler"):
-        drawing.curve(cases=[Reading("sweep", 9e4, 0)])
+    with pytest.raises(RulerError, match="lies off this ruler"):
+        drawing.curve(best_reward=9e4)

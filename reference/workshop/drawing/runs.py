@@ -1,16 +1,15 @@
-"""Runs of a training, as the table that it writes tells of them.
+"""Read the table that a training writes: its phases, and its columns as arrays.
 
-Clauses: E6.  What is wrong with a table is told with its file and line.
+Clauses: E6.
 """
 
 import csv
 import io
-from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from math import nan
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,6 +17,8 @@ TABLE = "summaries.csv"
 """What the table is called in the folder of a run."""
 
 BOTH = "both"
+SIDES = ("robots", "fire")
+_WORDS = ("side", "phase")
 
 
 class Phase(NamedTuple):
@@ -29,29 +30,17 @@ class Phase(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Rows:
-    """The rows of one side in a table, oldest first.
-
-    episodes  (k,) x
-    part      (k,) which phase of its run: 0, 1, 2, ...
-    values    (k,) y for each column
-    """
-
-    episodes: np.ndarray
-    part: np.ndarray
-    values: dict[str, np.ndarray]
-
-
-@dataclass(frozen=True)
 class Run:
-    """One training: its name, phases in order, and rows.
+    """One training: (k,) summaries of both sides in the order of episodes.
 
-    sides  by "robots", "fire", or "both": each has rows only while it learns, but what
-           becomes of people stands in all of them
+    side     "robots" or "fire";  part  the phase of each row: 0, 1, 2, ...
+    columns  numbers by name, nan where a cell is empty
     """
 
     name: str
-    sides: dict[str, Rows]
+    side: np.ndarray
+    part: np.ndarray
+    columns: dict[str, np.ndarray]
     phases: tuple[Phase, ...]
 
     @property
@@ -59,9 +48,13 @@ class Run:
         """Episodes played."""
         return self.phases[-1].end
 
+    def rows_of(self, side: str) -> np.ndarray:
+        """(k,) bool: the rows of "robots", of "fire", or of both."""
+        return np.full(len(self.side), True) if side == BOTH else self.side == side
+
 
 def read(path: str | Path) -> Run:
-    """The run in a table, or in a folder that holds one.
+    """Read a table, or the one in a folder.
 
     A last line without its end is still being written and left out. Raises ValueError
     for a table that cannot be drawn, OSError where there is none.
@@ -74,98 +67,68 @@ def read(path: str | Path) -> Run:
         )
     text = file.read_text(encoding="utf-8")
     reader = csv.DictReader(io.StringIO(text[: text.rfind("\n") + 1]))
-    _check_columns(file, reader.fieldnames or ())
-    rows = [_numbers(file, reader.line_num, row) for row in reader]
-    _check_rows(file, rows)
-    rows.sort(key=lambda row: row.episodes)
-    name = file.parent.name if file.name == TABLE else file.stem
-    return _run(name, rows)
-
-
-class _Row(NamedTuple):
-    line: int
-    side: str
-    phase: str
-    episodes: float
-    values: dict[str, float]
-
-
-_WORDS = ("side", "phase")
-
-
-def _check_columns(file: Path, columns: Sequence[str]) -> None:
-    missing = [name for name in (*_WORDS, "step", "episodes") if name not in columns]
-    if not columns:
-        raise ValueError(f"{file}: is empty. Train for longer first.")
+    missing = {*_WORDS, "step", "episodes"}.difference(reader.fieldnames or ())
     if missing:
         raise ValueError(
-            f"{file}: has no column {' and no '.join(missing)}, so it is no table of a "
-            f"training. Name one that `train` wrote."
+            f"{file}: has no column {' and no '.join(sorted(missing))}. Name a table "
+            "that `train` wrote."
         )
+    rows = [_numbers(f"{file}, line {reader.line_num}", row) for row in reader]
+    _check_rows(file, rows)
+    rows.sort(key=lambda row: row["episodes"])
+    return _run(file.parent.name if file.name == TABLE else file.stem, rows)
 
 
-def _numbers(file: Path, line: int, row: dict[str, str]) -> _Row:
-    """A row with its cells as numbers, empty ones nan."""
-    values = {}
+def _numbers(where: str, row: dict[str, Any]) -> dict[str, Any]:
+    """Turn the cells of a row into numbers, empty ones into nan; note where it is."""
+    found: dict[str, Any] = {"where": where}
     for name, cell in row.items():
-        if name in _WORDS:
-            continue
         try:
-            values[name] = nan if cell == "" else float(cell)
+            found[name] = cell if name in _WORDS else nan if cell == "" else float(cell)
         except (TypeError, ValueError):
-            found = "missing" if cell is None else repr(cell)
             raise ValueError(
-                f"{file}, line {line}: {name or 'a cell too many'} is {found}, where a "
-                "number should be. Take the line out."
+                f"{where}: {name or 'a cell too many'} is "
+                f"{'missing' if cell is None else repr(cell)}, where a number should "
+                "be. Take the line out."
             ) from None
-    return _Row(line, row["side"], row["phase"], values["episodes"], values)
+    return found
 
 
-def _check_rows(file: Path, rows: Sequence[_Row]) -> None:
-    """Two rows of a side at least, in the order of time."""
-    sides: dict[str, list[_Row]] = {"robots": [], "fire": []}
+def _check_rows(file: Path, rows: list[dict[str, Any]]) -> None:
+    """Check that a side has two rows at least, and that time goes on."""
+    times: dict[str, list[float]] = {side: [0.0] for side in SIDES}
     for row in rows:
-        if row.side not in sides:
+        if row["side"] not in times:
             raise ValueError(
-                f"{file}, line {row.line}: the side is {row.side!r}. There is robots "
-                "and fire."
+                f"{row['where']}: the side is {row['side']!r}, not robots or fire."
             )
-        before = sides[row.side][-1].episodes if sides[row.side] else 0
-        if not before <= row.episodes:
+        before = times[row["side"]]
+        if not before[-1] <= row["episodes"]:
             raise ValueError(
-                f"{file}, line {row.line}: {row.episodes:g} episodes after "
-                f"{before:g}. Keep the rows of one training only."
+                f"{row['where']}: {row['episodes']:g} episodes after {before[-1]:g}. "
+                "Keep the rows of one training only."
             )
-        sides[row.side].append(row)
-    if max(map(len, sides.values())) < 2:
+        before.append(row["episodes"])
+    if max(map(len, times.values())) < 3:
         raise ValueError(
-            f"{file}: {len(rows) or 'no'} {'row' if len(rows) == 1 else 'rows'}, and a "
-            "curve needs two of a side. Train for longer, or set a smaller "
-            "summary_freq."
+            f"{file}: a curve needs two rows of a side, and there are {len(rows)} in "
+            "all. Train for longer, or set a smaller summary_freq."
         )
 
 
-def _run(name: str, rows: Sequence[_Row]) -> Run:
-    """A run from its rows, oldest first."""
+def _run(name: str, rows: list[dict[str, Any]]) -> Run:
+    """Gather the columns and phases of rows, oldest first."""
     phases: list[Phase] = []
-    members: dict[str, list[tuple[int, _Row]]] = {}
-    for part, (phase, group) in enumerate(groupby(rows, lambda row: row.phase)):
-        within = list(group)
-        start = phases[-1].end if phases else 0.0
-        phases.append(Phase(phase, start, within[-1].episodes))
-        for row in within:
-            members.setdefault(row.side, []).append((part, row))
-            members.setdefault(BOTH, []).append((part, row))
-    return Run(name, {side: _rows(m) for side, m in members.items()}, tuple(phases))
-
-
-def _rows(members: Sequence[tuple[int, _Row]]) -> Rows:
-    parts, rows = zip(*members, strict=True)
-    return Rows(
-        episodes=np.array([row.episodes for row in rows]),
-        part=np.array(parts),
-        values={
-            name: np.array([row.values[name] for row in rows])
-            for name in rows[0].values
-        },
+    part: list[int] = []
+    for phase, group in groupby(rows, lambda row: row["phase"]):
+        ends = [row["episodes"] for row in group]
+        part += [len(phases)] * len(ends)
+        phases.append(Phase(phase, phases[-1].end if phases else 0.0, ends[-1]))
+    numbers = [name for name in rows[0] if name not in (*_WORDS, "where")]
+    return Run(
+        name,
+        np.array([row["side"] for row in rows]),
+        np.array(part),
+        {column: np.array([row[column] for row in rows]) for column in numbers},
+        tuple(phases),
     )
