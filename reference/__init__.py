@@ -27,7 +27,7 @@ BOOK = (
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE
     "game",  # what is learned:
     "game.observations",  # the 167 numbers and the grid
-    "game.environment",  # PettingZoo's parallel API
+    "game.environment",  # who decides when, what an action means, who leaves
     "learning",  # how:
     "learning.settings",  # rows of Tables I and II
     "learning.networks",  # actors and critics

@@ -59,7 +59,7 @@ def decoded(sim, k=0):
 def test_a_robot_of_the_paper_observes_167_numbers():
     """40 people, 6 robots, their team, the time, 8 fires and 3 floors."""
     sim = scene()
-    assert observations.vector_size(sim.building, sim.scenario) == 167
+    assert observations.robot_layout(sim.building, sim.scenario).size == 167
     assert vectors(sim).shape == (6, 167)
     assert vectors(sim).dtype == np.float32
 
@@ -76,7 +76,7 @@ def test_the_grid_of_the_paper_is_9_by_40_by_40():
 def test_the_fire_of_the_paper_observes_138_numbers():
     """40 people and 6 robots; fires it sees on the grid."""
     sim = scene()
-    assert observations.fire_vector_size(sim.building, sim.scenario) == 138
+    assert observations.fire_layout(sim.building, sim.scenario).size == 138
     assert observations.fire_vector(sim.world, sim.scenario).shape == (138,)
 
 
@@ -86,7 +86,7 @@ def test_sizes_follow_from_the_building_and_the_scenario(name):
     sim = scene(name, seconds=20, people=7, robots_per_floor=3, sources=2)
     floors = sim.building.floors
     size = 3 * 7 + 3 * 3 * floors + 1 + 1 + 3 * 2 + floors
-    assert observations.vector_size(sim.building, sim.scenario) == size
+    assert observations.robot_layout(sim.building, sim.scenario).size == size
     assert vectors(sim).shape == (3 * floors, size)
     grid = observations.grid(sim.world)
     assert grid.shape == observations.grid_shape(sim.building)
@@ -101,7 +101,7 @@ def test_sizes_follow_from_the_building_and_the_scenario(name):
 def test_sizes_hold_for_nobody_and_nothing_too(people, robots, sources):
     """No people, no robots, no fires: empty parts, not errors."""
     sim = scene("tiny", people=people, robots_per_floor=robots, sources=sources)
-    size = observations.vector_size(sim.building, sim.scenario)
+    size = observations.robot_layout(sim.building, sim.scenario).size
     assert vectors(sim).shape == (2 * robots, size)
     fire = observations.fire_vector(sim.world, sim.scenario)
     assert fire.shape == (3 * (people + 2 * robots),)
@@ -112,19 +112,13 @@ def test_no_number_is_beyond_its_limits(name):
     """From the first second to the last, on all floors."""
     sim = scene(name)
     where = sim.building, sim.scenario
+    robots, fire = observations.robot_layout(*where), observations.fire_layout(*where)
     while not sim.done:
-        for numbers, (low, high) in (
-            (vectors(sim), observations.limits(*where)),
-            (
-                observations.fire_vector(sim.world, sim.scenario),
-                observations.fire_limits(*where),
-            ),
-            (
-                observations.state(sim.world, sim.scenario),
-                observations.state_limits(*where),
-            ),
+        for numbers, layout in (
+            (vectors(sim), robots),
+            (observations.fire_vector(sim.world, sim.scenario), fire),
         ):
-            assert (low <= numbers).all() and (numbers <= high).all()
+            assert (layout.low <= numbers).all() and (numbers <= layout.high).all()
         for _ in range(25):
             sim.step()
 
@@ -134,7 +128,9 @@ def test_no_number_is_beyond_its_limits(name):
 
 def slots(sim):
     """What is at which place of a robot's vector, by name."""
-    return {s.what: s for s in observations.layout(sim.building, sim.scenario)}
+    return {
+        s.what: s for s in observations.robot_layout(sim.building, sim.scenario).slots
+    }
 
 
 def changed(sim, change):
@@ -149,18 +145,16 @@ def test_the_table_of_numbers_has_every_number_once(name):
     """Each slot begins where the last one ends; the fire's likewise."""
     sim = scene(name)
     where = sim.building, sim.scenario
-    for table, size in (
-        (observations.layout(*where), observations.vector_size(*where)),
-        (observations.fire_layout(*where), observations.fire_vector_size(*where)),
-    ):
+    for layout in (observations.robot_layout(*where), observations.fire_layout(*where)):
+        table = layout.slots
         assert [slot.start for slot in table] == [0, *(s.stop for s in table[:-1])]
-        assert table[-1].stop == size
+        assert table[-1].stop == layout.size == len(layout.low) == len(layout.high)
         assert len({slot.what for slot in table}) == len(table)
 
 
 @pytest.mark.paper("C1")
 def test_the_table_names_the_numbers_of_the_paper():
-    """The rows that `layout` itself lists for the paper."""
+    """The rows that `robot_layout` itself lists for the paper."""
     table = slots(scene())
     assert table["human 1: x, y, storey"][:2] == (0, 3)
     assert table["human 40: x, y, storey"][:2] == (117, 120)
@@ -354,7 +348,7 @@ def test_within_a_floor_distances_never_fall(k):
 
 
 @pytest.mark.paper("D1")
-def test_the_fire_observes_everybody_in_half_bodies():
+def test_the_fire_observes_everybody_in_normalised_coordinates():
     """The corners of the main body are at 1 and -1, the third floor is at 1."""
     building = shipped("paper")
     corner = np.array([[20.0, -20.0, 2.0], [0.0, 0.0, 0.0]])
@@ -367,7 +361,7 @@ def test_the_fire_observes_everybody_in_half_bodies():
 def test_a_step_changes_exactly_the_fires_numbers_of_this_human():
     """Human 8, by number and not by distance, for the fire stands nowhere."""
     sim = scene()
-    table = observations.fire_layout(sim.building, sim.scenario)
+    table = observations.fire_layout(sim.building, sim.scenario).slots
     before = observations.fire_vector(sim.world, sim.scenario)
     sim.world.bodies.position[7, 0] += 0.5
     after = observations.fire_vector(sim.world, sim.scenario)
@@ -458,19 +452,7 @@ def test_a_grid_belongs_to_whoever_asked_for_it():
     assert not observations.grid(calm.world)[3:6].any()
 
 
-# -- All there is -------------------------------------------------------------------
-
-
-def test_the_state_tells_apart_what_observations_do_not():
-    """Health, for one; its size does not change."""
-    sim = scene(seconds=20)
-    before = observations.state(sim.world, sim.scenario)
-    sim.world.bodies.health[3] -= 7
-    after = observations.state(sim.world, sim.scenario)
-    assert after.dtype == np.float32
-    (place,) = np.flatnonzero(after != before)
-    assert place == 1 + 4 * 3 + 3
-    assert before[place] - after[place] == pytest.approx(7)
+# -- On the whole ------------------------------------------------------------------
 
 
 def test_observing_does_not_change_the_world():
@@ -479,7 +461,6 @@ def test_observing_does_not_change_the_world():
     for _ in range(3):
         vectors(one), observations.grid(one.world)
         observations.fire_vector(one.world, one.scenario)
-        observations.state(one.world, one.scenario)
     assert np.array_equal(vectors(one), vectors(other))
     assert str(one.run()) == str(other.run())
 
@@ -488,4 +469,4 @@ def test_refuses_a_scenario_for_another_number_of_floors():
     """In a sentence, not in numpy's words."""
     scenario = replace(Scenario(), people_per_floor=(1, 2))
     with pytest.raises(ValueError, match="names 2 floors, the building has 3"):
-        observations.vector_size(shipped("paper"), scenario)
+        observations.robot_layout(shipped("paper"), scenario)

@@ -47,7 +47,7 @@ def seen_by(simulation, robot):
         observations.grid(world),
         vector,
         observations.decode(vector, world.building, scenario),
-        observations.layout(world.building, scenario),
+        observations.robot_layout(world.building, scenario).slots,
     )
 
 

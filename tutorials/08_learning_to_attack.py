@@ -69,7 +69,8 @@ for name, array in seen["fire_0"].items():
 #> vector (27,)
 #> grid (3, 20, 34)
 place = seen["fire_0"]["vector"][:2]
-print(fire_layout(gallery, evening)[0].what, "in normalised metres:", place.round(2))
+slot = fire_layout(gallery, evening).slots[0]
+print(slot.what, "in normalised metres:", place.round(2))
 #> human 1: x, y, storey in normalised metres: [-0.27 -0.73]
 
 # All of it as a page, for the fire and for the robot: the grid, who is where, and what
@@ -89,7 +90,7 @@ print("floor and metres:", fire_decision(gallery, np.array([0.3, -0.9, 0.1])))
 #> floor and metres: (0, -15.3, 0.6)
 while not infos["fire_0"]["acts"]:
     _, _, _, _, infos = game.step({"fire_0": np.zeros(3)})
-print("its first decision is read at", infos["fire_0"]["seconds"], "s")
+print("its first decision is read at", game.simulation.world.time, "s")
 #> its first decision is read at 10.0 s
 
 # %% What it gets

@@ -1,22 +1,24 @@
-"""What the agents observe: 167 numbers and a 40 x 40 grid for the paper's building.
+"""Observations: 167 numbers and a 40 x 40 grid for the robots of the paper's building.
 
-Clauses: C1, C2, C3, C4, D1.  Everything is computed from the world by pure functions;
-sizes follow from the building and the scenario.
+Clauses: C1, C2, C3, C4, D1.  Everything is computed from the world by pure functions.
+What a vector holds is described once, in a `Layout`: its size, the meaning and the
+bounds of its numbers, how it is written and how it is read again.
 
     n   people;  R  robots;  F  fire sources;  V  numbers of a vector
     point       x, y in metres and the storey, 0 is the first floor
-    normalised   metres from the middle of the main body, divided by half its size: the
-                body is [-1, 1] x [-1, 1]
+    normalised  coordinates in which the main body of the building is [-1, 1] x [-1, 1]
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from reference.building import Building, Kind
-from reference.paper import HEALTH, Scenario
+from reference.paper import Scenario
 from reference.world import World
 
 SENTINEL = (0.0, 0.0, -1.0)
@@ -30,6 +32,22 @@ SMALLEST_GRID = 20
 """[C3, chosen] cells: the `simple` encoder's two convolutions need so many."""
 
 
+# -- What a vector holds ------------------------------------------------------------
+
+
+class Part(NamedTuple):
+    """Rows of a vector that say the same kind of thing.
+
+    rows       what each row says;  unit  of its numbers
+    low, high  what a row's numbers are never below and never above
+    """
+
+    rows: Sequence[str]
+    unit: str
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+
 class Slot(NamedTuple):
     """Numbers start .. stop - 1 of a vector: what they say, and in which units."""
 
@@ -37,6 +55,202 @@ class Slot(NamedTuple):
     stop: int
     what: str
     unit: str
+
+
+class Layout:
+    """What each number of a vector says, part by part.
+
+    size       V;  slots  one for each row of each part
+    low, high  (V,) float32, the bounds of all numbers
+    """
+
+    def __init__(self, **parts: Part):
+        self._where: dict[str, tuple[slice, int, int]] = {}
+        slots: list[Slot] = []
+        self.size = 0
+        for name, (rows, unit, low, _) in parts.items():
+            width, start = len(low), self.size
+            self.size += width * len(rows)
+            self._where[name] = slice(start, self.size), len(rows), width
+            starts = range(start, self.size, width)
+            slots += [
+                Slot(at, at + width, what, unit)
+                for at, what in zip(starts, rows, strict=True)
+            ]
+        self.slots = tuple(slots)
+        every = [(part, len(part.rows)) for part in parts.values()]
+        self.low = np.concatenate([p.low * k for p, k in every]).astype(np.float32)
+        self.high = np.concatenate([p.high * k for p, k in every]).astype(np.float32)
+
+    def write(self, count: int, **parts: ArrayLike) -> np.ndarray:
+        """(count, V) float32 vectors; parts: (..., rows, width), broadcast."""
+        vectors = np.empty((count, self.size), dtype=np.float32)
+        for name, rows in parts.items():
+            self.read(vectors, name)[:] = rows
+        return vectors
+
+    def read(self, vectors: np.ndarray, part: str) -> np.ndarray:
+        """A part of vectors (..., V) as a view, (..., rows, width)."""
+        where, rows, width = self._where[part]
+        return vectors[..., where].reshape(*vectors.shape[:-1], rows, width)
+
+
+@lru_cache(maxsize=64)
+def robot_layout(building: Building, scenario: Scenario) -> Layout:
+    """Lay out a robot's vector; 167 numbers for the paper [C1] [C2].
+
+    In the order of C1, and as C4 says for the observer; for the paper:
+
+          0-119  humans: own floor first, then above, then below; nearest first
+        120-137  robots: the observer, its team, those elsewhere; by number
+        138      robots in the observer's team
+        139      time
+        140-163  fire sources, in the order of lighting
+        164-166  fire sources on each floor, the first floor first
+
+    A human who is out or dead, a robot whose work is done and a fire not yet lit is
+    SENTINEL; people who are gone come last.
+    """
+    floors, team, most = building.floors, scenario.robots_per_floor, scenario.sources
+    point = ("m, m, storey", *_corners(building))
+    robots = [
+        *_points("the observer", [""] * min(team, 1)),
+        *_points("team mate ", range(1, team)),
+        *_points("robot elsewhere ", range(1, team * (floors - 1) + 1)),
+    ]
+    on_floors = [f"fire sources on floor {k}" for k in range(1, floors + 1)]
+    end = scenario.time_limit + scenario.tick
+    return Layout(
+        humans=Part(_humans(building, scenario), *point),
+        robots=Part(robots, *point),
+        team=Part(["robots in the observer's team"], "1", (0.0,), (team,)),
+        time=Part(["time since the beginning"], "s", (0.0,), (end,)),
+        fires=Part(_points("fire source ", range(1, most + 1)), *point),
+        fires_per_floor=Part(on_floors, "1", (0.0,), (most,)),
+    )
+
+
+@lru_cache(maxsize=64)
+def fire_layout(building: Building, scenario: Scenario) -> Layout:
+    """Lay out the fire's vector; 3 (n + R) = 138 numbers for the paper [D1]."""
+    low, high = to_normalised(building, np.array(_corners(building))).tolist()
+    point = ("normalised, normalised, share of the highest storey", (*low,), (*high,))
+    robots = range(1, scenario.robots_per_floor * building.floors + 1)
+    return Layout(
+        humans=Part(_humans(building, scenario), *point),
+        robots=Part(_points("robot ", robots), *point),
+    )
+
+
+def _humans(building: Building, scenario: Scenario) -> list[str]:
+    people = sum(scenario.start_counts(building.floors))
+    return _points("human ", range(1, people + 1))
+
+
+def _points(name: str, numbers: Sequence[object]) -> list[str]:
+    return [f"{name}{number}: x, y, storey" for number in numbers]
+
+
+def _corners(building: Building) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """The lowest and the highest point of the drawing, SENTINEL among them."""
+    rows, cols = building.kind.shape[1:]
+    left, top = building.metres(-0.5, -0.5)
+    right, bottom = building.metres(rows - 0.5, cols - 0.5)
+    return (left, bottom, SENTINEL[2]), (right, top, float(building.floors - 1))
+
+
+# -- From the world to vectors ------------------------------------------------------
+
+
+def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
+    """(R, V) float32: row k is what robot k observes, see `robot_layout` [C1] [C4].
+
+    scenario: the simulation's own.
+    """
+    humans, robots = points(world)
+    fires = _source_points(world, scenario.sources)
+    floor = tuple(robot.floor for robot in world.robots)
+    counts = [[(fires[:, 2] == f).sum()] for f in range(world.building.floors)]
+    return robot_layout(world.building, scenario).write(
+        len(robots),
+        humans=humans[_nearest_first(world, humans)],
+        robots=robots[_observer_first(floor)],
+        team=scenario.robots_per_floor,
+        time=world.time,
+        fires=fires,
+        fires_per_floor=counts,
+    )
+
+
+def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
+    """(V,) float32: points of all humans, then of all robots [D1].
+
+    In order of their numbers. Table II does not normalise, so they are [D1, chosen]
+    normalised here, and storeys are shares of the highest: about 1 for everything.
+    scenario: the simulation's own.
+    """
+    humans, robots = (to_normalised(world.building, p) for p in points(world))
+    layout = fire_layout(world.building, scenario)
+    return layout.write(1, humans=humans, robots=robots)[0]
+
+
+def points(world: World) -> tuple[np.ndarray, np.ndarray]:
+    """(n, 3) and (R, 3) points of all people and robots, in order of their numbers.
+
+    People on the stairs are in a cell of the stairwell, on the floor they come from.
+    """
+    bodies = world.bodies
+    humans = np.column_stack([bodies.position, bodies.floor])
+    humans[~bodies.inside] = SENTINEL
+    team = _robot_points(world)
+    team[~robots_at_work(world)] = SENTINEL
+    return humans, team
+
+
+def _robot_points(world: World) -> np.ndarray:
+    """(R, 3), those whose work is done too."""
+    where = [(*robot.position, robot.floor) for robot in world.robots]
+    return np.array(where, dtype=np.float64).reshape(-1, 3)
+
+
+def robots_at_work(world: World) -> np.ndarray:
+    """(R,) bool: is anybody inside on the robot's floor or above it? [C8]"""
+    here = [world.people_at_or_above(robot.floor) > 0 for robot in world.robots]
+    return np.array(here, dtype=bool)
+
+
+def _source_points(world: World, most: int) -> np.ndarray:
+    """(F, 3) points of the fire sources in the order of lighting."""
+    fires = np.tile(SENTINEL, (most, 1))
+    for k, source in enumerate(world.flames.sources[:most]):
+        fires[k] = source.x, source.y, source.floor
+    return fires
+
+
+def _nearest_first(world: World, humans: np.ndarray) -> np.ndarray:
+    """(R, n) people in the order in which each robot sees them [C4, chosen].
+
+    First its own floor, then the floors above, who will come through, the next one
+    first; then the floors below, the next one first, and SENTINEL, the lowest, last.
+    Within a floor by distance in metres, equal ones by number.
+    """
+    robots = _robot_points(world)
+    off = humans - robots[:, None]
+    up = off[..., 2]
+    rank = np.where(up >= 0, up, world.building.floors - up)
+    return np.lexsort((np.hypot(off[..., 0], off[..., 1]), rank), axis=1)
+
+
+@lru_cache(maxsize=64)
+def _observer_first(floor: tuple[int, ...]) -> np.ndarray:
+    """(R, R) robots in the order in which each sees them: itself, its team, others."""
+    number = np.arange(len(floor))
+    other_floor = np.not_equal.outer(floor, floor)
+    not_me = number[:, None] != number
+    return np.lexsort((np.broadcast_to(number, not_me.shape), not_me, other_floor))
+
+
+# -- From vectors back to points ----------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -53,340 +267,54 @@ class Scene:
     time: np.ndarray
 
 
-class Parts(NamedTuple):
-    """Where the parts of a vector are, in the order of C1."""
-
-    humans: slice
-    robots: slice
-    team: slice
-    time: slice
-    fires: slice
-    fires_per_floor: slice
-
-
-@lru_cache(maxsize=64)
-def _parts(floors: int, scenario: Scenario) -> Parts:
-    people = sum(scenario.start_counts(floors))
-    robots = scenario.robots_per_floor * floors
-    sizes = (3 * people, 3 * robots, 1, 1, 3 * scenario.sources, floors)
-    ends = np.cumsum(sizes).tolist()
-    return Parts(*(slice(e - s, e) for s, e in zip(sizes, ends, strict=True)))
-
-
-# -- A robot's vector ---------------------------------------------------------------
-
-
-def vector_size(building: Building, scenario: Scenario) -> int:
-    """V = 3n + 3R + 1 + 1 + 3F + floors; 167 for the paper [C1] [C2]."""
-    return _parts(building.floors, scenario).fires_per_floor.stop
-
-
-def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
-    """(R, V) float32: row k is what robot k observes, as `layout` says [C1] [C4].
-
-    scenario: the simulation's own.
-    """
-    floors, (humans, robots) = world.building.floors, points(world)
-    parts = _parts(floors, scenario)
-    where = _places_of_robots(world)
-    floor = tuple(robot.floor for robot in world.robots)
-    rows = np.empty((len(robots), parts.fires_per_floor.stop), dtype=np.float32)
-    nearest = _nearest_first(where, np.array(floor, dtype=int), humans, floors)
-    rows[:, parts.humans] = _flat(humans[nearest])
-    rows[:, parts.robots] = _flat(robots[_observer_first(floor)])
-    rows[:, parts.team] = scenario.robots_per_floor
-    rows[:, parts.time] = world.time
-    fires = sources(world, scenario.sources)
-    rows[:, parts.fires] = fires.ravel()
-    rows[:, parts.fires_per_floor] = [(fires[:, 2] == f).sum() for f in range(floors)]
-    return rows
-
-
-def points(world: World) -> tuple[np.ndarray, np.ndarray]:
-    """(n, 3) and (R, 3) points of all people and robots, in order of their numbers.
-
-    People on the stairs are in a cell of the stairwell, on the floor they come from.
-    """
-    bodies, robots = world.bodies, world.robots
-    humans = np.column_stack([bodies.position, bodies.floor])
-    humans[~bodies.inside] = SENTINEL
-    floor = np.array([robot.floor for robot in robots])
-    team = np.column_stack([_places_of_robots(world), floor.reshape(len(robots), 1)])
-    team[~robots_at_work(world)] = SENTINEL
-    return humans, team
-
-
-def _places_of_robots(world: World) -> np.ndarray:
-    """(R, 2) metres, those whose work is done too."""
-    return np.array([robot.position for robot in world.robots]).reshape(-1, 2)
-
-
-def robots_at_work(world: World) -> np.ndarray:
-    """(R,) bool: is anybody inside on the robot's floor or above it? [C8]"""
-    here = [world.people_at_or_above(robot.floor) > 0 for robot in world.robots]
-    return np.array(here, dtype=bool)
-
-
-def sources(world: World, most: int) -> np.ndarray:
-    """(F, 3) points of the sources in the order of lighting."""
-    fires = np.tile(SENTINEL, (most, 1))
-    for k, source in enumerate(world.flames.sources[:most]):
-        fires[k] = source.x, source.y, source.floor
-    return fires
-
-
-def _nearest_first(
-    where: np.ndarray, floor: np.ndarray, humans: np.ndarray, floors: int
-) -> np.ndarray:
-    """(R, n) people in the order in which each robot sees them [C4, chosen].
-
-    First its own floor, then the floors above, who will come through, the next one
-    first; then the floors below, the next one first, and SENTINEL, the lowest, last.
-    Within a floor by distance in metres, equal ones by number.
-    """
-    up = humans[:, 2] - floor[:, None]
-    rank = np.where(up >= 0, up, floors - up)
-    off = humans[:, :2] - where[:, None]
-    distance = np.hypot(off[..., 0], off[..., 1])
-    return np.lexsort((distance, rank), axis=1)
-
-
-@lru_cache(maxsize=64)
-def _observer_first(floor: tuple[int, ...]) -> np.ndarray:
-    """(R, R) robots in the order in which each sees them: itself, its team, others."""
-    number = np.arange(len(floor))
-    other_floor = np.not_equal.outer(floor, floor)
-    not_me = number[:, None] != number
-    return np.lexsort((np.broadcast_to(number, not_me.shape), not_me, other_floor))
-
-
-def layout(building: Building, scenario: Scenario) -> tuple[Slot, ...]:
-    """What each number of a robot's vector is; together they are the whole vector.
-
-    For the paper, in the order of C1, and as C4 says for the observer:
-
-          0-119  humans: own floor first, then above, then below; nearest first
-        120-137  robots: the observer, its team, those elsewhere; by number
-        138      robots in the observer's team
-        139      time
-        140-163  fire sources, in the order of lighting
-        164-166  fire sources on each floor, the first floor first
-
-    A human who is out or dead, a robot whose work is done and a fire not yet lit is
-    SENTINEL; people who are gone come last.
-    """
-    parts = _parts(building.floors, scenario)
-    team, fires = scenario.robots_per_floor, scenario.sources
-    mates = [f"team mate {k}" for k in range(1, team)]
-    others = [
-        f"robot elsewhere {k}" for k in range(1, team * (building.floors - 1) + 1)
-    ]
-    observer = ["the observer"] if team else []
-    floors = [f"fire sources on floor {k}" for k in range(1, building.floors + 1)]
-    return (
-        *_slots_of_points(parts.humans, _numbered("human", _people(parts))),
-        *_slots_of_points(parts.robots, observer + mates + others),
-        Slot(parts.team.start, parts.team.stop, "robots in the observer's team", "1"),
-        Slot(parts.time.start, parts.time.stop, "time since the beginning", "s"),
-        *_slots_of_points(parts.fires, _numbered("fire source", fires)),
-        *_slots(parts.fires_per_floor, floors, 1, "1"),
-    )
-
-
-def limits(building: Building, scenario: Scenario) -> tuple[np.ndarray, np.ndarray]:
-    """(V,) float32 each: what no number of a robot's vector is below or above."""
-    parts = _parts(building.floors, scenario)
-    low = np.zeros(parts.fires_per_floor.stop, dtype=np.float32)
-    high = low.copy()
-    lowest, highest = _corners(building)
-    for part in (parts.humans, parts.robots, parts.fires):
-        low[part].reshape(-1, 3)[:], high[part].reshape(-1, 3)[:] = lowest, highest
-    high[parts.team] = scenario.robots_per_floor
-    high[parts.time] = scenario.time_limit + scenario.tick
-    high[parts.fires_per_floor] = scenario.sources
-    return low, high
-
-
 def decode(vectors: np.ndarray, building: Building, scenario: Scenario) -> Scene:
-    """What robots' vectors say; vectors: (..., V)."""
-    parts = _parts(building.floors, scenario)
+    """Read robots' vectors, (..., V)."""
+    layout = robot_layout(building, scenario)
     return Scene(
-        humans=_rows_of_3(vectors[..., parts.humans]),
-        robots=_rows_of_3(vectors[..., parts.robots]),
-        fires=_rows_of_3(vectors[..., parts.fires]),
-        time=vectors[..., parts.time.start],
-    )
-
-
-def _flat(rows: np.ndarray) -> np.ndarray:
-    """(R, k, 3) -> (R, 3k), also for nobody."""
-    return rows.reshape(len(rows), 3 * rows.shape[1])
-
-
-def _rows_of_3(numbers: np.ndarray) -> np.ndarray:
-    """(..., 3k) -> (..., k, 3), also for no numbers at all."""
-    return numbers.reshape(*numbers.shape[:-1], numbers.shape[-1] // 3, 3)
-
-
-def _corners(building: Building) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """The lowest and the highest point of the drawing, SENTINEL among them."""
-    rows, cols = building.kind.shape[1:]
-    left, top = building.metres(-0.5, -0.5)
-    right, bottom = building.metres(rows - 0.5, cols - 0.5)
-    return (left, bottom, SENTINEL[2]), (right, top, float(building.floors - 1))
-
-
-def _people(parts: Parts) -> int:
-    return parts.humans.stop // 3
-
-
-def _numbered(name: str, count: int) -> list[str]:
-    return [f"{name} {k}" for k in range(1, count + 1)]
-
-
-def _slots_of_points(
-    part: slice, names: list[str], unit: str = "m, m, storey"
-) -> tuple[Slot, ...]:
-    return _slots(part, [f"{name}: x, y, storey" for name in names], 3, unit)
-
-
-def _slots(part: slice, names: list[str], size: int, unit: str) -> tuple[Slot, ...]:
-    """One slot of so many numbers for each name; together they are the part."""
-    starts = range(part.start, part.stop, size)
-    return tuple(
-        Slot(at, at + size, name, unit) for at, name in zip(starts, names, strict=True)
-    )
-
-
-# -- The fire agent's vector --------------------------------------------------------
-
-
-def fire_vector_size(building: Building, scenario: Scenario) -> int:
-    """3 (n + R); 138 for the paper [D1]."""
-    return _parts(building.floors, scenario).robots.stop
-
-
-def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
-    """(3 (n + R),) float32: points of all humans, then of all robots [D1].
-
-    In order of their numbers. Table II does not normalise, so they are [D1, chosen] in
-    normalised metres, and storeys in shares of the highest: about 1 for everything. The
-    scenario is the simulation's own.
-    """
-    everybody = np.concatenate(points(world))
-    return to_normalised(world.building, everybody).astype(np.float32).ravel()
-
-
-def fire_layout(building: Building, scenario: Scenario) -> tuple[Slot, ...]:
-    """What each number of the fire's vector is; together they are the whole vector."""
-    parts = _parts(building.floors, scenario)
-    robots = scenario.robots_per_floor * building.floors
-    unit = "normalised, normalised, share of the highest storey"
-    return (
-        *_slots_of_points(parts.humans, _numbered("human", _people(parts)), unit),
-        *_slots_of_points(parts.robots, _numbered("robot", robots), unit),
-    )
-
-
-def fire_limits(
-    building: Building, scenario: Scenario
-) -> tuple[np.ndarray, np.ndarray]:
-    """(3 (n + R),) float32 each: what no number of it is below or above."""
-    count = fire_vector_size(building, scenario) // 3
-    low, high = to_normalised(building, np.array(_corners(building)))
-    return (
-        np.tile(low.astype(np.float32), count),
-        np.tile(high.astype(np.float32), count),
+        humans=layout.read(vectors, "humans"),
+        robots=layout.read(vectors, "robots"),
+        fires=layout.read(vectors, "fires"),
+        time=layout.read(vectors, "time")[..., 0, 0],
     )
 
 
 def decode_fire(vectors: np.ndarray, building: Building, scenario: Scenario) -> Scene:
-    """What the fire's vectors say; vectors: (..., 3 (n + R))."""
-    everybody = from_normalised(building, _rows_of_3(vectors))
-    everybody[..., 2] = everybody[..., 2].round()
-    everybody[everybody[..., 2] < 0] = SENTINEL
-    people = _people(_parts(building.floors, scenario))
-    return Scene(
-        humans=everybody[..., :people, :],
-        robots=everybody[..., people:, :],
-        fires=everybody[..., :0, :],
-        time=np.full(vectors.shape[:-1], np.nan, dtype=np.float32),
+    """Read the fire's vectors, (..., V)."""
+    layout, batch = fire_layout(building, scenario), vectors.shape[:-1]
+    humans, robots = (
+        from_normalised(building, layout.read(vectors, name))
+        for name in ("humans", "robots")
     )
+    for there in (humans, robots):
+        there[..., 2] = there[..., 2].round()
+        there[there[..., 2] < 0] = SENTINEL
+    return Scene(humans, robots, np.zeros((*batch, 0, 3)), np.full(batch, np.nan))
 
 
 def to_normalised(building: Building, metres: np.ndarray) -> np.ndarray:
-    """Metres, (..., 2), or (..., 3) with the storey, in normalised metres.
+    """Normalise coordinates: metres (..., 2), or (..., 3) with the storey.
 
     A storey becomes a share of the highest one, SENTINEL's a negative share.
     """
-    middle, half = _half_body(building)
+    middle, half = _middle_and_half(building)
     axes = metres.shape[-1]
     return (metres - middle[:axes]) / half[:axes]
 
 
-def from_normalised(building: Building, spots: np.ndarray) -> np.ndarray:
+def from_normalised(building: Building, normalised: np.ndarray) -> np.ndarray:
     """The inverse of `to_normalised`."""
-    middle, half = _half_body(building)
-    axes = spots.shape[-1]
-    return spots * half[:axes] + middle[:axes]
+    middle, half = _middle_and_half(building)
+    axes = normalised.shape[-1]
+    return normalised * half[:axes] + middle[:axes]
 
 
 @lru_cache(maxsize=64)
-def _half_body(building: Building) -> tuple[np.ndarray, np.ndarray]:
+def _middle_and_half(building: Building) -> tuple[np.ndarray, np.ndarray]:
     """(3,) the middle of the main body on the first floor, and (3,) half its size."""
     left, bottom, right, top = building.body
     middle = np.array([(left + right) / 2, (bottom + top) / 2, 0.0])
     highest = max(1.0, building.floors - 1.0)
     return middle, np.array([(right - left) / 2, (top - bottom) / 2, highest])
-
-
-# -- All there is -------------------------------------------------------------------
-
-
-def state(world: World, scenario: Scenario) -> np.ndarray:
-    """(S,) float32, all that is going on, for critics that may see everything.
-
-    Seconds; of each human a point and health; of each robot a point and its
-    destination, metres; of each fire source a point; last the grid's channels of fires.
-    """
-    humans, robots = points(world)
-    floors = world.building.floors
-    aims = [
-        r.position if r.destination is None else r.destination for r in world.robots
-    ]
-    parts = (
-        [world.time],
-        np.column_stack([humans, world.bodies.health]),
-        np.column_stack([robots, np.array(aims).reshape(-1, 2)]),
-        sources(world, scenario.sources),
-        grid(world)[floors : 2 * floors],
-    )
-    return np.concatenate([np.ravel(part) for part in parts]).astype(np.float32)
-
-
-def state_limits(
-    building: Building, scenario: Scenario
-) -> tuple[np.ndarray, np.ndarray]:
-    """(S,) float32 each: what no number of the state is below or above."""
-    parts = _parts(building.floors, scenario)
-    people, robots = _people(parts), scenario.robots_per_floor * building.floors
-    cells = int(np.prod(grid_shape(building))) // len(GRID_KINDS)
-    ends = (0.0, 0.0, 0), (scenario.time_limit + scenario.tick, HEALTH, 1)
-    low, high = (
-        np.concatenate(
-            [
-                [seconds],
-                np.tile((*point, health), people),
-                np.tile((*point, *point[:2]), robots),
-                np.tile(point, scenario.sources),
-                np.full(cells, burning),
-            ]
-        ).astype(np.float32)
-        for point, (seconds, health, burning) in zip(
-            _corners(building), ends, strict=True
-        )
-    )
-    return low, high
 
 
 # -- The grid -----------------------------------------------------------------------
@@ -403,52 +331,47 @@ def grid(world: World) -> np.ndarray:
     """(channels, height, width) uint8, 0 or 1; every agent sees the same [C3] [D1].
 
     Channels: walls of all floors, then burning cells, then exits. [C3, chosen] Where a
-    floor has no exit, the stairwell entrances take its channel,
-    being the way out there.
+    floor has no exit, the stairwell entrances take its channel, being the way out.
     Row 0 is the north edge of the main body, stairwells lie outside; a smaller body
     fills the north-west corner and the rest is 0.
     """
-    floors = world.building.floors
-    cells = still(world.building).copy()
-    rows, cols = _window(world.building)
-    burning = world.flames.burning[:, rows, cols]
-    height, width = burning.shape[1:]
-    cells[floors : 2 * floors, :height, :width] = burning
+    cells = _without_fire(world.building).copy()
+    _shown(cells, world.building, "fires")[:] = _body(
+        world.flames.burning, world.building
+    )
     return cells
 
 
 def burning(cells: np.ndarray, building: Building) -> np.ndarray:
     """(floors, rows, cols) bool, which cells of the building a grid shows in flames."""
-    floors, (rows, cols) = building.floors, _window(building)
     everywhere = np.zeros(building.kind.shape, dtype=bool)
-    height, width = everywhere[0, rows, cols].shape
-    everywhere[:, rows, cols] = cells[floors : 2 * floors, :height, :width]
+    _body(everywhere, building)[:] = _shown(cells, building, "fires")
     return everywhere
 
 
 @lru_cache(maxsize=64)
-def still(building: Building) -> np.ndarray:
+def _without_fire(building: Building) -> np.ndarray:
     """The grid while nothing burns; computed once, cannot be written to."""
-    kind, floors = building.kind, building.floors
-    rows, cols = _window(building)
+    kind = _body(building.kind, building)
+    exits = (building.kind == Kind.EXIT).any(axis=(1, 2))[:, None, None]
     cells = np.zeros(grid_shape(building), dtype=np.uint8)
-    height, width = kind[0, rows, cols].shape
-    cells[:floors, :height, :width] = (kind == Kind.WALL)[:, rows, cols]
-    cells[2 * floors :, :height, :width] = _ways_out(building)[:, rows, cols]
+    _shown(cells, building, "walls")[:] = kind == Kind.WALL
+    _shown(cells, building, "exits")[:] = np.where(
+        exits, kind == Kind.EXIT, kind == Kind.ENTRANCE
+    )
     cells.flags.writeable = False
     return cells
 
 
-def _window(building: Building) -> tuple[slice, slice]:
-    """Rows and columns of the main body."""
+def _body(cells: np.ndarray, building: Building) -> np.ndarray:
+    """View of the main body in an array of all cells, (floors, rows, cols)."""
     left, bottom, right, top = (int(edge) for edge in building.body)
     row, col = building.origin
-    return slice(row - top, row - bottom), slice(col + left, col + right)
+    return cells[:, row - top : row - bottom, col + left : col + right]
 
 
-def _ways_out(building: Building) -> np.ndarray:
-    """(floors, rows, cols) bool: exits, or else entrances of stairs."""
-    exits = building.kind == Kind.EXIT
-    entrances = building.kind == Kind.ENTRANCE
-    none = ~exits.any(axis=(1, 2), keepdims=True)
-    return exits | (none & entrances)
+def _shown(cells: np.ndarray, building: Building, kind: str) -> np.ndarray:
+    """View of the main body in a grid's channels of one kind."""
+    start = GRID_KINDS.index(kind) * building.floors
+    height, width = _body(building.kind, building).shape[1:]
+    return cells[start : start + building.floors, :height, :width]

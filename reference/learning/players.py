@@ -15,7 +15,7 @@ import torch
 from torch import Tensor
 
 from reference.building import Building
-from reference.game.observations import fire_vector_size, grid_shape, vector_size
+from reference.game.observations import fire_layout, grid_shape, robot_layout
 from reference.learning.networks import RAW_LIMIT, Actor, Options, Policy, Sizes
 from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
@@ -133,11 +133,11 @@ def _sizes(
     options: Any,
 ) -> Sizes:
     robots = side == "robots"
-    vector = vector_size if robots else fire_vector_size
+    layout = robot_layout if robots else fire_layout
     branches = () if robots else (building.floors,)
     emitted = AXES if robots else 1 + AXES
     return Sizes(
-        vector=vector(building, scenario),
+        vector=layout(building, scenario).size,
         grid=grid_shape(building),
         continuous=0 if options else AXES,
         branches=() if options else branches,

@@ -14,7 +14,7 @@ import numpy as np
 
 from reference.building import Building, building_of
 from reference.events import FireRefused
-from reference.game.environment import Environment
+from reference.game.environment import Environment, action_size
 from reference.game.rewards import fire_reward
 from reference.learning.experience import Trajectory
 from reference.learning.players import Acted, Landmarks, Observation, Player
@@ -150,7 +150,7 @@ class _Run:
     def step(self) -> None:
         """One step of the environment, and what it brings."""
         idle = {
-            agent: np.zeros(self.environment.action_space(agent).shape, np.float32)
+            agent: np.zeros(action_size(agent), np.float32)
             for agent in self.environment.agents
         }
         seen, rewards, _, truncations, self.infos = self.environment.step(

@@ -1,7 +1,7 @@
 """The environment as one of PettingZoo's, with gymnasium's spaces; an optional extra.
 
-Clauses: none of its own.  For frameworks that ask for PettingZoo's classes; what is
-learnt here needs neither.  It plays the same episodes as `Environment`, step by step.
+Clauses: none of its own.  It plays the same episodes as `Environment`, step by step,
+and adds what frameworks ask for: spaces, pictures, and infos.
 """
 
 from collections.abc import Mapping
@@ -10,7 +10,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from reference.building import Building, load
-from reference.game import environment
+from reference.game import observations
+from reference.game.environment import (
+    FIRE,
+    Environment,
+    Observation,
+    Returns,
+    action_size,
+)
 from reference.paper import Scenario
 from reference.strategies import FireStrategy, RobotStrategy
 from reference.workshop.pixels import picture
@@ -27,11 +34,18 @@ except ImportError as missing:
     ) from missing
 
 
-class ZooEnvironment(ParallelEnv[str, environment.Observation, np.ndarray]):
-    """`Environment` behind PettingZoo's class; see there for what everything means."""
+SO_FAR = ("evacuated", "died", "inside", "reward", "simulated_seconds")
+
+
+class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
+    """`Environment` behind PettingZoo's class; see there for what everything means.
+
+    Infos also tell how the episode stands: SO_FAR, as in the simulation's `Outcome`.
+    """
 
     metadata: ClassVar[dict[str, Any]] = {
-        **environment.Environment.metadata,
+        "name": "fire_rescue_v0",
+        "is_parallelizable": True,
         "render_modes": ["rgb_array"],
         "render_fps": 4,
     }
@@ -50,19 +64,23 @@ class ZooEnvironment(ParallelEnv[str, environment.Observation, np.ndarray]):
         file.
         """
         here = load(building) if isinstance(building, str) else building
-        self.environment = environment.Environment(here, scenario, robots, fire)
+        self.environment = Environment(here, scenario, robots, fire)
         self.render_mode = render_mode
         self.possible_agents = self.environment.possible_agents
         self.agents: list[str] = []
-        self.observation_spaces = {
-            agent: _dict(self.environment.observation_space(agent))
-            for agent in self.possible_agents
-        }
+        self.observation_spaces = {a: self._observed(a) for a in self.possible_agents}
         self.action_spaces = {
-            agent: _box(self.environment.action_space(agent))
-            for agent in self.possible_agents
+            a: spaces.Box(-1, 1, (action_size(a),)) for a in self.possible_agents
         }
-        self.state_space = _box(self.environment.state_space)
+
+    def _observed(self, agent: str) -> spaces.Dict:
+        fire = agent == FIRE
+        layout = observations.fire_layout if fire else observations.robot_layout
+        building, scenario = self.environment.building, self.environment.scenario
+        numbers = layout(building, scenario)
+        vector = spaces.Box(numbers.low, numbers.high)
+        grid = spaces.Box(0, 1, observations.grid_shape(building))
+        return spaces.Dict({"vector": vector, "grid": grid})
 
     def observation_space(self, agent: str) -> spaces.Dict:
         """What an agent may observe; the same object each time."""
@@ -74,21 +92,21 @@ class ZooEnvironment(ParallelEnv[str, environment.Observation, np.ndarray]):
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, environment.Observation], dict[str, dict[str, float]]]:
-        """A new episode; see `Environment.reset`."""
-        result = self.environment.reset(seed, options)
-        self.agents = self.environment.agents.copy()
-        return result
+    ) -> tuple[dict[str, Observation], dict[str, dict[str, float]]]:
+        """Begin a new episode; see `Environment.reset`."""
+        seen, infos = self.environment.reset(seed, options)
+        return seen, self._told(infos)
 
-    def step(self, actions: Mapping[str, Any]) -> environment.Returns:
-        """One decision of all agents; see `Environment.step`."""
-        result = self.environment.step(actions)
-        self.agents = self.environment.agents.copy()
-        return result
+    def step(self, actions: Mapping[str, Any]) -> Returns:
+        """Take one decision of all agents; see `Environment.step`."""
+        seen, rewards, ended, cut, infos = self.environment.step(actions)
+        return seen, rewards, ended, cut, self._told(infos)
 
-    def state(self) -> np.ndarray:
-        """All that is going on; see `Environment.state`."""
-        return self.environment.state()
+    def _told(self, infos: dict[str, dict[str, float]]) -> dict[str, dict[str, float]]:
+        self.agents = self.environment.agents.copy()
+        outcome = self.environment.simulation.outcome()
+        so_far = {name: float(getattr(outcome, name)) for name in SO_FAR}
+        return {agent: info | so_far for agent, info in infos.items()}
 
     def render(self) -> np.ndarray:
         """(height, width, 3) uint8: all floors side by side, the first one left.
@@ -111,11 +129,3 @@ def parallel_env(*args: Any, **kwargs: Any) -> ZooEnvironment:
 def env(*args: Any, **kwargs: Any) -> AECEnv:
     """The same with agents that act in turn, for who needs that."""
     return parallel_to_aec(ZooEnvironment(*args, **kwargs))
-
-
-def _box(box: environment.Box) -> spaces.Box:
-    return spaces.Box(box.low, box.high, dtype=np.float32)
-
-
-def _dict(named: environment.Dict) -> spaces.Dict:
-    return spaces.Dict({name: _box(space) for name, space in named.spaces.items()})

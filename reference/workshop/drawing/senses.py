@@ -33,7 +33,7 @@ from reference.game.observations import (
     fire_layout,
     fire_vector,
     grid,
-    layout,
+    robot_layout,
     robot_vectors,
 )
 from reference.paper import Scenario
@@ -85,7 +85,8 @@ def robot_senses(world: World, scenario: Scenario, robot: int = 0) -> Figure:
             "names robot_0, robot_1, ... do."
         )
     building, vector = world.building, robot_vectors(world, scenario)[robot]
-    scene, slots = decode(vector, building, scenario), layout(building, scenario)
+    scene = decode(vector, building, scenario)
+    slots = robot_layout(building, scenario).slots
     title = f"{building.title}: what robot_{robot} sees"
     return _page(Senses(title, building, grid(world), vector, scene, slots))
 
@@ -97,7 +98,7 @@ def fire_senses(world: World, scenario: Scenario) -> Figure:
     """
     building, vector = world.building, fire_vector(world, scenario)
     scene = decode_fire(vector, building, scenario)
-    slots = fire_layout(building, scenario)
+    slots = fire_layout(building, scenario).slots
     title = f"{building.title}: what fire_0 sees"
     return _page(Senses(title, building, grid(world), vector, scene, slots))
 

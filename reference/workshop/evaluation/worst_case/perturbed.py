@@ -16,7 +16,7 @@ import numpy as np
 import torch
 
 from reference.building import Building
-from reference.game.observations import grid, layout, limits, robots_at_work
+from reference.game.observations import grid, robot_layout, robots_at_work
 from reference.learning.networks import GroupCritic, one_thread
 from reference.learning.players import Acted
 from reference.paper import Scenario
@@ -120,8 +120,9 @@ class PerturbedRobots(LearnedRobots):
         """(K, V) corners of the ball around a vector (V,), cut off at the drawing."""
         building, scenario = self.building, self.scenario
         delta = rng.choice([-self.epsilon, self.epsilon], (self.tries, len(vector)))
-        low, high = limits(building, scenario)
-        seen = (vector + delta).clip(low, np.nextafter(high, low))
+        layout = robot_layout(building, scenario)
+        below = np.nextafter(layout.high, layout.low)
+        seen = (vector + delta).clip(layout.low, below)
         free = may_be_off(vector, building, scenario)
         return np.where(free, seen, vector).astype(np.float32)
 
@@ -152,7 +153,7 @@ def may_be_off(
 ) -> np.ndarray:
     """(V,) bool: x and y of the points in a robot's vector that are there."""
     free = np.zeros(len(vector), dtype=bool)
-    for slot in layout(building, scenario):
+    for slot in robot_layout(building, scenario).slots:
         if slot.stop - slot.start == 3 and vector[slot.stop - 1] >= 0:
             free[slot.start : slot.stop - 1] = True
     return free
