@@ -45,7 +45,8 @@ BOOK = (
 
 WORKSHOP = (
     "workshop",  # what makes the book practical:
-    "workshop.files",  # written whole or not at all
+    "workshop.files",  # files and tables, written whole or not at all
+    "workshop.runs",  # begin one in a folder, or go on with it
     "workshop.workers",  # who does the jobs, here or in other processes
     "workshop.strategies",  # hand-written robots and fires, by name
     "workshop.landmarks",  # what a pointer head chooses among

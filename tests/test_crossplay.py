@@ -27,8 +27,6 @@ from reference.strategies import RandomFire
 from reference.workshop.evaluation import crossplay
 from reference.workshop.evaluation.crossplay import (
     Asked,
-    ContradictionError,
-    EvaluationError,
     Match,
     Record,
     begin,
@@ -42,6 +40,7 @@ from reference.workshop.evaluation.crossplay import (
     unlike_training,
 )
 from reference.workshop.evaluation.intervals import of_mean
+from reference.workshop.runs import ContradictionError, RunError
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.workers import InProcess, workers
 
@@ -249,19 +248,18 @@ def test_a_table_is_read_as_it_was_written(
     known = [n if n > 0 else None for n in numbers[3:6]]
     record = Record(*words, *counts, *numbers[:3], *known, numbers[6], tuple(times))
     path = tmp_path_factory.mktemp("table") / "runs.csv"
-    written = crossplay.records.Table(path)
-    written.append(record)
-    assert crossplay.read(path) == [record]
-    assert crossplay.records.Table(path).records == [record]
+    written = crossplay.records.table_of(path, [record])
+    written.append([crossplay.records.row_of(record)])
+    assert crossplay.read(path) == [record, record]
 
 
 def test_a_row_that_cannot_be_written_is_told_with_what_to_do(small):
     """As with a full disk; the rows before are whole."""
-    written = crossplay.records.Table(Path("runs.csv"))
+    written = crossplay.records.table_of(Path("runs.csv"), [])
     Path("runs.csv").unlink()
     Path("runs.csv").mkdir()
     with pytest.raises(OSError, match=r"cannot be written .* go on with --resume"):
-        written.append(small[0])
+        written.append([crossplay.records.row_of(small[0])])
 
 
 # -- Who is asked for ---------------------------------------------------------------
@@ -462,11 +460,11 @@ def test_refuses_a_folder_that_is_used_unless_told_to_go_on():
     Path("out").mkdir()
     begin(SMALL, Path("out"))
     Path("out/notes.txt").touch()
-    with pytest.raises(EvaluationError, match=r"is not empty.*--resume"):
+    with pytest.raises(RunError, match=r"is not empty.*--resume"):
         begin(SMALL, Path("out"))
-    with pytest.raises(EvaluationError, match="is a file"):
+    with pytest.raises(RunError, match="is a file"):
         begin(SMALL, Path("out/notes.txt"))
-    with pytest.raises(EvaluationError, match="no evaluation to go on with"):
+    with pytest.raises(RunError, match="no evaluation to go on with"):
         resume(Asked(), Path("out"))
 
 
@@ -476,7 +474,7 @@ def test_refuses_a_folder_that_is_used_unless_told_to_go_on():
         ("evaluation.json", "{}", "lacks a part or is damaged"),
         ("evaluation.json", "[", "lacks a part or is damaged"),
         ("evaluation.json", None, "was written by version 0.0.1"),
-        ("runs.csv", "robots,fire\n", "is no table of runs"),
+        ("runs.csv", "robots,fire\n", "is no table of these runs"),
         ("runs.csv", None, "row is damaged"),
     ],
 )
@@ -489,7 +487,7 @@ def test_refuses_files_that_are_not_its_own(file, text, message):
         version = json.loads(Path("out/evaluation.json").read_text())["version"]
         text = text.replace(f'"{version}"', '"0.0.1"')
     path.write_text(text)
-    with pytest.raises(EvaluationError, match=message):
+    with pytest.raises(ValueError, match=message):
         evaluate(resume(Asked(), Path("out")), Path("out"), InProcess())
 
 
@@ -500,10 +498,10 @@ def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
     asked = Asked((str(mine),), ("none",), episodes=1)
     evaluate(begin(asked, Path("out")), Path("out"), InProcess(), lambda: True)
     shutil.copy(run / "checkpoint-000000.pt", mine)
-    with pytest.raises(EvaluationError, match="is another checkpoint than the one"):
+    with pytest.raises(RunError, match="is another checkpoint than the one"):
         resume(Asked(), Path("out"))
     mine.unlink()
-    with pytest.raises(EvaluationError, match="is not there any more"):
+    with pytest.raises(RunError, match="is not there any more"):
         resume(Asked(), Path("out"))
 
 
@@ -517,7 +515,7 @@ def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
 )
 def test_refuses_checkpoints_where_they_cannot_play(run, changes, message):
     """By the word that names them, since there may be many."""
-    with pytest.raises(EvaluationError, match=message.replace("RUN", str(run))):
+    with pytest.raises(RunError, match=message.replace("RUN", str(run))):
         begin(replace(Asked(("sweep", str(run))), **changes))
 
 
@@ -527,7 +525,7 @@ def test_refuses_robots_against_a_fire_that_learned_without_any(tmp_path):
     fire = tmp_path / "fire"
     with one_thread():
         trained(begun(alone, fixed={"robots": "none"}), fire, rounds=0)
-    with pytest.raises(EvaluationError, match="learned with 0 robots; here it is 4"):
+    with pytest.raises(RunError, match="learned with 0 robots; here it is 4"):
         begin(Asked(("none", "sweep"), (str(fire),)))
     assert begin(Asked(("none",), (str(fire),))).arena.people == 6
 
@@ -549,11 +547,11 @@ def test_refuses_what_nobody_can_play(asked, message):
 
 def test_refuses_to_compare_robots_that_have_not_met_the_same_fires():
     """There would be no pairs."""
-    with pytest.raises(EvaluationError, match="not met greedy on the same seeds"):
+    with pytest.raises(RunError, match="not met greedy on the same seeds"):
         difference([a_record()], "sweep", "none", "greedy")
 
 
 def test_refuses_a_baseline_without_runs():
     """It is to be evaluated among the robots."""
-    with pytest.raises(EvaluationError, match="no runs of the baseline patrol"):
+    with pytest.raises(RunError, match="no runs of the baseline patrol"):
         ruler_of([a_record()], "patrol", WORST_POINT, BEST_POINT)

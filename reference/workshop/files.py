@@ -1,10 +1,14 @@
-"""Files: written whole or not at all, into folders that are made where there are none.
+"""Files, tables and folders: write a file whole or not at all, add rows to a CSV file.
 
 Whatever ends a program early, nothing half-written takes the place of what was there.
 """
 
+import csv
 import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from io import StringIO
 from pathlib import Path
+from typing import Any, TypeVar
 
 
 def write_whole(path: Path, content: bytes | memoryview) -> None:
@@ -26,10 +30,66 @@ def write_whole(path: Path, content: bytes | memoryview) -> None:
 
 
 def make_folder(folder: Path) -> None:
-    """The folder, if there is none. Raises OSError with a message for people."""
+    """Make the folder, if there is none. Raises OSError with a message for people."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise OSError(
             f"{folder}: cannot be made ({error.strerror}). Name another folder."
+        ) from error
+
+
+# -- Tables -------------------------------------------------------------------------
+
+Made = TypeVar("Made")
+
+
+class Table:
+    """A CSV file that rows are added to; what a row has no value for stays empty."""
+
+    def __init__(
+        self, path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, Any]]
+    ):
+        """Begin it with these rows and no others, all at once. Raises OSError."""
+        self.path, self.columns = path, columns
+        header = dict(zip(columns, columns, strict=True))
+        write_whole(path, self._text([header, *rows]))
+
+    def append(self, rows: Iterable[Mapping[str, Any]]) -> None:
+        """Add rows at the end. Raises OSError with a message for people."""
+        try:
+            with self.path.open("ab", buffering=0) as file:
+                file.write(self._text(rows))
+        except OSError as error:
+            raise OSError(
+                f"{self.path}: cannot be written ({error.strerror}); the rows in it are"
+                " whole. Make room, and go on with --resume."
+            ) from error
+
+    def _text(self, rows: Iterable[Mapping[str, Any]]) -> bytes:
+        text = StringIO()
+        csv.DictWriter(text, self.columns, lineterminator="\n").writerows(rows)
+        return text.getvalue().encode()
+
+
+def read_table(
+    path: Path, columns: Sequence[str], made: Callable[[dict[str, str]], Made]
+) -> list[Made]:
+    """What is made of the whole rows of a `Table`; none where there is no file.
+
+    A last row without its end is dropped. Raises ValueError for a file that holds
+    anything else, OSError for one that cannot be read.
+    """
+    if not path.exists():
+        return []
+    text = path.read_text(encoding="utf-8", errors="replace")
+    lines = csv.reader(StringIO(text[: text.rfind("\n") + 1]))
+    if next(lines, list(columns)) != list(columns):
+        raise ValueError(f"{path}: is no table of these runs. Name another folder.")
+    try:
+        return [made(dict(zip(columns, row, strict=True))) for row in lines]
+    except (ValueError, csv.Error) as error:
+        raise ValueError(
+            f"{path}: a row is damaged ({error}). Remove that row, or begin anew in "
+            "another folder."
         ) from error

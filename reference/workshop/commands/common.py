@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 from reference.workshop.evaluation.contestants import NAMES, Side, refuse_nobody
 from reference.workshop.evaluation.crossplay import Evaluation, unlike_training
+from reference.workshop.runs import ContradictionError
 
 MAP = "a map, by path or by the name of one that ships"
 
@@ -110,9 +111,11 @@ def writable(path: Path, formats: Iterable[str], what: str) -> None:
 
 @contextmanager
 def for_people() -> Iterator[None]:
-    """What is wrong with the input, in one message instead of a traceback."""
+    """Turn what is wrong with the input into one message instead of a traceback."""
     try:
         yield
+    except ContradictionError as error:
+        raise CommandError(str(error), 2) from error
     except ValueError as error:
         raise CommandError(str(error)) from error
 

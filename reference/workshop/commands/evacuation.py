@@ -18,7 +18,6 @@ from reference.simulation import Simulation
 from reference.workshop.commands.common import (
     MAP,
     Command,
-    CommandError,
     figures,
     for_people,
     noted,
@@ -28,7 +27,6 @@ from reference.workshop.commands.common import (
 )
 from reference.workshop.evaluation.crossplay import (
     Asked,
-    ContradictionError,
     Evaluation,
     begin,
     job_of,
@@ -68,12 +66,8 @@ def _evaluation(arguments: Namespace) -> Evaluation:
         fire=(arguments.fire,),
         **{name: getattr(arguments, name) for name in SAME},
     )
-    try:
+    with for_people():
         return begin(asked)
-    except ContradictionError as error:
-        raise CommandError(str(error), 2) from error
-    except ValueError as error:
-        raise CommandError(str(error)) from error
 
 
 def _begun(evaluation: Evaluation, seed: int) -> Simulation:
@@ -87,10 +81,8 @@ def _animate(simulation: Simulation, path: Path) -> None:
     from reference.workshop.drawing import film
 
     writable(path, film.FORMATS, "an animation")
-    try:
+    with for_people():
         film.animate(simulation, path)
-    except ValueError as error:
-        raise CommandError(str(error)) from error
     print(f"the animation is in {path}", file=sys.stderr)
 
 

@@ -61,14 +61,9 @@ def _evaluation(arguments: Namespace) -> crossplay.Evaluation:
     asked = crossplay.Asked(**{name: getattr(arguments, name) for name in names})
     if arguments.resume and not arguments.out:
         raise CommandError("--resume goes with --out: which folder to go on in?", 2)
-    try:
-        if arguments.resume:
-            return crossplay.resume(asked, arguments.out)
-        return crossplay.begin(asked, arguments.out)
-    except crossplay.ContradictionError as error:
-        raise CommandError(str(error), 2) from error
-    except ValueError as error:
-        raise CommandError(str(error)) from error
+    with for_people():
+        start = crossplay.resume if arguments.resume else crossplay.begin
+        return start(asked, arguments.out)
 
 
 def _given(arguments: Namespace, evaluation: crossplay.Evaluation) -> Ruler | None:

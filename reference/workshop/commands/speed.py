@@ -6,17 +6,15 @@ from argparse import ArgumentParser, Namespace
 
 from reference.building import load
 from reference.workshop.bench import measure, table
-from reference.workshop.commands.common import MAP, Command, CommandError
+from reference.workshop.commands.common import MAP, Command, for_people
 
 
 def bench(arguments: Namespace) -> None:
     """Measures what one second computes: person-seconds, decisions, samples."""
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
     building = load(arguments.building)
-    try:
+    with for_people():
         facts = measure(arguments.building, arguments.seed or 0)
-    except ValueError as error:
-        raise CommandError(str(error)) from error
     print(json.dumps(facts) if arguments.json else table(building.title, facts))
 
 

@@ -84,14 +84,10 @@ def _training(arguments: Namespace) -> Any:
     asked = starting.Asked(**{name: getattr(arguments, name) for name in names})
     if asked.robots and asked.fire:
         raise CommandError("nobody learns: name --robots or --fire, not both.", 2)
-    try:
+    with for_people():
         if arguments.resume:
             return Training.resumed(starting.resume(asked, arguments.out))
         return Training(starting.begin(asked, arguments.out))
-    except starting.ContradictionError as error:
-        raise CommandError(str(error), 2) from error
-    except ValueError as error:
-        raise CommandError(str(error)) from error
 
 
 def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:

@@ -4,11 +4,10 @@ Clauses: C7, D2, F4.  torch is loaded only when a checkpoint is named.
 """
 
 from collections.abc import Callable, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from reference.learning.settings import Side
+from reference.learning.settings import Side, did_you_mean
 from reference.workshop.evaluation.worst_case import BusiestWay, WorstCase
 from reference.workshop.strategies import FIRES, ROBOTS, fire_named, robots_named
 
@@ -115,7 +114,5 @@ def _file(text: str) -> str:
 
 def _unknown(text: str, side: Side, words: Sequence[str]) -> str:
     """What is wrong with a word, and what may have been meant."""
-    close = get_close_matches(text.lower(), words, 1)
-    meant = f" Did you mean '{close[0]}'?" if close else ""
-    names = ", ".join(words)
-    return f"'{text}' is no file and names nobody who plays the {side}: {names}.{meant}"
+    meant = f"{', '.join(words)}.{did_you_mean(text, words)}"
+    return f"'{text}' is no file and names nobody who plays the {side}: {meant}"

@@ -32,7 +32,7 @@ from reference.workshop.training.summaries import (
     TIMES,
     Board,
     Row,
-    Table,
+    table_to,
 )
 from reference.workshop.workers import in_order
 
@@ -116,8 +116,8 @@ class Record:
             self.boards.append(closing.enter_context(contextlib.closing(board)))
         make_folder(folder)
         over = training.round if training.imitated else -1
-        self.summaries = Table(folder / SUMMARIES, COLUMNS, over)
-        self.times = Table(folder / CLOCK, TIMES, over)
+        self.summaries = table_to(folder / SUMMARIES, COLUMNS, over)
+        self.times = table_to(folder / CLOCK, TIMES, over)
         self.bar = closing.enter_context(self._bar(progress))
         self.kept: tuple[int, ...] = ()
         self.saved: tuple[int, bool] | None = None

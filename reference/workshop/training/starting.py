@@ -10,17 +10,18 @@ from typing import Any
 
 import torch
 
-import reference
 from reference.building import Building, load, plan_of
 from reference.learning.rollouts import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
-from reference.workshop.training.checkpoints import (
-    Checkpoint,
-    CheckpointError,
-    Task,
-    newest,
+from reference.workshop.runs import (
+    RunError,
+    building_asked,
+    refuse_contradictions,
+    refuse_used,
+    refuse_version,
 )
+from reference.workshop.training.checkpoints import Checkpoint, Task, newest
 from reference.workshop.training.checkpoints import load as load_checkpoint
 from reference.workshop.training.policies import named_or_file
 from reference.workshop.training.presets import Settings, preset, read_yaml
@@ -53,16 +54,11 @@ class Asked:
 def begin(asked: Asked, folder: Path) -> Task:
     """A new training in an empty folder.
 
-    Raises SettingsError, CheckpointError for a side's checkpoint that does not fit,
+    Raises RunError for a folder that is not, SettingsError, CheckpointError for a
+    side that does not fit,
     FloorPlanError for the map, OSError for a file that cannot be read.
     """
-    if folder.exists() and not folder.is_dir():
-        raise CheckpointError(f"{folder}: is a file. Name a folder.")
-    if folder.exists() and any(folder.iterdir()):
-        raise CheckpointError(
-            f"{folder}: is not empty. Name another folder, or add --resume to go on "
-            "with the training in it."
-        )
+    refuse_used(folder)
     base = preset(asked.preset or DEFAULT_PRESET)
     small = base.preset == SMALL_BUILDING
     name = asked.building or (SMALL_BUILDING if small else BUILDING)
@@ -85,32 +81,20 @@ def begin(asked: Asked, folder: Path) -> Task:
 def resume(asked: Asked, folder: Path) -> Checkpoint:
     """The newest checkpoint of a training, if nothing else was asked for.
 
-    Raises CheckpointError if there is none, if it is another version's, or for the
-    first thing that contradicts it, by its name.
+    Raises RunError if there is none or if it is another version's, ContradictionError
+    for the first thing that contradicts it, by its name.
     """
     path = newest(folder)
     if path is None:
-        raise CheckpointError(
+        raise RunError(
             f"{folder}: there is no checkpoint to go on from. Leave --resume out to "
             "begin, or name the folder of a training."
         )
     checkpoint = load_checkpoint(path)
-    if checkpoint.version != reference.__version__:
-        raise CheckpointError(
-            f"{path}: was written by version {checkpoint.version}, this is "
-            f"{reference.__version__}, in which the world may behave otherwise. Go on "
-            "with the version that wrote it; as a strategy it can still be used."
-        )
-    for name, here, there in _contradictions(asked, checkpoint.task):
-        raise ContradictionError(
-            f"{name}: {here} was asked for, but the training in {folder} has {there}. "
-            "Leave it out, or begin anew in another folder."
-        )
+    refuse_version(path, checkpoint.version)
+    task = checkpoint.task
+    refuse_contradictions(f"the training in {folder}", _asked_and_begun(asked, task))
     return checkpoint
-
-
-class ContradictionError(CheckpointError):
-    """What was asked for is not what was begun."""
 
 
 def settings_of(asked: Asked, base: Settings) -> Settings:
@@ -145,30 +129,25 @@ def _fixed(
 # -- Contradictions -----------------------------------------------------------------
 
 
-def _contradictions(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]:
-    """Name, what was asked for, and what the training has instead."""
+def _asked_and_begun(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]:
+    """Option, what was asked for, and what the training has."""
     settings = task.settings
-    for name, here, there in (
-        ("--preset", asked.preset, settings.preset),
-        ("--trainer", asked.trainer, settings.robots.trainer_type),
-        ("--head", asked.head, settings.robots.head),
-        ("--head", asked.head, settings.fire.head),
-        ("--schedule", asked.schedule, settings.schedule),
-        ("--imitate", asked.imitate, task.imitate or "nobody to imitate"),
-        ("--seed", asked.seed, task.seed),
-    ):
-        if here is not None and here != there:
-            yield name, here, there
-    if asked.building and plan_of(load(asked.building)) != task.plan:
-        yield "--building", asked.building, f"{task.building}, drawn otherwise"
+    yield "--preset", asked.preset, settings.preset
+    yield "--trainer", asked.trainer, settings.robots.trainer_type
+    yield "--head", asked.head, settings.robots.head
+    yield "--head", asked.head, settings.fire.head
+    yield "--schedule", asked.schedule, settings.schedule
+    yield "--imitate", asked.imitate, task.imitate or "nobody to imitate"
+    yield "--seed", asked.seed, task.seed
+    yield building_asked(asked.building, task.building, task.plan)
     for side, who in asked.players.items():
-        if who is not None and not _same(who, side, task.fixed.get(side)):
-            yield f"--{side}", who, _called(task, side)
+        same = who is None or _same(who, side, task.fixed.get(side))
+        yield f"--{side}", who, who if same else _called(task, side)
     if asked.settings:
         alone = asked.robots or ("none" if task.fixed.get("robots") == "none" else None)
         as_begun = replace(asked, robots=alone)
         wanted = asdict(settings_of(as_begun, preset(settings.preset)))
-        yield from _unequal(wanted, asdict(settings), "settings: ")
+        yield from _flat(wanted, asdict(settings), "settings: ")
 
 
 def _same(who: str, side: Side, fixed: Learned | str | None) -> bool:
@@ -191,12 +170,12 @@ def _called(task: Task, side: Side) -> str:
     return who if isinstance(who, str) else "another network there"
 
 
-def _unequal(
+def _flat(
     here: dict[str, Any], there: dict[str, Any], name: str
 ) -> Iterator[tuple[str, Any, Any]]:
-    """Dotted names of what is not the same."""
+    """Every row of both by its dotted name."""
     for key, value in here.items():
         if isinstance(value, dict):
-            yield from _unequal(value, there[key], f"{name}{key}.")
-        elif value != there[key]:
+            yield from _flat(value, there[key], f"{name}{key}.")
+        else:
             yield name + key, value, there[key]

@@ -5,14 +5,12 @@ episodes and updates since the row before.  Rewards are unscaled health points; 
 in ML-Agents, "Cumulative Reward" has the group's reward in it.
 """
 
-import csv
 from collections.abc import Iterable, Mapping, Sequence
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
 from reference.learning.settings import SettingsError, Side
-from reference.workshop.files import write_whole
+from reference.workshop.files import Table, read_table
 
 WHEN = ("side", "step", "round", "episodes", "phase")
 """Whose row; its side's decisions, rounds and episodes so far; who is learning."""
@@ -115,36 +113,13 @@ class Summary:
         self.means.sums, self.means.counts = dict(state["sums"]), dict(state["counts"])
 
 
-class Table:
-    """A CSV file that rows are added to."""
+def table_to(path: Path, columns: Sequence[str], rounds: int) -> Table:
+    """Go on with a table, without the rows of more than so many rounds.
 
-    def __init__(self, path: Path, columns: Sequence[str], rounds: int = 0):
-        """Rows of more than so many rounds, from before a resume, are dropped."""
-        self.path, self.columns = path, columns
-        kept = [row for row in self._there() if int(row["round"]) <= rounds]
-        write_whole(path, self._text(kept, header=True).encode())
-
-    def append(self, rows: Sequence[Row]) -> None:
-        """Write rows at the end; what a row has no value for stays empty."""
-        if rows:
-            with self.path.open("a", newline="", encoding="utf-8") as file:
-                file.write(self._text(rows))
-
-    def _there(self) -> list[Row]:
-        """The whole rows of the file, if there is one."""
-        if not self.path.exists():
-            return []
-        with self.path.open(newline="", encoding="utf-8", errors="replace") as file:
-            rows = list(csv.DictReader(file))
-        return [row for row in rows if None not in row.values()]
-
-    def _text(self, rows: Sequence[Row], header: bool = False) -> str:
-        text = StringIO()
-        writer = csv.DictWriter(text, self.columns, lineterminator="\n")
-        if header:
-            writer.writeheader()
-        writer.writerows(rows)
-        return text.getvalue()
+    Raises ValueError for a file that is another table, OSError.
+    """
+    there = read_table(path, columns, dict)
+    return Table(path, columns, (r for r in there if int(r["round"]) <= rounds))
 
 
 class Board:

@@ -13,7 +13,6 @@ from reference.workshop.evaluation.crossplay.asked import (
     EPISODES,
     Arena,
     Asked,
-    ContradictionError,
     Evaluation,
     begin,
     resume,
@@ -25,7 +24,6 @@ from reference.workshop.evaluation.crossplay.playing import (
     simulation_of,
 )
 from reference.workshop.evaluation.crossplay.records import (
-    EvaluationError,
     Match,
     Record,
     read,
@@ -47,9 +45,7 @@ __all__ = [
     "Arena",
     "Asked",
     "Cell",
-    "ContradictionError",
     "Evaluation",
-    "EvaluationError",
     "Match",
     "Record",
     "as_json",

@@ -1,4 +1,4 @@
-"""What is evaluated: who meets whom, where, from which seeds; begun, or gone on with.
+"""What an evaluation plays: who meets whom, where, from which seeds.
 
 Clause: F12.  All matches share one building and one scenario, so that their runs can be
 paired by seed.  Where checkpoints take part these are theirs, and a training's folder
@@ -12,15 +12,23 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple
 
 import reference
-from reference.building import Building, building_of, load, plan_of
+from reference.building import building_of, load, plan_of
 from reference.paper import ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
 from reference.workshop.evaluation.contestants import SCRIPTS, WORST, Side, contestant
-from reference.workshop.evaluation.crossplay.records import EvaluationError, Key, Match
+from reference.workshop.evaluation.crossplay.records import Key, Match
 from reference.workshop.files import write_whole
+from reference.workshop.runs import (
+    ContradictionError,
+    RunError,
+    building_asked,
+    refuse_contradictions,
+    refuse_used,
+    refuse_version,
+)
 
 BUILDING, ROBOTS, FIRES = "paper", ("sweep",), ("random",)  # unless asked otherwise
 EPISODES = 100
@@ -29,10 +37,6 @@ EPISODES = 100
 
 ABOUT = "evaluation.json"
 NOBODY = "none"  # no robots: those whom nobody guides
-
-
-class ContradictionError(EvaluationError):
-    """What was asked for contradicts itself, or what was begun."""
 
 
 @dataclass(frozen=True)
@@ -113,23 +117,25 @@ class Evaluation:
         )
 
 
-# -- From the beginning -------------------------------------------------------------
+# -- Begin, and go on ----------------------------------------------------------------
 
 
 def begin(asked: Asked, folder: Path | None = None) -> Evaluation:
     """A new evaluation; its folder, if any, is empty or not there yet.
 
-    Raises EvaluationError for a folder that is not, for a word that names nobody, and
+    Raises RunError for a folder that is not, for a word that names nobody, and
     for contestants that have learned something else than they are to play; ValueError
     for more people than fit; FloorPlanError for the map; OSError for a file that
     cannot be read.
     """
     if folder is not None:
-        _refuse_used(folder)
+        refuse_used(folder)
     robots, fires = _once(asked.robots or ROBOTS), _once(asked.fire or FIRES)
     files = _files(robots, fires)
-    whole = Evaluation(
-        arena=_arena(asked, robots, fires, files),
+    if asked.sample and not files:
+        raise ContradictionError("--sample goes with a checkpoint. Leave it out here.")
+    return Evaluation(
+        arena=_arena(asked, robots, _trained(robots, fires, files)),
         robots=robots,
         fires=fires,
         seed=asked.seed or 0,
@@ -137,19 +143,34 @@ def begin(asked: Asked, folder: Path | None = None) -> Evaluation:
         sample=bool(asked.sample),
         files=files,
     )
-    if whole.sample and not files:
-        raise ContradictionError("--sample goes with a checkpoint. Leave it out here.")
-    return whole
 
 
-def _refuse_used(folder: Path) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise EvaluationError(f"{folder}: is a file. Name a folder.")
-    if folder.exists() and any(folder.iterdir()):
-        raise EvaluationError(
-            f"{folder}: is not empty. Name another folder, or add --resume to go on "
-            "with the evaluation in it."
-        )
+def resume(asked: Asked, folder: Path) -> Evaluation:
+    """The evaluation in a folder, with the robots and fires that are asked for more.
+
+    Raises RunError if there is none, or if it is another version's or its
+    checkpoints are not what they were; ContradictionError for the first other thing
+    that was asked for than begun; else as `begin`.
+    """
+    begun = read(folder / ABOUT)
+    arena = begun.arena
+    refuse_contradictions(
+        f"the evaluation in {folder}",
+        (
+            ("--people", asked.people, arena.people),
+            ("--seed", asked.seed, begun.seed),
+            ("--episodes", asked.episodes, begun.episodes),
+            ("--sample", asked.sample, begun.sample),
+            building_asked(asked.building, arena.building, arena.plan),
+        ),
+    )
+    for file in begun.files.values():
+        _refuse_changed(file)
+    robots = _once([*begun.robots, *(asked.robots or ())])
+    fires = _once([*begun.fires, *(asked.fire or ())])
+    files = {**_files(robots, fires), **begun.files}
+    _refuse_misfits(_trained(robots, fires, files), arena)
+    return replace(begun, robots=robots, fires=fires, files=files)
 
 
 def _once(words: Iterable[str]) -> tuple[str, ...]:
@@ -158,35 +179,17 @@ def _once(words: Iterable[str]) -> tuple[str, ...]:
 
 # -- Where they meet ----------------------------------------------------------------
 
-
-@runtime_checkable
-class Trained(Protocol):
-    """A contestant that knows one building and one scenario."""
-
-    building: Building
-    scenario: Scenario
-    named: str
-
-    def evaluation(self, people: int | None = None) -> Scenario:
-        """The scenario of its training."""
-
-    def refuse_elsewhere(self, building: Building, scenario: Scenario) -> None:
-        """Raises ValueError where it cannot play."""
+Trained = dict[tuple[Side, str], Any]
+"""Learned policies by side and word: each knows one building and one scenario."""
 
 
-def _arena(
-    asked: Asked,
-    robots: tuple[str, ...],
-    fires: tuple[str, ...],
-    files: Mapping[str, File],
-) -> Arena:
+def _arena(asked: Asked, robots: tuple[str, ...], trained: Trained) -> Arena:
     """The first checkpoint's, unless asked otherwise; the paper's without any."""
-    trained = _trained(robots, fires, files)
     if not trained:
         name, scenario = asked.building or BUILDING, Scenario()
         if asked.people is not None:
             scenario = replace(scenario, people=asked.people)
-        arena = Arena(name, plan_of(load(name)), scenario)
+        building = load(name)
     else:
         first = next(iter(trained.values()))
         name = asked.building or first.named
@@ -194,17 +197,17 @@ def _arena(
         scenario = first.evaluation(asked.people)
         if not scenario.robots_per_floor and robots != (NOBODY,):
             scenario = replace(scenario, robots_per_floor=ROBOTS_PER_FLOOR)
-        arena = Arena(name, plan_of(building), scenario)
-    _refuse_strangers(trained, arena)
+    arena = Arena(name, plan_of(building), scenario)
+    _refuse_misfits(trained, arena)
     if not arena.people:
-        raise EvaluationError("there is nobody to evacuate. Ask for at least 1 person.")
+        raise RunError("there is nobody to evacuate. Ask for at least 1 person.")
     Simulation(building_of(arena.plan), arena.scenario)
     return arena
 
 
 def _trained(
     robots: tuple[str, ...], fires: tuple[str, ...], files: Mapping[str, File]
-) -> dict[tuple[Side, str], Trained]:
+) -> Trained:
     """Those who have learned, robots first."""
     sides: list[tuple[Side, str]] = [("robots", word) for word in robots]
     sides += [("fire", word) for word in fires]
@@ -212,13 +215,13 @@ def _trained(
     for side, word in sides:
         with _named(side, word):
             made = contestant(files[word].word if word in files else word, side)
-        if isinstance(made, Trained):
+        if hasattr(made, "refuse_elsewhere"):
             found[side, word] = made
     return found
 
 
-def _refuse_strangers(trained: dict[tuple[Side, str], Trained], arena: Arena) -> None:
-    """Raises EvaluationError for the first who cannot play here."""
+def _refuse_misfits(trained: Trained, arena: Arena) -> None:
+    """Raises RunError for the first who cannot play here."""
     for (side, word), player in trained.items():
         with _named(side, word):
             player.refuse_elsewhere(building_of(arena.plan), arena.scenario)
@@ -248,11 +251,11 @@ def unlike_training(evaluation: Evaluation) -> list[str]:
 
 @contextmanager
 def _named(side: Side, word: str) -> Iterator[None]:
-    """What is wrong, and with whom: there may be many."""
+    """Say who it is that something is wrong with: there may be many."""
     try:
         yield
     except ValueError as error:
-        raise EvaluationError(f"--{side} {word}: {error}") from error
+        raise RunError(f"--{side} {word}: {error}") from error
 
 
 # -- Which checkpoint a word means --------------------------------------------------
@@ -278,7 +281,7 @@ def _file(word: str) -> File | None:
         from reference.workshop.training.checkpoints import newest
 
         if (found := newest(path)) is None:
-            raise EvaluationError(f"{path}: there is no checkpoint in this folder.")
+            raise RunError(f"{path}: there is no checkpoint in this folder.")
         path = found
     pinned = word.removesuffix(named) + str(path)
     return File(pinned, str(path), _digest(path))
@@ -288,54 +291,15 @@ def _digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-# -- From where it was left ---------------------------------------------------------
-
-
-def resume(asked: Asked, folder: Path) -> Evaluation:
-    """The evaluation in a folder, with the robots and fires that are asked for more.
-
-    Raises EvaluationError if there is none, or if it is another version's or its
-    checkpoints are not what they were; ContradictionError for the first other thing
-    that was asked for than begun; else as `begin`.
-    """
-    begun = read(folder / ABOUT)
-    for name, here, there in _contradictions(asked, begun):
-        raise ContradictionError(
-            f"{name}: {here} was asked for, but the evaluation in {folder} has {there}."
-            " Leave it out, or begin anew in another folder."
-        )
-    for file in begun.files.values():
-        _refuse_changed(file)
-    robots = _once([*begun.robots, *(asked.robots or ())])
-    fires = _once([*begun.fires, *(asked.fire or ())])
-    files = {**_files(robots, fires), **begun.files}
-    _refuse_strangers(_trained(robots, fires, files), begun.arena)
-    return replace(begun, robots=robots, fires=fires, files=files)
-
-
-def _contradictions(asked: Asked, begun: Evaluation) -> Iterator[tuple[str, Any, Any]]:
-    """Name, what was asked for, and what the evaluation has instead."""
-    for name, here, there in (
-        ("--people", asked.people, begun.arena.people),
-        ("--seed", asked.seed, begun.seed),
-        ("--episodes", asked.episodes, begun.episodes),
-        ("--sample", asked.sample, begun.sample),
-    ):
-        if here is not None and here != there:
-            yield name, here, there
-    if asked.building and plan_of(load(asked.building)) != begun.arena.plan:
-        yield "--building", asked.building, f"{begun.arena.building}, drawn otherwise"
-
-
 def _refuse_changed(file: File) -> None:
     path = Path(file.path)
     if not path.exists():
-        raise EvaluationError(
+        raise RunError(
             f"{path}: is not there any more. Bring it back, or begin anew in another "
             "folder."
         )
     if _digest(path) != file.sha256:
-        raise EvaluationError(
+        raise RunError(
             f"{path}: is another checkpoint than the one that runs were played with. "
             "Bring that one back, or begin anew in another folder."
         )
@@ -363,9 +327,9 @@ PLAIN = ("robots", "fires", "seed", "episodes", "sample")
 
 
 def read(path: Path) -> Evaluation:
-    """What `write` wrote. Raises EvaluationError for anything else."""
+    """What `write` wrote. Raises RunError for anything else."""
     if not path.exists():
-        raise EvaluationError(
+        raise RunError(
             f"{path.parent}: there is no evaluation to go on with. Leave --resume out "
             "to begin, or name the folder of one."
         )
@@ -374,16 +338,11 @@ def read(path: Path) -> Evaluation:
         version = content["version"]
         found = _evaluation(content)
     except (ValueError, TypeError, KeyError, AttributeError) as error:
-        raise EvaluationError(
+        raise RunError(
             f"{path}: lacks a part or is damaged ({error!r}). Begin anew in another "
             "folder."
         ) from error
-    if version != reference.__version__:
-        raise EvaluationError(
-            f"{path}: was written by version {version}, this is "
-            f"{reference.__version__}, in which runs may end otherwise. Go on with the "
-            "version that wrote it, or begin anew in another folder."
-        )
+    refuse_version(path, version)
     return found
 
 

@@ -24,11 +24,13 @@ from reference.workshop.evaluation.crossplay.records import (
     Key,
     Match,
     Record,
-    Table,
     key,
+    read,
     record_of,
+    row_of,
+    table_of,
 )
-from reference.workshop.files import make_folder
+from reference.workshop.files import Table, make_folder
 from reference.workshop.workers import as_done
 
 RUNS = "runs.csv"
@@ -94,28 +96,29 @@ def evaluate(
 
     What lies in the folder already is not played again; what is played is written
     there at once. Without a folder nothing is written. Raises OSError where something
-    cannot be, EvaluationError for a table of runs that is damaged.
+    cannot be, ValueError for a table of runs that is damaged.
     """
-    table = None if folder is None else _table(evaluation, folder)
-    done = {key(record): record for record in table.records} if table else {}
+    there = read(folder / RUNS) if folder else []
+    kept = _table(evaluation, folder, there) if folder else None
+    done = {key(record): record for record in there}
     jobs = [job_of(evaluation, run) for run in evaluation.runs if run not in done]
     with _bar(evaluation, len(jobs), progress) as bar:
         for _, record in as_done(executor, play, jobs, stop):
             done[key(record)] = record
-            if table:
-                table.append(record)
+            if kept:
+                kept.append([row_of(record)])
             bar.update()
     records = [done[run] for run in evaluation.runs if run in done]
-    if table and len(records) == len(evaluation.runs):
-        table.replace(records)
+    if folder and len(records) == len(evaluation.runs):
+        table_of(folder / RUNS, records)
     return records
 
 
-def _table(evaluation: Evaluation, folder: Path) -> Table:
+def _table(evaluation: Evaluation, folder: Path, there: list[Record]) -> Table:
     """What was asked is written first: without it nobody could go on."""
     make_folder(folder)
     asked.write(evaluation, folder)
-    return Table(folder / RUNS)
+    return table_of(folder / RUNS, there)
 
 
 def job_of(evaluation: Evaluation, run: Key) -> Job:

@@ -4,10 +4,8 @@ Clause: F12.  A run is one row of runs.csv, written at once when it is over, so 
 interruption loses no more than the runs that were being played.
 """
 
-import csv
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import astuple, dataclass, fields
-from io import StringIO
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,11 +13,7 @@ import numpy as np
 
 from reference.events import Evacuated
 from reference.simulation import Simulation
-from reference.workshop.files import write_whole
-
-
-class EvaluationError(ValueError):
-    """What was asked for cannot be evaluated; one message for people."""
+from reference.workshop.files import Table, read_table
 
 
 class Match(NamedTuple):
@@ -104,82 +98,32 @@ def record_of(
 # -- The table ----------------------------------------------------------------------
 
 
-class Table:
-    """The CSV file of an evaluation's runs."""
-
-    def __init__(self, path: Path):
-        """With what is there of whole rows; a half-written last one is dropped.
-
-        Raises EvaluationError for a file that holds anything else, OSError where it
-        cannot be read or written.
-        """
-        self.path = path
-        self.records = read(path) if path.exists() else []
-        self.replace(self.records)
-
-    def append(self, record: Record) -> None:
-        """One more row, at the end. Raises OSError with a message for people."""
-        try:
-            with self.path.open("ab", buffering=0) as file:
-                file.write(_text([_cells(record)]))
-        except OSError as error:
-            raise OSError(
-                f"{self.path}: cannot be written ({error.strerror}); the runs in it are"
-                " whole. Make room, and go on with --resume."
-            ) from error
-
-    def replace(self, records: Iterable[Record]) -> None:
-        """These rows and no others, all at once."""
-        write_whole(self.path, _text([COLUMNS, *map(_cells, records)]))
+def table_of(path: Path, records: Iterable[Record]) -> Table:
+    """The file of an evaluation's runs, with these and no others. Raises OSError."""
+    return Table(path, COLUMNS, map(row_of, records))
 
 
 def read(path: Path) -> list[Record]:
-    """The whole rows of a table of runs, and nothing of a row without an end.
+    """The whole rows of a table of runs; none if there is no file.
 
-    Raises EvaluationError for a file that is none, OSError for one it cannot read.
+    Raises ValueError for a file that is none, OSError for one it cannot read.
     """
-    text = path.read_text(encoding="utf-8", errors="replace")
-    rows = list(csv.reader(StringIO(text[: text.rfind("\n") + 1])))
-    if rows and rows[0] != list(COLUMNS):
-        raise EvaluationError(f"{path}: is no table of runs. Name another folder.")
-    try:
-        return [_record(row) for row in rows[1:]]
-    except (ValueError, IndexError) as error:
-        raise EvaluationError(
-            f"{path}: a row is damaged ({error}). Remove that row, or begin anew in "
-            "another folder."
-        ) from error
+    return read_table(path, COLUMNS, _record)
 
 
-def _text(rows: Sequence[Sequence[object]]) -> bytes:
-    text = StringIO()
-    csv.writer(text, lineterminator="\n").writerows(rows)
-    return text.getvalue().encode()
+def row_of(record: Record) -> dict[str, object]:
+    """A row of the table: None is an empty cell, times have spaces between."""
+    return {**vars(record), "times": " ".join(map(str, record.times))}
 
 
-def _cells(record: Record) -> list[object]:
-    """None is an empty cell; times stand in one, with spaces between."""
-    *most, times = astuple(record)
-    return [*most, " ".join(map(str, times))]
-
-
-def _record(row: list[str]) -> Record:
-    given = zip(fields(Record), row, strict=True)
-    return Record(**{field.name: READERS[field.type](cell) for field, cell in given})
-
-
-def _optional(cell: str) -> float | None:
-    return float(cell) if cell else None
-
-
-def _times(cell: str) -> tuple[float, ...]:
-    return tuple(map(float, cell.split()))
+def _record(row: dict[str, str]) -> Record:
+    return Record(**{f.name: READERS[f.type](row[f.name]) for f in fields(Record)})
 
 
 READERS: dict[Any, Callable[[str], Any]] = {
     str: str,
     int: int,
     float: float,
-    float | None: _optional,
-    tuple[float, ...]: _times,
+    float | None: lambda cell: float(cell) if cell else None,
+    tuple[float, ...]: lambda cell: tuple(map(float, cell.split())),
 }

@@ -17,11 +17,7 @@ import numpy as np
 
 from reference.evaluation.score import Ruler, RulerError, from_runs
 from reference.workshop.evaluation.crossplay.asked import Evaluation
-from reference.workshop.evaluation.crossplay.records import (
-    EvaluationError,
-    Match,
-    Record,
-)
+from reference.workshop.evaluation.crossplay.records import Match, Record
 from reference.workshop.evaluation.intervals import (
     Interval,
     of_difference,
@@ -29,6 +25,7 @@ from reference.workshop.evaluation.intervals import (
     of_means,
 )
 from reference.workshop.files import write_whole
+from reference.workshop.runs import RunError
 
 
 @dataclass(frozen=True)
@@ -109,7 +106,7 @@ def difference(
 ) -> Interval:
     """How much more one's robots have of a figure than the other's, on the same seeds.
 
-    An interval that does not hold 0 tells them apart. Raises EvaluationError if there
+    An interval that does not hold 0 tells them apart. Raises RunError if there
     is no seed in which both met this fire.
     """
     values: dict[str, dict[int, float]] = {one: {}, other: {}}
@@ -118,7 +115,7 @@ def difference(
             values[run.robots][run.seed] = getattr(run, figure)
     seeds = sorted(values[one].keys() & values[other].keys())
     if not seeds:
-        raise EvaluationError(
+        raise RunError(
             f"{one} and {other} have not met {fire} on the same seeds. Evaluate both "
             "together."
         )
@@ -134,12 +131,12 @@ def ruler_of(
 ) -> Ruler:
     """The ruler on which the baseline scores 1 on average over its fires [F12].
 
-    worst, best: the critical points, reward and y each. Raises EvaluationError if the
+    worst, best: the critical points, reward and y each. Raises RunError if the
     baseline has no runs, RulerError if no ruler comes of them.
     """
     runs = [run for run in records if run.robots == baseline]
     if not runs:
-        raise EvaluationError(
+        raise RunError(
             f"there are no runs of the baseline {baseline}. Evaluate it among the "
             "robots."
         )
