@@ -1,4 +1,4 @@
-"""Who beats whom, and how fast people get out: the pictures of a cross-play.
+"""Charts of a cross-play: who beats whom, and how fast people get out.
 
 Clause: F12.  Curves are told apart by dashes as well as by colours; brackets and bands
 are 95 % bootstrap intervals of the mean over runs.
@@ -7,33 +7,23 @@ are 95 % bootstrap intervals of the mean over runs.
 """
 
 from collections.abc import Sequence
+from itertools import cycle
 from math import ceil
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LinearSegmentedColormap, Normalize
+from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import MaxNLocator, PercentFormatter
 
-from reference.workshop.drawing.page import FAINT, TEXT, blank, heading
-from reference.workshop.evaluation.crossplay import Cell, Record, figure_of, written
+from reference.workshop.drawing.page import TEXT, foot, sheet, shortened
+from reference.workshop.evaluation.crossplay import Cell, Record, figure_of
 from reference.workshop.evaluation.intervals import band
-
-WHAT = {
-    "survival": "survivors, %",
-    "reward": "reward R, health points",
-    "difficulty": "difficulty h",
-    "score": "score E",
-}
-"""What a matrix can show, and in which units."""
 
 EVEN = LinearSegmentedColormap.from_list("even", ["#dc7d33", "#fbf7ef", "#62a0d8"])
 """Survival: orange where the fire wins, blue where the robots do, for every eye."""
-AMOUNT = LinearSegmentedColormap.from_list("amount", ["#f4f6f9", "#62a0d8"])
-UNKNOWN = "#dfe3e8"
 
 LINES: tuple[tuple[str, Any], ...] = (
     ("#0072b2", "-"),
@@ -48,15 +38,11 @@ LINES: tuple[tuple[str, Any], ...] = (
 """Colours of Okabe and Ito, which every eye tells apart, each with its dashes."""
 
 STEP = 1.0  # seconds between two points of a curve
-
-
-# -- Names --------------------------------------------------------------------------
-
-LONGEST = 19  # letters of a line
+LONGEST = 19  # letters in a line of a name
 
 
 def names(words: Sequence[str]) -> list[str]:
-    """Short names, all different: of the path of a checkpoint no more than will do.
+    """Shorten names, all different: of the path of a checkpoint no more than will do.
 
     A name may have several lines.
     """
@@ -74,41 +60,56 @@ def _name(word: str, kept: int) -> str:
     end = [*folders[-kept:], last.removesuffix(".pt")]
     if last == end[-1]:  # a folder, which says by itself what was trained
         end = end[-kept:]
-    return "\n".join(map(_fitted, [before + colon] * bool(colon) + end))
+    lines = [before + colon] * bool(colon) + end
+    return "\n".join(shortened(line, LONGEST) for line in lines)
 
 
-def _fitted(line: str) -> str:
-    """Its beginning and its end."""
-    half = LONGEST // 2
-    return line if len(line) <= LONGEST else f"{line[:half]}…{line[-half:]}"
+def _players(found: Sequence[Cell] | Sequence[Record], side: str) -> list[str]:
+    return list(dict.fromkeys(getattr(each, side) for each in found))
 
 
 # -- Who beats whom -----------------------------------------------------------------
 
-_BOX = (1.4, 0.66)  # inches of a match
-_LEFT, _RIGHT, _BELOW, _NARROWEST = 1.85, 1.25, 0.45, 6.4
-_ABOVE, _LINE = 0.95, 0.14  # for the title, and for each line of the fires' names
 
+def matrix(cells: Sequence[Cell]) -> Figure:
+    """Draw every match's mean survival and interval, as a map of robots × fires [F12].
 
-def matrix(cells: Sequence[Cell], what: str = "survival") -> Figure:
-    """Every match's mean with its interval, as a map of robots × fires [F12].
-
-    what: one of `WHAT`. Raises ValueError for another, and if there are no cells.
+    Raises ValueError if there are no cells.
     """
-    if what not in WHAT or not cells:
-        raise ValueError(f"there is nothing to draw: no cells, or none of {[*WHAT]}.")
-    robots, fires = _words(cells, "robots"), _words(cells, "fire")
-    page, axes = _map(robots, fires)
-    found = {(c.robots, c.fire): c for c in cells if getattr(c, what) is not None}
-    shades = _shades([getattr(c, what).mean for c in found.values()], what)
-    for row, one in enumerate(robots):
-        for column, other in enumerate(fires):
-            _match(axes, (column, row), found.get((one, other)), what, shades)
-    _colour_bar(page, axes, shades, what)
-    heading(page, f"Who beats whom: {WHAT[what]}")
-    caption = _caption([cell.n for cell in cells])
-    page.text(0.5, 0.02, caption, fontsize=8, color=FAINT, ha="center", va="bottom")
+    if not cells:
+        raise ValueError(
+            "there is nothing to draw: no cells. Evaluate some runs first."
+        )
+    robots, fires = _players(cells, "robots"), _players(cells, "fire")
+    size = max(6.4, 1.4 * len(fires) + 2.6), 0.66 * len(robots) + 1.8
+    page = sheet("Who beats whom: survivors, %", *size)
+    axes = page.subplots()
+    means = np.full((len(robots), len(fires)), np.nan)
+    for cell in cells:
+        place = robots.index(cell.robots), fires.index(cell.fire)
+        means[place] = cell.survival.mean
+        _write(axes, place, cell)
+    boxes = axes.pcolormesh(means, cmap=EVEN, vmin=0, vmax=1, ec="white", lw=1.5)
+    axes.invert_yaxis()
+    axes.xaxis.tick_top()
+    axes.xaxis.set_label_position("top")
+    axes.set_xticks(np.arange(len(fires)) + 0.5, names(fires))
+    axes.set_yticks(np.arange(len(robots)) + 0.5, names(robots))
+    axes.tick_params(length=0, labelcolor=TEXT)
+    axes.set(xlabel="fire", ylabel="robots")
+    axes.spines[:].set_visible(False)
+    bar = page.colorbar(boxes, ticks=MaxNLocator(4), format=PercentFormatter(1, 0, ""))
+    bar.outline.set_visible(False)
+    foot(page, [], caption=_caption([cell.n for cell in cells]))
     return page
+
+
+def _write(axes: Axes, place: tuple[int, int], cell: Cell) -> None:
+    """Write the mean large, its interval small beneath."""
+    row, column = place
+    mean, ends = figure_of(cell, "survival")
+    axes.text(column + 0.5, row + 0.36, mean, fontsize=12, ha="center", va="center")
+    axes.text(column + 0.5, row + 0.74, ends, fontsize=8, ha="center", va="center")
 
 
 def _caption(runs: Sequence[int]) -> str:
@@ -120,108 +121,40 @@ def _caption(runs: Sequence[int]) -> str:
     return f"means over {counted} runs a match; in brackets 95 % bootstrap intervals"
 
 
-def _words(found: Sequence[Cell] | Sequence[Record], side: str) -> list[str]:
-    return list(dict.fromkeys(getattr(each, side) for each in found))
-
-
-def _map(robots: Sequence[str], fires: Sequence[str]) -> tuple[Figure, Axes]:
-    """An empty map with the names along its edges, a box of fixed size a match."""
-    wide, high = len(fires) * _BOX[0], len(robots) * _BOX[1]
-    lines = max(name.count("\n") + 1 for name in names(fires))
-    width = max(_LEFT + wide + _RIGHT, _NARROWEST)
-    height = _ABOVE + lines * _LINE + high + _BELOW
-    page = blank(width, height)
-    left = (width - wide + _LEFT - _RIGHT) / 2
-    axes = page.add_axes((left / width, _BELOW / height, wide / width, high / height))
-    axes.set(xlim=(-0.5, len(fires) - 0.5), ylim=(len(robots) - 0.5, -0.5))
-    axes.xaxis.tick_top()
-    axes.xaxis.set_label_position("top")
-    axes.set_xticks(range(len(fires)), names(fires))
-    axes.set_yticks(range(len(robots)), names(robots))
-    for label in (*axes.get_xticklabels(), *axes.get_yticklabels()):
-        label.set_parse_math(False)
-    axes.tick_params(length=0, labelsize=8.5, labelcolor=TEXT)
-    axes.set_xlabel("fire", fontsize=9, color=FAINT)
-    axes.set_ylabel("robots", fontsize=9, color=FAINT)
-    axes.spines[:].set_visible(False)
-    return page, axes
-
-
-def _shades(means: Sequence[float], what: str) -> ScalarMappable:
-    """Survival from nobody to everybody; amounts from 0, or a loss, to the most."""
-    if what == "survival":
-        return ScalarMappable(Normalize(0, 1), EVEN)
-    low, high = min([0.0, *means]), max([0.0, *means])
-    return ScalarMappable(Normalize(low, high if high > low else 1.0), AMOUNT)
-
-
-def _match(
-    axes: Axes,
-    place: tuple[int, int],
-    cell: Cell | None,
-    what: str,
-    shades: ScalarMappable,
-) -> None:
-    """One box: the mean large, its interval small beneath."""
-    x, y = place
-    value = getattr(cell, what).mean if cell else None
-    fill = UNKNOWN if value is None else shades.to_rgba(np.array(value))
-    axes.fill(
-        [x - 0.5, x + 0.5, x + 0.5, x - 0.5],
-        [y - 0.5, y - 0.5, y + 0.5, y + 0.5],
-        facecolor=fill,
-        edgecolor="white",
-        linewidth=1.5,
-    )
-    if cell is None:
-        axes.text(x, y, "–", ha="center", va="center", color=FAINT)
-        return
-    mean, ends = figure_of(cell, what)
-    centred: dict[str, Any] = {"ha": "center", "va": "center", "color": TEXT}
-    axes.text(x, y - 0.14, mean, fontsize=12, **centred)
-    axes.text(x, y + 0.24, ends, fontsize=8, **centred)
-
-
-def _colour_bar(page: Figure, map_: Axes, shades: ScalarMappable, what: str) -> None:
-    """To the right of the map, as high as its boxes."""
-    box, width = map_.get_position(), page.get_size_inches()[0]
-    axes = page.add_axes((box.x1 + 0.25 / width, box.y0, 0.14 / width, box.height))
-    bar = page.colorbar(shades, cax=axes)
-    bar.outline.set_visible(False)
-    bar.locator = MaxNLocator(4)
-    bar.formatter = FuncFormatter(lambda v, _: written(v, what).removesuffix(".0"))
-    bar.update_ticks()
-    axes.tick_params(labelsize=8, color=FAINT, labelcolor=FAINT, length=2)
-
-
 # -- How fast people get out --------------------------------------------------------
-
-_PANEL, _MARGIN = (3.2, 2.1), 0.75  # inches
-_APART = (0.35, 0.7)
-_TITLE, _AXIS, _ROW, _NARROW = 0.85, 0.5, 0.22, 7.5
-_ENTRY, _LETTER = 0.85, 0.08  # inches in a legend, beside the name and of it
 
 
 def curves(records: Sequence[Record]) -> Figure:
-    """Evacuation curves: who is out by when, a panel for each fire [F12].
+    """Draw evacuation curves: who is out by when, a panel for each fire [F12].
 
     Means over the runs of each robots, with bands. Raises ValueError without records.
     """
     if not records:
         raise ValueError("there is nothing to draw: no runs. Evaluate some first.")
-    robots, fires = _words(records, "robots"), _words(records, "fire")
-    labels = [name.replace("\n", " ") for name in names(robots)]
-    page, panels = _panels(len(fires), labels)
-    last = max(run.evacuation_time or 0.0 for run in records)
-    t = np.arange(0.0, last + 2 * STEP, STEP)
-    for axes, fire, name in zip(panels, fires, names(fires), strict=True):
-        for word, look in zip(robots, _looks(len(robots)), strict=True):
-            runs = [run for run in records if run.match == (word, fire)]
-            if runs:
-                _curve(axes, t, runs, look)
-        _rule(axes, "fire: " + name.replace("\n", " "), t[-1])
-    heading(page, "Evacuation curves: who is out by when, with 95 % intervals")
-    _legend(page, labels)
+    robots, fires = _players(records, "robots"), _players(records, "fire")
+    columns = min(len(fires), 2 if len(fires) == 4 else 3)
+    rows = ceil(len(fires) / columns)
+    title = "Evacuation curves: who is out by when, with 95 % intervals"
+    page = sheet(title, max(7.5, 3.5 * columns), 2.5 * rows + 1.2)
+    panels = page.subplots(rows, columns, sharey=True, squeeze=False)
+    t = np.arange(0, max(r.evacuation_time or 0 for r in records) + 2 * STEP, STEP)
+    looks = dict(zip(robots, cycle(LINES), strict=False))
+    for axes, fire, name in zip(panels.flat, fires, names(fires), strict=False):
+        axes.set(xlim=(0, t[-1]), ylim=(0, 102), xlabel="seconds")
+        axes.set_title("fire: " + name.replace("\n", " "))
+        axes.grid(axis="y")
+        for word, look in looks.items():
+            if runs := [run for run in records if run.match == (word, fire)]:
+                _draw_curve(axes, t, runs, *look)
+    for axes in panels[:, 0]:
+        axes.set_ylabel("people out, %")
+    for axes in panels.flat[len(fires) :]:
+        axes.remove()
+    samples = [
+        Line2D([], [], lw=1.9, color=colour, ls=dashes, label=name.replace("\n", " "))
+        for name, (colour, dashes) in zip(names(robots), looks.values(), strict=True)
+    ]
+    foot(page, samples, handlelength=3.6)
     return page
 
 
@@ -232,74 +165,9 @@ def shares(records: Sequence[Record], t: np.ndarray) -> np.ndarray:
     return np.stack(out) / people[:, None]
 
 
-def _looks(count: int) -> list[dict[str, Any]]:
-    """Colours and dashes; after so many they come again."""
-    chosen = (LINES[k % len(LINES)] for k in range(count))
-    return [{"color": colour, "ls": dashes} for colour, dashes in chosen]
-
-
-def _curve(
-    axes: Axes, t: np.ndarray, runs: Sequence[Record], look: dict[str, Any]
+def _draw_curve(
+    axes: Axes, t: np.ndarray, runs: Sequence[Record], colour: str, dashes: Any
 ) -> None:
     mean, low, high = (100 * line for line in band(shares(runs, t)))
-    axes.fill_between(t, low, high, color=look["color"], alpha=0.16, lw=0)
-    axes.plot(t, mean, lw=1.9, **look)
-
-
-def _panels(count: int, labels: Sequence[str]) -> tuple[Figure, list[Axes]]:
-    """A page with so many panels, side by side and in rows, and room for a legend."""
-    columns = min(count, 3 if count != 4 else 2)
-    rows = ceil(count / columns)
-    width = 2 * _MARGIN + columns * _PANEL[0] + (columns - 1) * _APART[0]
-    width = max(width, _NARROW)
-    below = _AXIS + _ROW * ceil(len(labels) / _beside(labels, width)) + 0.1
-    height = _TITLE + rows * _PANEL[1] + (rows - 1) * _APART[1] + below
-    page = blank(width, height)
-    spare = (width - columns * _PANEL[0] - (columns - 1) * _APART[0]) / 2
-    panels = []
-    for number in range(count):
-        row, column = divmod(number, columns)
-        x = spare + column * (_PANEL[0] + _APART[0])
-        y = below + (rows - 1 - row) * (_PANEL[1] + _APART[1])
-        size = (_PANEL[0] / width, _PANEL[1] / height)
-        axes = page.add_axes((x / width, y / height, *size))
-        axes.tick_params(labelleft=column == 0)
-        if column == 0:
-            axes.set_ylabel("people out, %", fontsize=8, color=FAINT)
-        if number + columns >= count:
-            axes.set_xlabel("seconds", fontsize=8, color=FAINT, labelpad=2)
-        panels.append(axes)
-    return page, panels
-
-
-def _rule(axes: Axes, title: str, end: float) -> None:
-    axes.set(xlim=(0, end), ylim=(0, 102))
-    axes.set_title(title, fontsize=10, color=TEXT, loc="left", pad=4, parse_math=False)
-    axes.spines[["top", "right"]].set_visible(False)
-    axes.spines[["left", "bottom"]].set_color(FAINT)
-    axes.tick_params(labelsize=8, color=FAINT, labelcolor=FAINT, length=3)
-    axes.xaxis.set_major_locator(MaxNLocator(6, integer=True))
-    axes.yaxis.set_major_locator(MaxNLocator(5))
-    axes.grid(axis="y", color=FAINT, alpha=0.2, linewidth=0.6)
-
-
-def _beside(labels: Sequence[str], width: float) -> int:
-    """How many labels of a legend fit beside each other into so many inches."""
-    longest = _ENTRY + _LETTER * max(map(len, labels))
-    return min(len(labels), max(1, int((width - 0.2) / longest)))
-
-
-def _legend(page: Figure, labels: Sequence[str]) -> None:
-    """Along the lower edge, with lines long enough to show their dashes."""
-    named = zip(labels, _looks(len(labels)), strict=True)
-    page.legend(
-        handles=[Line2D([], [], lw=1.9, label=name, **look) for name, look in named],
-        loc="lower center",
-        bbox_to_anchor=(0.5, 0.005),
-        ncols=_beside(labels, page.get_size_inches()[0]),
-        fontsize=9,
-        frameon=False,
-        labelcolor=TEXT,
-        handlelength=3.6,
-        columnspacing=1.6,
-    )
+    axes.fill_between(t, low, high, color=colour, alpha=0.16, lw=0)
+    axes.plot(t, mean, lw=1.9, color=colour, ls=dashes)
