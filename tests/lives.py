@@ -16,7 +16,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from reference.learning.experience import Decisions, Trajectory
+from reference.learning.experience import Decisions, Trajectory, decisions_of
 from reference.learning.networks import Sizes
 from reference.learning.settings import TrainerSettings
 from reference.workshop.training.presets import preset
@@ -82,19 +82,15 @@ def batch(B: int = 6, G: int = 3, sizes: Sizes = SIZES, seed: int = 0) -> Decisi
     alive[np.arange(B), rng.integers(0, G, B)] = True
     t = life(*["#" * B] * G, sizes=sizes, seed=seed)
     numbers = rng.normal(0, 0.7, (4, B, G)).astype(np.float32)
-    return Decisions(
-        *(
-            torch.from_numpy(x)
-            for x in (t.vectors[:-1], t.grids[:-1], alive, t.actions, t.shown)
-        ),
-        torch.from_numpy(t.log_probs),
-        *(torch.from_numpy(x) for x in numbers),
-    )
+    names = ("values", "baselines", "returns", "advantages")
+    valued = zip(names, map(torch.from_numpy, numbers), strict=True)
+    rows = decisions_of(t)
+    return replace(rows, alive=torch.from_numpy(alive), **dict(valued))
 
 
 def doubled(rows: Decisions) -> Decisions:
     """The same in float64."""
-    wide = {n: x.double() if x.is_floating_point() else x for n, x in rows.tensors()}
+    wide = {n: x.double() if x.is_floating_point() else x for n, x in rows.columns()}
     return Decisions(**wide)
 
 

@@ -17,6 +17,7 @@ from reference.building import load as load_building
 from reference.events import FireLit
 from reference.game.environment import Environment
 from reference.game.observations import robot_vectors
+from reference.learning.rollouts import Moment
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
@@ -259,9 +260,10 @@ def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path, off
     while environment.agents:
         world = environment.simulation.world
         vectors = robot_vectors(world, SMALL)
-        acted = policy.player.act([(vectors, seen[environment.agents[0]]["grid"])])
+        cells, alive = seen[environment.agents[0]]["grid"], np.ones(len(vectors), bool)
+        (emitted,), _ = policy.player.act([Moment(vectors, cells, alive)])
         names = [f"robot_{k}" for k in range(len(vectors))]
-        actions = dict(zip(names, acted.emitted[0], strict=True))
+        actions = dict(zip(names, emitted, strict=True))
         seen, *_ = environment.step({a: actions[a] for a in environment.agents})
     assert alone.run() == environment.simulation.outcome()
 

@@ -83,7 +83,7 @@ def test_a_buffer_comes_back_from_a_checkpoint_as_it_was():
         buffer.add(decisions_of(t))
     state = buffer.state()
     again.load(through_a_file({"buffer": state})["buffer"])
-    before, after = dict(buffer.emptied().tensors()), dict(again.emptied().tensors())
+    before, after = dict(buffer.emptied().columns()), dict(again.emptied().columns())
     assert before.keys() == after.keys()
     assert all(torch.equal(x, after[name]) for name, x in before.items())
     assert state[0]["grids"]["bits"].numel() == before["grids"][:2].numel() / 8

@@ -131,7 +131,7 @@ def test_the_loss_and_all_gradients_are_those_of_the_naive_arrangement(sizes, dt
     rows = lives.doubled(rows) if dtype == torch.float64 else rows
     ours, slopes = pulled(learner, learner.loss(rows, 0.2, 0.01)[0])
     p, q = oracle.parameters(learner.actor), oracle.parameters(learner.critic)
-    tensors = dict(rows.tensors())
+    tensors = dict(rows.columns())
     naive, naive_slopes = pulled(learner, oracle.group_loss(p, q, tensors, 0.2, 0.01))
     assert ours == pytest.approx(naive, rel=CLOSE[dtype])
     for mine, theirs in zip(slopes, naive_slopes, strict=True):
@@ -144,7 +144,7 @@ def test_what_stands_in_the_rows_of_absent_agents_teaches_nothing():
     learner, rows = made(), lives.batch(6, 3)
     garbage = {
         name: x.masked_fill(~rows.alive.view(*x.shape[:2], *[1] * (x.dim() - 2)), 50.0)
-        for name, x in rows.tensors()
+        for name, x in rows.columns()
         if name not in ("grids", "alive")
     }
     loss, slopes = pulled(learner, learner.loss(rows, 0.2, 0.01)[0])
@@ -160,7 +160,7 @@ def test_the_order_of_mates_teaches_nothing():
     learner, rows = made(), lives.doubled(lives.batch(6, 3))
     learner.actor.double(), learner.critic.double()
     order = [2, 0, 1]
-    moved = {n: x[:, order] for n, x in rows.tensors() if n != "grids"}
+    moved = {n: x[:, order] for n, x in rows.columns() if n != "grids"}
     loss, slopes = pulled(learner, learner.loss(rows, 0.2, 0.01)[0])
     moved_loss, moved_slopes = pulled(
         learner, learner.loss(replace(rows, **moved), 0.2, 0.01)[0]
@@ -303,7 +303,15 @@ def moves(learner, vectors, rng):
 def lived(vectors, alive, actions, log_probs, rewards):
     """A trajectory under an empty sky."""
     grids = np.zeros((len(vectors), *GAME.grid), dtype=np.uint8)
-    return Trajectory(vectors, grids, alive, actions, actions, log_probs, rewards)
+    return Trajectory(
+        vectors=vectors,
+        grids=grids,
+        alive=alive,
+        actions=actions,
+        shown=actions,
+        log_probs=log_probs,
+        rewards=rewards,
+    )
 
 
 def bandit(learner, rng, rounds=128):

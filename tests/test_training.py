@@ -12,7 +12,6 @@ from reference.learning.rollouts import play
 from reference.learning.settings import SIDES, SettingsError
 from reference.strategies import RandomFire
 from reference.workshop.training.checkpoints import load, newest
-from reference.workshop.training.imitation import demonstrate
 from reference.workshop.training.loop import train
 from reference.workshop.training.session import Training, seeds_of
 from reference.workshop.training.summaries import COLUMNS, Board, Summary, table_to
@@ -274,7 +273,7 @@ def test_refuses_a_scenario_in_which_there_is_nothing_to_decide(tmp_path):
 def test_robots_may_imitate_first_then_the_critic_learns_alone_then_both(tmp_path):
     """While it does, the actor stays what imitation made of it."""
     copied = begun(imitate="sweep")
-    copied.imitate([t for lesson in copied.lessons() for t in demonstrate(lesson)])
+    copied.imitate([e for job in copied.demonstrations() for e in play(job)])
     training = begun(imitate="sweep")
     trained(training, tmp_path, rounds=1)
     assert equal(parameters(training), parameters(copied))

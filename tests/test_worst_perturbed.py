@@ -10,6 +10,7 @@ from movies import shipped
 from trainings import begun, tiny
 
 from reference.game.observations import grid, robot_vectors, robots_at_work
+from reference.learning.rollouts import Moment
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
@@ -79,8 +80,9 @@ def test_the_worst_that_is_found_is_what_the_robots_then_do(head):
     robots = PerturbedRobots(checkpoint(head), epsilon=3.0)
     world = moment(robots, 12)
     _, worst = attacked(robots, world)
-    acted = robots.player.act([(worst.seen, grid(world))])
-    np.testing.assert_allclose(acted.emitted[0], worst.emitted, atol=1e-6)
+    alive = np.ones(len(worst.seen), dtype=bool)
+    (emitted,), _ = robots.player.act([Moment(worst.seen, grid(world), alive)])
+    np.testing.assert_allclose(emitted, worst.emitted, atol=1e-6)
 
 
 @pytest.mark.paper("F4", "Eq. 5")
@@ -92,7 +94,7 @@ def test_the_critic_never_thinks_better_of_it(head):
     for tries in (1, 16):
         robots = PerturbedRobots(checkpoint(head), epsilon=5.0, tries=tries)
         _, worst = attacked(robots, world)
-        found.append(worst.plain - worst.worth)
+        found.append(worst.plain - worst.value)
     assert found[0] >= 0 and found[1] > 0
 
 

@@ -1,4 +1,4 @@
-"""What has been lived through: trajectories of one side, and the buffer they fill.
+"""Trajectories and the on-policy buffer.
 
 Clauses: C4, C8, E3.  The trainers of Tables I and II update when the buffer holds more
 than `buffer_size` experiences, use all of it, and empty it.
@@ -7,9 +7,9 @@ than `buffer_size` experiences, use all of it, and empty it.
     N  group decisions in the buffer;  a step is one agent's decision
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 import torch
@@ -17,31 +17,51 @@ from torch import Tensor
 
 from reference.learning.networks import Options
 
+Array = TypeVar("Array", np.ndarray, Tensor)
 
-@dataclass(frozen=True)
-class Trajectory:
-    """One side's part of one episode.
 
-    vectors    (T + 1, G, V) float32; after an agent's last decision, its last
-               observation
-    grids      (T + 1, channels, height, width) uint8, shared by the agents
-    alive      (T + 1, G) bool: who decides at t; in row T, who was cut off by time
-    actions    (T, G, K) float32, as a `Policy` stores them
-    shown      (T, G, E) float32, what a critic is shown of them
-    log_probs  (T, G, K) float32, when they were taken
-    rewards    (T,) of the group, or of the only agent; health points
-    features   (T, G, O, F), action_mask (T, G, O): a pointer head's options, or None
+@dataclass(kw_only=True)
+class GroupDecision(Generic[Array]):
+    """What one side's agents saw and did at one moment; a player makes it.
+
+    A `Trajectory` and the buffer's `Decisions` are the same, stacked: T or N in front.
+
+    vectors    (G, V) float32, what each agent observes
+    grids      (channels, height, width) uint8, shared by the agents
+    alive      (G,) bool, who decides
+    actions    (G, K) float32, as a `Policy` stores them
+    shown      (G, E) float32, what a critic is shown of them
+    log_probs  (G, K) float32, when they were taken
+    features   (G, O, F), action_mask (G, O): a pointer head's options, or None
     """
 
-    vectors: np.ndarray
-    grids: np.ndarray
-    alive: np.ndarray
-    actions: np.ndarray
-    shown: np.ndarray
-    log_probs: np.ndarray
+    vectors: Array
+    grids: Array
+    alive: Array
+    actions: Array
+    shown: Array
+    log_probs: Array
+    features: Array | None = None
+    action_mask: Array | None = None
+
+    def columns(self) -> Iterator[tuple[str, Array]]:
+        """Name and array of every field that there is."""
+        for field in fields(self):
+            if (value := getattr(self, field.name)) is not None:
+                yield field.name, value
+
+
+@dataclass(kw_only=True)
+class Trajectory(GroupDecision[np.ndarray]):
+    """One side's decisions in one episode, stacked, and the rewards that followed.
+
+    vectors and grids have a row T more: what was observed last, for an agent that is
+    done its last observation; alive, too: who was cut off by time.
+
+    rewards  (T,) of the group, or of the only agent; health points
+    """
+
     rewards: np.ndarray
-    features: np.ndarray | None = None
-    action_mask: np.ndarray | None = None
 
     def __len__(self) -> int:
         """Group decisions, T."""
@@ -53,26 +73,33 @@ class Trajectory:
         return int(self.alive[:-1].sum())
 
 
-@dataclass
-class Decisions:
-    """N group decisions: the first axis of every tensor is N.
+def trajectory_of(
+    decisions: Sequence[GroupDecision[np.ndarray]],
+    rewards: Sequence[float],
+    last: dict[str, np.ndarray],
+) -> Trajectory:
+    """Stack decisions; last: row T of vectors, grids and alive."""
+    columns: dict[str, list[np.ndarray]] = {
+        name: [getattr(decision, name) for decision in decisions]
+        for name, _ in decisions[0].columns()
+    }
+    for name, row in last.items():
+        columns[name].append(row)
+    stacked = {name: np.stack(rows) for name, rows in columns.items()}
+    return Trajectory(rewards=np.array(rewards), **stacked)
 
-    Names as in `Trajectory`; besides, for each agent and decision, (N, G) each:
+
+@dataclass(kw_only=True)
+class Decisions(GroupDecision[Tensor]):
+    """N group decisions in the buffer, valued: (N, G) each of
+
     values, baselines (MA-POCA's only), returns, advantages.
     """
 
-    vectors: Tensor
-    grids: Tensor
-    alive: Tensor
-    actions: Tensor
-    shown: Tensor
-    log_probs: Tensor
     values: Tensor
     baselines: Tensor
     returns: Tensor
     advantages: Tensor
-    features: Tensor | None = None
-    action_mask: Tensor | None = None
 
     def __len__(self) -> int:
         return len(self.alive)
@@ -86,39 +113,27 @@ class Decisions:
 
     def rows(self, which: Tensor) -> "Decisions":
         """Some of them; which: indices."""
-        return Decisions(**{name: x[which] for name, x in self.tensors()})
-
-    def tensors(self) -> Iterator[tuple[str, Tensor]]:
-        """Name and tensor of every field that there is."""
-        for field in fields(self):
-            if (value := getattr(self, field.name)) is not None:
-                yield field.name, value
+        return Decisions(**{name: x[which] for name, x in self.columns()})
 
     @staticmethod
-    def joined(parts: "list[Decisions]") -> "Decisions":
+    def joined(parts: "Sequence[Decisions]") -> "Decisions":
         """One after the other."""
-        names = [name for name, _ in parts[0].tensors()]
+        names = [name for name, _ in parts[0].columns()]
         return Decisions(
             **{name: torch.cat([getattr(p, name) for p in parts]) for name in names}
         )
 
 
 def decisions_of(t: Trajectory) -> Decisions:
-    """A trajectory's decisions, not valued yet."""
-    unknown = torch.zeros(t.alive[:-1].shape)
+    """A trajectory's decisions, not valued yet: zeros."""
+    seen_and_done = {
+        name: torch.from_numpy(array[: len(t)])
+        for name, array in t.columns()
+        if name != "rewards"
+    }
+    names = ("values", "baselines", "returns", "advantages")
     return Decisions(
-        vectors=torch.from_numpy(t.vectors[:-1]),
-        grids=torch.from_numpy(t.grids[:-1]),
-        alive=torch.from_numpy(t.alive[:-1]),
-        actions=torch.from_numpy(t.actions),
-        shown=torch.from_numpy(t.shown),
-        log_probs=torch.from_numpy(t.log_probs),
-        values=unknown,
-        baselines=unknown,
-        returns=unknown.clone(),
-        advantages=unknown.clone(),
-        features=None if t.features is None else torch.from_numpy(t.features),
-        action_mask=None if t.action_mask is None else torch.from_numpy(t.action_mask),
+        **seen_and_done, **{name: torch.zeros(t.alive[:-1].shape) for name in names}
     )
 
 
@@ -164,7 +179,7 @@ class Buffer:
 
     def state(self) -> list[dict[str, Any]]:
         """Tensors for a checkpoint; grids are packed to bits."""
-        return [dict(p.tensors()) | {"grids": _packed(p.grids)} for p in self.parts]
+        return [dict(p.columns()) | {"grids": _packed(p.grids)} for p in self.parts]
 
     def load(self, state: list[dict[str, Any]]) -> None:
         """What `state` gave."""

@@ -1,33 +1,181 @@
 """Rollouts: pure jobs from weights, scenario and seeds to whole episodes.
 
-Clauses: C8, E6.  A job plays its episodes in lockstep, so that one call of a network
-serves all of them; what an episode's randomness is depends on its own seed alone.
+Clauses: C5, C8, D2, E3, E6.  A job plays its episodes in lockstep, so that one call of
+a network serves all of them; an episode's randomness depends on its own seed alone.
+Both heads end in the environment's action, numbers in [−1, 1].
 
-    T    decisions of an episode;  G  agents
+    S    episodes played at once;  T  decisions of an episode;  G  agents of a side
+    A    numbers of the environment's action;  V, K, E, O, F  as in `networks`
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import torch
+from torch import Tensor
 
 from reference.building import Building, building_of
 from reference.events import FireRefused
 from reference.game.environment import Environment, action_size
+from reference.game.observations import fire_layout, grid_shape, robot_layout
 from reference.game.rewards import fire_reward
-from reference.learning.experience import Trajectory
-from reference.learning.players import Acted, Landmarks, Observation, Player
+from reference.learning.experience import GroupDecision, Trajectory, trajectory_of
+from reference.learning.networks import RAW_LIMIT, Actor, Options, Policy, Sizes
 from reference.learning.settings import SIDES, Side, TrainerSettings
 from reference.paper import Scenario
 from reference.strategies import FireStrategy, RobotStrategy
+from reference.world import World
 
 PLAYER_STREAM: dict[Side, int] = {"robots": 1, "fire": 2}
 """Each side's actions have a generator of their own, beside the simulation's."""
 
+AXES = 2  # [C5] [D2] two continuous numbers: x and y
+
+Landmarks = Callable[[Building, Scenario], Any]
+"""Makes, for a building, what turns observations into options of a pointer head."""
+
+
+# -- Who plays a side ---------------------------------------------------------------
+
 
 @dataclass(frozen=True)
-class Learned:
+class Moment:
+    """What a side has to decide upon in one episode.
+
+    vectors  (G, V) float32, of agents that have left what they saw last
+    grid     (channels, height, width) uint8, shared
+    alive    (G,) bool, who has not left
+    world    what is observed: not for networks
+    rng      what actions are sampled with; None: the mean or most likely action
+    seed     of the episode
+    """
+
+    vectors: np.ndarray
+    grid: np.ndarray
+    alive: np.ndarray
+    world: World | None = None
+    rng: np.random.Generator | None = None
+    seed: int = 0
+
+
+class Player:
+    """One side's actor, with the map its options are on."""
+
+    def __init__(
+        self,
+        side: Side,
+        building: Building,
+        scenario: Scenario,
+        settings: TrainerSettings,
+        landmarks: Landmarks | None = None,
+    ):
+        """landmarks: what makes a pointer head's options; None for the Gaussian one."""
+        self.side, self.building = side, building
+        self.options = landmarks and landmarks(building, scenario)
+        self.sizes = _sizes(side, building, scenario, self.options)
+        self.actor = Actor(self.sizes, settings).eval()
+
+    def load(self, weights: dict[str, Any]) -> None:
+        """Take over a learner's weights, tensors or arrays, by name.
+
+        Raises RuntimeError for another shape.
+        """
+        tensors = {name: torch.as_tensor(array) for name, array in weights.items()}
+        self.actor.load_state_dict(tensors)
+
+    @torch.no_grad()
+    def act(
+        self, moments: Sequence[Moment]
+    ) -> tuple[np.ndarray, list[GroupDecision[np.ndarray]]]:
+        """Decide at all these moments by one call of the network.
+
+        Returns (S, G, A) float32, the environment's actions, and what to record.
+        """
+        found = [self.options(m.vectors, m.grid) for m in moments if self.options]
+        options = found and Options(
+            _stacked([f.features for f in found]),
+            _stacked([f.action_mask for f in found]),
+        )
+        policy = self.actor(
+            _stacked([m.vectors for m in moments]),
+            _stacked([m.grid for m in moments]),
+            options or None,
+        )
+        actions = policy.act(_noise(moments, policy))
+        raw, log_probs = actions.numpy(), policy.log_probs(actions).numpy()
+        if found:
+            places = np.stack([f.places for f in found])
+            index = raw.astype(np.intp)[..., None]
+            emitted = shown = np.take_along_axis(places, index, axis=2)[:, :, 0]
+        else:
+            emitted, shown = self._emitted(raw), raw[..., :AXES]
+        return emitted, [
+            GroupDecision(
+                vectors=m.vectors,
+                grids=m.grid,
+                alive=m.alive,
+                actions=raw[k],
+                shown=shown[k],
+                log_probs=log_probs[k],
+                features=found[k].features if found else None,
+                action_mask=found[k].action_mask if found else None,
+            )
+            for k, m in enumerate(moments)
+        ]
+
+    def _emitted(self, raw: np.ndarray) -> np.ndarray:
+        """Gaussians: clamp(a, −3, 3)/3 [E3]; the fire's branch, its floor, first."""
+        axes = raw[..., :AXES].clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT
+        if self.side == "robots":
+            return axes
+        floor = (2 * raw[..., AXES:] + 1) / self.building.floors - 1
+        return np.concatenate([floor, axes], axis=-1)
+
+
+def _stacked(arrays: Sequence[np.ndarray]) -> Tensor:
+    return torch.from_numpy(np.stack(arrays))
+
+
+def _noise(moments: Sequence[Moment], policy: Policy) -> Tensor | None:
+    """(S, G, C + sum n), each episode's from its own generator: see `Policy.act`."""
+    agents, continuous = policy.gaussian.mean.shape[-2:]
+    counts = sum(branch.logits.shape[-1] for branch in policy.branches)
+    rows = []
+    for rng in (m.rng for m in moments if m.rng is not None):
+        normal = rng.standard_normal((agents, continuous), dtype=np.float32)
+        gumbel = rng.gumbel(size=(agents, counts)).astype(np.float32)
+        rows.append(np.concatenate([normal, gumbel], axis=1))
+    return _stacked(rows) if rows else None
+
+
+def _sizes(side: Side, building: Building, scenario: Scenario, options: Any) -> Sizes:
+    """What networks of this side see and say; options: of a pointer head, or None."""
+    of_robots = side == "robots"
+    layout = robot_layout if of_robots else fire_layout
+    branches = () if of_robots else (building.floors,)
+    emitted = AXES if of_robots else 1 + AXES
+    return Sizes(
+        vector=layout(building, scenario).size,
+        grid=grid_shape(building),
+        continuous=0 if options else AXES,
+        branches=() if options else branches,
+        features=options.features if options else 0,
+        shown=emitted if options else AXES,
+    )
+
+
+class Recorded:
+    """Who makes a player for one side, whose decisions become trajectories."""
+
+    def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
+        """A new one."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class Learned(Recorded):
     """A side that a network plays: its settings, and weights as tensors by name.
 
     landmarks  what makes a pointer head's options; None for the Gaussian one
@@ -37,24 +185,28 @@ class Learned:
     weights: dict[str, Any]
     landmarks: Landmarks | None = None
 
+    def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
+        """A network with these weights. Raises RuntimeError for another shape."""
+        player = Player(side, building, scenario, self.settings, self.landmarks)
+        player.load(self.weights)
+        return player
+
+
+# -- Episodes -----------------------------------------------------------------------
+
 
 @dataclass(frozen=True)
 class Job:
-    """Episodes to play; robots and fire: a network, or a strategy.
+    """Episodes to play; robots and fire: who is recorded, or a strategy.
 
     plan  the text of a floor file
     """
 
     plan: str
     scenario: Scenario
-    robots: Learned | RobotStrategy
-    fire: Learned | FireStrategy
+    robots: Recorded | RobotStrategy
+    fire: Recorded | FireStrategy
     seeds: tuple[int, ...]
-
-    def learned(self) -> dict[Side, Learned]:
-        """The sides that a network plays."""
-        who: dict[Side, Any] = {"robots": self.robots, "fire": self.fire}
-        return {side: w for side, w in who.items() if isinstance(w, Learned)}
 
 
 @dataclass(frozen=True)
@@ -75,48 +227,41 @@ class Episode:
 def play(job: Job) -> list[Episode]:
     """All episodes of a job, in the order of their seeds."""
     building = building_of(job.plan)
-    learned = job.learned()
-    players = {
-        side: _player(side, building, job.scenario, who)
-        for side, who in learned.items()
-    }
-    scripts = [None if side in learned else getattr(job, side) for side in SIDES]
+    players: dict[Side, Player] = {}
+    scripts: list[Any] = []
+    for side in SIDES:
+        who = getattr(job, side)
+        if isinstance(who, Recorded):
+            players[side] = who.player(side, building, job.scenario)
+        scripts.append(None if side in players else who)
     runs = [
         _Run(Environment(building, job.scenario, *scripts), seed, tuple(players))
         for seed in job.seeds
     ]
     while running := [run for run in runs if run.goes_on]:
         for side, player in players.items():
-            _decide(side, player, [run for run in running if run.acts(side)])
+            if asked := [run for run in running if run.acts(side)]:
+                emitted, decisions = player.act([run.moment(side) for run in asked])
+                for run, actions, decision in zip(
+                    asked, emitted, decisions, strict=True
+                ):
+                    run.choose(side, actions, decision)
         for run in running:
             run.step()
     return [run.episode() for run in runs]
 
 
-def _decide(side: Side, player: Player, runs: "list[_Run]") -> None:
-    """One call of a side's network for all runs in which its turn has come."""
-    if runs:
-        seen = [run.seen(side) for run in runs]
-        acted = player.act(seen, [run.rngs[side] for run in runs])
-        for k, run in enumerate(runs):
-            run.choose(side, seen[k], acted, k)
-
-
-def _player(side: Side, building: Building, scenario: Scenario, who: Learned) -> Player:
-    player = Player(side, building, scenario, who.settings, who.landmarks)
-    player.load(who.weights)
-    return player
-
-
 class _Run:
-    """One episode on its way, and what its sides have lived through."""
+    """One episode on its way, and its sides' decisions and rewards."""
 
     def __init__(self, environment: Environment, seed: int, sides: Sequence[Side]):
         self.environment, self.seed = environment, seed
         seen, self.infos = environment.reset(seed)
         self.agents = {side: _agents(environment, side) for side in sides}
         self.rngs = {s: np.random.default_rng([seed, PLAYER_STREAM[s]]) for s in sides}
-        self.records = {side: _Record() for side in sides}
+        self.decisions: dict[Side, list[GroupDecision[np.ndarray]]]
+        self.decisions = {side: [] for side in sides}
+        self.rewards: dict[Side, list[float]] = {side: [] for side in sides}
         self.actions: dict[str, np.ndarray] = {}
         self.vectors = {
             side: np.stack([seen[agent]["vector"] for agent in agents])
@@ -135,99 +280,58 @@ class _Run:
         there = set(self.environment.agents)
         return any(a in there and self.infos[a]["acts"] for a in self.agents[side])
 
-    def seen(self, side: Side) -> Observation:
-        """What the side's agents observe; those who left, what they saw last."""
-        return self.vectors[side].copy(), self.grid
-
-    def choose(self, side: Side, seen: Observation, acted: Acted, k: int) -> None:
-        """Note the decision, row k of what was acted; it is carried out in `step`."""
+    def moment(self, side: Side) -> Moment:
+        """What the side's player is asked."""
         there = set(self.environment.agents)
-        alive = np.array([agent in there for agent in self.agents[side]])
-        self.records[side].decide(seen, alive, acted, k)
-        chosen = zip(self.agents[side], acted.emitted[k], strict=True)
-        self.actions.update((agent, a) for agent, a in chosen if agent in there)
+        return Moment(
+            self.vectors[side].copy(),
+            self.grid,
+            np.array([agent in there for agent in self.agents[side]]),
+            self.environment.simulation.world,
+            self.rngs[side],
+            self.seed,
+        )
+
+    def choose(
+        self, side: Side, actions: np.ndarray, decision: GroupDecision[np.ndarray]
+    ) -> None:
+        """Record a decision, not rewarded yet; it is carried out in `step`."""
+        self.decisions[side].append(decision)
+        self.rewards[side].append(0.0)
+        self.actions.update(zip(self.agents[side], actions, strict=True))
 
     def step(self) -> None:
-        """One step of the environment, and what it brings."""
-        idle = {
-            agent: np.zeros(action_size(agent), np.float32)
+        """One step of the environment; rewards belong to the last decision."""
+        actions = {
+            agent: self.actions.get(agent, np.zeros(action_size(agent), np.float32))
             for agent in self.environment.agents
         }
-        seen, rewards, _, truncations, self.infos = self.environment.step(
-            idle | self.actions
-        )
         self.actions = {}
+        seen, rewards, _, truncations, self.infos = self.environment.step(actions)
         self.truncated = any(truncations.values())
         self.grid = self._grid(seen)
         for side, agents in self.agents.items():
             there = [k for k, agent in enumerate(agents) if agent in seen]
             for k in there:
                 self.vectors[side][k] = seen[agents[k]]["vector"]
-            if there:
-                self.records[side].gain(rewards[agents[there[0]]])
+            if there and self.rewards[side]:
+                self.rewards[side][-1] += rewards[agents[there[0]]]
 
     def episode(self) -> Episode:
         """All of it, once it is over."""
-        sides: dict[Side, Trajectory | None] = {
-            side: record.trajectory(self.seen(side), self.truncated)
-            for side, record in self.records.items()
-        }
-        return Episode(
-            self.seed, sides.get("robots"), sides.get("fire"), _facts(self.environment)
-        )
+        sides: dict[str, Trajectory | None] = {"robots": None, "fire": None}
+        for side, decisions in self.decisions.items():
+            if decisions:
+                last = {"vectors": self.vectors[side], "grids": self.grid}
+                last["alive"] = decisions[-1].alive & self.truncated
+                sides[side] = trajectory_of(decisions, self.rewards[side], last)
+        return Episode(seed=self.seed, facts=_facts(self.environment), **sides)
 
     def _grid(self, seen: dict[str, dict[str, np.ndarray]]) -> np.ndarray:
         """Every agent sees the same grid."""
         for observation in seen.values():
             return observation["grid"].astype(np.uint8)
         return self.grid
-
-
-@dataclass
-class _Record:
-    """Decisions of one side as they come."""
-
-    seen: list[Observation] = field(default_factory=list)
-    alive: list[np.ndarray] = field(default_factory=list)
-    acted: list[tuple[Acted, int]] = field(default_factory=list)
-    rewards: list[float] = field(default_factory=list)
-
-    def decide(
-        self, seen: Observation, alive: np.ndarray, acted: Acted, k: int
-    ) -> None:
-        """One more decision, not rewarded yet."""
-        self.seen.append(seen)
-        self.alive.append(alive)
-        self.acted.append((acted, k))
-        self.rewards.append(0.0)
-
-    def gain(self, reward: float) -> None:
-        """Reward belongs to the last decision; before the first one, to nobody."""
-        if self.rewards:
-            self.rewards[-1] += reward
-
-    def trajectory(self, last: Observation, truncated: bool) -> Trajectory | None:
-        """All of it, ending in this observation; None if nothing was decided."""
-        if not self.rewards:
-            return None
-        vectors, grids = zip(*self.seen, last, strict=True)
-        goes_on = self.alive[-1] & truncated
-
-        def rows(name: str) -> np.ndarray:
-            return np.stack([getattr(acted, name)[k] for acted, k in self.acted])
-
-        pointer = self.acted[0][0].features is not None
-        return Trajectory(
-            vectors=np.stack(vectors),
-            grids=np.stack(grids),
-            alive=np.stack([*self.alive, goes_on]),
-            actions=rows("actions"),
-            shown=rows("shown"),
-            log_probs=rows("log_probs"),
-            rewards=np.array(self.rewards),
-            features=rows("features") if pointer else None,
-            action_mask=rows("action_mask") if pointer else None,
-        )
 
 
 def _agents(environment: Environment, side: Side) -> list[str]:

@@ -16,8 +16,7 @@ from reference.floorplan import to_text
 from reference.learning import poca, ppo
 from reference.learning.experience import Decisions
 from reference.learning.networks import one_thread
-from reference.learning.players import Player
-from reference.learning.rollouts import Job, Learned, play
+from reference.learning.rollouts import Job, Learned, Player, play
 from reference.learning.settings import SIDES, Side
 from reference.workshop.landmarks import landmarks_for
 from reference.workshop.training.presets import preset

@@ -4,141 +4,120 @@ Clauses: C5, C7.  A named aid, never the default: what it teaches is not the pap
 The actor is fitted to what the strategy would have decided; afterwards the critic
 learns alone for some rounds, and then both go on as always.
 
-    T, G, V, K, O, F  as in `experience`
+    G, O, A  as in `rollouts`
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import torch
 
-from reference.building import building_of
-from reference.game.environment import Environment
+from reference.building import Building
 from reference.game.observations import to_normalised
-from reference.learning.experience import Decisions, Trajectory, decisions_of
+from reference.learning.experience import (
+    Decisions,
+    GroupDecision,
+    Trajectory,
+    decisions_of,
+)
 from reference.learning.networks import RAW_LIMIT
-from reference.learning.players import Player
 from reference.learning.ppo import Learner
-from reference.learning.settings import TrainerSettings
+from reference.learning.rollouts import Moment, Player, Recorded
+from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
 from reference.strategies import RobotStrategy
-from reference.workshop.landmarks import Options, landmarks_for
-from reference.workshop.strategies import fire_named, robots_named
+from reference.workshop.landmarks import landmarks_for
+from reference.workshop.strategies import robots_named
 
 CLONING_RATE = 1e-3  # [C7, chosen] learning rate of the fit
 CLONING_BATCH = 64  # [C7, chosen] group decisions of its minibatches
 
 
 @dataclass(frozen=True)
-class Demonstration:
-    """Episodes in which a hand-written strategy guides, against a scripted fire.
+class Demonstration(Recorded):
+    """A hand-written strategy plays; its decisions are recorded as a learner's.
 
-    plan  the text of a floor file;  settings  of the learner
+    settings  of the learner;  teacher  the strategy's name
     """
 
-    plan: str
-    scenario: Scenario
     settings: TrainerSettings
     teacher: str
-    fire: str
-    seeds: tuple[int, ...]
+
+    def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
+        """The teacher at work."""
+        landmarks = landmarks_for(side, self.settings)
+        return _Teacher(
+            self.teacher, side, building, scenario, self.settings, landmarks
+        )
 
 
-def demonstrate(lesson: Demonstration) -> list[Trajectory]:
-    """What the robots saw and their teacher did, as the learner's head would put it.
+class _Teacher(Player):
+    """Robots that a strategy guides, one in each episode."""
 
-    `alive` is where there was a new decision; shown, log_probs and rewards are empty.
-    """
-    building = building_of(lesson.plan)
-    player = Player(
-        "robots",
-        building,
-        lesson.scenario,
-        lesson.settings,
-        landmarks_for("robots", lesson.settings),
-    )
-    environment = Environment(building, lesson.scenario, fire=fire_named(lesson.fire))
-    return [_episode(environment, player, lesson.teacher, s) for s in lesson.seeds]
+    def __init__(self, name: str, *about_the_learner: object):
+        super().__init__(*about_the_learner)  # type: ignore[arg-type]
+        self.name = name
+        self.guides: dict[int, tuple[RobotStrategy, np.random.Generator]] = {}
 
+    def act(
+        self, moments: Sequence[Moment]
+    ) -> tuple[np.ndarray, list[GroupDecision[np.ndarray]]]:
+        """What the strategy does, (S, G, 2), nan to keep a destination; and the same
+        as the learner's head would have put it, `alive` where that is something new."""
+        wanted = [self._decided(moment) for moment in moments]
+        return np.stack(wanted), list(map(self._recorded, moments, wanted))
 
-def _episode(
-    environment: Environment, player: Player, teacher: str, seed: int
-) -> Trajectory:
-    strategy = robots_named(teacher)
-    rng = np.random.default_rng(seed)
-    agents = environment.possible_agents
-    observations, _ = environment.reset(seed)
-    vectors = np.stack([observations[agent]["vector"] for agent in agents])
-    rows: list[tuple[Any, ...]] = []
-    while environment.agents:
-        for k, agent in enumerate(agents):
-            if agent in observations:
-                vectors[k] = observations[agent]["vector"]
-        grid = observations[environment.agents[0]]["grid"].astype(np.uint8)
-        wanted = _decided(environment, strategy, rng)
-        rows.append((vectors.copy(), grid, *_as_head(player, vectors, grid, wanted)))
-        there = [(agent, wanted[agents.index(agent)]) for agent in environment.agents]
-        observations, *_ = environment.step(dict(there))
-    return _trajectory(rows)
+    def _decided(self, moment: Moment) -> np.ndarray:
+        """(G, 2) the teacher's actions; nan where it keeps the old destination."""
+        world, seed = moment.world, moment.seed
+        assert world is not None
+        if seed not in self.guides:
+            self.guides[seed] = robots_named(self.name), np.random.default_rng(seed)
+        strategy, rng = self.guides[seed]
+        actions = np.full((len(world.robots), 2), np.nan, dtype=np.float32)
+        active = [k for k, robot in enumerate(world.robots) if robot.active]
+        decided = strategy.decide(world, [world.robots[k] for k in active], rng)
+        for k, destination in zip(active, decided, strict=True):
+            if destination is not None:
+                spot = to_normalised(self.building, np.array(destination))
+                actions[k] = spot.clip(-1, 1)
+        return actions
 
-
-def _decided(
-    environment: Environment,
-    strategy: RobotStrategy,
-    rng: np.random.Generator,
-) -> np.ndarray:
-    """(G, 2) the teacher's actions; nan where it keeps the old destination."""
-    world = environment.simulation.world
-    actions = np.full((len(world.robots), 2), np.nan, dtype=np.float32)
-    active = [k for k, robot in enumerate(world.robots) if robot.active]
-    decided = strategy.decide(world, [world.robots[k] for k in active], rng)
-    for k, destination in zip(active, decided, strict=True):
-        if destination is not None:
-            spot = to_normalised(environment.building, np.array(destination))
-            actions[k] = spot.clip(-1, 1)
-    return actions
-
-
-def _as_head(
-    player: Player, vectors: np.ndarray, grid: np.ndarray, wanted: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, Options | None]:
-    """Who decided (G,), what the head would have stored (G, K), and its options."""
-    decided = ~np.isnan(wanted).any(axis=1)
-    if player.options is None:
-        return decided, np.nan_to_num(wanted) * RAW_LIMIT, None
-    options = player.options(vectors, grid)
-    off = np.linalg.norm(options.places - np.nan_to_num(wanted)[:, None], axis=-1)
-    nearest = np.where(options.action_mask, off, np.inf).argmin(axis=1)
-    return decided, nearest[:, None].astype(np.float32), options
+    def _recorded(
+        self, moment: Moment, wanted: np.ndarray
+    ) -> GroupDecision[np.ndarray]:
+        """As the head's: the nearest option; log_probs are 0, nothing is shown."""
+        new, spots = ~np.isnan(wanted).any(axis=1), np.nan_to_num(wanted)
+        actions, features, action_mask = spots * RAW_LIMIT, None, None
+        if self.options is not None:
+            options = self.options(moment.vectors, moment.grid)
+            features, action_mask = options.features, options.action_mask
+            off = np.linalg.norm(options.places - spots[:, None], axis=-1)
+            nearest = np.where(action_mask, off, np.inf).argmin(axis=1)
+            actions = nearest[:, None].astype(np.float32)
+        return GroupDecision(
+            vectors=moment.vectors,
+            grids=moment.grid,
+            alive=new,
+            actions=actions,
+            shown=actions[:, :0],
+            log_probs=np.zeros_like(actions),
+            features=features,
+            action_mask=action_mask,
+        )
 
 
-def _trajectory(rows: list[tuple[Any, ...]]) -> Trajectory:
-    vectors, grids, alive, actions, options = map(list, zip(*rows, strict=True))
-    T, (G, K) = len(rows), actions[0].shape
-    pointer = options[0] is not None
-    return Trajectory(
-        vectors=np.stack([*vectors, vectors[-1]]),
-        grids=np.stack([*grids, grids[-1]]),
-        alive=np.stack([*alive, np.zeros(G, dtype=bool)]),
-        actions=np.stack(actions),
-        shown=np.zeros((T, G, 0), dtype=np.float32),
-        log_probs=np.zeros((T, G, K), dtype=np.float32),
-        rewards=np.zeros(T),
-        features=np.stack([o.features for o in options]) if pointer else None,
-        action_mask=np.stack([o.action_mask for o in options]) if pointer else None,
-    )
-
-
-def clone(learner: Learner, lessons: Sequence[Trajectory], epochs: int) -> list[float]:
-    """Fit the learner's actor to the lessons; the mean loss of each epoch.
+def clone(
+    learner: Learner, demonstrations: Sequence[Trajectory], epochs: int
+) -> list[float]:
+    """Fit the learner's actor to demonstrations; the mean loss of each epoch.
 
     The loss is the negative log-likelihood of what the teacher did. The normalisers
-    see the lessons first.
+    see the demonstrations first.
     """
-    learner.observe(lessons)
-    everything = Decisions.joined([decisions_of(lesson) for lesson in lessons])
+    learner.observe(demonstrations)
+    everything = Decisions.joined([decisions_of(t) for t in demonstrations])
     taught = everything.rows(everything.alive.any(dim=1).nonzero()[:, 0])
     optimiser = torch.optim.Adam(learner.actor.parameters(), CLONING_RATE)
     losses = []

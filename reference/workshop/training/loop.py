@@ -16,13 +16,11 @@ from typing import Any
 
 from tqdm import tqdm
 
-from reference.learning.experience import Trajectory
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import Side
 from reference.workshop.files import make_folder
 from reference.workshop.training import checkpoints
-from reference.workshop.training.imitation import Demonstration, demonstrate
 from reference.workshop.training.session import Training
 from reference.workshop.training.summaries import (
     COLUMNS,
@@ -58,11 +56,11 @@ def train(
         record = Record(training, folder, tensorboard, progress, closing)
         begun = record.keep(training)
         if not training.imitated:
-            lessons = in_order(executor, _taught, training.lessons(), stop)
-            if lessons is None:
+            played = in_order(executor, _played, training.demonstrations(), stop)
+            if played is None:
                 return begun
-            taught = [trajectory for part in lessons for trajectory in part]
-            record.tell(training, training.imitate(taught))
+            shown = [episode for job in played for episode in job]
+            record.tell(training, training.imitate(shown))
             record.keep(training)
         while not training.over and not stop():
             # PLAY
@@ -87,11 +85,6 @@ def _played(job: Job) -> list[Episode]:
     """`play`, with sums in the same order in a worker as here."""
     with one_thread():
         return play(job)
-
-
-def _taught(lesson: Demonstration) -> list[Trajectory]:
-    with one_thread():
-        return demonstrate(lesson)
 
 
 # -- What is written ----------------------------------------------------------------

@@ -22,8 +22,7 @@ from reference.game.observations import (
     to_normalised,
 )
 from reference.learning.networks import one_thread
-from reference.learning.players import Player
-from reference.learning.rollouts import Learned
+from reference.learning.rollouts import Learned, Moment
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import Destination
@@ -60,16 +59,8 @@ class LearnedPolicy:
         self.scenario: Scenario = self.task.settings.scenario
         self.named = self.task.building
         self.learned = self._learned(checkpoint)
-        settings = self.learned.settings
-        self.player = Player(
-            self.side,
-            self.building,
-            self.scenario,
-            settings,
-            self.learned.landmarks,
-        )
         try:
-            self.player.load(self.learned.weights)
+            self.player = self.learned.player(self.side, self.building, self.scenario)
         except (RuntimeError, TypeError, AttributeError) as error:
             raise CheckpointError(
                 "the checkpoint's network is not of the shape its settings tell: it "
@@ -133,11 +124,13 @@ class LearnedPolicy:
         self, vectors: np.ndarray, world: World, rng: np.random.Generator
     ) -> np.ndarray:
         """(G, A) actions in [−1, 1] for (G, V) observations."""
+        alive = np.ones(len(vectors), dtype=bool)
         with one_thread():
-            acted = self.player.act(
-                [(vectors, grid(world))], [rng] if self.sample else None
+            moment = Moment(
+                vectors, grid(world), alive, world, rng if self.sample else None
             )
-        return acted.emitted[0]
+            emitted, _ = self.player.act([moment])
+        return np.asarray(emitted[0])
 
 
 class LearnedRobots(LearnedPolicy):

@@ -14,7 +14,6 @@ import numpy as np
 from reference.building import building_of
 from reference.learning import ppo
 from reference.learning.adversarial import learn, learner_for, player_of
-from reference.learning.experience import Trajectory
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, SettingsError, Side
 from reference.simulation import Simulation
@@ -209,26 +208,23 @@ class Training:
 
     # -- Imitation ------------------------------------------------------------------
 
-    def lessons(self) -> list[Demonstration]:
+    def demonstrations(self) -> list[Job]:
         """What the robots copy first, with a scripted fire about."""
-        s, fire = self.settings, self.task.fixed.get("fire")
+        s, fire, teacher = self.settings, self.task.fixed.get("fire"), self.task.imitate
         seeds = seeds_of(self.task.seed, LESSONS, 0, s.imitation_episodes)
-        assert self.task.imitate is not None
+        assert teacher is not None
+        shown = Demonstration(s.robots, teacher)
+        named = fire_named(fire if isinstance(fire, str) else "random")
         return [
-            Demonstration(
-                plan=self.task.plan,
-                scenario=s.scenario,
-                settings=s.robots,
-                teacher=self.task.imitate,
-                fire=fire if isinstance(fire, str) else "random",
-                seeds=chunk,
-            )
+            Job(self.task.plan, s.scenario, shown, named, chunk)
             for chunk in _parts(seeds, s.episodes_per_job)
         ]
 
-    def imitate(self, lessons: Sequence[Trajectory]) -> list[Row]:
+    def imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
         """Copy what was demonstrated; a row for each epoch."""
-        losses = clone(self.learners["robots"], lessons, self.settings.imitation_epochs)
+        trajectories = [e.robots for e in demonstrations if e.robots is not None]
+        epochs = self.settings.imitation_epochs
+        losses = clone(self.learners["robots"], trajectories, epochs)
         self.imitated = True
         when = {"side": "robots", "step": 0, "round": 0, "episodes": 0}
         return [{**when, "phase": "imitation", PRETRAINING: loss} for loss in losses]

@@ -4,12 +4,11 @@ Clauses: F4, C1, E1.  Eq. 5 as it is meant there: what the robots observe is off
 ‖δ‖∞ ≤ ε, the worst that can be found at each decision on its own (GWC).
 
     o    observations (G, V);  δ  what they are off by, 0 or ± ε, metres
-    b    baseline of MA-POCA's critic: what the group is worth when all but one have
+    b    baseline of MA-POCA's critic: the value of the group when all but one have
          decided, without knowing what that one does
     G  robots;  V  numbers that a robot observes;  K  tries;  E  shown to the critic
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +17,7 @@ import torch
 from reference.building import Building
 from reference.game.observations import grid, robot_layout, robots_at_work
 from reference.learning.networks import GroupCritic, one_thread
-from reference.learning.players import Acted
+from reference.learning.rollouts import Moment
 from reference.paper import Scenario
 from reference.workshop.evaluation.worst_case.critic import critic_of
 from reference.workshop.training.checkpoints import Checkpoint, CheckpointError, load
@@ -36,13 +35,13 @@ class Attack(NamedTuple):
     """The worst that was found at one decision.
 
     seen     (G, V) float32, o + δ;  emitted  (G, 2) what the robots then do
-    worth    mean of b, scaled return: what the critic thinks of that
+    value    mean of b, scaled return: what the critic expects of that
     plain    the same for what they would do undeceived
     """
 
     seen: np.ndarray
     emitted: np.ndarray
-    worth: float
+    value: float
     plain: float
 
 
@@ -55,11 +54,11 @@ class PerturbedRobots(LearnedRobots):
     of people. Each robot's vector is off on its own.
 
     [F4, chosen] The search is greedy over the robots, in turn: some corners of the
-    ball around a robot's own vector are tried, and the joint action of lowest worth
+    ball around a robot's own vector are tried, and the joint action of lowest value
     stays. So every δ that is found exists, but a better search might find a worse one:
     the reward under this attack is an upper bound of Eq. 5's. MA-POCA's baselines
-    judge the actions: each tells what the group is worth given what the others do, and
-    worth is their mean. A robot that is alone at work is judged by nobody, so it is
+    judge the actions: each tells the group's value given what the others do, and
+    the value is their mean. A robot that is alone at work is judged by nobody, so it is
     not deceived.
     """
 
@@ -103,17 +102,17 @@ class PerturbedRobots(LearnedRobots):
         rng: np.random.Generator,
     ) -> Attack:
         """vectors (G, V), the truth; cells, the grid; alive (G,) bool, at work."""
-        acted = self._act(vectors[None], cells)
-        plain = float(self._value(vectors, cells, alive, acted)[0])
-        worst = Attack(vectors, acted.emitted[0], plain, plain)
+        emitted, shown = self._act(vectors[None], cells, alive)
+        plain = float(self._value(vectors, cells, alive, shown)[0])
+        worst = Attack(vectors, emitted[0], plain, plain)
         for g in np.flatnonzero(alive).tolist():
             seen = np.tile(worst.seen, (self.tries, 1, 1))
             seen[:, g] = self._off(vectors[g], rng)
-            acted = self._act(seen, cells)
-            worth = self._value(vectors, cells, alive, acted)
-            k = int(worth.argmin())
-            if worth[k] < worst.worth:
-                worst = Attack(seen[k], acted.emitted[k], float(worth[k]), plain)
+            emitted, shown = self._act(seen, cells, alive)
+            value = self._value(vectors, cells, alive, shown)
+            k = int(value.argmin())
+            if value[k] < worst.value:
+                worst = Attack(seen[k], emitted[k], float(value[k]), plain)
         return worst
 
     def _off(self, vector: np.ndarray, rng: np.random.Generator) -> np.ndarray:
@@ -126,23 +125,32 @@ class PerturbedRobots(LearnedRobots):
         free = may_be_off(vector, building, scenario)
         return np.where(free, seen, vector).astype(np.float32)
 
-    def _act(self, seen: Sequence[np.ndarray] | np.ndarray, cells: np.ndarray) -> Acted:
-        """What the policy does on (K, G, V), in one call of the network."""
+    def _act(
+        self, seen: np.ndarray, cells: np.ndarray, alive: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What the policy does on (K, G, V): emitted, and shown to critics."""
         with one_thread():
-            return self.player.act([(vectors, cells) for vectors in seen])
+            emitted, decisions = self.player.act(
+                [Moment(vectors, cells, alive) for vectors in seen]
+            )
+        return emitted, np.stack([decision.shown for decision in decisions])
 
     def _value(
-        self, vectors: np.ndarray, cells: np.ndarray, alive: np.ndarray, acted: Acted
+        self,
+        vectors: np.ndarray,
+        cells: np.ndarray,
+        alive: np.ndarray,
+        shown: np.ndarray,
     ) -> np.ndarray:
         """(K,) mean baseline of those at work, given the truth and the actions."""
-        K, there = len(acted.shown), torch.from_numpy(alive)
+        K, there = len(shown), torch.from_numpy(alive)
         truth, grids = torch.from_numpy(vectors), torch.from_numpy(cells)
         with one_thread(), torch.no_grad():
             _, b = self.critic.with_baselines(
                 truth.expand(K, *truth.shape),
                 grids.expand(K, *grids.shape),
                 there.expand(K, -1),
-                torch.from_numpy(acted.shown),
+                torch.from_numpy(shown),
             )
         mean: np.ndarray = b[:, there].mean(dim=1).numpy()
         return mean
