@@ -68,6 +68,15 @@ def pixels(figure):
     return np.asarray(canvas.buffer_rgba())[..., :3] / 255
 
 
+def assert_on_page(figure):
+    """Nothing of a figure is clipped by the edges of its page."""
+    figure.draw_without_rendering()
+    width, height = figure.get_size_inches()
+    box = figure.get_tightbbox()
+    assert 0 <= box.x0 < box.x1 <= width
+    assert 0 <= box.y0 < box.y1 <= height
+
+
 def colour_at(axes, x, y):
     """The colour of the page at a place of some axes."""
     image = pixels(axes.figure)
@@ -113,11 +122,7 @@ def test_the_legend_names_all_seven_meanings(tiny):
 @pytest.mark.parametrize("path", FLOORS, ids=lambda path: path.stem)
 def test_nothing_is_clipped_in_any_view_of_any_building(path, view):
     """One storey or five, wide or tall: all that is drawn lies inside its page."""
-    figure = view(load(str(path)))
-    width, height = figure.get_size_inches()
-    box = figure.get_tightbbox()
-    assert 0 <= box.x0 < box.x1 <= width
-    assert 0 <= box.y0 < box.y1 <= height
+    assert_on_page(view(load(str(path))))
 
 
 @pytest.mark.paper("A8", "Figs. 4-6")
@@ -201,11 +206,19 @@ def test_no_storey_hides_another(institute):
 @pytest.mark.paper("A8", "Fig. 1")
 def test_what_is_nearer_is_painted_later():
     """The eye is south-west: first the north row, in a row first the east."""
-    kind = np.full((2, 3), Kind.WALL)
-    boxes = relief.Boxes(kind, np.array([[1.0, 2, 3], [1, 2, 3]]), 0.0, 1.0)
-    lids = [f.corners[0, :2] for f in relief._faces(boxes, True) if f.shade == 1]
+    corners, _, shades = relief.faces(np.array([[1.0, 2, 3], [1, 2, 3]]), 0.0)
     expected = [(2, 0), (1, 0), (0, 0), (2, 1), (1, 1), (0, 1)]
-    np.testing.assert_array_equal(lids, expected)
+    np.testing.assert_array_equal(corners[shades == 1, 0, :2], expected)
+
+
+def test_only_sides_that_face_the_eye_and_nothing_higher_are_painted():
+    """South, west and top; between equal boxes only tops."""
+    corners, (row, col), shades = relief.faces(np.array([[2.0, 2.0, 1.0]]), 0.5)
+    sides = {(int(c), float(s)) for c, s in zip(col, shades, strict=True)}
+    south, west, lid = relief.SHADES
+    assert sides == {(c, s) for c in range(3) for s in (south, lid)} | {(0, west)}
+    assert corners[..., 2].min() == 0.5
+    assert not row.any()
 
 
 @pytest.mark.paper("A1")
@@ -214,7 +227,7 @@ def test_a_thin_wall_reaches_exactly_to_its_neighbours():
     board = """##.
                .#."""
     solid = np.array([[c == "#" for c in row.strip()] for row in board.split("\n")])
-    thin = ["".join(".#"[int(c)] for c in row) for row in relief._thin(solid)]
+    thin = ["".join(".#"[int(c)] for c in row) for row in relief.thin(solid)]
     assert thin == [
         ".........",
         ".####....",
@@ -240,7 +253,7 @@ def test_the_close_up_finds_every_kind_of_passage_there_is(path):
     """An exit, an entrance and a door, wherever the building has them."""
     building = load(str(path))
     figure = drawing.closeup(building)
-    named = {text.get_text() for text in figure.axes[0].texts}
+    named = {text.get_text() for axes in figure.axes for text in axes.texts}
     assert {MEANINGS[mark.kind] for mark in building.landmarks} <= named
 
 
@@ -336,11 +349,7 @@ def test_robots_destinations_flames_and_burnt_doors_have_marks_of_their_own(simu
 def test_no_instant_of_any_building_is_clipped(path):
     """The floors, the curve and the legend find room on the same page."""
     world = Simulation(load(str(path)), SHORT, fire=RandomFire(), robots=Sweep()).world
-    figure = drawing.frame(world)
-    width, height = figure.get_size_inches()
-    box = figure.get_tightbbox()
-    assert 0 <= box.x0 < box.x1 <= width
-    assert 0 <= box.y0 < box.y1 <= height
+    assert_on_page(drawing.frame(world))
 
 
 def test_an_empty_house_can_be_drawn(tiny):
@@ -594,9 +603,7 @@ def test_a_name_may_hold_any_sign_and_any_length(tiny):
     bank = build(replace(tiny.plan, title=name, storeys=storeys))
     world = Simulation(bank, SHORT, fire=RandomFire(), robots=Sweep()).world
     for figure in (*(view(bank) for view in VIEWS), drawing.frame(world)):
-        figure.canvas.draw()
-        box = figure.texts[0].get_window_extent()
-        assert 0 <= box.x0 < box.x1 <= figure.bbox.width
+        assert_on_page(figure)
 
 
 def test_a_full_disk_is_told_with_the_name_of_the_file(tiny, tmp_path, monkeypatch):

@@ -6,12 +6,11 @@ then `evacuation` (one instant), `player` and `film` (all of them), and last `se
 (what an agent sees) and `curves` (how a training went).
 """
 
-from reference.workshop.drawing.details import closeup
 from reference.workshop.drawing.evacuation import Tally, frame, tally
 from reference.workshop.drawing.film import animate
 from reference.workshop.drawing.page import save
 from reference.workshop.drawing.plans import graph, top
-from reference.workshop.drawing.relief import oblique, walkable
+from reference.workshop.drawing.relief import closeup, oblique, walkable
 from reference.workshop.drawing.senses import fire_senses, robot_senses
 
 __all__ = [

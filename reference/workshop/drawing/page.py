@@ -21,7 +21,8 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure
+from matplotlib.figure import Figure, FigureBase
+from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
@@ -53,11 +54,15 @@ FAINT = "#6b7480"
 PICTURES = (".png", ".svg", ".pdf")
 DPI = 150
 
-STYLE: dict[str, Any] = {
+Style = dict[str, Any]
+"""Settings of matplotlib, or how one of its artists looks."""
+
+STYLE: Style = {
     "figure.dpi": DPI,
     "figure.titlesize": 15,
     "figure.constrained_layout.h_pad": 0.1,
     "figure.constrained_layout.w_pad": 0.1,
+    "image.interpolation": "nearest",
     "text.color": TEXT,
     "text.parse_math": False,
     "axes.titlelocation": "left",
@@ -203,44 +208,49 @@ def arrange(
     return columns, min(scale(columns), _LARGEST)
 
 
-def floor_pages(
+def floor_page(
     building: Building, title: str, floors: tuple[int, ...]
 ) -> tuple[Figure, list[Axes]]:
     """A titled figure with one panel in metres for each of the floors, side by side."""
-    frame = frame_of(building)
-    columns, scale = arrange(len(floors), frame.size, _ROOM, _SPARE)
-    wide, high = frame.size[0] * scale, frame.size[1] * scale
+    size = frame_of(building).size
+    columns, scale = arrange(len(floors), size, _ROOM, _SPARE)
     rows = ceil(len(floors) / columns)
-    width = max(columns * (wide + _SPARE[0]) + 0.3, _NARROWEST)
-    height = rows * (high + _SPARE[1]) + _TITLE + _FOOT
-    figure = blank(width, height)
-    heading(figure, title)
-    margin = (width - columns * (wide + _SPARE[0])) / 2
-    panels = []
+    width = max(columns * (size[0] * scale + _SPARE[0]), _NARROWEST)
+    height = rows * (size[1] * scale + _SPARE[1]) + _TITLE + _FOOT
+    figure = sheet(title, width, height)
+    return figure, floor_panels(figure, building, floors, columns, scale)
+
+
+def floor_panels(
+    page: FigureBase,
+    building: Building,
+    floors: Sequence[int],
+    columns: int,
+    scale: float,
+) -> list[Axes]:
+    """Axes in metres for floors, titled, with ticks; scale: inches to a metre."""
+    frame, rows, panels = frame_of(building), ceil(len(floors) / columns), []
     for place, floor in enumerate(floors):
-        row, column = divmod(place, columns)
-        x = margin + column * (wide + _SPARE[0]) + 0.6
-        y = height - _TITLE - (row + 1) * (high + _SPARE[1]) + 0.52
-        axes = figure.add_axes((x / width, y / height, wide / width, high / height))
-        _rule(axes, frame, floor_title(building, floor), column == 0)
+        axes = page.add_subplot(rows, columns, place + 1, aspect="equal")
+        axes.set(xlim=(frame.left, frame.right), ylim=(frame.bottom, frame.top))
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_locator(MultipleLocator(frame.step))
+        axes.spines[:].set_visible(False)
+        name = floor_title(building, floor)
+        axes.set_title(name, fontsize=text_size(name, frame.size[0] * scale, 11))
+        axes.set_xlabel("x, metres east")
+        if place % columns == 0:
+            axes.set_ylabel("y, metres north")
         panels.append(axes)
-    return figure, panels
+    return panels
 
 
-def _rule(axes: Axes, frame: Frame, title: str, first: bool) -> None:
-    """Title and ticks of a panel; the first of a row says what goes up."""
-    axes.set(xlim=(frame.left, frame.right), ylim=(frame.bottom, frame.top))
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_locator(MultipleLocator(frame.step))
-    axes.tick_params(labelsize=8, color=FAINT, labelcolor=FAINT, length=3)
-    axes.spines[:].set_visible(False)
-    size = text_size(title, axes.get_window_extent().width / axes.figure.dpi, 11)
-    axes.set_title(
-        title, fontsize=size, color=TEXT, loc="left", pad=5, parse_math=False
-    )
-    axes.set_xlabel("x, metres east", fontsize=8, color=FAINT, labelpad=2)
-    if first:
-        axes.set_ylabel("y, metres north", fontsize=8, color=FAINT, labelpad=0)
+def paint_floor(
+    axes: Axes, building: Building, floor: int, fade: float = 0.0
+) -> AxesImage:
+    """The cells of a floor in the colours of their kinds, faded towards white."""
+    image = paint(building.kind[floor], fade)
+    return axes.imshow(image, extent=frame_of(building).extent, zorder=0)
 
 
 def floor_title(building: Building, floor: int) -> str:
@@ -345,7 +355,7 @@ def write_numbers(*axis: Axis) -> None:
 _TURNS = (0, 1, 0.5, 1.5, *(n / 8 for n in (1, 15, 7, 9, 2, 14, 6, 10, 3, 13, 5, 11)))
 """Directions in which a label is tried, in half turns from the right."""
 
-_LABEL: dict[str, Any] = {
+_LABEL: Style = {
     "textcoords": "offset points",
     "ha": "center",
     "va": "center",
@@ -375,7 +385,10 @@ def write_labels(
     points  in data;  radii  of what stands there, and gaps  from its edge to the word,
     nearest first: in points
     """
-    dot = lay_out(axes).dpi / 72
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    figure.draw_without_rendering()
+    dot = figure.dpi / 72
     spots = axes.transData.transform(np.reshape(points, (-1, 2)))
     reach = np.broadcast_to(radii, len(spots)) * dot
     lines = [_trail(line) for line in axes.lines if line.get_linestyle() != "None"]
@@ -398,14 +411,6 @@ def write_labels(
         if text.arrow_patch is not None:
             text.arrow_patch.set_visible(len(found[1]) > 1)
         taken = np.vstack([taken, found[1]])
-
-
-def lay_out(axes: Axes) -> Figure:
-    """Give everything on the page of these axes its final place; the page."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None
-    figure.draw_without_rendering()
-    return figure
 
 
 def _squares(middle: np.ndarray, half: float | np.ndarray) -> np.ndarray:

@@ -19,11 +19,11 @@ from reference.workshop.drawing.page import (
     COLOURS,
     MEANINGS,
     TEXT,
+    Style,
     chosen_floors,
-    floor_pages,
+    floor_page,
     foot,
-    frame_of,
-    paint,
+    paint_floor,
     swatches,
     text_size,
 )
@@ -31,20 +31,21 @@ from reference.workshop.drawing.page import (
 Point = tuple[float, float]
 
 _HALO = [withStroke(linewidth=2.2, foreground="white")]
-_POINTS = 72  # to the inch
 _LARGEST_TEXT, _SMALL_TEXT, _SMALLEST_TEXT = 10.0, 6.0, 4.0
 
 
 def top(building: Building, floor: int | None = None) -> Figure:
     """All floors from above side by side, or one (0 is the first) [A8, Figs. 4-6]."""
     floors = chosen_floors(building, floor)
-    figure, panels = floor_pages(building, building.title, floors)
-    for axes, index in zip(panels, floors, strict=True):
-        _ground(axes, building, index)
-        _mark_exits(axes, building, index)
-        for area in _areas_on(building, index):
-            _write_name(axes, building, area)
+    figure, panels = floor_page(building, building.title, floors)
     foot(figure, swatches())
+    figure.draw_without_rendering()
+    for axes, index in zip(panels, floors, strict=True):
+        paint_floor(axes, building, index)
+        _mark_exits(axes, building, index)
+        for area in building.areas:
+            if area.floor == index and not area.name.startswith("room-"):
+                _write_name(axes, building, area)
     return figure
 
 
@@ -55,33 +56,21 @@ def graph(building: Building, floor: int | None = None) -> Figure:
     its door, round the corners of the room if need be.
     """
     floors = chosen_floors(building, floor)
-    figure, panels = floor_pages(building, f"{building.title}: the graph", floors)
-    for axes, index in zip(panels, floors, strict=True):
-        _ground(axes, building, index, fade=0.72)
-        nodes = {
-            a.id: building.metres(*widest(a.cells).middle)
-            for a in _areas_on(building, index)
-        }
-        for mark in building.landmarks:
-            if mark.floor == index:
-                _draw_edge(axes, building, mark, nodes)
-        for area in _areas_on(building, index):
-            _draw_node(axes, area, nodes[area.id])
+    figure, panels = floor_page(building, f"{building.title}: the graph", floors)
     foot(figure, _graph_legend())
+    areas = {area.id: area for area in building.areas}
+    marks = {mark.id: mark for mark in building.landmarks}
+    for axes, index in zip(panels, floors, strict=True):
+        paint_floor(axes, building, index, fade=0.72)
+        rooms = building.graph.nodes(data="floor")
+        here = {name: areas[name] for name, where in rooms if where == index}
+        for one, other, key in building.graph.edges(here, keys=True):
+            for area in (here[side] for side in (one, other) if side in here):
+                if key in marks:  # not the stairs, which join two floors
+                    _draw_edge(axes, building, marks[key], area)
+        for area in here.values():
+            _draw_node(axes, area, _node(building, area))
     return figure
-
-
-def _areas_on(building: Building, floor: int) -> list[Area]:
-    return [a for a in building.areas if a.floor == floor]
-
-
-def _ground(axes: Axes, building: Building, floor: int, fade: float = 0.0) -> None:
-    axes.imshow(
-        paint(building.kind[floor], fade),
-        extent=frame_of(building).extent,
-        interpolation="nearest",
-        zorder=0,
-    )
 
 
 def _mark_exits(axes: Axes, building: Building, floor: int) -> None:
@@ -100,13 +89,10 @@ def _arrowhead(building: Building, exit: Landmark) -> tuple[int, int, float]:
 
 def outward(building: Building, exit: Landmark) -> tuple[int, int]:
     """Which way an exit leaves the building: one step east (x) and north (y) [A4]."""
-    rows, cols = building.kind.shape[1:]
-    for row, col in exit.cells:
+    outside = np.pad(building.kind[exit.floor] == Kind.OUTSIDE, 1, constant_values=True)
+    for row, col in exit.cells + 1:
         for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            r, c = row - y, col + x
-            if not (0 <= r < rows and 0 <= c < cols):
-                return x, y
-            if building.kind[exit.floor, r, c] == Kind.OUTSIDE:
+            if outside[row - y, col + x]:
                 return x, y
     return 0, 0
 
@@ -156,50 +142,37 @@ def _boxes(room: np.ndarray) -> Iterator[Box]:
 
 def _write_name(axes: Axes, building: Building, area: Area) -> None:
     """The name as large as it fits, upright where a room is narrow; or nothing."""
-    if area.name.startswith("room-"):
-        return
     box = widest(area.cells)
-    inches = 0.9 * _points_per_metre(axes) / _POINTS
-    level, steep = (
-        text_size(area.name, cells * inches, _LARGEST_TEXT)
-        for cells in (box.width, box.height)
-    )
+    inches = 0.9 * _points_per_metre(axes) / 72
+    level = text_size(area.name, box.width * inches, _LARGEST_TEXT)
+    steep = text_size(area.name, box.height * inches, _LARGEST_TEXT)
     upright = level < _SMALL_TEXT < steep
     size = steep if upright else level
     if size >= _SMALLEST_TEXT:
-        axes.text(
-            *building.metres(*box.middle),
-            area.name,
-            rotation=90 if upright else 0,
-            fontsize=size,
-            color=TEXT,
-            ha="center",
-            va="center",
-        )
+        look: Style = {"rotation": 90 if upright else 0, "ha": "center", "va": "center"}
+        axes.text(*building.metres(*box.middle), area.name, fontsize=size, **look)
 
 
 def _points_per_metre(axes: Axes) -> float:
     figure = axes.get_figure(root=True)
     assert figure is not None
-    inches = axes.get_position().width * figure.get_size_inches()[0]
-    return inches * _POINTS / float(np.ptp(axes.get_xlim()))
+    return axes.bbox.width / figure.dpi * 72 / float(np.ptp(axes.get_xlim()))
 
 
 # -- Nodes and edges ----------------------------------------------------------------
 
 
+def _node(building: Building, area: Area) -> Point:
+    return building.metres(*widest(area.cells).middle)
+
+
 def _draw_node(axes: Axes, area: Area, spot: Point) -> None:
     """A dot with its room's name above; a square with its stairwell's letter inside."""
     stairs = area.kind == "stairwell"
-    axes.plot(
-        *spot,
-        marker="s" if stairs else "o",
-        markersize=12 if stairs else 7,
-        color=COLOURS[Kind.ENTRANCE] if stairs else TEXT,
-        markeredgecolor="white",
-        zorder=4,
-    )
-    axes.annotate(
+    ink = COLOURS[Kind.ENTRANCE] if stairs else TEXT
+    marker, size = ("s", 12) if stairs else ("o", 7)
+    axes.plot(*spot, marker=marker, ms=size, color=ink, mec="white", zorder=4)
+    name = axes.annotate(
         area.name.removeprefix("room-"),
         spot,
         xytext=(0, 0 if stairs else 5),
@@ -207,32 +180,21 @@ def _draw_node(axes: Axes, area: Area, spot: Point) -> None:
         ha="center",
         va="center_baseline" if stairs else "bottom",
         fontsize=8,
-        color="white" if stairs else TEXT,
-        path_effects=None if stairs else _HALO,
         zorder=5,
     )
+    name.set(color="white") if stairs else name.set(path_effects=_HALO)
 
 
-def _draw_edge(
-    axes: Axes, building: Building, mark: Landmark, nodes: dict[str, Point]
-) -> None:
-    """From node to node through the door; an exit's edge ends in an arrowhead."""
-    for area in (a for a in building.areas if a.id in mark.sides):
-        axes.plot(
-            *np.transpose(_way(building, area, mark, nodes[area.id])),
-            color=COLOURS[mark.kind],
-            linewidth=1.8,
-            solid_joinstyle="round",
-            zorder=2,
-        )
-    leads_out = mark.kind is Kind.EXIT
-    axes.plot(
-        *mark.position,
-        marker=_arrowhead(building, mark) if leads_out else "s",
-        markersize=10 if leads_out else 4,
-        color=COLOURS[mark.kind],
-        zorder=3,
-    )
+def _draw_edge(axes: Axes, building: Building, mark: Landmark, area: Area) -> None:
+    """From a node to the door; a way out of the building ends in an arrowhead."""
+    ink = COLOURS[mark.kind]
+    way = _way(building, area, mark, _node(building, area))
+    axes.plot(*np.transpose(way), color=ink, lw=1.8, zorder=2, solid_joinstyle="round")
+    if mark.kind is Kind.EXIT:
+        head = _arrowhead(building, mark)
+        axes.plot(*mark.position, marker=head, ms=10, color=ink, zorder=3)
+    else:
+        axes.plot(*mark.position, marker="s", ms=4, color=ink, zorder=3)
 
 
 def _way(building: Building, area: Area, mark: Landmark, start: Point) -> list[Point]:
@@ -265,15 +227,10 @@ def _straight(
 
 
 def _graph_legend() -> list[Line2D]:
-    def line(label: str, **look: object) -> Line2D:
-        return Line2D([], [], label=label, markersize=7, **look)  # type: ignore[arg-type]
-
-    nodes = [
-        line("room", marker="o", color=TEXT, linestyle=""),
-        line("stairwell", marker="s", color=COLOURS[Kind.ENTRANCE], linestyle=""),
-    ]
-    edges = [
-        line(MEANINGS[kind], color=COLOURS[kind], linewidth=2)
-        for kind in (Kind.DOOR, Kind.ENTRANCE, Kind.EXIT)
-    ]
-    return [*nodes, *edges]
+    looks: dict[str, Style] = {
+        "room": {"marker": "o", "ls": "", "color": TEXT},
+        "stairwell": {"marker": "s", "ls": "", "color": COLOURS[Kind.ENTRANCE]},
+    }
+    for kind in (Kind.DOOR, Kind.ENTRANCE, Kind.EXIT):
+        looks[MEANINGS[kind]] = {"color": COLOURS[kind], "lw": 2}
+    return [Line2D([], [], label=name, ms=7, **look) for name, look in looks.items()]

@@ -1,15 +1,14 @@
-"""The building seen obliquely from above: whole, and where one may walk.
+"""The building seen obliquely from above: whole, where one may walk, and up close.
 
-Clauses: A8 (Figs. 1 and 2), A1 for the unit cubes, A7 for the walkable cells.  The view
-is our own parallel projection, from the south-west; boxes are painted back to front.
+Clauses: A8 (Figs. 1 to 3), A1 for the unit cubes, A2, A3 and A4 for what is shown up
+close, A7 for the walkable cells.  The view is our own parallel projection, from the
+south-west; boxes are painted back to front.
 
     x, y, z  metres east, north and up in the building
     u, v     metres right and up on the page
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import groupby
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -19,19 +18,19 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from scipy import ndimage
 
-from reference.building import LANDMARKS, Building, Kind
+from reference.building import LANDMARKS, Building, Kind, Landmark
 from reference.workshop.drawing.page import (
     COLOURS,
     FAINT,
     MEANINGS,
-    TEXT,
     Frame,
-    blank,
+    Style,
     floor_title,
     foot,
     frame_of,
-    heading,
+    sheet,
     swatches,
+    text_size,
 )
 
 TURN, TILT = np.radians(28), np.radians(34)  # of the eye: from the south, from the flat
@@ -39,9 +38,10 @@ THIN = 3  # walls are drawn a third of a cell thick
 SLAB = 0.6  # metres of ceiling below a floor
 STEPS = 1.1  # metres from the first step to the last
 GAP = 4.0  # metres of page between two storeys, the lower one's walls included
+WINDOW = np.array((12, 15))  # rows and columns that a close-up shows
 _ROOM = (8.0, 7.0)  # inches for the building
-_MARGIN, _NARROWEST = 1.4, 8.6
-_ASIDE = 0.2
+_MARGIN, _NARROWEST, _PIECE = (2.8, 1.0), 8.6, (5.7, 5.0)  # inches
+_ABOVE = 1.6  # metres from a close-up to the names above it
 
 
 @dataclass(frozen=True)
@@ -63,16 +63,17 @@ STANDING = Look(
 )
 WALKABLE = Look(
     {Kind.WALL: 0.4},
-    {Kind.WALL: "#9aa3ac"},
+    dict.fromkeys(Kind, "#9aa3ac"),
     dict.fromkeys(Kind, "#4db5ee") | {Kind.WALL: _SKIRTING},
     edges="#2587c2",
 )
+_SHOWN = [kind for kind in MEANINGS if kind is not Kind.OUTSIDE]
 
 
 def oblique(building: Building) -> Figure:
     """The whole building, its storeys lifted off each other [A8, Fig. 1]."""
     figure = _storeys(building, STANDING, building.title)
-    foot(figure, swatches([k for k in MEANINGS if k is not Kind.OUTSIDE]))
+    foot(figure, swatches(_SHOWN))
     return figure
 
 
@@ -81,9 +82,27 @@ def walkable(building: Building) -> Figure:
     area = int(building.walkable.sum())
     title = f"{building.title}: where one may walk, {area} m²"
     figure = _storeys(building, WALKABLE, title)
-    colours = {"walkable cell": WALKABLE.ground, "wall": WALKABLE.standing}
-    kinds = zip(colours.items(), (Kind.FLOOR, Kind.WALL), strict=True)
-    foot(figure, [Patch(fc=ink[kind], label=name) for (name, ink), kind in kinds])
+    ground, wall = WALKABLE.ground[Kind.FLOOR], WALKABLE.standing[Kind.WALL]
+    foot(
+        figure, [Patch(fc=ground, label="walkable cell"), Patch(fc=wall, label="wall")]
+    )
+    return figure
+
+
+def closeup(building: Building) -> Figure:
+    """An exit, a stairwell entrance and doors up close [A8, Fig. 3].
+
+    The places are chosen so that few pieces of the building show all the kinds it has.
+    """
+    pieces = _pieces(building)
+    width = max(_PIECE[0] * len(pieces), _NARROWEST)
+    figure = sheet(f"{building.title}: ways through, up close", width, _PIECE[1])
+    panels = figure.subplots(1, len(pieces), squeeze=False)[0]
+    for axes, piece in zip(panels, pieces, strict=True):
+        _bare(axes)
+        paint(axes, piece.kind, STANDING, np.zeros(2), np.zeros(2))
+        _write_names(axes, piece)
+    foot(figure, swatches(_SHOWN))
     return figure
 
 
@@ -103,16 +122,38 @@ def _storeys(building: Building, look: Look, title: str) -> Figure:
     y = np.array([frame.bottom, frame.bottom, frame.top, frame.top])
     outline = project(x, y, np.zeros(4))  # from the south-west corner to the north-west
     lift = _lift(outline)
-    top = outline.max(axis=0) + (floors - 1) * lift
-    low = outline.min(axis=0) - (0, (SLAB + _ASIDE * frame.step) * 1.5)
-    figure, axes = canvas(low, top + np.array((0, 2)), _ROOM, title)
-    for floor in range(floors):
-        _paint_storey(axes, building, floor, look, floor * lift)
-        _label(axes, floor_title(building, floor), outline[3] + floor * lift)
+    size = np.ptp(outline, axis=0) + (floors - 1) * lift
+    inches = size * min(_ROOM / size) + _MARGIN
+    figure = sheet(title, max(inches[0], _NARROWEST), inches[1])
+    axes = _bare(figure.add_subplot())
+    origin = np.array((frame.left, frame.top))
+    for floor in range(floors):  # clear of the stairs' lines, which pass between two
+        shift = floor * lift
+        paint(axes, building.kind[floor], look, origin, shift, zorder=2 * floor)
+        name = floor_title(building, floor).replace(": ", "\n")
+        west = outline[3] + shift
+        fits = text_size(max(name.split("\n"), key=len), 0.7 * _MARGIN[0], 11)
+        axes.annotate(name, (west[0], west[1]), (-12, 0), fontsize=fits, **_STOREY)
     for floor in range(floors - 1):
         _link_stairs(axes, building, floor, lift)
     _compass(axes, frame)
     return figure
+
+
+_STOREY: Style = {
+    "annotation_clip": False,
+    "textcoords": "offset points",
+    "ha": "right",
+    "va": "center",
+}
+
+
+def _bare(axes: Axes) -> Axes:
+    """Axes of which nothing is seen, metres of the page."""
+    axes.set(aspect="equal")
+    axes.margins(0.01)
+    axes.set_axis_off()
+    return axes
 
 
 def _lift(outline: np.ndarray) -> np.ndarray:
@@ -122,76 +163,31 @@ def _lift(outline: np.ndarray) -> np.ndarray:
     return np.array([0.0, 1 / share + GAP])
 
 
-def canvas(
-    low: np.ndarray, high: np.ndarray, room: tuple[float, float], title: str
-) -> tuple[Figure, Axes]:
-    """A titled page for what lies between two corners (u, v), within so many inches."""
-    scale = min(np.array(room) / (high - low))
-    wide, tall = (high - low) * scale
-    width, height = max(wide + 2 * _MARGIN, _NARROWEST), tall + 1.0
-    figure = blank(width, height)
-    heading(figure, title)
-    place = ((width - wide) / 2 / width, 0.45 / height, wide / width, tall / height)
-    axes = figure.add_axes(place)
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    axes.set_axis_off()
-    return figure, axes
-
-
-def _label(axes: Axes, title: str, corner: np.ndarray) -> None:
-    """The name of a storey, left of its westernmost corner."""
-    axes.annotate(
-        title.replace(": ", "\n"),
-        (corner[0], corner[1]),
-        xytext=(-12, 0),
-        textcoords="offset points",
-        fontsize=11,
-        color=TEXT,
-        ha="right",
-        va="center",
-        parse_math=False,
-    )
-
-
 def _compass(axes: Axes, frame: Frame) -> None:
     """Beside the lowest storey: which way is north, and how long so many metres are."""
     reach = frame.step
-    x, y = frame.left - _ASIDE * reach, frame.bottom - _ASIDE * reach
+    x, y = frame.left - 0.2 * reach, frame.bottom - 0.2 * reach
     start, north, east = project(
         np.array([x, x, x + reach]), np.array([y, y + reach, y]), np.zeros(3)
     )
     for tip in (north, east):
         look = {"arrowstyle": "-|>", "color": FAINT, "shrinkA": 0, "shrinkB": 0}
-        axes.annotate("", tuple(tip), xytext=tuple(start), arrowprops=look)
+        axes.annotate("", tip, start, arrowprops=look)
     u, v = (start + east) / 2
-    axes.text(
-        north[0], north[1], "north ", fontsize=8, color=FAINT, ha="right", va="center"
-    )
-    axes.text(u, v, f"\n{reach} m", fontsize=8, color=FAINT, va="top")
+    small: Style = {"fontsize": 8, "color": FAINT}
+    axes.text(north[0], north[1], "north ", ha="right", va="center", **small)
+    axes.text(u, v, f"\n{reach} m", va="top", **small)
 
 
 def _link_stairs(axes: Axes, building: Building, floor: int, lift: np.ndarray) -> None:
     """Dashed, from each stairwell up to the same one a storey higher [A3]."""
+    look: Style = {"color": COLOURS[Kind.ENTRANCE], "lw": 1.4, "ls": (0, (4, 3))}
     for shaft in building.stairwells:
         if {floor, floor + 1} <= set(shaft.areas):
-            x, y = np.array(shaft.centre)
-            low = project(x, y, np.array(2.0)) + floor * lift
-            high = project(x, y, np.array(0.0)) + (floor + 1) * lift
-            axes.plot(
-                *np.transpose([low, high]),
-                color=COLOURS[Kind.ENTRANCE],
-                linewidth=1.4,
-                linestyle=(0, (4, 3)),
-                zorder=2 * floor + 1,
-            )
-
-
-def _paint_storey(
-    axes: Axes, building: Building, floor: int, look: Look, shift: np.ndarray
-) -> None:
-    """Clear of the stairs' dashed lines, which pass between two storeys."""
-    origin = np.array(building.metres(-0.5, -0.5))
-    paint(axes, building.kind[floor], look, origin, shift, zorder=2 * floor)
+            x, y = np.array([shaft.centre] * 2).T
+            ends = project(x, y, np.array((2.0, 0.0)))
+            ends += lift * [[floor], [floor + 1]]
+            axes.plot(*ends.T, zorder=2 * floor + 1, **look)
 
 
 # -- Boxes from back to front -------------------------------------------------------
@@ -211,55 +207,42 @@ def paint(
     """
     slab = np.where(kind == Kind.OUTSIDE, -SLAB, 0.0)
     fine, height = _standing(kind, look)
-    for boxes, colours, edges in (
-        (Boxes(kind, slab, -SLAB, 1.0), look.ground, look.edges),
-        (Boxes(fine, height, 0.0, 1 / THIN), look.standing, None),
+    for kinds, top, base, size, colours, edges in (
+        (kind, slab, -SLAB, 1.0, look.ground, look.edges),
+        (fine, height, 0.0, 1 / THIN, look.standing, None),
     ):
-        faces = list(_faces(boxes, whole=edges is None))
-        col, row, z = np.moveaxis(np.array([face.corners for face in faces]), 2, 0)
-        x, y = origin[0] + col * boxes.size, origin[1] - row * boxes.size
-        fill = [np.array(to_rgb(colours[f.kind])) * f.shade for f in faces]
-        axes.add_collection(
-            PolyCollection(
-                list(project(x, y, z) + shift),
-                facecolors=fill,
-                edgecolors=edges or fill,
-                linewidths=0.3 if edges else 0.5,
-                zorder=zorder,
-            ),
-            autolim=False,
+        corners, cells, shades = faces(top, base)
+        x = origin[0] + corners[..., 0] * size
+        y = origin[1] - corners[..., 1] * size
+        inks = np.array([to_rgb(colours.get(k, "white")) for k in Kind])
+        fill = inks[kinds[cells]] * shades[:, None]
+        polygons = PolyCollection(
+            project(x, y, corners[..., 2]) + shift,
+            facecolors=fill,
+            edgecolors=edges or fill,
+            linewidths=0.3 if edges else 0.5,
+            zorder=zorder,
         )
-
-
-@dataclass(frozen=True)
-class Boxes:
-    """Upright boxes on a grid: (rows, cols) kinds and tops; base and size, metres."""
-
-    kind: np.ndarray
-    top: np.ndarray
-    base: float
-    size: float
-
-
-@dataclass(frozen=True)
-class Face:
-    """One visible side of a box; corners: (4, 3) column, row, metres up."""
-
-    corners: np.ndarray
-    kind: Kind
-    shade: float
+        axes.add_collection(polygons)
 
 
 def _standing(kind: np.ndarray, look: Look) -> tuple[np.ndarray, np.ndarray]:
     """Kinds and heights (0: nothing) on a grid THIN times as fine."""
-    solid = np.isin(kind, (Kind.WALL, *LANDMARKS))
     fine = np.kron(kind, np.ones((THIN, THIN), dtype=int))
+    wall = thin(np.isin(kind, (Kind.WALL, *LANDMARKS)))
     height = np.zeros(fine.shape)
     for what, metres in look.height.items():
-        height[(fine == what) & _thin(solid)] = metres
-    if Kind.STAIRS in look.standing:
+        height[(fine == what) & wall] = metres
+    if look is STANDING:
         _add_steps(height, fine == Kind.STAIRS)
     return fine, height
+
+
+def thin(solid: np.ndarray) -> np.ndarray:
+    """(rows, cols) bool -> THIN times as fine: a post in every solid cell, with arms
+    to the solid cells beside it."""
+    square = np.ones((THIN, THIN), dtype=bool)
+    return ndimage.binary_erosion(np.kron(solid, square), square)
 
 
 def _add_steps(height: np.ndarray, stairs: np.ndarray) -> None:
@@ -272,60 +255,93 @@ def _add_steps(height: np.ndarray, stairs: np.ndarray) -> None:
         height[rows, cols] = np.where(stairs[rows, cols], rise, height[rows, cols])
 
 
-def _thin(solid: np.ndarray) -> np.ndarray:
-    """A post in every solid cell, with arms to the solid cells beside it."""
-    rows, cols = solid.shape
-    around = np.pad(solid, 1)
-    thin = np.zeros((rows, THIN, cols, THIN), dtype=bool)
-    for y in (-1, 0, 1):
-        for x in (-1, 0, 1):
-            beside = [
-                around[1 + y :, 1 + x :],
-                around[1 + y :, 1:],
-                around[1:, 1 + x :],
-            ]
-            thin[:, 1 + y, :, 1 + x] = np.logical_and.reduce(
-                [solid, *(grid[:rows, :cols] for grid in beside)]
-            )
-    return thin.reshape(rows * THIN, cols * THIN)
+_SOUTH = ((0, 1, 0), (1, 1, 0), (1, 1, 1), (0, 1, 1))
+_WEST = ((0, 0, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1))
+_LID = ((0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+SHADES = np.array((0.62, 0.8, 1.0))
 
 
-def _faces(boxes: Boxes, whole: bool) -> Iterator[Face]:
-    """Back to front: rows from the north, in a row from the east, as the eye looks.
+def faces(
+    top: np.ndarray, base: float
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
+    """The visible sides of boxes on a grid, back to front, as the eye looks.
 
-    Equal neighbours in a row become one box when they shall look like a whole.
+    top: (rows, cols) metres.  For k sides: corners (k, 4, 3) column, row, metres up;
+    the cell (row, column) of each; and shades (k,).
     """
-    top, base = boxes.top, boxes.base
     south = np.vstack([top[1:], np.full((1, top.shape[1]), base)])
     west = np.hstack([np.full((len(top), 1), base), top[:, :-1]])
-    for row, (kinds, heights, fronts) in enumerate(
-        zip(boxes.kind, top, south, strict=True)
-    ):
-        line = list(zip(kinds.tolist(), heights.tolist(), fronts.tolist(), strict=True))
-        for run in reversed(_runs(line, whole)):
-            (what, height, front), first, end = line[run[0]], run[0], run[-1] + 1
-            if height <= base:
-                continue
-            kind, near = Kind(what), row + 1
-            if front < height:
-                yield Face(_side((first, near), (end, near), base, height), kind, 0.62)
-            if west[row, first] < height:
-                yield Face(_side((first, row), (first, near), base, height), kind, 0.8)
-            yield Face(_lid(first, end, row, near, height), kind, 1.0)
+    row, col = np.nonzero(top[:, ::-1] > base)  # from the north, in a row from the east
+    col = top.shape[1] - 1 - col
+    high = top[row, col]
+    seen = np.stack([south[row, col] < high, west[row, col] < high, high > base], 1)
+    box = np.stack([np.ones_like(high), np.ones_like(high), high - base], axis=1)
+    corner = np.stack([col, row, np.full(len(col), base)], axis=1)
+    sides = np.array([_SOUTH, _WEST, _LID])
+    corners = sides * box[:, None, None] + corner[:, None, None]
+    which, side = np.nonzero(seen)
+    return corners[seen], (row[which], col[which]), SHADES[side]
 
 
-def _runs(line: list[tuple[int, float, float]], whole: bool) -> list[list[int]]:
-    if not whole:
-        return [[place] for place in range(len(line))]
-    return [list(run) for _, run in groupby(range(len(line)), line.__getitem__)]
+# -- Up close -----------------------------------------------------------------------
 
 
-def _side(
-    start: tuple[int, int], end: tuple[int, int], base: float, height: float
-) -> np.ndarray:
-    return np.array([(*start, base), (*end, base), (*end, height), (*start, height)])
+@dataclass(frozen=True)
+class Piece:
+    """A window on one floor: (rows, cols) kinds, and what there is to point at.
+
+    marks: the landmark of each kind, as row and column of its middle in the window.
+    """
+
+    title: str
+    kind: np.ndarray
+    marks: dict[Kind, np.ndarray]
 
 
-def _lid(west: int, east: int, north: int, south: int, height: float) -> np.ndarray:
-    corners = ((west, north), (east, north), (east, south), (west, south))
-    return np.array([(*corner, height) for corner in corners])
+def _pieces(building: Building) -> list[Piece]:
+    """Windows that together show every kind of landmark there is, the richest first."""
+    pieces = [_piece(building, mark) for mark in building.landmarks]
+    pieces.sort(key=lambda piece: len(np.unique(piece.kind)), reverse=True)
+    missing, chosen = {mark.kind for mark in building.landmarks}, []
+    while missing:
+        chosen.append(max(pieces, key=lambda piece: len(missing & {*piece.marks})))
+        missing = missing - chosen[-1].marks.keys()
+    return chosen
+
+
+def _piece(building: Building, centre: Landmark) -> Piece:
+    """The window around a landmark, moved to stay on the page of its floor."""
+    page = building.kind[centre.floor]
+    size = np.minimum(WINDOW, page.shape)
+    first = np.clip(centre.cells[0] - size // 2, 0, page.shape - size)
+    (top, left), (bottom, right) = first, first + size
+    marks = {
+        mark.kind: mark.cells.mean(axis=0) + 0.5 - first
+        for mark in (*building.landmarks, centre)
+        if mark.floor == centre.floor
+        and ((mark.cells >= first) & (mark.cells < first + size)).all()
+    }
+    title = floor_title(building, centre.floor)
+    return Piece(title, page[top:bottom, left:right], marks)
+
+
+def _write_names(axes: Axes, piece: Piece) -> None:
+    """The floor below the piece; names above, from left to right, with lines down."""
+    rows, cols = piece.kind.shape
+    x, y = np.array([0, cols, cols, 0]), np.array([0, 0, -rows, -rows])
+    corners = project(x, y, np.zeros(4))
+    (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
+    fits = text_size(piece.title, 0.8 * _PIECE[0], 11)
+    look: Style = {"fontsize": fits, "ha": "center"}
+    axes.text((left + right) / 2, low - 0.8, piece.title, va="top", **look)
+    tips = {
+        kind: project(col, -row, np.array(STANDING.height[kind]))
+        for kind, (row, col) in piece.marks.items()
+    }
+    order = sorted(tips, key=lambda kind: float(tips[kind][0]))
+    places = np.linspace(left, right, 2 * len(order) + 1)[1::2]
+    line = {"arrowstyle": "-", "color": FAINT, "shrinkB": 0}
+    look |= {"fontsize": 11, "arrowprops": line, "fontweight": "bold"}
+    for place, kind in zip(places, order, strict=True):
+        (u, v), name = tips[kind], MEANINGS[kind]
+        axes.annotate(name, (u, v), (place, high + _ABOVE), color=COLOURS[kind], **look)
