@@ -8,21 +8,17 @@ networkx, the simulator asks the grid.
     floor      0 is the first floor
 """
 
+from collections import defaultdict
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property, lru_cache
-from itertools import combinations, pairwise
-from math import dist
 
 import networkx as nx
 import numpy as np
-from scipy import ndimage
 
 from reference.floorplan import Plan, find, parse, read, to_text
-from reference.paper import STAIRS_SECONDS, WALKING_SPEED
-
-OUTSIDE = "outside"
+from reference.floorplan.plan import OUTSIDE
 
 
 class Kind(IntEnum):
@@ -90,6 +86,11 @@ class Stairwell:
     areas: dict[int, int]  # floor -> index of its area there
     entrances: dict[int, tuple[int, ...]]
 
+    @property
+    def lowest(self) -> int:
+        """The floor where its stairs end and people come out [A3]."""
+        return min(self.areas)
+
 
 @dataclass(frozen=True, eq=False)
 class Building:
@@ -111,12 +112,21 @@ class Building:
     stairwells: tuple[Stairwell, ...]
     origin: tuple[int, int]
     body: tuple[float, float, float, float]
-    graph: nx.MultiGraph = field(repr=False)
 
     @property
     def title(self) -> str:
         """What the drawing calls the building."""
         return self.plan.title
+
+    @property
+    def graph(self) -> nx.MultiGraph:
+        """Rooms, stairwells and the outside, joined by doors, exits and stairs."""
+        return self.plan.graph
+
+    @property
+    def ways(self) -> nx.MultiDiGraph:
+        """The graph as people walk it: out by exits, down by stairs [A3]."""
+        return self.plan.ways
 
     @property
     def floors(self) -> int:
@@ -143,6 +153,21 @@ class Building:
         """Indices of the entrances whose stairs do not go down."""
         return frozenset(m for m in self.entrances if not self.landmarks[m].leads_out)
 
+    @cached_property
+    def stairwell_of(self) -> dict[int, int]:
+        """Index of a stairwell by the index of each of its entrances."""
+        return {
+            mark: k
+            for k, well in enumerate(self.stairwells)
+            for marks in well.entrances.values()
+            for mark in marks
+        }
+
+    @cached_property
+    def landmark_of(self) -> dict[str, Landmark]:
+        """The landmark that an edge of the graph stands for, by its id."""
+        return {mark.id: mark for mark in self.landmarks}
+
     def metres(self, row: float, col: float) -> tuple[float, float]:
         """Centre of a cell, metres east and north of the origin."""
         return col + 0.5 - self.origin[1], self.origin[0] - row - 0.5
@@ -165,9 +190,11 @@ def burn(graph: nx.MultiGraph, doors: Iterable[str]) -> nx.MultiGraph:
 
     Raises KeyError for an id that no edge of the graph has.
     """
-    edges = {key: (one, other, key) for one, other, key in graph.edges(keys=True)}
-    burnt = graph.copy()
-    nx.set_edge_attributes(burnt, {edges[door]: {"state": "burnt"} for door in doors})
+    edges, burnt = defaultdict(list), graph.copy()
+    for edge in graph.edges(keys=True):
+        edges[edge[2]].append(edge)
+    for edge in (edge for door in doors for edge in dict(edges)[door]):
+        burnt.edges[edge]["state"] = "burnt"
     return burnt
 
 
@@ -202,29 +229,41 @@ def plan_of(building: Building) -> str:
 
 def build(plan: Plan) -> Building:
     """Everything that follows from a checked drawing."""
-    letters = np.array([[list(row) for row in s.rows] for s in plan.storeys])
-    kind = _kinds(letters)
+    kind = _kinds(plan)
     origin, body = _main_body(kind)
-    area, areas = _areas(letters, kind, origin)
-    landmark, landmarks = _landmarks(kind, area, areas, origin)
-    stairwells = _stairwells(areas, landmarks)
-    graph = _graph(areas, landmarks, stairwells)
+    areas, landmarks = _areas(plan, origin), _landmarks(plan, origin)
     return Building(
-        plan, kind, area, landmark, areas, landmarks, stairwells, origin, body, graph
+        plan,
+        kind,
+        _indices(kind, areas),
+        _indices(kind, landmarks),
+        areas,
+        landmarks,
+        _stairwells(plan.graph, areas, landmarks),
+        origin,
+        body,
     )
 
 
-def _kinds(letters: np.ndarray) -> np.ndarray:
-    kind = np.full(letters.shape, Kind.FLOOR, dtype=np.uint8)
-    for letter, meaning in ((" ", 0), ("#", 1), ("+", 3), ("E", 5)):
-        kind[letters == letter] = meaning
-    kind[(letters >= "A") & (letters <= "D")] = Kind.STAIRS
-    for floor in kind:  # a '+' that touches a stairwell is its entrance [A3]
-        doors, _ = ndimage.label(floor == Kind.DOOR)
-        beside = ndimage.binary_dilation(floor == Kind.STAIRS)
-        for number in np.unique(doors[beside & (doors > 0)]):
-            floor[doors == number] = Kind.ENTRANCE
-    return kind
+def _kinds(plan: Plan) -> np.ndarray:
+    """(floors, rows, cols) Kind of each cell."""
+    kinds = []
+    for storey in plan.storeys:
+        kind = np.where(storey.signs == "#", Kind.WALL, Kind.OUTSIDE).astype(np.uint8)
+        kind[storey.rooms] = Kind.FLOOR
+        for part in (*storey.areas, *storey.gates):
+            kind[tuple(part.cells.T)] = _KINDS[part.kind]
+        kinds.append(kind[1:-1, 1:-1])
+    return np.array(kinds)
+
+
+_KINDS = {
+    "room": Kind.FLOOR,
+    "stairwell": Kind.STAIRS,
+    "door": Kind.DOOR,
+    "entrance": Kind.ENTRANCE,
+    "exit": Kind.EXIT,
+}
 
 
 def _main_body(
@@ -239,148 +278,72 @@ def _main_body(
     return (row, col), box
 
 
+def _areas(plan: Plan, origin: tuple[int, int]) -> tuple[Area, ...]:
+    found: list[Area] = []
+    for floor, storey in enumerate(plan.storeys):
+        for part in storey.areas:
+            name, cells = f"{floor + 1}/{part.name}", part.cells - 1
+            place = floor, cells, _middle(cells, origin)
+            found.append(Area(len(found), name, part.name, part.kind, *place))
+    return tuple(found)
+
+
+def _landmarks(plan: Plan, origin: tuple[int, int]) -> tuple[Landmark, ...]:
+    wells = {n for n, kind in plan.ways.nodes(data="kind") if kind == "stairwell"}
+    out = {
+        key for _, end, key in plan.ways.edges(keys=True) if end in wells | {OUTSIDE}
+    }
+    found: list[Landmark] = []
+    for floor, storey in enumerate(plan.storeys):
+        for gate in storey.gates:
+            name, kind, cells = (
+                f"{floor + 1}/{gate.name}",
+                _KINDS[gate.kind],
+                gate.cells - 1,
+            )
+            sides = tuple(f"{floor + 1}/{side.name}" for side in gate.sides)
+            sides += (OUTSIDE,) * (kind is Kind.EXIT)
+            place = floor, cells, _middle(cells, origin)
+            found.append(Landmark(len(found), name, kind, *place, sides, name in out))
+    return tuple(found)
+
+
 def _middle(cells: np.ndarray, origin: tuple[int, int]) -> tuple[float, float]:
     row, col = cells.mean(axis=0) + 0.5
     return float(col - origin[1]), float(origin[0] - row)
 
 
-def _areas(
-    letters: np.ndarray, kind: np.ndarray, origin: tuple[int, int]
-) -> tuple[np.ndarray, tuple[Area, ...]]:
-    area = np.full(kind.shape, -1, dtype=np.int16)
-    areas: list[Area] = []
-    for floor in range(len(kind)):
-        for what, mask in (
-            ("room", kind[floor] == Kind.FLOOR),
-            ("stairwell", kind[floor] == Kind.STAIRS),
-        ):
-            labels, count = ndimage.label(mask)
-            for number in range(1, count + 1):
-                cells = np.argwhere(labels == number)
-                written = "".join(letters[floor][labels == number]).replace(".", "")
-                if what == "stairwell":
-                    written = written[0]
-                name = written or f"room-{number}"
-                centre = _middle(cells, origin)
-                area[floor][labels == number] = len(areas)
-                areas.append(
-                    Area(
-                        len(areas),
-                        f"{floor + 1}/{name}",
-                        name,
-                        what,
-                        floor,
-                        cells,
-                        centre,
-                    )
-                )
-    return area, tuple(areas)
-
-
-def _landmarks(
-    kind: np.ndarray,
-    area: np.ndarray,
-    areas: tuple[Area, ...],
-    origin: tuple[int, int],
-) -> tuple[np.ndarray, tuple[Landmark, ...]]:
-    where = np.full(kind.shape, -1, dtype=np.int16)
-    found: list[Landmark] = []
-    for floor in range(len(kind)):
-        for meaning in LANDMARKS:
-            labels, count = ndimage.label(kind[floor] == meaning)
-            for number in range(1, count + 1):
-                mask = labels == number
-                beside = area[floor][ndimage.binary_dilation(mask)]
-                sides = [areas[i].id for i in np.unique(beside[beside >= 0])]
-                if meaning is Kind.EXIT:
-                    sides.append(OUTSIDE)
-                where[floor][mask] = len(found)
-                cells = np.argwhere(mask)
-                found.append(
-                    Landmark(
-                        len(found),
-                        f"{floor + 1}/{meaning.name.lower()}-{number}",
-                        meaning,
-                        floor,
-                        cells,
-                        _middle(cells, origin),
-                        tuple(sides),
-                        _leads_out(meaning, floor, sides, areas),
-                    )
-                )
-    return where, tuple(found)
-
-
-def _leads_out(
-    kind: Kind, floor: int, sides: list[str], areas: tuple[Area, ...]
-) -> bool:
-    below = {f"{floor + 1}/{a.name}" for a in areas if a.floor == floor - 1}
-    wells = {a.id for a in areas if a.kind == "stairwell"}
-    return kind is Kind.EXIT or not below.isdisjoint(wells.intersection(sides))
+def _indices(
+    kind: np.ndarray, things: tuple[Area, ...] | tuple[Landmark, ...]
+) -> np.ndarray:
+    """(floors, rows, cols) index of the thing that a cell belongs to, or -1."""
+    index = np.full(kind.shape, -1, dtype=np.int16)
+    for thing in things:
+        index[thing.floor, *thing.cells.T] = thing.index
+    return index
 
 
 def _stairwells(
-    areas: tuple[Area, ...], landmarks: tuple[Landmark, ...]
+    graph: nx.MultiGraph, areas: tuple[Area, ...], landmarks: tuple[Landmark, ...]
 ) -> tuple[Stairwell, ...]:
     found = []
+    mark = {m.id: m.index for m in landmarks}
     storeys = [a for a in areas if a.kind == "stairwell"]
     for letter in sorted({a.name for a in storeys}):
         mine = {a.floor: a for a in storeys if a.name == letter}
         first = next(iter(mine.values()))
         entrances = {
-            floor: tuple(m.index for m in landmarks if a.id in m.sides)
+            floor: tuple(
+                sorted(
+                    {
+                        mark[key]
+                        for *_, key in graph.edges(a.id, keys=True)
+                        if key in mark
+                    }
+                )
+            )
             for floor, a in mine.items()
         }
         indices = {floor: a.index for floor, a in mine.items()}
         found.append(Stairwell(letter, first.cells, first.centre, indices, entrances))
     return tuple(found)
-
-
-def _graph(
-    areas: tuple[Area, ...],
-    landmarks: tuple[Landmark, ...],
-    stairwells: tuple[Stairwell, ...],
-) -> nx.MultiGraph:
-    """Rooms, stairwells and the outside, joined by doors, entrances, exits, stairs.
-
-    An edge's `length` goes, as the crow flies, from the middle of one side through the
-    middle of the door to the middle of the other (metres).
-    """
-    graph = nx.MultiGraph()
-    for a in areas:
-        graph.add_node(a.id, name=a.name, kind=a.kind, floor=a.floor, area=a.size)
-    graph.add_node(OUTSIDE, name=OUTSIDE, kind=OUTSIDE)
-    centre = {a.id: a.centre for a in areas}
-    for mark in landmarks:
-        half = {
-            s: dist(centre.get(s, mark.position), mark.position) for s in mark.sides
-        }
-        for one, other in combinations(mark.sides, 2):
-            graph.add_edge(
-                one,
-                other,
-                key=mark.id,
-                kind=mark.kind.name.lower(),
-                width=mark.width,
-                length=half[one] + half[other],
-                state="intact",
-            )
-    for shaft in stairwells:
-        _add_stairs(graph, shaft, areas)
-    return graph
-
-
-def _add_stairs(
-    graph: nx.MultiGraph, shaft: Stairwell, areas: tuple[Area, ...]
-) -> None:
-    floors = sorted(shaft.areas)
-    for lower, upper in pairwise(floors):
-        graph.add_edge(
-            areas[shaft.areas[lower]].id,
-            areas[shaft.areas[upper]].id,
-            key=f"{shaft.letter}:{lower + 1}-{upper + 1}",
-            kind="stairs",
-            width=1,
-            length=STAIRS_SECONDS * WALKING_SPEED,
-            state="intact",
-        )

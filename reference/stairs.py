@@ -3,7 +3,7 @@
 Clauses: A3, F8.  On the stairs nobody is seen and nobody is in the way; what is narrow
 is the entrance at either end [A3, chosen].  Nobody walks up.
 
-    i   person;  p  place
+    i   person;  p  place;  k  stairwell
 """
 
 from math import inf
@@ -24,25 +24,13 @@ class Stairs:
     def __init__(self, building: Building):
         self.building = building
         self.navigation: Navigation = navigation_of(building)
-        self.shaft_of = {
-            mark: k
-            for k, well in enumerate(building.stairwells)
-            for marks in well.entrances.values()
-            for mark in marks
-        }
 
     def enter(self, world: World, i: int, entrance: int) -> None:
         """A human has touched an entrance whose stairs lead down."""
         bodies, nav = world.bodies, self.navigation
-        shaft = self.shaft_of[entrance]
-        cells = nav.places_of(
-            int(bodies.floor[i]), self.building.stairwells[shaft].cells
-        )
-        bodies.stairwell[i], bodies.leader[i], bodies.landmark[i] = (
-            shaft,
-            NOBODY,
-            NOWHERE,
-        )
+        k = self.building.stairwell_of[entrance]
+        cells = nav.places_of(int(bodies.floor[i]), self.building.stairwells[k].cells)
+        bodies.stairwell[i], bodies.leader[i], bodies.landmark[i] = k, NOBODY, NOWHERE
         bodies.stairs_until[i] = world.time + STAIRS_SECONDS
         bodies.place[i] = cells[i % len(cells)]
         bodies.position[i] = nav.centres[bodies.place[i]]
@@ -54,19 +42,18 @@ class Stairs:
         """
         bodies = world.bodies
         well = self.building.stairwells[bodies.stairwell[i]]
-        lowest = min(well.areas)
-        if bodies.floor[i] > lowest:
+        if bodies.floor[i] > well.lowest:
             bodies.floor[i] -= 1
             bodies.place[i] -= self.building.kind[0].size
-            if bodies.floor[i] > lowest:
+            if bodies.floor[i] > well.lowest:
                 bodies.stairs_until[i] += STAIRS_SECONDS
                 return int(bodies.floor[i])
-        self._step_out(world, i, well, lowest)
+        self._step_out(world, i, well)
         return None
 
-    def _step_out(self, world: World, i: int, well: Stairwell, floor: int) -> None:
+    def _step_out(self, world: World, i: int, well: Stairwell) -> None:
         """Into an entrance cell that nobody stands in; looking again from there."""
-        bodies, nav = world.bodies, self.navigation
+        bodies, nav, floor = world.bodies, self.navigation, well.lowest
         others = bodies.position[bodies.walking & (bodies.floor == floor)]
         for mark in well.entrances[floor]:
             for p in nav.places_of(floor, self.building.landmarks[mark].cells).tolist():

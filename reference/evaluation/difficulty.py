@@ -8,10 +8,8 @@ graph of rooms, doors and stairwells, and at when each cell begins to burn.
     t   seconds since the evacuation began;  T  how long health lasts
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import pairwise
 from math import dist, inf, sqrt
 
 import numpy as np
@@ -19,7 +17,7 @@ from scipy import ndimage
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from reference.building import Area, Building, Kind, Landmark
+from reference.building import Building, Kind
 from reference.paper import (
     ALPHA,
     BETA,
@@ -140,7 +138,7 @@ def arrival_of(simulation: Simulation) -> np.ndarray:
 
 @dataclass(frozen=True)
 class _Links:
-    """The halves of the graph's edges, as people walk them; (k,) each but the last two.
+    """The halves of the edges of `building.ways`; (k,) each but the last two.
 
     start, end  nodes: areas by their index, after them landmarks
     length      metres;  area  index of the area in which it lies
@@ -155,48 +153,27 @@ class _Links:
     nodes: int
 
 
-_Link = tuple[int, int, float, int]
-
-
 @lru_cache(maxsize=8)
 def _links(building: Building) -> _Links:
-    """All that people can walk from a room to a landmark, and on from there."""
-    links = [link for mark in building.landmarks for link in _through(building, mark)]
-    links += _down_the_stairs(building)
-    start, end, length, area = map(np.array, zip(*links, strict=True))
-    first = len(building.areas)
+    """All that people can walk from an area to a landmark, and on from there."""
+    areas, first = {area.id: area for area in building.areas}, len(building.areas)
+    links: dict[tuple[int, int], tuple[float, int]] = {}
+    for one, other, key, kind in building.ways.edges(keys=True, data="kind"):
+        start, end = areas[one], areas.get(other)
+        if kind == "stairs":
+            length = STAIRS_SECONDS * WALKING_SPEED
+            links[start.index, areas[other].index] = length, start.index
+            continue
+        mark = building.landmark_of[key]
+        node = first + mark.index
+        links[start.index, node] = dist(start.centre, mark.position), start.index
+        if end is not None:
+            links[node, end.index] = dist(end.centre, mark.position), end.index
+    starts, ends = np.array(list(links)).T
+    lengths, inside = map(np.array, zip(*links.values(), strict=True))
     exits = first + np.array(sorted(building.exits))
-    return _Links(start, end, length, area, exits, first + len(building.landmarks))
-
-
-def _through(building: Building, mark: Landmark) -> Iterator[_Link]:
-    """To a landmark and away from it, on every side of it."""
-    node = len(building.areas) + mark.index
-    for side in (a for a in building.areas if a.id in mark.sides):
-        half = dist(side.centre, mark.position)
-        towards, away = _directions(mark, side)
-        if towards:
-            yield side.index, node, half, side.index
-        if away:
-            yield node, side.index, half, side.index
-
-
-def _directions(mark: Landmark, side: Area) -> tuple[bool, bool]:
-    """Do people come to a landmark from a side, and do they leave it to that side?
-
-    Stairs lead only down, and out at the bottom [A3].
-    """
-    if mark.kind is not Kind.ENTRANCE:
-        return True, True
-    towards = (side.kind == "room") == mark.leads_out
-    return towards, not towards
-
-
-def _down_the_stairs(building: Building) -> Iterator[_Link]:
-    for stairwell in building.stairwells:
-        for lower, upper in pairwise(sorted(stairwell.areas)):
-            start, end = stairwell.areas[upper], stairwell.areas[lower]
-            yield start, end, STAIRS_SECONDS * WALKING_SPEED, start
+    nodes = first + len(building.landmarks)
+    return _Links(starts, ends, lengths, inside, exits, nodes)
 
 
 def _ways_out(links: _Links, length: np.ndarray) -> np.ndarray:

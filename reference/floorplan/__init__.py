@@ -11,18 +11,19 @@ student can redraw it with any editor.
 A file says `building: NAME`, `size: COLUMNS x ROWS` and then, for each floor from 1
 upwards, `floor 1: NAME` above its drawing; `floor 2-3:` draws once and builds twice.
 Every drawing has all the rows, and something in each. Read on in `mistakes` (what one
-looks like), `page` and `writing` (stages 1 to 3), `grid` (stages 4 and 5).
+looks like), `page` and `writing` (stages 1 to 3), `plan` (rooms and their graph) and
+`meaning` (stages 4 and 5).
 """
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable
 from difflib import get_close_matches
+from itertools import chain
 from os import PathLike
 from pathlib import Path
-from typing import TypeVar
 
-from reference.floorplan import grid, page, writing
+from reference.floorplan import meaning, page, writing
 from reference.floorplan.mistakes import Finding, FloorPlanError, Mistake
+from reference.floorplan.plan import Plan, Storey
 
 __all__ = [
     "FloorPlanError",
@@ -35,33 +36,17 @@ __all__ = [
     "to_text",
 ]
 
-T = TypeVar("T")
-
-
-@dataclass(frozen=True)
-class Storey:
-    """One floor: its name and its rows, all of the plan's width, north first."""
-
-    name: str
-    rows: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Plan:
-    """A drawing without mistakes; width and height in cells of 1 m [A1]."""
-
-    title: str
-    width: int
-    height: int
-    storeys: tuple[Storey, ...]
-
 
 def parse(text: str, path: str = "<text>") -> Plan:
     """The drawing in a text; `path` names it in messages. Raises FloorPlanError."""
     sheet = page.sort(text.removeprefix("\ufeff"))
-    _stop_at_mistakes(writing.STAGES, sheet, sheet, path)
-    _stop_at_mistakes(grid.STAGES, grid.grids(sheet), sheet, path)
-    return _plan(sheet)
+    for checks in writing.STAGES:
+        _refuse(chain.from_iterable(check(sheet) for check in checks), sheet, path)
+    plan = _plan(sheet)
+    for stage in meaning.STAGES:
+        found = (check(plan, sheet) for check in stage)
+        _refuse(chain.from_iterable(found), sheet, path)
+    return plan
 
 
 def read(path: str | PathLike[str]) -> Plan:
@@ -126,28 +111,20 @@ def _decoded(raw: bytes, path: str) -> str:
     raise FloorPlanError((Mistake(path, *place, written, what, hint),))
 
 
-def _stop_at_mistakes(
-    stages: Iterable[Iterable[Callable[[T], Iterable[Finding]]]],
-    drawn: T,
-    sheet: page.Page,
-    path: str,
-) -> None:
-    """Raises FloorPlanError with all that the first stage to find anything finds."""
-    for checks in stages:
-        if findings := sorted({found for check in checks for found in check(drawn)}):
-            raise FloorPlanError(tuple(_mistake(sheet, path, f) for f in findings))
-
-
-def _mistake(sheet: page.Page, path: str, finding: Finding) -> Mistake:
-    line, column, what, hint = finding
-    return Mistake(path, line, column, sheet.lines[line - 1].written, what, hint)
+def _refuse(findings: Iterable[Finding], sheet: page.Page, path: str) -> None:
+    """Raise FloorPlanError with all that a stage has found, if anything."""
+    mistakes = tuple(
+        Mistake(path, line, column, sheet.lines[line - 1].written, what, hint)
+        for line, column, what, hint in sorted(set(findings))
+    )
+    if mistakes:
+        raise FloorPlanError(mistakes)
 
 
 def _plan(sheet: page.Page) -> Plan:
     width, height = sheet.size
-    storeys = (
-        Storey(drawing.name, tuple(row.code.ljust(width) for row in drawing.rows))
-        for drawing in sheet.drawings
-        for _ in drawing.numbers
-    )
+    storeys: list[Storey] = []
+    for drawing in sheet.drawings:
+        rows = tuple(row.code.ljust(width) for row in drawing.rows)
+        storeys += len(drawing.numbers) * [Storey(drawing.name, rows)]
     return Plan(sheet.settings["building:"][0].value, width, height, tuple(storeys))

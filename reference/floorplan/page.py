@@ -8,7 +8,7 @@ Clauses: A1 (how many floors, rows and columns one may draw).
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
@@ -77,6 +77,11 @@ class Drawing:
         first, last = self.numbers[0], self.numbers[-1]
         return f"floor {first}" if first == last else f"floors {first}-{last}"
 
+    def finding(self, cell: Iterable[int], what: str, hint: str) -> Finding:
+        """A mistake at a cell: row and column, counted from 1."""
+        row, column = map(int, cell)
+        return self.rows[row - 1].finding(what, hint, column)
+
 
 @dataclass(frozen=True)
 class Page:
@@ -91,6 +96,10 @@ class Page:
     def rows(self) -> Iterator[Line]:
         """All rows of all drawings."""
         return (row for drawing in self.drawings for row in drawing.rows)
+
+    def drawing_of(self, number: int) -> Drawing:
+        """The drawing of a floor, after stage 1."""
+        return next(d for d in self.drawings if number in d.numbers)
 
     @cached_property
     def size(self) -> tuple[int, int]:

@@ -337,7 +337,7 @@ def _ways_out(building: Building) -> WaysOut:
     foot: list[int] = []
     landing: dict[int, int] = {}
     for well in building.stairwells:
-        foot.append(int(cells[well.entrances[min(well.areas)][0]][0]))
+        foot.append(int(cells[well.entrances[well.lowest][0]][0]))
         for entrances in well.entrances.values():
             down = [m for m in entrances if marks[m].leads_out]
             landing |= {int(p): foot[-1] for m in down for p in cells[m]}

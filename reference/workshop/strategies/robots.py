@@ -96,7 +96,7 @@ class Sweep:
         building, bodies = world.building, world.bodies
         coming = bodies.stairwell[bodies.inside & (bodies.stairwell >= 0)]
         shafts = [
-            k for k, s in enumerate(building.stairwells) if min(s.areas) == robot.floor
+            k for k, s in enumerate(building.stairwells) if s.lowest == robot.floor
         ]
         if not shafts:
             return None

@@ -139,12 +139,7 @@ def _on_foot(building: Building, floor: int, burning: bytes) -> tuple[np.ndarray
 def _ways_out(building: Building) -> tuple[tuple[Way, ...], ...]:
     """Of every floor, its exits and entrances of stairs that lead down."""
     feet, lowest = _feet(building)
-    shaft = {
-        mark: k
-        for k, well in enumerate(building.stairwells)
-        for marks in well.entrances.values()
-        for mark in marks
-    }
+    shaft = building.stairwell_of
     return tuple(
         tuple(
             Way(_cells(building, mark), -1, 0)
@@ -169,7 +164,7 @@ def _cells(building: Building, mark: int) -> tuple[int, ...]:
 @lru_cache(maxsize=8)
 def _feet(building: Building) -> tuple[np.ndarray, np.ndarray]:
     """(stairwells,) the place where people come out of each, and its floor."""
-    lowest = [min(well.areas) for well in building.stairwells]
+    lowest = [well.lowest for well in building.stairwells]
     feet = [
         _cells(building, well.entrances[floor][0])[0]
         for well, floor in zip(building.stairwells, lowest, strict=True)

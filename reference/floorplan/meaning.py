@@ -1,0 +1,225 @@
+"""Mistakes in what is drawn: on one floor, and between floors.
+
+Clauses: A2 (rooms, doors), A3 (stairwells, entrances), A4 (exits).  A check goes
+through a plan, or one storey of it, and yields what it finds; STAGES orders them.
+"""
+
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+
+import networkx as nx
+import numpy as np
+from scipy import ndimage
+
+from reference.floorplan.mistakes import Finding
+from reference.floorplan.page import Drawing, Page
+from reference.floorplan.plan import (
+    BLANK,
+    DOOR,
+    EXIT,
+    OUTSIDE,
+    STAIRWELLS,
+    WALL,
+    Cell,
+    Part,
+    Plan,
+    Storey,
+    neighbours,
+    pieces,
+)
+
+# -- Stage 4: one floor -------------------------------------------------------------
+
+
+def _outer_wall(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
+    outside = storey.signs == BLANK
+    in_line = _between(~(outside | storey.rooms))
+    gap = outside & in_line & ndimage.binary_dilation(storey.rooms)
+    hole = storey.rooms & ndimage.binary_dilation(outside & ~gap)
+    for cells in pieces(gap) + pieces(hole):
+        what = "there is a hole in the outer wall"
+        yield drawing.finding(cells[0], what, "Type '#' here.")
+
+
+def _between(wall: np.ndarray) -> np.ndarray:
+    """Cells with wall on two opposite sides: a blank there was meant as wall."""
+    above, below = np.roll(wall, 1, axis=0), np.roll(wall, -1, axis=0)
+    left, right = np.roll(wall, 1, axis=1), np.roll(wall, -1, axis=1)
+    return (above & below) | (left & right)
+
+
+def _doors(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
+    for door in storey.gates:
+        if door.kind == "exit":
+            continue
+        if door.outside:
+            hint = "Type 'E' for an exit, or '#' for a wall."
+            yield drawing.finding(door.cells[0], "this door leads outside", hint)
+        elif len(door.sides) < 2 or all(s.kind == "stairwell" for s in door.sides):
+            beside = f"only {door.sides[0]}" if len(door.sides) == 1 else "no room"
+            what = f"this door leads nowhere: {beside} is beside it"
+            hint = "Put it in the wall between two rooms, or type '#' here."
+            yield drawing.finding(door.cells[0], what, hint)
+
+
+def _exits(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
+    for gate in storey.gates:
+        if gate.kind == "exit" and not gate.outside:
+            hint = "Put it in the outer wall, or type '+' for a door."
+            yield drawing.finding(
+                gate.cells[0], "this exit does not lead outside", hint
+            )
+        elif gate.kind == "exit" and not gate.sides:
+            hint = "Put it in the outer wall of a room, or type '#' here."
+            yield drawing.finding(gate.cells[0], "this exit leads out of no room", hint)
+
+
+def _stairwells(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
+    seen: set[str] = set()
+    for well in (area for area in storey.areas if area.kind == "stairwell"):
+        if well.name in seen:
+            hint = "Join the parts, or give this one another letter."
+            yield drawing.finding(well.cells[0], f"{well} is in two parts", hint)
+            continue
+        seen.add(well.name)
+        cells = np.argwhere(storey.signs == well.name)
+        if opening := _opening(storey, well.name, cells):
+            yield drawing.finding(*opening)
+        elif not (storey.signs[tuple(neighbours(cells).T)] == DOOR).any():
+            hint = "Type '+' in its wall, where a room is behind it."
+            what = f"{well} has no entrance on {drawing.label}"
+            yield drawing.finding(cells[0], what, hint)
+
+
+def _opening(
+    storey: Storey, letter: str, cells: np.ndarray
+) -> tuple[Cell, str, str] | None:
+    """The first place where nothing parts a stairwell from what is around it.
+
+    Two stairwells side by side are told once, at the first letter.
+    """
+    closed = {letter, WALL, DOOR, *STAIRWELLS[: STAIRWELLS.index(letter)]}
+    for cell in sorted(map(tuple, neighbours(cells))):
+        sign = str(storey.signs[cell])
+        if sign not in closed:
+            here = np.clip(cell, 1, np.array(storey.signs.shape) - 2)
+            other = {BLANK: "the outside", EXIT: "an exit"}.get(sign)
+            other = other or str(storey.areas[storey.area[cell]])
+            entrance = ", or '+' for an entrance" if storey.rooms[cell] else ""
+            what = f"stairwell {letter} is open to {other}"
+            return here, what, f"Type '#' here{entrance}."
+    return None
+
+
+def _names(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
+    seen: set[str] = set()
+    for index, ((name, cell), *others) in storey.words.items():
+        for other, place in others:
+            what = f"'{other}' is a second name in {storey.areas[index]}"
+            hint = "Keep one word on one row, or draw a wall between the two."
+            yield drawing.finding(place, what, hint)
+        if name in seen:
+            what = f"two rooms on {drawing.label} are called '{name}'"
+            yield drawing.finding(cell, what, "Write another name here.")
+        seen.add(name)
+
+
+def _some_room(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
+    if not storey.rooms.any():
+        hint = "Draw its floor with '.' between the walls."
+        what = f"no room is drawn on {drawing.label}"
+        yield drawing.heading.finding(what, hint)
+
+
+# -- Stage 5: the graph of rooms ----------------------------------------------------
+
+
+def _ways_off(plan: Plan, page: Page) -> Iterator[Finding]:
+    """Rooms without a way to an exit or a stairwell, on floors that have either."""
+    inside = plan.graph.subgraph(set(plan.graph) - {OUTSIDE})
+    out = set(plan.graph.adj[OUTSIDE])
+    out |= {node for node, kind in inside.nodes(data="kind") if kind == "stairwell"}
+    for floor in range(len(plan.storeys)):
+        here = [node for node, n in inside.nodes(data="floor") if n == floor]
+        if out.isdisjoint(here):
+            continue  # told below: this floor, or the building, has no way out at all
+        for part in nx.connected_components(inside.subgraph(here)):
+            if out.isdisjoint(part):
+                area, drawing, cell = _first_room(plan, page, part)
+                hint = "Type '+' in its wall, towards a room with a way out."
+                yield drawing.finding(cell, f"nobody can leave {area}", hint)
+
+
+def _ways_out(plan: Plan, page: Page) -> Iterator[Finding]:
+    """People only walk down: every room needs a way to an exit that never goes up."""
+    ways = plan.ways
+    lost = ways.subgraph(set(ways) - nx.ancestors(ways, OUTSIDE) - {OUTSIDE})
+    for part in nx.weakly_connected_components(lost):
+        if any(kind == "room" for _, kind in lost.subgraph(part).nodes(data="kind")):
+            area, drawing, cell = _first_room(plan, page, part)
+            what = f"no way leads from {area} to an exit"
+            hint = (
+                "Type 'E' in an outer wall here, or draw stairs down: nobody walks up."
+            )
+            yield drawing.finding(cell, what, hint)
+
+
+def _first_room(plan: Plan, page: Page, part: set[str]) -> tuple[Part, Drawing, Cell]:
+    """The first room of some, its drawing, and where its name begins, if it has one."""
+    for floor, storey in enumerate(plan.storeys):
+        for index, area in enumerate(storey.areas):
+            if f"{floor + 1}/{area.name}" in part and area.kind == "room":
+                words = storey.words.get(index)
+                cell = words[0][1] if words else area.cells[0]
+                return area, page.drawing_of(floor + 1), cell
+    raise AssertionError
+
+
+def _some_exit(plan: Plan, page: Page) -> Iterator[Finding]:
+    if not plan.graph.degree(OUTSIDE):
+        hint = "Type 'E' in the outer wall of a room on floor 1."
+        yield page.drawings[0].heading.finding("the building has no exit", hint)
+
+
+def _shafts(plan: Plan, page: Page) -> Iterator[Finding]:
+    storeys = list(enumerate(plan.storeys, 1))
+    for letter in STAIRWELLS:
+        mine = [n for n, _ in storeys if f"{n}/{letter}" in plan.graph]
+        cells = {n: np.argwhere(s.signs == letter) for n, s in storeys if n in mine}
+        if len(mine) == 1:
+            what = f"stairwell {letter} is on floor {mine[0]} only"
+            hint = "Draw it on the next floor as well, or take it out."
+            yield page.drawing_of(mine[0]).finding(cells[mine[0]][0], what, hint)
+        for lower, upper in pairwise(mine):
+            below, above, drawing = cells[lower], cells[upper], page.drawing_of(upper)
+            if upper > lower + 1:
+                what = f"stairwell {letter} goes from floor {lower} to floor {upper}"
+                hint = f"Draw it on floor {lower + 1} too, or use another letter here."
+                yield drawing.finding(above[0], what, hint)
+            elif not np.array_equal(below, above):
+                (top, left), (bottom, right) = below.min(axis=0), below.max(axis=0)
+                where = f"row {top}, column {left} to row {bottom}, column {right}"
+                what = f"stairwell {letter} is not above itself on floor {lower}"
+                yield drawing.finding(above[0], what, f"Draw it as there: {where}.")
+
+
+Check = Callable[[Plan, Page], Iterator[Finding]]
+
+
+def _on_each(*checks: Callable[[Storey, Drawing], Iterator[Finding]]) -> Check:
+    def on_each(plan: Plan, page: Page) -> Iterator[Finding]:
+        for drawing in page.drawings:
+            for check in checks:
+                yield from check(plan.storeys[drawing.numbers[0] - 1], drawing)
+
+    return on_each
+
+
+STAGES = (
+    (_on_each(_outer_wall, _doors, _exits, _stairwells, _names, _some_room),),
+    (_ways_off,),
+    (_some_exit, _shafts),
+    (_ways_out,),
+)
+"""Ways are looked for where the rest of their stage is right: else one missing entrance
+would be told as many rooms that nobody can leave."""

@@ -1,0 +1,222 @@
+"""A drawing as floors of cells, the rooms found in them, and the graph of rooms.
+
+Clauses: A1 (unit cells), A2 (rooms, doors), A3 (stairwells, entrances), A4 (exits).
+What is found here once, the checks of a drawing and the building both read.
+
+    cell    row and column, counted from 1; row 0 and column 0 are a rim of outside
+    area    a room, or a stairwell on one floor
+    gate    a door, a stairwell entrance or an exit
+    beside  sharing a side: touching at a corner is no contact
+"""
+
+import re
+from collections import defaultdict
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations, pairwise
+from math import dist
+
+import networkx as nx
+import numpy as np
+from scipy import ndimage
+
+from reference.paper import STAIRS_SECONDS, WALKING_SPEED
+
+BLANK, WALL, FLOOR, DOOR, EXIT = " #.+E"
+STAIRWELLS = "ABCD"
+OUTSIDE = "outside"
+SIDES = np.array([(-1, 0), (0, -1), (0, 1), (1, 0)])
+
+Cell = Iterable[int]
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """An area or a gate of one floor.
+
+    kind     "room", "stairwell"; "door", "entrance" or "exit"
+    cells    (k, 2) rows and columns
+    sides    of a gate, the areas beside it;  outside  is a blank beside it, too?
+    """
+
+    name: str
+    kind: str
+    cells: np.ndarray
+    sides: tuple["Part", ...] = ()
+    outside: bool = False
+
+    def __str__(self) -> str:
+        if self.kind == "stairwell":
+            return f"stairwell {self.name}"
+        return "an unnamed room" if "-" in self.name else f"the room '{self.name}'"
+
+
+@dataclass(frozen=True)
+class Storey:
+    """One floor: its name and its rows, all of the plan's width, north first."""
+
+    name: str
+    rows: tuple[str, ...]
+
+    @cached_property
+    def signs(self) -> np.ndarray:
+        """(rows + 2, columns + 2) one character each, in a rim of outside."""
+        rim = " " * len(self.rows[0])
+        return np.array([list(f" {row} ") for row in (rim, *self.rows, rim)])
+
+    @cached_property
+    def rooms(self) -> np.ndarray:
+        """(rows + 2, columns + 2) bool: floor, and names written on it."""
+        return (self.signs == FLOOR) | (self.signs >= "a")
+
+    @cached_property
+    def area(self) -> np.ndarray:
+        """(rows + 2, columns + 2) index into `areas`, -1 where there is none."""
+        area = ndimage.label(self.rooms)[0].astype(int) - 1
+        wells = [p for letter in STAIRWELLS for p in pieces(self.signs == letter)]
+        for cells in sorted(wells, key=lambda cells: tuple(cells[0])):
+            area[tuple(cells.T)] = area.max() + 1
+        return area
+
+    @cached_property
+    def words(self) -> dict[int, list[tuple[str, Cell]]]:
+        """What is written in each room, and where; in the order of the page."""
+        found: dict[int, list[tuple[str, Cell]]] = defaultdict(list)
+        for row, line in enumerate(self.rows, 1):
+            for word in re.finditer("[a-z]+", line):
+                cell = (row, word.start() + 1)
+                found[int(self.area[cell])].append((word[0], cell))
+        return found
+
+    @cached_property
+    def areas(self) -> tuple[Part, ...]:
+        """Rooms, then stairwells, each in reading order."""
+        return tuple(self._area(*found) for found in enumerate(split(self.area + 1)))
+
+    def _area(self, index: int, cells: np.ndarray) -> Part:
+        sign = str(self.signs[tuple(cells[0])])
+        if sign in STAIRWELLS:
+            return Part(sign, "stairwell", cells)
+        words = self.words.get(index)
+        return Part(words[0][0] if words else f"room-{index + 1}", "room", cells)
+
+    @cached_property
+    def gates(self) -> tuple[Part, ...]:
+        """Doors, then entrances, then exits, each in reading order."""
+        found: dict[str, list[Part]] = {"door": [], "entrance": [], "exit": []}
+        for sign in (DOOR, EXIT):
+            for cells in pieces(self.signs == sign):
+                around = tuple(neighbours(cells).T)
+                sides = [self.areas[k] for k in np.unique(self.area[around]) if k >= 0]
+                stairs = any(side.kind == "stairwell" for side in sides)
+                kind = "exit" if sign == EXIT else "entrance" if stairs else "door"
+                name = f"{kind}-{len(found[kind]) + 1}"
+                outside = bool((self.signs[around] == BLANK).any())
+                found[kind].append(Part(name, kind, cells, tuple(sides), outside))
+        return (*found["door"], *found["entrance"], *found["exit"])
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A drawing without mistakes; width and height in cells of 1 m [A1]."""
+
+    title: str
+    width: int
+    height: int
+    storeys: tuple[Storey, ...]
+
+    @cached_property
+    def graph(self) -> nx.MultiGraph:
+        """Rooms, stairwells and the outside, joined by doors, entrances, exits, stairs.
+
+        An edge's `length` goes, as the crow flies, from the middle of one side through
+        the middle of the door to the middle of the other (metres).
+        """
+        graph = nx.MultiGraph()
+        for n, storey in enumerate(self.storeys):
+            for a in storey.areas:
+                facts = {"kind": a.kind, "floor": n, "area": len(a.cells)}
+                graph.add_node(f"{n + 1}/{a.name}", name=a.name, **facts)
+        graph.add_node(OUTSIDE, name=OUTSIDE, kind=OUTSIDE)
+        for n, storey in enumerate(self.storeys, 1):
+            for gate in storey.gates:
+                _add_gate(graph, n, gate)
+        for letter in STAIRWELLS:
+            floors = [
+                n for n in range(len(self.storeys)) if f"{n + 1}/{letter}" in graph
+            ]
+            for lower, upper in pairwise(floors):
+                _add_stairs(graph, letter, lower + 1, upper + 1)
+        return graph
+
+    @cached_property
+    def ways(self) -> nx.MultiDiGraph:
+        """The graph as people walk it: `walking_directions`."""
+        return walking_directions(self.graph)
+
+
+def _add_gate(graph: nx.MultiGraph, n: int, gate: Part) -> None:
+    middle = gate.cells.mean(axis=0)
+    half = {f"{n}/{s.name}": dist(s.cells.mean(axis=0), middle) for s in gate.sides}
+    if gate.kind == "exit":
+        half[OUTSIDE] = 0.0
+    facts = {"kind": gate.kind, "width": len(gate.cells)}
+    for one, other in combinations(half, 2):
+        length = half[one] + half[other]
+        graph.add_edge(
+            one, other, f"{n}/{gate.name}", **facts, length=length, state="intact"
+        )
+
+
+def _add_stairs(graph: nx.MultiGraph, letter: str, lower: int, upper: int) -> None:
+    graph.add_edge(
+        f"{lower}/{letter}",
+        f"{upper}/{letter}",
+        f"{letter}:{lower}-{upper}",
+        kind="stairs",
+        width=1,
+        length=STAIRS_SECONDS * WALKING_SPEED,
+        state="intact",
+    )
+
+
+def walking_directions(graph: nx.MultiGraph) -> nx.MultiDiGraph:
+    """The graph as people walk it: out by exits, into stairs that lead down [A3].
+
+    Nobody walks up: stairs are left by the entrances of the lowest floor only.
+    """
+    both, floor = nx.MultiDiGraph(graph), dict(graph.nodes(data="floor"))
+    wells = {node for node, kind in graph.nodes(data="kind") if kind == "stairwell"}
+    stairs = [edge for edge in both.edges(data="kind") if edge[2] == "stairs"]
+    above = {start for start, end, _ in stairs if floor[start] > floor[end]}
+    lowest = wells - above
+
+    def allowed(start: str, end: str, key: str) -> bool:
+        match both.edges[start, end, key]["kind"]:
+            case "stairs":
+                return bool(floor[start] > floor[end])
+            case "entrance":
+                return end in above or start in lowest
+            case _:
+                return start != OUTSIDE
+
+    return nx.subgraph_view(both, filter_edge=allowed)
+
+
+def pieces(mask: np.ndarray) -> list[np.ndarray]:
+    """The (k, 2) cells of each part of a mask that hangs together."""
+    return split(ndimage.label(mask)[0])
+
+
+def split(labels: np.ndarray) -> list[np.ndarray]:
+    """The (k, 2) cells of each label from 1 upwards, in reading order."""
+    cells = np.argwhere(labels)
+    label = labels[tuple(cells.T)]
+    ends = np.cumsum(np.bincount(label)[1:-1])
+    return np.split(cells[np.argsort(label, kind="stable")], ends) if len(cells) else []
+
+
+def neighbours(cells: np.ndarray) -> np.ndarray:
+    """(4 k, 2) the cells above, left, right and below each of (k, 2) cells."""
+    return (cells[:, None] + SIDES).reshape(-1, 2)
