@@ -13,12 +13,15 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property, lru_cache
+from typing import TypeAlias
 
 import networkx as nx
 import numpy as np
 
 from reference.floorplan import Plan, find, parse, read, to_text
 from reference.floorplan.plan import OUTSIDE
+
+Graph: TypeAlias = nx.MultiGraph
 
 
 class Kind(IntEnum):
@@ -119,7 +122,7 @@ class Building:
         return self.plan.title
 
     @property
-    def graph(self) -> nx.MultiGraph:
+    def graph(self) -> Graph:
         """Rooms, stairwells and the outside, joined by doors, exits and stairs."""
         return self.plan.graph
 
@@ -164,6 +167,11 @@ class Building:
         }
 
     @cached_property
+    def area_of(self) -> dict[str, Area]:
+        """The room or stairwell that a node of the graph stands for, by its id."""
+        return {area.id: area for area in self.areas}
+
+    @cached_property
     def landmark_of(self) -> dict[str, Landmark]:
         """The landmark that an edge of the graph stands for, by its id."""
         return {mark.id: mark for mark in self.landmarks}
@@ -176,6 +184,11 @@ class Building:
         """Row and column of the cell around a point."""
         return int(np.ceil(self.origin[0] - y)) - 1, int(np.floor(x + self.origin[1]))
 
+    def graph_without(self, burnt: np.ndarray) -> Graph:
+        """The graph without doors that have burnt; burnt: (landmarks,) bool [A6]."""
+        doors = [self.landmarks[mark].id for mark in np.flatnonzero(burnt)]
+        return intact(burn(self.graph, doors))
+
     def ways_out(self, floor: int) -> list[int]:
         """Landmarks that lead off a floor: exits, and entrances to stairs down."""
         return [m.index for m in self.landmarks if m.floor == floor and m.leads_out]
@@ -185,7 +198,7 @@ class Building:
         return [a for a in self.areas if a.floor == floor and a.kind == "room"]
 
 
-def burn(graph: nx.MultiGraph, doors: Iterable[str]) -> nx.MultiGraph:
+def burn(graph: Graph, doors: Iterable[str]) -> Graph:
     """A copy of the graph in which the edges with these ids are burnt [A6].
 
     Raises KeyError for an id that no edge of the graph has.
@@ -198,7 +211,7 @@ def burn(graph: nx.MultiGraph, doors: Iterable[str]) -> nx.MultiGraph:
     return burnt
 
 
-def intact(graph: nx.MultiGraph) -> nx.MultiGraph:
+def intact(graph: Graph) -> Graph:
     """The graph without what has burnt: a destroyed door is no way [A6, chosen]."""
     return nx.subgraph_view(
         graph, filter_edge=lambda *edge: graph.edges[edge]["state"] == "intact"
@@ -324,7 +337,7 @@ def _indices(
 
 
 def _stairwells(
-    graph: nx.MultiGraph, areas: tuple[Area, ...], landmarks: tuple[Landmark, ...]
+    graph: Graph, areas: tuple[Area, ...], landmarks: tuple[Landmark, ...]
 ) -> tuple[Stairwell, ...]:
     found = []
     mark = {m.id: m.index for m in landmarks}

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from reference.building import Building
+from reference.building import Building, Graph
 
 NOBODY = -1
 NOWHERE = -1
@@ -254,6 +254,11 @@ class World:
             flames=self.flames.copy(),
             burnt=self.burnt.copy(),
         )
+
+    @property
+    def graph(self) -> Graph:
+        """The building's graph of rooms without the doors that have burnt [A6]."""
+        return self.building.graph_without(self.burnt)
 
     def people_at_or_above(self, floor: int) -> int:
         """How many people inside are on a floor or still come through it [C8]."""

@@ -148,12 +148,31 @@ def test_a_node_tells_what_it_is_and_where(house):
     assert house.graph.nodes["2/c"]["floor"] == 1
 
 
+@pytest.mark.paper("A3")
+def test_people_walk_out_by_exits_and_down_by_stairs_only(house):
+    """Into the stairs above, out of them below; nobody enters by an exit."""
+    walked = set(house.ways.edges())
+    assert {("2/c", "2/A"), ("2/A", "1/A"), ("1/A", "1/a")} < walked
+    assert ("1/room-2", OUTSIDE) in walked
+    up = {("2/A", "2/c"), ("1/A", "2/A"), ("1/a", "1/A"), (OUTSIDE, "1/room-2")}
+    assert walked.isdisjoint(up)
+
+
 @pytest.mark.paper("A6")
 def test_a_burnt_door_is_no_way_any_more(house):
     """Burning the only door cuts the room off; the building's own graph stays."""
     left = intact(burn(house.graph, ["1/door-1"]))
     assert not nx.has_path(left, "1/a", OUTSIDE)
     assert nx.has_path(house.graph, "1/a", OUTSIDE)
+
+
+@pytest.mark.paper("A6")
+def test_a_door_between_three_rooms_burns_between_all_of_them():
+    """One landmark, three edges."""
+    drawing = "#######\n#.a+.b#\n###.###\n#..c..E\n#######"
+    three = build(parse(f"building: x\nsize: 7 x 5\nfloor 1:\n{drawing}"))
+    assert three.graph.number_of_edges() == 4
+    assert intact(burn(three.graph, ["1/door-1"])).number_of_edges() == 1
 
 
 def test_refuses_to_burn_what_is_not_there(house):

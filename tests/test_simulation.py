@@ -536,7 +536,7 @@ def test_people_wait_on_the_stairs_until_the_entrance_is_free():
 
 @pytest.mark.paper("A6")
 def test_nobody_heads_for_a_burnt_door():
-    """A second after it has burnt everybody has thought again."""
+    """A second later everybody has thought again; the world's graph is without it."""
     sim = run("paper", PEOPLE, "none", "greedy", seed=2)
     burnt = {}
     while not sim.done:
@@ -548,6 +548,9 @@ def test_nobody_heads_for_a_burnt_door():
             if walking and mind.goal.aim is Aim.LANDMARK:
                 assert sim.world.time - burnt.get(mind.goal[1], 1e9) < 1
     assert burnt
+    ids = {sim.building.landmarks[mark].id for mark in burnt}
+    left = {key for *_, key in sim.world.graph.edges(keys=True)}
+    assert left == {key for *_, key in sim.building.graph.edges(keys=True)} - ids
 
 
 def test_the_board_shows_the_stairwell_somebody_walks_down():

@@ -9,7 +9,7 @@ from pathlib import Path
 import networkx as nx
 import numpy as np
 
-from reference.building import burn, intact, load
+from reference.building import load
 from reference.events import DoorBurnt
 from reference.fire import Generator, snapped
 from reference.paper import Scenario
@@ -59,8 +59,10 @@ for training in (True, False):
 # through doors. A cell burns when the quickest chain of such times reaches it [D7]: the
 # same sum that finds shortest ways.
 
+graphs = {}  # seconds: the graph of rooms by then
 while night.world.time < 300:
     night.step()
+    graphs[night.world.time] = night.world.graph
 arrival = night.world.flames.arrival[0]
 for seconds in (30, 60, 120, 240):
     print(f"after {seconds:3} s {np.sum(arrival <= seconds):3} m2 burn")
@@ -73,14 +75,12 @@ for seconds in (30, 60, 120, 240):
 # A door that flames touch is no way any more [A6]. The way out of the room with the
 # maps grows longer, up to infinity, and more and more rooms are cut off.
 
-burnt = []
 for event in night.events:
     if isinstance(event, DoorBurnt):
-        burnt.append(museum.landmarks[event.landmark].id)
-        left = intact(burn(museum.graph, burnt))
+        door, left = museum.landmarks[event.landmark].id, graphs[event.time]
         metres = nx.single_source_dijkstra_path_length(left, "outside", weight="length")
         way, lost = metres.get("1/maps", np.inf), len(left) - len(metres)
-        print(f"{event.time:3.0f} s {burnt[-1]:>9}: {way:3.0f} m, {lost} rooms cut off")
+        print(f"{event.time:3.0f} s {door:>9}: {way:3.0f} m, {lost} rooms cut off")
 #>  31 s 1/door-11:  85 m, 0 rooms cut off
 #>  78 s  1/door-8:  85 m, 1 rooms cut off
 #> 180 s  1/door-9:  85 m, 2 rooms cut off

@@ -156,7 +156,7 @@ class _Links:
 @lru_cache(maxsize=8)
 def _links(building: Building) -> _Links:
     """All that people can walk from an area to a landmark, and on from there."""
-    areas, first = {area.id: area for area in building.areas}, len(building.areas)
+    areas, first = building.area_of, len(building.areas)
     links: dict[tuple[int, int], tuple[float, int]] = {}
     for one, other, key, kind in building.ways.edges(keys=True, data="kind"):
         start, end = areas[one], areas.get(other)

@@ -58,16 +58,14 @@ def graph(building: Building, floor: int | None = None) -> Figure:
     floors = chosen_floors(building, floor)
     figure, panels = floor_page(building, f"{building.title}: the graph", floors)
     foot(figure, _graph_legend())
-    areas = {area.id: area for area in building.areas}
-    marks = {mark.id: mark for mark in building.landmarks}
     for axes, index in zip(panels, floors, strict=True):
         paint_floor(axes, building, index, fade=0.72)
         rooms = building.graph.nodes(data="floor")
-        here = {name: areas[name] for name, where in rooms if where == index}
+        here = {name: building.area_of[name] for name, where in rooms if where == index}
         for one, other, key in building.graph.edges(here, keys=True):
             for area in (here[side] for side in (one, other) if side in here):
-                if key in marks:  # not the stairs, which join two floors
-                    _draw_edge(axes, building, marks[key], area)
+                if key in building.landmark_of:  # not the stairs, which join two floors
+                    _draw_edge(axes, building, building.landmark_of[key], area)
         for area in here.values():
             _draw_node(axes, area, _node(building, area))
     return figure
