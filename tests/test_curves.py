@@ -12,13 +12,8 @@ from reference.workshop.drawing import curves
 from reference.workshop.drawing import runs as tables
 from reference.workshop.training import loop, summaries
 
-WHEN = ("side", "step", "round", "episodes", "phase")
-REWARD = "Environment/Group Cumulative Reward"
-OWN = "Environment/Cumulative Reward"
-SURVIVAL = "Environment/Survival"
-VALUE, BASELINE = "Losses/Value Loss", "Losses/Baseline Loss"
-ENTROPY = "Policy/Entropy"
-COLUMNS = (*WHEN, REWARD, OWN, SURVIVAL, VALUE, BASELINE, ENTROPY)
+VALUE = "Losses/Value Loss"
+FIGURES = summaries.COLUMNS[len(summaries.WHEN) :]
 
 TOGETHER = [("together", 6)]
 IMITATED = [("critic", 5), ("together", 25)]
@@ -37,10 +32,10 @@ def table(phases, seed=0, imitation=0):
             episodes += 10
             for side in learning.get(phase, ["robots", "fire"]):
                 when = {"side": side, "step": 50 * episodes, "phase": phase}
-                what = {name: rng.uniform(0.1, 1) for name in COLUMNS[5:]}
+                what = {name: rng.uniform(0.1, 1) for name in FIGURES}
                 rows.append({**when, "episodes": episodes, **what})
     text = StringIO()
-    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    writer = csv.DictWriter(text, summaries.COLUMNS, lineterminator="\n")
     writer.writeheader()
     writer.writerows(rows)
     return text.getvalue()
@@ -78,9 +73,7 @@ def bold(axes, colour):
 
 def test_the_columns_that_are_drawn_are_the_ones_that_training_writes():
     """A curve of a column that nobody writes would be missing in silence."""
-    drawn = {curve.column for panel in curves.PANELS for curve in panel.curves}
-    assert drawn < set(summaries.COLUMNS)
-    assert set(WHEN) == set(summaries.WHEN)
+    assert {curve.column for curve in curves.CURVES} < set(summaries.COLUMNS)
     assert tables.TABLE == loop.SUMMARIES
 
 
@@ -92,41 +85,34 @@ def test_a_phase_ends_with_its_last_row_of_either_side(run):
 def test_a_row_that_is_still_being_written_is_left_out(tmp_path):
     """One can look at a training while it runs."""
     (tmp_path / "run.csv").write_text(table(TOGETHER)[:-5])
-    side = tables.read(tmp_path / "run.csv").side.tolist()
+    side = tables.read(tmp_path / "run.csv").columns["side"].tolist()
     assert (side.count("robots"), side.count("fire")) == (6, 5)
 
 
 def test_an_empty_cell_is_no_point_of_a_curve(run):
     """Where nothing was updated there is no loss, and not a loss of zero."""
     imitated = run("a", TOGETHER, imitation=3)
-    curve = curves.Curve("robots", VALUE, curves.ROBOTS)
+    curve = curves.Curve(curves.LOSSES, "robots", VALUE, curves.ROBOTS)
     assert curves.points(imitated, curve)[0].tolist() == [10, 20, 30, 40, 50, 60]
 
 
-HEAD = ",".join(COLUMNS)
+HEAD, ROW, _ = table([("robots", 2)]).split("\n", 2)
 
 
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("", "has no column episodes and no phase"),
-        ("a,b\n1,2\n", "no column episodes and no phase and no side and no step"),
-        (HEAD + "\n", "two rows of a side, and there are 0"),
-        (HEAD + "\nrobots,9,1,4,x,1,1,1,1,1,1\n", "two rows .* there are 1"),
-        (HEAD + "\nrobots,9,1,many,x,1,1,1,1,1,1\n", "line 2: episodes is 'many'"),
-        (HEAD + "\nrobots,9,1,1,x,1,1,1,1,1,1,7\n", r"line 2: a cell too many"),
-        (HEAD + "\nhumans,9,1,4,x,1,1,1,1,1,1\n", "line 2: the side is 'humans'"),
-        (HEAD + "\nfire,9,1,4,x\n", "line 2: .*Reward is missing"),
-        (
-            HEAD + "\nfire,9,1,4,x,,,,,,\nfire,5,1,2,x,,,,,,\n",
-            "line 3: 2 episodes after 4",
-        ),
+        ("a,b\n1,2\n", "is no table of these runs"),
+        (f"{HEAD}\n", "two rows of a side, and there are 0"),
+        (f"{HEAD}\n{ROW}\n", r"two rows .* there are 1"),
+        (f"{HEAD}\n{ROW}\n{ROW},7\n", "a row is damaged"),
+        (f"{HEAD}\n{ROW.replace('10', 'many')}\n", r"damaged .*'many'"),
     ],
 )
 def test_refuses_a_table_that_is_none_and_says_where(tmp_path, text, message):
-    """A file, a line, a column: never a traceback of csv or numpy."""
+    """Never a traceback of csv or numpy."""
     (tmp_path / "run.csv").write_text(text)
-    with pytest.raises(ValueError, match=message):
+    with pytest.raises(ValueError, match=rf"run\.csv: .*{message}"):
         tables.read(tmp_path / "run.csv")
 
 
@@ -207,7 +193,7 @@ def test_values_of_a_single_run_are_what_the_table_says(run):
     one = run("a", [("robots", 6)])
     axes = panel(curves.figure([one]), "survivors")
     ((_, y),) = bold(axes, curves.PEOPLE)
-    np.testing.assert_allclose(y, 100 * one.columns[SURVIVAL])
+    np.testing.assert_allclose(y, 100 * one.columns[summaries.SURVIVAL])
 
 
 def test_several_seeds_are_thin_lines_with_their_mean_in_bold(run):
@@ -222,7 +208,7 @@ def test_several_seeds_are_thin_lines_with_their_mean_in_bold(run):
 def test_switches_of_phase_are_marked_in_every_panel(run):
     """Five vertical lines for three turns of each side."""
     figure = curves.figure([run("a", IN_TURN)])
-    for title in (panel.title for panel in curves.PANELS):
+    for title in curves.UNITS:
         marks = [
             x[0]
             for x in (m.get_xdata() for m in panel(figure, title).lines)
@@ -272,16 +258,3 @@ def test_a_side_that_does_not_learn_is_neither_drawn_nor_in_the_legend(run):
     figure = curves.figure([run("a", [("robots", 6)])])
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == ["robots", "robots' baseline"]
-
-
-def test_the_picture_is_written_whole(tmp_path):
-    """From the folder of a run to a file; its path comes back."""
-    (tmp_path / "summaries.csv").write_text(table(TOGETHER))
-    path = curves.draw([tmp_path], tmp_path / "curves.png")
-    assert path.read_bytes().startswith(b"\x89PNG")
-
-
-def test_refuses_another_format_before_it_reads_anything(tmp_path):
-    """The suffix is at fault, not the folder without a table."""
-    with pytest.raises(ValueError, match=r"End the name in \.png"):
-        curves.draw([tmp_path], tmp_path / "curves.jpg")

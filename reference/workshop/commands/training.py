@@ -123,12 +123,14 @@ def _go_on(arguments: Namespace, count: int | None) -> str:
 
 def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or of several that belong together."""
-    from reference.workshop.drawing import curves, page
+    from reference.workshop.drawing import page
+    from reference.workshop.drawing.curves import figure
+    from reference.workshop.drawing.runs import read
 
     path = arguments.output or Path("curves.png")
     writable(path, page.PICTURES, "a picture")
     with for_people():
-        print(curves.draw(arguments.runs, path))
+        print(page.save(figure([read(run) for run in arguments.runs]), path))
 
 
 def _train_options(parser: ArgumentParser) -> None:

@@ -7,8 +7,8 @@ the time axis, while a decision of one is none of the other.
 """
 
 from collections.abc import Iterable, Sequence
+from itertools import cycle
 from math import nan
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,14 +24,12 @@ from reference.workshop.drawing.evacuation import DROP, EMBER
 from reference.workshop.drawing.page import (
     COLOURS,
     FAINT,
-    PICTURES,
     foot,
-    save,
     sheet,
-    with_suffix,
     write_numbers,
 )
-from reference.workshop.drawing.runs import BOTH, SIDES, Phase, Run, read
+from reference.workshop.drawing.runs import Phase, Run
+from reference.workshop.training.summaries import GROUP_REWARD, OWN_REWARD, SURVIVAL
 
 SMOOTHING = 0.05
 """Share of the time axis that a running mean looks at."""
@@ -42,22 +40,16 @@ Found = tuple[np.ndarray, np.ndarray, np.ndarray]
 """x, y and part, (k,) each, part as in `Run`."""
 
 
-def draw(paths: Sequence[str | Path], output: str | Path) -> Path:
-    """Draw the runs in these tables, or folders of runs, into a picture; its path.
-
-    Raises ValueError for another suffix and for a table with nothing to draw, OSError
-    where a file cannot be read or written.
-    """
-    with_suffix(output, PICTURES, "a picture")
-    return save(figure([read(path) for path in paths]), output)
-
-
 # -- What is drawn ------------------------------------------------------------------
 
 
 class Curve(NamedTuple):
-    """A line of a panel: whose rows, which column, times what, and how it looks."""
+    """A line: in which panel, whose rows, which column, times what, and how it looks.
 
+    side  "robots" or "fire", or "" for the rows of both
+    """
+
+    panel: str
     side: str
     column: str
     colour: str
@@ -65,50 +57,27 @@ class Curve(NamedTuple):
     times: float = 1.0
 
 
-class Panel(NamedTuple):
-    """What goes up, in which units and on which scale, and the lines in it."""
-
-    title: str
-    unit: str
-    curves: tuple[Curve, ...]
-    scale: str = "linear"
-
-
 ROBOTS, FIRE, PEOPLE = "#1b5e9e", EMBER, COLOURS[Kind.EXIT]
-_VALUE, _BASELINE = "Losses/Value Loss", "Losses/Baseline Loss"
+REWARDS, SURVIVORS = "reward of an episode", "survivors"
+ENTROPIES, LOSSES = "entropy of the policies", "losses of the critics"
 
-PANELS = (
-    Panel(
-        "reward of an episode",
-        "health points",
-        (
-            Curve(BOTH, "Environment/Group Cumulative Reward", ROBOTS),
-            Curve("fire", "Environment/Cumulative Reward", FIRE),
-        ),
-    ),
-    Panel(
-        "survivors",
-        "% of all people",
-        (Curve(BOTH, "Environment/Survival", PEOPLE, times=100),),
-    ),
-    Panel(
-        "entropy of the policies",
-        "nats",
-        (
-            Curve("robots", "Policy/Entropy", ROBOTS),
-            Curve("fire", "Policy/Entropy", FIRE),
-        ),
-    ),
-    Panel(
-        "losses of the critics",
-        "(scaled return)²",
-        (
-            Curve("robots", _VALUE, ROBOTS),
-            Curve("robots", _BASELINE, ROBOTS, "--"),
-            Curve("fire", _VALUE, FIRE),
-        ),
-        "log",
-    ),
+UNITS = {
+    REWARDS: "health points",
+    SURVIVORS: "% of all people",
+    ENTROPIES: "nats",
+    LOSSES: "(scaled return)²",
+}
+"""The panels from above to below, and what goes up in them; losses on a log scale."""
+
+CURVES = (
+    Curve(REWARDS, "", GROUP_REWARD, ROBOTS),
+    Curve(REWARDS, "fire", OWN_REWARD, FIRE),
+    Curve(SURVIVORS, "", SURVIVAL, PEOPLE, times=100),
+    Curve(ENTROPIES, "robots", "Policy/Entropy", ROBOTS),
+    Curve(ENTROPIES, "fire", "Policy/Entropy", FIRE),
+    Curve(LOSSES, "robots", "Losses/Value Loss", ROBOTS),
+    Curve(LOSSES, "robots", "Losses/Baseline Loss", ROBOTS, "--"),
+    Curve(LOSSES, "fire", "Losses/Value Loss", FIRE),
 )
 _NAMES = {
     (ROBOTS, "-"): "robots",
@@ -146,8 +115,8 @@ def mean_of(lines: Sequence[Line]) -> Line:
 
 def points(run: Run, curve: Curve) -> Found:
     """Find where the table of a run has values for a curve."""
-    y = run.columns.get(curve.column, np.full(len(run.part), nan)) * curve.times
-    known = run.rows_of(curve.side) & np.isfinite(y)
+    y = run.columns[curve.column] * curve.times
+    known = np.isfinite(y) & (not curve.side or run.columns["side"] == curve.side)
     return run.columns["episodes"][known], y[known], run.part[known]
 
 
@@ -171,11 +140,8 @@ _MARKS: dict[str, dict[str, Any]] = {
 }
 
 
-class Track(NamedTuple):
-    """A strip above the panels: whose it is, "" for everybody's, and the phases."""
-
-    name: str
-    phases: tuple[Phase, ...]
+Track = tuple[str, tuple[Phase, ...]]
+"""A strip above the panels: whose it is, "" for everybody's, and the phases."""
 
 
 def figure(runs: Sequence[Run]) -> Figure:
@@ -185,45 +151,40 @@ def figure(runs: Sequence[Run]) -> Figure:
     running means of each thin, their mean bold. Phases stand in a strip above, where
     there is more than one. Raises ValueError where there is nothing to draw.
     """
-    panels = [panel for panel in PANELS if _known(runs, panel.curves)]
+    curves = [c for c in CURVES if any(len(points(run, c)[0]) for run in runs)]
+    panels = list(dict.fromkeys(curve.panel for curve in curves))
     if not panels:
         raise ValueError(
             "no rewards, entropies and losses to draw: train for longer first."
         )
     tracks = _tracks(runs)
-    heights = [_STRIP] * len(tracks) + [_PANEL] * len(panels)
-    page = sheet(_title(runs), _WIDTH, sum(heights) + _REST)
-    rows = page.subplots(
-        len(heights), sharex=True, squeeze=False, height_ratios=heights
-    )[:, 0]
+    page, strips, rest = _page(_title(runs), len(tracks), len(panels))
     end = max(run.end for run in runs) or 1.0
-    early = any(track.phases[0].end == 0 for track in tracks)
-    rows[0].set_xlim(-_LEAD_IN * end if early else 0.0, end)
-    names = [phase.name for track in tracks for phase in track.phases]
-    shades = {
-        name: _GREYS[k % len(_GREYS)] for k, name in enumerate(dict.fromkeys(names))
-    }
-    for axes, track in zip(rows, tracks, strict=False):
+    early = any(phases[0].end == 0 for _, phases in tracks)
+    rest[0].set_xlim(-_LEAD_IN * end if early else 0.0, end)
+    names = dict.fromkeys(phase.name for _, phases in tracks for phase in phases)
+    shades = dict(zip(names, cycle(_GREYS), strict=False))
+    for axes, track in zip(strips, tracks, strict=True):
         _draw_strip(axes, track, shades)
-    for axes, panel in zip(rows[len(tracks) :], panels, strict=True):
-        _draw_panel(axes, panel, runs, SMOOTHING * end)
-        for phase in (phase for track in tracks for phase in track.phases[1:]):
-            axes.axvline(phase.start, color=FAINT, lw=0.8, ls=(0, (3, 2)), zorder=0.5)
-    rows[-1].set_xlabel("episodes played by both sides")
-    page.align_ylabels(rows[len(tracks) :])
-    samples = [*_samples(runs, panels), *_phase_samples(shades)]
-    foot(
-        page,
-        samples,
-        caption=_caption(runs, SMOOTHING * end, bool(tracks)),
-        handlelength=2.8,
-    )
+    for axes, panel in zip(rest, panels, strict=True):
+        _draw_panel(axes, panel, tracks)
+    for curve in curves:
+        found = [each for each in (points(run, curve) for run in runs) if len(each[0])]
+        _draw_curve(rest[panels.index(curve.panel)], curve, found, SMOOTHING * end)
+    caption = _caption(runs, SMOOTHING * end, bool(tracks))
+    foot(page, _samples(curves, shades), caption=caption, handlelength=2.8)
     return page
 
 
-def _known(runs: Sequence[Run], curves: Iterable[Curve]) -> bool:
-    """Is there a value of any of these curves?"""
-    return any(len(points(run, curve)[0]) for run in runs for curve in curves)
+def _page(title: str, strips: int, panels: int) -> tuple[Figure, Any, Any]:
+    """A page with strips and panels, one above another; and the axes of each."""
+    heights = [_STRIP] * strips + [_PANEL] * panels
+    page = sheet(title, _WIDTH, sum(heights) + _REST)
+    look: dict[str, Any] = {"sharex": True, "squeeze": False}
+    rows = page.subplots(len(heights), height_ratios=heights, **look)[:, 0]
+    rows[-1].set_xlabel("episodes played by both sides")
+    page.align_ylabels(rows[strips:])
+    return page, rows[:strips], rows[strips:]
 
 
 def _tracks(runs: Sequence[Run]) -> list[Track]:
@@ -235,11 +196,10 @@ def _tracks(runs: Sequence[Run]) -> list[Track]:
     if all(len(each) == 1 for each in names):
         return []
     if len(names) > 1:
-        return [Track(run.name, run.phases) for run in runs]
+        return [(run.name, run.phases) for run in runs]
     ends = np.mean([[phase.end for phase in run.phases] for run in runs], axis=0)
     ends[-1] = max(run.end for run in runs)
-    starts = [0.0, *ends[:-1]]
-    return [Track("", tuple(map(Phase, *names, starts, ends)))]
+    return [("", tuple(map(Phase, *names, [0.0, *ends[:-1]], ends)))]
 
 
 def _title(runs: Sequence[Run]) -> str:
@@ -254,9 +214,9 @@ def _draw_strip(axes: Axes, track: Track, shades: dict[str, str]) -> None:
     """Draw the phases as a bar, each with its name where that fits."""
     axes.spines[:].set_visible(False)
     axes.tick_params(length=0, labelbottom=False)
-    axes.set_yticks([0.5], [track.name])
+    axes.set_yticks([0.5], track[:1])
     left, right = axes.get_xlim()
-    for name, start, end in track.phases:
+    for name, start, end in track[1]:
         start = start if end else left
         axes.broken_barh([(start, end - start)], (0, 1), color=shades[name], ec="white")
         if len(name) * _LETTER < (end - start) / (right - left):
@@ -264,21 +224,20 @@ def _draw_strip(axes: Axes, track: Track, shades: dict[str, str]) -> None:
             axes.text(middle, 0.45, name, fontsize=8, ha="center", va="center")
 
 
-def _draw_panel(axes: Axes, panel: Panel, runs: Sequence[Run], window: float) -> None:
-    axes.set_yscale(panel.scale)
-    for curve in panel.curves:
-        found = [points(run, curve) for run in runs]
-        if known := [each for each in found if len(each[0])]:
-            _draw_curve(axes, curve, known, window)
+def _draw_panel(axes: Axes, panel: str, tracks: Sequence[Track]) -> None:
+    """Draw title, scale, grid, and a line where a phase begins."""
     axes.yaxis.set_major_locator(MaxNLocator(4))
-    if panel.scale == "log":
+    if panel == LOSSES:
+        axes.set_yscale("log")
         axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=6))
         axes.yaxis.set_minor_formatter(NullFormatter())
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
     write_numbers(axes.xaxis, axes.yaxis)
     axes.grid(axis="y")
-    axes.set_title(panel.title)
-    axes.set_ylabel(panel.unit, fontsize=8)
+    axes.set_title(panel)
+    axes.set_ylabel(UNITS[panel], fontsize=8)
+    for phase in (phase for _, phases in tracks for phase in phases[1:]):
+        axes.axvline(phase.start, color=FAINT, lw=0.8, ls=(0, (3, 2)), zorder=0.5)
 
 
 def _draw_curve(axes: Axes, curve: Curve, runs: Sequence[Found], window: float) -> None:
@@ -303,38 +262,33 @@ def _lone(y: np.ndarray) -> np.ndarray:
     return gap[:-2] & gap[2:] & ~gap[1:-1]
 
 
-# -- Below the panels ---------------------------------------------------------------
-
-
-def _samples(runs: Sequence[Run], panels: Iterable[Panel]) -> list[Artist]:
-    """Legend entries of the lines; people have a panel of their own."""
-    curves = [curve for panel in panels for curve in panel.curves]
-    drawn = {(c.colour, c.dashes) for c in curves if _known(runs, [c])}
-    return [
+def _samples(curves: Iterable[Curve], shades: dict[str, str]) -> list[Artist]:
+    """Legend entries of lines and phases; people have a panel of their own."""
+    drawn = {(curve.colour, curve.dashes) for curve in curves}
+    lines = [
         Line2D([], [], color=look[0], ls=look[1], lw=2, label=name)
         for look, name in _NAMES.items()
         if look in drawn
     ]
-
-
-def _phase_samples(shades: dict[str, str]) -> list[Artist]:
-    return [Patch(color=shade, label=f"phase {name}") for name, shade in shades.items()]
+    return [
+        *lines,
+        *(Patch(color=c, label=f"phase {name}") for name, c in shades.items()),
+    ]
 
 
 def _caption(runs: Sequence[Run], window: float, switches: bool) -> str:
     """How the lines were made, and how many decisions stand behind them."""
     means = f"running means over {window:,.0f} episode{'s' * (round(window) != 1)}"
-    if switches:
-        means += ", none across a switch of phase"
+    means += ", none across a switch of phase" * switches
     lines = f"thin: each run, {means}; bold: mean of the runs, where all have values"
     if len(runs) == 1:
         lines = f"bold: {means}; faint: as recorded"
-    decisions = ", ".join(f"{side} {_decisions(runs, side)}" for side in SIDES)
-    return f"{lines}\ndecisions by the end: {decisions}"
+    robots, fire = (_decisions(runs, side) for side in ("robots", "fire"))
+    return f"{lines}\ndecisions by the end: robots {robots}, fire {fire}"
 
 
 def _decisions(runs: Sequence[Run], side: str) -> str:
     """How many a side has taken, in words; in several runs, on average."""
-    steps = [run.columns["step"][run.rows_of(side)] for run in runs]
+    steps = [run.columns["step"][run.columns["side"] == side] for run in runs]
     last = [step[-1] for step in steps if len(step)]
     return f"{np.mean(last):,.0f}" if last else "none learned from"

@@ -45,6 +45,7 @@ CURVE, SLOPE, POINT = "#1b5e9e", EMBER, COLOURS[Kind.ENTRANCE]
 LONGEST = 28  # characters of a label; longer ones lose their middle
 
 _three = partial(number, digits=3)
+_cut = partial(shortened, longest=LONGEST)
 
 
 # -- What a reward is worth ---------------------------------------------------------
@@ -58,8 +59,8 @@ def curve(ruler: Ruler = PAPER, best_reward: float = BEST_REWARD) -> Figure:
     """
     whose = "the paper's ruler" if ruler == PAPER else "a calibrated ruler"
     page = sheet(f"What a reward is worth: {whose}", 11, 9)
-    worst, steep = (ruler.reward_at(y) for _, y in (WORST_POINT, BEST_POINT))
-    marks = np.array([worst, steep, best_reward, ruler.reward_at(ruler.beta)])
+    R1, R2 = (ruler.reward_at(y) for _, y in (WORST_POINT, BEST_POINT))
+    marks = np.array([R1, R2, best_reward, ruler.reward_at(ruler.beta)])
     room = 0.05 * np.ptp(marks)
     R = np.linspace(marks.min() - room, marks.max() + room, 600)
     linear, logarithmic = page.subplots(2)
@@ -69,55 +70,39 @@ def curve(ruler: Ruler = PAPER, best_reward: float = BEST_REWARD) -> Figure:
         axes.set(xlim=R[[0, -1]], xlabel="reward R, health points")
         axes.set_ylabel("y = b^(R/α) / c")
     _draw_linear(linear, ruler, marks)
-    _draw_logarithmic(logarithmic, ruler, np.array([worst, 0, steep]))
+    _draw_logarithmic(logarithmic, ruler)
     for axes in (linear, logarithmic):
         _add_score_axis(axes, ruler)
-    _label_linear(linear, ruler, marks)
-    _label_logarithmic(logarithmic, ruler, np.array([worst, 0, steep]))
+    words = [f"{name}: {_at(ruler, R)}" for name, R in zip(_MARKS, marks, strict=True)]
+    _label(linear, ruler, marks, words)
+    three = np.array([R1, 0.0, R2])
+    y = [number(y, digits=4) for y in ruler.reward_part(three)]
+    names = ("Critical Point 1: y", "y(0) = 1/c", "Critical Point 2: y")
+    _label(logarithmic, ruler, three, map(" = ".join, zip(names, y, strict=True)))
     return page
 
 
 def _draw_linear(axes: Axes, ruler: Ruler, marks: np.ndarray) -> None:
     """On a linear scale: the slopes, and how high R_b and E = 1 lie."""
     axes.set_title(
-        "Linear scale: flat while all is lost, steep where little can be won"
+        "Linear scale: flat while all is lost, steep where nearly all is won"
     )
     top = 1.35 * ruler.reward_part(marks).max()
     axes.set_ylim(-0.05 * top, top)
     half = 0.054 * np.diff(axes.get_xlim())
+    lines = [f"What {_three(ruler.alpha)} health points more add to y:"]
     for R in marks[:3]:
         x = R + np.array([-half, half])
         y = ruler.reward_part(R) + ruler.slope(R) * (x - R)
         axes.plot(x, y, color=SLOPE, lw=1.7, ls=(0, (4, 1.5)), zorder=4)
-    lines = [f"What {_three(ruler.alpha)} health points more add to y:"]
     for R in (marks[0], 0.0, marks[1]):
         more = ruler.reward_part(R + ruler.alpha) - ruler.reward_part(R)
         lines.append(f"    from R = {_three(R)}:  {_three(more)}")
     words = "\n".join([*lines, "", "Dashed: the slopes dy/dR"])
-    axes.text(0.02, 0.95, words, transform=axes.transAxes, **_NOTE)
+    axes.text(0.02, 0.95, words, transform=axes.transAxes, va="top", **_NOTE)
 
 
-_NOTE: dict[str, Any] = {"fontsize": 9, "va": "top", "linespacing": 1.5}
-
-
-def _label_linear(axes: Axes, ruler: Ruler, marks: np.ndarray) -> None:
-    points = _dots(axes, zip(marks, ruler.reward_part(marks), strict=True), CURVE)
-    R, y = points[3]
-    names = ("Critical Point 1, at R_w", "Critical Point 2", "R_b")
-    words = [f"{name}: {_at(ruler, R)}" for name, R in zip(names, marks, strict=False)]
-    words.append(f"E = 1 without fire: R = {_three(R)}, y = β = {_three(y)}")
-    write_labels(axes, points, words)
-
-
-def _at(ruler: Ruler, R: float) -> str:
-    """Where a point lies, and how steep the curve is there."""
-    slope = _three(ruler.slope(R))
-    if ruler == PAPER and round(R) in PRINTED:
-        slope = f"{slope} (paper: {PRINTED[round(R)]})"
-    return f"R = {_three(R)}, y = {_three(ruler.reward_part(R))}, slope {slope}"
-
-
-def _draw_logarithmic(axes: Axes, ruler: Ruler, marks: np.ndarray) -> None:
+def _draw_logarithmic(axes: Axes, ruler: Ruler) -> None:
     """On a logarithmic scale: b is a slope, c a height."""
     axes.set_title("Logarithmic scale: a straight line, which two points fix")
     low, high = (ruler.reward_part(R) for R in axes.get_xlim())
@@ -128,17 +113,16 @@ def _draw_logarithmic(axes: Axes, ruler: Ruler, marks: np.ndarray) -> None:
         f"steepness: b = {ruler.base:.5g}, tenfold every {_three(tenfold)}\n"
         f"height: c = 1/{1 / ruler.control:.4g}"
     )
-    look = _NOTE | {"va": "bottom", "ha": "right", "multialignment": "left"}
-    axes.text(0.98, 0.06, words, transform=axes.transAxes, **look)
+    axes.text(0.65, 0.06, words, transform=axes.transAxes, va="bottom", **_NOTE)
 
 
-def _label_logarithmic(axes: Axes, ruler: Ruler, marks: np.ndarray) -> None:
-    points = _dots(axes, zip(marks, ruler.reward_part(marks), strict=True), CURVE)
-    names = ("Critical Point 1: y", "y(0) = 1/c", "Critical Point 2: y")
-    y = [number(y, digits=4) for _, y in points]
-    write_labels(
-        axes, points, [" = ".join(each) for each in zip(names, y, strict=True)]
-    )
+_MARKS = (
+    "Critical Point 1, at R_w",
+    "Critical Point 2",
+    "R_b",
+    "y = β, so that E = 1 without fire",
+)
+_NOTE: dict[str, Any] = {"fontsize": 9, "linespacing": 1.5}
 
 
 def _add_score_axis(axes: Axes, ruler: Ruler) -> None:
@@ -150,6 +134,21 @@ def _add_score_axis(axes: Axes, ruler: Ruler) -> None:
     score.spines["right"].set_visible(True)
     axes.xaxis.set_major_locator(MaxNLocator(9))
     write_numbers(axes.xaxis, axes.yaxis, score.yaxis)
+
+
+def _at(ruler: Ruler, R: float) -> str:
+    """Where a point lies, and how steep the curve is there."""
+    slope = _three(ruler.slope(R))
+    if ruler == PAPER and round(R) in PRINTED:
+        slope = f"{slope} (paper: {PRINTED[round(R)]})"
+    return f"R = {_three(R)}, y = {_three(ruler.reward_part(R))}, slope {slope}"
+
+
+def _label(axes: Axes, ruler: Ruler, R: np.ndarray, words: Iterable[str]) -> None:
+    """Draw dots on the curve, and words beside them."""
+    points = list(zip(R, ruler.reward_part(R), strict=True))
+    _draw_dots(axes, points, CURVE)
+    write_labels(axes, points, list(words))
 
 
 # -- E over reward and difficulty ---------------------------------------------------
@@ -251,20 +250,15 @@ def _draw_readings(axes: Axes, ruler: Ruler, readings: Sequence[Reading]) -> Non
             axes.plot(r.rewards, [r.difficulty] * 2, **look)
         if r.difficulties:
             axes.plot([r.reward] * 2, r.difficulties, **look)
-    points = _dots(axes, [(r.reward, r.difficulty) for r in readings], POINT, "D")
+    points = [(r.reward, r.difficulty) for r in readings]
+    _draw_dots(axes, points, POINT, "D")
     words = [f"{_cut(r.label)}  {ruler.score(*r[1:3]):.2f}" for r in readings]
     R = ruler.reward_at(0.6 * ruler.beta)
     write_labels(axes, [*points, (R, ruler.difficulty_at(R))], [*words, "E = 1"])
 
 
-def _dots(
-    axes: Axes, points: Iterable[tuple[float, float]], colour: str, marker: str = "o"
-) -> list[tuple[float, float]]:
-    """Draw dots; their places."""
-    found = list(points)
-    x, y = np.array(found).reshape(-1, 2).T
+def _draw_dots(
+    axes: Axes, points: Sequence[tuple[float, float]], colour: str, marker: str = "o"
+) -> None:
+    x, y = np.array(points).reshape(-1, 2).T
     axes.plot(x, y, marker, color=colour, mec="white", ms=8, zorder=5, clip_on=False)
-    return found
-
-
-_cut = partial(shortened, longest=LONGEST)
