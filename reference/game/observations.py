@@ -187,9 +187,13 @@ def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
 
     In order of their numbers. Table II does not normalise, so they are [D1, chosen]
     normalised here, and storeys are shares of the highest: about 1 for everything.
-    scenario: the simulation's own.
+    scenario: the simulation's own, or one with robots where the world has none: they
+    are seen as gone home.
     """
-    humans, robots = (to_normalised(world.building, p) for p in points(world))
+    humans, robots = points(world)
+    if not len(robots):
+        robots = np.array(SENTINEL)
+    humans, robots = (to_normalised(world.building, p) for p in (humans, robots))
     layout = fire_layout(world.building, scenario)
     return layout.write(1, humans=humans, robots=robots)[0]
 

@@ -15,11 +15,9 @@ from reference.building import Building, building_of
 from reference.fire import Decision
 from reference.game.environment import destination, fire_decision
 from reference.game.observations import (
-    SENTINEL,
     fire_vector,
     grid,
     robot_vectors,
-    to_normalised,
 )
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Learned, Moment
@@ -156,7 +154,7 @@ class LearnedFire(LearnedPolicy):
     def decide(self, world: World, rng: np.random.Generator) -> Decision:
         """Floor and metres of the next source."""
         self._check_fits(world)
-        emitted = self._emitted(self._vector(world)[None], world, rng)
+        emitted = self._emitted(fire_vector(world, self.scenario)[None], world, rng)
         return fire_decision(self.building, emitted[0])
 
     def _refuse_others(self, here: dict[str, float]) -> None:
@@ -164,13 +162,6 @@ class LearnedFire(LearnedPolicy):
         if here["robots"] == 0:
             here = {**here, "robots": _facts(self.building, self.scenario)["robots"]}
         super()._refuse_others(here)
-
-    def _vector(self, world: World) -> np.ndarray:
-        """What the fire observes; robots that are not there are seen as gone home."""
-        seen = fire_vector(world, self.scenario)
-        missing = (self.player.sizes.vector - len(seen)) // len(SENTINEL)
-        nobody = to_normalised(self.building, np.tile(SENTINEL, (missing, 1)))
-        return np.concatenate([seen, nobody.astype(np.float32).ravel()])
 
 
 def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
