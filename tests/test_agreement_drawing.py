@@ -6,7 +6,7 @@ from pages import overlaps, words
 
 from reference.evaluation.difficulty import HARDEST
 from reference.workshop.drawing import agreement as drawing
-from reference.workshop.evaluation.agreement import KINDS, Agreement, Judged
+from reference.workshop.evaluation.agreement import KINDS, Judged, agreement
 
 
 def fires(count=60, most=8, kinds=tuple(KINDS)):
@@ -18,7 +18,7 @@ def fires(count=60, most=8, kinds=tuple(KINDS)):
         h = HARDEST * rng.uniform(0, (n + 1) / (most + 1))
         loss = 2 * h + rng.normal(0, 1500)
         found.append(Judged(kinds[k % len(kinds)], n, k, h, loss))
-    return Agreement(tuple(found))
+    return agreement(found)
 
 
 @pytest.mark.paper("F11")

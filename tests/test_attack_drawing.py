@@ -7,22 +7,23 @@ from pages import overlaps, words
 
 from reference.paper import Scenario
 from reference.workshop.drawing import attack
+from reference.workshop.evaluation.contestants import Evacuation
 from reference.workshop.evaluation.gap import Answer, Cost, Question, harm
 
 FIRES = ("random", "greedy", "critic:out/robots-0/checkpoint-000245.pt", "worst-case")
-COSTS = [Cost(n, 240.0 * n, 1.2 * n) for n in range(1, 9)]
+COSTS = [Cost(n, 240.0 * n) for n in range(1, 9)]
 
 
 def answers(count=12, fires=FIRES, foreseen=-900.0):
     """Moments at which each fire does more harm than the last."""
     rng = np.random.default_rng(0)
-    question = Question("", Scenario(), "sweep", fires, 0, 0, futures=4)
+    evacuation = Evacuation("", Scenario(), "sweep", "random", 0)
+    question = Question(evacuation, fires, before=0, futures=4)
 
     def one(level):
         harms = {fire: 500.0 * k for k, fire in enumerate(fires)}
         rewards = {f: tuple(level - h - rng.normal(0, 50, 4)) for f, h in harms.items()}
-        none = dict.fromkeys(fires)
-        return Answer(question, 10.0, none, rewards, (level,) * 4, level + foreseen)
+        return Answer(question, rewards, (level,) * 4, level + foreseen)
 
     return [one(level) for level in rng.uniform(-5000, 5000, count)]
 

@@ -4,9 +4,16 @@ import subprocess
 import sys
 
 import pytest
-from trainings import begun, tiny
+from trainings import TINY, begun, tiny
 
-from reference.workshop.evaluation.contestants import NAMES, SCRIPTS, contestant
+from reference.paper import Scenario
+from reference.workshop.evaluation import contestants
+from reference.workshop.evaluation.contestants import (
+    NAMES,
+    SCRIPTS,
+    Evacuation,
+    contestant,
+)
 from reference.workshop.evaluation.worst_case import BusiestWay, WorstCase
 from reference.workshop.evaluation.worst_case.critic import CriticFire
 from reference.workshop.evaluation.worst_case.perturbed import EPSILON, PerturbedRobots
@@ -68,6 +75,17 @@ def test_only_a_learned_policy_is_sampled(path):
     assert contestant(path, "robots", sample=True).sample
     assert isinstance(contestant("sweep", "robots", sample=True), Sweep)
     assert not contestant(f"perturbed:{path}", "robots", sample=True).sample
+
+
+def test_a_strategy_remembers_nothing_of_the_evacuation_before(monkeypatch):
+    """It begins each as it was made, though it is made once."""
+    made = WorstCase()
+    monkeypatch.setattr(contestants, "_kept", lambda *_: made)
+    evacuation = Evacuation(TINY, Scenario(people=2), "sweep", "worst-case", seed=0)
+    for _ in range(2):
+        fire = evacuation.simulation().fire_strategy
+        assert fire.ticks == 0
+        fire.ticks = 9
 
 
 @pytest.mark.parametrize(

@@ -31,9 +31,7 @@ from reference.workshop.evaluation.crossplay import (
     Record,
     begin,
     cells,
-    difference,
     evaluate,
-    playing,
     resume,
     ruler_of,
     table,
@@ -69,14 +67,14 @@ def run(tmp_path_factory):
 
 
 class Counting(InProcess):
-    """Does jobs here, and remembers them."""
+    """Does jobs here, and remembers their evacuations."""
 
     def __init__(self):
         self.jobs = []
 
     def submit(self, fn, /, job):
         """As `InProcess` does."""
-        self.jobs.append(job)
+        self.jobs.append(job[1])
         return super().submit(fn, job)
 
 
@@ -135,29 +133,6 @@ def test_it_does_not_matter_who_does_the_jobs(small):
     with workers(1) as processes:
         assert evaluate(evaluation, Path("out"), processes) == small
     assert crossplay.read(Path("out/runs.csv")) == small
-
-
-class Clock:
-    """A fire that burns nothing, and trusts time to go on."""
-
-    def __init__(self):
-        self.last = 0.0
-
-    def decide(self, world, rng):
-        """Remembers when it was asked."""
-        assert world.time > self.last
-        self.last = world.time
-
-
-def test_a_strategy_remembers_nothing_of_the_run_before(monkeypatch):
-    """It begins each run as it was made, though it is made once."""
-
-    def made(word, side, sample):
-        return Clock() if word == "clock" else word
-
-    monkeypatch.setattr(playing, "contestant", made)
-    evaluation = replace(begin(SMALL), robots=("none",), fires=("clock",))
-    assert len(evaluate(evaluation, None, InProcess())) == 2
 
 
 def test_the_fire_that_looks_ahead_takes_part_by_its_name():
@@ -414,16 +389,6 @@ def test_the_csv_of_cells_has_a_row_for_each_match(small):
     assert [row["robots"] for row in rows] == ["none", "sweep"]
 
 
-def test_paired_by_seed_a_small_difference_is_clear():
-    """One more of forty is out in every run, whatever the fire of the seed took."""
-    shares = np.random.default_rng(0).uniform(0.2, 0.9, 20)
-    runs = [a_record("one", seed=k, survival=s + 0.025) for k, s in enumerate(shares)]
-    runs += [a_record("other", seed=k, survival=s) for k, s in enumerate(shares)]
-    runs.append(a_record("one", seed=20, survival=0.0))  # it has no partner
-    found = difference(runs[::-1], "one", "other", "random")
-    assert found == pytest.approx((0.025, 0.025, 0.025))
-
-
 @pytest.mark.paper("F12")
 def test_the_baseline_scores_one_on_the_ruler_made_of_its_runs():
     """Over all of its runs, against all fires."""
@@ -543,12 +508,6 @@ def test_refuses_what_nobody_can_play(asked, message):
     """Before the first run."""
     with pytest.raises(ValueError, match=message):
         begin(replace(asked, building="tiny"))
-
-
-def test_refuses_to_compare_robots_that_have_not_met_the_same_fires():
-    """There would be no pairs."""
-    with pytest.raises(RunError, match="not met greedy on the same seeds"):
-        difference([a_record()], "sweep", "none", "greedy")
 
 
 def test_refuses_a_baseline_without_runs():

@@ -94,7 +94,7 @@ asked = Asked(
     episodes=10,
 )
 evaluation = crossplay.begin(asked)
-records = crossplay.evaluate(evaluation, None, InProcess(), progress=False)
+records = crossplay.evaluate(evaluation, None, InProcess())
 for cell in cells(records, PAPER):
     R, h, E = cell.reward.mean, cell.difficulty.mean, cell.score.mean
     print(f"{cell.robots:6} {cell.fire:6} R {R:6.0f}  h {h:4.0f}  E {E:.3f}")

@@ -7,13 +7,14 @@ import json
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from tqdm import tqdm
 
 from reference.building import load, plan_of
-from reference.paper import PEOPLE
+from reference.paper import PEOPLE, Scenario
 from reference.workshop.commands.common import (
     MAP,
     Command,
@@ -25,9 +26,9 @@ from reference.workshop.commands.common import (
     whole_from,
     writable,
 )
+from reference.workshop.evaluation import agreement as agreements
 from reference.workshop.evaluation import gap as gaps
-from reference.workshop.evaluation.agreement import FIRES, agreement
-from reference.workshop.evaluation.contestants import WORST
+from reference.workshop.evaluation.contestants import WORST, Evacuation
 from reference.workshop.evaluation.crossplay import Asked, begin
 from reference.workshop.evaluation.intervals import Interval
 from reference.workshop.workers import as_done, workers
@@ -47,11 +48,11 @@ def agree(arguments: Namespace) -> None:
     """Compares h with what unguided people lose to the same fires."""
     if arguments.output:
         writable(arguments.output, PICTURES, "a picture")
-    plan = plan_of(load(arguments.building))
-    with workers(_workers(arguments)) as executor, for_people():
-        found = agreement(
-            plan, count=arguments.fires, seed=arguments.seed or 0, executor=executor
-        )
+    plan, seed = plan_of(load(arguments.building)), arguments.seed or 0
+    fires = agreements.fires_to_judge(plan, Scenario(), arguments.fires, seed)
+    judged = _done(agreements.judge, fires, arguments, "fire")
+    with for_people():
+        found = agreements.agreement(judged)
     facts = {
         "building": arguments.building,
         "fires": len(found.fires),
@@ -70,7 +71,12 @@ def agree(arguments: Namespace) -> None:
 def _agree_options(parser: ArgumentParser) -> None:
     add = parser.add_argument
     add("--building", default="paper", help=f"{MAP}; default: paper")
-    add("--fires", type=whole_from(1), default=FIRES, help=f"default: {FIRES}")
+    add(
+        "--fires",
+        type=whole_from(1),
+        default=agreements.FIRES,
+        help=f"default: {agreements.FIRES}",
+    )
     _common_options(parser)
 
 
@@ -94,17 +100,22 @@ def gap(arguments: Namespace) -> None:
     )
     found = _done(gaps.answer, list(questions), arguments, "moment")
     answers = [answer for answer in found if answer is not None]
-    sources = range(1, arena.scenario.sources + 1)
-    attempts = [
-        gaps.Attempt(arena.plan, arena.scenario, arguments.robots, first + n, n)
-        for n in sources
-    ]
     with for_people():
         facts = _facts(arguments, fires, answers)
     if arguments.output:
         from reference.workshop import drawing
         from reference.workshop.drawing.attack import figure
 
+        attempts = [
+            Evacuation(
+                arena.plan,
+                replace(arena.scenario, sources=n),
+                arguments.robots,
+                WORST,
+                first + n,
+            )
+            for n in range(1, arena.scenario.sources + 1)
+        ]
         costs = _done(gaps.cost, attempts, arguments, "evacuation")
         drawing.save(figure(answers, costs), arguments.output)
     _tell(facts, arguments, "what one more fire costs, by who chose its place")

@@ -29,8 +29,7 @@ from reference.workshop.evaluation.crossplay import (
     Asked,
     Evaluation,
     begin,
-    job_of,
-    simulation_of,
+    evacuation_of,
 )
 
 SAME = ("building", "people", "seed", "episodes", "sample")
@@ -73,7 +72,7 @@ def _evaluation(arguments: Namespace) -> Evaluation:
 def _begun(evaluation: Evaluation, seed: int) -> Simulation:
     (match,) = evaluation.matches
     with for_people():
-        return simulation_of(job_of(evaluation, (*match, seed)))
+        return evacuation_of(evaluation, (*match, seed)).simulation()
 
 
 def _animate(simulation: Simulation, path: Path) -> None:

@@ -96,7 +96,7 @@ def _caption(answers: Sequence[Answer]) -> str:
     """What stands behind the dots."""
     question = answers[0].question
     return (
-        f"robots: {' '.join(names([question.robots])[0].splitlines())}; "
+        f"robots: {' '.join(names([question.evacuation.robots])[0].splitlines())}; "
         f"{len(answers)} moments after 0 or more random fires, each re-scored in "
         f"{question.futures} fresh futures with the same rule for the fires after it"
     )

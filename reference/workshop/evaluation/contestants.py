@@ -1,13 +1,19 @@
-"""From a word of the command line to whoever plays: scripts, checkpoints, worst cases.
+"""Contestants: from a word of the command line to a strategy, and who plays where.
 
 Clauses: C7, D2, F4.  torch is loaded only when a checkpoint is named.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from copy import deepcopy
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+from reference.building import building_of
 from reference.learning.settings import Side, did_you_mean
+from reference.paper import Scenario
+from reference.simulation import Simulation
 from reference.workshop.evaluation.worst_case import BusiestWay, WorstCase
 from reference.workshop.strategies import FIRES, ROBOTS, fire_named, robots_named
 
@@ -15,7 +21,7 @@ SCRIPTS: dict[Side, tuple[str, ...]] = {
     "robots": tuple(ROBOTS),
     "fire": tuple(FIRES),
 }
-"""Those that are written by hand."""
+"""Hand-written strategies."""
 
 WORST, BUSIEST, CRITIC, PERTURBED = "worst-case", "busiest", "critic:", "perturbed:"
 
@@ -27,8 +33,40 @@ NAMES: dict[Side, tuple[str, ...]] = {
 EPS are metres."""
 
 
+@dataclass(frozen=True)
+class Evacuation:
+    """One evacuation to play, as plain data: any process can do it.
+
+    plan    the text of a floor file;  robots, fire  words that `contestant` knows
+    sample  draw learned policies' actions instead of taking the likeliest
+    """
+
+    plan: str
+    scenario: Scenario
+    robots: str
+    fire: str
+    seed: int
+    sample: bool = False
+
+    def simulation(self) -> Simulation:
+        """Set it up, before its first tick. Raises ValueError for too many people."""
+        return Simulation(
+            building_of(self.plan),
+            self.scenario,
+            deepcopy(_kept(self.robots, "robots", self.sample)),
+            deepcopy(_kept(self.fire, "fire", self.sample)),
+            self.seed,
+        )
+
+
+@lru_cache(maxsize=32)
+def _kept(word: str, side: Side, sample: bool) -> Any:
+    """A contestant that has not played yet: networks are read once."""
+    return contestant(word, side, sample)
+
+
 def contestant(text: str, side: Side, sample: bool = False) -> Any:
-    """Whoever a word names, as `Simulation` takes it.
+    """Make the strategy that a word names, as `Simulation` takes it.
 
     `busiest` is the fire beside the busiest ways,
     `worst-case` the one that looks ahead, `critic:FILE` the one that asks the critic of
@@ -41,15 +79,21 @@ def contestant(text: str, side: Side, sample: bool = False) -> Any:
     for a checkpoint that does not have what is asked of it; OSError for a file that
     cannot be read.
     """
+    refuse_nobody(text, side, NAMES[side])
     if text in SCRIPTS[side]:
         return robots_named(text) if side == "robots" else fire_named(text)
-    if side == "fire" and text in _WORST:
-        return _WORST[text]()
-    for prefix, made in _MADE[side].items():
-        if text.startswith(prefix):
-            return made(text.removeprefix(prefix))
-    if not Path(text).exists():
-        raise ValueError(_unknown(text, side, NAMES[side]))
+    if side == "fire" and text in (BUSIEST, WORST):
+        return BusiestWay() if text == BUSIEST else WorstCase()
+    if side == "fire" and text.startswith(CRITIC):
+        from reference.workshop.evaluation.worst_case.critic import CriticFire
+
+        return CriticFire(text.removeprefix(CRITIC))
+    if side == "robots" and text.startswith(PERTURBED):
+        from reference.workshop.evaluation.worst_case import perturbed
+
+        metres, file = _metres_and_file(text.removeprefix(PERTURBED))
+        epsilon = perturbed.EPSILON if metres is None else metres
+        return perturbed.PerturbedRobots(file, epsilon)
     from reference.workshop.training.policies import named_or_file
 
     return named_or_file(text, side, sample)
@@ -60,59 +104,25 @@ def refuse_nobody(text: str, side: Side, words: Sequence[str]) -> None:
 
     words: those of NAMES that may be used.
     """
-    for prefix in _MADE[side]:
-        if text.startswith(prefix) and f"{prefix}FILE" in words:
-            _file(_without_metres(text.removeprefix(prefix))[1])
-            return
-    if text not in words and not Path(text).exists():
-        raise ValueError(_unknown(text, side, words))
+    prefix = {"robots": PERTURBED, "fire": CRITIC}[side]
+    if text.startswith(prefix) and f"{prefix}FILE" in words:
+        _, file = _metres_and_file(text.removeprefix(prefix))
+        if not file or not Path(file).exists():
+            raise ValueError(
+                f"'{file}': there is no such file. Name a checkpoint that train made, "
+                "or its folder."
+            )
+    elif text not in words and not Path(text).exists():
+        raise ValueError(
+            f"'{text}' is no file and names nobody who plays the {side}: "
+            f"{', '.join(words)}.{did_you_mean(text, words)}"
+        )
 
 
-_WORST: dict[str, Callable[[], Any]] = {BUSIEST: BusiestWay, WORST: WorstCase}
-
-
-def _critic(text: str) -> Any:
-    from reference.workshop.evaluation.worst_case.critic import CriticFire
-
-    return CriticFire(_file(text))
-
-
-def _perturbed(text: str) -> Any:
-    from reference.workshop.evaluation.worst_case.perturbed import (
-        EPSILON,
-        PerturbedRobots,
-    )
-
-    epsilon, file = _without_metres(text)
-    return PerturbedRobots(_file(file), EPSILON if epsilon is None else epsilon)
-
-
-def _without_metres(text: str) -> tuple[float | None, str]:
+def _metres_and_file(text: str) -> tuple[float | None, str]:
     """EPS, if it is there, and FILE."""
     metres, _, file = text.partition(":")
     try:
         return float(metres), file
     except ValueError:
         return None, text
-
-
-_MADE: dict[Side, dict[str, Callable[[str], Any]]] = {
-    "robots": {PERTURBED: _perturbed},
-    "fire": {CRITIC: _critic},
-}
-
-
-def _file(text: str) -> str:
-    """A path, if there is something."""
-    if text and Path(text).exists():
-        return text
-    raise ValueError(
-        f"'{text}': there is no such file. Name a checkpoint that train made, "
-        "or its folder."
-    )
-
-
-def _unknown(text: str, side: Side, words: Sequence[str]) -> str:
-    """What is wrong with a word, and what may have been meant."""
-    meant = f"{', '.join(words)}.{did_you_mean(text, words)}"
-    return f"'{text}' is no file and names nobody who plays the {side}: {meant}"

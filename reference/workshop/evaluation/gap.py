@@ -1,6 +1,6 @@
-"""What worst cases are worth: their placements re-scored in fresh futures, their cost.
+"""How much harm fires do: their placements re-scored in fresh futures, and their cost.
 
-Clauses: F4.  Neither a critic nor a look-ahead is believed: several fires choose at the
+Clause: F4.  Neither a critic nor a look-ahead is believed: several fires choose at the
 same moments, and what each chose is then run to the end in the same futures, which none
 of them has seen, with the same rule for later fires.  The functions that do it are
 pure, so that any executor may call them.
@@ -10,23 +10,19 @@ pure, so that any executor may call them.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from time import process_time
 from typing import Any
 
 import numpy as np
 
-from reference.building import building_of
 from reference.events import FireLit
 from reference.fire import Decision
 from reference.game.rewards import group_reward
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.evaluation.contestants import WORST, contestant
-from reference.workshop.evaluation.intervals import Interval, of_difference, of_mean
-from reference.workshop.evaluation.worst_case import WorstCase
+from reference.workshop.evaluation.contestants import WORST, Evacuation, contestant
+from reference.workshop.evaluation.intervals import Interval, of_mean
 from reference.workshop.evaluation.worst_case.look_ahead import First
-from reference.workshop.strategies import FIRES
 
 FUTURES = 8
 """[F4, chosen] of each moment: flames of one future differ much from another's."""
@@ -42,35 +38,28 @@ LATEST = 4
 class Question:
     """Where would these fires break out at one moment, and what does that do?
 
-    plan     the text of a floor file;  scenario  of the evacuation
-    robots   a word that `contestant` knows;  fires  such words
-    before   random fires that have broken out when it is the turn of these
-    futures  K
+    evacuation  in which the moment is, with random fires till then
+    fires       words that `contestant` knows
+    before      fires that have broken out when it is the turn of these
+    futures     K
     """
 
-    plan: str
-    scenario: Scenario
-    robots: str
+    evacuation: Evacuation
     fires: tuple[str, ...]
-    seed: int
     before: int
     futures: int = FUTURES
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What became of it.
+    """What each fire's placement leaves.
 
-    time        of the moment, s
-    placements  by fire, None where it does not break out
-    rewards     by fire, K: from the moment on
-    unlit       K: the same if no fire breaks out at this turn
-    foreseen    what `worst-case` expected of its placement, None if it was not asked
+    rewards   by fire, K: from the moment on
+    unlit     K: the same if no fire breaks out at this turn
+    foreseen  what `worst-case` expected of its placement, None if it was not asked
     """
 
     question: Question
-    time: float
-    placements: dict[str, Decision | None]
     rewards: dict[str, tuple[float, ...]]
     unlit: tuple[float, ...]
     foreseen: float | None
@@ -82,39 +71,38 @@ def questions(
     robots: str,
     fires: Sequence[str],
     seeds: Sequence[int],
-    futures: int = FUTURES,
 ) -> Iterator[Question]:
-    """One moment of each evacuation, so that moments do not depend on each other."""
+    """Ask at one moment of each evacuation, so that moments are independent."""
+    scenario = replace(scenario, training=False)
     for k, seed in enumerate(seeds):
         before = k % min(LATEST, max(1, scenario.sources))
-        yield Question(plan, scenario, robots, tuple(fires), seed, before, futures)
+        evacuation = Evacuation(plan, scenario, robots, "random", seed)
+        yield Question(evacuation, tuple(fires), before)
 
 
 def answer(question: Question) -> Answer | None:
-    """None if the evacuation was over before the moment came.
+    """Let every fire choose, and play every choice to the end of the same futures.
 
-    Raises ValueError for words that name nobody.
+    None if the evacuation was over before the moment came. Raises ValueError for words
+    that name nobody.
     """
-    now = _moment(question)
+    now = moment_of(question)
     if now is None:
         return None
-    fires = {word: _fire(word) for word in question.fires}
-    placements = {word: _placement(now, fire) for word, fire in fires.items()}
-    seeds = np.random.SeedSequence((question.seed, question.before))
+    fires = {word: contestant(word, "fire") for word in question.fires}
+    placements = {word: placement_of(fire, now) for word, fire in fires.items()}
+    seeds = np.random.SeedSequence((question.evacuation.seed, question.before))
     drawn = seeds.generate_state(question.futures).tolist()
     futures = [now.another_future(seed) for seed in drawn]
     scored = {
         place: tuple(_reward(future, place) for future in futures)
         for place in {None, *placements.values()}
     }
-    worst = fires.get(WORST)
     return Answer(
         question,
-        now.world.time,
-        placements,
-        {word: scored[place] for word, place in placements.items()},
-        scored[None],
-        worst.foreseen[0].reward if worst is not None else None,
+        rewards={word: scored[place] for word, place in placements.items()},
+        unlit=scored[None],
+        foreseen=fires[WORST].foreseen[0].reward if WORST in fires else None,
     )
 
 
@@ -131,28 +119,16 @@ class _Pause(RandomFire):
             self.now = now
 
 
-def _moment(question: Question) -> Simulation | None:
-    """How things stand when it is the turn of the fires that are asked."""
-    pause = _Pause(question.before)
-    simulation = Simulation(
-        building_of(question.plan),
-        replace(question.scenario, training=False),
-        contestant(question.robots, "robots"),
-        pause,
-        question.seed,
-    )
+def moment_of(question: Question) -> Simulation | None:
+    """Play the evacuation until it is the turn of the fires that are asked."""
+    simulation = question.evacuation.simulation()
+    simulation.fire_strategy = pause = _Pause(question.before)
     while pause.now is None and not simulation.done:
         simulation.step()
     return pause.now
 
 
-def _fire(word: str) -> Any:
-    """A fire that can be asked."""
-    fire = contestant(word, "fire")
-    return FIRES[fire]() if isinstance(fire, str) else fire
-
-
-def _placement(now: Simulation, fire: Any) -> Decision | None:
+def placement_of(fire: Any, now: Simulation) -> Decision | None:
     """Where a fire breaks out now, by all the rules; None if it does not."""
     trial = now.copy()
     trial.fire_strategy = fire
@@ -171,16 +147,11 @@ def _reward(future: Simulation, placement: Decision | None) -> float:
 # -- What the answers say -----------------------------------------------------------
 
 
-def rescored(answers: Sequence[Answer], fire: str) -> Interval:
-    """The reward that a fire's placements leave, over moments.
+def harm(answers: Sequence[Answer], fire: str) -> Interval:
+    """How much reward a fire costs, compared with no fire at this turn.
 
     Raises ValueError for no answers, as all of these do.
     """
-    return of_mean(_means(answers, fire))
-
-
-def harm(answers: Sequence[Answer], fire: str) -> Interval:
-    """How much reward it costs, compared with no fire at this turn."""
     return of_mean(harms(answers, fire))
 
 
@@ -192,7 +163,7 @@ def harms(answers: Sequence[Answer], fire: str) -> np.ndarray:
 
 def gap(answers: Sequence[Answer], one: str, other: str) -> Interval:
     """How much more reward one fire leaves than another at the same moments."""
-    return of_difference(_means(answers, one), _means(answers, other))
+    return of_mean(_means(answers, one) - _means(answers, other))
 
 
 def optimism(answers: Sequence[Answer]) -> Interval:
@@ -200,9 +171,8 @@ def optimism(answers: Sequence[Answer]) -> Interval:
 
     It takes the least of many noisy values: some are low by chance.
     """
-    known = [a for a in answers if a.foreseen is not None]
-    foreseen = [a.foreseen for a in known if a.foreseen is not None]
-    return of_difference(_means(known, WORST), foreseen)
+    foreseen = np.array([answer.foreseen for answer in answers], dtype=float)
+    return of_mean(_means(answers, WORST) - foreseen)
 
 
 def _means(answers: Sequence[Answer], fire: str) -> np.ndarray:
@@ -214,39 +184,17 @@ def _means(answers: Sequence[Answer], fire: str) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Attempt:
-    """One evacuation against `worst-case`, with so many sources; as in `Question`."""
-
-    plan: str
-    scenario: Scenario
-    robots: str
-    seed: int
-    sources: int
-
-
-@dataclass(frozen=True)
 class Cost:
-    """What it took: decisions of the fire, seconds simulated in looking ahead.
-
-    process_seconds  of this process, for the whole evacuation
-    """
+    """Decisions of the fire that looks ahead, and seconds simulated for them."""
 
     decisions: int
     simulated_seconds: float
-    process_seconds: float
 
 
-def cost(attempt: Attempt) -> Cost:
-    """Evacuate, and measure."""
-    start, fire = process_time(), WorstCase()
-    simulation = Simulation(
-        building_of(attempt.plan),
-        replace(attempt.scenario, sources=attempt.sources),
-        contestant(attempt.robots, "robots"),
-        fire,
-        attempt.seed,
-    )
+def cost(evacuation: Evacuation) -> Cost:
+    """Play an evacuation against `worst-case`, and count."""
+    simulation = evacuation.simulation()
     simulation.run()
+    fire: Any = simulation.fire_strategy
     lit = sum(isinstance(event, FireLit) for event in simulation.events)
-    looked = fire.ticks * simulation.tick
-    return Cost(lit, looked, process_time() - start)
+    return Cost(lit, fire.ticks * simulation.tick)

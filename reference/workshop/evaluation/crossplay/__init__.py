@@ -19,9 +19,8 @@ from reference.workshop.evaluation.crossplay.asked import (
     unlike_training,
 )
 from reference.workshop.evaluation.crossplay.playing import (
+    evacuation_of,
     evaluate,
-    job_of,
-    simulation_of,
 )
 from reference.workshop.evaluation.crossplay.records import (
     Match,
@@ -32,7 +31,6 @@ from reference.workshop.evaluation.crossplay.results import (
     Cell,
     as_json,
     cells,
-    difference,
     figure_of,
     ruler_of,
     table,
@@ -51,14 +49,12 @@ __all__ = [
     "as_json",
     "begin",
     "cells",
-    "difference",
+    "evacuation_of",
     "evaluate",
     "figure_of",
-    "job_of",
     "read",
     "resume",
     "ruler_of",
-    "simulation_of",
     "table",
     "unlike_training",
     "write",

@@ -1,15 +1,13 @@
-"""Cells: what the runs of each match come to, as a table, as CSV and as JSON.
+"""Results: what the runs of each match come to, as a table, as CSV and as JSON.
 
 Clauses: F9, F12.  Every figure is a mean over runs with its bootstrap interval.  The
 score E is that of the mean reward and the mean difficulty, never a mean of scores: E is
 convex, so that a mean of scores would reward whoever is unreliable.
 """
 
-import csv
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
-from io import StringIO
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +16,8 @@ import numpy as np
 from reference.evaluation.score import Ruler, RulerError, from_runs
 from reference.workshop.evaluation.crossplay.asked import Evaluation
 from reference.workshop.evaluation.crossplay.records import Match, Record
-from reference.workshop.evaluation.intervals import (
-    Interval,
-    of_difference,
-    of_mean,
-    of_means,
-)
-from reference.workshop.files import write_whole
+from reference.workshop.evaluation.intervals import Interval, of_mean, of_means
+from reference.workshop.files import Table, write_whole
 from reference.workshop.runs import RunError
 
 
@@ -49,18 +42,11 @@ class Cell:
     mean_health: Interval | None
 
 
-FIGURES = (
-    "survival",
-    "reward",
-    "difficulty",
-    "score",
-    "evacuation_time",
-    "mean_health",
-)
+FIGURES = tuple(field.name for field in fields(Cell))[3:]
 
 
 def cells(records: Iterable[Record], ruler: Ruler) -> list[Cell]:
-    """A cell for every match that has runs, in the order in which they appear."""
+    """Average every match that has runs, in the order in which they appear."""
     matches: dict[Match, list[Record]] = {}
     for record in records:
         matches.setdefault(record.match, []).append(record)
@@ -94,44 +80,15 @@ def _known(values: Iterable[float | None]) -> Interval | None:
     return of_mean(known) if known else None
 
 
-# -- Comparing ----------------------------------------------------------------------
-
-
-def difference(
-    records: Iterable[Record],
-    one: str,
-    other: str,
-    fire: str,
-    figure: str = "survival",
-) -> Interval:
-    """How much more one's robots have of a figure than the other's, on the same seeds.
-
-    An interval that does not hold 0 tells them apart. Raises RunError if there
-    is no seed in which both met this fire.
-    """
-    values: dict[str, dict[int, float]] = {one: {}, other: {}}
-    for run in records:
-        if run.fire == fire and run.robots in values:
-            values[run.robots][run.seed] = getattr(run, figure)
-    seeds = sorted(values[one].keys() & values[other].keys())
-    if not seeds:
-        raise RunError(
-            f"{one} and {other} have not met {fire} on the same seeds. Evaluate both "
-            "together."
-        )
-    a, b = ([values[who][seed] for seed in seeds] for who in (one, other))
-    return of_difference(a, b)
-
-
 def ruler_of(
     records: Iterable[Record],
     baseline: str,
     worst: tuple[float, float],
     best: tuple[float, float],
 ) -> Ruler:
-    """The ruler on which the baseline scores 1 on average over its fires [F12].
+    """Calibrate the ruler on which the baseline scores 1 on average over its fires.
 
-    worst, best: the critical points, reward and y each. Raises RunError if the
+    [F12] worst, best: the critical points, reward and y each. Raises RunError if the
     baseline has no runs, RulerError if no ruler comes of them.
     """
     runs = [run for run in records if run.robots == baseline]
@@ -140,13 +97,13 @@ def ruler_of(
             f"there are no runs of the baseline {baseline}. Evaluate it among the "
             "robots."
         )
-    rewards, difficulties = ([getattr(r, f) for r in runs] for f in FIGURES[1:3])
+    rewards, difficulties = [r.reward for r in runs], [r.difficulty for r in runs]
     return from_runs(rewards, difficulties, worst, best, [r.fire for r in runs])
 
 
 # -- For people ---------------------------------------------------------------------
 
-HEADS = {
+WITH_ENDS = {
     "survival": "survivors, %",
     "reward": "reward R",
     "difficulty": "difficulty h",
@@ -157,40 +114,38 @@ NOTE = "-: nobody got out, or the reward lies off the ruler of E"
 
 
 def table(cells: Sequence[Cell]) -> str:
-    """A line for each match: means with their 95 % intervals, and means alone."""
+    """Write a line for each match: means with their 95 % intervals, or means alone."""
     columns = [
-        _left("robots", [cell.robots for cell in cells]),
-        _left("fire", [cell.fire for cell in cells]),
-        _right("runs", [f"{cell.n:,}" for cell in cells]),
-        *(_right(HEADS[name], _with_ends(cells, name)) for name in HEADS),
-        *(_right(MEANS[name], _means(cells, name)) for name in MEANS),
+        _column("robots", [cell.robots for cell in cells], "<"),
+        _column("fire", [cell.fire for cell in cells], "<"),
+        _column("runs", [f"{cell.n:,}" for cell in cells]),
+        *(_column(head, _aligned(cells, name)) for name, head in WITH_ENDS.items()),
+        *(
+            _column(head, [figure_of(cell, name)[0] for cell in cells])
+            for name, head in MEANS.items()
+        ),
     ]
     lines = ["  ".join(line).rstrip() for line in zip(*columns, strict=True)]
     missing = any(getattr(cell, name) is None for cell in cells for name in FIGURES)
     return "\n".join([*lines, NOTE] if missing else lines)
 
 
-def _left(head: str, texts: Sequence[str]) -> list[str]:
+def _column(head: str, texts: Sequence[str], side: str = ">") -> list[str]:
     width = max(map(len, [head, *texts]))
-    return [text.ljust(width) for text in (head, *texts)]
+    return [f"{text:{side}{width}}" for text in (head, *texts)]
 
 
-def _right(head: str, texts: Sequence[str]) -> list[str]:
-    width = max(map(len, [head, *texts]), default=0)
-    return [text.rjust(width) for text in (head, *texts)]
-
-
-def _with_ends(cells: Sequence[Cell], name: str) -> list[str]:
-    """83.2 [81.0, 85.1], both parts aligned; "-" where there is no figure."""
+def _aligned(cells: Sequence[Cell], name: str) -> list[str]:
+    """83.2 [81.0, 85.1], both parts aligned."""
     texts = [figure_of(cell, name) for cell in cells]
     width = max((len(ends) for _, ends in texts), default=0)
     return [f"{mean} {ends:>{width}}" if width else mean for mean, ends in texts]
 
 
 def figure_of(cell: Cell, name: str) -> tuple[str, str]:
-    """A figure's mean and its interval as people write them.
+    """A figure's mean and its interval as people write them; "-" if there is none.
 
-    A single run has none: it tells nothing of how runs scatter.
+    A single run has no interval: it tells nothing of how runs scatter.
     """
     interval = getattr(cell, name)
     if interval is None:
@@ -199,21 +154,14 @@ def figure_of(cell: Cell, name: str) -> tuple[str, str]:
     return mean, f"[{low}, {high}]" if cell.n > 1 else ""
 
 
-def _means(cells: Sequence[Cell], name: str) -> list[str]:
-    found = [getattr(cell, name) for cell in cells]
-    return ["-" if i is None else f"{i.mean:.0f}" for i in found]
-
-
 def written(value: float, figure: str) -> str:
     """A figure in as many digits as people want; survival in percent."""
     if figure == "survival":
-        return f"{value:.1%}".removesuffix("%")
+        return f"{100 * value:.1f}"
     return f"{value:.2f}" if figure == "score" else f"{value:,.0f}"
 
 
 # -- For programs -------------------------------------------------------------------
-
-CELLS_CSV, CELLS_JSON = "cells.csv", "cells.json"
 
 
 def as_json(
@@ -226,37 +174,28 @@ def as_json(
         "seeds": list(evaluation.seeds),
         "sample": evaluation.sample,
         "ruler": asdict(ruler),
-        "cells": [_plain(cell) for cell in cells],
-    }
-
-
-def _plain(cell: Cell) -> dict[str, Any]:
-    figures = {name: getattr(cell, name) for name in FIGURES}
-    return {
-        "robots": cell.robots,
-        "fire": cell.fire,
-        "n": cell.n,
-        **{name: found and found._asdict() for name, found in figures.items()},
+        "cells": [
+            {k: v._asdict() if isinstance(v, Interval) else v for k, v in facts.items()}
+            for facts in map(vars, cells)
+        ],
     }
 
 
 def write(
     folder: Path, evaluation: Evaluation, ruler: Ruler, cells: Sequence[Cell]
 ) -> None:
-    """cells.csv and cells.json into the evaluation's folder. Raises OSError."""
-    write_whole(folder / CELLS_CSV, _csv(cells).encode())
-    content = json.dumps(as_json(evaluation, ruler, cells), indent=2) + "\n"
-    write_whole(folder / CELLS_JSON, content.encode())
-
-
-def _csv(cells: Iterable[Cell]) -> str:
-    """A row for each cell; where there is no figure its columns stay empty."""
+    """Write cells.csv and cells.json into the evaluation's folder. Raises OSError."""
     ends = [f"{name}_{end}" for name in FIGURES for end in Interval._fields]
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["robots", "fire", "n", *ends])
-    for cell in cells:
-        found = [getattr(cell, name) or ("", "", "") for name in FIGURES]
-        numbers = [number for interval in found for number in interval]
-        writer.writerow([cell.robots, cell.fire, cell.n, *numbers])
-    return text.getvalue()
+    Table(folder / "cells.csv", ["robots", "fire", "n", *ends], map(_row, cells))
+    content = json.dumps(as_json(evaluation, ruler, cells), indent=2) + "\n"
+    write_whole(folder / "cells.json", content.encode())
+
+
+def _row(cell: Cell) -> dict[str, Any]:
+    """A cell's row of the CSV table: no columns for a figure that there is not."""
+    return {"robots": cell.robots, "fire": cell.fire, "n": cell.n} | {
+        f"{name}_{end}": number
+        for name in FIGURES
+        if (interval := getattr(cell, name)) is not None
+        for end, number in interval._asdict().items()
+    }
