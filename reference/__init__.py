@@ -63,9 +63,9 @@ WORKSHOP = (
     "workshop.training.loop",  # the adversarial loop, with files
     "workshop.evaluation",  # comparisons:
     "workshop.evaluation.intervals",  # bootstrap
-    "workshop.evaluation.agreement",  # h beside another yardstick
     "workshop.evaluation.worst_case",  # Eq. 5, the worst fires and the worst inputs
-    "workshop.evaluation.contestants",  # from a word to a strategy
+    "workshop.evaluation.contestants",  # from a word to a strategy, and an evacuation
+    "workshop.evaluation.agreement",  # h beside a simulated measure
     "workshop.evaluation.gap",  # is a critic to be believed?
     "workshop.evaluation.crossplay",  # robots x fires x seeds
     "workshop.learning_speed",  # how fast learning runs
