@@ -229,7 +229,7 @@ def test_arrays_are_read_element_by_element():
 @pytest.mark.parametrize("reward", [73_000, 1e9, 1e308, float("inf"), float("nan")])
 def test_refuses_rewards_that_lie_off_the_ruler(reward):
     """Forty people earn 16000 at most; who has more of them calibrates anew."""
-    with pytest.raises(RulerError, match=r"it reads at most 72500.*Calibrate"):
+    with pytest.raises(RulerError, match="reads at most 72500: calibrate"):
         PAPER.score(reward, 0.0)
 
 
@@ -279,7 +279,7 @@ def test_refuses_to_name_a_difficulty_where_the_reward_is_enough():
 )
 def test_refuses_critical_points_that_make_no_curve(worst, best):
     """Equal, in the wrong order, with a y that no power has, or out of all bounds."""
-    with pytest.raises(RulerError, match=r"Take|Leave"):
+    with pytest.raises(RulerError, match=r"Critical Points .*: take"):
         base_and_control(worst, best)
 
 
@@ -296,7 +296,7 @@ def test_refuses_critical_points_that_make_no_curve(worst, best):
 )
 def test_refuses_cases_that_cannot_count_as_equal(one, other):
     """k would be infinite, zero or negative."""
-    with pytest.raises(RulerError, match="must be the easier one"):
+    with pytest.raises(RulerError, match="must be the easier case"):
         weight(one, other, PAPER.base, PAPER.control)
 
 
@@ -305,11 +305,11 @@ def test_refuses_cases_that_cannot_count_as_equal(one, other):
     [
         ([], [], "at least one run"),
         ([1.0] * 6, [1.0] * 5, "6 rewards and 5 difficulties"),
-        ([1.0] * 5, [1.0] * 5, "5 runs make no ruler: 6 are the least"),
+        ([1.0] * 5, [1.0] * 5, "5 runs make no ruler: run 6"),
         ([*range(6)], [1000] * 6, "fires that differ more"),
-        ([*range(6)], [*range(6)], "must be the easier one"),
-        ([*range(5), float("nan")], [*range(6)], "nan is no number"),
-        ([*range(6)], [*range(5), float("inf")], "inf is no number"),
+        ([*range(6)], [*range(6)], "must be the easier case"),
+        ([*range(5), float("nan")], [*range(6)], "one finite number"),
+        ([*range(6)], [*range(5), float("inf")], "one finite number"),
     ],
 )
 def test_refuses_runs_that_make_no_ruler(rewards, difficulties, why):
@@ -318,17 +318,11 @@ def test_refuses_runs_that_make_no_ruler(rewards, difficulties, why):
         from_runs(rewards, difficulties, *POINTS)
 
 
-def test_refuses_runs_without_a_fire_each():
-    """With both numbers."""
-    with pytest.raises(RulerError, match="2 fires for 30 runs"):
-        from_runs(*baseline(30), *POINTS, fires=["none", "random"])
-
-
 @pytest.mark.paper("F12")
 def test_refuses_a_baseline_that_hardly_earned_less_in_hard_fires():
     """k is inverse to the difference, and would be anything."""
     rewards = [0, 9000, 0, 9000, 0, 9000, 0, 9000, 0, 8000, 0, 8000]
-    with pytest.raises(RulerError, match=r"too unsure to weigh difficulty by\. Run"):
+    with pytest.raises(RulerError, match="give or take 3476: run more"):
         from_runs(rewards, range(12), *POINTS)
 
 
@@ -336,7 +330,7 @@ def test_refuses_a_baseline_that_hardly_earned_less_in_hard_fires():
 @pytest.mark.parametrize("value", [0.0, -1.0, float("inf"), float("nan")])
 def test_refuses_constants_that_make_no_ruler(name, value):
     """Before anything is read from it."""
-    with pytest.raises(RulerError, match=rf"{name} is .* needs a finite number"):
+    with pytest.raises(RulerError, match=rf"{name} is .*: give a number above"):
         replace(PAPER, **{name: value})
 
 
@@ -359,14 +353,17 @@ def written(**changes):
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("b = 1.4", "not JSON"),
-        ("[1, 2]", "must name alpha, base, control, k, beta"),
-        ('{"alpha": 1000}', "must name alpha"),
-        (written(h=1), "must name alpha"),
-        (written(k="0.009"), "k is '0.009'. Write a number"),
-        (written(k=True), "k is True"),
-        (written(beta=0), "beta is 0"),
-        (written(beta=10**400), "too large"),
+        (
+            "b = 1.4",
+            "this is no ruler: write numbers for alpha, base, control, k, beta",
+        ),
+        ("[1, 2]", "no ruler"),
+        ('{"alpha": 1000}', "no ruler"),
+        (written(h=1), "no ruler"),
+        (written(k="0.009"), "no ruler"),
+        (written(k=True), "no ruler"),
+        (written(beta=10**400), "no ruler"),
+        (written(beta=0), "beta is 0: give a number above 0"),
     ],
 )
 def test_refuses_files_that_hold_no_ruler(tmp_path, text, why):

@@ -1,21 +1,19 @@
-"""The evaluation formula E: a ruler that weighs reward against difficulty.
+"""The score E of robots: their reward weighed against the difficulty of the fire.
 
 Clauses: F1, F2, F3, F9, F10, F12.  `PAPER` is the ruler with the paper's constants;
-`calibrated` makes one as the paper did, `from_runs` from a baseline's runs. Outside
-stand words, inside the formulas the paper's letters:
+`calibrated` makes one as the paper did, `from_runs` from a baseline's runs.
 
-    R   reward, health points;      h   difficulty, on the scale of F10
-    y   what a reward is worth;     e′  y and difficulty together, before scaling
-    E   the score: e′ / β           α, b, c, k, β   the ruler's constants
+    R   reward, health points;          h   difficulty, on the scale of F10
+    y   exponential value of a reward;  e′  y and difficulty together, before scaling
+    E   the score: e′ / β;              α, b, c, k, β   the ruler's constants
 """
 
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields, replace
-from itertools import chain
 from math import isfinite, log
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import NamedTuple, TypeVar
 
 import numpy as np
 
@@ -39,11 +37,11 @@ Number = TypeVar("Number", float, np.ndarray)
 
 
 class RulerError(ValueError):
-    """Constants that make no ruler, or a reading that lies off it."""
+    """Constants that make no ruler, or a reading outside its range."""
 
 
 class Case(NamedTuple):
-    """A reading: reward in health points, difficulty on the scale of F10."""
+    """Reward in health points, and difficulty on the scale of F10."""
 
     reward: float
     difficulty: float
@@ -67,29 +65,20 @@ class Ruler:
         for name, value in asdict(self).items():
             least = 1.0 if name == "base" else 0.0
             if not (isfinite(value) and value > least):
-                raise RulerError(
-                    f"{name} is {value}: a ruler needs a finite number above {least:g}."
-                    " Calibrate it from other points or runs."
-                )
+                raise RulerError(f"{name} is {value}: give a number above {least:g}")
         if not 1 / WIDEST_CONTROL <= self.control <= WIDEST_CONTROL:
-            raise RulerError(
-                f"control is {self.control:g}: numbers would overflow. Take critical "
-                "points nearer to 0, or a larger alpha."
-            )
+            raise RulerError(f"control is {self.control:g}: take another alpha")
 
     # -- Readings -------------------------------------------------------------------
 
     def reward_part(self, reward: Number) -> Number:
-        """y = b^(R/α) / c [F1, Eq. 4], element by element.
-
-        Far below R_w it is 0. Raises RulerError where it exceeds LARGEST.
-        """
+        """y = b^(R/α) / c [F1, Eq. 4]; RulerError where it exceeds LARGEST."""
         R, α, b, c = reward, self.alpha, self.base, self.control
         _check(R, "reward", -np.inf, self.reward_at(LARGEST))
         return b ** (R / α) / c
 
     def slope(self, reward: Number) -> Number:
-        """dy/dR = y ln(b) / α, a health point's worth at that reward [F3]."""
+        """dy/dR = y ln(b) / α, the value of one more health point [F3]."""
         return self.reward_part(reward) * log(self.base) / self.alpha
 
     def difficulty_part(self, difficulty: Number) -> Number:
@@ -103,26 +92,24 @@ class Ruler:
         return self.reward_part(reward) + self.difficulty_part(difficulty)
 
     def score(self, reward: Number, difficulty: Number) -> Number:
-        """E = e′ / β [F9]: 1 for who is as good as the baseline."""
+        """E = e′ / β [F9]: 1 is as good as the baseline."""
         return self.unscaled(reward, difficulty) / self.beta
 
     # -- The other way round --------------------------------------------------------
 
     def reward_at(self, y: float) -> float:
-        """The reward, health points, that is worth y > 0 [F1, Eq. 4]."""
+        """Invert Eq. 4: the reward, health points, of y > 0 [F1, Eq. 4]."""
         return self.alpha * log(y * self.control) / log(self.base)
 
     def difficulty_at(self, reward: float, score: float = 1.0) -> float:
-        """The difficulty h at which this reward scores so much [F10].
+        """Invert Eq. 8: the difficulty h at which this reward scores so much [F10].
 
         Raises RulerError where the reward alone scores more, without any fire.
         """
         E, k, β, α, y = score, self.k, self.beta, self.alpha, self.reward_part(reward)
         if y > E * β:
-            raise RulerError(
-                f"reward {reward:g} scores {y / β:.3g} without any fire: no difficulty "
-                f"makes that {E:g}. Ask for a reward below {self.reward_at(E * β):.0f}."
-            )
+            below = f"ask for a reward below {self.reward_at(E * β):.0f}"
+            raise RulerError(f"reward {reward:g} alone scores above {E:g}: {below}")
         return ((E * β - y) * k) ** 0.5 * α
 
     # -- In a file ------------------------------------------------------------------
@@ -133,16 +120,14 @@ class Ruler:
 
 
 def _check(value: float | np.ndarray, what: str, low: float, high: float) -> None:
-    """All of it a number on the ruler, or RulerError."""
+    """Raise RulerError for values that are not finite or not between low and high."""
     v = np.asarray(value, dtype=float)
-    if not v.size:
-        raise RulerError(f"there is no {what} to read. Run something first.")
     off = v[~(np.isfinite(v) & (v >= low) & (v <= high))]
     if off.size:
         limits = f"at most {high:.0f}" if low == -np.inf else f"{low:g} to {high:.0f}"
         raise RulerError(
-            f"{what} {off[0]:g} lies off this ruler: it reads {limits}. "
-            "Calibrate one for this building and these people."
+            f"{what} {off[0]:g} lies off this ruler, which reads {limits}: calibrate "
+            "one for this building and these people"
         )
 
 
@@ -158,30 +143,23 @@ def base_and_control(
     grow from the first to the second, and where a number would overflow.
     """
     (R_1, y_1), (R_2, y_2), α = worst, best, alpha
-    _all_finite([R_1, y_1, R_2, y_2, α], "critical points and alpha")
-    if not (R_1 < R_2 and 0 < y_1 < y_2 and α > 0):
-        raise RulerError(
-            f"Critical Points {tuple(worst)} and {tuple(best)}: both reward and y must "
-            "grow from the first to the second, y and alpha from above 0. Take two "
-            "that differ, the worse one first."
-        )
+    points = f"Critical Points {tuple(worst)} and {tuple(best)}"
+    if not (R_1 < R_2 < np.inf and 0 < y_1 < y_2 < np.inf and 0 < α < np.inf):
+        raise RulerError(f"{points}: take two, of which the second has more of both")
     ln_b = log(y_2 / y_1) * α / (R_2 - R_1)
     ln_c = ln_b * R_1 / α - log(y_1)
-    if max(ln_b, abs(ln_c)) > log(WIDEST_CONTROL):
-        raise RulerError(
-            f"Critical Points {tuple(worst)} and {tuple(best)}: powers of b would "
-            "overflow. Take points farther apart or nearer to 0."
-        )
+    if not max(ln_b, abs(ln_c)) <= log(WIDEST_CONTROL):
+        raise RulerError(f"{points}: take them farther apart or nearer to 0")
     return float(np.exp(ln_b)), float(np.exp(ln_c))
 
 
 def weight(
     one: Case, other: Case, base: float, control: float, alpha: float = ALPHA
 ) -> float:
-    """k, such that two cases score alike [F9]: k = (h₂² − h₁²) / (α²(y₁ − y₂)).
+    """Solve for k, such that two cases score alike [F9].
 
-    base, control: b and c of Eq. 4. Raises RulerError unless the case of more reward is
-    the one of less difficulty.
+    k = (h₂² − h₁²) / (α²(y₁ − y₂)); base, control: b and c of Eq. 4. Raises RulerError
+    unless the case of more reward is the one of less difficulty.
     """
     unit = Ruler(alpha, base, control, k=1.0, beta=1.0)
     (R_1, h_1), (R_2, h_2) = sorted((one, other), reverse=True)
@@ -189,9 +167,8 @@ def weight(
     richer = unit.reward_part(R_1) - unit.reward_part(R_2)
     if not (harder > 0 and richer > 0 and isfinite(harder / richer)):
         raise RulerError(
-            f"rewards {R_1:g} and {R_2:g} at difficulties {h_1:g} and {h_2:g} cannot "
-            "score alike: the case of more reward must be the easier one. Take more "
-            "runs, and fires that differ more."
+            f"rewards {R_1:g} and {R_2:g} at difficulties {h_1:g} and {h_2:g}: more "
+            "reward must be the easier case, so take fires that differ more"
         )
     return harder / richer
 
@@ -203,7 +180,7 @@ def calibrated(
     baseline: Case,
     alpha: float = ALPHA,
 ) -> Ruler:
-    """The paper's procedure [F12]: two points, two equal cases, a baseline.
+    """Calibrate a ruler as the paper does [F12]: two points, equal cases, a baseline.
 
     worst, best  the critical points, (reward, y) each: b and c
     equal        two cases that count as equally good: k
@@ -223,7 +200,7 @@ def from_runs(
     fires: Sequence[str] | None = None,
     alpha: float = ALPHA,
 ) -> Ruler:
-    """A ruler from a baseline's runs and two critical points [F12, chosen].
+    """Calibrate a ruler from a baseline's runs and critical points [F12, chosen].
 
     The paper equates "relatively high rewards and low difficulties" of its baseline
     with "relatively low rewards and high difficulties": the same robots deserve the
@@ -243,39 +220,28 @@ def from_runs(
     R, h = _runs(rewards, difficulties)
     if len(R) < FEWEST_RUNS:
         raise RulerError(
-            f"{len(R)} runs make no ruler: {FEWEST_RUNS} are the least, a hundred are "
-            "good. Run the baseline on more seeds."
+            f"{len(R)} runs make no ruler: run {FEWEST_RUNS}, or a hundred"
         )
     ranked, third = np.sort(h), len(h) // 3
     easy, hard = h <= ranked[third - 1], h >= ranked[-third]  # with ties
     equal = _mean(R[easy], h[easy]), _mean(R[hard], h[hard])
     ruler = calibrated(worst, best, equal, _mean(R, h), alpha)
     _refuse_unclear(R[easy], R[hard])
-    parts = _by_fire(fires, len(R))
+    names = np.array(fires if fires is not None else len(R) * ["any"])
+    parts = [names == name for name in np.unique(names)]
     β = np.mean([ruler.unscaled(*_mean(R[part], h[part])) for part in parts])
     return replace(ruler, beta=float(β))
 
 
 def _refuse_unclear(easy: np.ndarray, hard: np.ndarray) -> None:
-    """RulerError unless rewards in easy fires are CLEARLY above those in hard ones."""
+    """Raise RulerError unless rewards in easy fires are CLEARLY above the others."""
     error = np.sqrt(sum(part.var(ddof=1) / len(part) for part in (easy, hard)))
     if easy.mean() - hard.mean() < CLEARLY * error:
         raise RulerError(
-            f"these robots earned {easy.mean():.0f} in the easiest third of the fires, "
-            f"{hard.mean():.0f} in the hardest, give or take {error:.0f}: too unsure "
-            "to weigh difficulty by. Run them on more seeds, or against weak and "
-            "strong fires alike."
+            f"the baseline earned {easy.mean():.0f} in the easiest third of the fires, "
+            f"{hard.mean():.0f} in the hardest, give or take {error:.0f}: run more "
+            "seeds, or weak and strong fires alike"
         )
-
-
-def _by_fire(fires: Sequence[str] | None, runs: int) -> list[np.ndarray]:
-    """(runs,) bool for each fire: which runs met it."""
-    if fires is None:
-        return [np.ones(runs, dtype=bool)]
-    if len(fires) != runs:
-        raise RulerError(f"{len(fires)} fires for {runs} runs: name one for each.")
-    names = np.array(fires)
-    return [names == name for name in np.unique(names)]
 
 
 def score_of_runs(
@@ -293,23 +259,16 @@ def _runs(
 ) -> tuple[np.ndarray, np.ndarray]:
     """(n,) rewards and (n,) difficulties, n at least 1, all finite, or RulerError."""
     R, h = np.asarray(rewards, dtype=float), np.asarray(difficulties, dtype=float)
-    if R.ndim != 1 or R.shape != h.shape or not len(R):
+    if R.shape != h.shape or not R.size or not np.isfinite([R, h]).all():
         raise RulerError(
-            f"{R.size} rewards and {h.size} difficulties: give one of each for every "
-            "run, and at least one run."
+            f"{R.size} rewards and {h.size} difficulties: give one finite number of "
+            "each for every run, and at least one run"
         )
-    _all_finite(chain(R, h), "rewards and difficulties")
     return R, h
 
 
 def _mean(R: np.ndarray, h: np.ndarray) -> Case:
     return Case(float(R.mean()), float(h.mean()))
-
-
-def _all_finite(values: Any, what: str) -> None:
-    wrong = [value for value in values if not isfinite(value)]
-    if wrong:
-        raise RulerError(f"{what}: {wrong[0]} is no number. Leave it out.")
 
 
 # -- The paper's, and others from files ---------------------------------------------
@@ -319,21 +278,21 @@ PAPER = Ruler(ALPHA, *base_and_control(WORST_POINT, BEST_POINT), k=K, beta=BETA)
 
 
 def read(path: str | Path) -> Ruler:
-    """The ruler in a file that holds `as_json`.
+    """Read a ruler from a file that holds `as_json`.
 
     Raises RulerError for anything else, OSError for a file that cannot be read.
     """
+    names = [field.name for field in fields(Ruler)]
     try:
         found = json.loads(Path(path).read_text(encoding="utf-8"))
-    except ValueError as error:
-        raise RulerError(f"{path}: no ruler, since it is not JSON ({error})") from None
-    names = [field.name for field in fields(Ruler)]
-    if not isinstance(found, dict) or sorted(found) != sorted(names):
-        raise RulerError(f"{path}: no ruler. It must name {', '.join(names)}.")
-    for name, value in found.items():
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise RulerError(f"{path}: {name} is {value!r}. Write a number.")
-    try:
+        if sorted(found) != sorted(names) or {*map(type, found.values())} - {
+            int,
+            float,
+        }:
+            raise TypeError
         return Ruler(**found)
-    except (RulerError, OverflowError) as error:
+    except RulerError as error:
         raise RulerError(f"{path}: {error}") from None
+    except (ValueError, TypeError, AttributeError, OverflowError):
+        what = f"this is no ruler: write numbers for {', '.join(names)} as JSON"
+        raise RulerError(f"{path}: {what}") from None
