@@ -93,6 +93,7 @@ def test_the_hardest_fire_scores_1_whatever_the_reward():
 
 
 @pytest.mark.paper("F11")
+@settings(max_examples=20)
 @given(share=st.integers(0, MOMENTS))
 def test_all_ways_cut_at_once_cost_the_health_that_is_left_then(share):
     """As a share of HARDEST, wherever people start."""
@@ -127,7 +128,7 @@ def arrival(spread, sources):
 
 
 @pytest.mark.paper("F11")
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(fires())
 def test_one_more_source_never_lowers_the_difficulty(fire):
     """And it stays between 0 and HARDEST."""
@@ -138,7 +139,7 @@ def test_one_more_source_never_lowers_the_difficulty(fire):
 
 
 @pytest.mark.paper("F11")
-@settings(max_examples=40)
+@settings(max_examples=25)
 @given(fires(), st.floats(0, 60))
 def test_an_earlier_fire_is_at_least_as_difficult(fire, seconds):
     """All flames so many seconds sooner."""
@@ -229,7 +230,7 @@ def by_networkx(building, graph):
 
 
 @pytest.mark.paper("F11")
-@settings(max_examples=60)
+@settings(max_examples=30)
 @given(st.sampled_from(FLOORS), st.sets(st.integers(0, 40)))
 def test_a_burnt_door_costs_what_it_costs_in_the_graph(name, burnt):
     """As networkx finds the ways in a copy of the graph without these doors."""
@@ -380,12 +381,12 @@ def test_refuses_flames_of_another_building():
 def test_refuses_people_who_cannot_be_in_these_rooms(people):
     """One number for each area, none below 0."""
     building = built(TWO_ROOMS)
-    with pytest.raises(ValueError, match="each of the 2 areas"):
+    with pytest.raises(ValueError, match="in 2 areas"):
         difficulty(building, never(building), np.array(people))
 
 
 def test_refuses_cells_of_which_it_is_not_known_when_they_burn():
     """A nan would pass for never."""
     building = built(TWO_ROOMS)
-    with pytest.raises(ValueError, match="inf for never"):
+    with pytest.raises(ValueError, match="seconds or inf"):
         difficulty(building, np.full(building.kind.shape, np.nan))

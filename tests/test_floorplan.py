@@ -10,7 +10,7 @@ from pathlib import Path
 from time import process_time
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reference.floorplan import FloorPlanError, Plan, Storey, find, parse, read, to_text
@@ -130,6 +130,7 @@ def houses(draw):
     return f"building: Row\nsize: {size}\nfloor 1-{floors}:\n{drawing}", floors
 
 
+@settings(max_examples=25)
 @given(houses())
 def test_every_drawing_comes_back_from_its_text(house):
     """`parse(to_text(plan)) == plan`, for rows of rooms of all sizes."""

@@ -91,8 +91,8 @@ def test_matplotlib_is_imported_by_drawing_alone():
 
 
 def test_networkx_is_imported_only_where_there_is_a_graph():
-    """Plans, buildings, and how far a fire makes the ways; distances are scipy's."""
-    graphs = {"floorplan", "building", "evaluation.difficulty"}
+    """Everybody else reads the graph that these made; distances are scipy's."""
+    graphs = {"floorplan", "building"}
     assert importers("networkx") <= graphs
 
 

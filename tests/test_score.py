@@ -305,7 +305,7 @@ def test_refuses_cases_that_cannot_count_as_equal(one, other):
     [
         ([], [], "at least one run"),
         ([1.0] * 6, [1.0] * 5, "6 rewards and 5 difficulties"),
-        ([1.0] * 5, [1.0] * 5, "5 runs make no ruler: run 6"),
+        ([1.0] * 5, [1.0] * 5, "5 runs make no ruler: give at least 6"),
         ([*range(6)], [1000] * 6, "fires that differ more"),
         ([*range(6)], [*range(6)], "must be the easier case"),
         ([*range(5), float("nan")], [*range(6)], "one finite number"),

@@ -1,4 +1,4 @@
-"""How hard a fire made it to get out, whoever was there to guide: the function h.
+"""Difficulty h of a fire: how much of people's ways out it takes, and how early.
 
 Clauses: A3, A6, F10, F11.  The main text that defined h is lost; this one looks at the
 graph of rooms, doors and stairwells, and at when each cell begins to burn.
@@ -46,7 +46,7 @@ MOMENTS = round(HEALTH_LASTS / FLAME_SECONDS)
 def difficulty(
     building: Building, arrival: np.ndarray, people: np.ndarray | None = None
 ) -> float:
-    """How much of their ways out people lost, and how early: h [F11, chosen].
+    """Compute h, the share of their ways out that people lose [F11, chosen].
 
     arrival  (floors, rows, cols) seconds when each cell begins to burn, inf for never
     people   (areas,) how many start in each area; None: equally many on each floor,
@@ -70,7 +70,7 @@ def difficulty(
     Raises ValueError for arrays that do not fit the building.
     """
     there = _spread_evenly(building) if people is None else np.asarray(people)
-    _refuse_misfits(building, np.asarray(arrival), there)
+    _check(building, np.asarray(arrival), there)
     if not there.any():
         return 0.0
     to_walk = there / there.sum() @ _passed(building)
@@ -79,7 +79,7 @@ def difficulty(
 
 
 def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
-    """(MOMENTS, areas) share of its way out that each area has lost by then [F11].
+    """Share of its way out that each area has lost by then, (MOMENTS, areas) [F11].
 
     A way that grows from d0 to d has lost 1 - d0/d: nothing if it is as before, half
     if it is twice as long, all if it is cut. Flames do that so [F11, chosen]:
@@ -105,12 +105,12 @@ def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
 
 
 def difficulty_of(simulation: Simulation, people: np.ndarray) -> float:
-    """h of a run that is over; people: as `people_in` had it before the run began."""
+    """Difficulty of a run that is over; people: `people_in` before the run began."""
     return difficulty(simulation.building, arrival_of(simulation), people)
 
 
 def people_in(world: World) -> np.ndarray:
-    """(areas,) how many people are in each room and on each storey of the stairs.
+    """Count people in each room and on each storey of the stairs, (areas,).
 
     Whoever stands in a doorway counts nowhere; at the beginning nobody does.
     """
@@ -119,12 +119,13 @@ def people_in(world: World) -> np.ndarray:
 
 
 def arrival_of(simulation: Simulation) -> np.ndarray:
-    """(floors, rows, cols) seconds when each cell begins to burn, inf for never.
+    """Let the fire of a run burn on; when each cell begins to burn [F11, chosen].
 
-    [F11, chosen] The better the robots, the earlier a run ends and the fewer sources
-    it sees, but h is not to depend on them: so a copy of the run burns on until the
-    fire has no sources left, or nobody would have any health. Two things of the robots
-    remain: a fire that watches them, and a source that D6 moves out of their way.
+    (floors, rows, cols) seconds, inf for never. The better the robots, the earlier a
+    run ends and the fewer sources it sees, but h is not to depend on them: so a copy of
+    the run goes on until the fire has no sources left, or nobody would have any health.
+    Two things of the robots remain: a fire that watches them, and a source that D6
+    moves out of their way.
     """
     after = simulation.copy()
     world, sources = after.world, after.scenario.sources
@@ -133,7 +134,7 @@ def arrival_of(simulation: Simulation) -> np.ndarray:
     return world.flames.arrival
 
 
-# -- The graph, half an edge at a time ----------------------------------------------
+# -- The graph, each edge cut in two at its landmark --------------------------------
 
 
 @dataclass(frozen=True)
@@ -155,7 +156,7 @@ class _Links:
 
 @lru_cache(maxsize=8)
 def _links(building: Building) -> _Links:
-    """All that people can walk from an area to a landmark, and on from there."""
+    """Cut the edges of `building.ways` at their landmarks."""
     areas, first = building.area_of, len(building.areas)
     links: dict[tuple[int, int], tuple[float, int]] = {}
     for one, other, key, kind in building.ways.edges(keys=True, data="kind"):
@@ -177,7 +178,7 @@ def _links(building: Building) -> _Links:
 
 
 def _ways_out(links: _Links, length: np.ndarray) -> np.ndarray:
-    """(times, nodes) metres from each node to the nearest exit.
+    """Shortest way from each node to an exit, (times, nodes) metres.
 
     length  (times, k) metres that the links have
     """
@@ -187,7 +188,7 @@ def _ways_out(links: _Links, length: np.ndarray) -> np.ndarray:
 
 
 def _backwards(links: _Links, length: np.ndarray) -> csr_matrix:
-    """The links from end to start, a graph for each time, side by side in one."""
+    """Reverse the links, and lay the graphs of all times side by side in one."""
     times = len(length)
     first = links.nodes * np.arange(times)[:, None]
     where = ((first + links.end).ravel(), (first + links.start).ravel())
@@ -196,7 +197,7 @@ def _backwards(links: _Links, length: np.ndarray) -> csr_matrix:
 
 @lru_cache(maxsize=8)
 def _passed(building: Building) -> np.ndarray:
-    """(areas, areas) share of the way out of the one area that lies in the other.
+    """Share of an area's way out that lies in another area, (areas, areas).
 
     Of the shortest way without fire, in metres; rows sum to 1.
     """
@@ -219,7 +220,7 @@ def _passed(building: Building) -> np.ndarray:
 
 
 def _lengths(links: _Links, free: np.ndarray, shut: np.ndarray) -> np.ndarray:
-    """(times, k) metres that each link has become; inf where nobody gets through."""
+    """Length of each link, longer by the fire, inf where it is shut: (times, k) m."""
     room = free[:, links.area]
     length = np.divide(links.length, room, out=np.full_like(room, inf), where=room > 0)
     length[shut[:, links.start] | shut[:, links.end]] = inf
@@ -227,7 +228,7 @@ def _lengths(links: _Links, free: np.ndarray, shut: np.ndarray) -> np.ndarray:
 
 
 def _free(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.ndarray:
-    """(times, areas) share of each area's cells that do not burn."""
+    """Share of each area's cells that do not burn, (times, areas)."""
     areas, times = len(building.areas), len(seconds)
     inside = building.area >= 0
     since = np.searchsorted(seconds, arrival[inside])  # the first that sees it burn
@@ -239,11 +240,10 @@ def _free(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.nd
 
 
 def _shut(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.ndarray:
-    """(times, nodes) bool: landmarks that nobody gets through any more."""
+    """Landmarks that nobody gets through any more, (times, nodes) bool."""
     shut = np.zeros((len(seconds), _links(building).nodes), dtype=bool)
-    for node, (places, all_of_them) in enumerate(
-        _passages(building), len(building.areas)
-    ):
+    first = len(building.areas)
+    for node, (places, all_of_them) in enumerate(_passages(building), first):
         burns = arrival.ravel()[places]
         shut[:, node] = seconds >= (burns.max() if all_of_them else burns.min())
     return shut
@@ -255,7 +255,7 @@ _SIDES = ndimage.generate_binary_structure(2, 1)[None]
 
 @lru_cache(maxsize=8)
 def _passages(building: Building) -> list[tuple[np.ndarray, bool]]:
-    """For every landmark, the places that lead through it, and: must all of them burn?
+    """Places that lead through each landmark, and whether all must burn to shut it.
 
     An entrance is passed over the room cells before it.
     """
@@ -272,29 +272,21 @@ def _passages(building: Building) -> list[tuple[np.ndarray, bool]]:
 
 
 def _spread_evenly(building: Building) -> np.ndarray:
-    """(areas,) one person to a floor, spread evenly over its rooms."""
+    """Spread one person to a floor evenly over its rooms, (areas,)."""
     size = np.array([area.size * (area.kind == "room") for area in building.areas])
     floor = np.array([area.floor for area in building.areas])
     return size / np.bincount(floor, size)[floor]
 
 
 def _health_left() -> np.ndarray:
-    """(MOMENTS,) weights that sum to 1, by the health left from each to the next."""
+    """Weights of the moments by the health left then; they sum to 1, (MOMENTS,)."""
     left = 1 - np.arange(MOMENTS + 1) / MOMENTS
     return -np.diff(left**2)
 
 
-def _refuse_misfits(
-    building: Building, arrival: np.ndarray, people: np.ndarray
-) -> None:
+def _check(building: Building, arrival: np.ndarray, people: np.ndarray) -> None:
     cells, areas = building.kind.shape, len(building.areas)
     if arrival.shape != cells or np.isnan(arrival).any():
-        raise ValueError(
-            f"arrival {arrival.shape} does not tell of every cell of "
-            f"{building.title!r} {cells} when it burns. Give seconds, inf for never."
-        )
+        raise ValueError(f"arrival {arrival.shape}: give seconds or inf, {cells}")
     if people.shape != (areas,) or not (np.isfinite(people) & (people >= 0)).all():
-        raise ValueError(
-            f"people {people.shape} does not tell how many are in each of the {areas} "
-            f"areas of {building.title!r}. Count them with people_in."
-        )
+        raise ValueError(f"people {people.shape}: count them in {areas} areas")

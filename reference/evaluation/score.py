@@ -34,6 +34,7 @@ CLEARLY = 2.0
 in hard ones, as for a 95 % interval: k is inverse to what is between them."""
 
 Number = TypeVar("Number", float, np.ndarray)
+Point = tuple[float, float]
 
 
 class RulerError(ValueError):
@@ -134,34 +135,30 @@ def _check(value: float | np.ndarray, what: str, low: float, high: float) -> Non
 # -- Calibration --------------------------------------------------------------------
 
 
-def base_and_control(
-    worst: tuple[float, float], best: tuple[float, float], alpha: float = ALPHA
-) -> tuple[float, float]:
-    """b and c of Eq. 4 through two critical points, (reward, y) each [F2].
+def base_and_control(worst: Point, best: Point) -> tuple[float, float]:
+    """Solve Eq. 4 for b and c through two critical points, (reward, y) each [F2].
 
     b = (y₂/y₁)^(α/(R₂−R₁)), c = b^(R₁/α)/y₁. Raises RulerError unless both R and y
     grow from the first to the second, and where a number would overflow.
     """
-    (R_1, y_1), (R_2, y_2), α = worst, best, alpha
+    (R_1, y_1), (R_2, y_2), α = worst, best, ALPHA
     points = f"Critical Points {tuple(worst)} and {tuple(best)}"
-    if not (R_1 < R_2 < np.inf and 0 < y_1 < y_2 < np.inf and 0 < α < np.inf):
+    if not (R_1 < R_2 < np.inf and 0 < y_1 < y_2 < np.inf):
         raise RulerError(f"{points}: take two, of which the second has more of both")
     ln_b = log(y_2 / y_1) * α / (R_2 - R_1)
     ln_c = ln_b * R_1 / α - log(y_1)
-    if not max(ln_b, abs(ln_c)) <= log(WIDEST_CONTROL):
+    if max(ln_b, abs(ln_c)) > log(WIDEST_CONTROL):
         raise RulerError(f"{points}: take them farther apart or nearer to 0")
     return float(np.exp(ln_b)), float(np.exp(ln_c))
 
 
-def weight(
-    one: Case, other: Case, base: float, control: float, alpha: float = ALPHA
-) -> float:
+def weight(one: Case, other: Case, base: float, control: float) -> float:
     """Solve for k, such that two cases score alike [F9].
 
     k = (h₂² − h₁²) / (α²(y₁ − y₂)); base, control: b and c of Eq. 4. Raises RulerError
     unless the case of more reward is the one of less difficulty.
     """
-    unit = Ruler(alpha, base, control, k=1.0, beta=1.0)
+    unit = Ruler(ALPHA, base, control, k=1.0, beta=1.0)
     (R_1, h_1), (R_2, h_2) = sorted((one, other), reverse=True)
     harder = unit.difficulty_part(h_2) - unit.difficulty_part(h_1)
     richer = unit.reward_part(R_1) - unit.reward_part(R_2)
@@ -174,11 +171,7 @@ def weight(
 
 
 def calibrated(
-    worst: tuple[float, float],
-    best: tuple[float, float],
-    equal: tuple[Case, Case],
-    baseline: Case,
-    alpha: float = ALPHA,
+    worst: Point, best: Point, equal: tuple[Case, Case], baseline: Case
 ) -> Ruler:
     """Calibrate a ruler as the paper does [F12]: two points, equal cases, a baseline.
 
@@ -186,19 +179,17 @@ def calibrated(
     equal        two cases that count as equally good: k
     baseline     the case that is to score 1: β, its e′
     """
-    b, c = base_and_control(worst, best, alpha)
-    k = weight(*equal, b, c, alpha)
-    β = Ruler(alpha, b, c, k, beta=1.0).unscaled(*baseline)
-    return Ruler(alpha, b, c, k, β)
+    b, c = base_and_control(worst, best)
+    ruler = Ruler(ALPHA, b, c, weight(*equal, b, c), beta=1.0)
+    return replace(ruler, beta=ruler.unscaled(*baseline))
 
 
 def from_runs(
     rewards: Sequence[float],
     difficulties: Sequence[float],
-    worst: tuple[float, float],
-    best: tuple[float, float],
+    worst: Point,
+    best: Point,
     fires: Sequence[str] | None = None,
-    alpha: float = ALPHA,
 ) -> Ruler:
     """Calibrate a ruler from a baseline's runs and critical points [F12, chosen].
 
@@ -219,13 +210,11 @@ def from_runs(
     """
     R, h = _runs(rewards, difficulties)
     if len(R) < FEWEST_RUNS:
-        raise RulerError(
-            f"{len(R)} runs make no ruler: run {FEWEST_RUNS}, or a hundred"
-        )
+        raise RulerError(f"{len(R)} runs make no ruler: give at least {FEWEST_RUNS}")
     ranked, third = np.sort(h), len(h) // 3
     easy, hard = h <= ranked[third - 1], h >= ranked[-third]  # with ties
     equal = _mean(R[easy], h[easy]), _mean(R[hard], h[hard])
-    ruler = calibrated(worst, best, equal, _mean(R, h), alpha)
+    ruler = calibrated(worst, best, equal, _mean(R, h))
     _refuse_unclear(R[easy], R[hard])
     names = np.array(fires if fires is not None else len(R) * ["any"])
     parts = [names == name for name in np.unique(names)]
@@ -285,10 +274,8 @@ def read(path: str | Path) -> Ruler:
     names = [field.name for field in fields(Ruler)]
     try:
         found = json.loads(Path(path).read_text(encoding="utf-8"))
-        if sorted(found) != sorted(names) or {*map(type, found.values())} - {
-            int,
-            float,
-        }:
+        numbers = all(type(value) in (int, float) for value in found.values())
+        if sorted(found) != sorted(names) or not numbers:
             raise TypeError
         return Ruler(**found)
     except RulerError as error:
