@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
+from matplotlib.transforms import Affine2D, Bbox
 
 from reference.building import load
 from reference.game import observations
@@ -16,7 +17,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots
 from reference.workshop import drawing
-from reference.workshop.drawing import senses
+from reference.workshop.drawing import page, senses
 from reference.workshop.strategies.fires import GreedyFire
 from reference.workshop.strategies.robots import Sweep
 
@@ -57,7 +58,7 @@ def images(figure):
     return {
         title: np.asarray(axes.images[0].get_array())
         for title, axes in named.items()
-        if title[0].isdigit()
+        if title[:1].isdigit()
     }
 
 
@@ -132,32 +133,34 @@ def test_the_fire_sees_people_under_their_own_numbers(simulation):
 spots = st.lists(st.tuples(st.integers(0, 60), st.integers(0, 60)), max_size=25)
 
 
-@settings(max_examples=50)
+def labelled(places, radius=2.0):
+    """A small panel, in points, with marks at places; the texts of those with room."""
+    figure = page.blank(70 / 72, 70 / 72)
+    axes = figure.add_axes((0, 0, 1, 1), xlim=(0, 70), ylim=(0, 70))
+    marks = [str(k) for k in range(len(places))]
+    look = {"crowded": True, "fontsize": 6, "arrowprops": None}
+    page.write_labels(axes, places, marks, radius, (0, 2), **look)
+    return axes.texts
+
+
+@settings(max_examples=15, deadline=None)
 @given(spots)
 def test_no_mark_lies_on_another_or_on_a_point(places):
     """Whatever the crowd: who finds no room goes without, the others can be read."""
-    points = np.array(places, dtype=float).reshape(-1, 2)
-    marks = [str(k) for k in range(len(points))]
-    found = senses.beside(points, [2.0] * len(points), marks, (-9, -9, 69, 69))
-    middles = [
-        (m, len(word)) for m, word in zip(found, marks, strict=True) if m is not None
-    ]
-    for (a, size), (b, other) in combinations(middles, 2):
-        off = np.abs(a - b)
-        assert off[0] >= 6 * 0.31 * (size + other) - 1e-9 or off[1] >= 4.8 - 1e-9
-    for middle, size in middles:
-        off = np.abs(points - middle)
-        assert (
-            (off[:, 0] >= 6 * 0.31 * size + 2 - 1e-9) | (off[:, 1] >= 4.4 - 1e-9)
-        ).all()
+    texts = labelled(places)
+    boxes = [text.get_window_extent() for text in texts]
+    points = [Bbox.from_extents(x - 2, y - 2, x + 2, y + 2) for x, y in places]
+    dot = Affine2D().scale(page.DPI / 72)
+    boxes += [box.transformed(dot) for box in points]
+    marks = boxes[: len(texts)]
+    assert not any(a is not b and a.overlaps(b) for a in marks for b in boxes)
 
 
 def test_a_mark_stands_right_of_a_lonely_point():
     """The first choice, near; and inside the panel, else at the left."""
-    points = np.array([[30.0, 30.0], [68.0, 30.0]])
-    lonely, edge = senses.beside(points, [2.0, 2.0], ["1", "2"], (0, 0, 70, 70))
-    assert 34 < lonely[0] < 37
-    assert 61 < edge[0] < 64
+    lonely, edge = (text.xyann for text in labelled([(30, 30), (68, 30)]))
+    assert 3 < lonely[0] < 7
+    assert -7 < edge[0] < -3
 
 
 # -- The table ----------------------------------------------------------------------
