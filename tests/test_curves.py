@@ -92,7 +92,7 @@ def test_a_row_that_is_still_being_written_is_left_out(tmp_path):
 def test_an_empty_cell_is_no_point_of_a_curve(run):
     """Where nothing was updated there is no loss, and not a loss of zero."""
     imitated = run("a", TOGETHER, imitation=3)
-    curve = curves.Curve(curves.LOSSES, "robots", VALUE, curves.ROBOTS)
+    curve = curves.Curve(curves.LOSSES, "robots", VALUE, curves.ROBOTS, "robots")
     assert curves.points(imitated, curve)[0].tolist() == [10, 20, 30, 40, 50, 60]
 
 
@@ -257,4 +257,4 @@ def test_a_side_that_does_not_learn_is_neither_drawn_nor_in_the_legend(run):
     """A scripted fire has no entropy and no losses."""
     figure = curves.figure([run("a", [("robots", 6)])])
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert labels == ["robots", "robots' baseline"]
+    assert labels == ["robots", "people", "robots' baseline"]

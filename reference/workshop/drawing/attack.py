@@ -35,26 +35,19 @@ def figure(answers: Sequence[Answer], costs: Sequence[Cost]) -> Figure:
     left, right = page.subplots(1, 2, width_ratios=(0.56, 0.44))
     _draw_harms(left, answers, question.fires)
     _draw_costs(right, costs)
-    samples = [
-        sample
-        for axes in (left, right)
-        for sample in axes.get_legend_handles_labels()[0]
-    ]
-    foot(page, samples, caption=_caption(answers))
+    foot(page, caption=_caption(answers))
     return page
 
 
 def _draw_harms(axes: Axes, answers: Sequence[Answer], fires: Sequence[str]) -> None:
     """Draw a row for each fire: a dot a moment, and the mean with its interval."""
     for row, fire in enumerate(fires):
-        shown = row == 0  # in the legend
         each = harms(answers, fire)
         spread = row + np.linspace(-0.22, 0.22, len(each))[np.argsort(np.argsort(each))]
         mean, low, high = harm(answers, fire)
         bar = axes.plot([low, mean, high], [row] * 3, "-o", color=EMBER, lw=3, ms=8)
-        bar[0].set(markevery=[1], zorder=3, label="mean and 95 % interval" * shown)
-        dots = axes.plot(each, spread, ".", ms=4, color=FAINT, alpha=0.5)
-        dots[0].set_label("one moment" * shown)
+        bar[0].set(markevery=[1], zorder=3, label="mean and 95 % interval")
+        axes.plot(each, spread, ".", ms=4, c=FAINT, alpha=0.5, label="one moment")
         if fire == WORST and (foreseen := _foreseen(answers)):
             mark = axes.plot(of_mean(foreseen).mean, row, "D", color=FORESEEN, ms=8)
             mark[0].set(mfc="none", mew=1.6, label=f"what {WORST} foresaw itself")

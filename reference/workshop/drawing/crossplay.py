@@ -15,7 +15,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from reference.workshop.drawing.page import TEXT, foot, sheet, shortened
@@ -138,23 +137,22 @@ def curves(records: Sequence[Record]) -> Figure:
     page = sheet(title, max(7.5, 3.5 * columns), 2.5 * rows + 1.2)
     panels = page.subplots(rows, columns, sharey=True, squeeze=False)
     t = np.arange(0, max(r.evacuation_time or 0 for r in records) + 2 * STEP, STEP)
-    looks = dict(zip(robots, cycle(LINES), strict=False))
+    labels = [name.replace("\n", " ") for name in names(robots)]
+    looks = list(zip(robots, labels, cycle(LINES), strict=False))
     for axes, fire, name in zip(panels.flat, fires, names(fires), strict=False):
         axes.set(xlim=(0, t[-1]), ylim=(0, 102), xlabel="seconds")
         axes.set_title("fire: " + name.replace("\n", " "))
         axes.grid(axis="y")
-        for word, look in looks.items():
-            if runs := [run for run in records if run.match == (word, fire)]:
-                _draw_curve(axes, t, runs, *look)
+        for word, label, (colour, dashes) in looks:
+            runs = [run for run in records if run.match == (word, fire)]
+            mean, low, high = (100 * line for line in band(shares(runs, t)))
+            axes.fill_between(t, low, high, color=colour, alpha=0.16, lw=0)
+            axes.plot(t, mean, lw=1.9, color=colour, ls=dashes, label=label)
     for axes in panels[:, 0]:
         axes.set_ylabel("people out, %")
     for axes in panels.flat[len(fires) :]:
         axes.remove()
-    samples = [
-        Line2D([], [], lw=1.9, color=colour, ls=dashes, label=name.replace("\n", " "))
-        for name, (colour, dashes) in zip(names(robots), looks.values(), strict=True)
-    ]
-    foot(page, samples, handlelength=3.6)
+    foot(page, handlelength=3.6)
     return page
 
 
@@ -163,11 +161,3 @@ def shares(records: Sequence[Record], t: np.ndarray) -> np.ndarray:
     out = [np.searchsorted(run.times, t, side="right") for run in records]
     people = np.array([run.people for run in records])
     return np.stack(out) / people[:, None]
-
-
-def _draw_curve(
-    axes: Axes, t: np.ndarray, runs: Sequence[Record], colour: str, dashes: Any
-) -> None:
-    mean, low, high = (100 * line for line in band(shares(runs, t)))
-    axes.fill_between(t, low, high, color=colour, alpha=0.16, lw=0)
-    axes.plot(t, mean, lw=1.9, color=colour, ls=dashes)

@@ -6,17 +6,14 @@ the time axis, while a decision of one is none of the other.
     x  episodes played up to a row;  y  what a column says there, nan if it is empty
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import cycle
 from math import nan
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from reference.building import Kind
@@ -26,6 +23,7 @@ from reference.workshop.drawing.page import (
     FAINT,
     foot,
     sheet,
+    shortened,
     write_numbers,
 )
 from reference.workshop.drawing.runs import Phase, Run
@@ -44,15 +42,16 @@ Found = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 class Curve(NamedTuple):
-    """A line: in which panel, whose rows, which column, times what, and how it looks.
+    """A line: in which panel, whose rows, which column, and how it looks and is called.
 
-    side  "robots" or "fire", or "" for the rows of both
+    side  "robots" or "fire", or "" for the rows of both;  times  what the column says
     """
 
     panel: str
     side: str
     column: str
     colour: str
+    label: str
     dashes: str = "-"
     times: float = 1.0
 
@@ -70,20 +69,15 @@ UNITS = {
 """The panels from above to below, and what goes up in them; losses on a log scale."""
 
 CURVES = (
-    Curve(REWARDS, "", GROUP_REWARD, ROBOTS),
-    Curve(REWARDS, "fire", OWN_REWARD, FIRE),
-    Curve(SURVIVORS, "", SURVIVAL, PEOPLE, times=100),
-    Curve(ENTROPIES, "robots", "Policy/Entropy", ROBOTS),
-    Curve(ENTROPIES, "fire", "Policy/Entropy", FIRE),
-    Curve(LOSSES, "robots", "Losses/Value Loss", ROBOTS),
-    Curve(LOSSES, "robots", "Losses/Baseline Loss", ROBOTS, "--"),
-    Curve(LOSSES, "fire", "Losses/Value Loss", FIRE),
+    Curve(REWARDS, "", GROUP_REWARD, ROBOTS, "robots"),
+    Curve(REWARDS, "fire", OWN_REWARD, FIRE, "fire"),
+    Curve(SURVIVORS, "", SURVIVAL, PEOPLE, "people", times=100),
+    Curve(ENTROPIES, "robots", "Policy/Entropy", ROBOTS, "robots"),
+    Curve(ENTROPIES, "fire", "Policy/Entropy", FIRE, "fire"),
+    Curve(LOSSES, "robots", "Losses/Value Loss", ROBOTS, "robots"),
+    Curve(LOSSES, "robots", "Losses/Baseline Loss", ROBOTS, "robots' baseline", "--"),
+    Curve(LOSSES, "fire", "Losses/Value Loss", FIRE, "fire"),
 )
-_NAMES = {
-    (ROBOTS, "-"): "robots",
-    (ROBOTS, "--"): "robots' baseline",
-    (FIRE, "-"): "fire",
-}
 
 
 def smooth(x: np.ndarray, y: np.ndarray, part: np.ndarray, window: float) -> np.ndarray:
@@ -158,7 +152,8 @@ def figure(runs: Sequence[Run]) -> Figure:
             "no rewards, entropies and losses to draw: train for longer first."
         )
     tracks = _tracks(runs)
-    page, strips, rest = _page(_title(runs), len(tracks), len(panels))
+    title = f"Learning curves: {shortened(', '.join(run.name for run in runs), 70)}"
+    page, strips, rest = _page(title, len(tracks), len(panels))
     end = max(run.end for run in runs) or 1.0
     early = any(phases[0].end == 0 for _, phases in tracks)
     rest[0].set_xlim(-_LEAD_IN * end if early else 0.0, end)
@@ -172,7 +167,7 @@ def figure(runs: Sequence[Run]) -> Figure:
         found = [each for each in (points(run, curve) for run in runs) if len(each[0])]
         _draw_curve(rest[panels.index(curve.panel)], curve, found, SMOOTHING * end)
     caption = _caption(runs, SMOOTHING * end, bool(tracks))
-    foot(page, _samples(curves, shades), caption=caption, handlelength=2.8)
+    foot(page, caption=caption, handlelength=2.8)
     return page
 
 
@@ -202,14 +197,6 @@ def _tracks(runs: Sequence[Run]) -> list[Track]:
     return [("", tuple(map(Phase, *names, [0.0, *ends[:-1]], ends)))]
 
 
-def _title(runs: Sequence[Run]) -> str:
-    names = [run.name for run in runs]
-    if len(names) == 1:
-        return f"Learning curves: {names[0]}"
-    shown = names if len(names) <= 4 else [*names[:2], "…", names[-1]]
-    return f"Learning curves of {len(names)} runs: {', '.join(shown)}"
-
-
 def _draw_strip(axes: Axes, track: Track, shades: dict[str, str]) -> None:
     """Draw the phases as a bar, each with its name where that fits."""
     axes.spines[:].set_visible(False)
@@ -218,7 +205,8 @@ def _draw_strip(axes: Axes, track: Track, shades: dict[str, str]) -> None:
     left, right = axes.get_xlim()
     for name, start, end in track[1]:
         start = start if end else left
-        axes.broken_barh([(start, end - start)], (0, 1), color=shades[name], ec="white")
+        bar = axes.broken_barh([(start, end - start)], (0, 1), color=shades[name])
+        bar.set(ec="white", label=f"phase {name}")
         if len(name) * _LETTER < (end - start) / (right - left):
             middle = (start + end) / 2
             axes.text(middle, 0.45, name, fontsize=8, ha="center", va="center")
@@ -248,32 +236,11 @@ def _draw_curve(axes: Axes, curve: Curve, runs: Sequence[Found], window: float) 
         bold, thin = smoothed[0], [with_gaps(*runs[0])]
     else:
         bold, thin = mean_of(smoothed), smoothed
-    for x, y in thin:
-        axes.plot(x, y, lw=0.9, alpha=0.4, **look)
-        lone = _lone(y)
-        axes.plot(x[lone], y[lone], ls="", marker=".", ms=4, color=curve.colour)
+    for line in thin:
+        axes.plot(*line, lw=0.9, alpha=0.4, marker=".", ms=2, **look)
     mark = _MARKS[curve.colour] if curve.dashes == "-" else {}
-    axes.plot(*bold, lw=2, markevery=[-1], clip_on=False, **mark, **look)
-
-
-def _lone(y: np.ndarray) -> np.ndarray:
-    """(k,) bool: values between two gaps, which a line does not show."""
-    gap = np.concatenate([[True], np.isnan(y), [True]])
-    return gap[:-2] & gap[2:] & ~gap[1:-1]
-
-
-def _samples(curves: Iterable[Curve], shades: dict[str, str]) -> list[Artist]:
-    """Legend entries of lines and phases; people have a panel of their own."""
-    drawn = {(curve.colour, curve.dashes) for curve in curves}
-    lines = [
-        Line2D([], [], color=look[0], ls=look[1], lw=2, label=name)
-        for look, name in _NAMES.items()
-        if look in drawn
-    ]
-    return [
-        *lines,
-        *(Patch(color=c, label=f"phase {name}") for name, c in shades.items()),
-    ]
+    look |= {"markevery": [-1], "clip_on": False, "label": curve.label}
+    axes.plot(*bold, lw=2, **mark, **look)
 
 
 def _caption(runs: Sequence[Run], window: float, switches: bool) -> str:

@@ -294,12 +294,19 @@ def heading(figure: Figure, title: str) -> None:
 
 def foot(
     figure: Figure,
-    handles: Sequence[Artist],
+    handles: Sequence[Artist] | None = None,
     columns: int = 12,
     caption: str = "",
     **look: Any,
 ) -> None:
-    """The legend along the lower edge of a page, in as few rows as fit; its caption."""
+    """The legend along the lower edge of a page, in as few rows as fit; its caption.
+
+    handles: entries; else whatever has a label on the axes of the page
+    """
+    if handles is None:
+        found = (axes.get_legend_handles_labels() for axes in figure.axes)
+        named = {h.get_label(): h for each, _ in found for h in each}
+        handles = [*named.values()]
     look |= {"handles": list(handles), "title": caption or None, "handleheight": 1.1}
     if figure.get_layout_engine() is None:
         look |= {"loc": "lower center", "bbox_to_anchor": (0.5, 0.005)}

@@ -30,7 +30,6 @@ from reference.workshop.drawing.page import (
     TEXT,
     number,
     sheet,
-    shortened,
     write_labels,
     write_numbers,
 )
@@ -42,10 +41,8 @@ PRINTED = {WORST_POINT[0]: "0.00004", BEST_POINT[0]: "0.4", BEST_REWARD: "0.5"}
 """[F3] the slopes as the text prints them, by the reward they belong to."""
 
 CURVE, SLOPE, POINT = "#1b5e9e", EMBER, COLOURS[Kind.ENTRANCE]
-LONGEST = 28  # characters of a label; longer ones lose their middle
 
 _three = partial(number, digits=3)
-_cut = partial(shortened, longest=LONGEST)
 
 
 # -- What a reward is worth ---------------------------------------------------------
@@ -236,7 +233,7 @@ def _caption(found: Sequence[Reading], shown: Sequence[Reading]) -> str:
     lines = []
     if shown:
         lines.append("Each point: mean reward and difficulty, intervals, and its E")
-    if off := [_cut(reading.label) for reading in found if reading not in shown]:
+    if off := [reading.label for reading in found if reading not in shown]:
         more = f" and {len(off) - 2} more" if len(off) > 2 else ""
         lines.append(f"Off this ruler: {', '.join(off[:2])}{more}")
     return ".  ".join(lines)
@@ -252,7 +249,7 @@ def _draw_readings(axes: Axes, ruler: Ruler, readings: Sequence[Reading]) -> Non
             axes.plot([r.reward] * 2, r.difficulties, **look)
     points = [(r.reward, r.difficulty) for r in readings]
     _draw_dots(axes, points, POINT, "D")
-    words = [f"{_cut(r.label)}  {ruler.score(*r[1:3]):.2f}" for r in readings]
+    words = [f"{r.label}  {ruler.score(*r[1:3]):.2f}" for r in readings]
     R = ruler.reward_at(0.6 * ruler.beta)
     write_labels(axes, [*points, (R, ruler.difficulty_at(R))], [*words, "E = 1"])
 
