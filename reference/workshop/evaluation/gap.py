@@ -22,7 +22,7 @@ from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.evaluation.contestants import WORST, Evacuation, contestant
 from reference.workshop.evaluation.intervals import Interval, of_mean
-from reference.workshop.evaluation.worst_case.look_ahead import First
+from reference.workshop.evaluation.worst_case.look_ahead import FirstAt
 
 FUTURES = 8
 """[F4, chosen] of each moment: flames of one future differ much from another's."""
@@ -139,7 +139,7 @@ def placement_of(fire: Any, now: Simulation) -> Decision | None:
 def _reward(future: Simulation, placement: Decision | None) -> float:
     """To the end of a future, with a fire there and then beside the busiest ways."""
     run = future.copy()
-    run.fire_strategy = First(placement)
+    run.fire_strategy = FirstAt(placement)
     run.run()
     return group_reward(run.events[len(future.events) :])
 

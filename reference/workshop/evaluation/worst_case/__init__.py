@@ -4,8 +4,8 @@ Clauses: F4.  R_w = min E[R] over all attacks cannot be computed, says the appen
 takes the greedy worst case instead (GWC): at every state the action of lowest reward.
 Its cost is linear in the number of decisions.  Here the attacker is one of
 
-* the fire, which chooses among `placements`: as a `look_ahead` simulation finds worst,
-  with the `prospects` people still have when it breaks off; or as a `critic` says;
+* the fire, which chooses among `placements`: the one that a `look_ahead` simulation
+  finds worst, or the one that a `critic` values least;
 * an error of bounded size in what the robots observe: `perturbed`.
 
 Eq. 6's R_w, everybody dies, is below all of them: see `bounds`.  `critic` and

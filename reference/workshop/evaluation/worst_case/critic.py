@@ -1,8 +1,8 @@
-"""The worst case as a learned critic sees it: the fire that it values least.
+"""The fire that a learned critic values least.
 
-Clauses: F4, E1, E2.  A critic has learned what is to be expected of the robots that it
-learned with, against the fires that it has seen.  It is cheap to ask and easy to fool:
-`gap` re-scores what it says.
+Clauses: F4, E1, E2.  A critic has learned what to expect of the robots that it learned
+with, against the fires that it has seen.  It is cheap to ask and easy to fool: `gap`
+re-scores what it says.
 
     B  placements;  G  robots;  V  numbers that a robot observes
 """
@@ -43,7 +43,7 @@ class CriticFire(LearnedPolicy):
     side: Side = "robots"
 
     def __init__(self, source: Source):
-        """The critic of a checkpoint's robots, which need not be the ones attacked.
+        """Load the critic of a checkpoint's robots; others may be the ones attacked.
 
         Raises what `LearnedPolicy` raises, also where the robots did not learn.
         """
@@ -52,7 +52,7 @@ class CriticFire(LearnedPolicy):
         self.critic = critic_of(checkpoint, self)
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision:
-        """The placement of lowest value; a random cell if nobody is inside."""
+        """Take the placement of lowest value; a random cell if nobody is inside."""
         self._check_fits(world)
         choice = placements(world, self.scenario)
         if not choice:
@@ -60,7 +60,7 @@ class CriticFire(LearnedPolicy):
         return choice[int(self.values(world, choice).argmin())]
 
     def values(self, world: World, choice: Sequence[Decision]) -> np.ndarray:
-        """(B,) reward the critic expects after each of them, discounted health points.
+        """Ask the critic for the discounted reward after each: (B,) health points.
 
         All in one call of the network.
         """
@@ -75,14 +75,14 @@ class CriticFire(LearnedPolicy):
 
 
 def critic_of(checkpoint: Checkpoint, robots: LearnedPolicy) -> Critic | GroupCritic:
-    """The critic that the robots of a checkpoint learned with.
+    """Load the critic that the robots of a checkpoint learned with.
 
     Raises CheckpointError where there is none.
     """
     if "robots" not in checkpoint.learners:
         raise CheckpointError(
-            "there is no robots' critic in this checkpoint: only the fire learned, "
-            "against robots that stayed as they were. Name the checkpoint of these."
+            "there is no robots' critic in this checkpoint: only the fire learned. "
+            "Name the checkpoint of its robots."
         )
     settings = robots.learned.settings
     critic = CRITICS[settings.trainer_type](robots.player.sizes, settings).eval()
@@ -102,7 +102,7 @@ def group_values(
     grids: np.ndarray,
     alive: np.ndarray,
 ) -> Tensor:
-    """(B,) scaled returns; vectors (B, G, V), grids (B, ...), alive (B, G) bool.
+    """Value B groups, in scaled returns; vectors (B, G, V), alive (B, G) bool.
 
     PPO's critic values each robot's view of the same group reward: their mean.
     """
@@ -114,7 +114,7 @@ def group_values(
 
 
 def imagined(world: World, decision: Decision) -> World:
-    """The world with one more source, alight already; the rest is shared with it."""
+    """Copy the world with one more source, alight already; the rest is shared."""
     floor, x, y = decision
     flames = world.flames
     burning = flames.burning.copy()

@@ -1,4 +1,4 @@
-"""The worst case by looking ahead: placements are tried out, the worst one is taken.
+"""The fire that looks ahead: it simulates some placements and takes the worst.
 
 Clauses: F4, D2, D6.  The greedy worst case (GWC), with a simulation to tell what is
 worst: at each decision on its own, so that the cost is linear in their number and not
@@ -14,7 +14,7 @@ from reference.game.rewards import group_reward
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.evaluation.worst_case.placements import BusiestWay, placements
-from reference.workshop.evaluation.worst_case.value_estimate import prospects
+from reference.workshop.evaluation.worst_case.value_estimate import value_estimate
 from reference.world import World
 
 CHOICES, HORIZON = 4, 60.0
@@ -33,14 +33,13 @@ class Foreseen(NamedTuple):
 class WorstCase:
     """A fire that breaks out where a look-ahead simulation says it is worst.
 
-    [F4, Eq. 5, chosen] The placements that most people must come past are simulated,
-    each in a future of its own, with the robots' own strategy; one decision is
-    searched, those after it follow a rule: beside the `BusiestWay`. Without them the
-    fire would never take the first of two exits. All placements of a decision share
-    the seed of their future, so that they are compared under the same chances; it is a
-    fresh one, so that the fire does not know how flames will really spread. What is to
-    come after the horizon is an estimate, `prospects`. The least of such values is too
-    low by nature: `gap` re-scores it.
+    [F4, Eq. 5, chosen] Each of the busiest placements is simulated up to a horizon,
+    with the robots' own strategy; what comes after is a `value_estimate`. Later fires
+    follow a rule, beside the `BusiestWay`: without them it would never take the first
+    of two exits. All placements share the seed of their future, so that they are
+    compared under the same chances; it is a fresh one, so that the fire does not know
+    how flames will really spread. The least of such values is too low by nature: `gap`
+    re-scores it.
 
     ticks     simulated in looking ahead, at all decisions together
     foreseen  at the last decision, the worst first; of equals the busiest, since what
@@ -48,32 +47,20 @@ class WorstCase:
     """
 
     def __init__(self, choices: int = CHOICES, horizon: float = HORIZON):
-        """choices: how many placements;  horizon: seconds of each.
-
-        Raises ValueError unless there is a placement, and time to simulate it.
-        """
-        if choices < 1 or not horizon > 0:
-            raise ValueError(
-                f"{choices} placements for {horizon:g} s: looking ahead takes at least "
-                "one, and more than no time"
-            )
+        """choices: how many placements are tried;  horizon: seconds of each."""
         self.choices, self.horizon = choices, horizon
         self.ticks = 0
         self.foreseen: list[Foreseen] = []
         self._now: Simulation | None = None
 
     def watch(self, now: Simulation) -> None:
-        """See how things stand."""
+        """Keep how things stand: `Simulation` shows it before each decision."""
         self._now = now
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision:
-        """The worst placement; a random cell if nobody is inside.
-
-        Raises RuntimeError outside a simulation.
-        """
+        """Try out the busiest placements, take the worst; a random cell if none."""
         now, self._now = self._now, None
-        if now is None:
-            raise RuntimeError("this fire looks ahead: let a Simulation ask it")
+        assert now is not None, "a Simulation asks this fire, after showing itself"
         choice = placements(now.world, now.scenario)[: self.choices]
         if not choice:
             return RandomFire().decide(world, rng)
@@ -83,19 +70,19 @@ class WorstCase:
         return self.foreseen[0].placement
 
     def _look(self, future: Simulation, placement: Decision) -> Foreseen:
-        """What comes of a fire there."""
+        """Simulate a fire there up to the horizon, and estimate what comes after."""
         run = future.copy()
-        run.fire_strategy = First(placement)
+        run.fire_strategy = FirstAt(placement)
         end = run.world.time + self.horizon - 1e-9
         while not run.done and run.world.time < end:
             run.step()
         self.ticks += run.ticks - future.ticks
         reward = group_reward(run.events[len(future.events) :])
-        rest = 0.0 if run.done else prospects(run.world)
+        rest = 0.0 if run.done else value_estimate(run.world)
         return Foreseen(reward + rest, placement)
 
 
-class First(BusiestWay):
+class FirstAt(BusiestWay):
     """A fire at one place, or not at all, in its next turn; then beside busy ways."""
 
     def __init__(self, placement: Decision | None):
@@ -103,5 +90,5 @@ class First(BusiestWay):
         self.first = [placement]
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
-        """There; then what most people have to come past."""
+        """Take that place; then what most people have to come past."""
         return self.first.pop() if self.first else super().decide(world, rng)

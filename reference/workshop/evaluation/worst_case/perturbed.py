@@ -1,4 +1,4 @@
-"""Robots that are deceived about where everybody is, as much as does most harm.
+"""Robots whose observations are perturbed, as badly as can be found.
 
 Clauses: F4, C1, E1.  Eq. 5 as it is meant there: what the robots observe is off by δ,
 ‖δ‖∞ ≤ ε, the worst that can be found at each decision on its own (GWC).
@@ -6,9 +6,10 @@ Clauses: F4, C1, E1.  Eq. 5 as it is meant there: what the robots observe is off
     o    observations (G, V);  δ  what they are off by, 0 or ± ε, metres
     b    baseline of MA-POCA's critic: the value of the group when all but one have
          decided, without knowing what that one does
-    G  robots;  V  numbers that a robot observes;  K  tries;  E  shown to the critic
+    G  robots;  V  numbers that a robot observes;  K  tries
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -32,11 +33,11 @@ TRIES = 4
 
 
 class Attack(NamedTuple):
-    """The worst that was found at one decision.
+    """The worst perturbation that was found at one decision.
 
     seen     (G, V) float32, o + δ;  emitted  (G, 2) what the robots then do
     value    mean of b, scaled return: what the critic expects of that
-    plain    the same for what they would do undeceived
+    plain    the same for what they would do without it
     """
 
     seen: np.ndarray
@@ -46,43 +47,38 @@ class Attack(NamedTuple):
 
 
 class PerturbedRobots(LearnedRobots):
-    """A checkpoint's robots, deceived by at most ε at each decision [F4, Eq. 5].
+    """A checkpoint's robots whose observations are off by at most ε [F4, Eq. 5].
 
     What may be off is x and y of every person, robot and fire source that is there:
     2 (40 + 6 + 8) = 108 of the paper's 167 numbers at most. Storeys, counts, the time,
-    what stands for those who are gone, and the grid are as they are; so is the order
-    of people. Each robot's vector is off on its own.
+    the rows of those who are gone, the grid and the order of people stay as they are.
 
-    [F4, chosen] The search is greedy over the robots, in turn: some corners of the
-    ball around a robot's own vector are tried, and the joint action of lowest value
-    stays. So every δ that is found exists, but a better search might find a worse one:
-    the reward under this attack is an upper bound of Eq. 5's. MA-POCA's baselines
-    judge the actions: each tells the group's value given what the others do, and
-    the value is their mean. A robot that is alone at work is judged by nobody, so it is
-    not deceived.
+    [F4, chosen] The search is greedy over the robots: of some corners of the ball
+    around each one's vector, those stay whose joint action has the lowest value, the
+    mean of MA-POCA's baselines. So every δ that is found exists, but a better search
+    might find a worse one: the reward under this attack is an upper bound of Eq. 5's. A
+    robot that is alone at work has no baseline, so it is not deceived.
     """
 
     critic: GroupCritic
+    tries = TRIES
 
-    def __init__(self, source: Source, epsilon: float = EPSILON, tries: int = TRIES):
+    def __init__(self, source: Source, epsilon: float = EPSILON):
         """epsilon: metres, 0 or more; the robots take their likeliest actions.
 
         Raises ValueError for other numbers, and CheckpointError as `LearnedRobots`
         does and for robots that learned by PPO, whose critic judges no actions.
         """
-        if not 0 <= epsilon < np.inf or tries < 1:
-            raise ValueError(
-                f"observations off by {epsilon:g} m, {tries} tries: "
-                "give metres from 0 upwards, and at least one try"
-            )
+        if not 0 <= epsilon < np.inf:
+            raise ValueError(f"{epsilon:g} m: give metres from 0 upwards")
         checkpoint = source if isinstance(source, Checkpoint) else load(source)
         super().__init__(checkpoint)
-        self.epsilon, self.tries = epsilon, tries
+        self.epsilon = epsilon
         critic = critic_of(checkpoint, self)
         if not isinstance(critic, GroupCritic):
             raise CheckpointError(
-                "these robots learned by ppo: their critic judges no actions, so the "
-                "worst action cannot be told. Name robots that learned by poca."
+                "these robots learned by ppo, whose critic judges no actions. Name "
+                "robots that learned by poca."
             )
         self.critic = critic
 
@@ -92,74 +88,51 @@ class PerturbedRobots(LearnedRobots):
         """(G, 2) what they do when deceived; without deception what they would do."""
         if not self.epsilon:
             return super()._emitted(vectors, world, rng)
-        return self.attack(vectors, grid(world), robots_at_work(world), rng).emitted
+        truth = Moment(vectors, grid(world), robots_at_work(world))
+        return self.attack(truth, rng).emitted
 
-    def attack(
-        self,
-        vectors: np.ndarray,
-        cells: np.ndarray,
-        alive: np.ndarray,
-        rng: np.random.Generator,
-    ) -> Attack:
-        """vectors (G, V), the truth; cells, the grid; alive (G,) bool, at work."""
-        emitted, shown = self._act(vectors[None], cells, alive)
-        plain = float(self._value(vectors, cells, alive, shown)[0])
-        worst = Attack(vectors, emitted[0], plain, plain)
-        for g in np.flatnonzero(alive).tolist():
+    def attack(self, truth: Moment, rng: np.random.Generator) -> Attack:
+        """Search, robot by robot, for the observations of lowest value."""
+        emitted, values = self._try(truth, truth.vectors[None])
+        plain = float(values[0])
+        worst = Attack(truth.vectors, emitted[0], plain, plain)
+        for g in np.flatnonzero(truth.alive).tolist():
             seen = np.tile(worst.seen, (self.tries, 1, 1))
-            seen[:, g] = self._off(vectors[g], rng)
-            emitted, shown = self._act(seen, cells, alive)
-            value = self._value(vectors, cells, alive, shown)
-            k = int(value.argmin())
-            if value[k] < worst.value:
-                worst = Attack(seen[k], emitted[k], float(value[k]), plain)
+            seen[:, g] = self._off(truth.vectors[g], rng)
+            emitted, values = self._try(truth, seen)
+            k = int(values.argmin())
+            if values[k] < worst.value:
+                worst = Attack(seen[k], emitted[k], float(values[k]), plain)
         return worst
 
     def _off(self, vector: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(K, V) corners of the ball around a vector (V,), cut off at the drawing."""
-        building, scenario = self.building, self.scenario
         delta = rng.choice([-self.epsilon, self.epsilon], (self.tries, len(vector)))
-        layout = robot_layout(building, scenario)
+        layout = robot_layout(self.building, self.scenario)
         below = np.nextafter(layout.high, layout.low)
         seen = (vector + delta).clip(layout.low, below)
-        free = may_be_off(vector, building, scenario)
+        free = may_be_off(vector, self.building, self.scenario)
         return np.where(free, seen, vector).astype(np.float32)
 
-    def _act(
-        self, seen: np.ndarray, cells: np.ndarray, alive: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """What the policy does on (K, G, V): emitted, and shown to critics."""
-        with one_thread():
-            emitted, decisions = self.player.act(
-                [Moment(vectors, cells, alive) for vectors in seen]
-            )
-        return emitted, np.stack([decision.shown for decision in decisions])
-
-    def _value(
-        self,
-        vectors: np.ndarray,
-        cells: np.ndarray,
-        alive: np.ndarray,
-        shown: np.ndarray,
-    ) -> np.ndarray:
-        """(K,) mean baseline of those at work, given the truth and the actions."""
-        K, there = len(shown), torch.from_numpy(alive)
-        truth, grids = torch.from_numpy(vectors), torch.from_numpy(cells)
+    def _try(self, truth: Moment, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(K, G, 2) what robots do that see (K, G, V), and (K,) its value in truth."""
         with one_thread(), torch.no_grad():
-            _, b = self.critic.with_baselines(
-                truth.expand(K, *truth.shape),
-                grids.expand(K, *grids.shape),
-                there.expand(K, -1),
-                torch.from_numpy(shown),
+            moments = [replace(truth, vectors=each) for each in seen]
+            emitted, decisions = self.player.act(moments)
+            shown = torch.from_numpy(np.stack([each.shown for each in decisions]))
+            vectors, grids, alive = (
+                torch.from_numpy(part).expand(len(seen), *part.shape)
+                for part in (truth.vectors, truth.grid, truth.alive)
             )
-        mean: np.ndarray = b[:, there].mean(dim=1).numpy()
-        return mean
+            _, b = self.critic.with_baselines(vectors, grids, alive, shown)
+            values = b[:, torch.from_numpy(truth.alive)].mean(dim=1)
+        return emitted, values.numpy()
 
 
 def may_be_off(
     vector: np.ndarray, building: Building, scenario: Scenario
 ) -> np.ndarray:
-    """(V,) bool: x and y of the points in a robot's vector that are there."""
+    """Mark x and y of the points in a robot's vector that are there: (V,) bool."""
     free = np.zeros(len(vector), dtype=bool)
     for slot in robot_layout(building, scenario).slots:
         if slot.stop - slot.start == 3 and vector[slot.stop - 1] >= 0:

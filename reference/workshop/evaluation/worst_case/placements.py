@@ -1,4 +1,4 @@
-"""Where a fire may break out, the busiest ways first; and a fire that burns just these.
+"""Placements for a fire, the busiest ways first, and a fire that takes the first.
 
 Clauses: D2, D6, F4.
 """
@@ -22,13 +22,12 @@ CROSS = [FIRE_FEATURES.index(name) for name in ("cross", "come")]
 
 
 def placements(world: World, scenario: Scenario) -> list[Decision]:
-    """Free cells beside ways, groups of people and robots; none if nobody is inside.
+    """List free cells beside ways, people and robots; none if nobody is inside.
 
-    [F4, chosen] Those that a learned fire's pointer head chooses among, so that all
-    attackers have the same choice: one for each landmark, group and robot of floors
-    where somebody is or still comes through, about 60 in the paper's building. Those
-    come first which most people's cheapest ways out come past: mostly the worst are
-    among them. scenario: the simulation's own.
+    [F4, chosen] Those that a learned fire's pointer head chooses among: one for each
+    landmark, group and robot of floors where somebody is or still comes through, about
+    60 in the paper's building. Those come first which most people's cheapest ways out
+    come past: mostly the worst are among them. scenario: the simulation's own.
     """
     if not any(world.occupancy):
         return []
@@ -56,10 +55,10 @@ class BusiestWay:
         self._scenario = Scenario()
 
     def watch(self, now: Simulation) -> None:
-        """Take in what is played."""
+        """Keep the scenario."""
         self._scenario = now.scenario
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
-        """The first placement; a random cell if nobody is inside."""
+        """Take the first placement; a random cell if nobody is inside."""
         choice = placements(world, self._scenario)
         return choice[0] if choice else RandomFire().decide(world, rng)

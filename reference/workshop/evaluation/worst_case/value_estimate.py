@@ -1,11 +1,10 @@
-"""What the people inside can still hope for: an estimate of the reward to come.
+"""Estimate the reward still to come, where a simulation is broken off.
 
-Clauses: F4, F8, B7, D7.  It stands in for the rest of a simulation that is broken off:
-crude, but a hundredth of its cost.  Losses are health points.
+Clauses: F4, F8, B7, D7.  Everybody is assumed to take the cheapest way out: crude, but
+a hundredth of the cost of simulating the rest.  Losses are health points.
 
-    f, p    floor, place;  n  people inside
-    first   lost on the cheapest way off the floor;  last  ... to the outside
-    storeys that are walked down on it
+    first    lost on the cheapest way off the floor;  last  ... to the outside
+    storeys  that are walked down on it
 """
 
 from functools import lru_cache
@@ -13,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from reference.building import Building, Kind
+from reference.building import Building
 from reference.flames import beside_flames
 from reference.navigation import navigation_of
 from reference.paper import (
@@ -40,79 +39,72 @@ STOREY_LOSS = HEALTH_RATE * FRAMES_PER_SECOND * STAIRS_SECONDS
 
 
 class Losses(NamedTuple):
-    """What each place of a floor costs to leave, (places,) each; inf: no way."""
+    """What each place costs to leave, or each human to get out, (n,) each; inf: no way.
+
+    In this order: off the floor, to the outside, and storeys that are walked down.
+    """
 
     first: np.ndarray
     last: np.ndarray
     storeys: np.ndarray
 
 
-class Way(NamedTuple):
-    """A way out of a floor: its places, and where it leads.
-
-    foot  where one comes out of the stairs, -1 for an exit;  down  storeys till there
-    """
-
-    places: tuple[int, ...]
-    foot: int
-    down: int
-
-
-def prospects(world: World) -> float:
-    """Reward that those inside still bring, if no more fires break out.
+def value_estimate(world: World) -> float:
+    """Estimate the reward that those inside still bring, if no more fires break out.
 
     [F4, chosen] Everybody takes the cheapest way, SEARCH times as long as it is, with
     the flames as they will be SOON; these are walked through at the health it costs,
     as stuck people do. Flames must be known that far: ask a simulation of its own
     future.
     """
-    bodies = world.bodies
-    who = np.flatnonzero(bodies.inside)
-    health, out = bodies.health[who], _of_people(world, who)
+    who = np.flatnonzero(world.bodies.inside)
+    health, way = world.bodies.health[who], losses_of_people(world, who)
     floors = np.arange(world.building.floors)
-    left = health[:, None] - out.first[:, None] - STOREY_LOSS * floors
-    passed = np.where(floors < out.storeys[:, None], left, 0.0).clip(0)
-    end = health - out.last
+    left = health[:, None] - way.first[:, None] - STOREY_LOSS * floors
+    passed = np.where(floors < way.storeys[:, None], left, 0.0).clip(0)
+    end = health - way.last
     outside = np.where(end > 0, end + FIXED_REWARD, -FIXED_PENALTY)
     return float(passed.sum() + outside.sum())
 
 
-def _of_people(world: World, who: np.ndarray) -> Losses:
-    """(n,) each: what lies before these people."""
+def losses_of_people(world: World, who: np.ndarray) -> Losses:
+    """Look up what lies before these people, (n,); those on stairs come out first."""
     bodies, building = world.bodies, world.building
-    burning = world.flames.arrival <= world.time + SOON
-    losses = all_losses(building, burning)
-    place, shaft = bodies.place[who], bodies.stairwell[who]
-    down = np.flatnonzero(shaft >= 0)
-    feet, lowest = _feet(building)
-    place[down] = feet[shaft[down]]
+    losses = losses_of_places(building, world.flames.arrival <= world.time + SOON)
+    place, well = bodies.place[who], bodies.stairwell[who]
+    down = np.flatnonzero(well >= 0)
+    place[down] = _feet(building)[well[down]]
     mine = Losses(*(field[place] for field in losses))
+    lowest = np.array([well.lowest for well in building.stairwells], dtype=int)
     waits = (bodies.stairs_until[who[down]] - world.time).clip(0)
     wait = HEALTH_RATE * FRAMES_PER_SECOND * waits
-    more = bodies.floor[who[down]] - lowest[shaft[down]] - 1
+    more = bodies.floor[who[down]] - lowest[well[down]] - 1
     mine.first[down] = wait
     mine.last[down] += wait + STOREY_LOSS * more
     mine.storeys[down] += more
     return mine
 
 
-def all_losses(building: Building, burning: np.ndarray) -> Losses:
-    """(places,) each, for the whole building; burning: (floors, rows, cols) bool."""
+def losses_of_places(building: Building, burning: np.ndarray) -> Losses:
+    """Find every place's cheapest way out; burning: (floors, rows, cols) bool."""
     size = building.kind[0].size
     losses = Losses(*np.full((3, building.kind.size), np.inf))
     losses.storeys[:] = 0
-    for floor, ways in enumerate(_ways_out(building)):
-        part = slice(floor * size, (floor + 1) * size)
-        metres = _on_foot(building, floor, burning[floor].tobytes())
-        for way, first in zip(ways, metres, strict=True):
-            last, storeys = first.copy(), way.down
-            if way.foot >= 0:
-                last += STOREY_LOSS * way.down + losses.last[way.foot]
-                storeys += int(losses.storeys[way.foot])
-            better = last < losses.last[part]
-            losses.first[part][better] = first[better]
-            losses.last[part][better] = last[better]
-            losses.storeys[part][better] = storeys
+    for floor in range(building.floors):
+        here = Losses(*(field[floor * size : (floor + 1) * size] for field in losses))
+        on_foot = _on_foot(building, floor, burning[floor].tobytes())
+        for mark, first in zip(building.ways_out(floor), on_foot, strict=True):
+            last, storeys = first, 0
+            if mark not in building.exits:
+                well = building.stairwell_of[mark]
+                foot = _feet(building)[well]
+                storeys = floor - building.stairwells[well].lowest
+                last = first + (STOREY_LOSS * storeys + losses.last[foot])
+                storeys += int(losses.storeys[foot])
+            better = last < here.last
+            here.first[better] = first[better]
+            here.last[better] = last[better]
+            here.storeys[better] = storeys
     return losses
 
 
@@ -125,48 +117,24 @@ def _on_foot(building: Building, floor: int, burning: bytes) -> tuple[np.ndarray
     shape = building.kind.shape
     flames = np.zeros(shape, dtype=bool)
     flames[floor] = np.frombuffer(burning, dtype=bool).reshape(shape[1:])
-    places = [flames, beside_flames(building, flames)]
-    harm = np.select(places, [BURN_LOSS, HEAT_LOSS], 0.0)
+    hot = beside_flames(building, flames)
+    harm = np.select([flames, hot], [BURN_LOSS, HEAT_LOSS], 0.0)
     per_second = HEALTH_RATE * FRAMES_PER_SECOND * SEARCH + harm
     nav = navigation_of(building)
     part = slice(floor * nav.floor_size, (floor + 1) * nav.floor_size)
     cost = per_second / WALKING_SPEED
-    ways = _ways_out(building)[floor]
-    return tuple(nav.distances(way.places, cost)[part] for way in ways)
+    ways = [_places_of(building, mark) for mark in building.ways_out(floor)]
+    return tuple(nav.distances(places, cost)[part] for places in ways)
 
 
 @lru_cache(maxsize=8)
-def _ways_out(building: Building) -> tuple[tuple[Way, ...], ...]:
-    """Of every floor, its exits and entrances of stairs that lead down."""
-    feet, lowest = _feet(building)
-    shaft = building.stairwell_of
-    return tuple(
-        tuple(
-            Way(_cells(building, mark), -1, 0)
-            if building.landmarks[mark].kind is Kind.EXIT
-            else Way(
-                _cells(building, mark),
-                int(feet[shaft[mark]]),
-                floor - int(lowest[shaft[mark]]),
-            )
-            for mark in building.ways_out(floor)
-        )
-        for floor in range(building.floors)
-    )
+def _feet(building: Building) -> np.ndarray:
+    """(stairwells,) the place where people come out of each."""
+    entrances = [well.entrances[well.lowest][0] for well in building.stairwells]
+    return np.array([_places_of(building, m)[0] for m in entrances], dtype=int)
 
 
-def _cells(building: Building, mark: int) -> tuple[int, ...]:
+def _places_of(building: Building, mark: int) -> np.ndarray:
+    """The places of a landmark's cells."""
     landmark = building.landmarks[mark]
-    cells = navigation_of(building).places_of(landmark.floor, landmark.cells)
-    return tuple(cells.tolist())
-
-
-@lru_cache(maxsize=8)
-def _feet(building: Building) -> tuple[np.ndarray, np.ndarray]:
-    """(stairwells,) the place where people come out of each, and its floor."""
-    lowest = [well.lowest for well in building.stairwells]
-    feet = [
-        _cells(building, well.entrances[floor][0])[0]
-        for well, floor in zip(building.stairwells, lowest, strict=True)
-    ]
-    return np.array(feet, dtype=int), np.array(lowest, dtype=int)
+    return navigation_of(building).places_of(landmark.floor, landmark.cells)
