@@ -14,15 +14,15 @@ from lives import MIXED, SIZES
 
 from reference.learning.networks import (
     Actor,
-    Critic,
     Encoder,
     GridEncoder,
-    GroupCritic,
     Normaliser,
     Options,
     PointerHead,
     Policy,
 )
+from reference.learning.poca import GroupCritic
+from reference.learning.ppo import Critic
 
 CLOSE = {torch.float32: 1e-5, torch.float64: 1e-12}
 WIDE = pytest.mark.parametrize("dtype", CLOSE, ids=str)
@@ -311,6 +311,17 @@ def test_the_group_critic_agrees_with_one_that_encodes_every_mate_anew(G, dtype)
         assert (ours - theirs)[live].abs().max() < CLOSE[dtype]
     assert torch.allclose(critic(vectors, rows.grids, live), value)
     assert baselines[live].std() > 0.01
+
+
+@pytest.mark.paper("E1")
+@pytest.mark.parametrize("G", [1, 2, 6])
+def test_all_baselines_at_once_are_those_of_one_set_after_the_other(G):
+    """Each agent's action taken out in turn, through the same attention."""
+    attention, alive = made(GroupCritic).attention, lives.batch(8, G).alive
+    f, g = torch.randn(2, 8, G, 16)
+    one_by_one = attention.counterfactual(f, g, alive)
+    at_once = attention.counterfactual_at_once(f, g, alive)
+    assert (at_once - one_by_one).abs().max() < 1e-6
 
 
 def asked(critic, rows):

@@ -9,13 +9,27 @@ finishes early learns from what its group does after it.
     G    agents of the group
 """
 
+from math import sqrt
+
 import torch
-from torch import Tensor
+from torch import Tensor, nn
+from torch.nn import functional
 
 from reference.learning import ppo
 from reference.learning.experience import Decisions, Trajectory
-from reference.learning.networks import GroupCritic
+from reference.learning.networks import (
+    REFUSED,
+    Encoder,
+    Sizes,
+    layers,
+    linear,
+    value_head,
+)
 from reference.learning.ppo import Summary, value_loss
+from reference.learning.settings import ATTENTION_HEADS, TrainerSettings
+
+NORM_EPSILON = 1e-5  # [E3] under the root of a layer norm
+POOLING_EPSILON = 1e-7  # [E3] beside the number of live agents
 
 # -- What has a formula -------------------------------------------------------------
 
@@ -57,9 +71,9 @@ def baseline_loss(
 class Learner(ppo.Learner):
     """The robots' trainer: PPO's policy, the group's critic."""
 
-    critic: GroupCritic
+    critic: "GroupCritic"
 
-    def _critic(self) -> GroupCritic:
+    def _critic(self) -> "GroupCritic":
         return GroupCritic(self.sizes, self.settings)
 
     def _values(self, decisions: Decisions) -> tuple[Tensor, Tensor]:
@@ -125,6 +139,160 @@ class Learner(ppo.Learner):
         return super()._estimates(buffer) | {
             "Policy/Extrinsic Baseline Estimate": float(baselines.mean())
         }
+
+
+# -- The critic ---------------------------------------------------------------------
+
+
+class GroupCritic(nn.Module):
+    """MA-POCA's critic: one network for the value and all baselines [E1].
+
+    Value: every live agent as g. Baseline of agent j: j as g, its mates as f, so it
+    asks what the group is worth without knowing what j did.
+    """
+
+    most: Tensor
+
+    def __init__(self, sizes: Sizes, settings: TrainerSettings):
+        super().__init__()
+        hidden = settings.hidden_units
+        self.encoder = Encoder(sizes, settings)
+        gain = sqrt(0.125 / hidden)
+        self.g = nn.Sequential(linear(self.encoder.size, hidden, gain), nn.SiLU())
+        with_action = self.encoder.size + sizes.shown
+        self.f = nn.Sequential(linear(with_action, hidden, gain), nn.SiLU())
+        self.attention = SelfAttention(hidden)
+        self.trunk = layers(hidden, hidden, settings.num_layers, gain)
+        self.value = value_head(hidden + 1)
+        self.register_buffer("most", torch.ones(()))
+
+    def forward(self, vectors: Tensor, grids: Tensor, alive: Tensor) -> Tensor:
+        """Values (B,) of groups: (B, G, V), (B, channels, height, width), (B, G) bool.
+
+        What stands in the rows of absent agents does not matter, as long as it is
+        finite.
+        """
+        g = self.g(self.encoder(vectors, grids))
+        return self._value(self.attention(g, alive), alive)
+
+    def with_baselines(
+        self, vectors: Tensor, grids: Tensor, alive: Tensor, shown: Tensor
+    ) -> tuple[Tensor, Tensor]:
+        """Values (B,) and baselines (B, G); shown: (B, G, E), what the agents did.
+
+        Where agent j is absent, so is the meaning of its baseline.
+        """
+        encoded = self.encoder(vectors, grids)
+        g = self.g(encoded)
+        f = self.f(torch.cat([encoded, shown], dim=-1))
+        value = self._value(self.attention(g, alive), alive)
+        baselines = self._value(
+            self.attention.counterfactual_at_once(f, g, alive), alive
+        )
+        return value, baselines
+
+    def _value(self, pooled: Tensor, alive: Tensor) -> Tensor:
+        """(B, H) -> (B,), or (B, G, H) -> (B, G): trunk, number of agents, head."""
+        n = alive.sum(dim=1, dtype=pooled.dtype)
+        self.most = torch.maximum(self.most, n.max())
+        share = 2 * n / self.most - 1
+        share = share.reshape(-1, *[1] * (pooled.dim() - 1))
+        share = share.expand(*pooled.shape[:-1], 1)
+        return self.value(torch.cat([self.trunk(pooled), share], dim=-1))[..., 0]
+
+
+class SelfAttention(nn.Module):
+    """Residual self-attention over a set, pooled to the mean of who is there [E1].
+
+    Scores are divided by the root of H, norms have no parameters, and the residual
+    adds the normalised input [E3].
+    """
+
+    def __init__(self, hidden: int, heads: int = ATTENTION_HEADS):
+        super().__init__()
+        deviation = sqrt(0.125 / hidden)
+        self.query = linear(hidden, hidden, deviation)
+        self.key = linear(hidden, hidden, deviation)
+        self.to_value = linear(hidden, hidden, deviation)
+        self.out = linear(hidden, hidden, deviation)
+        self.heads = heads
+
+    def forward(self, entities: Tensor, alive: Tensor) -> Tensor:
+        """(B, G, H) and (B, G) bool -> (B, H)."""
+        x = layer_norm(entities)
+        q, k, v = self._projected(x)
+        weights = self._weights(torch.einsum("bahd,bchd->bhac", q, k), alive)
+        attended = torch.einsum("bhac,bchi->bai", weights, v) + self.out.bias
+        return self._pooled(attended + x, alive)
+
+    def counterfactual(self, f: Tensor, g: Tensor, alive: Tensor) -> Tensor:
+        """(B, G, H): row j is the group with agent j's action taken out.
+
+        For each agent the set of all with their actions, f, but of that agent what it
+        sees alone, g; through the same attention.
+        """
+        rows = []
+        for j in range(f.shape[1]):
+            without_j = torch.cat([f[:, :j], g[:, j : j + 1], f[:, j + 1 :]], dim=1)
+            rows.append(self(without_j, alive))
+        return torch.stack(rows, dim=1)
+
+    def counterfactual_at_once(self, f: Tensor, g: Tensor, alive: Tensor) -> Tensor:
+        """The same, faster: the sets differ in one entity each, so projections are
+        computed once per entity, scores once per pair, and only the softmax for each j.
+
+            j  whose action is taken out;  a  who asks;  c  who is asked
+        """
+        G = f.shape[1]
+        f, g = layer_norm(f), layer_norm(g)
+        (q_f, k_f, v_f), (q_g, k_g, v_g) = self._projected(f), self._projected(g)
+        same = torch.eye(G, dtype=torch.bool, device=f.device)
+        j_asks, j_asked = same[:, :, None], same[:, None, :]
+        pair = "bahd,bchd->bhac"
+        ff, fg = torch.einsum(pair, q_f, k_f), torch.einsum(pair, q_f, k_g)
+        gf, gg = torch.einsum(pair, q_g, k_f), torch.einsum(pair, q_g, k_g)
+        asked_by_f = torch.where(j_asked, fg[:, :, None], ff[:, :, None])
+        asked_by_g = torch.where(j_asked, gg[:, :, None], gf[:, :, None])
+        scores = torch.where(j_asks, asked_by_g, asked_by_f)  # (B, heads, j, a, c)
+        weights = self._weights(scores, alive)
+        of_f = weights.masked_fill(j_asked, 0.0)
+        of_g = weights.diagonal(dim1=2, dim2=4)  # (B, heads, a, j): c = j
+        attended = torch.einsum("bhjac,bchi->bjai", of_f, v_f)
+        attended = attended + torch.einsum("bhaj,bjhi->bjai", of_g, v_g)
+        x = torch.where(same[:, :, None], g[:, None], f[:, None])
+        return self._pooled(attended + self.out.bias + x, alive)
+
+    def _projected(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+        """Queries, keys (B, G, heads, d) and, through `out` already, values.
+
+        Attention and `out` are both linear in the values, so each head's values may
+        pass its part of `out` before they are mixed: (B, G, heads, H).
+        """
+        B, G, H = x.shape
+        q, k, v = (p(x).view(B, G, self.heads, -1) for p in self._inner())
+        part = self.out.weight.view(H, self.heads, -1)
+        return q / sqrt(H), k, torch.einsum("bchd,ihd->bchi", v, part)
+
+    def _inner(self) -> tuple[nn.Linear, nn.Linear, nn.Linear]:
+        return self.query, self.key, self.to_value
+
+    @staticmethod
+    def _weights(scores: Tensor, alive: Tensor) -> Tensor:
+        """Softmax over the last axis, of those who are there; absent: weight 0."""
+        there = alive.view(alive.shape[0], *[1] * (scores.dim() - 2), alive.shape[1])
+        return scores.masked_fill(~there, REFUSED).softmax(dim=-1)
+
+    @staticmethod
+    def _pooled(x: Tensor, alive: Tensor) -> Tensor:
+        """Mean of who is there, rows normalised: (B, ..., G, H) -> (B, ..., H)."""
+        n = alive.sum(dim=1, dtype=x.dtype).view(-1, *[1] * (x.dim() - 2))
+        there = alive.view(alive.shape[0], *[1] * (x.dim() - 3), -1, 1)
+        return (layer_norm(x) * there).sum(dim=-2) / (n + POOLING_EPSILON)
+
+
+def layer_norm(x: Tensor) -> Tensor:
+    """(..., H) with mean 0 and variance 1 along H, without parameters [E3]."""
+    return functional.layer_norm(x, x.shape[-1:], eps=NORM_EPSILON)
 
 
 LEARNERS: dict[str, type[ppo.Learner]] = {"ppo": ppo.Learner, "poca": Learner}

@@ -33,7 +33,7 @@ from statistics import mean
 from typing import Any
 
 import torch
-from torch import Tensor
+from torch import Tensor, nn
 
 from reference.learning.experience import (
     Buffer,
@@ -43,7 +43,14 @@ from reference.learning.experience import (
     minibatches,
     segments,
 )
-from reference.learning.networks import Actor, Critic, Normaliser, Sizes, images
+from reference.learning.networks import (
+    Actor,
+    Body,
+    Normaliser,
+    Sizes,
+    images,
+    value_head,
+)
 from reference.learning.settings import TrainerSettings
 
 LEAST_LEARNING_RATE = 1e-10  # [E3] floors of the linear schedules
@@ -114,7 +121,20 @@ def value_loss(values: Tensor, returns: Tensor) -> Tensor:
     return (values - returns).square().mean()
 
 
-# -- The learner --------------------------------------------------------------------
+# -- Critic and learner -------------------------------------------------------------
+
+
+class Critic(nn.Module):
+    """PPO's critic: what an agent's own observation is worth [E2]."""
+
+    def __init__(self, sizes: Sizes, settings: TrainerSettings):
+        super().__init__()
+        self.body = Body(sizes, settings)
+        self.value = value_head(settings.hidden_units)
+
+    def forward(self, vectors: Tensor, grids: Tensor) -> Tensor:
+        """(B, [G,] V) and (B, channels, height, width) -> values (B, [G])."""
+        return self.value(self.body(vectors, grids))[..., 0]
 
 
 class Learner:

@@ -16,7 +16,9 @@ from torch import Tensor
 
 from reference.fire import Decision
 from reference.game.observations import grid, robot_vectors, robots_at_work
-from reference.learning.networks import Critic, GroupCritic, one_thread
+from reference.learning.networks import one_thread
+from reference.learning.poca import GroupCritic
+from reference.learning.ppo import Critic
 from reference.learning.settings import Side
 from reference.navigation import navigation_of
 from reference.strategies import RandomFire

@@ -17,7 +17,8 @@ import torch
 
 from reference.building import Building
 from reference.game.observations import grid, robot_layout, robots_at_work
-from reference.learning.networks import GroupCritic, one_thread
+from reference.learning.networks import one_thread
+from reference.learning.poca import GroupCritic
 from reference.learning.rollouts import Moment
 from reference.paper import Scenario
 from reference.workshop.evaluation.worst_case.critic import critic_of
