@@ -15,11 +15,9 @@ from reference.paper import Scenario
 from reference.robots import actual_target, instruction_for
 from reference.simulation import Simulation
 from reference.strategies import NoRobots, RandomFire
-from reference.workshop.landmarks import (
-    FIRE_FEATURES,
+from reference.workshop.landmarks.of_fire import FIRE_FEATURES, FireOption, FireOptions
+from reference.workshop.landmarks.of_robots import (
     ROBOT_FEATURES,
-    FireOption,
-    FireOptions,
     RobotOption,
     RobotOptions,
 )
@@ -311,6 +309,7 @@ def fetch(f):
     return fetched + led_out + 1e-4 * f["landing"] * (1 + f["on_stairs"])
 
 
+@pytest.mark.slow
 @pytest.mark.paper("C5", "chosen")
 def test_what_robots_see_of_landmarks_is_enough_to_guide_well():
     """A formula of the features saves more than `patrol`, and does not train."""
@@ -319,6 +318,7 @@ def test_what_robots_see_of_landmarks_is_enough_to_guide_well():
     assert scored > survival("patrol", "random", seeds, scenario) + 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.paper("D2", "chosen")
 def test_what_the_fire_sees_of_landmarks_is_enough_to_do_harm():
     """Beside the busiest ways it kills many more than `greedy` does."""

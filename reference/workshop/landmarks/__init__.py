@@ -9,24 +9,8 @@ may be used; of what changes, only the observation is.
 """
 
 from reference.learning.settings import Side, TrainerSettings
-from reference.workshop.landmarks.moment import Options
-from reference.workshop.landmarks.of_fire import FIRE_FEATURES, FireOption, FireOptions
-from reference.workshop.landmarks.of_robots import (
-    ROBOT_FEATURES,
-    RobotOption,
-    RobotOptions,
-)
-
-__all__ = [
-    "FIRE_FEATURES",
-    "ROBOT_FEATURES",
-    "FireOption",
-    "FireOptions",
-    "Options",
-    "RobotOption",
-    "RobotOptions",
-    "landmarks_for",
-]
+from reference.workshop.landmarks.of_fire import FireOptions
+from reference.workshop.landmarks.of_robots import RobotOptions
 
 
 def landmarks_for(

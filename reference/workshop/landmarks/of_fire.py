@@ -1,11 +1,10 @@
-"""Beside what the fire can break out: ways, groups of people, robots.
+"""Landmarks beside which the fire can break out: ways, groups of people, robots.
 
 Clauses: D1, D2, D6.
 
-    K   options;  L  landmarks;  p  place;  d  way with flames counted, metres
+    K   options;  L  landmarks;  p  place
 """
 
-from dataclasses import dataclass
 from enum import IntEnum
 from functools import lru_cache
 
@@ -14,20 +13,12 @@ from scipy import ndimage
 
 from reference.building import Building, Kind
 from reference.game.observations import decode_fire, to_normalised
-from reference.navigation import Navigation, navigation_of
+from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.workshop.landmarks.moment import (
-    FAR,
-    GROUP_RADIUS,
-    GROUPS,
-    Moment,
-    Options,
-    groups,
-    one_of,
-    shafts,
-    stacked,
-    together,
-)
+from reference.workshop.landmarks import shared
+
+FLAMES_BESIDE, FLAMES_FAR = 3, 15  # cells: sides of squares in which flames count
+NEAREST_CELLS = 80  # room cells around a landmark that are looked at for a free one
 
 
 class FireOption(IntEnum):
@@ -40,32 +31,31 @@ class FireOption(IntEnum):
     ROBOT = 4
 
 
-FIRE_FEATURES = (
-    *(kind.name.lower() for kind in FireOption),
-    "storey",  # share of the highest one
-    "leads_out",  # 1 for exits and entrances of stairs that lead down
-    "people",  # people within GROUP_RADIUS, / 10
-    "here",  # share of all people: on this floor
-    "above",  # share of all people: above it
-    "cross",  # share of all people: on this floor, whose way out comes past
-    "come",  # share of all people: still above, whose way out comes past
-    "log_cross",  # log(1 + people whose way out comes past) / 2
-    "ahead",  # metres they have to go till there, on average, / 20
-    "out",  # metres from there to the cheapest way out, / 20
-    "robots",  # robots within GROUP_RADIUS, / 2
-    "robot_way",  # metres to the nearest robot as the crow flies, / 20
-    "flames",  # share of the square of FLAMES_BESIDE cells that burns
-    "flames_around",  # share of the square of FLAMES_FAR cells that burns
-    "open",  # share of this floor's ways out that no flames are beside
-    "here_open",  # 1 if it is beside such a way out
-    "burning",  # log(1 + burning cells of this floor) / 5
-    "burning_everywhere",  # log(1 + burning cells of all floors) / 5
-    "inside",  # share of all people: still inside
-)
+FIRE_TABLE: shared.FeatureTable = {
+    **shared.one_hot(FireOption.__members__),
+    "storey": lambda v: v.floor / max(1, v.nav.floors - 1),  # share of the highest
+    "leads_out": lambda v: v.leads_out,  # exits and entrances of stairs that lead down
+    "people": lambda v: (v.to_people <= shared.GROUP_RADIUS).sum(axis=1) / 10,
+    "here": lambda v: v.now.occupancy[v.floor] / v.now.everybody,
+    "above": lambda v: v.now.above[v.floor] / v.now.everybody,
+    "cross": lambda v: v.cross / v.now.everybody,  # of this floor, and come past
+    "come": lambda v: v.come / v.now.everybody,  # from above, and come past
+    "log_cross": lambda v: np.log1p(v.cross + v.come) / 2,
+    "ahead": lambda v: v.ahead / 20,  # metres they have to go till there, on average
+    "out": lambda v: v.out[v.place] / 20,  # metres from there to the cheapest way out
+    "robots": lambda v: (v.to_robots <= shared.GROUP_RADIUS).sum(axis=1) / 2,
+    "robot_way": lambda v: v.to_robots.min(axis=1, initial=shared.FAR) / 20,
+    "flames": lambda v: v.now.flames_around(FLAMES_BESIDE)[v.place],
+    "flames_around": lambda v: v.now.flames_around(FLAMES_FAR)[v.place],
+    "open": lambda v: v.open[v.floor],  # share of the floor's ways out without flames
+    "here_open": lambda v: v.here_open,  # 1 if it is beside such a way out
+    "burning": lambda v: np.log1p(v.burning)[v.floor] / 5,  # cells of this floor
+    "burning_everywhere": lambda v: np.log1p(v.burning.sum()) / 5,
+    "inside": lambda v: v.now.occupancy.sum() / v.now.everybody,
+}
 """Features of an option of the fire; FAR stands for no way."""
 
-FLAMES_BESIDE, FLAMES_FAR = 3, 15  # cells: sides of squares in which flames count
-NEAREST_CELLS = 80  # room cells around a landmark that are looked at for a free one
+FIRE_FEATURES = tuple(FIRE_TABLE)
 
 
 class FireOptions:
@@ -74,281 +64,221 @@ class FireOptions:
     def __init__(self, building: Building, scenario: Scenario):
         """size K and features F follow from the building and the number of robots."""
         self.building, self.scenario = building, scenario
-        self.navigation: Navigation = navigation_of(building)
-        self.marks = building.landmarks
-        self.robots = scenario.robots_per_floor * building.floors
-        self.size = len(self.marks) + GROUPS + self.robots
+        self.navigation = navigation_of(building)
+        kind = [FireOption[mark.kind.name] for mark in building.landmarks]
+        kind += [FireOption.GROUP] * shared.GROUPS
+        kind += [FireOption.ROBOT] * (scenario.robots_per_floor * building.floors)
+        self.kind, self.size = np.array(kind), len(kind)
         self.features = len(FIRE_FEATURES)
-        self.kind = np.array(
-            [FireOption[m.kind.name] for m in self.marks]
-            + [FireOption.GROUP] * GROUPS
-            + [FireOption.ROBOT] * self.robots
-        )
         self.beside = _beside(building)
-        self.around = _around(GROUP_RADIUS)
-        self.shaft = shafts(building)
-        self.way_out = _ways_out(building)
+        self.steps = _steps_around(shared.GROUP_RADIUS)
 
-    def __call__(self, vectors: np.ndarray, cells: np.ndarray) -> Options:
+    def __call__(self, vectors: np.ndarray, cells: np.ndarray) -> shared.Options:
         """vectors (1, V), the fire's; cells, the grid."""
-        scene = decode_fire(vectors, self.building, self.scenario)
-        now = Moment(self.navigation, self.scenario, one_of(scene, 0), cells)
+        scene = decode_fire(vectors[0], self.building, self.scenario)
+        now = shared.Snapshot(self.navigation, self.scenario, scene, cells)
         place, action_mask = self._places(now)
-        features = _House(self, now).features(self.kind, place)
+        features = shared.evaluate(FIRE_TABLE, FireView(self, now, place))
         features[~action_mask] = 0
-        return Options(
-            self._actions(place)[None], features[None], self._some(action_mask)[None]
-        )
+        if not action_mask.any():  # everything is taken: it does not matter which
+            action_mask[0] = True
+        actions = self._actions(place)
+        return shared.Options(actions[None], features[None], action_mask[None])
 
-    def _places(self, now: Moment) -> tuple[np.ndarray, np.ndarray]:
+    def _places(self, now: shared.Snapshot) -> tuple[np.ndarray, np.ndarray]:
         """(K,) the cell of each option, and (K,) bool whether it is there.
 
         [D6, chosen] Only floors on which, or above which, somebody is: there is
         nobody to harm on others, and robots whose work is done stand there unseen.
         """
-        free = now.free_rooms()
-        marks, found = self._first_free(free)
-        spots = np.concatenate([self._heads(now), now.robot_place])
-        place = np.zeros(self.size, dtype=int)
-        action_mask = np.zeros(self.size, dtype=bool)
-        place[: len(marks)], action_mask[: len(marks)] = marks, found
-        at = np.concatenate(
-            [
-                len(marks) + np.arange(len(spots) - len(now.robot_place)),
-                len(marks) + GROUPS + np.arange(len(now.robot_place)),
-            ]
-        )
-        place[at], action_mask[at] = self._nearest_free(spots, free)
-        return place, action_mask
+        place, there = np.zeros(self.size, dtype=int), np.zeros(self.size, dtype=bool)
+        heads, L, free = self._heads(now), len(self.beside), now.free_rooms()
+        for start, candidates in (
+            (0, self.beside),
+            (L, self._around(heads)),
+            (L + shared.GROUPS, self._around(now.robot_place)),
+        ):
+            part = slice(start, start + len(candidates))
+            place[part], there[part] = _first_free(candidates, free)
+        return place, there
 
-    def _first_free(self, free: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(L,) the free room cell nearest to each landmark, (L,) whether there is."""
-        good = free[self.beside]
-        first = good.argmax(axis=1)
-        rows = np.arange(len(good))
-        return self.beside[rows, first], good[rows, first]
+    def _around(self, places: np.ndarray) -> np.ndarray:
+        """(k, n) cells around places, the nearest as the crow flies first.
 
-    def _nearest_free(
-        self, spots: np.ndarray, free: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """The same for places, as the crow flies."""
+        Itself stands for those beyond the drawing.
+        """
         floors, rows, cols = self.building.kind.shape
-        floor, row, col = np.unravel_index(spots[:, None], (floors, rows, cols))
-        row, col = row + self.around[:, 0], col + self.around[:, 1]
+        floor, row, col = np.unravel_index(places[:, None], (floors, rows, cols))
+        row, col = row + self.steps[:, 0], col + self.steps[:, 1]
         inside = (row >= 0) & (row < rows) & (col >= 0) & (col < cols)
-        place = (floor * rows + row) * cols + col
-        good = inside & free[np.where(inside, place, 0)]
-        first, k = good.argmax(axis=1), np.arange(len(spots))
-        return np.where(good[k, first], place[k, first], spots), good[k, first]
+        return np.where(inside, (floor * rows + row) * cols + col, places[:, None])
 
-    def _heads(self, now: Moment) -> np.ndarray:
+    def _heads(self, now: shared.Snapshot) -> np.ndarray:
         """Places of the people in the middle of the largest groups of all floors."""
         at, place = now.at[now.walking], now.place[now.walking]
         floor = now.floor[now.walking]
-        near = together(self.navigation, (at, place), (at, place), GROUP_RADIUS)
+        near = shared.together(self.navigation, (at, place), (at, place))
         near &= floor[:, None] == floor
-        return place[groups(near, np.ones(len(place)), GROUPS)]
-
-    def _some(self, action_mask: np.ndarray) -> np.ndarray:
-        """At least one: if everything is taken, it does not matter which."""
-        if not action_mask.any():
-            action_mask[0] = True
-        return action_mask
+        return place[shared.groups(near, np.ones(len(place)))]
 
     def _actions(self, place: np.ndarray) -> np.ndarray:
-        """(K, 3) float32: the middle of a floor's share of [-1, 1], and a spot."""
+        """(K, 3) float32: the middle of a floor's share of [-1, 1], x and y."""
         floors = self.building.floors
         floor = (2 * (place // self.navigation.floor_size) + 1) / floors - 1
-        spot = to_normalised(self.building, self.navigation.centres[place])
-        return np.column_stack([floor, spot.clip(-1, 1)]).astype(np.float32)
+        metres = self.navigation.centres[place]
+        axes = to_normalised(self.building, metres).clip(-1, 1)
+        return np.column_stack([floor, axes]).astype(np.float32)
 
 
-class _House:
-    """All floors as the fire sees them, and who is about to go where.
+def _first_free(
+    candidates: np.ndarray, free: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) the first free place in each row, (k,) whether there is one."""
+    good = free[candidates]
+    first, rows = good.argmax(axis=1), np.arange(len(good))
+    return candidates[rows, first], good[rows, first]
 
-    cross, come  (places,) people of this floor and from above whose cheapest way out
-                 comes past;  ahead (places,) metres they have to go till there, summed
-    out          (places,) metres to the cheapest way out
+
+class FireView:
+    """All floors as the fire sees them; attributes are FIRE_TABLE's.
+
+    kind, place, floor, leads_out, here_open  (K,) of each option
+    to_people, to_robots  (K, m) metres as the crow flies, FAR from floor to floor
+    cross, come, ahead    (K,) who comes past, as in `Traffic`, ahead on average
+    out                   (places,) metres to the cheapest way out
+    burning, open         (floors,) cells;  share of ways out without flames
     """
 
-    def __init__(self, options: FireOptions, now: Moment):
+    def __init__(self, options: FireOptions, now: shared.Snapshot, place: np.ndarray):
+        """place: (K,) the cell of each option."""
         self.nav, self.now = options.navigation, now
-        self.options = options
-        self.cross, self.come = np.zeros(self.nav.places), np.zeros(self.nav.places)
-        self.ahead = np.zeros(self.nav.places)
-        self.out = np.full(self.nav.places, FAR)
-        self._let_go()
+        self.kind, self.place = options.kind, place
+        self.floor = place // self.nav.floor_size
+        walking = now.walking
+        self.to_people = self._apart(now.at[walking], now.floor[walking])
+        self.to_robots = self._apart(now.robots, now.robot_floor)
+        self.burning = now.burning.sum(axis=(1, 2))
+        self._find_open()
+        self._count_traffic()
 
-    def _let_go(self) -> None:
-        """Everybody out in thought, the highest floor first."""
-        now, landing = self.now, self.options.way_out.landing
-        coming: dict[int, list[int]] = {f: [] for f in range(self.nav.floors)}
-        for shaft in self.options.shaft[now.place[~now.walking]].tolist():
-            foot = self.options.way_out.foot[shaft]
-            coming[foot // self.nav.floor_size].append(foot)
+    def _apart(self, at: np.ndarray, on: np.ndarray) -> np.ndarray:
+        """(K, m) metres to points at, (m, 2), on floors, (m,)."""
+        off = self.nav.centres[self.place][:, None] - at
+        apart = np.hypot(off[..., 0], off[..., 1])
+        return np.where(self.floor[:, None] == on, apart, shared.FAR)
+
+    def _find_open(self) -> None:
+        """Which ways out no flames are beside."""
+        building, marks = self.now.building, self.now.building.landmarks
+        beside = self.now.flames_around(FLAMES_BESIDE)
+        cells = landmark_places(building)
+        is_open = np.array([not beside[places].any() for places in cells])
+        of_floor = [is_open[building.ways_out(f)] for f in range(building.floors)]
+        self.open = np.array([m.mean() if len(m) else 0.0 for m in of_floor])
+        self.leads_out, self.here_open = np.zeros((2, len(self.place)))
+        self.leads_out[: len(marks)] = [m.leads_out for m in marks]
+        self.here_open[: len(marks)] = self.leads_out[: len(marks)] * is_open
+
+    def _count_traffic(self) -> None:
+        """Who comes past an option: through one of the 3 x 3 cells around."""
+        shape = self.now.building.kind.shape
+        traffic = Traffic(self.now)
+
+        def most(count: np.ndarray) -> np.ndarray:
+            around = ndimage.maximum_filter(count.reshape(shape), (1, 3, 3))
+            return around.ravel()[self.place]
+
+        self.cross, self.come = most(traffic.cross), most(traffic.come)
+        people = np.maximum(traffic.cross + traffic.come, 1)
+        self.ahead, self.out = most(traffic.ahead / people), traffic.out
+
+
+# -- Ways out -----------------------------------------------------------------------
+
+
+@lru_cache(maxsize=8)
+def landmark_places(building: Building) -> list[np.ndarray]:
+    """Places of each landmark."""
+    nav = navigation_of(building)
+    return [nav.places_of(mark.floor, mark.cells) for mark in building.landmarks]
+
+
+@lru_cache(maxsize=8)
+def stairs_down(building: Building) -> tuple[list[int], dict[int, int]]:
+    """Of each stairwell its foot, the place where people come out of it.
+
+    And of each place of an entrance that leads down, the foot of its stairwell.
+    """
+    places, marks = landmark_places(building), building.landmarks
+    feet: list[int] = []
+    landing: dict[int, int] = {}
+    for well in building.stairwells:
+        feet.append(int(places[well.entrances[well.lowest][0]][0]))
+        for m in (m for entrances in well.entrances.values() for m in entrances):
+            if marks[m].leads_out:
+                landing |= dict.fromkeys(places[m].tolist(), feet[-1])
+    return feet, landing
+
+
+class Traffic:
+    """Walk everyone along their cheapest way out; count traffic per place.
+
+    cross, come  (places,) people of this floor and from above who come past
+    ahead        (places,) metres they have to go till there, summed
+    out          (places,) metres to the cheapest way out, at most FAR
+    """
+
+    def __init__(self, now: shared.Snapshot):
+        self.now, self.nav = now, navigation_of(now.building)
+        self.cross, self.come, self.ahead = np.zeros((3, self.nav.places))
+        self.out = np.full(self.nav.places, shared.FAR)
+        coming: list[list[int]] = [[] for _ in range(self.nav.floors)]
+        feet, landing = stairs_down(now.building)
+        self._arrive([feet[k] for k in now.on_stairs.tolist()], coming)
         for floor in reversed(range(self.nav.floors)):
             d, after = self._ways(floor)
             own = now.people_on(floor)[1].tolist()
             for starts, count in ((own, self.cross), (coming[floor], self.come)):
-                for p in starts:
-                    end = self._go(p, d, after, count)
-                    if end in landing:
-                        foot = landing[end]
-                        coming[foot // self.nav.floor_size].append(foot)
+                ends = [self._walk(p, d, after, count) for p in starts]
+                self._arrive([landing[p] for p in ends if p in landing], coming)
+
+    def _arrive(self, feet: list[int], coming: list[list[int]]) -> None:
+        """Note who comes out of the stairs, floor by floor."""
+        for foot in feet:
+            coming[foot // self.nav.floor_size].append(foot)
 
     def _ways(self, floor: int) -> tuple[np.ndarray, dict[int, int]]:
         """(places,) metres to the cheapest way out; from where to where one walks."""
-        goals = self.options.way_out.places[floor]
+        goals = shared.ways_out(self.now.building, floor)
         d, after = self.nav.shortest(goals, self.now.cost_on(floor))
         start = floor * self.nav.floor_size
         part = slice(start, start + self.nav.floor_size)
-        self.out[part] = np.minimum(d[part], FAR)
+        self.out[part] = np.minimum(d[part], shared.FAR)
         return d, dict(enumerate(after[part].tolist(), start))
 
-    def _go(
+    def _walk(
         self, p: int, d: np.ndarray, after: dict[int, int], count: np.ndarray
     ) -> int:
-        """One human's way out is noted; where it ends."""
+        """Count one human along their way out; where it ends."""
         chain = [p]
         while after[p] != p:
             p = after[p]
             chain.append(p)
         if len(chain) > 1:
             count[chain] += 1
-            self.ahead[chain] += np.minimum(d[chain[0]] - d[chain], FAR)
+            self.ahead[chain] += np.minimum(d[chain[0]] - d[chain], shared.FAR)
         return p
 
-    def features(self, kind: np.ndarray, place: np.ndarray) -> np.ndarray:
-        """(K, F), in the order of FIRE_FEATURES; kind, place: (K,)."""
-        floor = place // self.nav.floor_size
-        return stacked(
-            FIRE_FEATURES,
-            place.shape,
-            {k.name.lower(): kind == k for k in FireOption}
-            | self._floors(floor)
-            | self._traffic(place)
-            | self._bodies(place, floor)
-            | self._fire(place, floor),
-        )
 
-    def _floors(self, floor: np.ndarray) -> dict[str, np.ndarray]:
-        """How many people are at stake."""
-        now, highest = self.now, max(1, self.nav.floors - 1)
-        above = now.occupancy[::-1].cumsum()[::-1] - now.occupancy
-        return {
-            "storey": floor / highest,
-            "here": now.occupancy[floor] / now.everybody,
-            "above": above[floor] / now.everybody,
-            "inside": np.array(now.occupancy.sum() / now.everybody),
-        }
-
-    def _traffic(self, place: np.ndarray) -> dict[str, np.ndarray]:
-        """Whose way out comes past: through one of the 3 x 3 cells around."""
-        shape = self.options.building.kind.shape
-
-        def most(count: np.ndarray) -> np.ndarray:
-            return ndimage.maximum_filter(count.reshape(shape), (1, 3, 3)).ravel()
-
-        cross, come = most(self.cross)[place], most(self.come)[place]
-        ahead = most(self.ahead / np.maximum(self.cross + self.come, 1))[place]
-        return {
-            "cross": cross / self.now.everybody,
-            "come": come / self.now.everybody,
-            "log_cross": np.log1p(cross + come) / 2,
-            "ahead": ahead / 20,
-            "out": self.out[place] / 20,
-        }
-
-    def _bodies(self, place: np.ndarray, floor: np.ndarray) -> dict[str, np.ndarray]:
-        """People and robots near."""
-        now, walking = self.now, self.now.walking
-        to_people = self._off(place, floor, now.at[walking], now.floor[walking])
-        to_robots = self._off(place, floor, now.robots, now.robot_floor)
-        return {
-            "people": (to_people <= GROUP_RADIUS).sum(axis=1) / 10,
-            "robots": (to_robots <= GROUP_RADIUS).sum(axis=1) / 2,
-            "robot_way": to_robots.min(axis=1, initial=FAR) / 20,
-        }
-
-    def _off(
-        self, place: np.ndarray, floor: np.ndarray, at: np.ndarray, on: np.ndarray
-    ) -> np.ndarray:
-        """(K, m) metres as the crow flies, FAR from floor to floor."""
-        off = self.nav.centres[place][:, None] - at
-        apart = np.hypot(off[..., 0], off[..., 1])
-        return np.where(floor[:, None] == on, apart, FAR)
-
-    def _fire(self, place: np.ndarray, floor: np.ndarray) -> dict[str, np.ndarray]:
-        """What burns, and which ways out do not."""
-        now, way_out = self.now, self.options.way_out
-        beside = now.flames_around(FLAMES_BESIDE)
-        is_open = np.array([not beside[cells].any() for cells in way_out.cells])
-        of_floor = [is_open[marks] for marks in way_out.marks]
-        share = np.array([marks.mean() if len(marks) else 0.0 for marks in of_floor])
-        count = now.burning.sum(axis=(1, 2))
-        L = len(is_open)
-        leads_out, here_open = np.zeros(len(place)), np.zeros(len(place))
-        leads_out[:L], here_open[:L] = way_out.leads_out, way_out.leads_out & is_open
-        return {
-            "flames": beside[place],
-            "flames_around": now.flames_around(FLAMES_FAR)[place],
-            "open": share[floor],
-            "here_open": here_open,
-            "leads_out": leads_out,
-            "burning": np.log1p(count)[floor] / 5,
-            "burning_everywhere": np.array(np.log1p(count.sum()) / 5),
-        }
+# -- Cells to burn ------------------------------------------------------------------
 
 
-def _around(radius: float) -> np.ndarray:
-    """(k, 2) steps in rows and columns to the cells around, the nearest first."""
-    reach = int(radius)
-    side = np.arange(-reach, reach + 1)
+def _steps_around(radius: float) -> np.ndarray:
+    """(n, 2) steps in rows and columns to the cells around, the nearest first."""
+    side = np.arange(-int(radius), int(radius) + 1)
     steps = np.stack(np.meshgrid(side, side, indexing="ij"), axis=-1).reshape(-1, 2)
     far = np.hypot(steps[:, 0], steps[:, 1])
-    order = np.argsort(far, kind="stable")
-    return steps[order[: int((far <= radius).sum())]]
-
-
-@dataclass(frozen=True, eq=False)
-class WaysOut:
-    """Ways out of a building, and where one comes out again.
-
-    cells      places of each landmark;  leads_out (L,) bool
-    marks      of each floor, landmarks that lead out;  places  their places
-    foot       of each stairwell, the place where people come out of it
-    landing    of each place of an entrance that leads down, the foot of its stairwell
-    """
-
-    cells: list[np.ndarray]
-    leads_out: np.ndarray
-    marks: list[list[int]]
-    places: list[np.ndarray]
-    foot: list[int]
-    landing: dict[int, int]
-
-
-@lru_cache(maxsize=8)
-def _ways_out(building: Building) -> WaysOut:
-    nav, marks = navigation_of(building), building.landmarks
-    cells = [nav.places_of(m.floor, m.cells) for m in marks]
-    of_floor = [building.ways_out(floor) for floor in range(building.floors)]
-    none = np.zeros(0, dtype=int)
-    foot: list[int] = []
-    landing: dict[int, int] = {}
-    for well in building.stairwells:
-        foot.append(int(cells[well.entrances[well.lowest][0]][0]))
-        for entrances in well.entrances.values():
-            down = [m for m in entrances if marks[m].leads_out]
-            landing |= {int(p): foot[-1] for m in down for p in cells[m]}
-    return WaysOut(
-        cells,
-        np.array([m.leads_out for m in marks], dtype=bool),
-        of_floor,
-        [np.concatenate([none, *(cells[m] for m in ways)]) for ways in of_floor],
-        foot,
-        landing,
-    )
+    return steps[np.argsort(far, kind="stable")[: int((far <= radius).sum())]]
 
 
 @lru_cache(maxsize=8)

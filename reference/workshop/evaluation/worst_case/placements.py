@@ -14,7 +14,7 @@ from reference.game.observations import fire_vector, grid
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.landmarks import FIRE_FEATURES, FireOptions
+from reference.workshop.landmarks.of_fire import FIRE_FEATURES, FireOptions
 from reference.world import World
 
 CROSS = [FIRE_FEATURES.index(name) for name in ("cross", "come")]

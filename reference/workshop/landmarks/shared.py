@@ -1,35 +1,40 @@
-"""What an observation says, on the map: what both sides' options are made of.
+"""What both sides' landmarks share: options, feature tables, observations on the map.
 
 Clauses: C1, C3, D1, D6.
 
     p   place;  m, n  people;  R  robots
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import ndimage
 
 from reference.building import Building, Kind
 from reference.flames import beside_flames, walking_cost
 from reference.game.observations import Scene, burning
-from reference.navigation import Navigation
+from reference.navigation import Navigation, navigation_of
 from reference.paper import Scenario
 
 FAR = 100.0  # metres: whatever is farther, or cannot be reached, counts as so far
 GROUPS = 8  # at most so many groups of people, on a floor or, for the fire, in all
 GROUP_RADIUS = 4.0  # metres: who stands so near, and in sight, is of the same group
 
+FeatureTable = Mapping[str, Callable[[Any], ArrayLike]]
+"""Features of an option by name: the formula of each, given a side's view."""
+
 
 @dataclass(frozen=True)
 class Options:
     """What agents choose among.
 
-    places    (G, K, A) float32, the action each option emits, in [-1, 1]
-    features  (G, K, F) float32, about 1
-    action_mask   (G, K) bool, False for padding; at least one is True in a row
+    places       (G, K, A) float32, the action each option emits, in [-1, 1]
+    features     (G, K, F) float32, about 1
+    action_mask  (G, K) bool, False for padding; at least one is True in a row
     """
 
     places: np.ndarray
@@ -37,15 +42,34 @@ class Options:
     action_mask: np.ndarray
 
 
-class Moment:
+def one_hot(kinds: Mapping[str, Any]) -> FeatureTable:
+    """Features that tell an option's kind: 1 for its own, 0 for the others."""
+
+    def is_of(kind: Any) -> Callable[[Any], ArrayLike]:
+        return lambda view: view.kind == kind
+
+    return {name.lower(): is_of(kind) for name, kind in kinds.items()}
+
+
+def evaluate(table: FeatureTable, view: Any) -> np.ndarray:
+    """(*places of the view, F) float32, features in the order of their table."""
+    out = np.empty((*view.place.shape, len(table)), dtype=np.float32)
+    for k, formula in enumerate(table.values()):
+        out[..., k] = formula(view)
+    return out
+
+
+class Snapshot:
     """What an observation says, on the map.
 
-    at       (n, 2) metres, floor (n,), place (n,) of all people inside
-    walking  (n,) bool, on a floor and not on the stairs
-    robots   (R, 2) metres of robots at work, robot_floor (R,), robot_place (R,)
-    burning  (floors, rows, cols) bool
-    cost     metres that a metre counts as, the same shape
-    time     share of the time limit
+    at         (n, 2) metres, floor (n,), place (n,) of all people inside
+    walking    (n,) bool, on a floor and not on the stairs
+    on_stairs  stairwells of those who are on stairs
+    robots     (R, 2) metres of robots at work, robot_floor (R,), robot_place (R,)
+    burning    (floors, rows, cols) bool
+    cost       metres that a metre counts as, the same shape
+    time       share of the time limit
+    occupancy  (floors,) people;  above (floors,) people above a floor
     """
 
     def __init__(
@@ -58,11 +82,13 @@ class Moment:
         self.at, self.floor, self.place = _on_the_map(nav, scene.humans)
         self.robots, self.robot_floor, self.robot_place = _on_the_map(nav, scene.robots)
         self.walking = building.kind.ravel()[self.place] != Kind.STAIRS
+        self.on_stairs = shafts(building)[self.place[~self.walking]]
         self.burning = burning(cells, building)
         self.cost = walking_cost(self.burning, beside_flames(building, self.burning))
         self.flames = np.asarray(self.burning.any(axis=(1, 2)))
         self._around: dict[int, np.ndarray] = {}
         self.occupancy = np.bincount(self.floor, minlength=building.floors)
+        self.above = self.occupancy[::-1].cumsum()[::-1] - self.occupancy
 
     def people_on(self, floor: int) -> tuple[np.ndarray, np.ndarray]:
         """Metres (m, 2) and places (m,) of those who walk on a floor."""
@@ -79,7 +105,7 @@ class Moment:
         Room cells with neither flames nor human nor robot [D6], on floors on or above
         which somebody is.
         """
-        at_stake = self.occupancy[::-1].cumsum()[::-1] > 0
+        at_stake = self.occupancy + self.above > 0
         free = (self.building.kind == Kind.FLOOR) & ~self.burning
         free = (free & at_stake[:, None, None]).ravel()
         free[self.place] = False
@@ -113,35 +139,40 @@ def together(
     nav: Navigation,
     one: tuple[np.ndarray, np.ndarray],
     other: tuple[np.ndarray, np.ndarray],
-    radius: float,
 ) -> np.ndarray:
-    """(a, b) bool: so near each other, and no wall between them.
+    """(a, b) bool: within GROUP_RADIUS of each other, and no wall between them.
 
     one, other: metres (a, 2) and places (a,), metres (b, 2) and places (b,), of the
-    same floor; radius: metres, at most navigation's LOOK_AHEAD.
+    same floor.
     """
     off = one[0][:, None] - other[0]
-    near = (off**2).sum(axis=-1) <= radius**2
+    near = (off**2).sum(axis=-1) <= GROUP_RADIUS**2
     a, b = np.nonzero(near)
     near[a, b] = nav.clear.reaches(one[1][a], other[1][b])
     return near
 
 
-def groups(near: np.ndarray, count: np.ndarray, most: int) -> list[int]:
-    """Heads of at most so many groups, the largest first.
+def groups(near: np.ndarray, count: np.ndarray) -> list[int]:
+    """People in the middle of at most GROUPS groups, the largest group first.
 
     near: (m, m) bool, who stands with whom; count: (m,) whether a person counts for
-    the size of a group. Greedy: those around a head are in no other group.
+    the size of a group. Greedy: those around one are in no other group.
     """
     heads: list[int] = []
     left = np.ones(len(near), dtype=bool)
-    for _ in range(most):
-        if not left.any():
-            break
+    while left.any() and len(heads) < GROUPS:
         size = near @ (left * (count + 1e-3))
         heads.append(int(np.argmax(np.where(left, size, -1.0))))
         left &= ~near[heads[-1]]
     return heads
+
+
+@lru_cache(maxsize=64)
+def ways_out(building: Building, floor: int) -> np.ndarray:
+    """Places of all ways out of a floor."""
+    cells = [building.landmarks[m].cells for m in building.ways_out(floor)]
+    everything = np.concatenate([np.zeros((0, 2), dtype=int), *cells])
+    return navigation_of(building).places_of(floor, everything)
 
 
 @lru_cache(maxsize=8)
@@ -152,19 +183,3 @@ def shafts(building: Building) -> np.ndarray:
         for floor in well.areas:
             shaft[floor, well.cells[:, 0], well.cells[:, 1]] = k
     return shaft.ravel()
-
-
-def stacked(
-    names: Sequence[str], shape: tuple[int, ...], columns: Mapping[str, np.ndarray]
-) -> np.ndarray:
-    """(*shape, F) float32, the columns in the order of their names."""
-    out = np.empty((*shape, len(names)), dtype=np.float32)
-    for k, name in enumerate(names):
-        out[..., k] = columns[name]
-    return out
-
-
-def one_of(scene: Scene, g: int) -> Scene:
-    """What agent g of a batch sees."""
-    parts = scene.humans, scene.robots, scene.fires, scene.time
-    return Scene(*(part[g] for part in parts))
