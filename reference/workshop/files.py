@@ -5,28 +5,41 @@ Whatever ends a program early, nothing half-written takes the place of what was 
 
 import csv
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from io import StringIO
 from pathlib import Path
 from typing import Any, TypeVar
 
 
-def write_whole(path: Path, content: bytes | memoryview) -> None:
-    """Write beside the file, down to the disk, then take its place at once."""
-    partial = path.with_name(f".{path.name}-{os.getpid()}.part")
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """A partial file beside the path that takes its place when the block is done.
+
+    Whatever ends the block early, Ctrl-C too, takes the partial file with it.
+    """
+    partial = path.with_name(f".{path.stem}-{os.getpid()}-part{path.suffix}")
     try:
-        with partial.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
+        partial.touch()
+        yield partial
         os.replace(partial, path)
     except OSError as error:
+        if error.strerror is None:  # it was told for people already
+            raise
         raise OSError(
             f"{path}: cannot be written ({error.strerror}); what was there before is "
             "as it was. Make room, or take another folder."
         ) from error
     finally:
         partial.unlink(missing_ok=True)
+
+
+def write_whole(path: Path, content: bytes | memoryview) -> None:
+    """Write beside the file, down to the disk, then take its place at once."""
+    with replacing(path) as partial, partial.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
 
 
 def make_folder(folder: Path) -> None:

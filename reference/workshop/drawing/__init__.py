@@ -2,7 +2,7 @@
 
 Clause: A8, each of the paper's figures has a counterpart here; none needs a display.
 Read `page` (ink and paper) first, then `plans`, `relief` and `details` (buildings),
-then `evacuation` (one instant), `player` and `film` (all of them), and last `senses`
+then `evacuation` (one instant), `film` (all of them), and last `senses`
 (what an agent sees) and `curves` (how a training went).
 """
 

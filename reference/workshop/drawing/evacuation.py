@@ -20,6 +20,7 @@ from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 
 from reference.building import Building, Kind
 from reference.paper import HEALTH
@@ -28,12 +29,12 @@ from reference.workshop.drawing.page import (
     DPI,
     FAINT,
     TEXT,
-    Frame,
     arrange,
     blank,
     floor_title,
     frame_of,
     paint,
+    step_of,
     swatches,
     text_size,
 )
@@ -101,7 +102,7 @@ class Scene:
         layout = Layout(building.floors, frame.size)
         self.figure = blank(WIDTH, layout.height, dpi)
         self.axes = _floors(self.figure, building, layout)
-        self.offset = layout.corners - (frame.left, frame.bottom)
+        self.offset = layout.corners - frame.min
         self.building, self.title = building, _title(self.figure, building)
         self.curve, self.lines = _curve(self.figure, people)
         looks = _looks(layout.scale * 72)
@@ -258,12 +259,13 @@ def _floors(figure: Figure, building: Building, layout: Layout) -> Axes:
     return axes
 
 
-def _scale_bar(axes: Axes, frame: Frame, layout: Layout) -> None:
+def _scale_bar(axes: Axes, frame: Bbox, layout: Layout) -> None:
     """At the upper right corner of the floors."""
     right, top = (layout.page - (0.1, 0.15)) / layout.scale
-    left = right - frame.step
+    metres = step_of(frame)
+    left = right - metres
     axes.plot([left, right], [top, top], color=FAINT, linewidth=2)
-    words = f"{frame.step} m  "
+    words = f"{metres} m  "
     axes.text(left, top, words, fontsize=8, color=FAINT, ha="right", va="center")
 
 

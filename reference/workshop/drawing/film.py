@@ -12,6 +12,7 @@ from html import escape
 from io import BytesIO
 from pathlib import Path
 from shutil import which
+from string import Template
 from subprocess import DEVNULL, PIPE, Popen
 
 import numpy as np
@@ -34,12 +35,13 @@ from reference.workshop.drawing.evacuation import (
     Tally,
     tally,
 )
-from reference.workshop.drawing.page import COLOURS, FAINT, TEXT, replacing, with_suffix
-from reference.workshop.drawing.player import FOOT, HEAD
+from reference.workshop.drawing.page import COLOURS, FAINT, TEXT, with_suffix
+from reference.workshop.files import replacing
 
 DPI = 100  # 1100 pixels wide
 HOLD = 3.0  # seconds that the last frame stays
 KEY_FRAMES = 25  # of the player: how far it goes back to jump to a place
+PLAYER = Path(__file__).with_name("player.html")
 WHITE = "#ffffff"
 CLEAR = 255  # the palette's last place: a pixel that did not change
 
@@ -217,8 +219,9 @@ def _html(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
     patches, count = Patches(), 0
     title = escape(scene.building.title)
     width, height = scene.figure.canvas.get_width_height()
+    head, foot = map(Template, PLAYER.read_text("utf-8").split("$frames"))
     with open(path, "w", encoding="utf-8") as file:
-        file.write(HEAD.substitute(title=title, width=width, height=height))
+        file.write(head.substitute(title=title, width=width, height=height))
 
         def add(pixels: np.ndarray, seconds: float) -> None:
             """A line of the page's script for each frame."""
@@ -231,7 +234,7 @@ def _html(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
             count += 1
 
         yield add
-        file.write(FOOT.substitute(pace=1000 * pace, key=KEY_FRAMES))
+        file.write(foot.substitute(pace=1000 * pace, key=KEY_FRAMES))
 
 
 @contextmanager

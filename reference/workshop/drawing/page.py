@@ -5,10 +5,7 @@ page are inches, all places in a building metres, as in `building`.  Importing t
 module sets matplotlib's style.
 """
 
-import os
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
 from itertools import product
 from math import ceil, cos, log10, pi, sin
 from pathlib import Path
@@ -29,8 +26,10 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
 from matplotlib.ticker import MultipleLocator
+from matplotlib.transforms import Bbox
 
 from reference.building import Building, Kind
+from reference.workshop.files import replacing
 
 COLOURS = {
     Kind.OUTSIDE: "#e7ecef",
@@ -118,60 +117,18 @@ def with_suffix(path: str | Path, known: Iterable[str], what: str) -> Path:
     return path
 
 
-@contextmanager
-def replacing(target: Path) -> Iterator[Path]:
-    """A partial file beside the target that takes its place when the block is done.
-
-    Whatever ends the block early, Ctrl-C too, takes the partial file with it.
-    """
-    partial = target.with_name(f".{target.stem}-{os.getpid()}-part{target.suffix}")
-    try:
-        partial.touch()
-        yield partial
-        os.replace(partial, target)
-    except OSError as error:
-        if error.strerror is None:  # it was told for people already
-            raise
-        raise OSError(
-            f"{target}: cannot be written ({error.strerror}). "
-            "Name a file in a folder that exists, is yours and has room."
-        ) from error
-    finally:
-        partial.unlink(missing_ok=True)
-
-
-@dataclass(frozen=True)
-class Frame:
-    """The edges of all cells of a floor, metres."""
-
-    left: float
-    bottom: float
-    right: float
-    top: float
-
-    @property
-    def size(self) -> tuple[float, float]:
-        """Width and height, metres."""
-        return self.right - self.left, self.top - self.bottom
-
-    @property
-    def step(self) -> int:
-        """Metres between two ticks, or of a scale bar."""
-        longest = max(self.size)
-        return 10 if longest > 35 else 5 if longest > 12 else 1
-
-    @property
-    def extent(self) -> tuple[float, float, float, float]:
-        """In matplotlib's order: left, right, bottom, top."""
-        return self.left, self.right, self.bottom, self.top
-
-
-def frame_of(building: Building) -> Frame:
-    """Where the drawn page of a building's floors ends."""
+def frame_of(building: Building) -> Bbox:
+    """The edges of all cells of a building's floors, metres."""
     rows, cols = building.kind.shape[1:]
     left, top = building.metres(-0.5, -0.5)
     right, bottom = building.metres(rows - 0.5, cols - 0.5)
-    return Frame(left, bottom, right, top)
+    return Bbox.from_extents(left, bottom, right, top)
+
+
+def step_of(frame: Bbox) -> int:
+    """Metres between two ticks, or of a scale bar."""
+    longest = max(frame.size)
+    return 10 if longest > 35 else 5 if longest > 12 else 1
 
 
 def sheet(title: str, width: float, height: float) -> Figure:
@@ -191,7 +148,7 @@ def blank(width: float, height: float, dpi: int = DPI) -> Figure:
 
 def arrange(
     count: int,
-    size: tuple[float, float],
+    size: Sequence[float],
     room: tuple[float, float],
     spare: tuple[float, float],
 ) -> tuple[int, float]:
@@ -233,12 +190,12 @@ def floor_panels(
     frame, rows, panels = frame_of(building), ceil(len(floors) / columns), []
     for place, floor in enumerate(floors):
         axes = page.add_subplot(rows, columns, place + 1, aspect="equal")
-        axes.set(xlim=(frame.left, frame.right), ylim=(frame.bottom, frame.top))
+        axes.set(xlim=frame.intervalx, ylim=frame.intervaly)
         for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_locator(MultipleLocator(frame.step))
+            axis.set_major_locator(MultipleLocator(step_of(frame)))
         axes.spines[:].set_visible(False)
         name = floor_title(building, floor)
-        axes.set_title(name, fontsize=text_size(name, frame.size[0] * scale, 11))
+        axes.set_title(name, fontsize=text_size(name, frame.width * scale, 11))
         axes.set_xlabel("x, metres east")
         if place % columns == 0:
             axes.set_ylabel("y, metres north")
@@ -250,8 +207,9 @@ def paint_floor(
     axes: Axes, building: Building, floor: int, fade: float = 0.0
 ) -> AxesImage:
     """The cells of a floor in the colours of their kinds, faded towards white."""
+    x, y = frame_of(building).get_points().T
     image = paint(building.kind[floor], fade)
-    return axes.imshow(image, extent=frame_of(building).extent, zorder=0)
+    return axes.imshow(image, extent=(*x, *y), zorder=0)
 
 
 def floor_title(building: Building, floor: int) -> str:
@@ -277,21 +235,6 @@ def chosen_floors(building: Building, floor: int | None) -> tuple[int, ...]:
     return (floor,)
 
 
-def heading(figure: Figure, title: str) -> None:
-    """The one clear title of a page."""
-    width, height = figure.get_size_inches()
-    figure.text(
-        0.5,
-        1 - 0.18 / height,
-        title,
-        ha="center",
-        va="top",
-        fontsize=text_size(title, width - 0.4, 15),
-        color=TEXT,
-        parse_math=False,
-    )
-
-
 def foot(
     figure: Figure,
     handles: Sequence[Artist] | None = None,
@@ -308,12 +251,8 @@ def foot(
         named = {h.get_label(): h for each, _ in found for h in each}
         handles = [*named.values()]
     look |= {"handles": list(handles), "title": caption or None, "handleheight": 1.1}
-    if figure.get_layout_engine() is None:
-        look |= {"loc": "lower center", "bbox_to_anchor": (0.5, 0.005)}
-    else:
-        look |= {"loc": "outside lower center"}
     for count in range(max(min(columns, len(handles)), 1), 0, -1):
-        legend = figure.legend(ncols=count, **look)
+        legend = figure.legend(loc="outside lower center", ncols=count, **look)
         legend.get_title().set(fontsize=8, color=FAINT, multialignment="center")
         if legend.get_window_extent().width <= figure.bbox.width:
             break

@@ -16,6 +16,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.transforms import Bbox
 from scipy import ndimage
 
 from reference.building import LANDMARKS, Building, Kind, Landmark
@@ -23,12 +24,12 @@ from reference.workshop.drawing.page import (
     COLOURS,
     FAINT,
     MEANINGS,
-    Frame,
     Style,
     floor_title,
     foot,
     frame_of,
     sheet,
+    step_of,
     swatches,
     text_size,
 )
@@ -118,15 +119,15 @@ def project(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 def _storeys(building: Building, look: Look, title: str) -> Figure:
     frame, floors = frame_of(building), building.floors
-    x = np.array([frame.left, frame.right, frame.right, frame.left])
-    y = np.array([frame.bottom, frame.bottom, frame.top, frame.top])
+    x = np.array([frame.x0, frame.x1, frame.x1, frame.x0])
+    y = np.array([frame.y0, frame.y0, frame.y1, frame.y1])
     outline = project(x, y, np.zeros(4))  # from the south-west corner to the north-west
     lift = _lift(outline)
     size = np.ptp(outline, axis=0) + (floors - 1) * lift
     inches = size * min(_ROOM / size) + _MARGIN
     figure = sheet(title, max(inches[0], _NARROWEST), inches[1])
     axes = _bare(figure.add_subplot())
-    origin = np.array((frame.left, frame.top))
+    origin = np.array((frame.x0, frame.y1))
     for floor in range(floors):  # clear of the stairs' lines, which pass between two
         shift = floor * lift
         paint(axes, building.kind[floor], look, origin, shift, zorder=2 * floor)
@@ -163,10 +164,10 @@ def _lift(outline: np.ndarray) -> np.ndarray:
     return np.array([0.0, 1 / share + GAP])
 
 
-def _compass(axes: Axes, frame: Frame) -> None:
+def _compass(axes: Axes, frame: Bbox) -> None:
     """Beside the lowest storey: which way is north, and how long so many metres are."""
-    reach = frame.step
-    x, y = frame.left - 0.2 * reach, frame.bottom - 0.2 * reach
+    reach = step_of(frame)
+    x, y = np.array(frame.min) - 0.2 * reach
     start, north, east = project(
         np.array([x, x, x + reach]), np.array([y, y + reach, y]), np.zeros(3)
     )
