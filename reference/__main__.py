@@ -6,11 +6,10 @@ the run is at fault, 2 the command line is, 130 after Ctrl-C.
 
 import os
 import sys
-from argparse import SUPPRESS, ArgumentParser
+from argparse import ArgumentParser
 from argparse import RawDescriptionHelpFormatter as Formatter
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from reference.floorplan import FloorPlanError
 from reference.paper import PEOPLE
@@ -19,10 +18,11 @@ from reference.workshop.commands import (
     checks,
     evacuation,
     evaluation,
+    options,
     speed,
     training,
 )
-from reference.workshop.commands.common import CommandError, whole_from
+from reference.workshop.commands.common import CommandError
 
 COMMANDS = {
     "check": building.CHECK,
@@ -80,9 +80,10 @@ def _parser() -> ArgumentParser:
         epilog="example:\n  python -m reference --seed 7",
         formatter_class=Formatter,
     )
-    _seed_option(top, None)
-    _json_option(top, False)
+    options.add(top, options.SEED | options.JSON)
     top.set_defaults(
+        seed=None,
+        json=False,
         run=evacuation.evacuate,
         building="paper",
         robots="sweep",
@@ -94,30 +95,18 @@ def _parser() -> ArgumentParser:
     )
     commands = top.add_subparsers(title="commands", metavar="COMMAND")
     for name, command in COMMANDS.items():
-        text = command.run.__doc__ or ""
         parser = commands.add_parser(
             name,
-            help=text,
-            description=text,
+            help=command.run.__doc__,
+            description=command.run.__doc__,
             epilog=f"example:\n  python -m reference {command.example}",
             formatter_class=Formatter,
         )
-        command.options(parser)
-        _seed_option(parser, SUPPRESS)
+        options.add(parser, command.options | options.SEED)
         if command.numbers:
-            _json_option(parser, SUPPRESS)
+            options.add(parser, options.JSON)
         parser.set_defaults(run=command.run)
     return top
-
-
-def _seed_option(parser: ArgumentParser, default: Any) -> None:
-    what = "same seed, same run; default: 0"
-    parser.add_argument("--seed", type=whole_from(0), default=default, help=what)
-
-
-def _json_option(parser: ArgumentParser, default: Any) -> None:
-    what = "print one JSON object"
-    parser.add_argument("--json", action="store_true", default=default, help=what)
 
 
 if __name__ == "__main__":

@@ -1,23 +1,17 @@
-"""Looking at a map: check and draw.
+"""Commands for a map: check and draw.
 
 Clauses: A8 (draw).
 """
 
 import json
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
 from reference.building import Building, Kind, load
 from reference.floorplan import find
-from reference.workshop.commands.common import (
-    MAP,
-    Command,
-    CommandError,
-    counted,
-    whole_from,
-    writable,
-)
+from reference.workshop.commands import options
+from reference.workshop.commands.common import Command, CommandError, counted, writable
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
 VIEWS_OF_ONE_FLOOR = ("top", "graph")
@@ -74,29 +68,15 @@ def _floor(arguments: Namespace, building: Building) -> int:
     return arguments.floor - 1
 
 
-def _check_options(parser: ArgumentParser) -> None:
-    parser.add_argument("file", help=MAP)
+CHECK_OPTIONS: options.Table = {"file": {"help": options.MAP}}
+DRAW_OPTIONS: options.Table = {
+    **CHECK_OPTIONS,
+    "--view": options.choice(VIEWS, "default: top", default="top"),
+    "--floor": options.number(1, "one floor only, 1 is the lowest"),
+    **options.picture("NAME-VIEW.png in this folder"),
+}
 
-
-def _draw_options(parser: ArgumentParser) -> None:
-    _check_options(parser)
-    parser.add_argument("--view", choices=VIEWS, default="top", help="default: top")
-    parser.add_argument(
-        "--floor",
-        type=whole_from(1),
-        metavar="N",
-        help="one floor only, 1 is the lowest",
-    )
-    parser.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help=".png, .svg or .pdf; default: NAME-VIEW.png in this folder",
-    )
-
-
-CHECK = Command(check, _check_options, "check floors/paper.txt")
+CHECK = Command(check, CHECK_OPTIONS, "check floors/paper.txt")
 DRAW = Command(
-    draw, _draw_options, "draw paper --view oblique -o paper.png", numbers=False
+    draw, DRAW_OPTIONS, "draw paper --view oblique -o paper.png", numbers=False
 )

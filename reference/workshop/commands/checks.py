@@ -1,29 +1,25 @@
-"""How far the ruler's parts can be believed: agree and gap.
+"""Commands that check the ruler's parts: agree and gap.
 
 Clauses: F4, F11.  Both measure, print and draw; neither changes a score.
 """
 
 import json
 import sys
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any, TypeVar
 
 from tqdm import tqdm
 
 from reference.building import load, plan_of
-from reference.paper import PEOPLE, Scenario
+from reference.paper import Scenario
+from reference.workshop.commands import options
 from reference.workshop.commands.common import (
-    MAP,
     Command,
     CommandError,
-    cores,
     ctrl_c,
     for_people,
-    player_option,
-    whole_from,
     writable,
 )
 from reference.workshop.evaluation import agreement as agreements
@@ -66,18 +62,6 @@ def agree(arguments: Namespace) -> None:
 
         drawing.save(figure(found), arguments.output)
     _tell(facts, arguments, "h and the reward that unguided people lose to it")
-
-
-def _agree_options(parser: ArgumentParser) -> None:
-    add = parser.add_argument
-    add("--building", default="paper", help=f"{MAP}; default: paper")
-    add(
-        "--fires",
-        type=whole_from(1),
-        default=agreements.FIRES,
-        help=f"default: {agreements.FIRES}",
-    )
-    _common_options(parser)
 
 
 # -- gap ----------------------------------------------------------------------------
@@ -145,7 +129,7 @@ def _done(
     unit: str,
 ) -> list[Made]:
     """All results in order, with a progress bar. Ctrl-C ends it; nothing is kept."""
-    with ctrl_c() as stop, workers(_workers(arguments)) as executor, for_people():
+    with ctrl_c() as stop, workers(arguments.workers) as executor, for_people():
         done = as_done(executor, work, jobs, stop)
         results = dict(
             tqdm(done, total=len(jobs), unit=unit, disable=None, leave=False)
@@ -155,34 +139,7 @@ def _done(
     return [results[k] for k in range(len(jobs))]
 
 
-def _gap_options(parser: ArgumentParser) -> None:
-    player_option(parser, "robots", "default: sweep", "sweep")
-    player_option(parser, "fire", f"besides {', '.join(CHOOSERS)}", several=True)
-    add = parser.add_argument
-    add("--building", help=f"{MAP}; default: the checkpoint's, else paper")
-    add(
-        "--people", type=whole_from(1), help=f"default: the checkpoint's, else {PEOPLE}"
-    )
-    add(
-        "--moments",
-        type=whole_from(1),
-        default=MOMENTS,
-        help=f"one of each evacuation; default: {MOMENTS}",
-    )
-    _common_options(parser)
-
-
 # -- Both ---------------------------------------------------------------------------
-
-
-def _common_options(parser: ArgumentParser) -> None:
-    add = parser.add_argument
-    add("--workers", type=whole_from(0), metavar="K", help="default: number of cores")
-    add("-o", "--output", type=Path, metavar="FILE", help="draw it: .png, .svg or .pdf")
-
-
-def _workers(arguments: Namespace) -> int:
-    return cores() if arguments.workers is None else int(arguments.workers)
 
 
 def _tell(facts: dict[str, Any], arguments: Namespace, title: str) -> None:
@@ -206,5 +163,24 @@ def _shown(value: Any) -> str:
     return f"{value:8.2f}" if isinstance(value, float) else f"{value!s:>8}"
 
 
-AGREE = Command(agree, _agree_options, "agree --fires 50 -o agreement.png")
-GAP = Command(gap, _gap_options, "gap --robots sweep --moments 12 -o gap.png")
+AGREE_OPTIONS: options.Table = {
+    **options.BUILDING,
+    "--fires": options.number(
+        1, f"default: {agreements.FIRES}", default=agreements.FIRES
+    ),
+    **options.WORKERS,
+    **options.picture("none is drawn"),
+}
+GAP_OPTIONS: options.Table = {
+    **options.player("robots", "default: sweep", default="sweep"),
+    **options.player("fire", f"besides {', '.join(CHOOSERS)}", **options.SEVERAL),
+    **options.PLACE,
+    "--moments": options.number(
+        1, f"one of each evacuation; default: {MOMENTS}", default=MOMENTS
+    ),
+    **options.WORKERS,
+    **options.picture("none is drawn"),
+}
+
+AGREE = Command(agree, AGREE_OPTIONS, "agree --fires 50 -o agreement.png")
+GAP = Command(gap, GAP_OPTIONS, "gap --robots sweep --moments 12 -o gap.png")

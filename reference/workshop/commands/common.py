@@ -1,22 +1,21 @@
 """What the commands share: their errors, options and ways to say numbers."""
 
-import os
 import shlex
 import signal
 import sys
 import tempfile
-from argparse import ArgumentParser, ArgumentTypeError, Namespace
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from argparse import Namespace
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import BrokenExecutor, Executor
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Event
 from typing import Any, NamedTuple
 
-from reference.workshop.evaluation.contestants import NAMES, Side, refuse_nobody
+from reference.workshop.commands.options import Table
 from reference.workshop.evaluation.crossplay import Evaluation, unlike_training
 from reference.workshop.runs import ContradictionError
-
-MAP = "a map, by path or by the name of one that ships"
+from reference.workshop.workers import workers
 
 
 class CommandError(Exception):
@@ -31,60 +30,9 @@ class Command(NamedTuple):
     """A command: what it does, its options, one example, whether it tells numbers."""
 
     run: Callable[[Namespace], None]
-    options: Callable[[ArgumentParser], None]
+    options: Table
     example: str
     numbers: bool = True
-
-
-# -- Options ----------------------------------------------------------------------
-
-
-def player_option(
-    parser: ArgumentParser,
-    side: Side,
-    note: str,
-    default: str | None = None,
-    several: bool = False,
-    words: Sequence[str] = (),
-) -> None:
-    """--robots or --fire: somebody, or several of them, by name or in a file.
-
-    words: those that this command knows, if not all.
-    """
-    known = words or NAMES[side]
-    what = f"{', '.join(known)}; {note}"
-    parser.add_argument(
-        f"--{side}",
-        type=_somebody(side, known),
-        default=default,
-        nargs="+" if several else None,
-        metavar="S",
-        help=what,
-    )
-
-
-def _somebody(side: Side, words: Sequence[str]) -> Callable[[str], str]:
-    """A word that names somebody; what is in a file is looked at later."""
-
-    def known(text: str) -> str:
-        try:
-            refuse_nobody(text, side, words)
-        except ValueError as error:
-            raise ArgumentTypeError(str(error)) from None
-        return text
-
-    return known
-
-
-def whole_from(least: int) -> Callable[[str], int]:
-    """A whole number that is not below the least."""
-
-    def number(text: str) -> int:
-        if not text.isdecimal() or int(text) < least:
-            raise ArgumentTypeError(f"'{text}' is not a whole number from {least} on")
-        return int(text)
-
-    return number
 
 
 def writable(path: Path, formats: Iterable[str], what: str) -> None:
@@ -121,7 +69,7 @@ def for_people() -> Iterator[None]:
 
 
 def noted(evaluation: Evaluation) -> None:
-    """What one should know of those who take part; on stderr, where numbers are not."""
+    """Tell on stderr who plays in another scenario than it was trained in."""
     for line in unlike_training(evaluation):
         print(f"note: {line}", file=sys.stderr)
 
@@ -146,13 +94,6 @@ def quoted(path: str | Path) -> str:
     return shlex.quote(str(path))
 
 
-def cores() -> int:
-    """Cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 @contextmanager
 def ctrl_c() -> Iterator[Callable[[], bool]]:
     """Has Ctrl-C been pressed? Pressed once more, it stops at once."""
@@ -168,3 +109,22 @@ def ctrl_c() -> Iterator[Callable[[], bool]]:
         yield pressed.is_set
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def workforce(
+    count: int, about: str, again: str = "Take fewer:"
+) -> Iterator[tuple[Executor, Callable[[], bool]]]:
+    """Workers for a command, and whether Ctrl-C was pressed.
+
+    about: what they do, for stderr; again: how to go on when one has died.
+    """
+    print(f"{about}; {counted(count, 'workers')}", file=sys.stderr)
+    with ctrl_c() as stop, workers(count) as executor, for_people():
+        try:
+            yield executor, stop
+        except BrokenExecutor as error:
+            raise CommandError(
+                "a worker has died, perhaps for want of memory. "
+                f"{again} --workers {max(1, count // 2)}"
+            ) from error

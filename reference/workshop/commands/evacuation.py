@@ -1,8 +1,8 @@
-"""One evacuation, or some: who got out, and a film of it."""
+"""The command evacuate: one evacuation, or some; who got out, and a film of it."""
 
 import json
 import sys
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from dataclasses import asdict
 from math import isnan
 from pathlib import Path
@@ -13,16 +13,13 @@ from typing import Any
 from tqdm import tqdm
 
 from reference.building import Building, building_of
-from reference.paper import PEOPLE
 from reference.simulation import Simulation
+from reference.workshop.commands import options
 from reference.workshop.commands.common import (
-    MAP,
     Command,
     figures,
     for_people,
     noted,
-    player_option,
-    whole_from,
     writable,
 )
 from reference.workshop.evaluation.crossplay import (
@@ -116,28 +113,15 @@ def _summarise(
         print(f"{name.replace('_', ' '):18}{figures([facts[name], *spread])}")
 
 
-def _evacuate_options(parser: ArgumentParser) -> None:
-    add = parser.add_argument
-    add("--building", help=f"{MAP}; default: the checkpoint's, else paper")
-    player_option(parser, "robots", "default: sweep", "sweep")
-    player_option(parser, "fire", "default: random", "random")
-    add(
-        "--people", type=whole_from(1), help=f"default: the checkpoint's, else {PEOPLE}"
-    )
-    add("--episodes", type=whole_from(1), default=1, help="how many, default: 1")
-    add(
-        "--sample",
-        action="store_true",
-        help="draw a learned policy's actions instead of taking the likeliest",
-    )
-    add(
-        "--animate",
-        type=Path,
-        metavar="FILE",
-        help="film the first episode as .gif, .html or .mp4",
-    )
-
+EVACUATE_OPTIONS: options.Table = {
+    **options.PLACE,
+    **options.player("robots", "default: sweep", default="sweep"),
+    **options.player("fire", "default: random", default="random"),
+    "--episodes": options.number(1, "how many, default: 1", default=1),
+    **options.SAMPLE,
+    "--animate": options.path("FILE", "film the first episode as .gif, .html or .mp4"),
+}
 
 EVACUATE = Command(
-    evacuate, _evacuate_options, "evacuate --robots patrol --episodes 20 --json"
+    evacuate, EVACUATE_OPTIONS, "evacuate --robots patrol --episodes 20 --json"
 )

@@ -1,13 +1,12 @@
-"""Everybody against everybody, by one ruler: evaluate.
+"""The command evaluate: all robots against all fires, by one ruler.
 
 Clauses: F9, F12.
 """
 
 import json
 import sys
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Sequence
-from concurrent.futures import BrokenExecutor
 from pathlib import Path
 from typing import Any
 
@@ -15,23 +14,17 @@ from reference.building import building_of
 from reference.evaluation import score
 from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import PAPER, Ruler
-from reference.paper import PEOPLE
+from reference.workshop.commands import options
 from reference.workshop.commands.common import (
-    MAP,
     Command,
     CommandError,
-    cores,
-    counted,
-    ctrl_c,
     for_people,
     noted,
-    player_option,
     quoted,
-    whole_from,
+    workforce,
 )
 from reference.workshop.evaluation import crossplay
 from reference.workshop.files import write_whole
-from reference.workshop.workers import workers
 
 RULER = "ruler.json"
 
@@ -99,26 +92,17 @@ def _played(
     evaluation: crossplay.Evaluation, arguments: Namespace
 ) -> list[crossplay.Record]:
     """All runs; before all are there, how to go on."""
-    count = cores() if arguments.workers is None else arguments.workers
-    print(f"{evaluation.about()}; {counted(count, 'workers')}", file=sys.stderr)
-    with ctrl_c() as stop, workers(count) as executor, for_people():
-        try:
-            records = crossplay.evaluate(evaluation, arguments.out, executor, stop)
-        except BrokenExecutor as error:
-            raise CommandError(
-                "a worker has died, perhaps for want of memory. Take fewer: "
-                f"--workers {max(1, count // 2)}"
-            ) from error
-    if len(records) < len(evaluation.runs):
-        raise CommandError(_stopped(len(records), arguments), 130)
-    return records
-
-
-def _stopped(runs: int, arguments: Namespace) -> str:
+    with workforce(arguments.workers, evaluation.about()) as (executor, stop):
+        records = crossplay.evaluate(evaluation, arguments.out, executor, stop)
+    if len(records) == len(evaluation.runs):
+        return records
     if not arguments.out:
-        return "stopped; nothing was kept, since no --out was named"
-    again = f"python -m reference evaluate --resume --out {quoted(arguments.out)}"
-    return f"stopped after {runs} runs, which are kept. Go on with:\n  {again}"
+        raise CommandError("stopped; nothing was kept, since no --out was named", 130)
+    raise CommandError(
+        f"stopped after {len(records)} runs, which are kept. Go on with:\n"
+        f"  python -m reference evaluate --resume --out {quoted(arguments.out)}",
+        130,
+    )
 
 
 def _keep(
@@ -138,10 +122,7 @@ def _keep(
     crossplay.write(folder, evaluation, ruler, cells)
     write_whole(folder / RULER, ruler.as_json().encode())
     for name, figure in (
-        (
-            "ruler.png",
-            rulers.curve(ruler, best),
-        ),
+        ("ruler.png", rulers.curve(ruler, best)),
         ("scores.png", rulers.contours(ruler, _readings(cells))),
         ("matrix.png", played.matrix(cells)),
         ("evacuations.png", played.curves(records)),
@@ -175,40 +156,28 @@ def _explained(arguments: Namespace, ruler: Ruler) -> str:
     )
 
 
-def _evaluate_options(parser: ArgumentParser) -> None:
-    add: Any = parser.add_argument
-    player_option(parser, "robots", "default: sweep", several=True)
-    player_option(parser, "fire", "default: random", several=True)
-    add("--building", help=f"{MAP}; default: the checkpoint's, else paper")
-    add(
-        "--people", type=whole_from(1), help=f"default: the checkpoint's, else {PEOPLE}"
-    )
-    add(
-        "--episodes",
-        type=whole_from(1),
-        help=f"of each pair, run i uses seed + i; default: {crossplay.EPISODES}",
-    )
-    add(
-        "--sample",
-        action="store_true",
-        default=None,
-        help="draw a learned policy's actions instead of taking the likeliest",
-    )
-    add("--workers", type=whole_from(0), metavar="K", help="default: number of cores")
-    add("--out", type=Path, metavar="DIR", help="keep runs, tables and pictures there")
-    add("--resume", action="store_true", help="go on in DIR; more may be asked for")
-    add("--ruler", type=Path, metavar="FILE", help="a ruler.json; default: the paper's")
-    add(
-        "--baseline",
-        metavar="S",
-        help="calibrate the ruler: these robots score 1 on average over their fires; "
-        "name weak and strong fires alike",
-    )
-
+EVALUATE_OPTIONS: options.Table = {
+    **options.player("robots", "default: sweep", **options.SEVERAL),
+    **options.player("fire", "default: random", **options.SEVERAL),
+    **options.PLACE,
+    "--episodes": options.number(
+        1, f"of each pair, run i uses seed + i; default: {crossplay.EPISODES}"
+    ),
+    **options.SAMPLE,
+    **options.WORKERS,
+    "--out": options.path("DIR", "keep runs, tables and pictures there"),
+    "--resume": options.flag("go on in DIR; more may be asked for"),
+    "--ruler": options.path("FILE", "a ruler.json; default: the paper's"),
+    "--baseline": {
+        "metavar": "S",
+        "help": "calibrate the ruler: these robots score 1 on average over their "
+        "fires; name weak and strong fires alike",
+    },
+}
 
 EVALUATE = Command(
     evaluate,
-    _evaluate_options,
+    EVALUATE_OPTIONS,
     "evaluate --robots none patrol sweep --fire none random greedy \\\n"
     "      --baseline sweep --out out/evaluation",
 )

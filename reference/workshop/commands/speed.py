@@ -1,12 +1,13 @@
-"""How fast it is: bench."""
+"""The command bench: how fast it is."""
 
 import json
 import os
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 
 from reference.building import load
 from reference.workshop.bench import measure, table
-from reference.workshop.commands.common import MAP, Command, for_people
+from reference.workshop.commands import options
+from reference.workshop.commands.common import Command, for_people
 
 
 def bench(arguments: Namespace) -> None:
@@ -18,8 +19,4 @@ def bench(arguments: Namespace) -> None:
     print(json.dumps(facts) if arguments.json else table(building.title, facts))
 
 
-def _bench_options(parser: ArgumentParser) -> None:
-    parser.add_argument("--building", default="paper", help=f"{MAP}; default: paper")
-
-
-BENCH = Command(bench, _bench_options, "bench --json")
+BENCH = Command(bench, options.BUILDING, "bench --json")

@@ -1,4 +1,4 @@
-"""Learning, and how it went: train and curves.
+"""Commands for learning: train and curves.
 
 Clauses: E1, E2.
 """
@@ -6,30 +6,24 @@ Clauses: E1, E2.
 import json
 import os
 import sys
-from argparse import ArgumentParser, Namespace
-from concurrent.futures import BrokenExecutor
+from argparse import Namespace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from reference.learning.settings import SIDES, TrainerSettings, rows_of
+from reference.learning.settings import TrainerSettings, rows_of
+from reference.workshop.commands import options
 from reference.workshop.commands.common import (
-    MAP,
     Command,
     CommandError,
-    cores,
-    counted,
-    ctrl_c,
     figures,
     for_people,
-    player_option,
     quoted,
-    whole_from,
+    workforce,
     writable,
 )
 from reference.workshop.evaluation.contestants import SCRIPTS
 from reference.workshop.training.presets import PRESETS, Settings
-from reference.workshop.workers import workers
 
 ROWS = rows_of(TrainerSettings) | rows_of(Settings)
 
@@ -56,21 +50,14 @@ def _trained(training: Any, arguments: Namespace) -> Path:
     """Train to the end; the last checkpoint. Before the end, how to go on from it."""
     from reference.workshop.training.loop import train
 
-    count = cores() if arguments.workers is None else arguments.workers
-    print(f"{training.about()}; {counted(count, 'workers')}", file=sys.stderr)
-    with ctrl_c() as stop, workers(count) as executor, for_people():
-        try:
-            path = train(training, arguments.out, executor, stop, arguments.tensorboard)
-        except BrokenExecutor as error:
-            raise CommandError(
-                "a worker has died, perhaps for want of memory. Go on with fewer: "
-                + _go_on(arguments, max(1, count // 2))
-            ) from error
+    again = _again(arguments)
+    with workforce(arguments.workers, training.about(), f"Go on with: {again}") as work:
+        path = train(training, arguments.out, *work, arguments.tensorboard)
     if training.over:
         return path
     raise CommandError(
         f"stopped after round {training.round}, and saved in {path}. Go on with:\n"
-        f"  {_go_on(arguments, arguments.workers)}",
+        f"  {again} --workers {arguments.workers}",
         130,
     )
 
@@ -111,14 +98,10 @@ def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
     )
 
 
-def _go_on(arguments: Namespace, count: int | None) -> str:
+def _again(arguments: Namespace) -> str:
     """The command that goes on with a training."""
-    words = ["python -m reference train --resume --out", quoted(arguments.out)]
-    if count is not None:
-        words.append(f"--workers {count}")
-    if arguments.tensorboard:
-        words.append("--tensorboard")
-    return " ".join(words)
+    board = " --tensorboard" * arguments.tensorboard
+    return f"python -m reference train --resume --out {quoted(arguments.out)}{board}"
 
 
 def curves(arguments: Namespace) -> None:
@@ -133,71 +116,42 @@ def curves(arguments: Namespace) -> None:
         print(page.save(figure([read(run) for run in arguments.runs]), path))
 
 
-def _train_options(parser: ArgumentParser) -> None:
-    add = parser.add_argument
-    add("--preset", choices=tuple(PRESETS), help="default: laptop")
-    add(
-        "--settings",
-        type=Path,
-        metavar="FILE",
-        help="ML-Agents' YAML; it changes the preset (extra: yaml)",
-    )
-    add("--building", help=f"{MAP}; default: paper, or tiny with --preset tiny")
-    add("--trainer", choices=ROWS["trainer_type"].choices, help="of the robots")
-    add(
-        "--head",
-        choices=ROWS["head"].choices,
-        help="of both policies; default: preset's",
-    )
-    for side in SIDES:
-        note = f"if given, the {side} {'do' if side == 'robots' else 'does'} not learn"
-        player_option(parser, side, note, words=(*SCRIPTS[side], "FILE"))
-    add(
-        "--schedule",
-        choices=ROWS["schedule"].choices,
-        help="both sides learn together, or in turn; default: preset's",
-    )
-    add(
-        "--imitate",
-        choices=SCRIPTS["robots"][1:],
-        help="robots copy this strategy first; never the default",
-    )
-    add(
-        "--workers",
-        type=whole_from(0),
-        metavar="K",
-        help="processes that play, results are the same; 0: none but this one; "
-        "default: the number of cores",
-    )
-    out = Path("out/train")
-    add("--out", type=Path, default=out, metavar="DIR", help=f"default: {out}")
-    add("--resume", action="store_true", help="go on with the training in DIR")
-    add(
-        "--tensorboard",
-        action="store_true",
-        help="write DIR/tensorboard too (extra: tensorboard)",
-    )
-
-
-def _curves_options(parser: ArgumentParser) -> None:
-    add = parser.add_argument
-    add("runs", nargs="+", type=Path, metavar="RUN", help="the folder train wrote to")
-    add(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help=".png, .svg or .pdf; default: curves.png in this folder",
-    )
-
+NOTE = "if given, this side does not learn"
+TRAIN_OPTIONS: options.Table = {
+    "--preset": options.choice(PRESETS, "default: laptop"),
+    "--settings": options.path(
+        "FILE", "ML-Agents' YAML; changes the preset (extra: yaml)"
+    ),
+    "--building": {
+        "help": f"{options.MAP}; default: paper, or tiny with --preset tiny"
+    },
+    "--trainer": options.choice(ROWS["trainer_type"].choices, "of the robots"),
+    "--head": options.choice(
+        ROWS["head"].choices, "of both policies; default: preset's"
+    ),
+    **options.player("robots", NOTE, (*SCRIPTS["robots"], "FILE")),
+    **options.player("fire", NOTE, (*SCRIPTS["fire"], "FILE")),
+    "--schedule": options.choice(
+        ROWS["schedule"].choices, "both sides learn together, or in turn"
+    ),
+    "--imitate": options.choice(
+        SCRIPTS["robots"][1:], "robots copy this strategy first"
+    ),
+    **options.WORKERS,
+    "--out": options.path("DIR", "default: out/train", default=Path("out/train")),
+    "--resume": options.flag("go on with the training in DIR"),
+    "--tensorboard": options.flag("write DIR/tensorboard too (extra: tensorboard)"),
+}
+CURVES_OPTIONS: options.Table = {
+    "runs": options.path("RUN", "the folder train wrote to", **options.SEVERAL),
+    **options.picture("curves.png in this folder"),
+}
 
 TRAIN = Command(
     train,
-    _train_options,
+    TRAIN_OPTIONS,
     "train --preset tiny --fire random --out out/tiny\n"
     "  python -m reference train --resume --out out/tiny\n"
     "  python -m reference evacuate --robots out/tiny --fire greedy",
 )
-CURVES = Command(
-    curves, _curves_options, "curves out/tiny -o curves.png", numbers=False
-)
+CURVES = Command(curves, CURVES_OPTIONS, "curves out/tiny -o curves.png", numbers=False)

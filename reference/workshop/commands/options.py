@@ -1,0 +1,100 @@
+"""Options of the commands, and what argparse is told of each."""
+
+import os
+from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from reference.paper import PEOPLE
+from reference.workshop.evaluation.contestants import NAMES, Side, refuse_nobody
+
+Table = dict[str, dict[str, Any]]
+"""Names of options, such as "-o/--output", and what argparse is told of each."""
+
+MAP = "a map, by path or by the name of one that ships"
+SEVERAL = {"nargs": "+"}
+
+
+def add(parser: ArgumentParser, options: Table) -> None:
+    """Let a parser know these options."""
+    for names, told in options.items():
+        parser.add_argument(*names.split("/"), **told)
+
+
+def cores() -> int:
+    """Cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def player(side: Side, note: str, words: Sequence[str] = (), **more: Any) -> Table:
+    """--robots or --fire: somebody by name or in a file.
+
+    words: those that this command knows, if not all.
+    """
+    known = words or NAMES[side]
+
+    def somebody(text: str) -> str:
+        try:
+            refuse_nobody(text, side, known)
+        except ValueError as error:
+            raise ArgumentTypeError(str(error)) from None
+        return text
+
+    what = f"{', '.join(known)}; {note}"
+    return {f"--{side}": {"type": somebody, "metavar": "S", "help": what, **more}}
+
+
+def number(least: int, note: str, **more: Any) -> dict[str, Any]:
+    """An option that takes a whole number from so many on."""
+
+    def whole(text: str) -> int:
+        if not text.isdecimal() or int(text) < least:
+            raise ArgumentTypeError(f"'{text}' is not a whole number from {least} on")
+        return int(text)
+
+    return {"type": whole, "metavar": "N", "help": note, **more}
+
+
+def path(metavar: str, note: str, **more: Any) -> dict[str, Any]:
+    """An option that takes a path."""
+    return {"type": Path, "metavar": metavar, "help": note, **more}
+
+
+def choice(words: Iterable[str], note: str, **more: Any) -> dict[str, Any]:
+    """An option that takes one of some words."""
+    return {"choices": tuple(words), "help": note, **more}
+
+
+def flag(note: str, **more: Any) -> dict[str, Any]:
+    """An option that is there or not."""
+    return {"action": "store_true", "help": note, **more}
+
+
+def picture(default: str) -> Table:
+    """-o: where the picture goes."""
+    return {"-o/--output": path("FILE", f".png, .svg or .pdf; default: {default}")}
+
+
+BUILDING: Table = {"--building": {"help": f"{MAP}; default: paper", "default": "paper"}}
+PLACE: Table = {
+    "--building": {"help": f"{MAP}; default: the checkpoint's, else paper"},
+    "--people": number(1, f"default: the checkpoint's, else {PEOPLE}"),
+}
+SAMPLE: Table = {
+    "--sample": flag(
+        "draw a learned policy's actions instead of taking the likeliest", default=None
+    )
+}
+WORKERS: Table = {
+    "--workers": number(
+        0,
+        "processes that play, results are the same; 0: none but this one; "
+        "default: the number of cores",
+        default=cores(),
+    )
+}
+SEED: Table = {"--seed": number(0, "same seed, same run; default: 0", default=SUPPRESS)}
+JSON: Table = {"--json": flag("print one JSON object", default=SUPPRESS)}
