@@ -1,4 +1,4 @@
-"""Checkpoints: a whole training in one file, written at once or not at all.
+"""Checkpoints: a whole training in one file, written whole or not at all.
 
 Clauses: E3, E6.  A file holds tensors and plain data alone, and loading it never
 executes code.  It knows its building, scenario and version, and says so where it does
@@ -29,7 +29,6 @@ FORMAT = 1
 """Grows whenever observations, actions or networks come to mean something else."""
 
 MAGIC = b"PK\x03\x04"  # torch writes zip archives
-NAME = "checkpoint-{round:06}.pt"
 NAMED = re.compile(r"checkpoint-(\d{6,})\.pt")
 
 
@@ -83,7 +82,7 @@ class Checkpoint:
 
 def keep(checkpoint: Checkpoint, folder: Path, most: int) -> Path:
     """Write a checkpoint into a folder that keeps the `most` newest; its path."""
-    path = folder / NAME.format(round=checkpoint.round)
+    path = folder / f"checkpoint-{checkpoint.round:06}.pt"
     save(checkpoint, path)
     for old in _in(folder)[:-most]:
         old.unlink(missing_ok=True)
@@ -92,24 +91,18 @@ def keep(checkpoint: Checkpoint, folder: Path, most: int) -> Path:
 
 def newest(folder: Path) -> Path | None:
     """The latest checkpoint in a folder, if there is one."""
-    return max(_in(folder), key=_round, default=None)
+    return next(reversed(_in(folder)), None)
 
 
 def _in(folder: Path) -> list[Path]:
-    """Oldest first."""
-    return sorted(filter(_named, folder.glob("*.pt")), key=_round)
-
-
-def _named(path: Path) -> bool:
-    return NAMED.fullmatch(path.name) is not None
-
-
-def _round(path: Path) -> int:
-    return int(path.stem.rpartition("-")[2])
+    """The checkpoints of a folder, oldest first."""
+    found = (NAMED.fullmatch(path.name) for path in folder.glob("*.pt"))
+    rounds = {folder / match[0]: int(match[1]) for match in found if match}
+    return sorted(rounds, key=rounds.__getitem__)
 
 
 def save(checkpoint: Checkpoint, path: Path) -> None:
-    """All of the file is written, or nothing and what was there stays.
+    """Write all of the file, or nothing and what was there stays.
 
     Raises OSError, with a message for people.
     """
@@ -123,7 +116,11 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
 
     Raises CheckpointError for anything else, OSError for an unreadable file.
     """
-    path = _file(Path(path))
+    path = Path(path)
+    if path.is_dir():
+        if (found := newest(path)) is None:
+            raise CheckpointError(f"{path}: there is no checkpoint in this folder.")
+        path = found
     with path.open("rb") as file:
         if file.read(len(MAGIC)) != MAGIC:
             raise CheckpointError(
@@ -138,14 +135,6 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
                 "one before, or remove it to go on from there."
             ) from error
     return _checked(content, path)
-
-
-def _file(path: Path) -> Path:
-    if not path.is_dir():
-        return path
-    if (found := newest(path)) is None:
-        raise CheckpointError(f"{path}: there is no checkpoint in this folder.")
-    return found
 
 
 def _checked(content: object, path: Path) -> Checkpoint:

@@ -1,24 +1,22 @@
-"""The adversarial loop: PLAY, LEARN, TELL, KEEP, round after round.
+"""The adversarial loop with files: PLAY, LEARN, TELL, KEEP, round after round.
 
 Clauses: E1, E2, E6.  A round's episodes are pure jobs of whoever plays, so that neither
 how many workers there are nor an interruption between two rounds changes what comes
-out.
+out. What is played and learned is `learning.adversarial`'s.
 """
 
 import contextlib
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 from tqdm import tqdm
 
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Episode, Job, play
-from reference.learning.settings import Side
 from reference.workshop.files import make_folder
 from reference.workshop.training import checkpoints
 from reference.workshop.training.session import Training
@@ -54,14 +52,13 @@ def train(
     """
     with ExitStack() as closing:
         record = Record(training, folder, tensorboard, progress, closing)
-        begun = record.keep(training)
+        begun = record.keep()
         if not training.imitated:
             played = in_order(executor, _played, training.demonstrations(), stop)
             if played is None:
                 return begun
-            shown = [episode for job in played for episode in job]
-            record.tell(training, training.imitate(shown))
-            record.keep(training)
+            record.tell(training.imitate([e for job in played for e in job]))
+            record.keep()
         while not training.over and not stop():
             # PLAY
             start = perf_counter()
@@ -73,12 +70,12 @@ def train(
             between = perf_counter()
             rows = training.learn(episodes)
             # TELL
-            record.tell(training, rows)
-            record.time(training, episodes, between - start, perf_counter() - between)
+            record.tell(rows)
+            record.time(episodes, between - start, perf_counter() - between)
             # KEEP
             if record.due():
-                record.keep(training)
-        return record.keep(training)
+                record.keep()
+        return record.keep()
 
 
 def _played(job: Job) -> list[Episode]:
@@ -101,89 +98,77 @@ class Record:
         progress: bool,
         closing: ExitStack,
     ):
-        """What the folder has from later rounds, after an interruption, is dropped."""
-        self.folder, self.learners = folder, training.learners
+        """Drop what the folder has from later rounds, after an interruption."""
+        self.training, self.folder, self.progress = training, folder, progress
+        self.learners = training.learners.values()
         self.boards = []
         if tensorboard:
-            board = Board(folder / "tensorboard", self._steps())
-            self.boards.append(closing.enter_context(contextlib.closing(board)))
+            steps = {side: who.steps for side, who in training.learners.items()}
+            board = contextlib.closing(Board(folder / "tensorboard", steps))
+            self.boards.append(closing.enter_context(board))
         make_folder(folder)
         over = training.round if training.imitated else -1
         self.summaries = table_to(folder / SUMMARIES, COLUMNS, over)
         self.times = table_to(folder / CLOCK, TIMES, over)
-        self.bar = closing.enter_context(self._bar(progress))
-        self.kept: tuple[int, ...] = ()
-        self.saved: tuple[int, bool] | None = None
-        self.path = folder
-
-    def tell(self, training: Training, rows: Sequence[Row]) -> None:
-        """Summaries that are due, and how far it has come."""
-        self.summaries.append(rows)
-        for board in self.boards:
-            board.append(rows)
-        self.bar.update(self._done() - self.bar.n)
-        if training.latest:
-            self.bar.set_postfix(
-                reward=f"{training.latest['group_reward']:,.0f}",
-                survivors=f"{training.latest['survival']:.0%}",
-            )
-        if self.bar.disable and self.lines:
-            for row in rows:
-                print(_line(row), file=sys.stderr)
-
-    def time(
-        self, training: Training, episodes: Sequence[Episode], play: float, learn: float
-    ) -> None:
-        """What the clock says about the round that is over."""
-        sides = [t for e in episodes for t in (e.robots, e.fire) if t is not None]
-        decisions = sum(trajectory.steps for trajectory in sides)
-        row = (training.round, decisions, play, learn, decisions / (play + learn))
-        self.times.append([dict(zip(TIMES, row, strict=True))])
-
-    def due(self) -> bool:
-        """A side is past another multiple of its checkpoint_interval."""
-        return self._intervals() != self.kept
-
-    def keep(self, training: Training) -> Path:
-        """A checkpoint of now, unless there is one; its path."""
-        now = (training.round, training.imitated)
-        if now != self.saved:
-            most = max(s.settings.keep_checkpoints for s in self.learners.values())
-            self.path = checkpoints.keep(training.checkpoint(), self.folder, most)
-            self.kept, self.saved = self._intervals(), now
-        return self.path
-
-    def _intervals(self) -> tuple[int, ...]:
-        return tuple(
-            learner.steps // learner.settings.checkpoint_interval
-            for learner in self.learners.values()
-        )
-
-    def _steps(self) -> dict[Side, int]:
-        return {side: learner.steps for side, learner in self.learners.items()}
-
-    def _done(self) -> int:
-        """Decisions of the sides that learn, those beyond max_steps not counted."""
-        sides = self.learners.values()
-        return sum(min(side.steps, side.settings.max_steps) for side in sides)
-
-    def _bar(self, progress: bool) -> Any:
-        self.lines = progress
-        return tqdm(
-            total=sum(side.settings.max_steps for side in self.learners.values()),
+        bar = tqdm(
+            total=sum(who.settings.max_steps for who in self.learners),
             initial=self._done(),
             unit=" decisions",
             unit_scale=True,
             disable=None if progress else True,
         )
+        self.bar = closing.enter_context(bar)
+        self.intervals: list[int] = []
+        self.saved: tuple[int, bool] | None = None
+        self.path = folder
+
+    def tell(self, rows: Sequence[Row]) -> None:
+        """Write the summaries that are due; show how far it has come."""
+        self.summaries.append(rows)
+        for board in self.boards:
+            board.append(rows)
+        self.bar.update(self._done() - self.bar.n)
+        if latest := self.training.latest:
+            reward, share = latest["group_reward"], latest["survival"]
+            self.bar.set_postfix(reward=f"{reward:,.0f}", survivors=f"{share:.0%}")
+        if self.bar.disable and self.progress:
+            for row in rows:
+                print(_line(row), file=sys.stderr)
+
+    def time(self, episodes: Iterable[Episode], play: float, learn: float) -> None:
+        """Write what the clock says about the round that is over."""
+        sides = [t for e in episodes for t in (e.robots, e.fire) if t is not None]
+        n = sum(trajectory.steps for trajectory in sides)
+        row = (self.training.round, n, play, learn, n / (play + learn))
+        self.times.append([dict(zip(TIMES, row, strict=True))])
+
+    def due(self) -> bool:
+        """Whether a side is past another multiple of its checkpoint_interval."""
+        return self._intervals() != self.intervals
+
+    def keep(self) -> Path:
+        """Save a checkpoint of now, unless there is one; its path."""
+        now = (self.training.round, self.training.imitated)
+        if now != self.saved:
+            most = max(who.settings.keep_checkpoints for who in self.learners)
+            checkpoint = self.training.checkpoint()
+            self.path = checkpoints.keep(checkpoint, self.folder, most)
+            self.intervals, self.saved = self._intervals(), now
+        return self.path
+
+    def _intervals(self) -> list[int]:
+        return [w.steps // w.settings.checkpoint_interval for w in self.learners]
+
+    def _done(self) -> int:
+        """Decisions of the sides that learn, those beyond max_steps not counted."""
+        return sum(min(who.steps, who.settings.max_steps) for who in self.learners)
 
 
 def _line(row: Row) -> str:
     """A summary for people who read a log."""
-    reward, survival = row.get(OWN_REWARD), row.get(SURVIVAL)
-    if reward is None or survival is None:
+    if PRETRAINING in row:
         return f"{row['side']}: {row['phase']}, loss {row[PRETRAINING]:.3f}"
     return (
         f"{row['side']}: step {row['step']:,}, round {row['round']}, "
-        f"reward {reward:,.0f}, survival {survival:.0%}"
+        f"reward {row[OWN_REWARD]:,.0f}, survival {row[SURVIVAL]:.0%}"
     )

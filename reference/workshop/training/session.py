@@ -4,7 +4,7 @@ Clauses: C1, D1, D6, E1, E2, E3, E6.  Robots and fire play the same episodes and
 from them, both at once or in turn, or one of them against somebody who does not learn.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from statistics import mean
 from typing import Any
@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from reference.building import building_of
-from reference.learning import ppo
 from reference.learning.adversarial import learn, learner_for, player_of
+from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, SettingsError, Side
 from reference.simulation import Simulation
@@ -24,7 +24,7 @@ from reference.workshop.training.checkpoints import Checkpoint, CheckpointError,
 from reference.workshop.training.imitation import Demonstration, clone
 from reference.workshop.training.summaries import PRETRAINING, Row, Summary
 
-LEARNERS, ROUNDS, LESSONS = 0, 1, 2  # what seeds are for
+LEARNERS, ROUNDS, DEMONSTRATIONS = 0, 1, 2  # what seeds are for
 
 
 class Training:
@@ -40,7 +40,7 @@ class Training:
         And ValueError for more people than fit into the building.
         """
         self.task, self.settings = task, task.settings
-        self.learners: dict[Side, ppo.Learner] = {
+        self.learners: dict[Side, Learner] = {
             side: _learner(task, side) for side in SIDES if side not in task.fixed
         }
         if not self.learners:
@@ -60,13 +60,13 @@ class Training:
 
     @property
     def over(self) -> bool:
-        """Every side that learns is past its max_steps."""
+        """Whether every side that learns is past its max_steps."""
         return not self._unfinished()
 
     def learning(self) -> tuple[Side, ...]:
         """Who learns in this round."""
         sides = self._unfinished()
-        if self._critic_alone():
+        if self._critic_only():
             return ("robots",)
         if self.settings.schedule == "alternate" and len(sides) > 1:
             return (sides[self.round // self.settings.switch_every % len(sides)],)
@@ -75,19 +75,16 @@ class Training:
     @property
     def phase(self) -> str:
         """What a summary calls this round: together, robots, fire, or critic."""
-        if self._critic_alone():
-            return "critic"
         learning = self.learning()
+        if self._critic_only():
+            return "critic"
         return "together" if len(learning) > 1 else learning[0]
 
     def _unfinished(self) -> tuple[Side, ...]:
-        return tuple(
-            side
-            for side, learner in self.learners.items()
-            if learner.steps < learner.settings.max_steps
-        )
+        both = self.learners.items()
+        return tuple(side for side, who in both if who.steps < who.settings.max_steps)
 
-    def _critic_alone(self) -> bool:
+    def _critic_only(self) -> bool:
         """After imitation the critic learns first what the imitator is worth."""
         return bool(self.task.imitate) and self.round < self.settings.critic_rounds
 
@@ -96,19 +93,17 @@ class Training:
     def about(self) -> str:
         """Who trains how, and how far there is to go, in a line for people."""
         sides = ", ".join(f"{side} {who}" for side, who in self._who().items())
-        left = sum(
-            max(0, learner.settings.max_steps - learner.steps)
-            for learner in self.learners.values()
-        )
-        title = building_of(self.task.plan).title
+        ends = ((who.settings.max_steps, who.steps) for who in self.learners.values())
+        left = sum(max(0, end - steps) for end, steps in ends)
         share = self.settings.random_fires
         if share and len(self.learners) == len(SIDES):
             sides += f" but for {share:.0%} random fires"
+        title = building_of(self.task.plan).title
         return f"{title}: {sides}, seed {self.task.seed}; {left:,} decisions to go"
 
-    def _who(self) -> dict[Side, str]:
+    def _who(self) -> dict[str, str]:
         """Each side's trainer and head, or who plays it."""
-        told: dict[Side, str] = {}
+        told: dict[str, str] = {}
         for side in SIDES:
             if side in self.learners:
                 s = self.learners[side].settings
@@ -125,21 +120,16 @@ class Training:
 
     def facts(self) -> dict[str, Any]:
         """Who it was, how far they are, and the means of the last round's episodes."""
-        latest = {
-            "reward": "group_reward",
-            "fire_reward": "fire_reward",
-            "survival": "survival",
-            "evacuated": "evacuated",
-            "died": "died",
-        }
+        names = ("fire_reward", "survival", "evacuated", "died")
         return {
             "preset": self.settings.preset,
-            **{str(side): who for side, who in self._who().items()},
+            **self._who(),
             "seed": self.task.seed,
             "rounds": self.round,
             "episodes": self.episodes,
             "steps": {side: learner.steps for side, learner in self.learners.items()},
-            **{name: self.latest.get(fact) for name, fact in latest.items()},
+            "reward": self.latest.get("group_reward"),
+            **{name: self.latest.get(name) for name in names},
         }
 
     # -- A round --------------------------------------------------------------------
@@ -147,20 +137,19 @@ class Training:
     def jobs(self) -> list[Job]:
         """The round's episodes; seeds follow from the run's and the round's number."""
         s = self.settings
-        seeds = seeds_of(
-            self.task.seed, ROUNDS, self.round, s.jobs_per_round * s.episodes_per_job
-        )
+        count = s.jobs_per_round * s.episodes_per_job
+        seeds = seeds_of(self.task.seed, ROUNDS, self.round, count)
         robots, fire = (self._player(side) for side in SIDES)
-        first = self.round * s.jobs_per_round
+        fires = (
+            RandomFire()
+            if self._random_fire(self.round * s.jobs_per_round + k)
+            else fire
+            for k in range(s.jobs_per_round)
+        )
+        chunks = _chunks(seeds, s.episodes_per_job)
         return [
-            Job(
-                self.task.plan,
-                s.scenario,
-                robots,
-                RandomFire() if self._random_fire(first + k) else fire,
-                chunk,
-            )
-            for k, chunk in enumerate(_parts(seeds, s.episodes_per_job))
+            Job(self.task.plan, s.scenario, robots, against, chunk)
+            for against, chunk in zip(fires, chunks, strict=True)
         ]
 
     def _random_fire(self, job: int) -> bool:
@@ -175,13 +164,15 @@ class Training:
         return int((job + 1) * share) > int(job * share)
 
     def _player(self, side: Side) -> Any:
+        """Who plays a side; networks as copies, which do not change while they play."""
         if side in self.learners:
             learner = self.learners[side]
             return player_of(learner, landmarks_for(side, learner.settings))
         who = self.task.fixed[side]
         if isinstance(who, str):
             return robots_named(who) if side == "robots" else fire_named(who)
-        return replace(who, weights=_numbers(who.weights))
+        weights = {name: tensor.numpy().copy() for name, tensor in who.weights.items()}
+        return replace(who, weights=weights)
 
     def learn(self, episodes: Sequence[Episode]) -> list[Row]:
         """Whoever's turn it is learns from the round; the summaries that are due.
@@ -209,15 +200,15 @@ class Training:
     # -- Imitation ------------------------------------------------------------------
 
     def demonstrations(self) -> list[Job]:
-        """What the robots copy first, with a scripted fire about."""
+        """The jobs of the teacher that robots copy first, with a scripted fire."""
         s, fire, teacher = self.settings, self.task.fixed.get("fire"), self.task.imitate
-        seeds = seeds_of(self.task.seed, LESSONS, 0, s.imitation_episodes)
+        seeds = seeds_of(self.task.seed, DEMONSTRATIONS, 0, s.imitation_episodes)
         assert teacher is not None
         shown = Demonstration(s.robots, teacher)
         named = fire_named(fire if isinstance(fire, str) else "random")
         return [
             Job(self.task.plan, s.scenario, shown, named, chunk)
-            for chunk in _parts(seeds, s.episodes_per_job)
+            for chunk in _chunks(seeds, s.episodes_per_job)
         ]
 
     def imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
@@ -263,7 +254,7 @@ class Training:
         return training
 
 
-def _learner(task: Task, side: Side) -> ppo.Learner:
+def _learner(task: Task, side: Side) -> Learner:
     settings, scenario = getattr(task.settings, side), task.settings.scenario
     (seed,) = seeds_of(task.seed, LEARNERS, SIDES.index(side), 1)
     landmarks = landmarks_for(side, settings)
@@ -276,17 +267,11 @@ def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:
     return [episode.facts for episode in played or episodes]
 
 
-def _numbers(weights: dict[str, Any]) -> dict[str, np.ndarray]:
-    """Copies: tensors would travel to workers as memory shared with the learner."""
-    return {name: tensor.numpy().copy() for name, tensor in weights.items()}
-
-
 def seeds_of(run: int, purpose: int, number: int, count: int) -> tuple[int, ...]:
     """So many seeds, which follow from the three numbers alone."""
     sequence = np.random.SeedSequence(run, spawn_key=(purpose, number))
     return tuple(sequence.generate_state(count, np.uint64).tolist())
 
 
-def _parts(seeds: tuple[int, ...], size: int) -> Iterator[tuple[int, ...]]:
-    for first in range(0, len(seeds), size):
-        yield seeds[first : first + size]
+def _chunks(seeds: tuple[int, ...], size: int) -> list[tuple[int, ...]]:
+    return [seeds[first : first + size] for first in range(0, len(seeds), size)]

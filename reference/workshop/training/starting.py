@@ -32,7 +32,7 @@ SMALL_BUILDING, BUILDING = "tiny", "paper"  # of preset tiny, and of the others
 
 @dataclass(frozen=True)
 class Asked:
-    """What was asked for; None where nothing was. Names as on the command line."""
+    """What was asked for by the options of `train`; None where nothing was."""
 
     preset: str | None = None
     settings: Path | None = None
@@ -55,8 +55,7 @@ def begin(asked: Asked, folder: Path) -> Task:
     """A new training in an empty folder.
 
     Raises RunError for a folder that is not, SettingsError, CheckpointError for a
-    side that does not fit,
-    FloorPlanError for the map, OSError for a file that cannot be read.
+    side that does not fit, FloorPlanError for the map, OSError for an unreadable file.
     """
     refuse_used(folder)
     base = preset(asked.preset or DEFAULT_PRESET)
@@ -100,19 +99,14 @@ def resume(asked: Asked, folder: Path) -> Checkpoint:
 def settings_of(asked: Asked, base: Settings) -> Settings:
     """The preset, as the file and the options change it. Raises SettingsError."""
     made = base if asked.settings is None else read_yaml(asked.settings, base)
-    if asked.trainer:
-        made = replace(made, robots=replace(made.robots, trainer_type=asked.trainer))
+    robots, fire, scenario = made.robots, made.fire, made.scenario
+    robots = replace(robots, trainer_type=asked.trainer or robots.trainer_type)
     if asked.head:
-        made = replace(
-            made,
-            robots=replace(made.robots, head=asked.head),
-            fire=replace(made.fire, head=asked.head),
-        )
-    if asked.schedule:
-        made = replace(made, schedule=asked.schedule)
+        robots, fire = (replace(s, head=asked.head) for s in (robots, fire))
     if asked.robots == "none":
-        made = replace(made, scenario=replace(made.scenario, robots_per_floor=0))
-    return made
+        scenario = replace(scenario, robots_per_floor=0)
+    schedule = asked.schedule or made.schedule
+    return replace(made, robots=robots, fire=fire, scenario=scenario, schedule=schedule)
 
 
 def _fixed(
@@ -155,13 +149,11 @@ def _same(who: str, side: Side, fixed: Learned | str | None) -> bool:
     if fixed is None or isinstance(fixed, str):
         return who == fixed
     found = named_or_file(who, side)
-    return (
-        not isinstance(found, str)
-        and found.learned.settings == fixed.settings
-        and found.learned.weights.keys() == fixed.weights.keys()
-        and all(
-            torch.equal(w, fixed.weights[n]) for n, w in found.learned.weights.items()
-        )
+    if isinstance(found, str) or found.learned.settings != fixed.settings:
+        return False
+    here, there = found.learned.weights, fixed.weights
+    return here.keys() == there.keys() and all(
+        torch.equal(here[name], there[name]) for name in there
     )
 
 

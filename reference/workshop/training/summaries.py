@@ -1,4 +1,4 @@
-"""Summaries: what users of ML-Agents look at, as CSV and for TensorBoard.
+"""Summaries by ML-Agents' names: rows of means, as CSV and for TensorBoard.
 
 Clauses: E1, E2, E3, E5.  A row every `summary_freq` steps of a side: means over the
 episodes and updates since the row before.  Rewards are unscaled health points; unlike
@@ -47,70 +47,47 @@ OF_UPDATES = (
     "Policy/Extrinsic Baseline Estimate",
 )
 COLUMNS = (*WHEN, GROUP_REWARD, OWN_REWARD, *list(OF_EPISODES)[1:], *OF_UPDATES)
-TIMES = (
-    "round",
-    "decisions",
-    "play_seconds",
-    "learn_seconds",
-    "decisions_per_second",
-)
+CLOCKS = ("play_seconds", "learn_seconds", "decisions_per_second")
+TIMES = ("round", "decisions", *CLOCKS)
 """What a clock says about a round, in a file of its own: no two runs agree in it."""
 
 Row = dict[str, Any]
 
 
-class Means:
-    """Means by name of what has come in since they were last taken."""
-
-    def __init__(self) -> None:
-        self.sums: dict[str, float] = {}
-        self.counts: dict[str, int] = {}
-
-    def add(self, values: Mapping[str, float]) -> None:
-        """One more value of each of these names."""
-        for name, value in values.items():
-            self.sums[name] = self.sums.get(name, 0.0) + value
-            self.counts[name] = self.counts.get(name, 0) + 1
-
-    def taken(self) -> dict[str, float]:
-        """The means; then it begins anew."""
-        means = {name: self.sums[name] / self.counts[name] for name in self.sums}
-        self.sums, self.counts = {}, {}
-        return means
-
-
 class Summary:
-    """What one side's next row will say."""
+    """One side's next row: means of what has come in since the row before."""
 
     def __init__(self, side: Side, every: int):
-        self.side, self.every = side, every
-        self.means = Means()
-        self.last = 0
+        self.side, self.every, self.last = side, every, 0
+        self.sums: dict[str, float] = {}
+        self.counts: dict[str, int] = {}
 
     def add(
         self, facts: Iterable[Mapping[str, float]], update: Mapping[str, float]
     ) -> None:
-        """Facts of episodes, and what the update said, if there was one."""
+        """Take in facts of episodes, and what the update said, if there was one."""
         names = OF_EPISODES | {OWN_REWARD: OWN_FACT[self.side]}
-        for fact in facts:
-            self.means.add({name: fact[of] for name, of in names.items()})
-        self.means.add(update)
+        for values in (*({n: f[of] for n, of in names.items()} for f in facts), update):
+            for name, value in values.items():
+                self.sums[name] = self.sums.get(name, 0.0) + value
+                self.counts[name] = self.counts.get(name, 0) + 1
 
     def row(self, step: int, when: Mapping[str, Any]) -> Row | None:
         """A row, if this step is past another multiple of `summary_freq`."""
         if step // self.every == self.last // self.every:
             return None
-        self.last = step
-        return {"side": self.side, "step": step, **when, **self.means.taken()}
+        means = {name: self.sums[name] / self.counts[name] for name in self.sums}
+        self.last, self.sums, self.counts = step, {}, {}
+        return {"side": self.side, "step": step, **when, **means}
 
     def state(self) -> dict[str, Any]:
         """Plain numbers, for a checkpoint."""
-        return {"last": self.last, "sums": self.means.sums, "counts": self.means.counts}
+        return {"last": self.last, "sums": self.sums, "counts": self.counts}
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """What `state` gave."""
+        """Go on from what `state` gave."""
         self.last = state["last"]
-        self.means.sums, self.means.counts = dict(state["sums"]), dict(state["counts"])
+        self.sums, self.counts = dict(state["sums"]), dict(state["counts"])
 
 
 def table_to(path: Path, columns: Sequence[str], rounds: int) -> Table:
@@ -123,7 +100,7 @@ def table_to(path: Path, columns: Sequence[str], rounds: int) -> Table:
 
 
 class Board:
-    """The same for TensorBoard, a folder for each side; wants the extra of its name."""
+    """Summaries for TensorBoard, a folder for each side; needs its extra."""
 
     def __init__(self, folder: Path, steps: Mapping[Side, int]):
         """steps: how far each side is; what is there of later ones is hidden.
