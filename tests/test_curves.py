@@ -235,7 +235,7 @@ def test_what_was_imitated_stands_before_the_first_episode(run):
 
 
 @pytest.mark.parametrize(
-    ("phases", "count"), [(IMITATED, 1), (TOGETHER, 3), (IN_TURN * 8, 3)]
+    ("phases", "count"), [(IMITATED, 1), (TOGETHER, 3), (IN_TURN * 4, 3)]
 )
 def test_nothing_overlaps_and_nothing_is_clipped(run, phases, count):
     """However many switches there are, one can read all words on the page."""

@@ -50,7 +50,7 @@ def figure(agreement: Agreement) -> Figure:
 
 
 def _coefficients(agreement: Agreement) -> str:
-    """Both of all fires, and how much of the order is owed to the number of sources."""
+    """Correlations of all fires, and among those with equally many sources."""
     return (
         f"Spearman {agreement.spearman:.2f}, Pearson {agreement.pearson:.2f}; "
         f"among fires of equally many sources: Spearman {agreement.within:.2f}"

@@ -62,7 +62,7 @@ def _draw_harms(axes: Axes, answers: Sequence[Answer], fires: Sequence[str]) -> 
 
 
 def _foreseen(answers: Sequence[Answer]) -> list[float]:
-    """The harm that looking ahead expected of its own choice, at each moment."""
+    """Harm that looking ahead expected of its own choice, at each moment."""
     return [
         float(np.mean(a.unlit)) - a.foreseen for a in answers if a.foreseen is not None
     ]
@@ -86,7 +86,7 @@ def _draw_costs(axes: Axes, costs: Sequence[Cost]) -> None:
 
 
 def _caption(answers: Sequence[Answer]) -> str:
-    """What stands behind the dots."""
+    """Say how many moments and futures stand behind the dots."""
     question = answers[0].question
     return (
         f"robots: {' '.join(names([question.evacuation.robots])[0].splitlines())}; "

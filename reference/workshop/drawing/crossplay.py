@@ -53,7 +53,7 @@ def names(words: Sequence[str]) -> list[str]:
 
 
 def _name(word: str, kept: int) -> str:
-    """What stands before a path, such as `critic:`, and the path's last parts."""
+    """Keep what stands before a path, such as `critic:`, and the path's last parts."""
     before, colon, path = word.rpartition(":")
     *folders, last = path.rstrip("/").split("/")
     end = [*folders[-kept:], last.removesuffix(".pt")]
@@ -112,7 +112,7 @@ def _write(axes: Axes, place: tuple[int, int], cell: Cell) -> None:
 
 
 def _caption(runs: Sequence[int]) -> str:
-    """How many stand behind a box."""
+    """Say how many runs stand behind a box."""
     fewest, most = min(runs), max(runs)
     if most == 1:
         return "one run a match, which tells nothing of how runs scatter"

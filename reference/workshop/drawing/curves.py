@@ -33,7 +33,7 @@ SMOOTHING = 0.05
 """Share of the time axis that a running mean looks at."""
 
 Line = tuple[np.ndarray, np.ndarray]
-"""x and y, (k,) each; nan where it is broken."""
+"""x and y of a line, (k,) each; nan where it is broken."""
 Found = tuple[np.ndarray, np.ndarray, np.ndarray]
 """x, y and part, (k,) each, part as in `Run`."""
 
@@ -42,7 +42,7 @@ Found = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 class Curve(NamedTuple):
-    """A line: in which panel, whose rows, which column, and how it looks and is called.
+    """A line of a chart: its panel, its rows and column of the table, and its look.
 
     side  "robots" or "fire", or "" for the rows of both;  times  what the column says
     """
@@ -66,7 +66,7 @@ UNITS = {
     ENTROPIES: "nats",
     LOSSES: "(scaled return)²",
 }
-"""The panels from above to below, and what goes up in them; losses on a log scale."""
+"""Panels from top to bottom, and the units of their y axes; losses on a log scale."""
 
 CURVES = (
     Curve(REWARDS, "", GROUP_REWARD, ROBOTS, "robots"),
@@ -172,7 +172,7 @@ def figure(runs: Sequence[Run]) -> Figure:
 
 
 def _page(title: str, strips: int, panels: int) -> tuple[Figure, Any, Any]:
-    """A page with strips and panels, one above another; and the axes of each."""
+    """Lay out strips and panels, one above another; the page, and the axes of each."""
     heights = [_STRIP] * strips + [_PANEL] * panels
     page = sheet(title, _WIDTH, sum(heights) + _REST)
     look: dict[str, Any] = {"sharex": True, "squeeze": False}
@@ -183,9 +183,10 @@ def _page(title: str, strips: int, panels: int) -> tuple[Figure, Any, Any]:
 
 
 def _tracks(runs: Sequence[Run]) -> list[Track]:
-    """None without a switch; one if all go through the same phases; or each its own.
+    """List the strips: none where no run switches phase, else one for all or for each.
 
-    Runs of the same phases switch at nearly the same episodes: at their mean.
+    Runs of the same phases share one; they switch at nearly the same episodes, and it
+    shows the mean.
     """
     names = {tuple(phase.name for phase in run.phases) for run in runs}
     if all(len(each) == 1 for each in names):
@@ -244,7 +245,7 @@ def _draw_curve(axes: Axes, curve: Curve, runs: Sequence[Found], window: float) 
 
 
 def _caption(runs: Sequence[Run], window: float, switches: bool) -> str:
-    """How the lines were made, and how many decisions stand behind them."""
+    """Say how the lines were made, and how many decisions stand behind them."""
     means = f"running means over {window:,.0f} episode{'s' * (round(window) != 1)}"
     means += ", none across a switch of phase" * switches
     lines = f"thin: each run, {means}; bold: mean of the runs, where all have values"
@@ -255,7 +256,7 @@ def _caption(runs: Sequence[Run], window: float, switches: bool) -> str:
 
 
 def _decisions(runs: Sequence[Run], side: str) -> str:
-    """How many a side has taken, in words; in several runs, on average."""
+    """Decisions that a side has taken, in words; of several runs, on average."""
     steps = [run.columns["step"][run.columns["side"] == side] for run in runs]
     last = [step[-1] for step in steps if len(step)]
     return f"{np.mean(last):,.0f}" if last else "none learned from"

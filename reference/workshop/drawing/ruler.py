@@ -80,7 +80,7 @@ def curve(ruler: Ruler = PAPER, best_reward: float = BEST_REWARD) -> Figure:
 
 
 def _draw_linear(axes: Axes, ruler: Ruler, marks: np.ndarray) -> None:
-    """On a linear scale: the slopes, and how high R_b and E = 1 lie."""
+    """Draw the slopes; say what the same step up adds at three rewards."""
     axes.set_title(
         "Linear scale: flat while all is lost, steep where nearly all is won"
     )
@@ -100,7 +100,7 @@ def _draw_linear(axes: Axes, ruler: Ruler, marks: np.ndarray) -> None:
 
 
 def _draw_logarithmic(axes: Axes, ruler: Ruler) -> None:
-    """On a logarithmic scale: b is a slope, c a height."""
+    """Say what makes the straight line: b is its slope, c its height."""
     axes.set_title("Logarithmic scale: a straight line, which two points fix")
     low, high = (ruler.reward_part(R) for R in axes.get_xlim())
     axes.set(yscale="log", ylim=(low, 6 * high))
@@ -123,7 +123,7 @@ _NOTE: dict[str, Any] = {"fontsize": 9, "linespacing": 1.5}
 
 
 def _add_score_axis(axes: Axes, ruler: Ruler) -> None:
-    """On the right, the E of so much e′."""
+    """Add an axis on the right that reads E = e′ / β."""
     β = ruler.beta
     times = (partial(np.multiply, 1 / β), partial(np.multiply, β))
     score = axes.secondary_yaxis("right", functions=times)
@@ -134,7 +134,7 @@ def _add_score_axis(axes: Axes, ruler: Ruler) -> None:
 
 
 def _at(ruler: Ruler, R: float) -> str:
-    """Where a point lies, and how steep the curve is there."""
+    """Coordinates of a point on the curve, and the slope there."""
     slope = _three(ruler.slope(R))
     if ruler == PAPER and round(R) in PRINTED:
         slope = f"{slope} (paper: {PRINTED[round(R)]})"
@@ -152,7 +152,7 @@ def _label(axes: Axes, ruler: Ruler, R: np.ndarray, words: Iterable[str]) -> Non
 
 
 class Reading(NamedTuple):
-    """Somebody's mean reward and difficulty; each with its interval, if known."""
+    """Mean reward and difficulty of a match; each with its interval, if known."""
 
     label: str
     reward: float
@@ -162,11 +162,11 @@ class Reading(NamedTuple):
 
 
 LEVELS = (0, 0.1, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2)
-"""Of E, between two shades; what lies above the last has a shade of its own."""
+"""Levels of E between two shades; above the last there is one shade more."""
 
 PALE = TwoSlopeNorm(1, vmin=-0.8, vmax=3.2)
 SHADES = colormaps["BrBG"].with_extremes(over=colormaps["BrBG"](PALE(2.3)))
-"""Brown below E = 1, green above; the darkest shades of the map are left out."""
+"""Colours: brown below E = 1, green above, without the map's darkest shades."""
 
 
 def contours(ruler: Ruler = PAPER, readings: Iterable[Reading] = ()) -> Figure:
@@ -195,7 +195,7 @@ def contours(ruler: Ruler = PAPER, readings: Iterable[Reading] = ()) -> Figure:
 
 
 def _lies_on(ruler: Ruler, r: Reading) -> bool:
-    """Can it be read, with its intervals?"""
+    """Whether a reading and its intervals lie on the ruler."""
     rewards = (r.reward, *(r.rewards or ()))
     corners = product(rewards, (r.difficulty, *(r.difficulties or ())))
     try:
@@ -207,7 +207,7 @@ def _lies_on(ruler: Ruler, r: Reading) -> bool:
 def _region(
     ruler: Ruler, readings: Sequence[Reading]
 ) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Rewards and difficulties that are shown: the line E = 1 and all readings."""
+    """Limits of both axes, so that the line E = 1 and all readings are in view."""
     rewards = [R for r in readings for R in (r.reward, *(r.rewards or ()))]
     hard = [h for r in readings for h in (r.difficulty, *(r.difficulties or ()))]
     worst, one = ruler.reward_at(WORST_POINT[1]), ruler.reward_at(ruler.beta)
@@ -221,7 +221,7 @@ def _region(
 def _shade(
     axes: Axes, ruler: Ruler, wide: tuple[float, float], high: tuple[float, float]
 ) -> QuadContourSet:
-    """The shades of E, with thin lines between."""
+    """Fill the contours of E, with thin lines between."""
     R, h = np.meshgrid(np.linspace(*wide, 200), np.linspace(*high, 200))
     E = ruler.score(R, h)
     axes.contour(R, h, E, LEVELS, colors="white", linewidths=0.8)
@@ -229,7 +229,7 @@ def _shade(
 
 
 def _caption(found: Sequence[Reading], shown: Sequence[Reading]) -> str:
-    """What a point is, and who has none."""
+    """Say what a point is, and which readings have none."""
     lines = []
     if shown:
         lines.append("Each point: mean reward and difficulty, intervals, and its E")

@@ -15,13 +15,13 @@ from reference.workshop.files import read_table
 from reference.workshop.training.summaries import COLUMNS
 
 TABLE = "summaries.csv"
-"""What the table is called in the folder of a run."""
+"""Name of the table in the folder of a run."""
 
 _WORDS = ("side", "phase")
 
 
 class Phase(NamedTuple):
-    """What went on between two episodes, such as "imitation" from 0 to 256."""
+    """Who learned between two episodes, such as "imitation" from 0 to 256."""
 
     name: str
     start: float
