@@ -35,6 +35,7 @@ def beginning(
     """
     bodies = _bodies(building, scenario, rng)
     shape = building.kind.shape
+    calm = (np.full(shape, inf), np.zeros(shape, bool), np.zeros(shape), np.ones(shape))
     return World(
         building=building,
         time=0.0,
@@ -42,13 +43,7 @@ def beginning(
         bodies=bodies,
         minds=_minds(rng.random(len(bodies)), scenario.doors_remembered),
         robots=_robots(building, scenario.robots_per_floor, len(bodies)),
-        flames=Flames(
-            arrival=np.full(shape, inf),
-            burning=np.zeros(shape, dtype=bool),
-            harm=np.zeros(shape),
-            cost=np.ones(shape),
-            sources=[],
-        ),
+        flames=Flames(*calm, sources=[]),
         burnt=np.zeros(len(building.landmarks), dtype=bool),
     )
 
@@ -59,12 +54,11 @@ def occupancy(bodies: Bodies, floors: int) -> list[int]:
 
 
 def _bodies(building: Building, scenario: Scenario, rng: np.random.Generator) -> Bodies:
-    """Everybody stands in a room cell of their own [B8]."""
-    nav = navigation_of(building)
+    """Put everybody in a room cell of their own [B8]."""
     place = _starting_places(building, scenario, rng)
     n = len(place)
     jitter = rng.uniform(-1, 1, (n, 2)) * (0.5 - BODY_RADIUS)
-    position = nav.centres[place] + jitter
+    position = navigation_of(building).centres[place] + jitter
     pace = rng.normal(WALKING_SPEED, WALKING_SPREAD, n)
     return Bodies(
         position=position,
@@ -90,17 +84,16 @@ def _starting_places(
 ) -> np.ndarray:
     """(n,) distinct places, so many on each floor or all in the scenario's rooms."""
     if scenario.rooms:
-        free = [_cells_of_rooms(building, scenario.rooms)]
+        free = {"in these rooms": _cells_of_rooms(building, scenario.rooms)}
         counts: tuple[int, ...] = (scenario.people,)
     else:
-        size = building.kind[0].size
-        on_floor = (np.flatnonzero(kind == Kind.FLOOR) for kind in building.kind)
-        free = [cells + floor * size for floor, cells in enumerate(on_floor)]
+        cells = np.flatnonzero(building.kind == Kind.FLOOR)
+        floor = cells // building.kind[0].size
+        free = {f"on floor {k + 1}": cells[floor == k] for k in range(building.floors)}
         counts = scenario.start_counts(building.floors)
     chosen = []
-    for floor, (places, count) in enumerate(zip(free, counts, strict=True), 1):
+    for (where, places), count in zip(free.items(), counts, strict=True):
         if count > len(places):
-            where = "in these rooms" if scenario.rooms else f"on floor {floor}"
             raise ValueError(
                 f"{count} people do not fit {where}: {len(places)} cells are free. "
                 "Ask for fewer people."
@@ -126,7 +119,7 @@ def _minds(ranks: np.ndarray, doors: int) -> list[Mind]:
 
 
 def _robots(building: Building, per_floor: int, people: int) -> list[Robot]:
-    """A team on each floor, a robot for each stairwell in turn [C2]."""
+    """Put a team on each floor, a robot at each stairwell in turn [C2]."""
     nav = navigation_of(building)
     robots: list[Robot] = []
     for floor in range(building.floors):

@@ -1,4 +1,4 @@
-"""The fire generator: from what is decided to a source, Eqs. 2-3 and rule D6.
+"""The fire generator: from a decision to a source of fire, Eqs. 2-3 and rule D6.
 
 Clauses: D2, D3, D4, D5, D6.
 
@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from reference.building import Building, Kind
-from reference.navigation import Navigation, navigation_of
+from reference.navigation import navigation_of
 from reference.world import Source, World
 
 Decision = tuple[int, float, float]
@@ -31,7 +31,7 @@ def snapped(x: float) -> float:
 
 
 class Refused(NamedTuple):
-    """A position that is occupied: no fire, and a penalty in training [D6]."""
+    """A decision that yields no fire, and in training a penalty [D6]."""
 
     floor: int
     x: float
@@ -40,27 +40,29 @@ class Refused(NamedTuple):
 
 
 class Generator:
-    """Turns decisions into sources: Eqs. 2-3 and rule D6 in both modes."""
+    """Turns decisions into sources; training: see rule D6."""
 
     def __init__(self, building: Building, sources: int, training: bool):
         self.building, self.sources, self.training = building, sources, training
-        self.navigation: Navigation = navigation_of(building)
 
     def generate(
         self, world: World, decision: Decision, rng: np.random.Generator
     ) -> Source | Refused:
-        """The source that follows from a decision, or why there is none [D6]."""
+        """The source that follows from a decision, or why there is none [D6].
+
+        In training an occupied place yields no fire; else another free place burns.
+        """
         floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
         if len(world.flames.sources) >= self.sources:
             return Refused(floor, x, y, "no sources left")
-        occupied = self.occupied(world, floor, x, y)
-        if occupied and self.training:
-            return Refused(floor, x, y, occupied)
-        if occupied:
-            place = self.random_free(world, rng)
-            if place is None:
+        occupant = self.occupied(world, floor, x, y)
+        if occupant and self.training:
+            return Refused(floor, x, y, occupant)
+        if occupant:
+            places = np.flatnonzero(free_places(world))
+            if not len(places):
                 return Refused(floor, x, y, "no free place left")
-            floor, x, y = place
+            floor, x, y = decision_at(world, rng.choice(places))
         return Source(floor, x, y, world.time)
 
     def occupied(self, world: World, floor: int, x: float, y: float) -> str:
@@ -74,15 +76,10 @@ class Generator:
             return kind.name.lower()
         if world.flames.burning[floor, row, col]:
             return "fire"
-        p = self.navigation.place(floor, x, y)
+        p = navigation_of(self.building).place(floor, x, y)
         if any(robot.place == p for robot in world.robots):
             return "robot"
         return "human" if (world.bodies.place[world.bodies.walking] == p).any() else ""
-
-    def random_free(self, world: World, rng: np.random.Generator) -> Decision | None:
-        """Another random position without anything on it, on any floor."""
-        places = np.flatnonzero(free_places(world))
-        return decision_at(world, rng.choice(places)) if len(places) else None
 
 
 def free_places(world: World) -> np.ndarray:
@@ -96,5 +93,5 @@ def free_places(world: World) -> np.ndarray:
 def decision_at(world: World, p: int) -> Decision:
     """The decision that lights a place."""
     nav = navigation_of(world.building)
-    x, y = nav.centres[p]
-    return int(p) // nav.floor_size, float(x), float(y)
+    x, y = nav.centres[p].tolist()
+    return int(p) // nav.floor_size, x, y

@@ -1,6 +1,6 @@
 """Flames spread by first passage: a cell burns when the fastest chain reaches it.
 
-Clauses: A6, B7, D7.
+Clauses: A6, B7, C5, D7.
 
     p   place;  t  seconds
 """
@@ -11,16 +11,9 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
+from reference import paper
 from reference.building import Building, Kind
 from reference.navigation import navigation_of, shifted
-from reference.paper import (
-    BURN_COST,
-    BURN_LOSS,
-    DOOR_DELAY_FACTOR,
-    HEAT_COST,
-    HEAT_LOSS,
-    SPREAD_RATE,
-)
 from reference.world import Flames, Source
 
 
@@ -32,28 +25,24 @@ class Spread:
     """
 
     def __init__(self, building: Building, rng: np.random.Generator):
-        self.building = building
-        self.delays = _delays(building, rng)
+        self.building, self.delays = building, _delays(building, rng)
 
     def ignite(self, flames: Flames, source: Source) -> None:
-        """One more source: every cell burns from the earliest chain of delays."""
+        """Add a source; each cell's arrival is the earliest over all sources."""
         p = navigation_of(self.building).place(source.floor, source.x, source.y)
-        delay = dijkstra(self.delays, indices=p)
-        earliest = np.minimum(flames.arrival.ravel(), source.time + delay)
-        flames.arrival = earliest.reshape(flames.arrival.shape)
+        delay = dijkstra(self.delays, indices=p).reshape(flames.arrival.shape)
+        flames.arrival = np.minimum(flames.arrival, source.time + delay)
         flames.sources.append(source)
 
     def resampled(
         self, flames: Flames, time: float, rng: np.random.Generator
     ) -> "Spread":
-        """Another future of the same fire: what burns at a time (s) stays as it is.
+        """Draw another future of the same fire, given what burns at a time (s).
 
-        [D7, chosen] Delays are exponential, and an exponential delay that is not over
-        yet forgets how long it has lasted: what is left of it is distributed like a
-        new one, on a door's border too. Borders between cells that do not burn have
-        told nothing; those between cells that do no longer matter. So fresh delays
-        everywhere, begun now at the edge of what burns, are exactly what is possible
-        given what one has seen.
+        [D7, chosen] Exponential delays have no memory: what is left of one that is not
+        over yet, a door's too, is distributed like a new one. Delays between cells that
+        do not burn are unknown still, those between cells that do no longer matter. So
+        fresh delays, begun now at the edge of what burns, are exactly what is possible.
         """
         other = Spread(self.building, rng)
         arrival = flames.arrival.ravel()
@@ -68,7 +57,7 @@ class Spread:
         """Let everything burn whose time has come; when the next cell will (s)."""
         flames.burning = flames.arrival <= time
         places = [flames.burning, beside_flames(self.building, flames.burning)]
-        flames.harm = np.select(places, [BURN_LOSS, HEAT_LOSS], 0.0)
+        flames.harm = np.select(places, [paper.BURN_LOSS, paper.HEAT_LOSS], 0.0)
         flames.cost = walking_cost(*places)
         return float(flames.arrival[~flames.burning].min(initial=inf))
 
@@ -83,27 +72,23 @@ def beside_flames(building: Building, burning: np.ndarray) -> np.ndarray:
 
 def walking_cost(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
     """Metres that a metre in or beside flames counts as; arrays like `burning` [C5]."""
-    return np.select([burning, beside], [BURN_COST, HEAT_COST], 1.0)
+    return np.select([burning, beside], [paper.BURN_COST, paper.HEAT_COST], 1.0)
 
 
 def _delays(building: Building, rng: np.random.Generator) -> csr_matrix:
     """(places, places) seconds for every border that flames can pass.
 
-    Flames enter neither walls nor stairwells nor their entrances [D7]; doors, and the
-    exits, take longer.
+    Flames enter neither walls nor stairwells nor their entrances; doors and exits take
+    longer [D7].
     """
     kind = building.kind
-    cols = kind.shape[2]
     fuel = np.isin(kind, (Kind.FLOOR, Kind.DOOR, Kind.EXIT))
     slow = np.isin(kind, (Kind.DOOR, Kind.EXIT)).ravel()
-    starts, ends = [], []
-    for d_row, d_col in ((0, 1), (1, 0)):
-        p = np.flatnonzero(fuel & shifted(fuel, d_row, d_col))
-        starts.append(p)
-        ends.append(p + d_row * cols + d_col)
-    one, other = np.concatenate(starts), np.concatenate(ends)
-    delay = rng.exponential(1 / SPREAD_RATE, len(one))
-    delay[slow[one] | slow[other]] *= DOOR_DELAY_FACTOR
+    east = np.flatnonzero(fuel & shifted(fuel, 0, 1))
+    south = np.flatnonzero(fuel & shifted(fuel, 1, 0))
+    one = np.concatenate([east, south])
+    other = np.concatenate([east + 1, south + kind.shape[2]])
+    delay = rng.exponential(1 / paper.SPREAD_RATE, len(one))
+    delay[slow[one] | slow[other]] *= paper.DOOR_DELAY_FACTOR
     where = (np.concatenate([one, other]), np.concatenate([other, one]))
-    shape = (kind.size, kind.size)
-    return csr_matrix((np.concatenate([delay, delay]), where), shape=shape)
+    return csr_matrix((np.tile(delay, 2), where), shape=(kind.size, kind.size))

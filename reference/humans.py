@@ -15,16 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from reference import paper
 from reference.navigation import Navigation
-from reference.paper import (
-    FOLLOW_DISTANCE,
-    GOAL_HYSTERESIS,
-    LEADER_GRACE_SECONDS,
-    LEADER_PAUSE_SECONDS,
-    MOST_FOLLOWERS,
-    STUCK_SECONDS,
-    STUCK_WAIT_SECONDS,
-)
 from reference.perception import View
 from reference.world import (
     NOBODY,
@@ -81,7 +73,7 @@ class Leader:
         if fresh is None:  # 13
             if (direction := unexplored(me, observe)) is not None:  # 14
                 return direction  # 15
-            return back_to_last_door(me, observe, now)  # 16, 17
+            return back_to_last_door(me, observe)  # 16, 17
         return go_to(fresh)  # 19, 20
 
 
@@ -132,7 +124,13 @@ def _still_crossing(me: Mind, observe: View, now: Situation) -> bool:
 def stuck(me: Mind, now: Situation) -> bool:
     """Meaning to move, yet less than STUCK_METRES in STUCK_SECONDS [B5, chosen]."""
     time, since = now.world.time, now.world.bodies.anchor_time[me.person]
-    return bool(time - since > STUCK_SECONDS or time < me.waits_until)
+    return bool(time - since > paper.STUCK_SECONDS or time < me.waits_until)
+
+
+def exit_in_view(observe: View, now: Situation) -> int | None:
+    """The nearest exit that a ray meets, flames or not, or None [B6, Alg. 2:2]."""
+    exits = now.world.building.exits
+    return next((mark for mark in observe.landmarks if mark in exits), None)
 
 
 def desired(me: Mind, observe: View, now: Situation) -> int | None:
@@ -166,24 +164,13 @@ def _kept_or_nearest(
 ) -> int | None:
     """The nearest, unless the goal is among them and less than GOAL_HYSTERESIS farther.
 
-    Whoever reconsiders a goal every moment dithers [B6, chosen].
+    Without hysteresis people dither between two ways [B6, chosen].
     """
-    if not ways:
-        return None
     if me.goal.aim is Aim.LANDMARK and me.goal.which in ways[1:]:
         d = now.navigation.distance[:, observe.place]
-        if d[me.goal.which] - d[ways[0]] < GOAL_HYSTERESIS:
+        if d[me.goal.which] - d[ways[0]] < paper.GOAL_HYSTERESIS:
             return me.goal.which
-    return ways[0]
-
-
-def exit_in_view(observe: View, now: Situation) -> int | None:
-    """The nearest exit that a ray meets, flames or not, or None [B6, Alg. 2:2]."""
-    return _first(observe, now.world.building.exits)
-
-
-def _first(observe: View, marks: frozenset[int]) -> int | None:
-    return next((m for m in observe.landmarks if m in marks), None)
+    return ways[0] if ways else None
 
 
 def suitable_leader(
@@ -191,36 +178,38 @@ def suitable_leader(
 ) -> int | None:
     """A body in view worth following, or None [B6, chosen].
 
-    A robot always is, since it guides. A human is who leads, heads where I want to go
-    and outranks me, so that nobody follows in circles, with MOST_FOLLOWERS at most.
+    A robot always is, the nearest first. A human is who leads, heads where I want to
+    go and outranks me, so that nobody follows in circles, with MOST_FOLLOWERS at most.
     """
     if observe.robots:
-        return _nearest(me, observe.robots, now)
-    if now.world.time < me.pause_until:
+        here = _position(me.person, now)
+        return min(observe.robots, key=lambda j: dist(_position(j, now), here))
+    if wanted is None or now.world.time < me.pause_until:
         return None
     minds, followed = now.world.minds, now.world.bodies.leader
     better = [
         j
         for j in observe.people
-        if _goes_my_way(minds[j], me, wanted) and (followed == j).sum() < MOST_FOLLOWERS
+        if minds[j].mode is Mode.LEADER
+        and minds[j].rank > me.rank
+        and minds[j].goal == go_to(wanted)
+        and (followed == j).sum() < paper.MOST_FOLLOWERS
     ]
     return max(better, key=lambda j: minds[j].rank, default=None)
 
 
-def _goes_my_way(other: Mind, me: Mind, wanted: int | None) -> bool:
-    return (
-        other.mode is Mode.LEADER
-        and other.rank > me.rank
-        and other.goal.aim is Aim.LANDMARK
-        and other.goal.which == wanted
-    )
+def leader_in_sight(me: Mind, observe: View, now: Situation) -> bool:
+    """Is the leader in line of sight, or was it a moment ago? [B5, Alg. 1:5]
 
-
-def _nearest(me: Mind, robots: list[int], now: Situation) -> int:
-    if len(robots) == 1:
-        return robots[0]
-    here = now.world.bodies.position[me.person]
-    return min(robots, key=lambda j: float(np.hypot(*(_position(j, now) - here))))
+    A leader is forgiven LEADER_GRACE_SECONDS out of sight [B5, chosen]: whoever turns a
+    corner or passes a door is not lost, one walks to where they were seen last.
+    """
+    if me.leader in observe.people or me.leader in observe.robots:
+        _remember_leader(me, now)
+        return True
+    if me.leader == NOBODY or observe.place == me.seen_place:
+        return False
+    return now.world.time - me.seen_at < paper.LEADER_GRACE_SECONDS
 
 
 # -- What the algorithms do ---------------------------------------------------------
@@ -232,7 +221,7 @@ def go_to(landmark: int) -> Goal:
 
 
 def switch_mode(me: Mind) -> Goal:
-    """Follower to leader or back [B4]; one looks again a moment later."""
+    """Switch from follower to leader or back [B4]; one looks again a moment later."""
     me.mode = Mode.LEADER if me.mode is Mode.FOLLOWER else Mode.FOLLOWER
     return STAY
 
@@ -252,37 +241,23 @@ def disconnect(me: Mind, now: Situation) -> Goal:
     """
     time = now.world.time
     if me.leader != NOBODY:
-        me.leader, me.pause_until = NOBODY, time + LEADER_PAUSE_SECONDS
+        me.leader, me.pause_until = NOBODY, time + paper.LEADER_PAUSE_SECONDS
     if stuck(me, now) and time >= me.waits_until:
-        me.waits_until = time + STUCK_WAIT_SECONDS
+        me.waits_until = time + paper.STUCK_WAIT_SECONDS
     return STAY if time < me.waits_until else switch_mode(me)
-
-
-def leader_in_sight(me: Mind, observe: View, now: Situation) -> bool:
-    """Is the leader in line of sight, or was it a moment ago? [B5, Alg. 1:5]
-
-    A leader is forgiven LEADER_GRACE_SECONDS out of sight [B5, chosen]: whoever turns a
-    corner or passes a door is not lost, one walks to where they were seen last.
-    """
-    if me.leader in observe.people or me.leader in observe.robots:
-        _remember_leader(me, now)
-        return True
-    if me.leader == NOBODY or observe.place == me.seen_place:
-        return False
-    return now.world.time - me.seen_at < LEADER_GRACE_SECONDS
 
 
 def towards_leader(me: Mind, now: Situation) -> Goal:
     """Walk to where the leader was seen last, but not into them [B5, Alg. 1:6]."""
     if me.seen_at == now.world.time:
-        off = _position(me.leader, now) - now.world.bodies.position[me.person]
-        if off @ off < FOLLOW_DISTANCE**2:
+        off = _position(me.leader, now) - _position(me.person, now)
+        if off @ off < paper.FOLLOW_DISTANCE**2:
             return Goal(Aim.LEADER, me.leader)
     return Goal(Aim.LEADER, me.leader, me.seen_place)
 
 
 def act_on_instruction(me: Mind, observe: View, now: Situation, goal: Goal) -> Goal:
-    """What a robot in sight says is done [B5, Alg. 1:8].
+    """Do what the robot one follows says [B5, Alg. 1:8].
 
     "Follow me" keeps the goal; "this stairwell" and "this exit" send people there as
     soon as they see it themselves, since they do not know the map [B3]. "This" is the
@@ -294,8 +269,8 @@ def act_on_instruction(me: Mind, observe: View, now: Situation, goal: Goal) -> G
     building, there = now.world.building, robot.destination.tolist()
     exits = robot.instruction is Instruction.THIS_EXIT
     of_kind = building.exits if exits else building.entrances
-    here = [mark for mark in building.landmarks if mark.floor == robot.floor]
-    ways = [mark for mark in here if mark.index in of_kind]
+    here = (mark for mark in building.landmarks if mark.floor == robot.floor)
+    ways = (mark for mark in here if mark.index in of_kind)
     this = min(ways, key=lambda mark: dist(mark.position, there)).index
     return go_to(this) if this in observe.landmarks else goal
 
@@ -317,8 +292,8 @@ def unexplored(me: Mind, observe: View) -> Goal | None:
     return Goal(Aim.DIRECTION, best.patch, best.place)
 
 
-def back_to_last_door(me: Mind, observe: View, now: Situation) -> Goal:
-    """Back through the door passed last, then the one before [B6, Alg. 2:17].
+def back_to_last_door(me: Mind, observe: View) -> Goal:
+    """Go back through the door passed last, then the one before [B6, Alg. 2:17].
 
     Without a door left to go back to, everything is forgotten and tried again from
     the far end of the room.
@@ -354,7 +329,7 @@ def pass_landmark(me: Mind, landmark: int, beyond: int) -> None:
 
 
 def arrive(me: Mind, landmark: int, beyond: int) -> None:
-    """Out of a stairwell: a new floor, so look again and remember only its entrance."""
+    """Begin anew on another floor, as a leader who knows only the entrance there."""
     me.mode, me.leader = Mode.LEADER, NOBODY
     me.trail.clear()
     me.doors.clear()

@@ -1,4 +1,4 @@
-"""Bodies walk, all at once: straight at their aims, without overlap, never into walls.
+"""Bodies walk, all at once: straight at their targets, without overlap, not into walls.
 
 Clauses: A7, F8.  Speed falls with the gap ahead, as in the collision-free speed model
 of Tordeux, Chraibi and Seyfried (2016); people keep to the right of who comes towards
@@ -21,7 +21,7 @@ NEAR = 1.6  # [A7, chosen] metres: farther neighbours need not be heeded
 GAP_SECONDS = 0.8  # [A7, chosen] the time gap T: v = s / T
 PUSH, PUSH_RANGE = 1.5, 0.2  # [A7, chosen] how strongly and from how far others repel
 ASIDE = 0.22
-"""[A7, chosen] metres right of their aim that people walk: two streams fit a door."""
+"""[A7, chosen] metres right of the target that people walk: two streams fit a door."""
 
 KEEP_RIGHT = 0.6  # [A7, chosen] sideways pull while somebody comes towards me
 IDLE = 0.05  # [A7, chosen] m/s: who means to walk no faster stands ...
@@ -38,19 +38,18 @@ FLOOR_APART = 1e4  # metres between two floors in the search for neighbours
 def step(
     position: np.ndarray,
     floor: np.ndarray,
-    aim: np.ndarray,
+    target: np.ndarray,
     pace: np.ndarray,
     seconds: float,
     free: Free,
 ) -> np.ndarray:
-    """Where n bodies are one tick later.
+    """Where n bodies are one tick later: (n, 2) metres.
 
-    position, aim: (n, 2) metres; floor: (n,); pace: (n,) m/s; free: tells for (k, 2)
-    positions of given bodies whether they may stand there. Returns (n, 2) metres.
+    position, target: (n, 2) metres; floor: (n,); pace: (n,) m/s.
     """
-    e, far = _directions(aim - position)
+    e, far = _directions(target - position)
     aside = np.stack([e[:, 1], -e[:, 0]], axis=1) * np.where(far > 1, ASIDE, 0)[:, None]
-    e, far = _directions(aim + aside - position)
+    e, far = _directions(target + aside - position)
     v = np.minimum(pace, far / seconds)
     near = max(NEAR, DIAMETER + 2 * float(pace.max(initial=0)) * seconds)
     i, j = _pairs(position, floor, near)
@@ -79,10 +78,8 @@ def _pairs(
         return np.empty(0, np.int64), np.empty(0, np.int64)
     where = position + (floor * FLOOR_APART)[:, None]
     tree = cKDTree(where, balanced_tree=False, compact_nodes=False)
-    pairs = tree.query_pairs(near, output_type="ndarray")
-    return np.concatenate([pairs[:, 0], pairs[:, 1]]), np.concatenate(
-        [pairs[:, 1], pairs[:, 0]]
-    )
+    one, other = tree.query_pairs(near, output_type="ndarray").T
+    return np.concatenate([one, other]), np.concatenate([other, one])
 
 
 def _heed_neighbours(
@@ -93,7 +90,7 @@ def _heed_neighbours(
     i: np.ndarray,
     j: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Directions turned away from neighbours, and speeds that keep the gap ahead.
+    """Turn directions away from neighbours, and slow down to keep the gap ahead.
 
     Of two who are in each other's way only one waits.
     """
@@ -121,7 +118,7 @@ def _heed_neighbours(
 
 
 def _along(one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """(k,) how far each of (k, 2) vectors goes along another."""
+    """(k,) dot products of (k, 2) vectors."""
     return one[:, 0] * other[:, 0] + one[:, 1] * other[:, 1]
 
 
@@ -143,7 +140,7 @@ def _not_into_walls(position: np.ndarray, wished: np.ndarray, free: Free) -> np.
 
 
 def _pushed_apart(moved: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-    """Each of two who overlap gives way by half: so people slide round each other."""
+    """Push each of two who overlap back by half: so people slide round each other."""
     moved = moved.copy()
     for _ in range(PUSHES):
         off, far = _directions(moved[i] - moved[j])
@@ -162,7 +159,7 @@ def _not_into_each_other(
     i: np.ndarray,
     j: np.ndarray,
 ) -> np.ndarray:
-    """Of two who would overlap, who yields stays put; then both, if they still do."""
+    """Keep in place who yields, of two who would overlap; then both, if need be."""
     before = position[i] - position[j]
     room = np.minimum(DIAMETER, np.sqrt(_along(before, before))) - 1e-9
     moved = moved.copy()

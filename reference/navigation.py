@@ -1,8 +1,9 @@
-"""Where bodies may walk, and the shortest ways that never cut a corner [A7].
+"""Where bodies may walk, and the shortest ways that never cut a corner.
 
-The paper's NavMesh becomes a grid of 1 m cells [A7, chosen]: a step goes to one of
-eight neighbours, diagonally only where both cells beside it are free; ways are then
-pulled straight wherever the straight line is free.  All floors share one numbering:
+Clauses: A7.  The paper's NavMesh becomes a grid of 1 m cells [A7, chosen]: a step goes
+to one of eight neighbours, diagonally only where both cells beside it are free; ways
+are then pulled straight wherever the straight line is free.  All floors share one
+numbering:
 
     p   place, a cell of the whole building: (floor * rows + row) * cols + col
     d   way to a goal, metres, inf where there is none
@@ -24,7 +25,7 @@ LOOK_AHEAD = 6
 NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
 
 
-def crossed(d_row: int, d_col: int) -> tuple[list[tuple[int, int]], list[list]]:
+def cells_crossed(d_row: int, d_col: int) -> tuple[list[tuple[int, int]], list[list]]:
     """Cells that a straight line between two cell centres touches, ends left out.
 
     First those it runs through, in order; then, for every corner that it runs through
@@ -51,24 +52,19 @@ def crossed(d_row: int, d_col: int) -> tuple[list[tuple[int, int]], list[list]]:
 
 def shifted(grid: np.ndarray, d_row: int, d_col: int) -> np.ndarray:
     """The grid seen from every cell at an offset; False beyond its edges."""
-    rows, cols = grid.shape[1:]
-    out = np.zeros_like(grid)
-    if abs(d_row) < rows and abs(d_col) < cols:
-        out[:, _overlap(-d_row, rows), _overlap(-d_col, cols)] = grid[
-            :, _overlap(d_row, rows), _overlap(d_col, cols)
-        ]
-    return out
+    _, rows, cols = grid.shape
+    down, right = abs(d_row), abs(d_col)
+    wide = np.zeros((len(grid), rows + 2 * down, cols + 2 * right), dtype=grid.dtype)
+    wide[:, down : down + rows, right : right + cols] = grid
+    down, right = down + d_row, right + d_col
+    return wide[:, down : down + rows, right : right + cols]
 
 
-def _overlap(d: int, size: int) -> slice:
-    return slice(max(0, d), size + min(0, d))
-
-
-class Window:
+class StraightLines:
     """For every place, which places around it a straight line reaches.
 
-    `table[p, k]` answers for the k-th offset of a square of `2 * reach + 1` cells, so
-    that a question about any number of pairs is one look-up.
+    `table[p, k]` answers for the k-th cell of a square of `2 * reach + 1` cells around
+    p, so that a question about any number of pairs is one look-up.
     """
 
     def __init__(self, free: np.ndarray, ends: np.ndarray, reach: float, strict: bool):
@@ -77,46 +73,40 @@ class Window:
         At a corner that the line meets exactly, `strict` asks both cells beside it to
         be free (a body must pass), otherwise one is enough (a glance slips through).
         """
-        self.cols = free.shape[2]
-        self.reach = int(reach)
+        self.cols, self.reach = free.shape[2], int(reach)
         self.side = 2 * self.reach + 1
         self.table = np.zeros((free.size, self.side**2), dtype=bool)
-        for d_row in range(-self.reach, self.reach + 1):
-            for d_col in range(-self.reach, self.reach + 1):
-                if d_row**2 + d_col**2 <= reach**2:
-                    line = self._line(free, ends, d_row, d_col, strict)
-                    self.table[:, self._column(d_row, d_col)] = line.ravel()
-
-    def _column(self, d_row: int, d_col: int) -> int:
-        return (d_row + self.reach) * self.side + d_col + self.reach
-
-    @staticmethod
-    def _line(
-        free: np.ndarray, ends: np.ndarray, d_row: int, d_col: int, strict: bool
-    ) -> np.ndarray:
-        through, corners = crossed(d_row, d_col)
-        line = ends & shifted(ends, d_row, d_col)
-        for cell in through:
-            line &= shifted(free, *cell)
-        for one, other in corners:
-            pair = (shifted(free, *one), shifted(free, *other))
-            line &= (pair[0] & pair[1]) if strict else (pair[0] | pair[1])
-        return line
+        for k, (row, col) in enumerate(np.ndindex(self.side, self.side)):
+            d_row, d_col = row - self.reach, col - self.reach
+            if d_row**2 + d_col**2 <= reach**2:
+                self.table[:, k] = _clear(free, ends, d_row, d_col, strict).ravel()
 
     def reaches(self, p: np.ndarray, q: np.ndarray) -> np.ndarray:
         """(k,) bool: does the line from place p to place q of the same floor arrive?"""
         d_row = q // self.cols - p // self.cols
         d_col = q % self.cols - p % self.cols
         near = (np.abs(d_row) <= self.reach) & (np.abs(d_col) <= self.reach)
-        column = (d_row + self.reach) * self.side + d_col + self.reach
-        return near & self.table[p, np.where(near, column, 0)]
+        k = (d_row + self.reach) * self.side + d_col + self.reach
+        return near & self.table[p, np.where(near, k, 0)]
 
     def reached_from(self, p: int) -> np.ndarray:
         """(k,) places that a straight line from p reaches, p among them."""
-        k = np.flatnonzero(self.table[p])
-        return (
-            p + (k // self.side - self.reach) * self.cols + k % self.side - self.reach
-        )
+        row, col = np.divmod(np.flatnonzero(self.table[p]), self.side)
+        return p + (row - self.reach) * self.cols + col - self.reach
+
+
+def _clear(
+    free: np.ndarray, ends: np.ndarray, d_row: int, d_col: int, strict: bool
+) -> np.ndarray:
+    """(floors, rows, cols) bool: does the line at one offset arrive, from each cell?"""
+    through, corners = cells_crossed(d_row, d_col)
+    line = ends & shifted(ends, d_row, d_col)
+    for cell in through:
+        line &= shifted(free, *cell)
+    for cells in corners:
+        one, other = (shifted(free, *cell) for cell in cells)
+        line &= (one & other) if strict else (one | other)
+    return line
 
 
 class Navigation:
@@ -126,46 +116,43 @@ class Navigation:
     centres    (places, 2) metres
     distance   (landmarks, places) metres to each landmark on its floor
     waypoint   (landmarks, places) the place to walk straight at on the way there
+    clear      StraightLines: can a body walk straight from p to q?
     """
 
     def __init__(self, building: Building):
         self.building = building
         self.floors, self.rows, self.cols = building.kind.shape
-        self.places = building.kind.size
+        self.places, self.floor_size = building.kind.size, self.rows * self.cols
         self.walkable = building.walkable.ravel()
-        self.floor_size = self.rows * self.cols
-        self.centres = self._centres()
-        self._steps = self._steps_of_floors()
+        row, col = np.divmod(np.arange(self.places) % self.floor_size, self.cols)
+        self.centres = np.stack(building.metres(row, col), axis=1)
+        self.clear = StraightLines(
+            building.walkable, building.walkable, LOOK_AHEAD, strict=True
+        )
+        self._steps = [self._steps_of(floor) for floor in range(self.floors)]
         self._weighted: dict[int, tuple[np.ndarray, csr_matrix]] = {}
-        self.clear = Window(building.walkable, building.walkable, LOOK_AHEAD, True)
         goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]
         self.distance = np.full((len(goals), self.places), np.inf)
         self.waypoint = np.zeros((len(goals), self.places), dtype=np.int32)
         for index, goal in enumerate(goals):
-            self.distance[index], self.waypoint[index] = self.field(goal)
+            self.distance[index], self.waypoint[index] = self._to_landmark(goal)
 
-    def _centres(self) -> np.ndarray:
-        row, col = np.divmod(np.arange(self.places) % self.floor_size, self.cols)
-        x, y = self.building.metres(row, col)
-        return np.stack([x, y], axis=1)
-
-    def _steps_of_floors(self) -> list[csr_matrix]:
-        """(floor_size, floor_size) metres of every step, floor by floor."""
-        free = self.building.walkable
-        starts, ends, lengths = [], [], []
+    def _steps_of(self, floor: int) -> csr_matrix:
+        """(floor_size, floor_size) metres of every step on one floor."""
+        free = self.building.walkable[floor : floor + 1]
+        starts = []
         for d_row, d_col in NEIGHBOURS:
             ok = free & shifted(free, d_row, d_col)
             if d_row and d_col:  # never cut a corner
                 ok &= shifted(free, d_row, 0) & shifted(free, 0, d_col)
-            p = np.flatnonzero(ok)
-            starts.append(p)
-            ends.append(p + d_row * self.cols + d_col)
-            lengths.append(np.full(len(p), np.hypot(d_row, d_col)))
-        where = (np.concatenate(starts), np.concatenate(ends))
-        shape = (self.places, self.places)
-        steps = csr_matrix((np.concatenate(lengths), where), shape=shape)
-        parts = (self._part(floor) for floor in range(self.floors))
-        return [steps[part, part] for part in parts]
+            starts.append(np.flatnonzero(ok))
+        start = np.concatenate(starts)
+        down, right = np.repeat(NEIGHBOURS, [len(some) for some in starts], axis=0).T
+        where = (start, start + down * self.cols + right)
+        shape = (self.floor_size, self.floor_size)
+        return csr_matrix((np.hypot(down, right), where), shape=shape)
+
+    # -- Places and points ----------------------------------------------------------
 
     def _part(self, floor: int) -> slice:
         return slice(floor * self.floor_size, (floor + 1) * self.floor_size)
@@ -205,16 +192,16 @@ class Navigation:
         across = (p for p in around if areas[p] not in (-1, side))
         return next(across, door)
 
+    # -- Shortest ways --------------------------------------------------------------
+
     def distances(
         self, goals: Iterable[int], cost: np.ndarray | None = None
     ) -> np.ndarray:
         """(places,) metres to the nearest of the goals, which are all on one floor.
 
-        cost: factor on every step into or out of a place (inf: no way), either
-        (places,) or (floors, rows, cols); not to be written to afterwards.
+        cost: as `shortest` takes it.
         """
-        goals = np.asarray(list(goals), dtype=np.int64)
-        return self.shortest(goals, cost)[0]
+        return self.shortest(np.asarray(list(goals), dtype=np.int64), cost)[0]
 
     def way(
         self, start: int, goal: int, cost: np.ndarray | None = None
@@ -228,23 +215,14 @@ class Navigation:
             chain.append(int(after[chain[-1]]))
         return float(d[start]), self._pulled(chain, cost)
 
-    def field(self, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(places,) metres to the nearest goal, and (places,) where to walk at."""
-        d, after = self.shortest(goals, None)
-        aim, from_here = after, np.arange(self.places)
-        while True:  # pull every way straight by one more step
-            further = after[aim]
-            longer = (further != aim) & self.clear.reaches(from_here, further)
-            if not longer.any():
-                return d, aim.astype(np.int32)
-            aim = np.where(longer, further, aim)
-
     def shortest(
         self, goals: np.ndarray, cost: np.ndarray | None
     ) -> tuple[np.ndarray, np.ndarray]:
         """(places,) metres to the nearest goal, (places,) the next place on the way.
 
         At a goal, and where there is no way, the next place is the place itself.
+        goals: (k,) places of one floor; cost: factor on every step into or out of a
+        place (inf: no way), (places,) or (floors, rows, cols), never changed later.
         """
         d, after = np.full(self.places, np.inf), np.arange(self.places)
         if len(goals):
@@ -260,16 +238,26 @@ class Navigation:
             after[part] = np.where(before < 0, after[part], before + part.start)
         return d, after
 
+    def _to_landmark(self, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(places,) metres to the nearest goal, and (places,) where to walk at."""
+        d, after = self.shortest(goals, None)
+        waypoint, from_here = after, np.arange(self.places)
+        while True:  # pull every way straight by one more step
+            further = after[waypoint]
+            longer = (further != waypoint) & self.clear.reaches(from_here, further)
+            if not longer.any():
+                return d, waypoint.astype(np.int32)
+            waypoint = np.where(longer, further, waypoint)
+
     def _dear(self, floor: int, cost: np.ndarray) -> csr_matrix:
         """The steps of a floor, each as long as its dearer end makes it.
 
         The last answer is kept, since all robots ask about the same flames.
         """
         if floor not in self._weighted or self._weighted[floor][0] is not cost:
-            steps, price = self._steps[floor], cost.ravel()[self._part(floor)]
-            start = np.repeat(np.arange(self.floor_size), np.diff(steps.indptr))
-            dear = steps.copy()
-            dear.data *= np.maximum(price[start], price[steps.indices])
+            dear, price = self._steps[floor].copy(), cost.ravel()[self._part(floor)]
+            start = np.repeat(np.arange(self.floor_size), np.diff(dear.indptr))
+            dear.data *= np.maximum(price[start], price[dear.indices])
             self._weighted[floor] = cost, dear
         return self._weighted[floor][1]
 
@@ -295,8 +283,7 @@ class Navigation:
             return chain[1:] or chain
         corners = [chain[0]]
         for here, there in pairwise(chain):
-            straight = self.clear.reaches(np.array([corners[-1]]), np.array([there]))
-            if not straight[0]:
+            if not self.clear.reaches(np.array([corners[-1]]), np.array([there]))[0]:
                 corners.append(here)
         return [*corners[1:], chain[-1]]
 

@@ -4,7 +4,7 @@ Clauses: A1, A3, B2, B5-B8, C2, C5, C6, D6, D7, E1, E2, E4, E5, F1, F2, F4-F10.
 Stated numbers carry only their clause; chosen ones say why they are what they are.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
@@ -12,9 +12,7 @@ from typing import Any
 
 FLOORS = 3  # [A1]
 BODY_SIZE = 40  # [A1] cells on each side of the main body seen from above
-
-STAIRS_SECONDS = 12.0
-"""[A3, chosen] seconds from one storey to the next: 16 m of flight at 1.35 m/s."""
+STAIRS_SECONDS = 12.0  # [A3, chosen] a storey: 16 m of flight at 1.35 m/s
 
 # -- People (Appendix B and F) ------------------------------------------------------
 
@@ -23,12 +21,8 @@ HEALTH = 100.0  # [B7] hp, at the start
 HEALTH_RATE = 0.01  # [B7] health lost per frame
 FRAMES_PER_SECOND = 50  # [F8, chosen] Unity's fixed step of 0.02 s reproduces Eq. 7
 FRAMES_PER_TICK = 10  # [F8, chosen] one tick of the simulation: 0.2 s, 0.1 health
-
-MOST_FRAMES_PER_TICK = 25
-"""[F8, chosen] half a second: in a longer tick people would step through walls."""
-
-SIGHT_RANGE = 5.0
-"""[B2, chosen] metres a ray reaches in smoke: about the width of a small office."""
+MOST_FRAMES_PER_TICK = 25  # [F8, chosen] in longer ones people step through walls
+SIGHT_RANGE = 5.0  # [B2, chosen] metres, in smoke: about as wide as a small office
 
 RAYS = 360
 """[B1, chosen] rays around a human: a door 4 m along the wall one stands at fills 2
@@ -37,10 +31,7 @@ degrees, so every degree has one; with fewer, people in corners see no way out."
 WALKING_SPEED = 1.35  # [F8, chosen] metres per second, the mean over people
 WALKING_SPREAD = 0.1  # [F8, chosen] standard deviation of people's speeds, m/s
 BODY_RADIUS = 0.2  # [A7, chosen] metres: two people can pass each other in a door
-
-DOORS_REMEMBERED = 2
-"""[B6, chosen] doors a human knows to have passed: people under stress circle."""
-
+DOORS_REMEMBERED = 2  # [B6, chosen] of those passed: people under stress circle
 STUCK_METRES = 1.0  # [B5, chosen] stuck: moved less than this ...
 STUCK_SECONDS = 8.0  # [B5, chosen] ... in this long, though meaning to move
 RECKLESS_SECONDS = 4.0  # [B5, chosen] the stuck then ignore flames for this long
@@ -135,26 +126,18 @@ TABLE_II: MappingProxyType[str, Any] = MappingProxyType(  # [E2, Tab. II] the fi
 class Scenario:
     """What is varied from one experiment to the next; the defaults are the paper's.
 
-    people            how many humans, spread evenly over the floors [B8]
-    people_per_floor  how many start on each floor, lowest first, instead of `people`
-    rooms             ids of rooms people start in ("1/hall"); empty: anywhere
-    robots_per_floor  robots on each floor [C2]
-    sources           at most so many fire sources [C2]
-    training          rule D6: an occupied place yields no fire (else another place)
-    time_limit        seconds; people inside then are neither saved nor dead. Health
-                      alone decides everybody by 200 s [F8, chosen]
-    sight_range       metres [B2];  doors_remembered  [B6]
+    Health alone decides everybody by 200 s [F8, chosen], before the time limit.
     """
 
-    people: int = PEOPLE
-    people_per_floor: tuple[int, ...] | None = None
-    rooms: tuple[str, ...] = field(default=())
-    robots_per_floor: int = ROBOTS_PER_FLOOR
-    sources: int = FIRE_SOURCES
-    training: bool = False
-    time_limit: float = 240.0
-    sight_range: float = SIGHT_RANGE
-    doors_remembered: int = DOORS_REMEMBERED
+    people: int = PEOPLE  # spread evenly over the floors [B8]
+    people_per_floor: tuple[int, ...] | None = None  # instead, lowest floor first
+    rooms: tuple[str, ...] = ()  # ids of rooms to start in ("1/hall"); empty: anywhere
+    robots_per_floor: int = ROBOTS_PER_FLOOR  # [C2]
+    sources: int = FIRE_SOURCES  # at most so many fire sources [C2]
+    training: bool = False  # rule D6: an occupied place yields no fire (else another)
+    time_limit: float = 240.0  # s: people inside then are neither saved nor dead
+    sight_range: float = SIGHT_RANGE  # metres [B2]
+    doors_remembered: int = DOORS_REMEMBERED  # [B6]
     frames_per_tick: int = FRAMES_PER_TICK
     decision_seconds: float = DECISION_SECONDS
 

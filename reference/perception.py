@@ -1,8 +1,7 @@
 """What one human sees now: their own rays and nothing else [B3].
 
-Clauses: A6, B1, B2, B3.  Walls and landmarks are looked up in the sight tables; people,
-robots and flames move, so whether a ray reaches them is asked anew, at once for all who
-are about to think.
+Clauses: A6, B1, B2, B3.  Walls and landmarks are looked up in the sight tables; whether
+a ray reaches people, robots and flames is asked anew, for all who are about to think.
 
     i   who looks;  j  a body in sight;  k  number of a ray
 """
@@ -31,7 +30,7 @@ class Surroundings:
 
     @classmethod
     def of(cls, world: World, sight: Sight) -> "Surroundings":
-        """The surroundings as they are in a world."""
+        """Read them from a world."""
         flames = (world.burnt, world.flames.burning, world.flames.harm)
         return cls(sight, *(frozenset(np.flatnonzero(f).tolist()) for f in flames))
 
@@ -47,8 +46,7 @@ class View:
     __slots__ = ("people", "place", "robots", "surroundings")
 
     def __init__(self, place: int, surroundings: Surroundings):
-        self.place = place
-        self.surroundings = surroundings
+        self.place, self.surroundings = place, surroundings
         self.robots: list[int] = []
         self.people: list[int] = []
 
@@ -82,15 +80,11 @@ class View:
 
 def look(world: World, surroundings: Surroundings, who: np.ndarray) -> list[View]:
     """What each of these people sees; who: (k,) people walking on a floor."""
-    n = len(world.bodies)
-    sight = surroundings.sight
+    n, sight = len(world.bodies), surroundings.sight
     x, y, place, present = _everybody(world)
-    near = (
-        present
-        & (np.abs(x - x[who, None]) < sight.reach)
-        & (np.abs(y - y[who, None]) < sight.reach)
-    )
-    rows, j = np.nonzero(near)
+    near_x = np.abs(x - x[who, None]) < sight.reach
+    near_y = np.abs(y - y[who, None]) < sight.reach
+    rows, j = np.nonzero(present & near_x & near_y)
     i = who[rows]
     seen = sight.sees.reaches(place[i], place[j]) & (i != j)
     views = [View(p, surroundings) for p in place[who].tolist()]
@@ -106,8 +100,7 @@ def _everybody(world: World) -> tuple[np.ndarray, ...]:
     x, y = np.empty(n + len(robots)), np.empty(n + len(robots))
     place = np.empty(n + len(robots), dtype=np.int64)
     present = np.empty(n + len(robots), dtype=bool)
-    x[:n] = bodies.position[:, 0] + 1e4 * bodies.floor
-    y[:n] = bodies.position[:, 1]
+    x[:n], y[:n] = bodies.position[:, 0] + 1e4 * bodies.floor, bodies.position[:, 1]
     place[:n], present[:n] = bodies.place, bodies.walking
     for r in robots:
         x[r.body], y[r.body] = r.position[0] + 1e4 * r.floor, r.position[1]
@@ -118,8 +111,8 @@ def _everybody(world: World) -> tuple[np.ndarray, ...]:
 def rays(world: World, sight: Sight, person: int) -> list[Hit | None]:
     """What every ray of one human returns; None is an unexplored direction [B1] [B2].
 
-    The slow and complete picture, for eyes and tests; `look` is what the simulation
-    uses. A moving thing is met by the ray that points at its middle.
+    The slow and complete picture for pictures and tests; the simulation uses `look`. A
+    moving thing is met by the ray that points at its middle.
     """
     surroundings = Surroundings.of(world, sight)
     view = look(world, surroundings, np.array([person]))[0]

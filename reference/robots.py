@@ -6,9 +6,11 @@ Clauses: C5, C6, C7, C8.  Who decides where a robot goes is in `strategies`.
     p           place
 """
 
+from math import dist
+
 import numpy as np
 
-from reference.building import Building, Kind
+from reference.building import Building
 from reference.navigation import Navigation, navigation_of
 from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED
 from reference.world import Instruction, Robot, World
@@ -44,12 +46,12 @@ class RobotAlgorithm:
             robot.destination = np.array(target)  # 4
             robot.instruction = instruction_for(self.building, robot.floor, target)  # 5
             goal = self.navigation.nearest_free(robot.floor, *target)
-            risk = flame_cost(world, robot.floor)
-            robot.way = self.navigation.way(robot.place, goal, risk)[1]
+            cost = flame_cost(world, robot.floor)
+            robot.way = self.navigation.way(robot.place, goal, cost)[1]
         self._move(robot, speed * seconds)  # 7
 
     def _move(self, robot: Robot, metres: float) -> None:
-        """Along the way, as far as the metres carry."""
+        """Walk along the way, as far as the metres carry."""
         x, y = robot.position.tolist()
         while robot.way and metres > 0:
             to_x, to_y = self.navigation.centres[robot.way[0]].tolist()
@@ -92,10 +94,9 @@ def actual_target(
 
     [C6, Eq. 1], reconstructed; "near" is NEAR_STAIRWELL.
     """
-    for shaft in building.stairwells:
-        x_s, y_s = shaft.centre
-        if floor in shaft.areas and np.hypot(x - x_s, y - y_s) <= NEAR_STAIRWELL:
-            return shaft.centre
+    for well in building.stairwells:
+        if floor in well.areas and dist((x, y), well.centre) <= NEAR_STAIRWELL:
+            return well.centre
     return x, y
 
 
@@ -108,11 +109,9 @@ def instruction_for(
     """
     if any(target == s.centre and floor - 1 in s.areas for s in building.stairwells):
         return Instruction.THIS_STAIRWELL
-    for mark in building.landmarks:
-        if mark.kind is Kind.EXIT and mark.floor == floor:
-            off = np.subtract(mark.position, target)
-            if np.hypot(*off) <= AT_EXIT:
-                return Instruction.THIS_EXIT
+    exits = (building.landmarks[mark] for mark in building.exits)
+    if any(e.floor == floor and dist(e.position, target) <= AT_EXIT for e in exits):
+        return Instruction.THIS_EXIT
     return Instruction.FOLLOW_ME
 
 

@@ -1,9 +1,9 @@
-"""What can be seen from where: rays with a limited range, cast once per building.
+"""What can be seen from where: rays of limited range, cast once per building.
 
-Clauses: B1, B2.  Walls do not move, so a ray cast in the loop of the simulation is a
-look-up.  A ray returns the first thing it meets; doors, entrances and exits are things
-to meet [B1, chosen: in the paper's engine their triggers stop a ray], so nobody sees
-through a door but from its threshold.
+Clauses: B1, B2.  Walls do not move, so a ray in the loop of the simulation is a
+look-up.  A ray returns the first thing it meets; doors, entrances and exits stop it too
+[B1, chosen: in the paper's engine triggers do], so nobody sees through a door but from
+its threshold.
 
     p, q   places (see navigation)
     k      number of a ray, counted counter-clockwise from east
@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from reference.building import Building, Kind
-from reference.navigation import Navigation, Window, navigation_of, shifted
+from reference.navigation import Navigation, StraightLines, navigation_of, shifted
 from reference.paper import RAYS
 
 PATCH = 4
@@ -25,7 +25,7 @@ PATCH = 4
 
 @dataclass(frozen=True)
 class Hit:
-    """What one ray returned: a label, how far away (m), and which landmark or body."""
+    """What a ray returns: a label, how far away (m), and which landmark or body."""
 
     kind: str
     distance: float
@@ -33,9 +33,9 @@ class Hit:
 
 
 class Direction(NamedTuple):
-    """An unexplored direction: a ray that returned nothing [B2].
+    """An unexplored direction: a ray that returns nothing [B2].
 
-    patch   of floor it leads to;  place  its last one;  unit  vector along it
+    patch  of floor it leads to;  place  its last one;  unit  vector along it
     """
 
     patch: int
@@ -46,7 +46,7 @@ class Direction(NamedTuple):
 class Sight:
     """All that can be seen in one building at one range.
 
-    sees       Window: does p see q? (centre to centre)
+    sees       StraightLines: does p see q? (centre to centre)
     hits       (RAYS, places) the place a ray stops at, -1 where it returns nothing
     landmarks  per place, landmark indices that its rays meet, nearest first
     open       per place, the directions whose rays return nothing, one per patch
@@ -59,7 +59,7 @@ class Sight:
         self.building, self.reach = building, reach
         self.navigation: Navigation = navigation_of(building)
         clear = np.isin(building.kind, (Kind.FLOOR, Kind.STAIRS))
-        self.sees = Window(clear, building.walkable, reach, strict=False)
+        self.sees = StraightLines(clear, building.walkable, reach, strict=False)
         self.hits = np.full((RAYS, building.kind.size), -1, dtype=np.int32)
         ends = np.empty_like(self.hits)
         for k in range(RAYS):
@@ -67,11 +67,11 @@ class Sight:
         self.landmarks = self._landmarks_met()
         self.open = self._open_directions(ends)
         self.farthest = self._farthest(ends)
-        self.patches: list[int] = self._patch(np.arange(building.kind.size)).tolist()
+        self.patches: list[int] = self._patch_of(np.arange(building.kind.size)).tolist()
         self._lines: dict[tuple[int, int], frozenset[int]] = {}
 
     def _cast(self, k: int, clear: np.ndarray) -> np.ndarray:
-        """One ray from every place at once; (places,) the last free place it passes."""
+        """Cast one ray from every place; (places,) the last free place it passes."""
         known = self.building.kind != Kind.OUTSIDE
         everywhere = np.arange(clear.size)
         flying, ends = self.building.walkable.copy(), everywhere.copy()
@@ -96,34 +96,30 @@ class Sight:
         met[p, marks[self.hits[k, p]]] = True  # column -1 collects the walls
         d = self.navigation.distance
         return [
-            tuple(seen[np.argsort(d[seen, p], kind="stable")].tolist())
-            if (seen := np.flatnonzero(row)).size
-            else ()
+            tuple(sorted(np.flatnonzero(row).tolist(), key=d[:, p].__getitem__))
             for p, row in enumerate(met[:, :-1])
         ]
 
     def _open_directions(self, ends: np.ndarray) -> list[tuple[Direction, ...]]:
         k, p = np.nonzero((self.hits < 0) & (ends != np.arange(ends.shape[1])))
         end = ends[k, p]
-        patch = self._patch(end)
+        patch = self._patch_of(end)
         _, first = np.unique(p * (patch.max(initial=0) + 1) + patch, return_index=True)
         first.sort()  # by ray: counter-clockwise from east
         p, end, patch = p[first], end[first], patch[first]
         off = self.navigation.centres[end] - self.navigation.centres[p]
         unit = off / np.linalg.norm(off, axis=1, keepdims=True)
         found: list[list[Direction]] = [[] for _ in range(ends.shape[1])]
-        ways = zip(patch.tolist(), end.tolist(), unit.tolist(), strict=True)
-        for here, (patch_there, there, along) in zip(p.tolist(), ways, strict=True):
-            found[here].append(Direction(patch_there, there, tuple(along)))
+        ways = (p.tolist(), patch.tolist(), end.tolist(), unit.tolist())
+        for here, leads_to, there, along in zip(*ways, strict=True):
+            found[here].append(Direction(leads_to, there, tuple(along)))
         return [tuple(directions) for directions in found]
 
-    def _patch(self, p: np.ndarray) -> np.ndarray:
+    def _patch_of(self, p: np.ndarray) -> np.ndarray:
         """The patch of floor each place lies in."""
-        nav = self.navigation
-        row, col = p // nav.cols, p % nav.cols  # rows of all floors, one below another
-        floor, row = row // nav.rows, row % nav.rows
-        across = nav.cols // PATCH + 1
-        return (floor * (nav.rows // PATCH + 1) + row // PATCH) * across + col // PATCH
+        floor, row, col = np.unravel_index(p, self.building.kind.shape)
+        _, down, across = np.array(self.building.kind.shape) // PATCH + 1
+        return (floor * down + row // PATCH) * across + col // PATCH
 
     def line(self, p: int, landmark: int) -> frozenset[int]:
         """The places one walks over on the way from p to a landmark in view."""

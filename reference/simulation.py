@@ -12,7 +12,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from reference import motion
+from reference import motion, paper
 from reference.beginning import beginning, occupancy
 from reference.building import Building, Kind
 from reference.events import (
@@ -29,17 +29,7 @@ from reference.flames import Spread
 from reference.game.rewards import group_reward
 from reference.humans import Situation, pass_landmark, think
 from reference.navigation import Navigation, navigation_of
-from reference.paper import (
-    FIRE_EVERY_DECISIONS,
-    FIRE_FIRST_DECISION,
-    FLAME_SECONDS,
-    HEALTH_RATE,
-    RECKLESS_SECONDS,
-    RECONSIDER_TICKS,
-    STUCK_METRES,
-    STUCK_SECONDS,
-    Scenario,
-)
+from reference.paper import Scenario
 from reference.perception import Surroundings, View, look
 from reference.robots import Destination, RobotAlgorithm
 from reference.sight import Sight, sight_of
@@ -48,12 +38,12 @@ from reference.strategies import FireStrategy, NoFire, NoRobots, RobotStrategy
 from reference.world import NOBODY, NOWHERE, Aim, Fate, Source
 
 PURPOSES = ("people", "flames", "fire", "robots")
-"""What randomness is for: two runs may differ in one and share the rest."""
+"""A random generator each: two runs may differ in one and share the rest."""
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run ended; health is the mean of those who got out (nan for nobody)."""
+    """How a run stands or ended; mean_health: of those who got out, nan for nobody."""
 
     people: int
     evacuated: int
@@ -67,13 +57,12 @@ class Outcome:
 
 @runtime_checkable
 class Watcher(Protocol):
-    """A fire that looks ahead: it is shown all there is before each of its turns."""
+    """A fire that looks ahead: before each of its turns it is given a copy of all."""
 
     def watch(self, now: "Simulation") -> None:
-        """now: a copy that the fire may do with as it likes.
+        """Look ahead in a copy that stands where the tick begins: nobody has decided.
 
-        It stands at the beginning of the tick: nobody has decided in it yet. Give it
-        another fire before it runs on, or it is shown to itself without end.
+        Give the copy another fire before it runs on, or it is shown to itself for ever.
         """
 
 
@@ -118,10 +107,10 @@ class Simulation:
         self.ticks = 0
         self.person_seconds = 0.0
         self.decision_ticks = round(self.scenario.decision_seconds / self.tick)
-        self._flame_ticks = max(1, round(FLAME_SECONDS / self.tick))
+        self._flame_ticks = max(1, round(paper.FLAME_SECONDS / self.tick))
         self._next_ignition = inf
         self._surroundings = Surroundings.of(self.world, self.sight)
-        self._turn = np.arange(len(self.world.bodies)) % RECONSIDER_TICKS
+        self._turn = np.arange(len(self.world.bodies)) % paper.RECONSIDER_TICKS
         self._due = np.ones(len(self.world.bodies), dtype=bool)
 
     # -- The tick -------------------------------------------------------------------
@@ -133,7 +122,7 @@ class Simulation:
         return late or not any(self.world.occupancy)
 
     def step(self) -> list[Event]:
-        """One tick; what happened in it."""
+        """Run one tick; the events in it."""
         already = len(self.events)
         self._be_watched()
         # SENSE
@@ -152,13 +141,13 @@ class Simulation:
         return self.events[already:]
 
     def run(self) -> Outcome:
-        """Tick until it is done."""
+        """Run to the end."""
         while not self.done:
             self.step()
         return self.outcome()
 
     def outcome(self) -> Outcome:
-        """How things stand."""
+        """Count people, health and reward so far."""
         bodies = self.world.bodies
         out = bodies.fate == Fate.EVACUATED
         return Outcome(
@@ -173,7 +162,7 @@ class Simulation:
         )
 
     def copy(self) -> "Simulation":
-        """A simulation that runs on like this one, and leaves this one alone."""
+        """A simulation that runs on like this one and leaves this one alone."""
         other = copy(self)
         other.world = self.world.copy()
         other.events = self.events.copy()
@@ -184,11 +173,10 @@ class Simulation:
         return other
 
     def another_future(self, seed: int) -> "Simulation":
-        """A copy with the same past, and a future that is drawn anew [F4] [D7].
+        """A copy with the same past and another random future [F4] [D7].
 
-        Whoever looks ahead in a `copy` knows when every cell will burn. Here flames
-        spread from what burns with fresh delays, and robots and fire draw from fresh
-        generators: one of the futures that are possible as far as anybody can tell.
+        A `copy` knows when every cell will burn; here flames spread from what burns
+        with fresh delays, and strategies draw from fresh generators.
         """
         other = self.copy()
         other.rng = _generators(seed)
@@ -200,44 +188,41 @@ class Simulation:
     # -- SENSE and DECIDE -----------------------------------------------------------
 
     def _be_watched(self) -> None:
-        """Before its turn, a fire that looks ahead is shown how things stand."""
+        """Give a fire that looks ahead a copy before its turn."""
         if self._fire_turn and isinstance(self.fire_strategy, Watcher):
             self.fire_strategy.watch(self.copy())
 
     @property
     def _fire_turn(self) -> bool:
-        """Does the fire decide in this tick? As long as it has sources left [D6]."""
+        """Does the fire decide in this tick? Only while it has sources left [D6]."""
         number, between = divmod(self.ticks, self.decision_ticks)
         left = len(self.world.flames.sources) < self.scenario.sources
         return left and not between and fire_acts(number)
 
     def _people_decide(self, who: list[int], views: list[View]) -> None:
-        """Everybody whose turn it is thinks; the body learns where to walk."""
+        """Let these people think; their bodies learn where to walk."""
         now = Situation(self.world, self.navigation)
         bodies, minds = self.world.bodies, self.world.minds
         for i, view in zip(who, views, strict=True):
             me = minds[i]
             think(me, view, now)
             bodies.mode[i], bodies.leader[i] = me.mode, me.leader
-            if me.goal.aim is Aim.LANDMARK:
-                bodies.landmark[i] = me.goal.which
-            else:
-                bodies.landmark[i] = NOWHERE
-                bodies.target[i] = bodies.position[i]
-                if me.goal.place != NOWHERE:
-                    bodies.target[i] = self.navigation.centres[me.goal.place]
+            to_landmark = me.goal.aim is Aim.LANDMARK
+            bodies.landmark[i] = me.goal.which if to_landmark else NOWHERE
+            if not to_landmark:
+                stay = me.goal.place == NOWHERE
+                there = self.navigation.centres[me.goal.place]
+                bodies.target[i] = bodies.position[i] if stay else there
 
     def _strategies_decide(self) -> list[Destination | None]:
-        """At each decision the robots' strategy, at every k-th the fire's too.
+        """Ask the robots' strategy at each decision, the fire's at every k-th.
 
-        Both see the same world: nothing changes before all have decided.
+        Both see the same world. A destination for each robot, None to keep the old one.
         """
         robots = self.world.robots
         decided: list[Destination | None] = [None] * len(robots)
-        if self.ticks % self.decision_ticks:
-            return decided
         active = [k for k, robot in enumerate(robots) if robot.active]
-        if active:
+        if active and self.ticks % self.decision_ticks == 0:
             team = [robots[k] for k in active]
             answers = self.robot_strategy.decide(self.world, team, self.rng["robots"])
             for k, answer in zip(active, answers, strict=True):
@@ -247,7 +232,7 @@ class Simulation:
         return decided
 
     def _fire_decides(self) -> None:
-        """The fire agent's turn [D6]."""
+        """Light the source that the fire decides for, or report why not [D6]."""
         flames, rng = self.world.flames, self.rng["fire"]
         decision = self.fire_strategy.decide(self.world, rng)
         if decision is None:
@@ -256,9 +241,9 @@ class Simulation:
         if isinstance(result, Source):
             self.spread.ignite(flames, result)
             self._next_ignition = self.world.time
-            self._tell(FireLit, result.floor, result.x, result.y)
+            self._record(FireLit, result.floor, result.x, result.y)
         else:
-            self._tell(FireRefused, *result)
+            self._record(FireRefused, *result)
 
     # -- MOVE -----------------------------------------------------------------------
 
@@ -267,33 +252,34 @@ class Simulation:
             self.algorithm.act(robot, self.world, decision, self.tick)
 
     def _people_move(self) -> list[tuple[int, int]]:
-        """Everybody walks; who has touched a landmark, and from which place [A5]."""
+        """Walk; who has come upon a landmark, and from which place [A5]."""
         bodies, nav = self.world.bodies, self.navigation
         who = np.flatnonzero(bodies.walking)
         if not len(who):
             return []
-        before = bodies.place[who]
-        aim = bodies.target[who]
-        by_field = np.flatnonzero(bodies.landmark[who] >= 0)
-        marks = bodies.landmark[who[by_field]]
-        aim[by_field] = nav.centres[nav.waypoint[marks, before[by_field]]]
-        position, floor = bodies.position[who], bodies.floor[who]
-        moved = motion.step(
-            position, floor, aim, bodies.pace[who], self.tick, self._free(who, before)
+        before, floor, marks = (
+            bodies.place[who],
+            bodies.floor[who],
+            bodies.landmark[who],
         )
+        target = bodies.target[who]
+        guided = np.flatnonzero(marks >= 0)
+        target[guided] = nav.centres[nav.waypoint[marks[guided], before[guided]]]
+        position, pace, free = bodies.position[who], bodies.pace[who], self._free(who)
+        moved = motion.step(position, floor, target, pace, self.tick, free)
         bodies.position[who] = moved
-        place = nav.places_at(floor, moved)
-        bodies.place[who] = place
-        self._notice_stuck(who, aim)
+        bodies.place[who] = place = nav.places_at(floor, moved)
+        self._notice_stuck(who, target)
         mark = self._marks[place]
         touched = np.flatnonzero((mark >= 0) & (mark != self._marks[before]))
         return list(zip(who[touched].tolist(), before[touched].tolist(), strict=True))
 
-    def _free(self, who: np.ndarray, before: np.ndarray) -> motion.Free:
-        """May a body stand there? Not in walls, and the careful not in flames."""
+    def _free(self, who: np.ndarray) -> motion.Free:
+        """Where may bodies stand? Not in walls, and the careful not in flames."""
         nav, bodies = self.navigation, self.world.bodies
         burning = self.world.flames.burning.ravel()
-        fearless = burning[before] | (bodies.reckless[who] > self.world.time)
+        in_flames = burning[bodies.place[who]]
+        fearless = in_flames | (bodies.reckless[who] > self.world.time)
         floor = bodies.floor[who]
 
         def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
@@ -302,23 +288,25 @@ class Simulation:
 
         return free
 
-    def _notice_stuck(self, who: np.ndarray, aim: np.ndarray) -> None:
-        """Who has not got ahead ignores flames for a while, then tries anew [B5]."""
+    def _notice_stuck(self, who: np.ndarray, target: np.ndarray) -> None:
+        """Let who has not got ahead ignore flames for a while, then try anew [B5]."""
         bodies, time = self.world.bodies, self.world.time
         position = bodies.position[who]
-        moved = np.abs(position - bodies.anchor[who]).max(axis=1) > STUCK_METRES
-        arrived = np.abs(aim - position).max(axis=1) < STUCK_METRES
+        moved = np.abs(position - bodies.anchor[who]).max(axis=1) > paper.STUCK_METRES
+        arrived = np.abs(target - position).max(axis=1) < paper.STUCK_METRES
         waited = time - bodies.anchor_time[who]
-        ahead = who[moved | arrived | (waited > STUCK_SECONDS + RECKLESS_SECONDS)]
+        ahead = who[
+            moved | arrived | (waited > paper.STUCK_SECONDS + paper.RECKLESS_SECONDS)
+        ]
         bodies.anchor[ahead] = bodies.position[ahead]
         bodies.anchor_time[ahead] = time
-        halted = who[(waited > STUCK_SECONDS) & (bodies.reckless[who] < time)]
-        bodies.reckless[halted] = time + RECKLESS_SECONDS
+        halted = who[(waited > paper.STUCK_SECONDS) & (bodies.reckless[who] < time)]
+        bodies.reckless[halted] = time + paper.RECKLESS_SECONDS
 
     # -- BURN -----------------------------------------------------------------------
 
     def _burn(self) -> None:
-        """Flames spread, doors burn, health falls [A6] [B7] [D7]."""
+        """Advance the clock; spread flames, burn doors, lower health [A6] [B7] [D7]."""
         self.ticks += 1
         world, bodies = self.world, self.world.bodies
         world.time = self.ticks * self.tick
@@ -327,7 +315,9 @@ class Simulation:
             self._next_ignition = self.spread.advance(world.flames, world.time)
             self._burn_doors()
             self._surroundings = Surroundings.of(world, self.sight)
-        bodies.health -= HEALTH_RATE * self.scenario.frames_per_tick * bodies.inside
+        bodies.health -= (
+            paper.HEALTH_RATE * self.scenario.frames_per_tick * bodies.inside
+        )
         if world.flames.sources:
             walking = np.flatnonzero(bodies.walking)
             harm = world.flames.harm.ravel()[bodies.place[walking]]
@@ -339,39 +329,39 @@ class Simulation:
             door = self.building.landmarks[mark].kind is Kind.DOOR
             if door and not self.world.burnt[mark]:
                 self.world.burnt[mark] = True
-                self._tell(DoorBurnt, mark)
+                self._record(DoorBurnt, mark)
 
     # -- SETTLE ---------------------------------------------------------------------
 
     def _settle(self, touched: list[tuple[int, int]]) -> None:
-        """Deaths, triggers, stairs; and whose turn it is to think next."""
+        """Settle deaths, triggers and stairs; and whose turn it is to think next."""
         bodies = self.world.bodies
         dead = np.flatnonzero((bodies.health <= 0) & bodies.inside).tolist()
         for i in dead:
             bodies.health[i] = 0.0
             self._leave(i, Fate.DEAD)
-            self._tell(Died, i, int(bodies.floor[i]))
-        self._due = self._turn == self.ticks % RECONSIDER_TICKS
+            self._record(Died, i, int(bodies.floor[i]))
+        self._due = self._turn == self.ticks % paper.RECONSIDER_TICKS
         for i, before in touched:
             if bodies.fate[i] == Fate.INSIDE:
                 self._touch(i, before, int(self._marks[bodies.place[i]]))
         landing = np.flatnonzero(bodies.stairs_until <= self.world.time).tolist()
         for i in landing:
             if (passed := self.stairs.descend(self.world, i)) is not None:
-                self._tell(LeftFloor, i, passed, float(bodies.health[i]))
+                self._record(LeftFloor, i, passed, float(bodies.health[i]))
             self._due[i] = bodies.walking[i]
         if dead or touched or landing:
             self.world.occupancy = occupancy(bodies, self.building.floors)
 
     def _touch(self, i: int, before: int, mark: int) -> None:
-        """A body has come upon a door, entrance or exit: the trigger fires [A5]."""
+        """Fire the trigger of the door, entrance or exit a body has come upon [A5]."""
         bodies = self.world.bodies
         landmark = self.building.landmarks[mark]
         if landmark.leads_out:
-            self._tell(LeftFloor, i, landmark.floor, float(bodies.health[i]))
+            self._record(LeftFloor, i, landmark.floor, float(bodies.health[i]))
         if landmark.kind is Kind.EXIT:  # deregistered from the environment [A4]
             self._leave(i, Fate.EVACUATED)
-            self._tell(Evacuated, i, landmark.floor, float(bodies.health[i]), mark)
+            self._record(Evacuated, i, landmark.floor, float(bodies.health[i]), mark)
         elif landmark.leads_out:
             self.stairs.enter(self.world, i, mark)
         elif not self.world.burnt[mark]:
@@ -381,22 +371,22 @@ class Simulation:
             self._due[i] = True
 
     def _leave(self, i: int, fate: Fate) -> None:
-        """Out of the simulation, for good or for ill."""
+        """Take a human out of the simulation."""
         bodies = self.world.bodies
         bodies.fate[i], bodies.leader[i], bodies.landmark[i] = fate, NOBODY, NOWHERE
         bodies.stairwell[i], bodies.stairs_until[i] = NOWHERE, inf
 
-    def _tell(self, event: type[Event], *facts: object) -> None:
+    def _record(self, event: type[Event], *facts: object) -> None:
         self.events.append(event(self.world.time, *facts))
 
 
 def _generators(seed: int) -> dict[str, np.random.Generator]:
-    """One for each of PURPOSES."""
+    """One random generator for each of PURPOSES."""
     seeds = np.random.SeedSequence(seed).spawn(len(PURPOSES))
     return dict(zip(PURPOSES, map(np.random.default_rng, seeds), strict=True))
 
 
 def fire_acts(number: int) -> bool:
     """Is the fire's action read at the robots' decision of this number, from 0? [D2]"""
-    since_first = number - FIRE_FIRST_DECISION
-    return since_first >= 0 and since_first % FIRE_EVERY_DECISIONS == 0
+    since_first = number - paper.FIRE_FIRST_DECISION
+    return since_first >= 0 and since_first % paper.FIRE_EVERY_DECISIONS == 0

@@ -1,4 +1,4 @@
-"""People walk down the stairs: off one floor, past landings, out at the lowest.
+"""Stairs: people leave a floor, pass landings and come out at the lowest floor.
 
 Clauses: A3, F8.  On the stairs nobody is seen and nobody is in the way; what is narrow
 is the entrance at either end [A3, chosen].  Nobody walks up.
@@ -26,7 +26,7 @@ class Stairs:
         self.navigation: Navigation = navigation_of(building)
 
     def enter(self, world: World, i: int, entrance: int) -> None:
-        """A human has touched an entrance whose stairs lead down."""
+        """Take in a human who has touched an entrance whose stairs lead down."""
         bodies, nav = world.bodies, self.navigation
         k = self.building.stairwell_of[entrance]
         cells = nav.places_of(int(bodies.floor[i]), self.building.stairwells[k].cells)
@@ -36,7 +36,7 @@ class Stairs:
         bodies.position[i] = nav.centres[bodies.place[i]]
 
     def descend(self, world: World, i: int) -> int | None:
-        """A storey further down; the floor whose landing is passed, if any.
+        """Bring a human one storey down; the floor whose landing is passed, if any.
 
         At the lowest floor the human steps out, or waits for a free place to do so.
         """
@@ -52,7 +52,7 @@ class Stairs:
         return None
 
     def _step_out(self, world: World, i: int, well: Stairwell) -> None:
-        """Into an entrance cell that nobody stands in; looking again from there."""
+        """Step into an entrance cell that nobody stands in, and look again."""
         bodies, nav, floor = world.bodies, self.navigation, well.lowest
         others = bodies.position[bodies.walking & (bodies.floor == floor)]
         for mark in well.entrances[floor]:

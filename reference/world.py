@@ -1,4 +1,4 @@
-"""What exists at one instant: records, no behaviour.
+"""The state of the world at one instant: records, no behaviour.
 
 Clauses: A6, B4, B7, C5, C7, D3.  A human is a body and a mind.  Bodies live in arrays
 and move all at once; minds are small objects that think one at a time.
@@ -68,48 +68,31 @@ class Instruction(IntEnum):
 
 
 def _copied(record: Any) -> Any:
-    """A record with arrays and lists of its own."""
-    return replace(
-        record, **{f.name: getattr(record, f.name).copy() for f in fields(record)}
-    )
+    """A copy of a record with arrays and lists of its own."""
+    values = {f.name: getattr(record, f.name) for f in fields(record)}
+    own = {name: v.copy() for name, v in values.items() if hasattr(v, "copy")}
+    return replace(record, **own)
 
 
 @dataclass
 class Bodies:
-    """The bodies of n people.
+    """The bodies of n people: arrays (n,), points (n, 2) in metres."""
 
-    position      (n, 2) metres
-    floor         (n,) 0 is the first floor
-    place         (n,) the cell a body stands in
-    pace          (n,) walking speed, m/s
-    health        (n,) 100 at the start, dead at 0 [B7]
-    fate          (n,) Fate
-    mode          (n,) Mode, as the mind has it
-    landmark      (n,) landmark headed for, -1: walk straight at `target`
-    target        (n, 2) metres
-    leader        (n,) body followed, -1 for nobody
-    stairwell     (n,) the one walked down, -1 when not on stairs
-    stairs_until  (n,) seconds, when the next storey is reached; inf off the stairs
-    anchor        (n, 2) metres, and anchor_time (n,) s: last place and time that the
-                  body got ahead [B5]
-    reckless      (n,) s: until then the body ignores flames [B5]
-    """
-
-    position: np.ndarray
-    floor: np.ndarray
-    place: np.ndarray
-    pace: np.ndarray
-    health: np.ndarray
-    fate: np.ndarray
-    mode: np.ndarray
-    landmark: np.ndarray
-    target: np.ndarray
-    leader: np.ndarray
-    stairwell: np.ndarray
-    stairs_until: np.ndarray
-    anchor: np.ndarray
-    anchor_time: np.ndarray
-    reckless: np.ndarray
+    position: np.ndarray  # metres
+    floor: np.ndarray  # 0 is the first floor
+    place: np.ndarray  # the cell a body stands in
+    pace: np.ndarray  # walking speed, m/s
+    health: np.ndarray  # 100 at the start, dead at 0 [B7]
+    fate: np.ndarray  # Fate
+    mode: np.ndarray  # Mode, as the mind has it
+    landmark: np.ndarray  # landmark headed for, -1: walk straight at `target`
+    target: np.ndarray  # metres
+    leader: np.ndarray  # body followed, -1 for nobody
+    stairwell: np.ndarray  # the one walked down, -1 when not on stairs
+    stairs_until: np.ndarray  # s, when the next storey is reached; inf off the stairs
+    anchor: np.ndarray  # metres: last place that the body got ahead to [B5]
+    anchor_time: np.ndarray  # s: when it was there
+    reckless: np.ndarray  # s: until then the body ignores flames [B5]
 
     copy = _copied
 
@@ -129,71 +112,40 @@ class Bodies:
 
 @dataclass(slots=True)
 class Mind:
-    """What one human remembers; nobody knows the map [B3].
+    """What one human remembers; nobody knows the map [B3]."""
 
-    person       index of the body
-    rank         who leads whom when people meet: the higher rank
-    mode         leader or follower
-    leader       body followed, or NOBODY; last seen at `seen_at` s in `seen_place`
-    pause_until  s: no new leader before then
-    waits_until  s: a stuck follower without leader waits till then
-    goal         where it has set off to
-    doors        landmarks passed lately [B6]
-    trail        doors to walk back through, the last one last
-    patches      patches of floor seen or tried: directions no longer unexplored [B2]
-    facing       unit vector of the last direction walked
-    """
-
-    person: int
-    rank: float
-    doors: deque[int]
+    person: int  # index of the body
+    rank: float  # who leads whom when people meet: the higher rank
+    doors: deque[int]  # landmarks passed lately [B6]
     mode: Mode = Mode.LEADER
-    leader: int = NOBODY
-    seen_at: float = 0.0
-    seen_place: int = NOWHERE
-    pause_until: float = 0.0
-    waits_until: float = 0.0
-    goal: Goal = STAY
-    trail: list[int] = field(default_factory=list)
-    patches: set[int] = field(default_factory=set)
-    facing: tuple[float, float] = (0.0, 0.0)
+    leader: int = NOBODY  # body followed
+    seen_at: float = 0.0  # s: when the leader was seen last
+    seen_place: int = NOWHERE  # and where
+    pause_until: float = 0.0  # s: no new human leader before then
+    waits_until: float = 0.0  # s: a stuck follower without leader waits till then
+    goal: Goal = STAY  # where it has set off to
+    trail: list[int] = field(default_factory=list)  # doors to go back by, last one last
+    patches: set[int] = field(default_factory=set)  # patches seen or tried [B2]
+    facing: tuple[float, float] = (0.0, 0.0)  # unit vector of the last direction walked
 
-    def copy(self) -> "Mind":
-        """A mind of its own with the same memories."""
-        return replace(
-            self,
-            doors=self.doors.copy(),
-            trail=self.trail.copy(),
-            patches=self.patches.copy(),
-        )
+    copy = _copied
 
 
 @dataclass
 class Robot:
-    """A rescue robot; it stays on its floor, hinders nobody and does not burn [C5].
+    """A rescue robot; it stays on its floor, hinders nobody and does not burn [C5]."""
 
-    body         its index among all bodies
-    team         its number on its floor, 0 is the first
-    position     (2,) metres;  place  the cell it stands in
-    destination  (2,) metres after Eq. 1, None before the first decision
-    instruction  what it tells people in sight
-    way          places on the way to its destination
-    active       False once its level and all above are empty [C8]
-    """
-
-    body: int
+    body: int  # its index among all bodies
     floor: int
-    team: int
-    position: np.ndarray
-    place: int
-    destination: np.ndarray | None = None
-    instruction: Instruction = Instruction.FOLLOW_ME
-    way: list[int] = field(default_factory=list)
-    active: bool = True
+    team: int  # its number on its floor, 0 is the first
+    position: np.ndarray  # (2,) metres
+    place: int  # the cell it stands in
+    destination: np.ndarray | None = None  # (2,) metres after Eq. 1; None: not decided
+    instruction: Instruction = Instruction.FOLLOW_ME  # what it tells people in sight
+    way: list[int] = field(default_factory=list)  # places on the way there
+    active: bool = True  # False once its level and all above are empty [C8]
 
-    def copy(self) -> "Robot":
-        """A robot of its own; arrays are replaced, never written to."""
-        return replace(self, way=self.way.copy())
+    copy = _copied
 
 
 class Source(NamedTuple):
@@ -207,53 +159,36 @@ class Source(NamedTuple):
 
 @dataclass
 class Flames:
-    """The fire; arrays are (floors, rows, cols).
+    """The fire; arrays are (floors, rows, cols)."""
 
-    arrival  seconds, when each cell begins to burn (inf: never, as far as now known)
-    burning  bool
-    harm     health lost per second there, heat and flames [B7]
-    cost     metres that a metre there counts as, when a way is planned
-    sources  in order of time
-    """
-
-    arrival: np.ndarray
-    burning: np.ndarray
-    harm: np.ndarray
-    cost: np.ndarray
-    sources: list[Source]
+    arrival: np.ndarray  # s, when each cell begins to burn; inf: never, as now known
+    burning: np.ndarray  # bool
+    harm: np.ndarray  # health lost per second there, heat and flames [B7]
+    cost: np.ndarray  # metres that a metre there counts as, when a way is planned
+    sources: list[Source]  # in order of time
 
     copy = _copied
 
 
 @dataclass
 class World:
-    """Everything at one instant; only the simulation writes to it.
-
-    time       seconds since the evacuation began
-    occupancy  people inside on each floor, those on the stairs included
-    burnt      (landmarks,) bool: doors that flames have destroyed [A6]
-    """
+    """Everything at one instant; only the simulation writes to it."""
 
     building: Building
-    time: float
-    occupancy: list[int]
+    time: float  # seconds since the evacuation began
+    occupancy: list[int]  # people inside on each floor, those on the stairs included
     bodies: Bodies
     minds: list[Mind]
     robots: list[Robot]
     flames: Flames
-    burnt: np.ndarray
+    burnt: np.ndarray  # (landmarks,) bool: doors that flames have destroyed [A6]
 
     def copy(self) -> "World":
-        """A world that can run on without touching this one."""
-        return replace(
-            self,
-            occupancy=self.occupancy.copy(),
-            bodies=self.bodies.copy(),
-            minds=[m.copy() for m in self.minds],
-            robots=[r.copy() for r in self.robots],
-            flames=self.flames.copy(),
-            burnt=self.burnt.copy(),
-        )
+        """A copy that can run on without touching this one."""
+        other: World = _copied(self)
+        other.minds = [mind.copy() for mind in self.minds]
+        other.robots = [robot.copy() for robot in self.robots]
+        return other
 
     @property
     def graph(self) -> Graph:

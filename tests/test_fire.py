@@ -248,7 +248,7 @@ def test_doors_and_exits_burn_slowly():
     """Every border of a door takes DOOR_DELAY_FACTOR times as long, no other does."""
     building = shipped("paper")
     slow = Spread(building, np.random.default_rng(1)).delays.tocoo()
-    with patch("reference.flames.DOOR_DELAY_FACTOR", 1.0):
+    with patch("reference.paper.DOOR_DELAY_FACTOR", 1.0):
         quick = Spread(building, np.random.default_rng(1)).delays.tocoo()
     kind = building.kind.ravel()
     ends = np.stack([kind[slow.row], kind[slow.col]])

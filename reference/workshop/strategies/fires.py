@@ -1,4 +1,4 @@
-"""Scripted fires beyond the simplest; add your own here and name it in `FIRES`.
+"""Scripted fires beyond the simplest; to add one, see the folder's `__init__`.
 
 Clauses: D2, D6.
 
@@ -16,10 +16,10 @@ from reference.world import Source, World
 
 
 class GreedyFire:
-    """Attacks the ways people are using: the cell that most are about to cross."""
+    """Attacks the ways people use: lights the cell that most are about to cross."""
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
-        """The busiest free cell of all floors, a random one among equals."""
+        """Choose the busiest free cell of all floors, at random among equals."""
         traffic = self._traffic(world)
         traffic[~free_places(world)] = 0
         if not traffic.any():
@@ -28,7 +28,7 @@ class GreedyFire:
 
     @staticmethod
     def _traffic(world: World) -> np.ndarray:
-        """(places,) how many people will cross each place on the way to their goals."""
+        """Walk everyone to their goals; (places,) how many people cross each place."""
         nav, bodies = navigation_of(world.building), world.bodies
         traffic = np.zeros(nav.places)
         for i in np.flatnonzero(bodies.walking).tolist():
@@ -40,12 +40,12 @@ class GreedyFire:
 
 
 class Replay:
-    """Sources of an earlier run once more: the same fires for others."""
+    """Lights the sources of an earlier run again: the same fires for others."""
 
     def __init__(self, sources: Iterable[Source]):
         self.sources = sorted(sources, key=lambda source: source.time)
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
-        """The next source, once its time has come; rule D6 holds as for any fire."""
+        """Choose the next source once its time has come; rule D6 holds."""
         left = self.sources[len(world.flames.sources) :]
         return left[0][:3] if left and left[0].time <= world.time else None

@@ -1,4 +1,4 @@
-"""Hand-written robots beyond the simplest; add your own and name it in `ROBOTS`.
+"""Hand-written robots beyond the simplest; to add one, see the folder's `__init__`.
 
 Clauses: C5, C7.
 
@@ -16,9 +16,11 @@ from reference.paper import NEAR_STAIRWELL
 from reference.robots import Destination, flame_cost
 from reference.world import NOBODY, Robot, World
 
+GROUP_RADIUS = 4.0  # [C7, chosen] metres: who stands so near is of the same group
+
 
 class Patrol:
-    """A round through all rooms of the floor, and out after each: room, way out, ..."""
+    """Walks a round through all rooms of the floor, to the way out after each."""
 
     def __init__(self) -> None:
         self._stops: dict[int, list[Destination]] = {}
@@ -26,7 +28,7 @@ class Patrol:
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> list[Destination | None]:
-        """The next stop once the last is reached."""
+        """Choose the next stop once the last is reached."""
         return [self._next(world, robot) for robot in robots]
 
     def _next(self, world: World, robot: Robot) -> Destination | None:
@@ -40,19 +42,18 @@ class Patrol:
 class Sweep:
     """Fetches groups not yet guided and leads them out where risk is least.
 
-    Goes where it saves most people per metre, the way out included: on with those it
-    leads, or first to one more group. Flames make a way longer, so that a way that
-    begins to burn is given up at the next decision.
+    Saves most people per metre, the way out included: goes on with those it leads, or
+    first to one more group. Flames count as metres, so a way that begins to burn is
+    given up at the next decision.
     """
 
     AT_HAND = 2.0  # [C7, chosen] metres: so near it, people follow or will not
-    GROUP_RADIUS = 4.0  # [C7, chosen] metres: who stands so near is of the same group
     TRIP = 5.0  # [C7, chosen] metres that each way out costs besides, to come back
 
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> list[Destination | None]:
-        """Robots choose in turn, each among the groups the others left over."""
+        """Let robots choose in turn, each among the groups the others left over."""
         guide, lost = guided_by(world), unguided(world)
         return [
             self._one(world, robot, int((guide == robot.body).sum()), lost)
@@ -62,20 +63,21 @@ class Sweep:
     def _one(
         self, world: World, robot: Robot, led: int, lost: np.ndarray
     ) -> Destination | None:
-        """One robot's choice; takes the group it chooses out of `lost`."""
+        """Choose for one robot; take the group it chooses out of `lost`."""
         nav = navigation_of(world.building)
         d = nav.distances([robot.place], flame_cost(world, robot.floor))
         out = self._way_out(world, robot, d)
-        groups = Groups(world, robot.floor, lost, self.GROUP_RADIUS)
-        groups.drop(d[groups.place] < self.AT_HAND)
-        if len(groups.heads):
+        heads, groups = groups_of(world, robot.floor, lost)
+        far = d[world.bodies.place[heads]] >= self.AT_HAND
+        heads, groups = heads[far], groups[far]
+        if len(heads):
+            place = world.bodies.place[heads]
             on = nav.distance[out] if out is not None else np.zeros(nav.places)
-            metres = self.TRIP + d[groups.place] + on[groups.place]
-            rate = (led + groups.sizes) / metres
+            rate = (led + groups.sum(axis=1)) / (self.TRIP + d[place] + on[place])
             best = int(np.argmax(rate))
             if not led or rate[best] > led / (self.TRIP + d[on == 0].min()):
-                lost[groups.members[best]] = False
-                return _metres(world.bodies.position[groups.heads[best]])
+                lost[groups[best]] = False
+                return _metres(world.bodies.position[heads[best]])
         if out is not None and led:
             return world.building.landmarks[out].position
         return self._station(world, robot)
@@ -84,49 +86,32 @@ class Sweep:
     def _way_out(world: World, robot: Robot, d: np.ndarray) -> int | None:
         """The exit or entrance with the least risky way, flames counted as metres."""
         nav, building = navigation_of(world.building), world.building
-        ways = {
-            mark: float(d[nav.distance[mark] == 0].min())
-            for mark in building.ways_out(robot.floor)
-        }
-        return min(ways, key=lambda mark: ways[mark], default=None)
+        marks = building.ways_out(robot.floor)
+        return min(marks, key=lambda m: d[nav.distance[m] == 0].min(), default=None)
 
     @staticmethod
     def _station(world: World, robot: Robot) -> Destination | None:
         """Before the busiest stairwell, where people still come down."""
         building, bodies = world.building, world.bodies
         coming = bodies.stairwell[bodies.inside & (bodies.stairwell >= 0)]
-        shafts = [
-            k for k, s in enumerate(building.stairwells) if s.lowest == robot.floor
-        ]
-        if not shafts:
+        ends = [well.lowest == robot.floor for well in building.stairwells]
+        wells = np.flatnonzero(ends).tolist()
+        if not wells:
             return None
-        counts = [int((coming == k).sum()) for k in shafts]
-        k = shafts[int(np.argmax(counts))] if any(counts) else robot.team % len(shafts)
+        counts = [int((coming == k).sum()) for k in wells]
+        k = wells[int(np.argmax(counts))] if any(counts) else robot.team % len(wells)
         return before_stairwell(building, robot.floor, k)
 
 
-class Groups:
-    """People of one floor who lead themselves, each with all lost people around.
-
-    heads: (k,) people; place: (k,) where; members: k arrays of people; sizes: (k,)
-    """
-
-    def __init__(self, world: World, floor: int, lost: np.ndarray, radius: float):
-        bodies = world.bodies
-        people = np.flatnonzero(lost & (bodies.floor == floor))
-        self.heads = people[bodies.leader[people] == NOBODY]
-        self.place = bodies.place[self.heads]
-        off = bodies.position[self.heads, None] - bodies.position[people]
-        near = np.hypot(off[..., 0], off[..., 1]) < radius
-        self.members = [people[row] for row in near]
-        self.sizes = near.sum(axis=1)
-
-    def drop(self, which: np.ndarray) -> None:
-        """Leave these out; which: (k,) bool."""
-        keep = np.flatnonzero(~which)
-        self.heads, self.place = self.heads[keep], self.place[keep]
-        self.members = [self.members[k] for k in keep]
-        self.sizes = self.sizes[keep]
+def groups_of(
+    world: World, floor: int, lost: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """(k,) people of a floor who lead themselves; (k, n) bool: the lost around each."""
+    bodies = world.bodies
+    mine = lost & (bodies.floor == floor)
+    heads = np.flatnonzero(mine & (bodies.leader == NOBODY))
+    off = bodies.position[heads, None] - bodies.position
+    return heads, mine & (np.hypot(off[..., 0], off[..., 1]) < GROUP_RADIUS)
 
 
 def guided_by(world: World) -> np.ndarray:
@@ -148,10 +133,10 @@ def unguided(world: World) -> np.ndarray:
 
 
 @lru_cache(maxsize=64)
-def before_stairwell(building: Building, floor: int, shaft: int) -> Destination:
+def before_stairwell(building: Building, floor: int, index: int) -> Destination:
     """The nearest room cell outside a stairwell that Eq. 1 does not pull inside."""
     nav = navigation_of(building)
-    well = building.stairwells[shaft]
+    well = building.stairwells[index]
     d = nav.distance[well.entrances[floor][0]].copy()
     d[building.kind.ravel() != Kind.FLOOR] = np.inf
     off = nav.centres - well.centre
