@@ -149,12 +149,12 @@ def test_nothing_is_written_without_a_folder(small):
 
 
 def test_torch_is_not_loaded_where_nobody_learned():
-    """Processes that evaluate scripts start at once."""
+    """Processes that evaluate scripts and the look-ahead start at once."""
     program = (
         "import sys\n"
         "from reference.workshop.evaluation.crossplay import Asked, begin, evaluate\n"
         "from reference.workshop.workers import InProcess\n"
-        "asked = Asked(('none',), ('none',), 'tiny', people=1, episodes=1)\n"
+        "asked = Asked(('none',), ('worst-case',), 'tiny', people=1, episodes=1)\n"
         "evaluate(begin(asked), None, InProcess())\n"
         "print('torch' in sys.modules)\n"
     )

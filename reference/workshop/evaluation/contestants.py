@@ -3,7 +3,7 @@
 Clauses: C7, D2, F4.  torch is loaded only when a checkpoint is named.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,12 +15,9 @@ from reference.learning.settings import Side, did_you_mean
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.evaluation.worst_case import BusiestWay, WorstCase
-from reference.workshop.strategies import FIRES, ROBOTS, fire_named, robots_named
+from reference.workshop.strategies import FIRES, ROBOTS
 
-SCRIPTS: dict[Side, tuple[str, ...]] = {
-    "robots": tuple(ROBOTS),
-    "fire": tuple(FIRES),
-}
+SCRIPTS: dict[Side, tuple[str, ...]] = {"robots": (*ROBOTS,), "fire": (*FIRES,)}
 """Hand-written strategies."""
 
 WORST, BUSIEST, CRITIC, PERTURBED = "worst-case", "busiest", "critic:", "perturbed:"
@@ -31,6 +28,12 @@ NAMES: dict[Side, tuple[str, ...]] = {
 }
 """All words there are, for people: FILE is a checkpoint or the folder of a training,
 EPS are metres."""
+
+
+STRATEGIES: dict[Side, dict[str, Callable[[], Any]]] = {
+    "robots": {**ROBOTS},
+    "fire": {**FIRES, BUSIEST: BusiestWay, WORST: WorstCase},
+}
 
 
 @dataclass(frozen=True)
@@ -68,22 +71,19 @@ def _kept(word: str, side: Side, sample: bool) -> Any:
 def contestant(text: str, side: Side, sample: bool = False) -> Any:
     """Make the strategy that a word names, as `Simulation` takes it.
 
-    `busiest` is the fire beside the busiest ways,
-    `worst-case` the one that looks ahead, `critic:FILE` the one that asks the critic of
-    a checkpoint's robots; `perturbed:EPS:FILE` are a checkpoint's robots whose
-    observations are off by up to EPS metres; FILE alone is the policy that was learned
-    for this side. sample: draw its actions instead of taking the likeliest; it changes
-    nobody else's.
+    `busiest` is the fire beside the busiest ways, `worst-case` the one that looks
+    ahead, `critic:FILE` the one that asks the critic of a checkpoint's robots;
+    `perturbed:EPS:FILE` are a checkpoint's robots whose observations are off by up to
+    EPS metres; FILE alone is the policy that was learned for this side. sample: draw
+    its actions instead of taking the likeliest; it changes nobody else's.
 
     Raises ValueError for a word that means nothing, with the nearest that does, and
     for a checkpoint that does not have what is asked of it; OSError for a file that
     cannot be read.
     """
     refuse_nobody(text, side, NAMES[side])
-    if text in SCRIPTS[side]:
-        return robots_named(text) if side == "robots" else fire_named(text)
-    if side == "fire" and text in (BUSIEST, WORST):
-        return BusiestWay() if text == BUSIEST else WorstCase()
+    if text in STRATEGIES[side]:
+        return STRATEGIES[side][text]()
     if side == "fire" and text.startswith(CRITIC):
         from reference.workshop.evaluation.worst_case.critic import CriticFire
 
@@ -120,7 +120,7 @@ def refuse_nobody(text: str, side: Side, words: Sequence[str]) -> None:
 
 
 def _metres_and_file(text: str) -> tuple[float | None, str]:
-    """EPS, if it is there, and FILE."""
+    """Split `EPS:FILE`; None for an EPS that is not there."""
     metres, _, file = text.partition(":")
     try:
         return float(metres), file

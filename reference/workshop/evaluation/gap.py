@@ -1,9 +1,8 @@
-"""How much harm fires do: their placements re-scored in fresh futures, and their cost.
+"""Re-score where fires break out in fresh futures, and count what choosing costs.
 
 Clause: F4.  Neither a critic nor a look-ahead is believed: several fires choose at the
-same moments, and what each chose is then run to the end in the same futures, which none
-of them has seen, with the same rule for later fires.  The functions that do it are
-pure, so that any executor may call them.
+same moments, and what each chose is then simulated to the end in the same futures,
+which none of them has seen, with the same rule for later fires.
 
     M  moments;  K  futures of each
 """
@@ -36,7 +35,7 @@ LATEST = 4
 
 @dataclass(frozen=True)
 class Question:
-    """Where would these fires break out at one moment, and what does that do?
+    """Which fires are asked at which moment of an evacuation.
 
     evacuation  in which the moment is, with random fires till then
     fires       words that `contestant` knows
@@ -52,7 +51,7 @@ class Question:
 
 @dataclass(frozen=True)
 class Answer:
-    """What each fire's placement leaves.
+    """The rewards that each fire's placement leaves.
 
     rewards   by fire, K: from the moment on
     unlit     K: the same if no fire breaks out at this turn
@@ -107,7 +106,7 @@ def answer(question: Question) -> Answer | None:
 
 
 class _Pause(RandomFire):
-    """Random fires, and how things stood when so many had broken out."""
+    """Random fires that keep the simulation when so many have broken out."""
 
     def __init__(self, before: int):
         self.before = before
@@ -129,7 +128,7 @@ def moment_of(question: Question) -> Simulation | None:
 
 
 def placement_of(fire: Any, now: Simulation) -> Decision | None:
-    """Where a fire breaks out now, by all the rules; None if it does not."""
+    """Let a fire choose now, by all the rules; None if it does not break out."""
     trial = now.copy()
     trial.fire_strategy = fire
     lit = [event for event in trial.step() if isinstance(event, FireLit)]
@@ -137,7 +136,7 @@ def placement_of(fire: Any, now: Simulation) -> Decision | None:
 
 
 def _reward(future: Simulation, placement: Decision | None) -> float:
-    """To the end of a future, with a fire there and then beside the busiest ways."""
+    """Simulate a future to its end, with a fire there, then beside the busiest ways."""
     run = future.copy()
     run.fire_strategy = FirstAt(placement)
     run.run()
@@ -148,15 +147,12 @@ def _reward(future: Simulation, placement: Decision | None) -> float:
 
 
 def harm(answers: Sequence[Answer], fire: str) -> Interval:
-    """How much reward a fire costs, compared with no fire at this turn.
-
-    Raises ValueError for no answers, as all of these do.
-    """
+    """Average `harms` over moments. Raises ValueError for no answers, as all do."""
     return of_mean(harms(answers, fire))
 
 
 def harms(answers: Sequence[Answer], fire: str) -> np.ndarray:
-    """(M,) the same at each moment."""
+    """(M,) how much reward a fire costs, compared with no fire at this turn."""
     unlit = np.array([np.mean(answer.unlit) for answer in answers])
     return unlit - _means(answers, fire)
 

@@ -1,4 +1,4 @@
-"""Cross-play: every robots' strategy against every fire, on the same seeds.
+"""Cross-play: evaluate all robots' strategies against all fires, on the same seeds.
 
 Clauses: F9, F12.  Read `records` (one run), `asked` (what is evaluated), `playing` (all
 runs) and `results` (what they come to).
@@ -18,15 +18,8 @@ from reference.workshop.evaluation.crossplay.asked import (
     resume,
     unlike_training,
 )
-from reference.workshop.evaluation.crossplay.playing import (
-    evacuation_of,
-    evaluate,
-)
-from reference.workshop.evaluation.crossplay.records import (
-    Match,
-    Record,
-    read,
-)
+from reference.workshop.evaluation.crossplay.playing import evacuation_of, evaluate
+from reference.workshop.evaluation.crossplay.records import Match, Record, read
 from reference.workshop.evaluation.crossplay.results import (
     Cell,
     as_json,
@@ -37,26 +30,3 @@ from reference.workshop.evaluation.crossplay.results import (
     write,
     written,
 )
-
-__all__ = [
-    "EPISODES",
-    "Arena",
-    "Asked",
-    "Cell",
-    "Evaluation",
-    "Match",
-    "Record",
-    "as_json",
-    "begin",
-    "cells",
-    "evacuation_of",
-    "evaluate",
-    "figure_of",
-    "read",
-    "resume",
-    "ruler_of",
-    "table",
-    "unlike_training",
-    "write",
-    "written",
-]
