@@ -5,6 +5,7 @@ import os
 import re
 from base64 import b64decode
 from dataclasses import replace
+from functools import cache
 from io import BytesIO
 from itertools import pairwise
 from math import ceil
@@ -27,32 +28,57 @@ from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop import drawing
 from reference.workshop.drawing import film, relief
 from reference.workshop.drawing.evacuation import EMBER, FLAME, SOURCE, STEPS, Scene
-from reference.workshop.drawing.page import COLOURS, MEANINGS, arrange
+from reference.workshop.drawing.page import COLOURS, MEANINGS, arrange, sheet
 from reference.workshop.drawing.plans import outward, widest
 from reference.workshop.strategies.robots import Sweep
 from reference.world import Fate, Mode
 
-FLOORS = sorted((Path(__file__).parent.parent / "floors").glob("*.txt"))
-VIEWS = (
-    drawing.top,
-    drawing.oblique,
-    drawing.walkable,
-    drawing.closeup,
-    drawing.graph,
-)
-SHORT = Scenario(people=8, robots_per_floor=1, time_limit=8.0)
+FLOORS = ("paper", "tiny", "tower", "maze")
+"""Three tall floors, two wide ones, five, which wrap, and one."""
+
+VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
+SHORT = Scenario(people=8, robots_per_floor=1, time_limit=6.0)
 
 
-@pytest.fixture(scope="module")
+@cache
+def house(name):
+    """A shipped building, read once."""
+    return load(name)
+
+
+@cache
+def drawn(view, name):
+    """A view of a shipped building, drawn once for all who look at it."""
+    return getattr(drawing, view)(house(name))
+
+
+@pytest.fixture
 def tiny():
     """Two small floors."""
-    return load("tiny")
+    return house("tiny")
+
+
+@pytest.fixture
+def institute():
+    """The paper's building."""
+    return house("paper")
 
 
 @pytest.fixture(scope="module")
-def institute():
-    """The paper's building."""
-    return load("paper")
+def gif(tmp_path_factory):
+    """A short film as GIF, the simulation that it shows, and its outcome."""
+    path = tmp_path_factory.mktemp("film") / "film.gif"
+    run = Simulation(house("tiny"), SHORT, seed=1, fire=RandomFire(), robots=Sweep())
+    return path, run, drawing.animate(run, path, progress=False)
+
+
+@pytest.fixture(scope="module")
+def player(tmp_path_factory):
+    """The same as a page with a player, five frames a second, and its simulation."""
+    path = tmp_path_factory.mktemp("film") / "film.html"
+    run = Simulation(house("tiny"), SHORT, seed=1, fire=RandomFire(), robots=Sweep())
+    drawing.animate(run, path, seconds_per_frame=0.2, progress=False)
+    return path.read_text(encoding="utf-8"), run
 
 
 @pytest.fixture
@@ -99,30 +125,30 @@ def words(figure):
 
 
 @pytest.mark.paper("A8", "Figs. 4-6")
-@pytest.mark.parametrize("kind", list(Kind), ids=lambda kind: kind.name.lower())
-def test_every_cell_has_the_colour_of_its_kind_at_its_place_in_metres(tiny, kind):
+def test_every_cell_has_the_colour_of_its_kind_at_its_place_in_metres(tiny):
     """Walls are dark, doors blue, entrances purple, exits green: where they stand."""
-    row, col = np.argwhere(tiny.kind[0] == kind)[0]
-    x, y = tiny.metres(row, col)
     axes = drawing.top(tiny, floor=0).axes[0]
-    np.testing.assert_allclose(
-        colour_at(axes, x - 0.4, y + 0.4), to_rgb(COLOURS[kind]), atol=0.01
-    )
+    image = pixels(axes.figure)[::-1]
+    for kind in Kind:
+        x, y = tiny.metres(*np.argwhere(tiny.kind[0] == kind)[0])
+        across, up = axes.transData.transform((x - 0.4, y + 0.4)).astype(int)
+        ink = to_rgb(COLOURS[kind])
+        np.testing.assert_allclose(image[up, across], ink, atol=0.01)
 
 
 @pytest.mark.paper("A8", "Figs. 4-6")
-def test_the_legend_names_all_seven_meanings(tiny):
+def test_the_legend_names_all_seven_meanings():
     """A reader needs no other page to understand this one."""
-    legend = drawing.top(tiny).legends[0]
+    legend = drawn("top", "tiny").legends[0]
     assert [text.get_text() for text in legend.get_texts()] == list(MEANINGS.values())
 
 
 @pytest.mark.paper("A8")
-@pytest.mark.parametrize("view", VIEWS, ids=lambda view: view.__name__)
-@pytest.mark.parametrize("path", FLOORS, ids=lambda path: path.stem)
-def test_nothing_is_clipped_in_any_view_of_any_building(path, view):
+@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("name", FLOORS)
+def test_nothing_is_clipped_in_any_view_of_any_building(name, view):
     """One storey or five, wide or tall: all that is drawn lies inside its page."""
-    assert_on_page(view(load(str(path))))
+    assert_on_page(drawn(view, name))
 
 
 @pytest.mark.paper("A8", "Figs. 4-6")
@@ -154,8 +180,8 @@ def test_a_name_stands_in_the_largest_box_of_an_angled_room():
 @pytest.mark.paper("A8", "Figs. 4-6")
 def test_every_name_lies_inside_its_room(institute):
     """All four corners of the writing are in the room that is written on."""
-    figure = drawing.top(institute)
-    pixels(figure)
+    figure = drawn("top", "paper")
+    figure.draw_without_rendering()
     named = [area for area in institute.areas if not area.name.startswith("room-")]
     written = 0
     for floor, axes in enumerate(figure.axes):
@@ -171,7 +197,7 @@ def test_every_name_lies_inside_its_room(institute):
 @pytest.mark.paper("A2")
 def test_the_drawn_graph_has_all_nodes_and_its_edges_never_cross_a_wall(institute):
     """An edge goes round the corners of its room and through its door."""
-    figure = drawing.graph(institute)
+    figure = drawn("graph", "paper")
     assert {area.name for area in institute.areas} <= words(figure)
     edges = 0
     for floor, axes in enumerate(figure.axes):
@@ -242,17 +268,15 @@ def test_a_thin_wall_reaches_exactly_to_its_neighbours():
 def test_the_walkable_picture_says_how_much_one_may_walk_on(tiny):
     """The number is the building's own."""
     area = int((tiny.kind >= Kind.FLOOR).sum())
-    assert f"Tiny office: where one may walk, {area} m²" in words(
-        drawing.walkable(tiny)
-    )
+    title = f"Tiny office: where one may walk, {area} m²"
+    assert title in words(drawn("walkable", "tiny"))
 
 
 @pytest.mark.paper("A8", "Fig. 3")
-@pytest.mark.parametrize("path", FLOORS, ids=lambda path: path.stem)
-def test_the_close_up_finds_every_kind_of_passage_there_is(path):
+@pytest.mark.parametrize("name", FLOORS)
+def test_the_close_up_finds_every_kind_of_passage_there_is(name):
     """An exit, an entrance and a door, wherever the building has them."""
-    building = load(str(path))
-    figure = drawing.closeup(building)
+    building, figure = house(name), drawn("closeup", name)
     named = {text.get_text() for axes in figure.axes for text in axes.texts}
     assert {MEANINGS[mark.kind] for mark in building.landmarks} <= named
 
@@ -345,10 +369,10 @@ def test_robots_destinations_flames_and_burnt_doors_have_marks_of_their_own(simu
     assert count["burnt door"] == 2
 
 
-@pytest.mark.parametrize("path", FLOORS, ids=lambda path: path.stem)
-def test_no_instant_of_any_building_is_clipped(path):
+@pytest.mark.parametrize("name", FLOORS)
+def test_no_instant_of_any_building_is_clipped(name):
     """The floors, the curve and the legend find room on the same page."""
-    world = Simulation(load(str(path)), SHORT, fire=RandomFire(), robots=Sweep()).world
+    world = Simulation(house(name), SHORT, fire=RandomFire(), robots=Sweep()).world
     assert_on_page(drawing.frame(world))
 
 
@@ -437,27 +461,27 @@ def frames_of(simulation, seconds):
     return 1 + ceil(round(simulation.world.time / simulation.tick) / round(seconds * 5))
 
 
-def test_a_gif_has_a_frame_for_every_instant_and_they_differ(simulation, tmp_path):
+def test_a_gif_has_a_frame_for_every_instant_and_they_differ(gif):
     """The film begins with the beginning and holds the end for three seconds."""
-    drawing.animate(simulation, tmp_path / "film.gif", progress=False)
-    with Image.open(tmp_path / "film.gif") as gif:
-        frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(gif)]
+    path, simulation, _ = gif
+    with Image.open(path) as film:
+        frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(film)]
         assert len(frames) == frames_of(simulation, 0.4)
-        assert gif.info["duration"] == 3000
-        assert gif.info["loop"] == 0
+        assert film.info["duration"] == 3000
+        assert film.info["loop"] == 0
     assert {frame.size for frame in frames} == {frames[0].size}
     assert np.any(np.asarray(frames[0]) != np.asarray(frames[-1]))
 
 
-def test_the_patches_of_a_gif_add_up_to_the_page(simulation, tmp_path):
+def test_the_patches_of_a_gif_add_up_to_the_page(gif):
     """The last frame is the page as it is drawn, but for a palette of 256 colours."""
-    drawing.animate(simulation, tmp_path / "film.gif", progress=False)
+    path, simulation, _ = gif
     scene, world = Scene(simulation.building, 8, film.DPI), simulation.world
     scene.show(world, [drawing.tally(world)])
     page = film._painter(scene)()[..., :3].astype(int)
-    with Image.open(tmp_path / "film.gif") as gif:
-        gif.seek(gif.n_frames - 1)
-        last = np.asarray(gif.convert("RGB")).astype(int)
+    with Image.open(path) as shown:
+        shown.seek(shown.n_frames - 1)
+        last = np.asarray(shown.convert("RGB")).astype(int)
     floors = slice(0, len(page) - 150)  # the curve knows the past
     off = np.abs(page - last)[floors].max(axis=2)
     assert (off < 24).mean() > 0.995
@@ -474,30 +498,23 @@ def test_every_colour_that_is_drawn_with_is_in_the_palette():
     assert np.abs(shown - rows[..., :3]).max() <= 6
 
 
-def test_a_film_changes_nothing_in_what_it_films(tiny, simulation, tmp_path):
+def test_a_film_changes_nothing_in_what_it_films(tiny, gif):
     """The outcome is that of the same run unseen."""
-    filmed = drawing.animate(simulation, tmp_path / "film.gif", progress=False)
-    assert (
-        filmed
-        == Simulation(tiny, SHORT, seed=1, fire=RandomFire(), robots=Sweep()).run()
-    )
+    unseen = Simulation(tiny, SHORT, seed=1, fire=RandomFire(), robots=Sweep()).run()
+    assert gif[2] == unseen
 
 
-def test_the_player_is_one_page_without_any_link(simulation, tmp_path):
+def test_the_player_is_one_page_without_any_link(player):
     """It opens from a memory stick in a classroom without a network."""
-    target = tmp_path / "film.html"
-    drawing.animate(simulation, target, progress=False)
-    page = target.read_text(encoding="utf-8")
+    page, _ = player
     assert not re.search(r"https?:|<link|<script .*src|@import", page)
     for part in ("<canvas", "<button", 'type="range"', "Tiny office"):
         assert part in page
 
 
-def test_the_player_holds_every_frame_and_whole_ones_to_jump_to(simulation, tmp_path):
+def test_the_player_holds_every_frame_and_whole_ones_to_jump_to(player):
     """Every 25th frame is a whole page, the others only what changed."""
-    target = tmp_path / "film.html"
-    drawing.animate(simulation, target, seconds_per_frame=0.2, progress=False)
-    page = target.read_text(encoding="utf-8")
+    page, simulation = player
     lines = page.split("const frames = [\n")[1].split("];\n")[0].splitlines()
     frames = [json.loads(line.rstrip(",")) for line in lines]
     sizes = [Image.open(BytesIO(b64decode(png))).size for _, _, png in frames]
@@ -588,10 +605,10 @@ def test_refuses_a_pace_that_is_none(simulation, tmp_path):
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf", ".PNG"])
-def test_a_figure_is_saved_whole_and_alone(tiny, tmp_path, suffix):
+def test_a_figure_is_saved_whole_and_alone(tmp_path, suffix):
     """The partial file beside it is gone."""
     target = tmp_path / f"plan{suffix}"
-    assert drawing.save(drawing.top(tiny), target) == target
+    assert drawing.save(sheet("A plan", 3, 2), target) == target
     assert target.stat().st_size > 1000
     assert list(tmp_path.iterdir()) == [target]
 
@@ -602,34 +619,35 @@ def test_a_name_may_hold_any_sign_and_any_length(tiny):
     storeys = tuple(replace(storey, name=name) for storey in tiny.plan.storeys)
     bank = build(replace(tiny.plan, title=name, storeys=storeys))
     world = Simulation(bank, SHORT, fire=RandomFire(), robots=Sweep()).world
-    for figure in (*(view(bank) for view in VIEWS), drawing.frame(world)):
+    views = (getattr(drawing, view)(bank) for view in VIEWS)
+    for figure in (*views, drawing.frame(world)):
         assert_on_page(figure)
 
 
-def test_a_full_disk_is_told_with_the_name_of_the_file(tiny, tmp_path, monkeypatch):
+def test_a_full_disk_is_told_with_the_name_of_the_file(tmp_path, monkeypatch):
     """And with one thing to do; nothing half-written is left."""
-    figure, full = drawing.top(tiny), OSError(28, "No space left on device")
+    figure, full = sheet("A plan", 3, 2), OSError(28, "No space left on device")
     monkeypatch.setattr(figure, "savefig", Mock(side_effect=full))
     with pytest.raises(OSError, match=r"plan\.png: cannot be written \(No space"):
         drawing.save(figure, tmp_path / "plan.png")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_refuses_a_picture_in_an_unknown_format(tiny):
+def test_refuses_a_picture_in_an_unknown_format():
     """The message says which there are."""
     with pytest.raises(ValueError, match=r"plan\.bmp.*End the name in \.png, \.svg or"):
-        drawing.save(drawing.top(tiny), "plan.bmp")
+        drawing.save(sheet("A plan", 3, 2), "plan.bmp")
 
 
-def test_refuses_a_folder_that_is_not_there(tiny, tmp_path):
+def test_refuses_a_folder_that_is_not_there(tmp_path):
     """The message names the file that was asked for, not a partial one."""
     with pytest.raises(OSError, match=r"plan\.png: cannot be written"):
-        drawing.save(drawing.top(tiny), tmp_path / "nowhere" / "plan.png")
+        drawing.save(sheet("A plan", 3, 2), tmp_path / "nowhere" / "plan.png")
 
 
-def test_a_failed_save_leaves_nothing(tiny, tmp_path, monkeypatch):
+def test_a_failed_save_leaves_nothing(tmp_path, monkeypatch):
     """Not even the partial file."""
-    figure = drawing.top(tiny)
+    figure = sheet("A plan", 3, 2)
     monkeypatch.setattr(figure, "savefig", lambda path: 1 / 0)
     with pytest.raises(ZeroDivisionError):
         drawing.save(figure, tmp_path / "plan.png")

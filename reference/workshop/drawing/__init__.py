@@ -1,9 +1,9 @@
-"""Pictures of buildings and evacuations: figures, and films that end in a file.
+"""Pictures of buildings, evacuations and results: figures, and films.
 
 Clause: A8, each of the paper's figures has a counterpart here; none needs a display.
-Read `page` (ink and paper) first, then `plans`, `relief` and `details` (buildings),
-then `evacuation` (one instant), `film` (all of them), and last `senses`
-(what an agent sees) and `curves` (how a training went).
+Read `page` (style, legends, labels) first, then `plans` and `relief` (buildings),
+`evacuation` (one instant), `film` (all of them), `senses` (what an agent observes) and
+`curves` (how a training went).
 """
 
 from reference.workshop.drawing.evacuation import Tally, frame, tally

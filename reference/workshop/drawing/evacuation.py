@@ -20,7 +20,6 @@ from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import Bbox
 
 from reference.building import Building, Kind
 from reference.paper import HEALTH
@@ -28,7 +27,7 @@ from reference.workshop.drawing.page import (
     COLOURS,
     DPI,
     FAINT,
-    TEXT,
+    Style,
     arrange,
     blank,
     floor_title,
@@ -80,7 +79,7 @@ def tally(world: World) -> Tally:
 
 
 def frame(world: World, history: Sequence[Tally] | None = None) -> Figure:
-    """People, robots and fire on all floors at one instant.
+    """Draw people, robots and fire on all floors at one instant.
 
     history: the tallies up to now, oldest first, for the curve of who is out.
     """
@@ -90,7 +89,7 @@ def frame(world: World, history: Sequence[Tally] | None = None) -> Figure:
 
 
 class Scene:
-    """A page whose still parts are drawn once and whose moving parts can be moved.
+    """A page whose still parts are drawn once, and its moving parts.
 
     moving  the artists that `show` changes, in the order they are painted
     still   False after `show` had to change the page itself; paint all of it anew
@@ -105,9 +104,10 @@ class Scene:
         self.offset = layout.corners - frame.min
         self.building, self.title = building, _title(self.figure, building)
         self.curve, self.lines = _curve(self.figure, people)
-        looks = _looks(layout.scale * 72)
-        self.marks = {name: self.axes.plot([], [], **looks[name])[0] for name in looks}
-        self.people = {mode: self._crowd(mode, layout.scale * 72) for mode in Mode}
+        metre = layout.scale * 72  # in points
+        looks = _looks(metre).items()
+        self.marks = {name: self.axes.plot([], [], **look)[0] for name, look in looks}
+        self.people = {mode: self._crowd(mode, metre) for mode in Mode}
         _legend(self.figure)
         _health_bar(self.figure)
         below = [mark for name, mark in self.marks.items() if name != "robot"]
@@ -122,7 +122,7 @@ class Scene:
             artist.set_zorder(2 + order / 100)
 
     def show(self, world: World, history: Sequence[Tally]) -> None:
-        """Move everything to where it is in this world."""
+        """Move everything to where it is in a world."""
         self._show_fire(world)
         self._show_robots(world)
         self._show_people(world)
@@ -134,23 +134,14 @@ class Scene:
     # -- What moves -----------------------------------------------------------------
 
     def _crowd(self, mode: Mode, metre: float) -> PathCollection:
-        """The discs, or the triangles, that stand for people; metre: in points."""
-        size = float(np.clip(0.85 * metre, 4.5, 10))
-        return self.axes.scatter(
-            [],
-            [],
-            s=(size * (1.0 if mode is Mode.FOLLOWER else 1.25)) ** 2,
-            c=[],
-            marker="o" if mode is Mode.FOLLOWER else "^",
-            cmap=HEALTHS,
-            vmin=0,
-            vmax=HEALTH,
-            edgecolors=INK,
-            linewidths=0.7,
-        )
+        """Add discs for followers or triangles for leaders; metre: in points."""
+        shape, share = ("o", 1.0) if mode is Mode.FOLLOWER else ("^", 1.25)
+        size = (float(np.clip(0.85 * metre, 4.5, 10)) * share) ** 2
+        look: Style = {"cmap": HEALTHS, "vmin": 0, "vmax": HEALTH, "edgecolors": INK}
+        return self.axes.scatter([], [], size, marker=shape, c=[], lw=0.7, **look)
 
     def _on_page(self, floor: np.ndarray, position: np.ndarray) -> np.ndarray:
-        """(k,) floors and (k, 2) metres -> (2, k) places on the page of all floors."""
+        """Places (2, k) on the page for (k,) floors and (k, 2) metres."""
         floor = np.asarray(floor, dtype=int).reshape(-1)
         return (np.asarray(position).reshape(-1, 2) + self.offset[floor]).T
 
@@ -190,7 +181,7 @@ class Scene:
         self.marks["fire source"].set_data(*self._on_page(floors, spots))
 
     def _mark_cells(self, name: str, cells: list[list[int]]) -> None:
-        """cells: each its floor, row and column."""
+        """Put marks on cells, each given as floor, row and column."""
         spots = np.array([self.building.metres(row, col) for _, row, col in cells])
         floors = np.array([floor for floor, _, _ in cells])
         self.marks[name].set_data(*self._on_page(floors, spots))
@@ -209,7 +200,7 @@ class Scene:
 
 
 class Layout:
-    """Where the floors go: inches, with (0, 0) at the lower left of all floors.
+    """Places of the floors on the page: inches from the lower left of them all.
 
     scale    inches to a metre
     page     width and height of all floors together
@@ -230,82 +221,63 @@ class Layout:
 def _panel(
     figure: Figure, left: float, bottom: float, width: float, height: float
 ) -> Axes:
-    """Axes at a place in inches."""
+    """Add axes at a place in inches."""
     across, up = figure.get_size_inches()
     return figure.add_axes((left / across, bottom / up, width / across, height / up))
 
 
 def _floors(figure: Figure, building: Building, layout: Layout) -> Axes:
-    """One set of axes, in metres, holds all floors: fewer artists to move."""
+    """Paint all floors on one set of axes, metres: fewer artists to move."""
     wide, high = layout.page
     axes = _panel(figure, (WIDTH - wide) / 2, _STRIP, wide, high)
     axes.set(xlim=(0, wide / layout.scale), ylim=(0, high / layout.scale))
     axes.set_axis_off()
     frame = frame_of(building)
-    width, height = frame.size
     for floor, (x, y) in enumerate(layout.corners):
-        axes.imshow(
-            paint(building.kind[floor]),
-            extent=(x, x + width, y, y + height),
-            interpolation="nearest",
-            aspect="auto",
-        )
-        title = floor_title(building, floor)
-        place = (x, y + height + 0.05 / layout.scale)
-        size = text_size(title, width * layout.scale, 10)
-        name = axes.text(*place, title, fontsize=size, color=TEXT, va="bottom")
-        name.set_parse_math(False)
-    _scale_bar(axes, frame, layout)
+        where, top = (x, x + frame.width, y, y + frame.height), y + frame.height
+        axes.imshow(paint(building.kind[floor]), extent=where, aspect="auto")
+        name = floor_title(building, floor)
+        size = text_size(name, frame.width * layout.scale, 10)
+        axes.text(x, top + 0.05 / layout.scale, name, fontsize=size, va="bottom")
+    _scale_bar(axes, step_of(frame), layout)
     return axes
 
 
-def _scale_bar(axes: Axes, frame: Bbox, layout: Layout) -> None:
-    """At the upper right corner of the floors."""
+def _scale_bar(axes: Axes, metres: int, layout: Layout) -> None:
+    """Draw a scale at the upper right corner of the floors."""
     right, top = (layout.page - (0.1, 0.15)) / layout.scale
-    metres = step_of(frame)
     left = right - metres
     axes.plot([left, right], [top, top], color=FAINT, linewidth=2)
-    words = f"{metres} m  "
-    axes.text(left, top, words, fontsize=8, color=FAINT, ha="right", va="center")
+    look: Style = {"fontsize": 8, "color": FAINT, "ha": "right", "va": "center"}
+    axes.text(left, top, f"{metres} m  ", **look)
 
 
 def _title(figure: Figure, building: Building) -> Text:
-    """Empty as yet, with room for the longest title of this building."""
-    up = figure.get_size_inches()[1]
+    """Add an empty title with room for the longest one of this building."""
     longest = f"{building.title} {_COUNTS.format(999, 999, 999, 999)}"
     size = text_size(longest, WIDTH - 0.4, 14)
-    place = (0.2 / WIDTH, 1 - 0.12 / up)
-    return figure.text(
-        *place, "", fontsize=size, color=TEXT, va="top", parse_math=False
-    )
+    up = 1 - 0.12 / figure.get_size_inches()[1]
+    return figure.text(0.2 / WIDTH, up, "", fontsize=size, va="top")
 
 
 def _curve(figure: Figure, people: int) -> tuple[Axes, dict[str, Line2D]]:
-    """How many are out, inside and dead over time, at the lower right."""
+    """Add axes for how many are out, inside and dead over time."""
     axes = _panel(figure, WIDTH - 3.55, 0.42, 2.75, _STRIP - 0.6)
     axes.set(xlim=(0, 60), ylim=(-0.03 * people, 1.06 * people + 0.1))
     axes.spines[:].set_color("black")
     axes.yaxis.set_major_locator(MaxNLocator(3, integer=True))
-    axes.set_xlabel("seconds", fontsize=8, color=FAINT, labelpad=1)
-    axes.set_ylabel("people", fontsize=8, color=FAINT, labelpad=2)
+    axes.set_xlabel("seconds", fontsize=8, labelpad=1)
+    axes.set_ylabel("people", fontsize=8)
     lines = {
-        name: axes.plot([], [], color=CURVES[name], ls=_DASHES[name], lw=2, label=name)[
-            0
-        ]
-        for name in CURVES
+        name: axes.plot([], [], color=ink, ls=_DASHES[name], lw=2, label=name)[0]
+        for name, ink in CURVES.items()
     }
-    axes.legend(
-        loc="center left",
-        bbox_to_anchor=(1.0, 0.5),
-        fontsize=8,
-        frameon=False,
-        handlelength=1.8,
-        labelcolor=TEXT,
-    )
+    beside: Style = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+    axes.legend(fontsize=8, handlelength=1.8, **beside)
     return axes, lines
 
 
-def _looks(metre: float) -> dict[str, dict[str, Any]]:
+def _looks(metre: float) -> dict[str, Style]:
     """Markers of all that moves but the people; metre: in points."""
     mark = float(np.clip(metre, 5, 11))
     return {
@@ -319,15 +291,13 @@ def _looks(metre: float) -> dict[str, dict[str, Any]]:
     }
 
 
-def _marker(
-    shape: Any, size: float, fill: str, edge: str, width: float
-) -> dict[str, Any]:
+def _marker(shape: Any, size: float, fill: str, edge: str, width: float) -> Style:
     colours = {"mfc": fill, "mec": edge, "mew": width}
     return {"ls": "", "marker": shape, "ms": size, **colours}
 
 
 def _legend(figure: Figure) -> None:
-    """All shapes and colours, at the lower left."""
+    """Add legends of all shapes and colours, at the lower left."""
     looks = _looks(7.5)
     discs = {
         "follower": _marker("o", 8, STEPS[-1], INK, 0.7),
@@ -343,20 +313,17 @@ def _legend(figure: Figure) -> None:
             loc="lower left",
             bbox_to_anchor=(0.1 / WIDTH, bottom / figure.get_size_inches()[1]),
             ncols=columns,
-            fontsize=9,
-            frameon=False,
-            labelcolor=TEXT,
             handlelength=1.3,
             columnspacing=1.4,
         )
 
 
 def _health_bar(figure: Figure) -> None:
-    """What people's colours mean, between legend and curve."""
+    """Add the colour scale of health, between legend and curve."""
     axes = _panel(figure, 5.75, 0.62, 1.05, 0.14)
     steps = np.arange(HEALTHS.N)[None]
     axes.imshow(steps, cmap=HEALTHS, extent=(0, HEALTH, 0, 1), aspect="auto")
     axes.set(xticks=(0, HEALTH), yticks=())
-    axes.tick_params(labelsize=8, colors=FAINT, length=2)
+    axes.tick_params(length=2)
     axes.set_title("health", fontsize=9, loc="center", pad=3)
     axes.spines[:].set(visible=True, color="black")

@@ -103,7 +103,7 @@ def _frames(simulation: Simulation, seconds: float, progress: bool) -> Iterator[
 
 
 def _painter(scene: Scene) -> Callable[[], np.ndarray]:
-    """A function that paints the scene as it is: (rows, cols, 4) pixels.
+    """Make a function that paints the scene as it is: (rows, cols, 4) pixels.
 
     They are good until its next call.
     """
@@ -113,7 +113,7 @@ def _painter(scene: Scene) -> Callable[[], np.ndarray]:
     page = None
 
     def pixels() -> np.ndarray:
-        """The page, anew if need be, and on it what moves."""
+        """Paint the page if it changed, and on it what moves."""
         nonlocal page
         if page is None or not scene.still:
             canvas.draw()
@@ -130,12 +130,11 @@ def _painter(scene: Scene) -> Callable[[], np.ndarray]:
 
 
 class Patches:
-    """Frames as 8-bit images of the smallest box that holds all changed pixels."""
+    """Turns frames into 8-bit images of the smallest box around changed pixels."""
 
     def __init__(self) -> None:
         colours = _palette()
-        self.bytes = colours.tobytes()
-        self.table = _nearest(colours)
+        self.bytes, self.table = colours.tobytes(), _nearest(colours)
         self.before: np.ndarray | None = None
 
     def next(
@@ -156,18 +155,18 @@ class Patches:
         return image, (cols.start, rows.start)
 
     def _indices(self, colours: np.ndarray) -> np.ndarray:
-        """(k, 4) colours -> (k,) places in the palette."""
+        """Places (k,) in the palette of (k, 4) colours."""
         red, green, blue = (colours[:, :3] >> 3).astype(np.uint16).T
         return self.table[red << 10 | green << 5 | blue]
 
 
 def _span(changed: np.ndarray) -> slice:
-    """From the first changed row or column to the last; one if none has changed."""
+    """Slice from the first changed row or column to the last; one if none has."""
     return slice(int(changed[0]), int(changed[-1]) + 1) if len(changed) else slice(0, 1)
 
 
 def _palette() -> np.ndarray:
-    """(256, 3) colours: all that we draw with, and what their smoothed edges mix to."""
+    """Colours (256, 3) that we draw with, and mixes of them at smoothed edges."""
     inks = [*COLOURS.values(), *STEPS, TEXT, FAINT, INK, CHAR, SOURCE, FLAME, EMBER]
     grounds = (COLOURS[Kind.WALL], COLOURS[Kind.STAIRS], INK, FLAME)
     mixes = [(ink, ink, 0.0) for ink in (WHITE, *inks)]
@@ -182,7 +181,7 @@ def _palette() -> np.ndarray:
 
 
 def _nearest(colours: np.ndarray) -> np.ndarray:
-    """(32768,) for every colour of 5 bits a channel the nearest place but CLEAR."""
+    """Nearest place but CLEAR (32768,) for every colour of 5 bits a channel."""
     levels = np.arange(32) * 8 + 4
     cube = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1)
     return KDTree(colours[:CLEAR]).query(cube.reshape(-1, 3))[1].astype(np.uint8)
@@ -193,12 +192,12 @@ def _nearest(colours: np.ndarray) -> np.ndarray:
 
 @contextmanager
 def _gif(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
-    """One palette for all frames, each frame a patch on the last."""
+    """Write a GIF: one palette, each frame a patch on the last."""
     patches = Patches()
     with open(path, "wb") as file:
 
         def add(pixels: np.ndarray, seconds: float) -> None:
-            """The first frame with Pillow's header, the others as bare patches."""
+            """Write the first frame with a header, the others as bare patches."""
             image, corner = patches.next(pixels)
             look = {"duration": 1000 * seconds}
             if not file.tell():
@@ -215,7 +214,7 @@ def _gif(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
 
 @contextmanager
 def _html(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
-    """A page that needs nothing but itself: patches as PNGs, and a player."""
+    """Write a page that needs no other file: patches as PNGs, and a player."""
     patches, count = Patches(), 0
     title = escape(scene.building.title)
     width, height = scene.figure.canvas.get_width_height()
@@ -224,7 +223,7 @@ def _html(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
         file.write(head.substitute(title=title, width=width, height=height))
 
         def add(pixels: np.ndarray, seconds: float) -> None:
-            """A line of the page's script for each frame."""
+            """Write a line of the page's script for a frame."""
             nonlocal count
             image, corner = patches.next(pixels, whole=count % KEY_FRAMES == 0)
             png = BytesIO()
@@ -239,7 +238,7 @@ def _html(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
 
 @contextmanager
 def _mp4(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
-    """Raw frames into ffmpeg, which wants even sizes and a steady rate."""
+    """Pipe raw frames into ffmpeg, which wants even sizes and a steady rate."""
     width, height = scene.figure.canvas.get_width_height()
     raw = f"-f rawvideo -pix_fmt rgba -s {width}x{height} -r {1 / pace:g} -i -"
     even = "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white -pix_fmt yuv420p -y"

@@ -106,7 +106,7 @@ def save(figure: Figure, path: str | Path) -> Path:
 
 
 def with_suffix(path: str | Path, known: Iterable[str], what: str) -> Path:
-    """The path, if it ends as one of the known formats; else ValueError."""
+    """Check how a path ends; ValueError names the known formats."""
     path = Path(path)
     if path.suffix.lower() not in known:
         *most, last = known
@@ -118,7 +118,7 @@ def with_suffix(path: str | Path, known: Iterable[str], what: str) -> Path:
 
 
 def frame_of(building: Building) -> Bbox:
-    """The edges of all cells of a building's floors, metres."""
+    """Box around all cells of a building's floors, metres."""
     rows, cols = building.kind.shape[1:]
     left, top = building.metres(-0.5, -0.5)
     right, bottom = building.metres(rows - 0.5, cols - 0.5)
@@ -132,7 +132,7 @@ def step_of(frame: Bbox) -> int:
 
 
 def sheet(title: str, width: float, height: float) -> Figure:
-    """A titled figure, inches, in which constrained layout places axes and legends."""
+    """Make a titled figure, in inches, with constrained layout."""
     figure = blank(width, height)
     figure.set_layout_engine("constrained")
     figure.suptitle(title, fontsize=text_size(title, width - 0.4, 15))
@@ -140,7 +140,7 @@ def sheet(title: str, width: float, height: float) -> Figure:
 
 
 def blank(width: float, height: float, dpi: int = DPI) -> Figure:
-    """An empty figure that needs no display; width and height in inches."""
+    """Make an empty figure, in inches, that needs no display."""
     figure = Figure(figsize=(width, height), dpi=dpi, facecolor="white")
     FigureCanvasAgg(figure)
     return figure
@@ -152,7 +152,7 @@ def arrange(
     room: tuple[float, float],
     spare: tuple[float, float],
 ) -> tuple[int, float]:
-    """How many columns show so many panels largest, and the inches a metre then takes.
+    """Columns that show so many panels largest, and the inches a metre then takes.
 
     size   of a panel, metres;  room  for all of them, spare  around each, inches
     """
@@ -169,7 +169,7 @@ def arrange(
 def floor_page(
     building: Building, title: str, floors: tuple[int, ...]
 ) -> tuple[Figure, list[Axes]]:
-    """A titled figure with one panel in metres for each of the floors, side by side."""
+    """Make a titled figure with a panel in metres for each of the floors."""
     size = frame_of(building).size
     columns, scale = arrange(len(floors), size, _ROOM, _SPARE)
     rows = ceil(len(floors) / columns)
@@ -186,7 +186,7 @@ def floor_panels(
     columns: int,
     scale: float,
 ) -> list[Axes]:
-    """Axes in metres for floors, titled, with ticks; scale: inches to a metre."""
+    """Add titled axes in metres for each of the floors; scale: inches to a metre."""
     frame, rows, panels = frame_of(building), ceil(len(floors) / columns), []
     for place, floor in enumerate(floors):
         axes = page.add_subplot(rows, columns, place + 1, aspect="equal")
@@ -206,25 +206,25 @@ def floor_panels(
 def paint_floor(
     axes: Axes, building: Building, floor: int, fade: float = 0.0
 ) -> AxesImage:
-    """The cells of a floor in the colours of their kinds, faded towards white."""
+    """Paint the cells of a floor in the colours of their kinds, faded towards white."""
     x, y = frame_of(building).get_points().T
     image = paint(building.kind[floor], fade)
     return axes.imshow(image, extent=(*x, *y), zorder=0)
 
 
 def floor_title(building: Building, floor: int) -> str:
-    """ "Floor 2: offices", or "Floor 2" where the drawing gives no name."""
+    """Name a floor: "Floor 2: offices", or "Floor 2" where the plan has no name."""
     name = building.plan.storeys[floor].name
     return f"Floor {floor + 1}: {name}" if name else f"Floor {floor + 1}"
 
 
 def text_size(words: str, width: float, largest: float) -> float:
-    """Points at which the words fit into so many inches, if not the largest."""
+    """Font size, points, at which words fit into so many inches, or the largest."""
     return min(largest, 72 * width / (0.62 * len(words)))
 
 
 def chosen_floors(building: Building, floor: int | None) -> tuple[int, ...]:
-    """All floors, or the one asked for; ValueError where the building has no such."""
+    """All floors, or the one asked for; ValueError where there is no such floor."""
     if floor is None:
         return tuple(range(building.floors))
     if not 0 <= floor < building.floors:
@@ -242,7 +242,7 @@ def foot(
     caption: str = "",
     **look: Any,
 ) -> None:
-    """The legend along the lower edge of a page, in as few rows as fit; its caption.
+    """Add a legend along the lower edge, in as few rows as fit, under its caption.
 
     handles: entries; else whatever has a label on the axes of the page
     """
@@ -260,7 +260,7 @@ def foot(
 
 
 def swatches(kinds: Iterable[Kind] = MEANINGS) -> list[Artist]:
-    """Legend entries of what a cell can be."""
+    """Legend entries for kinds of cells."""
     return [
         Patch(facecolor=COLOURS[k], edgecolor=FAINT, linewidth=0.5, label=MEANINGS[k])
         for k in kinds
@@ -277,7 +277,7 @@ def paint(kind: np.ndarray, fade: float = 0.0) -> np.ndarray:
 
 
 def number(value: float, digits: int = 10) -> str:
-    """A number as people write it, to so many digits: 1,234.5 and −2 and 0.0000354."""
+    """Format a number to so many digits: 1,234.5 and −2 and 0.0000354."""
     decimals = digits - 1 - int(log10(abs(value)) // 1) if value else 0
     words = f"{value:,.{max(decimals, 0)}f}"
     if "." in words:
@@ -286,7 +286,7 @@ def number(value: float, digits: int = 10) -> str:
 
 
 def shortened(words: str, longest: int) -> str:
-    """The words, or their beginning and end where there are too many letters."""
+    """Shorten words to so many letters: their beginning and end."""
     half = longest // 2
     if len(words) <= longest:
         return words
@@ -345,20 +345,33 @@ def write_labels(
     for point, spot, radius, word in zip(points, spots, reach, words, strict=True):
         text = axes.annotate(word, point, (0, 0), **_LABEL | look)
         text.set_in_layout(False)
-        least, found = np.inf, (np.zeros(2), np.empty((0, 4)))
-        for place in _places(text, spot, radius, gaps, dot):
-            hidden = _hidden(axes, place[1], taken)
-            if hidden < least:
-                least, found = hidden, place
-            if not hidden:
-                break
-        if crowded and least:
+        places = _places(text, spot, radius, gaps, dot)
+        hidden, offset, shape = _first_free(axes, places, taken)
+        if crowded and hidden:
             text.remove()
             continue
-        text.set_position((found[0][0], found[0][1]))
+        text.set_position((offset[0], offset[1]))
         if text.arrow_patch is not None:
-            text.arrow_patch.set_visible(len(found[1]) > 1)
-        taken = np.vstack([taken, found[1]])
+            text.arrow_patch.set_visible(len(shape) > 1)
+        taken = np.vstack([taken, shape])
+
+
+_Place = tuple[np.ndarray, np.ndarray]
+
+
+def _first_free(
+    axes: Axes, places: Iterable[_Place], taken: np.ndarray
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """The first place that hides nothing, else that which hides least; how much."""
+    least: tuple[float, np.ndarray, np.ndarray] | None = None
+    for offset, shape in places:
+        hidden = _hidden(axes, shape, taken)
+        if least is None or hidden < least[0]:
+            least = hidden, offset, shape
+        if not hidden:
+            break
+    assert least is not None
+    return least
 
 
 def _squares(middle: np.ndarray, half: float | np.ndarray) -> np.ndarray:
@@ -376,8 +389,8 @@ def _trail(line: Line2D) -> np.ndarray:
 
 def _places(
     text: Annotation, spot: np.ndarray, radius: float, gaps: Sequence[float], dot: float
-) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """Where a label may stand: its offset, points, and (k, 4) pixels it covers there.
+) -> Iterator[_Place]:
+    """Places of a label: its offset, points, and (k, 4) pixels that it covers there.
 
     Those are its box, then the line that leads to it where it stands far off.
     """

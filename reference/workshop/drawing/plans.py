@@ -35,7 +35,7 @@ _LARGEST_TEXT, _SMALL_TEXT, _SMALLEST_TEXT = 10.0, 6.0, 4.0
 
 
 def top(building: Building, floor: int | None = None) -> Figure:
-    """All floors from above side by side, or one (0 is the first) [A8, Figs. 4-6]."""
+    """Draw all floors from above, or one (0 is the first) [A8, Figs. 4-6]."""
     floors = chosen_floors(building, floor)
     figure, panels = floor_page(building, building.title, floors)
     foot(figure, swatches())
@@ -50,7 +50,7 @@ def top(building: Building, floor: int | None = None) -> Figure:
 
 
 def graph(building: Building, floor: int | None = None) -> Figure:
-    """The building graph over its floors: rooms are nodes, ways through are edges [A2].
+    """Draw the graph over the floors: rooms are nodes, ways through are edges [A2].
 
     A node stands in the widest part of its room; an edge goes through the middle of
     its door, round the corners of the room if need be.
@@ -72,7 +72,7 @@ def graph(building: Building, floor: int | None = None) -> Figure:
 
 
 def _mark_exits(axes: Axes, building: Building, floor: int) -> None:
-    """A white arrowhead that points the way out, for readers who see no green."""
+    """Draw a white arrowhead that points out, for readers who see no green."""
     size = 0.6 * _points_per_metre(axes)
     for mark in building.landmarks:
         if mark.floor == floor and mark.kind is Kind.EXIT:
@@ -86,7 +86,7 @@ def _arrowhead(building: Building, exit: Landmark) -> tuple[int, int, float]:
 
 
 def outward(building: Building, exit: Landmark) -> tuple[int, int]:
-    """Which way an exit leaves the building: one step east (x) and north (y) [A4]."""
+    """Direction in which an exit leads out: a step east (x) and north (y) [A4]."""
     outside = np.pad(building.kind[exit.floor] == Kind.OUTSIDE, 1, constant_values=True)
     for row, col in exit.cells + 1:
         for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)):
@@ -99,7 +99,7 @@ def outward(building: Building, exit: Landmark) -> tuple[int, int]:
 
 
 @dataclass(frozen=True)
-class Box:
+class Rectangle:
     """A rectangle of cells: its first row and column, height and width."""
 
     row: int
@@ -113,18 +113,18 @@ class Box:
         return self.row + (self.height - 1) / 2, self.col + (self.width - 1) / 2
 
 
-def widest(cells: np.ndarray) -> Box:
+def widest(cells: np.ndarray) -> Rectangle:
     """The largest rectangle of cells inside a room; cells: (k, 2) rows and columns."""
     corner = cells.min(axis=0)
     room = np.zeros(np.ptp(cells, axis=0) + 1, dtype=bool)
     room[tuple((cells - corner).T)] = True
-    best = max(_boxes(room), key=lambda box: box.height * box.width)
+    best = max(_rectangles(room), key=lambda box: box.height * box.width)
     row, col = corner.tolist()
     return replace(best, row=best.row + row, col=best.col + col)
 
 
-def _boxes(room: np.ndarray) -> Iterator[Box]:
-    """For every stretch of rows the widest box that is inside the room all along."""
+def _rectangles(room: np.ndarray) -> Iterator[Rectangle]:
+    """The widest rectangle inside a room for every stretch of its rows."""
     for first in range(len(room)):
         inside = room[first].copy()
         for last in range(first, len(room)):
@@ -135,11 +135,11 @@ def _boxes(room: np.ndarray) -> Iterator[Box]:
             starts, ends = borders[::2], borders[1::2]
             k = int(np.argmax(ends - starts))
             width = int(ends[k] - starts[k])
-            yield Box(first, int(starts[k]), last - first + 1, width)
+            yield Rectangle(first, int(starts[k]), last - first + 1, width)
 
 
 def _write_name(axes: Axes, building: Building, area: Area) -> None:
-    """The name as large as it fits, upright where a room is narrow; or nothing."""
+    """Write a name as large as it fits, upright in a narrow room; or not at all."""
     box = widest(area.cells)
     inches = 0.9 * _points_per_metre(axes) / 72
     level = text_size(area.name, box.width * inches, _LARGEST_TEXT)
@@ -165,7 +165,7 @@ def _node(building: Building, area: Area) -> Point:
 
 
 def _draw_node(axes: Axes, area: Area, spot: Point) -> None:
-    """A dot with its room's name above; a square with its stairwell's letter inside."""
+    """Draw a room as a dot under its name, a stairwell as a square with its letter."""
     stairs = area.kind == "stairwell"
     ink = COLOURS[Kind.ENTRANCE] if stairs else TEXT
     marker, size = ("s", 12) if stairs else ("o", 7)
@@ -184,7 +184,7 @@ def _draw_node(axes: Axes, area: Area, spot: Point) -> None:
 
 
 def _draw_edge(axes: Axes, building: Building, mark: Landmark, area: Area) -> None:
-    """From a node to the door; a way out of the building ends in an arrowhead."""
+    """Draw a line from a node to a door, with an arrowhead at an exit."""
     ink = COLOURS[mark.kind]
     way = _way(building, area, mark, _node(building, area))
     axes.plot(*np.transpose(way), color=ink, lw=1.8, zorder=2, solid_joinstyle="round")
@@ -196,7 +196,7 @@ def _draw_edge(axes: Axes, building: Building, mark: Landmark, area: Area) -> No
 
 
 def _way(building: Building, area: Area, mark: Landmark, start: Point) -> list[Point]:
-    """From a room's node to its door: straight, or round the room's corners."""
+    """Corners of the way from a room's node to its door."""
     if _straight(building, area, mark, start, mark.position):
         return [start, mark.position]
     ways = navigation_of(building)
@@ -215,7 +215,7 @@ def _way(building: Building, area: Area, mark: Landmark, start: Point) -> list[P
 def _straight(
     building: Building, area: Area, mark: Landmark, start: Point, end: Point
 ) -> bool:
-    """Does the straight line stay in the room, or its door?"""
+    """Check that a straight line stays in the room and its door."""
     steps = int(4 * np.hypot(end[0] - start[0], end[1] - start[1])) + 2
     for point in np.linspace(start, end, steps):
         cell = (area.floor, *building.cell(*point))

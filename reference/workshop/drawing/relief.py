@@ -72,14 +72,14 @@ _SHOWN = [kind for kind in MEANINGS if kind is not Kind.OUTSIDE]
 
 
 def oblique(building: Building) -> Figure:
-    """The whole building, its storeys lifted off each other [A8, Fig. 1]."""
+    """Draw the whole building, its storeys lifted off each other [A8, Fig. 1]."""
     figure = _storeys(building, STANDING, building.title)
     foot(figure, swatches(_SHOWN))
     return figure
 
 
 def walkable(building: Building) -> Figure:
-    """Every cell a body may stand in, storey by storey [A8, Fig. 2] [A7]."""
+    """Draw every walkable cell, storey by storey [A8, Fig. 2] [A7]."""
     area = int(building.walkable.sum())
     title = f"{building.title}: where one may walk, {area} m²"
     figure = _storeys(building, WALKABLE, title)
@@ -91,7 +91,7 @@ def walkable(building: Building) -> Figure:
 
 
 def closeup(building: Building) -> Figure:
-    """An exit, a stairwell entrance and doors up close [A8, Fig. 3].
+    """Draw an exit, a stairwell entrance and doors up close [A8, Fig. 3].
 
     The places are chosen so that few pieces of the building show all the kinds it has.
     """
@@ -111,7 +111,7 @@ def closeup(building: Building) -> Figure:
 
 
 def project(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Metres in the building -> (..., 2) metres on the page."""
+    """Project metres in the building to (..., 2) metres on the page."""
     across = x * np.cos(TURN) - y * np.sin(TURN)
     away = x * np.sin(TURN) + y * np.cos(TURN)
     return np.stack([across, away * np.sin(TILT) + z * np.cos(TILT)], axis=-1)
@@ -150,7 +150,7 @@ _STOREY: Style = {
 
 
 def _bare(axes: Axes) -> Axes:
-    """Axes of which nothing is seen, metres of the page."""
+    """Hide all of some axes, in metres of the page."""
     axes.set(aspect="equal")
     axes.margins(0.01)
     axes.set_axis_off()
@@ -158,14 +158,14 @@ def _bare(axes: Axes) -> Axes:
 
 
 def _lift(outline: np.ndarray) -> np.ndarray:
-    """The shift (u, v) straight up to the next storey that leaves both in full view."""
+    """Shift (u, v) from storey to storey that leaves all in full view."""
     sides = np.stack([outline[1] - outline[0], outline[3] - outline[0]], axis=1)
     share = np.abs(np.linalg.solve(sides, (0.0, 1.0))).max()
     return np.array([0.0, 1 / share + GAP])
 
 
 def _compass(axes: Axes, frame: Bbox) -> None:
-    """Beside the lowest storey: which way is north, and how long so many metres are."""
+    """Draw, beside the lowest storey, an arrow to the north and a scale."""
     reach = step_of(frame)
     x, y = np.array(frame.min) - 0.2 * reach
     start, north, east = project(
@@ -181,7 +181,7 @@ def _compass(axes: Axes, frame: Bbox) -> None:
 
 
 def _link_stairs(axes: Axes, building: Building, floor: int, lift: np.ndarray) -> None:
-    """Dashed, from each stairwell up to the same one a storey higher [A3]."""
+    """Draw dashed lines from each stairwell up to the next storey [A3]."""
     look: Style = {"color": COLOURS[Kind.ENTRANCE], "lw": 1.4, "ls": (0, (4, 3))}
     for shaft in building.stairwells:
         if {floor, floor + 1} <= set(shaft.areas):
@@ -202,7 +202,7 @@ def paint(
     shift: np.ndarray,
     zorder: int = 0,
 ) -> None:
-    """The slab of a floor, or of a piece of it, and everything that stands on it.
+    """Paint the slab of a floor, or of a piece of it, and what stands on it.
 
     kind: (rows, cols); origin: (x, y) of its north-west corner; shift: (u, v).
     """
@@ -240,14 +240,16 @@ def _standing(kind: np.ndarray, look: Look) -> tuple[np.ndarray, np.ndarray]:
 
 
 def thin(solid: np.ndarray) -> np.ndarray:
-    """(rows, cols) bool -> THIN times as fine: a post in every solid cell, with arms
-    to the solid cells beside it."""
+    """Thin walls on a grid THIN times as fine: posts with arms to the cells beside.
+
+    solid: (rows, cols) bool, True for walls and what stands in them.
+    """
     square = np.ones((THIN, THIN), dtype=bool)
     return ndimage.binary_erosion(np.kron(solid, square), square)
 
 
 def _add_steps(height: np.ndarray, stairs: np.ndarray) -> None:
-    """Steps that rise along each stairwell, towards the north or the east."""
+    """Raise steps along each stairwell, towards the north or the east."""
     patches, _ = ndimage.label(stairs)
     for rows, cols in ndimage.find_objects(patches):
         down, across = rows.stop - rows.start, cols.stop - cols.start
@@ -265,7 +267,7 @@ SHADES = np.array((0.62, 0.8, 1.0))
 def faces(
     top: np.ndarray, base: float
 ) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
-    """The visible sides of boxes on a grid, back to front, as the eye looks.
+    """Visible sides of boxes on a grid, back to front, as the eye looks.
 
     top: (rows, cols) metres.  For k sides: corners (k, 4, 3) column, row, metres up;
     the cell (row, column) of each; and shades (k,).
@@ -327,7 +329,7 @@ def _piece(building: Building, centre: Landmark) -> Piece:
 
 
 def _write_names(axes: Axes, piece: Piece) -> None:
-    """The floor below the piece; names above, from left to right, with lines down."""
+    """Write the floor below a piece, and names above with lines down."""
     rows, cols = piece.kind.shape
     x, y = np.array([0, cols, cols, 0]), np.array([0, 0, -rows, -rows])
     corners = project(x, y, np.zeros(4))

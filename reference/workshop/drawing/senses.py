@@ -1,4 +1,4 @@
-"""What an agent sees: its grid, channel by channel, and beside it what its numbers say.
+"""What an agent observes: its grid, channel by channel, and what its numbers say.
 
 Clauses: C1, C2, C3, C4, D1.  The pages show the very arrays that the networks are
 given, decoded again; nothing of the world goes past them.
@@ -74,7 +74,7 @@ class Senses:
 
 
 def robot_senses(world: World, scenario: Scenario, robot: int = 0) -> Figure:
-    """What a robot sees at this instant; scenario: the simulation's own [C1] [C3] [C4].
+    """Draw what a robot observes; scenario: the simulation's own [C1] [C3] [C4].
 
     People are numbered as the robot has them, its own floor's first and the nearest
     first; so are robots, itself first. Raises ValueError where there is no such robot.
@@ -93,7 +93,7 @@ def robot_senses(world: World, scenario: Scenario, robot: int = 0) -> Figure:
 
 
 def fire_senses(world: World, scenario: Scenario) -> Figure:
-    """What the fire agent sees at this instant; scenario: the simulation's own [D1].
+    """Draw what the fire agent observes; scenario: the simulation's own [D1].
 
     People and robots are numbered as they always are.
     """
@@ -113,7 +113,7 @@ _EDGES = 1.6  # inches for title, headings and legend
 
 
 def _page(senses: Senses) -> Figure:
-    """Grids at the left, floors with points and a table at the right."""
+    """Lay out grids at the left, floors with points and a table at the right."""
     building, lines = senses.building, table(senses)
     floors, size = building.floors, frame_of(building).size
     columns, scale = arrange(floors, size, _ROOM, _SPARE)
@@ -145,7 +145,7 @@ def _page(senses: Senses) -> Figure:
 
 
 def _draw_grid(page: SubFigure, senses: Senses) -> None:
-    """Each channel as an image, row 0 and column 0 at the upper left."""
+    """Draw each channel as an image, row 0 and column 0 at the upper left."""
     building = senses.building
     shape = " x ".join(map(str, senses.cells.shape))
     page.suptitle(f"the grid: {shape} numbers, 0 or 1", fontsize=10)
@@ -168,7 +168,7 @@ def _draw_grid(page: SubFigure, senses: Senses) -> None:
 
 
 def _way_out(building: Building, floor: int) -> Kind:
-    """What the exits' channel shows on a floor [C3, chosen]."""
+    """Kind of cell that the exits' channel shows on a floor [C3, chosen]."""
     exits = (building.kind[floor] == Kind.EXIT).any()
     return Kind.EXIT if exits else Kind.ENTRANCE
 
@@ -214,7 +214,7 @@ def dots(senses: Senses, floor: int) -> list[Dot]:
 
 
 def _draw_points(axes: Axes, senses: Senses, floor: int) -> None:
-    """A floor in faint colours, what the vector has there, and marks where they fit."""
+    """Draw a floor in faint colours, its points, and marks where they fit."""
     paint_floor(axes, senses.building, floor, 0.75)
     here = dots(senses, floor)
     for dot in here:
@@ -228,7 +228,7 @@ def _draw_points(axes: Axes, senses: Senses, floor: int) -> None:
 # -- The table ----------------------------------------------------------------------
 
 
-class Line(NamedTuple):
+class Row(NamedTuple):
     """Numbers of a vector that mean the same: which, their marks, what, values."""
 
     numbers: str
@@ -237,8 +237,8 @@ class Line(NamedTuple):
     values: str
 
 
-def table(senses: Senses) -> list[Line]:
-    """What all numbers of a vector are, and what the first of each kind say now."""
+def table(senses: Senses) -> list[Row]:
+    """Explain all numbers of a vector; the values of the first of each kind."""
     lines, counts = [], {"R": 0, "F": 0, "": 0}
     for what, members in groupby(senses.slots, _meaning):
         slots = list(members)
@@ -251,30 +251,30 @@ def table(senses: Senses) -> list[Line]:
         says += ", …" if letter is None and len(slots) > 1 else ""
         unit = "" if slots[0].unit == "1" else f" ({slots[0].unit})"
         lines.append(
-            Line(numbers, marks, f"{says}{unit}", _values(senses.vector, slots))
+            Row(numbers, marks, f"{says}{unit}", _values(senses.vector, slots))
         )
     return lines
 
 
 def _meaning(slot: Slot) -> str:
-    """ "human: x, y, storey" for human 7 as for all others."""
+    """Drop a slot's own number: "human: x, y, storey" for human 7."""
     return re.sub(r" \d+(?=:|$)", "", slot.what)
 
 
 def _letter(what: str) -> str | None:
-    """Of the marks of points, None for numbers that are no point."""
+    """First letter of a point's mark; None for numbers that are no point."""
     name, _, point = what.partition(":")
     return {"human": "", "fire source": "F"}.get(name, "R") if point else None
 
 
 def _span(first: int, last: int, letter: str = "") -> str:
-    """ "R3" or "R3 to R6"."""
+    """Write a range: "R3" or "R3 to R6"."""
     ends = (f"{letter}{first}", f"{letter}{last}")
     return ends[0] if first == last else " to ".join(ends)
 
 
 def _values(vector: np.ndarray, slots: Sequence[Slot]) -> str:
-    """All single numbers; of points the first two, and how many are gone."""
+    """Write all single numbers; of points the first two, and how many are gone."""
     values = [vector[slot.start : slot.stop].tolist() for slot in slots]
     if len(values[0]) == 1:
         return ", ".join(number(value, 3) for (value,) in values)
@@ -284,8 +284,8 @@ def _values(vector: np.ndarray, slots: Sequence[Slot]) -> str:
     return f"{words}, {gone} not there" if gone else words
 
 
-def _write_table(page: SubFigure, lines: Sequence[Line]) -> None:
-    """Four columns of text, each as wide as its longest line."""
+def _write_table(page: SubFigure, lines: Sequence[Row]) -> None:
+    """Write four columns, each as wide as its longest line."""
     axes = page.add_subplot()
     axes.set_axis_off()
     columns = list(zip(*lines, strict=True))
@@ -300,7 +300,7 @@ def _write_table(page: SubFigure, lines: Sequence[Line]) -> None:
 
 
 def _legend(senses: Senses) -> list[Any]:
-    """What marks and colours mean on this page."""
+    """Legend entries of the marks and colours on this page."""
     shown = {dot.look for f in range(senses.building.floors) for dot in dots(senses, f)}
     marks = [
         Line2D([], [], ls="", label=name, **look)
