@@ -48,6 +48,7 @@ WORKSHOP = (
     "workshop.runs",  # begin one in a folder, or go on with it
     "workshop.workers",  # who does the jobs, here or in other processes
     "workshop.strategies",  # hand-written robots and fires, by name
+    "workshop.decoding",  # from observations back to points
     "workshop.landmarks",  # what a pointer head chooses among
     "workshop.pixels",  # the world as a picture of cells
     "workshop.zoo",  # the environment for those who have PettingZoo

@@ -13,6 +13,7 @@ from reference.game.observations import SENTINEL
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
+from reference.workshop import decoding
 from reference.workshop.strategies.robots import Sweep
 from reference.world import Fate, Source
 
@@ -48,7 +49,7 @@ def vectors(sim):
 
 def decoded(sim, k=0):
     """What robot k observes."""
-    return observations.decode(vectors(sim)[k], sim.building, sim.scenario)
+    return decoding.decode(vectors(sim)[k], sim.building, sim.scenario)
 
 
 # -- Sizes --------------------------------------------------------------------------
@@ -271,7 +272,7 @@ def test_a_robot_whose_work_is_done_is_below_the_ground():
     below = (decoded(sim, k=0).robots == SENTINEL).all(axis=1)
     assert below.tolist() == [False, True]
     fire = observations.fire_vector(sim.world, sim.scenario)
-    robots = observations.decode_fire(fire, sim.building, sim.scenario).robots
+    robots = decoding.decode_fire(fire, sim.building, sim.scenario).robots
     assert (robots == SENTINEL).all(axis=1).tolist() == [False, True]
 
 
@@ -383,8 +384,8 @@ def test_robots_and_the_fire_are_told_the_same_points(name):
     """Decoded into metres, in whatever order."""
     sim = scene(name, seconds=40, seed=4)
     where = sim.building, sim.scenario
-    robots = observations.decode(vectors(sim), *where)
-    fire = observations.decode_fire(
+    robots = decoding.decode(vectors(sim), *where)
+    fire = decoding.decode_fire(
         observations.fire_vector(sim.world, sim.scenario), *where
     )
     assert robots.humans.shape == (len(sim.world.robots), 40, 3)

@@ -14,7 +14,7 @@ from reference.game import observations
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots
-from reference.workshop import drawing
+from reference.workshop import decoding, drawing
 from reference.workshop.drawing import page, senses
 from reference.workshop.strategies.fires import GreedyFire
 from reference.workshop.strategies.robots import Sweep
@@ -55,7 +55,7 @@ def seen_by(simulation, robot):
         world.building,
         observations.grid(world),
         vector,
-        observations.decode(vector, world.building, scenario),
+        decoding.decode(vector, world.building, scenario),
         observations.robot_layout(world.building, scenario).slots,
     )
 

@@ -8,9 +8,10 @@ import torch
 from movies import shipped
 from trainings import begun, tiny
 
-from reference.game.observations import decode, grid, robot_vectors
+from reference.game.observations import grid, robot_vectors
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
+from reference.workshop.decoding import decode
 from reference.workshop.evaluation.worst_case import placements
 from reference.workshop.evaluation.worst_case.critic import CriticFire, imagined
 from reference.workshop.strategies import robots_named

@@ -10,7 +10,6 @@ bounds of its numbers, how it is written and how it is read again.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -67,20 +66,17 @@ class Layout:
     def __init__(self, **parts: Part):
         self._where: dict[str, tuple[slice, int, int]] = {}
         slots: list[Slot] = []
-        self.size = 0
-        for name, (rows, unit, low, _) in parts.items():
-            width, start = len(low), self.size
-            self.size += width * len(rows)
-            self._where[name] = slice(start, self.size), len(rows), width
-            starts = range(start, self.size, width)
-            slots += [
-                Slot(at, at + width, what, unit)
-                for at, what in zip(starts, rows, strict=True)
-            ]
-        self.slots = tuple(slots)
-        every = [(part, len(part.rows)) for part in parts.values()]
-        self.low = np.concatenate([p.low * k for p, k in every]).astype(np.float32)
-        self.high = np.concatenate([p.high * k for p, k in every]).astype(np.float32)
+        low: list[float] = []
+        high: list[float] = []
+        for name, part in parts.items():
+            start, width = len(low), len(part.low)
+            for what in part.rows:
+                slots.append(Slot(len(low), len(low) + width, what, part.unit))
+                low += part.low
+                high += part.high
+            self._where[name] = slice(start, len(low)), len(part.rows), width
+        self.size, self.slots = len(low), tuple(slots)
+        self.low, self.high = np.array((low, high), dtype=np.float32)
 
     def write(self, count: int, **parts: ArrayLike) -> np.ndarray:
         """(count, V) float32 vectors; parts: (..., rows, width), broadcast."""
@@ -254,45 +250,7 @@ def _observer_first(floor: tuple[int, ...]) -> np.ndarray:
     return np.lexsort((np.broadcast_to(number, not_me.shape), not_me, other_floor))
 
 
-# -- From vectors back to points ----------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Scene:
-    """What a vector says, in metres and storeys; gone ones are rows of SENTINEL.
-
-    humans (..., n, 3);  robots (..., R, 3);  fires (..., F, 3);  time (...) s
-    The fire agent is told neither fires, F = 0, nor the time, nan.
-    """
-
-    humans: np.ndarray
-    robots: np.ndarray
-    fires: np.ndarray
-    time: np.ndarray
-
-
-def decode(vectors: np.ndarray, building: Building, scenario: Scenario) -> Scene:
-    """Read robots' vectors, (..., V)."""
-    layout = robot_layout(building, scenario)
-    return Scene(
-        humans=layout.read(vectors, "humans"),
-        robots=layout.read(vectors, "robots"),
-        fires=layout.read(vectors, "fires"),
-        time=layout.read(vectors, "time")[..., 0, 0],
-    )
-
-
-def decode_fire(vectors: np.ndarray, building: Building, scenario: Scenario) -> Scene:
-    """Read the fire's vectors, (..., V)."""
-    layout, batch = fire_layout(building, scenario), vectors.shape[:-1]
-    humans, robots = (
-        from_normalised(building, layout.read(vectors, name))
-        for name in ("humans", "robots")
-    )
-    for there in (humans, robots):
-        there[..., 2] = there[..., 2].round()
-        there[there[..., 2] < 0] = SENTINEL
-    return Scene(humans, robots, np.zeros((*batch, 0, 3)), np.full(batch, np.nan))
+# -- Normalised coordinates --------------------------------------------------------
 
 
 def to_normalised(building: Building, metres: np.ndarray) -> np.ndarray:
@@ -340,42 +298,34 @@ def grid(world: World) -> np.ndarray:
     fills the north-west corner and the rest is 0.
     """
     cells = _without_fire(world.building).copy()
-    _shown(cells, world.building, "fires")[:] = _body(
-        world.flames.burning, world.building
-    )
+    burning = main_body(world.flames.burning, world.building)
+    channels(cells, world.building, "fires")[:] = burning
     return cells
-
-
-def burning(cells: np.ndarray, building: Building) -> np.ndarray:
-    """(floors, rows, cols) bool, which cells of the building a grid shows in flames."""
-    everywhere = np.zeros(building.kind.shape, dtype=bool)
-    _body(everywhere, building)[:] = _shown(cells, building, "fires")
-    return everywhere
 
 
 @lru_cache(maxsize=64)
 def _without_fire(building: Building) -> np.ndarray:
     """The grid while nothing burns; computed once, cannot be written to."""
-    kind = _body(building.kind, building)
+    kind = main_body(building.kind, building)
     exits = (building.kind == Kind.EXIT).any(axis=(1, 2))[:, None, None]
     cells = np.zeros(grid_shape(building), dtype=np.uint8)
-    _shown(cells, building, "walls")[:] = kind == Kind.WALL
-    _shown(cells, building, "exits")[:] = np.where(
+    channels(cells, building, "walls")[:] = kind == Kind.WALL
+    channels(cells, building, "exits")[:] = np.where(
         exits, kind == Kind.EXIT, kind == Kind.ENTRANCE
     )
     cells.flags.writeable = False
     return cells
 
 
-def _body(cells: np.ndarray, building: Building) -> np.ndarray:
+def main_body(cells: np.ndarray, building: Building) -> np.ndarray:
     """View of the main body in an array of all cells, (floors, rows, cols)."""
     left, bottom, right, top = (int(edge) for edge in building.body)
     row, col = building.origin
     return cells[:, row - top : row - bottom, col + left : col + right]
 
 
-def _shown(cells: np.ndarray, building: Building, kind: str) -> np.ndarray:
+def channels(cells: np.ndarray, building: Building, kind: str) -> np.ndarray:
     """View of the main body in a grid's channels of one kind."""
     start = GRID_KINDS.index(kind) * building.floors
-    height, width = _body(building.kind, building).shape[1:]
+    height, width = main_body(building.kind, building).shape[1:]
     return cells[start : start + building.floors, :height, :width]

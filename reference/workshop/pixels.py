@@ -1,10 +1,8 @@
-"""The world as pixels, painted with numpy: what `Environment.render` returns.
+"""The world as pixels, painted with numpy: what PettingZoo's `render` returns.
 
 Clauses: A2, A3 and A4 for the colours of doors, entrances and exits, B7 for health,
 D3 for fire sources.  Shapes tell things apart as well as colours do: a disc is a human,
 a diamond a robot, ragged cells burn, and a ring is where a fire broke out.
-
-    side   pixels of a cell
 """
 
 from functools import lru_cache
@@ -34,22 +32,23 @@ WELL, DYING = np.array((255, 232, 56)), np.array((16, 27, 70))
 
 def picture(world: World) -> np.ndarray:
     """(height, width, 3) uint8: all floors side by side, the first floor left."""
-    pixels = _empty(world.building).copy()
-    _paint_flames(pixels, world)
+    building, bodies = world.building, world.bodies
+    pixels = _empty(building).copy()
+    cols = building.kind.shape[2]
+    for floor, row, col in np.argwhere(world.flames.burning).tolist():
+        top, left = GAP + row, GAP + floor * (cols + GAP) + col
+        _cells(pixels, top, left)[:] = FLAMES
     for source in world.flames.sources:
-        at = source.x, source.y, source.floor
-        _stamp(pixels, world.building, at, RIM, WHITE)
-        _stamp(pixels, world.building, at, RING, SOURCE)
-    bodies = world.bodies
+        at = building, source.x, source.y, source.floor
+        _stamp(pixels, *at, (RIM, WHITE), (RING, SOURCE))
     for i in np.flatnonzero(bodies.inside).tolist():
-        at = (*bodies.position[i].tolist(), int(bodies.floor[i]))
         health = max(0.0, bodies.health[i]) / HEALTH
-        _stamp(pixels, world.building, at, DISC, INK)
-        _stamp(pixels, world.building, at, DOT, DYING + health * (WELL - DYING))
+        colour = DYING + health * (WELL - DYING)
+        at = building, *bodies.position[i].tolist(), int(bodies.floor[i])
+        _stamp(pixels, *at, (DISC, INK), (DOT, colour))
     for robot in world.robots:
-        at = (*robot.position.tolist(), robot.floor)
-        _stamp(pixels, world.building, at, DIAMOND, INK)
-        _stamp(pixels, world.building, at, GEM, ROBOT)
+        at = building, *robot.position.tolist(), robot.floor
+        _stamp(pixels, *at, (DIAMOND, INK), (GEM, ROBOT))
     return pixels
 
 
@@ -57,46 +56,32 @@ def picture(world: World) -> np.ndarray:
 def _empty(building: Building) -> np.ndarray:
     """The building without anybody in it."""
     palette = np.array([COLOURS[kind] for kind in Kind], dtype=np.uint8)
-    floors, rows, cols = building.kind.shape
-    page = np.zeros((rows + 2 * GAP, floors * (cols + GAP) + GAP), dtype=np.uint8)
-    for floor, kind in enumerate(building.kind):
-        left = GAP + floor * (cols + GAP)
-        page[GAP : GAP + rows, left : left + cols] = kind
+    around = np.pad(building.kind, ((0, 0), (GAP, GAP), (0, GAP)))
+    page = np.pad(np.concatenate(around, axis=1), ((0, 0), (GAP, 0)))
     return palette[page].repeat(SIDE, axis=0).repeat(SIDE, axis=1)
 
 
-def _corner(building: Building, floor: int) -> tuple[int, int]:
-    """Pixels from the top and from the left to a floor's drawing."""
-    cols = building.kind.shape[2]
-    return GAP * SIDE, (GAP + floor * (cols + GAP)) * SIDE
-
-
-def _paint_flames(pixels: np.ndarray, world: World) -> None:
-    """Every burning cell in a flame's pattern, over what stands there."""
-    burning = world.flames.burning
-    rows, cols = burning.shape[1:]
-    tile = np.where(EMBERS[..., None], EMBER, FLAME).astype(np.uint8)
-    for floor, alight in enumerate(burning):
-        top, left = _corner(world.building, floor)
-        part = pixels[top : top + rows * SIDE, left : left + cols * SIDE]
-        where = alight.repeat(SIDE, axis=0).repeat(SIDE, axis=1)
-        part[where] = np.tile(tile, (rows, cols, 1))[where]
+def _cells(pixels: np.ndarray, row: int, col: int) -> np.ndarray:
+    """Pixels of one cell, (SIDE, SIDE, 3)."""
+    return pixels[row * SIDE : (row + 1) * SIDE, col * SIDE : (col + 1) * SIDE]
 
 
 def _stamp(
     pixels: np.ndarray,
     building: Building,
-    at: tuple[float, float, int],
-    shape: np.ndarray,
-    colour: tuple[int, int, int] | np.ndarray,
+    x: float,
+    y: float,
+    floor: int,
+    *layers: tuple[np.ndarray, tuple[int, ...] | np.ndarray],
 ) -> None:
-    """Paint a shape, (k, k) bool, with its middle at a point: x, y, floor."""
-    x, y, floor = at
-    top, left = _corner(building, floor)
-    row = round(top + (building.origin[0] - y) * SIDE - len(shape) / 2)
-    col = round(left + (building.origin[1] + x) * SIDE - len(shape) / 2)
-    part = pixels[row : row + len(shape), col : col + len(shape)]
-    part[shape] = np.asarray(colour).astype(np.uint8)
+    """Paint shapes, (k, k) bool, in their colours with their middle at a point."""
+    left = GAP + floor * (building.kind.shape[2] + GAP)
+    for shape, colour in layers:
+        k = len(shape)
+        row = round(GAP * SIDE + (building.origin[0] - y) * SIDE - k / 2)
+        col = round(left * SIDE + (building.origin[1] + x) * SIDE - k / 2)
+        part = pixels[row : row + k, col : col + k]
+        part[shape] = np.asarray(colour).astype(np.uint8)
 
 
 def _shape(size: int, power: float, hole: float = 0.0) -> np.ndarray:
@@ -109,18 +94,8 @@ def _shape(size: int, power: float, hole: float = 0.0) -> np.ndarray:
 DISC, DOT = _shape(8, 2), _shape(6, 2)
 DIAMOND, GEM = _shape(15, 1), _shape(11, 1)
 RIM, RING = _shape(16, 2, hole=0.3), _shape(14, 2, hole=0.5)
-EMBERS = np.array(
-    [
-        [letter == "x" for letter in row]
-        for row in (
-            "...x....",
-            "..xx...x",
-            "..xxx...",
-            ".x.xx.x.",
-            ".xx.xxx.",
-            "x.xx.xx.",
-            ".xxxxx..",
-            "..xxx..x",
-        )
-    ]
-)
+RAGGED = """
+    ...x.... ..xx...x ..xxx... .x.xx.x. .xx.xxx. x.xx.xx. .xxxxx.. ..xxx..x
+"""
+RED_HOT = np.array([list(row) for row in RAGGED.split()]) == "x"
+FLAMES = np.where(RED_HOT[..., None], EMBER, FLAME)

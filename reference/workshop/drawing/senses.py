@@ -26,10 +26,7 @@ from matplotlib.ticker import MultipleLocator
 from reference.building import Building, Kind
 from reference.game.observations import (
     GRID_KINDS,
-    Scene,
     Slot,
-    decode,
-    decode_fire,
     fire_layout,
     fire_vector,
     grid,
@@ -37,6 +34,7 @@ from reference.game.observations import (
     robot_vectors,
 )
 from reference.paper import Scenario
+from reference.workshop.decoding import Scene, decode, decode_fire
 from reference.workshop.drawing.evacuation import DROP, FLAME, INK, SOURCE, STEPS
 from reference.workshop.drawing.page import (
     COLOURS,

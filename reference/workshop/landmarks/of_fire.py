@@ -12,9 +12,10 @@ import numpy as np
 from scipy import ndimage
 
 from reference.building import Building, Kind
-from reference.game.observations import decode_fire, to_normalised
+from reference.game.observations import to_normalised
 from reference.navigation import navigation_of
 from reference.paper import Scenario
+from reference.workshop.decoding import decode_fire
 from reference.workshop.landmarks import shared
 
 FLAMES_BESIDE, FLAMES_FAR = 3, 15  # cells: sides of squares in which flames count

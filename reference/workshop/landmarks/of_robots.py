@@ -13,10 +13,11 @@ from functools import lru_cache
 import numpy as np
 
 from reference.building import Building, Kind, Landmark
-from reference.game.observations import decode, to_normalised
+from reference.game.observations import to_normalised
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.robots import AT_EXIT, Destination, actual_target, instruction_for
+from reference.workshop.decoding import decode
 from reference.workshop.landmarks import shared
 from reference.workshop.strategies.robots import before_stairwell
 from reference.world import Instruction

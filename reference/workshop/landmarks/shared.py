@@ -16,9 +16,9 @@ from scipy import ndimage
 
 from reference.building import Building, Kind
 from reference.flames import beside_flames, walking_cost
-from reference.game.observations import Scene, burning
 from reference.navigation import Navigation, navigation_of
 from reference.paper import Scenario
+from reference.workshop.decoding import Scene, burning
 
 FAR = 100.0  # metres: whatever is farther, or cannot be reached, counts as so far
 GROUPS = 8  # at most so many groups of people, on a floor or, for the fire, in all

@@ -1,0 +1,65 @@
+"""Observations decoded: from vectors back to points, from the grid to burning cells.
+
+Clauses: C1, C3, D1.  Landmarks and pictures are made from what agents are told, not
+from the world.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reference.building import Building
+from reference.game.observations import (
+    SENTINEL,
+    channels,
+    fire_layout,
+    from_normalised,
+    main_body,
+    robot_layout,
+)
+from reference.paper import Scenario
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What a vector says, in metres and storeys; gone ones are rows of SENTINEL.
+
+    humans (..., n, 3);  robots (..., R, 3);  fires (..., F, 3);  time (...) s
+    The fire agent is told neither fires, F = 0, nor the time, nan.
+    """
+
+    humans: np.ndarray
+    robots: np.ndarray
+    fires: np.ndarray
+    time: np.ndarray
+
+
+def decode(vectors: np.ndarray, building: Building, scenario: Scenario) -> Scene:
+    """Read robots' vectors, (..., V)."""
+    layout = robot_layout(building, scenario)
+    return Scene(
+        humans=layout.read(vectors, "humans"),
+        robots=layout.read(vectors, "robots"),
+        fires=layout.read(vectors, "fires"),
+        time=layout.read(vectors, "time")[..., 0, 0],
+    )
+
+
+def decode_fire(vectors: np.ndarray, building: Building, scenario: Scenario) -> Scene:
+    """Read the fire's vectors, (..., V)."""
+    layout, batch = fire_layout(building, scenario), vectors.shape[:-1]
+    humans, robots = (
+        from_normalised(building, layout.read(vectors, name))
+        for name in ("humans", "robots")
+    )
+    for there in (humans, robots):
+        there[..., 2] = there[..., 2].round()
+        there[there[..., 2] < 0] = SENTINEL
+    return Scene(humans, robots, np.zeros((*batch, 0, 3)), np.full(batch, np.nan))
+
+
+def burning(cells: np.ndarray, building: Building) -> np.ndarray:
+    """(floors, rows, cols) bool, which cells of the building a grid shows in flames."""
+    everywhere = np.zeros(building.kind.shape, dtype=bool)
+    main_body(everywhere, building)[:] = channels(cells, building, "fires")
+    return everywhere
