@@ -336,6 +336,7 @@ def write_labels(
     assert figure is not None
     if isinstance(figure.get_layout_engine(), ConstrainedLayoutEngine):
         figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # what is placed stays
     dot = figure.dpi / 72
     spots = axes.transData.transform(np.reshape(points, (-1, 2)))
     reach = np.broadcast_to(radii, len(spots)) * dot
