@@ -83,10 +83,9 @@ def walkable(building: Building) -> Figure:
     area = int(building.walkable.sum())
     title = f"{building.title}: where one may walk, {area} m²"
     figure = _storeys(building, WALKABLE, title)
-    ground, wall = WALKABLE.ground[Kind.FLOOR], WALKABLE.standing[Kind.WALL]
-    foot(
-        figure, [Patch(fc=ground, label="walkable cell"), Patch(fc=wall, label="wall")]
-    )
+    ground = Patch(fc=WALKABLE.ground[Kind.FLOOR], label="walkable cell")
+    wall = Patch(fc=WALKABLE.standing[Kind.WALL], label="wall")
+    foot(figure, [ground, wall])
     return figure
 
 
@@ -101,7 +100,7 @@ def closeup(building: Building) -> Figure:
     panels = figure.subplots(1, len(pieces), squeeze=False)[0]
     for axes, piece in zip(panels, pieces, strict=True):
         _bare(axes)
-        paint(axes, piece.kind, STANDING, np.zeros(2), np.zeros(2))
+        paint_boxes(axes, piece.kind, STANDING, np.zeros(2), np.zeros(2))
         _write_names(axes, piece)
     foot(figure, swatches(_SHOWN))
     return figure
@@ -130,7 +129,7 @@ def _storeys(building: Building, look: Look, title: str) -> Figure:
     origin = np.array((frame.x0, frame.y1))
     for floor in range(floors):  # clear of the stairs' lines, which pass between two
         shift = floor * lift
-        paint(axes, building.kind[floor], look, origin, shift, zorder=2 * floor)
+        paint_boxes(axes, building.kind[floor], look, origin, shift, zorder=2 * floor)
         name = floor_title(building, floor).replace(": ", "\n")
         west = outline[3] + shift
         fits = text_size(max(name.split("\n"), key=len), 0.7 * _MARGIN[0], 11)
@@ -194,7 +193,7 @@ def _link_stairs(axes: Axes, building: Building, floor: int, lift: np.ndarray) -
 # -- Boxes from back to front -------------------------------------------------------
 
 
-def paint(
+def paint_boxes(
     axes: Axes,
     kind: np.ndarray,
     look: Look,
@@ -215,16 +214,11 @@ def paint(
         corners, cells, shades = faces(top, base)
         x = origin[0] + corners[..., 0] * size
         y = origin[1] - corners[..., 1] * size
-        inks = np.array([to_rgb(colours.get(k, "white")) for k in Kind])
+        inks = np.array([to_rgb(colours[k]) for k in Kind])
         fill = inks[kinds[cells]] * shades[:, None]
-        polygons = PolyCollection(
-            project(x, y, corners[..., 2]) + shift,
-            facecolors=fill,
-            edgecolors=edges or fill,
-            linewidths=0.3 if edges else 0.5,
-            zorder=zorder,
-        )
-        axes.add_collection(polygons)
+        line: Style = {"ec": edges or fill, "lw": 0.3 if edges else 0.5}
+        places = project(x, y, corners[..., 2]) + shift
+        axes.add_collection(PolyCollection(places, fc=fill, zorder=zorder, **line))
 
 
 def _standing(kind: np.ndarray, look: Look) -> tuple[np.ndarray, np.ndarray]:
