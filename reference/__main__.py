@@ -11,7 +11,6 @@ from argparse import RawDescriptionHelpFormatter as Formatter
 from collections.abc import Sequence
 from pathlib import Path
 
-from reference.floorplan import FloorPlanError
 from reference.paper import PEOPLE
 from reference.workshop.commands import (
     building,
@@ -22,7 +21,7 @@ from reference.workshop.commands import (
     speed,
     training,
 )
-from reference.workshop.commands.common import CommandError
+from reference.workshop.runs import ContradictionError
 
 COMMANDS = {
     "check": building.CHECK,
@@ -43,14 +42,14 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         arguments.run(arguments)
         print(end="", flush=True)
-    except KeyboardInterrupt:
-        return _complain("stopped; nothing half-written is left", 130)
-    except CommandError as error:
-        return _complain(str(error), error.status)
+    except KeyboardInterrupt as stopped:  # its text, if any, says what is kept
+        return _complain(str(stopped) or "stopped; nothing half-written is left", 130)
+    except ContradictionError as error:
+        return _complain(str(error), 2)
     except BrokenPipeError:  # `| head -1`: whoever asked has read enough
         _drop_unprinted()
         return 1
-    except (FloorPlanError, OSError) as error:
+    except (ValueError, OSError) as error:  # the input's, told for people
         _drop_unprinted()
         return _complain(str(error), 1)
     return 0

@@ -11,7 +11,8 @@ from typing import Any
 from reference.building import Building, Kind, load
 from reference.floorplan import find
 from reference.workshop.commands import options
-from reference.workshop.commands.common import Command, CommandError, counted, writable
+from reference.workshop.commands.common import Command, counted, writable
+from reference.workshop.runs import ContradictionError
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
 VIEWS_OF_ONE_FLOOR = ("top", "graph")
@@ -57,13 +58,12 @@ def _floor(arguments: Namespace, building: Building) -> int:
     """Index of the floor asked for, if there is one to show alone."""
     if arguments.view not in VIEWS_OF_ONE_FLOOR:
         views = " or ".join(VIEWS_OF_ONE_FLOOR)
-        raise CommandError(f"--floor goes with --view {views}. Leave it out here.", 2)
+        raise ContradictionError(f"--floor goes with --view {views}. Leave it out.")
     if arguments.floor > building.floors:
         floors = counted(building.floors, "floors")
-        raise CommandError(
+        raise ContradictionError(
             f"--floor {arguments.floor}: {building.title} has {floors}. "
-            f"Give a number from 1 to {building.floors}.",
-            2,
+            f"Give a number from 1 to {building.floors}."
         )
     return arguments.floor - 1
 

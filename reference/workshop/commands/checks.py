@@ -17,9 +17,7 @@ from reference.paper import Scenario
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
-    CommandError,
     ctrl_c,
-    for_people,
     writable,
 )
 from reference.workshop.evaluation import agreement as agreements
@@ -47,8 +45,7 @@ def agree(arguments: Namespace) -> None:
     plan, seed = plan_of(load(arguments.building)), arguments.seed or 0
     fires = agreements.fires_to_judge(plan, Scenario(), arguments.fires, seed)
     judged = _done(agreements.judge, fires, arguments, "fire")
-    with for_people():
-        found = agreements.agreement(judged)
+    found = agreements.agreement(judged)
     facts = {
         "building": arguments.building,
         "fires": len(found.fires),
@@ -75,8 +72,7 @@ def gap(arguments: Namespace) -> None:
     asked = Asked(
         (arguments.robots,), fires, arguments.building, arguments.people, arguments.seed
     )
-    with for_people():
-        arena = begin(asked).arena
+    arena = begin(asked).arena
     first = arguments.seed or 0
     seeds = range(first, first + arguments.moments)
     questions = gaps.questions(
@@ -84,8 +80,7 @@ def gap(arguments: Namespace) -> None:
     )
     found = _done(gaps.answer, list(questions), arguments, "moment")
     answers = [answer for answer in found if answer is not None]
-    with for_people():
-        facts = _facts(arguments, fires, answers)
+    facts = _facts(arguments, fires, answers)
     if arguments.output:
         from reference.workshop import drawing
         from reference.workshop.drawing.attack import figure
@@ -129,13 +124,13 @@ def _done(
     unit: str,
 ) -> list[Made]:
     """All results in order, with a progress bar. Ctrl-C ends it; nothing is kept."""
-    with ctrl_c() as stop, workers(arguments.workers) as executor, for_people():
+    with ctrl_c() as stop, workers(arguments.workers) as executor:
         done = as_done(executor, work, jobs, stop)
         results = dict(
             tqdm(done, total=len(jobs), unit=unit, disable=None, leave=False)
         )
     if len(results) < len(jobs):
-        raise CommandError("stopped; nothing was kept", 130)
+        raise KeyboardInterrupt("stopped; nothing was kept")
     return [results[k] for k in range(len(jobs))]
 
 

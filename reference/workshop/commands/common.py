@@ -14,16 +14,8 @@ from typing import Any, NamedTuple
 
 from reference.workshop.commands.options import Table
 from reference.workshop.evaluation.crossplay import Evaluation, unlike_training
-from reference.workshop.runs import ContradictionError
+from reference.workshop.runs import ContradictionError, RunError
 from reference.workshop.workers import workers
-
-
-class CommandError(Exception):
-    """One message for people; the command ends with this exit status."""
-
-    def __init__(self, message: str, status: int = 1) -> None:
-        super().__init__(message)
-        self.status = status
 
 
 class Command(NamedTuple):
@@ -36,36 +28,28 @@ class Command(NamedTuple):
 
 
 def writable(path: Path, formats: Iterable[str], what: str) -> None:
-    """Refuse a file that cannot be written, before there is anything to write."""
+    """Refuse a file that cannot be written, before there is anything to write.
+
+    Raises ContradictionError for another suffix than the formats', else RunError.
+    """
     from reference.workshop.drawing.page import with_suffix
 
     try:
         with_suffix(path, formats, what)
     except ValueError as error:
-        raise CommandError(str(error), 2) from error
+        raise ContradictionError(str(error)) from error
     if path.is_dir():
-        raise CommandError(f"{path}: is a folder. Name a file in it.")
+        raise RunError(f"{path}: is a folder. Name a file in it.")
     try:
         tempfile.TemporaryFile(dir=path.parent).close()
     except OSError as error:
-        raise CommandError(
+        raise RunError(
             f"{path}: cannot be written ({error.strerror}). "
             "Name a file in a folder that exists and is yours."
         ) from error
 
 
 # -- What is told ------------------------------------------------------------------
-
-
-@contextmanager
-def for_people() -> Iterator[None]:
-    """Turn what is wrong with the input into one message instead of a traceback."""
-    try:
-        yield
-    except ContradictionError as error:
-        raise CommandError(str(error), 2) from error
-    except ValueError as error:
-        raise CommandError(str(error)) from error
 
 
 def noted(evaluation: Evaluation) -> None:
@@ -120,11 +104,11 @@ def workforce(
     about: what they do, for stderr; again: how to go on when one has died.
     """
     print(f"{about}; {counted(count, 'workers')}", file=sys.stderr)
-    with ctrl_c() as stop, workers(count) as executor, for_people():
+    with ctrl_c() as stop, workers(count) as executor:
         try:
             yield executor, stop
         except BrokenExecutor as error:
-            raise CommandError(
+            raise RunError(
                 "a worker has died, perhaps for want of memory. "
                 f"{again} --workers {max(1, count // 2)}"
             ) from error

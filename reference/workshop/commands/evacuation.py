@@ -18,7 +18,6 @@ from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
     figures,
-    for_people,
     noted,
     writable,
 )
@@ -62,14 +61,12 @@ def _evaluation(arguments: Namespace) -> Evaluation:
         fire=(arguments.fire,),
         **{name: getattr(arguments, name) for name in SAME},
     )
-    with for_people():
-        return begin(asked)
+    return begin(asked)
 
 
 def _begun(evaluation: Evaluation, seed: int) -> Simulation:
     (match,) = evaluation.matches
-    with for_people():
-        return evacuation_of(evaluation, (*match, seed)).simulation()
+    return evacuation_of(evaluation, (*match, seed)).simulation()
 
 
 def _animate(simulation: Simulation, path: Path) -> None:
@@ -77,8 +74,7 @@ def _animate(simulation: Simulation, path: Path) -> None:
     from reference.workshop.drawing import film
 
     writable(path, film.FORMATS, "an animation")
-    with for_people():
-        film.animate(simulation, path)
+    film.animate(simulation, path)
     print(f"the animation is in {path}", file=sys.stderr)
 
 

@@ -17,14 +17,13 @@ from reference.evaluation.score import PAPER, Ruler
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
-    CommandError,
-    for_people,
     noted,
     quoted,
     workforce,
 )
 from reference.workshop.evaluation import crossplay
 from reference.workshop.files import write_whole
+from reference.workshop.runs import ContradictionError
 
 RULER = "ruler.json"
 
@@ -35,9 +34,8 @@ def evaluate(arguments: Namespace) -> None:
     noted(evaluation)
     given = _given(arguments, evaluation)
     records = _played(evaluation, arguments)
-    with for_people():
-        ruler = given or _calibrated(arguments.baseline, evaluation, records)
-        cells = crossplay.cells(records, ruler)
+    ruler = given or _calibrated(arguments.baseline, evaluation, records)
+    cells = crossplay.cells(records, ruler)
     if arguments.out:
         _keep(arguments.out, evaluation, ruler, cells, records)
     if arguments.json:
@@ -53,26 +51,23 @@ def _evaluation(arguments: Namespace) -> crossplay.Evaluation:
     names = crossplay.Asked.__dataclass_fields__
     asked = crossplay.Asked(**{name: getattr(arguments, name) for name in names})
     if arguments.resume and not arguments.out:
-        raise CommandError("--resume goes with --out: which folder to go on in?", 2)
-    with for_people():
-        start = crossplay.resume if arguments.resume else crossplay.begin
-        return start(asked, arguments.out)
+        raise ContradictionError("--resume goes with --out: which folder?")
+    start = crossplay.resume if arguments.resume else crossplay.begin
+    return start(asked, arguments.out)
 
 
 def _given(arguments: Namespace, evaluation: crossplay.Evaluation) -> Ruler | None:
     """The ruler that is known before anything is played, if it is."""
     if arguments.baseline is None:
-        with for_people():
-            return score.read(arguments.ruler) if arguments.ruler else PAPER
+        return score.read(arguments.ruler) if arguments.ruler else PAPER
     if arguments.ruler:
-        raise CommandError(
-            "--ruler has a baseline already: leave out one of the two.", 2
+        raise ContradictionError(
+            "--ruler has a baseline already: leave out one of the two."
         )
     if arguments.baseline not in evaluation.robots:
-        raise CommandError(
+        raise ContradictionError(
             f"--baseline {arguments.baseline}: is not among the robots. Add it to "
-            "--robots.",
-            2,
+            "--robots."
         )
     return None
 
@@ -97,11 +92,10 @@ def _played(
     if len(records) == len(evaluation.runs):
         return records
     if not arguments.out:
-        raise CommandError("stopped; nothing was kept, since no --out was named", 130)
-    raise CommandError(
+        raise KeyboardInterrupt("stopped; nothing was kept, since no --out was named")
+    raise KeyboardInterrupt(
         f"stopped after {len(records)} runs, which are kept. Go on with:\n"
-        f"  python -m reference evaluate --resume --out {quoted(arguments.out)}",
-        130,
+        f"  python -m reference evaluate --resume --out {quoted(arguments.out)}"
     )
 
 

@@ -7,15 +7,14 @@ from argparse import Namespace
 from reference.building import load
 from reference.workshop.bench import measure, table
 from reference.workshop.commands import options
-from reference.workshop.commands.common import Command, for_people
+from reference.workshop.commands.common import Command
 
 
 def bench(arguments: Namespace) -> None:
     """Measures what one second computes: person-seconds, decisions, samples."""
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
     building = load(arguments.building)
-    with for_people():
-        facts = measure(arguments.building, arguments.seed or 0)
+    facts = measure(arguments.building, arguments.seed or 0)
     print(json.dumps(facts) if arguments.json else table(building.title, facts))
 
 

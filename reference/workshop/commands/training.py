@@ -15,14 +15,13 @@ from reference.learning.settings import TrainerSettings, rows_of
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
-    CommandError,
     figures,
-    for_people,
     quoted,
     workforce,
     writable,
 )
 from reference.workshop.evaluation.contestants import SCRIPTS
+from reference.workshop.runs import ContradictionError
 from reference.workshop.training.presets import PRESETS, Settings
 
 ROWS = rows_of(TrainerSettings) | rows_of(Settings)
@@ -55,10 +54,9 @@ def _trained(training: Any, arguments: Namespace) -> Path:
         path = train(training, arguments.out, *work, arguments.tensorboard)
     if training.over:
         return path
-    raise CommandError(
+    raise KeyboardInterrupt(
         f"stopped after round {training.round}, and saved in {path}. Go on with:\n"
-        f"  {again} --workers {arguments.workers}",
-        130,
+        f"  {again} --workers {arguments.workers}"
     )
 
 
@@ -70,11 +68,10 @@ def _training(arguments: Namespace) -> Any:
     names = starting.Asked.__dataclass_fields__
     asked = starting.Asked(**{name: getattr(arguments, name) for name in names})
     if asked.robots and asked.fire:
-        raise CommandError("nobody learns: name --robots or --fire, not both.", 2)
-    with for_people():
-        if arguments.resume:
-            return Training.resumed(starting.resume(asked, arguments.out))
-        return Training(starting.begin(asked, arguments.out))
+        raise ContradictionError("nobody learns: name --robots or --fire, not both.")
+    if arguments.resume:
+        return Training.resumed(starting.resume(asked, arguments.out))
+    return Training(starting.begin(asked, arguments.out))
 
 
 def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
@@ -112,8 +109,7 @@ def curves(arguments: Namespace) -> None:
 
     path = arguments.output or Path("curves.png")
     writable(path, page.PICTURES, "a picture")
-    with for_people():
-        print(page.save(figure([read(run) for run in arguments.runs]), path))
+    print(page.save(figure([read(run) for run in arguments.runs]), path))
 
 
 NOTE = "if given, this side does not learn"
