@@ -438,6 +438,7 @@ def test_refuses_a_folder_that_is_used_unless_told_to_go_on():
     [
         ("evaluation.json", "{}", "lacks a part or is damaged"),
         ("evaluation.json", "[", "lacks a part or is damaged"),
+        ("evaluation.json", "many", "people is 'many': it must be a whole number"),
         ("evaluation.json", None, "was written by version 0.0.1"),
         ("runs.csv", "robots,fire\n", "is no table of these runs"),
         ("runs.csv", None, "row is damaged"),
@@ -451,6 +452,8 @@ def test_refuses_files_that_are_not_its_own(file, text, message):
         text = path.read_text() + "sweep,random\n" * (file == "runs.csv")
         version = json.loads(Path("out/evaluation.json").read_text())["version"]
         text = text.replace(f'"{version}"', '"0.0.1"')
+    if text == "many":
+        text = path.read_text().replace('"people": 4', '"people": "many"')
     path.write_text(text)
     with pytest.raises(ValueError, match=message):
         evaluate(resume(Asked(), Path("out")), Path("out"), InProcess())
@@ -463,10 +466,10 @@ def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
     asked = Asked((str(mine),), ("none",), episodes=1)
     evaluate(begin(asked, Path("out")), Path("out"), InProcess(), lambda: True)
     shutil.copy(run / "checkpoint-000000.pt", mine)
-    with pytest.raises(RunError, match="is another checkpoint than the one"):
+    with pytest.raises(RunError, match="is no more the checkpoint"):
         resume(Asked(), Path("out"))
     mine.unlink()
-    with pytest.raises(RunError, match="is not there any more"):
+    with pytest.raises(RunError, match="is no more the checkpoint"):
         resume(Asked(), Path("out"))
 
 

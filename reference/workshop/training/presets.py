@@ -74,8 +74,11 @@ Record = TypeVar("Record", TrainerSettings, Settings, Scenario)
 LISTS = {"rooms": (str, "words"), "people_per_floor": (int, "whole numbers")}
 
 
-def _made(kind: type[Record], rows: Any, where: str) -> Record:
-    """Build a record from rows; SettingsError for unknown, missing or invalid ones."""
+def record_from(kind: type[Record], rows: Any, where: str) -> Record:
+    """Build a record from rows, lists for tuples; `where` they stand, for messages.
+
+    Raises SettingsError for unknown, missing or invalid ones.
+    """
     rows = mapping(rows, where)
     known = rows_of(kind)
     try:
@@ -112,7 +115,7 @@ def _changed(base: Record, rows: Any, where: str) -> Record:
         name: _number(row, known[name].kind) if name in known else row
         for name, row in mapping(rows, where).items()
     }
-    return _made(type(base), {**vars(base), **stated}, where)
+    return record_from(type(base), {**vars(base), **stated}, where)
 
 
 def _number(value: Any, kind: Any) -> Any:
@@ -140,8 +143,8 @@ def _paper() -> Settings:
     """[E1, Tab. I] [E2, Tab. II] as printed; a cluster's work, not a laptop's."""
     return Settings(
         preset="paper",
-        robots=_made(TrainerSettings, TABLE_I, "Table I"),
-        fire=_made(TrainerSettings, TABLE_II, "Table II"),
+        robots=record_from(TrainerSettings, TABLE_I, "Table I"),
+        fire=record_from(TrainerSettings, TABLE_II, "Table II"),
         scenario=Scenario(training=True),  # [D6]
         episodes_per_job=16,
         jobs_per_round=4,  # [E1, chosen] about half of Table I's buffer
@@ -159,24 +162,12 @@ def _laptop() -> Settings:
     to learn from.
     """
     net = {"hidden_units": 128, "num_layers": 2, "head": "pointer"}
-    robots = {
-        "batch_size": 256,
-        "buffer_size": 2560,
-        "learning_rate": 1e-3,
-        "beta_schedule": "linear",
-        "max_steps": 750_000,
-        "keep_checkpoints": 25,
-        "checkpoint_interval": 30_000,
-        "summary_freq": 5000,
-    }
-    fire = {
-        "batch_size": 128,
-        "buffer_size": 500,
-        "learning_rate": 1e-3,
-        "max_steps": 30_000,
-        "keep_checkpoints": 20,
-        "checkpoint_interval": 1500,
-    }
+    net |= {"learning_rate": 1e-3}
+    robots = {"batch_size": 256, "buffer_size": 2560, "beta_schedule": "linear"}
+    robots |= {"max_steps": 750_000, "summary_freq": 5000}
+    robots |= {"keep_checkpoints": 25, "checkpoint_interval": 30_000}
+    fire = {"batch_size": 128, "buffer_size": 500, "max_steps": 30_000}
+    fire |= {"keep_checkpoints": 20, "checkpoint_interval": 1500}
     paper = _paper()
     return replace(
         paper,
@@ -196,16 +187,16 @@ def _tiny() -> Settings:
     update.
     """
     net = {"hidden_units": 16, "num_layers": 1, "head": "pointer"}
-    often = {"keep_checkpoints": 3, "learning_rate": 3e-3}
+    net |= {"learning_rate": 3e-3, "keep_checkpoints": 3}
     robots = {"batch_size": 32, "buffer_size": 64, "max_steps": 600}
+    robots |= {"checkpoint_interval": 200, "summary_freq": 100}
     fire = {"batch_size": 4, "buffer_size": 8, "max_steps": 60}
-    saved = {"checkpoint_interval": 200, "summary_freq": 100}
-    fire_saved = {"checkpoint_interval": 20, "summary_freq": 10}
+    fire |= {"checkpoint_interval": 20, "summary_freq": 10}
     paper = _paper()
     return Settings(
         preset="tiny",
-        robots=_changed(paper.robots, {**net, **often, **robots, **saved}, "tiny"),
-        fire=_changed(paper.fire, {**net, **often, **fire, **fire_saved}, "tiny"),
+        robots=_changed(paper.robots, net | robots, "tiny"),
+        fire=_changed(paper.fire, net | fire, "tiny"),
         scenario=Scenario(people=6, sources=3, time_limit=60.0, training=True),
         episodes_per_job=2,
         jobs_per_round=2,
@@ -225,12 +216,6 @@ PRESETS: dict[str, Callable[[], Settings]] = {
 
 # -- As plain numbers and words -----------------------------------------------------
 
-PARTS: dict[str, Any] = {
-    "robots": TrainerSettings,
-    "fire": TrainerSettings,
-    "scenario": Scenario,
-}
-
 
 def fromdict(plain: Rows) -> Settings:
     """Settings of what `dataclasses.asdict` made; tuples may have become lists.
@@ -238,9 +223,10 @@ def fromdict(plain: Rows) -> Settings:
     Raises SettingsError for a name or value that cannot be meant.
     """
     rows = mapping(plain, "settings")
-    for name in PARTS.keys() & rows.keys():
-        rows[name] = _made(PARTS[name], rows[name], name)
-    return _made(Settings, rows, "settings")
+    parts = {"robots": TrainerSettings, "fire": TrainerSettings, "scenario": Scenario}
+    for name in parts.keys() & rows.keys():
+        rows[name] = record_from(parts[name], rows[name], name)
+    return record_from(Settings, rows, "settings")
 
 
 # -- ML-Agents' files ---------------------------------------------------------------

@@ -29,6 +29,7 @@ from reference.workshop.runs import (
     refuse_used,
     refuse_version,
 )
+from reference.workshop.training.presets import record_from
 
 BUILDING, ROBOTS, FIRES = "paper", ("sweep",), ("random",)  # unless asked otherwise
 EPISODES = 100
@@ -292,15 +293,11 @@ def _digest(path: Path) -> str:
 
 
 def _refuse_changed(file: File) -> None:
+    """Raises RunError unless the checkpoint is as it was when runs were played."""
     path = Path(file.path)
-    if not path.exists():
+    if not path.exists() or _digest(path) != file.sha256:
         raise RunError(
-            f"{path}: is not there any more. Bring it back, or begin anew in another "
-            "folder."
-        )
-    if _digest(path) != file.sha256:
-        raise RunError(
-            f"{path}: is another checkpoint than the one that runs were played with. "
+            f"{path}: is no more the checkpoint that runs were played with. "
             "Bring that one back, or begin anew in another folder."
         )
 
@@ -347,15 +344,13 @@ def read(path: Path) -> Evaluation:
 
 
 def _evaluation(content: dict[str, Any]) -> Evaluation:
-    scenario = Scenario(**_with_tuples(content["scenario"]))
+    """Build it from what JSON kept, in which tuples have become lists."""
     building_of(content["plan"])
+    plain = {name: content[name] for name in PLAIN}
+    lists = {name: tuple(v) for name, v in plain.items() if isinstance(v, list)}
+    scenario = record_from(Scenario, content["scenario"], "scenario")
     return Evaluation(
         Arena(content["building"], content["plan"], scenario),
         files={word: File(**file) for word, file in content["files"].items()},
-        **_with_tuples({name: content[name] for name in PLAIN}),
+        **plain | lists,
     )
-
-
-def _with_tuples(values: dict[str, Any]) -> dict[str, Any]:
-    """JSON knows lists alone."""
-    return {k: tuple(v) if isinstance(v, list) else v for k, v in values.items()}
