@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from trainings import begun, equal, tiny
+from trainings import begun, equal, tiny, trained
 
 from reference.building import load as load_building
 from reference.events import FireLit
@@ -133,14 +133,34 @@ def test_refuses_a_file_that_was_cut_off(path, part):
         load(path)
 
 
-def test_refuses_a_file_with_bytes_that_have_changed(path):
-    """The archive's check sums, or the plan, or torch notice."""
+@pytest.mark.parametrize("share", [0.2, 0.4, 0.6, 0.8])
+def test_refuses_a_file_in_which_one_bit_has_changed(path, share):
+    """Torch does not look at the archive's check sums; we do."""
     content = bytearray(path.read_bytes())
-    middle = len(content) // 2
-    content[middle : middle + 4000] = bytes(4000)
+    content[int(len(content) * share)] ^= 16
     path.write_bytes(content)
-    with pytest.raises(CheckpointError, match=r"own\.pt: "):
+    with pytest.raises(CheckpointError, match=r"own\.pt: is damaged"):
         load(path)
+
+
+@pytest.mark.parametrize("network", ["actor", "critic"])
+def test_refuses_weights_that_are_no_numbers(path, network):
+    """A training that went astray is not gone on with, nor played."""
+    content = torch.load(path, weights_only=True)
+    next(iter(content["learners"]["robots"][network].values())).view(-1)[0] = torch.nan
+    torch.save(content, path)
+    with pytest.raises(CheckpointError, match="no finite numbers"):
+        load(path)
+
+
+def test_refuses_an_optimiser_of_another_shape(tmp_path):
+    """It would be broadcast in silence, or fail in the next round."""
+    training = begun()
+    trained(training, tmp_path, rounds=1)
+    other = load(tmp_path)
+    other.learners["robots"]["optimiser"]["state"][0]["exp_avg"] = torch.zeros(1)
+    with pytest.raises(CheckpointError, match="do not fit its settings"):
+        Training.resumed(other)
 
 
 def test_refuses_a_text_file(tmp_path):

@@ -7,11 +7,12 @@ not belong.
 
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, fields
 from io import BytesIO
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile, ZipFile
 
 import torch
 
@@ -126,8 +127,10 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
             raise CheckpointError(
                 f"{path}: is no checkpoint. Name one that train made."
             )
-        file.seek(0)
         try:
+            if (damaged := ZipFile(file).testzip()) is not None:  # torch does not look
+                raise BadZipFile(damaged)
+            file.seek(0)
             content = torch.load(file, map_location="cpu", weights_only=True)
         except Exception as error:  # torch tells damage in many ways
             raise CheckpointError(
@@ -181,8 +184,25 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     settings = fromdict(task["settings"])
     whole = Task(**{**task, "settings": settings, "fixed": fixed})
     building_of(whole.plan)
+    networks = [
+        state[name]
+        for state in content["learners"].values()
+        for name in ("actor", "critic", "optimiser")
+    ]
+    for tensor in _tensors([*networks, task["fixed"]]):
+        if not tensor.isfinite().all():
+            raise SettingsError("weights that are no finite numbers")
     rest = {name: content[name] for name in ("round", "learners", "progress")}
     return Checkpoint(whole, **rest, version=content["version"])
+
+
+def _tensors(plain: Any) -> Iterator[torch.Tensor]:
+    """All tensors somewhere in plain data."""
+    if isinstance(plain, torch.Tensor):
+        yield plain
+    elif isinstance(plain, dict | list):
+        for part in plain.values() if isinstance(plain, dict) else plain:
+            yield from _tensors(part)
 
 
 def _plain_player(who: Learned | str) -> Any:

@@ -241,6 +241,7 @@ class Training:
         try:
             for side, learner in training.learners.items():
                 learner.load(checkpoint.learners[side])
+                _refuse_other_shapes(learner)
                 training.summaries[side].load(progress["summaries"][side])
             training.round = checkpoint.round
             training.episodes = progress["episodes"]
@@ -259,6 +260,14 @@ def _learner(task: Task, side: Side) -> Learner:
     (seed,) = seeds_of(task.seed, LEARNERS, SIDES.index(side), 1)
     landmarks = landmarks_for(side, settings)
     return learner_for(side, task.plan, scenario, settings, seed, landmarks)
+
+
+def _refuse_other_shapes(learner: Learner) -> None:
+    """Raises ValueError for moments of Adam that are not their parameter's."""
+    for parameter, moments in learner.optimiser.state.items():
+        for moment in moments.values():
+            if moment.dim() and moment.shape != parameter.shape:
+                raise ValueError("the optimiser's moments are of another shape")
 
 
 def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:
