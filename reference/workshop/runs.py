@@ -3,12 +3,16 @@
 Whoever goes on may ask for nothing else than what was begun, with the same version.
 """
 
-from collections.abc import Iterable
+import fcntl
+import os
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import reference
 from reference.building import load, plan_of
+from reference.workshop.files import make_folder
 
 
 class RunError(ValueError):
@@ -19,11 +23,64 @@ class ContradictionError(RunError):
     """What was asked for contradicts itself, or what was begun."""
 
 
+Started = TypeVar("Started")
+LOCK = ".lock"  # in a run's folder as long as it goes on; its text is the process
+
+
+@contextmanager
+def held(
+    folder: Path | None, resume: bool, start: Callable[[], Started]
+) -> Iterator[Started]:
+    """What `start` gives; its folder, if any, is no other run's until the block ends.
+
+    Raises RunError where another process holds the folder, OSError where it cannot be
+    made; nothing is made where `start` refuses.
+    """
+    if folder is None:
+        yield start()
+    elif not resume:
+        started = start()
+        make_folder(folder)
+        with _lock(folder):
+            refuse_used(folder)
+            yield started
+    else:
+        with _lock(folder) if folder.is_dir() else nullcontext():
+            yield start()
+
+
+@contextmanager
+def _lock(folder: Path) -> Iterator[None]:
+    """Lock a folder; the lock ends with the process, also with one that is killed."""
+    path = folder / LOCK
+    with path.open("a+") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            ours = os.path.samestat(os.fstat(file.fileno()), path.stat())
+        except OSError:
+            ours = False
+        if not ours:
+            file.seek(0)
+            raise RunError(
+                f"{folder}: process {file.read()} is at work in it. Wait for its end, "
+                "or name another folder."
+            )
+        file.truncate(0)
+        file.write(str(os.getpid()))
+        file.flush()
+        try:
+            yield
+        finally:
+            path.unlink(missing_ok=True)
+            with suppress(OSError):  # nothing was written: leave nothing behind
+                folder.rmdir()
+
+
 def refuse_used(folder: Path) -> None:
     """Raises RunError for a folder with something in it: a new run needs its own."""
     if folder.exists() and not folder.is_dir():
         raise RunError(f"{folder}: is a file. Name a folder.")
-    if folder.exists() and any(folder.iterdir()):
+    if folder.exists() and any(path.name != LOCK for path in folder.iterdir()):
         raise RunError(
             f"{folder}: is not empty. Name another folder, or add --resume to go on "
             "with what is in it."

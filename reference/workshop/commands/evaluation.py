@@ -7,6 +7,7 @@ import json
 import sys
 from argparse import Namespace
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,14 +24,22 @@ from reference.workshop.commands.common import (
 )
 from reference.workshop.evaluation import crossplay
 from reference.workshop.files import write_whole
-from reference.workshop.runs import ContradictionError
+from reference.workshop.runs import ContradictionError, held
 
 RULER = "ruler.json"
 
 
 def evaluate(arguments: Namespace) -> None:
     """Lets all robots meet all fires on the same seeds: survivors, R, h and E."""
-    evaluation = _evaluation(arguments)
+    if arguments.resume and not arguments.out:
+        raise ContradictionError("--resume goes with --out: which folder?")
+    start = partial(_evaluation, arguments)
+    with held(arguments.out, arguments.resume, start) as evaluation:
+        _evaluate(evaluation, arguments)
+
+
+def _evaluate(evaluation: crossplay.Evaluation, arguments: Namespace) -> None:
+    """Play what is missing, then write and print what it comes to."""
     noted(evaluation)
     given = _given(arguments, evaluation)
     records = _played(evaluation, arguments)
@@ -50,8 +59,6 @@ def _evaluation(arguments: Namespace) -> crossplay.Evaluation:
     """A new one, or the one in the folder with who is asked for besides."""
     names = crossplay.Asked.__dataclass_fields__
     asked = crossplay.Asked(**{name: getattr(arguments, name) for name in names})
-    if arguments.resume and not arguments.out:
-        raise ContradictionError("--resume goes with --out: which folder?")
     start = crossplay.resume if arguments.resume else crossplay.begin
     return start(asked, arguments.out)
 

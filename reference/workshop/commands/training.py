@@ -7,6 +7,7 @@ import json
 import os
 import sys
 from argparse import Namespace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -21,7 +22,7 @@ from reference.workshop.commands.common import (
     writable,
 )
 from reference.workshop.evaluation.contestants import SCRIPTS
-from reference.workshop.runs import ContradictionError
+from reference.workshop.runs import ContradictionError, held
 from reference.workshop.training.presets import PRESETS, Settings
 
 ROWS = rows_of(TrainerSettings) | rows_of(Settings)
@@ -30,15 +31,16 @@ ROWS = rows_of(TrainerSettings) | rows_of(Settings)
 def train(arguments: Namespace) -> None:
     """Trains robots and fire against each other, into a folder one can go on from."""
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
-    training = _training(arguments)
-    start, begun = perf_counter(), training.decisions
-    path = _trained(training, arguments)
-    seconds = perf_counter() - start
+    start = partial(_training, arguments)
+    with held(arguments.out, arguments.resume, start) as training:
+        begin, before = perf_counter(), training.decisions
+        path = _trained(training, arguments)
+    seconds = perf_counter() - begin
     facts = {
         "building": training.task.building,
         **training.facts(),
         "wall_seconds": seconds,
-        "decisions_per_second": (training.decisions - begun) / seconds,
+        "decisions_per_second": (training.decisions - before) / seconds,
         "checkpoint": str(path),
         "summaries": str(arguments.out / "summaries.csv"),
     }

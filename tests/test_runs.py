@@ -1,0 +1,68 @@
+"""Runs in folders: one at a time, and what is told to a second one."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+from clauses import ROOT
+
+from reference.__main__ import main
+from reference.workshop.runs import RunError, held
+
+HOLDING = """
+import sys, time
+from pathlib import Path
+from reference.workshop.runs import held
+
+with held(Path(sys.argv[1]), False, list):
+    (Path(sys.argv[1]) / "notes.txt").touch()
+    print("held", flush=True)
+    time.sleep(600)
+"""
+
+
+@pytest.fixture
+def holder(tmp_path):
+    """Another process that holds the folder `out` in the test's own."""
+    command = [sys.executable, "-c", HOLDING, str(tmp_path / "out")]
+    surroundings = os.environ | {"PYTHONPATH": str(ROOT)}
+    with subprocess.Popen(command, env=surroundings, stdout=subprocess.PIPE) as process:
+        assert process.stdout.readline() == b"held\n"
+        yield process
+        process.kill()
+
+
+@pytest.mark.parametrize(
+    "command", ["train", "train --resume", "evaluate", "evaluate --resume"]
+)
+def test_a_second_run_is_told_which_process_has_the_folder(
+    holder, command, tmp_path, capsys
+):
+    """Two would mix their tables; nothing of the first is touched."""
+    (tmp_path / "out" / "notes.txt").unlink()
+    out = ["--out", str(tmp_path / "out"), "--workers", "0"]
+    assert main([*command.split(), *out]) == 1
+    assert f"process {holder.pid} is at work in it" in capsys.readouterr().err
+    assert [path.name for path in (tmp_path / "out").iterdir()] == [".lock"]
+
+
+def test_a_lock_ends_with_its_process(holder, tmp_path):
+    """Also with one that was killed: whoever resumes has the folder."""
+    holder.kill()
+    holder.wait()
+    told = f"process {os.getpid()} is at work"
+    with (
+        held(tmp_path / "out", True, list),
+        pytest.raises(RunError, match=told),
+        held(tmp_path / "out", True, list),
+    ):
+        pass
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["notes.txt"]
+
+
+def test_a_run_that_writes_nothing_leaves_no_folder(tmp_path):
+    """Such as one that is refused at once."""
+    with pytest.raises(RunError), held(tmp_path / "out", False, list):
+        raise RunError("refused")
+    assert not (tmp_path / "out").exists()
