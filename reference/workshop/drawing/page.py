@@ -238,7 +238,6 @@ def chosen_floors(building: Building, floor: int | None) -> tuple[int, ...]:
 def foot(
     figure: Figure,
     handles: Sequence[Artist] | None = None,
-    columns: int = 12,
     caption: str = "",
     **look: Any,
 ) -> None:
@@ -251,7 +250,7 @@ def foot(
         named = {h.get_label(): h for each, _ in found for h in each}
         handles = [*named.values()]
     look |= {"handles": list(handles), "title": caption or None, "handleheight": 1.1}
-    for count in range(max(min(columns, len(handles)), 1), 0, -1):
+    for count in range(max(len(handles), 1), 0, -1):
         legend = figure.legend(loc="outside lower center", ncols=count, **look)
         legend.get_title().set(fontsize=8, color=FAINT, multialignment="center")
         if legend.get_window_extent().width <= figure.bbox.width:
@@ -364,15 +363,12 @@ def _first_free(
     axes: Axes, places: Iterable[_Place], taken: np.ndarray
 ) -> tuple[float, np.ndarray, np.ndarray]:
     """The first place that hides nothing, else that which hides least; how much."""
-    least: tuple[float, np.ndarray, np.ndarray] | None = None
+    seen: list[tuple[float, np.ndarray, np.ndarray]] = []
     for offset, shape in places:
-        hidden = _hidden(axes, shape, taken)
-        if least is None or hidden < least[0]:
-            least = hidden, offset, shape
-        if not hidden:
-            break
-    assert least is not None
-    return least
+        seen.append((_hidden(axes, shape, taken), offset, shape))
+        if not seen[-1][0]:
+            return seen[-1]
+    return min(seen, key=lambda place: place[0])
 
 
 def _squares(middle: np.ndarray, half: float | np.ndarray) -> np.ndarray:
