@@ -14,12 +14,8 @@ from scipy import ndimage
 from reference.floorplan.mistakes import Finding
 from reference.floorplan.page import Drawing, Page
 from reference.floorplan.plan import (
-    BLANK,
-    DOOR,
-    EXIT,
     OUTSIDE,
     STAIRWELLS,
-    WALL,
     Cell,
     Part,
     Plan,
@@ -32,9 +28,9 @@ from reference.floorplan.plan import (
 
 
 def _outer_wall(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
-    outside = storey.signs == BLANK
-    in_line = _between(~(outside | storey.rooms))
-    gap = outside & in_line & ndimage.binary_dilation(storey.rooms)
+    outside = storey.signs == " "
+    wall = ~(outside | storey.rooms)
+    gap = outside & _between(wall) & ndimage.binary_dilation(storey.rooms)
     hole = storey.rooms & ndimage.binary_dilation(outside & ~gap)
     for cells in pieces(gap) + pieces(hole):
         what = "there is a hole in the outer wall"
@@ -43,15 +39,12 @@ def _outer_wall(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
 
 def _between(wall: np.ndarray) -> np.ndarray:
     """Cells with wall on two opposite sides: a blank there was meant as wall."""
-    above, below = np.roll(wall, 1, axis=0), np.roll(wall, -1, axis=0)
-    left, right = np.roll(wall, 1, axis=1), np.roll(wall, -1, axis=1)
-    return (above & below) | (left & right)
+    both = [np.roll(wall, 1, axis) & np.roll(wall, -1, axis) for axis in (0, 1)]
+    return both[0] | both[1]
 
 
 def _doors(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
-    for door in storey.gates:
-        if door.kind == "exit":
-            continue
+    for door in (gate for gate in storey.gates if gate.kind != "exit"):
         if door.outside:
             hint = "Type 'E' for an exit, or '#' for a wall."
             yield drawing.finding(door.cells[0], "this door leads outside", hint)
@@ -63,29 +56,28 @@ def _doors(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
 
 
 def _exits(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
-    for gate in storey.gates:
-        if gate.kind == "exit" and not gate.outside:
+    for gate in (gate for gate in storey.gates if gate.kind == "exit"):
+        what = hint = ""
+        if not gate.outside:
+            what = "this exit does not lead outside"
             hint = "Put it in the outer wall, or type '+' for a door."
-            yield drawing.finding(
-                gate.cells[0], "this exit does not lead outside", hint
-            )
-        elif gate.kind == "exit" and not gate.sides:
+        elif not gate.sides:
+            what = "this exit leads out of no room"
             hint = "Put it in the outer wall of a room, or type '#' here."
-            yield drawing.finding(gate.cells[0], "this exit leads out of no room", hint)
+        if what:
+            yield drawing.finding(gate.cells[0], what, hint)
 
 
 def _stairwells(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
-    seen: set[str] = set()
-    for well in (area for area in storey.areas if area.kind == "stairwell"):
-        if well.name in seen:
+    parts = [area for area in storey.areas if area.kind == "stairwell"]
+    for k, well in enumerate(parts):
+        cells = np.argwhere(storey.signs == well.name)
+        if well.name in [other.name for other in parts[:k]]:
             hint = "Join the parts, or give this one another letter."
             yield drawing.finding(well.cells[0], f"{well} is in two parts", hint)
-            continue
-        seen.add(well.name)
-        cells = np.argwhere(storey.signs == well.name)
-        if opening := _opening(storey, well.name, cells):
+        elif opening := _opening(storey, well.name, cells):
             yield drawing.finding(*opening)
-        elif not (storey.signs[tuple(neighbours(cells).T)] == DOOR).any():
+        elif "+" not in storey.signs[tuple(neighbours(cells).T)]:
             hint = "Type '+' in its wall, where a room is behind it."
             what = f"{well} has no entrance on {drawing.label}"
             yield drawing.finding(cells[0], what, hint)
@@ -98,12 +90,12 @@ def _opening(
 
     Two stairwells side by side are told once, at the first letter.
     """
-    closed = {letter, WALL, DOOR, *STAIRWELLS[: STAIRWELLS.index(letter)]}
+    closed = letter + "#+" + STAIRWELLS[: STAIRWELLS.index(letter)]
     for cell in sorted(map(tuple, neighbours(cells))):
         sign = str(storey.signs[cell])
         if sign not in closed:
             here = np.clip(cell, 1, np.array(storey.signs.shape) - 2)
-            other = {BLANK: "the outside", EXIT: "an exit"}.get(sign)
+            other = {" ": "the outside", "E": "an exit"}.get(sign)
             other = other or str(storey.areas[storey.area[cell]])
             entrance = ", or '+' for an entrance" if storey.rooms[cell] else ""
             what = f"stairwell {letter} is open to {other}"

@@ -23,11 +23,8 @@ from scipy import ndimage
 
 from reference.paper import STAIRS_SECONDS, WALKING_SPEED
 
-BLANK, WALL, FLOOR, DOOR, EXIT = " #.+E"
 STAIRWELLS = "ABCD"
 OUTSIDE = "outside"
-SIDES = np.array([(-1, 0), (0, -1), (0, 1), (1, 0)])
-
 Cell = Iterable[int]
 
 
@@ -68,15 +65,16 @@ class Storey:
     @cached_property
     def rooms(self) -> np.ndarray:
         """(rows + 2, columns + 2) bool: floor, and names written on it."""
-        return (self.signs == FLOOR) | (self.signs >= "a")
+        return (self.signs == ".") | (self.signs >= "a")
 
     @cached_property
     def area(self) -> np.ndarray:
         """(rows + 2, columns + 2) index into `areas`, -1 where there is none."""
-        area = ndimage.label(self.rooms)[0].astype(int) - 1
+        area = np.full(self.signs.shape, -1)
         wells = [p for letter in STAIRWELLS for p in pieces(self.signs == letter)]
-        for cells in sorted(wells, key=lambda cells: tuple(cells[0])):
-            area[tuple(cells.T)] = area.max() + 1
+        wells.sort(key=lambda cells: tuple(cells[0]))
+        for index, cells in enumerate(pieces(self.rooms) + wells):
+            area[tuple(cells.T)] = index
         return area
 
     @cached_property
@@ -92,27 +90,27 @@ class Storey:
     @cached_property
     def areas(self) -> tuple[Part, ...]:
         """Rooms, then stairwells, each in reading order."""
-        return tuple(self._area(*found) for found in enumerate(split(self.area + 1)))
-
-    def _area(self, index: int, cells: np.ndarray) -> Part:
-        sign = str(self.signs[tuple(cells[0])])
-        if sign in STAIRWELLS:
-            return Part(sign, "stairwell", cells)
-        words = self.words.get(index)
-        return Part(words[0][0] if words else f"room-{index + 1}", "room", cells)
+        found = []
+        for index, cells in enumerate(pieces(self.area + 1)):
+            sign = str(self.signs[tuple(cells[0])])
+            kind = "stairwell" if sign in STAIRWELLS else "room"
+            words = self.words.get(index, [(f"room-{index + 1}", cells[0])])
+            name = sign if kind == "stairwell" else words[0][0]
+            found.append(Part(name, kind, cells))
+        return tuple(found)
 
     @cached_property
     def gates(self) -> tuple[Part, ...]:
         """Doors, then entrances, then exits, each in reading order."""
         found: dict[str, list[Part]] = {"door": [], "entrance": [], "exit": []}
-        for sign in (DOOR, EXIT):
+        for sign in "+E":
             for cells in pieces(self.signs == sign):
                 around = tuple(neighbours(cells).T)
                 sides = [self.areas[k] for k in np.unique(self.area[around]) if k >= 0]
                 stairs = any(side.kind == "stairwell" for side in sides)
-                kind = "exit" if sign == EXIT else "entrance" if stairs else "door"
+                kind = "exit" if sign == "E" else "entrance" if stairs else "door"
                 name = f"{kind}-{len(found[kind]) + 1}"
-                outside = bool((self.signs[around] == BLANK).any())
+                outside = bool((self.signs[around] == " ").any())
                 found[kind].append(Part(name, kind, cells, tuple(sides), outside))
         return (*found["door"], *found["entrance"], *found["exit"])
 
@@ -152,8 +150,26 @@ class Plan:
 
     @cached_property
     def ways(self) -> nx.MultiDiGraph:
-        """The graph as people walk it: `walking_directions`."""
-        return walking_directions(self.graph)
+        """The graph as people walk it: out by exits, into stairs that lead down [A3].
+
+        Nobody walks up: stairs are left by the entrances of the lowest floor only.
+        """
+        both, floor = nx.MultiDiGraph(self.graph), dict(self.graph.nodes(data="floor"))
+        kinds = self.graph.nodes(data="kind")
+        stairs = [edge for edge in both.edges(data="kind") if edge[2] == "stairs"]
+        above = {start for start, end, _ in stairs if floor[start] > floor[end]}
+        lowest = {node for node, kind in kinds if kind == "stairwell"} - above
+
+        def walked(start: str, end: str, key: str) -> bool:
+            match both.edges[start, end, key]["kind"]:
+                case "stairs":
+                    return bool(floor[start] > floor[end])
+                case "entrance":
+                    return end in above or start in lowest
+                case _:
+                    return start != OUTSIDE
+
+        return nx.subgraph_view(both, filter_edge=walked)
 
 
 def _add_gate(graph: nx.MultiGraph, n: int, gate: Part) -> None:
@@ -181,42 +197,12 @@ def _add_stairs(graph: nx.MultiGraph, letter: str, lower: int, upper: int) -> No
     )
 
 
-def walking_directions(graph: nx.MultiGraph) -> nx.MultiDiGraph:
-    """The graph as people walk it: out by exits, into stairs that lead down [A3].
-
-    Nobody walks up: stairs are left by the entrances of the lowest floor only.
-    """
-    both, floor = nx.MultiDiGraph(graph), dict(graph.nodes(data="floor"))
-    wells = {node for node, kind in graph.nodes(data="kind") if kind == "stairwell"}
-    stairs = [edge for edge in both.edges(data="kind") if edge[2] == "stairs"]
-    above = {start for start, end, _ in stairs if floor[start] > floor[end]}
-    lowest = wells - above
-
-    def allowed(start: str, end: str, key: str) -> bool:
-        match both.edges[start, end, key]["kind"]:
-            case "stairs":
-                return bool(floor[start] > floor[end])
-            case "entrance":
-                return end in above or start in lowest
-            case _:
-                return start != OUTSIDE
-
-    return nx.subgraph_view(both, filter_edge=allowed)
-
-
 def pieces(mask: np.ndarray) -> list[np.ndarray]:
-    """The (k, 2) cells of each part of a mask that hangs together."""
-    return split(ndimage.label(mask)[0])
-
-
-def split(labels: np.ndarray) -> list[np.ndarray]:
-    """The (k, 2) cells of each label from 1 upwards, in reading order."""
-    cells = np.argwhere(labels)
-    label = labels[tuple(cells.T)]
-    ends = np.cumsum(np.bincount(label)[1:-1])
-    return np.split(cells[np.argsort(label, kind="stable")], ends) if len(cells) else []
+    """The (k, 2) cells of each part of a mask that hangs together, or of each label."""
+    labels = ndimage.label(mask)[0] if mask.dtype == bool else mask
+    return [np.argwhere(labels == label) for label in range(1, labels.max() + 1)]
 
 
 def neighbours(cells: np.ndarray) -> np.ndarray:
     """(4 k, 2) the cells above, left, right and below each of (k, 2) cells."""
-    return (cells[:, None] + SIDES).reshape(-1, 2)
+    return (cells[:, None] + [(-1, 0), (0, -1), (0, 1), (1, 0)]).reshape(-1, 2)
