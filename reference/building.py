@@ -1,7 +1,7 @@
-"""A drawing becomes a graph of rooms, doors and stairwells, and a grid of cells.
+"""A building: the graph of its rooms, doors and stairwells, and a grid of its cells.
 
-Clauses: A1, A2, A3, A4, A6 and the coordinates of A8.  A student asks the graph with
-networkx, the simulator asks the grid.
+Clauses: A1, A2, A3, A4, A6 and the coordinates of A8.  Questions about rooms go to the
+graph, with networkx; questions about places go to the grid.
 
     row, col   place in the text, row 0 is the north edge
     x, y       metres, east and north; the main body's middle is the origin
@@ -9,17 +9,18 @@ networkx, the simulator asks the grid.
 """
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property, lru_cache
+from itertools import count
 from typing import TypeAlias
 
 import networkx as nx
 import numpy as np
 
 from reference.floorplan import Plan, find, parse, read, to_text
-from reference.floorplan.plan import OUTSIDE
+from reference.floorplan.plan import OUTSIDE, Part
 
 Graph: TypeAlias = nx.MultiGraph
 
@@ -37,6 +38,10 @@ class Kind(IntEnum):
 
 
 LANDMARKS = (Kind.DOOR, Kind.ENTRANCE, Kind.EXIT)  # triggers without volume [A5]
+KINDS = {kind.name.lower(): kind for kind in LANDMARKS} | {
+    "room": Kind.FLOOR,
+    "stairwell": Kind.STAIRS,
+}
 
 
 @dataclass(frozen=True)
@@ -97,29 +102,21 @@ class Stairwell:
 
 @dataclass(frozen=True, eq=False)
 class Building:
-    """The whole building; arrays are (floors, rows, cols).
-
-    kind      Kind of each cell
-    area      index into `areas`, -1 where there is none
-    landmark  index into `landmarks`, -1 where there is none
-    origin    (row, col) of the origin of the metres
-    body      main body: left, bottom, right, top in metres [A1]
-    """
+    """What follows from a checked plan; arrays are (floors, rows, cols)."""
 
     plan: Plan
-    kind: np.ndarray
-    area: np.ndarray
-    landmark: np.ndarray
-    areas: tuple[Area, ...]
-    landmarks: tuple[Landmark, ...]
-    stairwells: tuple[Stairwell, ...]
-    origin: tuple[int, int]
-    body: tuple[float, float, float, float]
 
     @property
     def title(self) -> str:
         """What the drawing calls the building."""
         return self.plan.title
+
+    @property
+    def floors(self) -> int:
+        """How many floors."""
+        return len(self.plan.storeys)
+
+    # -- The graph ------------------------------------------------------------------
 
     @property
     def graph(self) -> Graph:
@@ -131,10 +128,32 @@ class Building:
         """The graph as people walk it: out by exits, down by stairs [A3]."""
         return self.plan.ways
 
-    @property
-    def floors(self) -> int:
-        """How many floors."""
-        return self.kind.shape[0]
+    def graph_without(self, burnt: np.ndarray) -> Graph:
+        """The graph without doors that have burnt; burnt: (landmarks,) bool [A6]."""
+        doors = [self.landmarks[mark].id for mark in np.flatnonzero(burnt)]
+        return intact(burn(self.graph, doors))
+
+    @cached_property
+    def area_of(self) -> dict[str, Area]:
+        """The room or stairwell that a node of the graph stands for, by its id."""
+        return {area.id: area for area in self.areas}
+
+    @cached_property
+    def landmark_of(self) -> dict[str, Landmark]:
+        """The landmark that an edge of the graph stands for, by its id."""
+        return {mark.id: mark for mark in self.landmarks}
+
+    # -- Cells and metres -----------------------------------------------------------
+
+    @cached_property
+    def kind(self) -> np.ndarray:
+        """Kind of each cell, uint8."""
+        kind = np.zeros((self.floors, self.plan.height, self.plan.width), np.uint8)
+        for floor, storey in zip(kind, self.plan.storeys, strict=True):
+            floor[storey.signs[1:-1, 1:-1] == "#"] = Kind.WALL
+            for part in (*storey.areas, *storey.gates):
+                floor[tuple(part.cells.T - 1)] = KINDS[part.kind]
+        return kind
 
     @cached_property
     def walkable(self) -> np.ndarray:
@@ -142,19 +161,102 @@ class Building:
         return self.kind >= Kind.FLOOR
 
     @cached_property
-    def exits(self) -> frozenset[int]:
-        """Indices of the exits among the landmarks."""
-        return frozenset(m.index for m in self.landmarks if m.kind is Kind.EXIT)
+    def area(self) -> np.ndarray:
+        """Index into `areas` of each cell, -1 where there is none."""
+        return self._indices(self.areas)
 
     @cached_property
-    def entrances(self) -> frozenset[int]:
-        """Indices of the stairwell entrances among the landmarks."""
-        return frozenset(m.index for m in self.landmarks if m.kind is Kind.ENTRANCE)
+    def landmark(self) -> np.ndarray:
+        """Index into `landmarks` of each cell, -1 where there is none."""
+        return self._indices(self.landmarks)
+
+    def _indices(self, things: Iterable[Area | Landmark]) -> np.ndarray:
+        index = np.full(self.kind.shape, -1, dtype=np.int16)
+        for thing in things:
+            index[thing.floor, *thing.cells.T] = thing.index
+        return index
 
     @cached_property
-    def dead_ends(self) -> frozenset[int]:
-        """Indices of the entrances whose stairs do not go down."""
-        return frozenset(m for m in self.entrances if not self.landmarks[m].leads_out)
+    def _box(self) -> np.ndarray:
+        """Main body: first row and column, and past its last row and column."""
+        cells = np.argwhere((self.kind == Kind.FLOOR).any(axis=0))
+        return np.array([cells.min(axis=0) - 1, cells.max(axis=0) + 2])  # with walls
+
+    @cached_property
+    def origin(self) -> tuple[int, int]:
+        """(row, col) of the origin of the metres: the main body's middle [A8]."""
+        row, col = (self._box.sum(axis=0) // 2).tolist()
+        return row, col
+
+    @cached_property
+    def body(self) -> tuple[float, float, float, float]:
+        """Main body: left, bottom, right, top in metres [A1]."""
+        (top, left), (bottom, right) = (self._box - self.origin).astype(float).tolist()
+        return left, -bottom, right, -top
+
+    def metres(self, row: float, col: float) -> tuple[float, float]:
+        """Centre of a cell, metres east and north of the origin."""
+        return col + 0.5 - self.origin[1], self.origin[0] - row - 0.5
+
+    def cell(self, x: float, y: float) -> tuple[int, int]:
+        """Row and column of the cell around a point."""
+        return int(np.ceil(self.origin[0] - y)) - 1, int(np.floor(x + self.origin[1]))
+
+    # -- Rooms, stairwells, landmarks -----------------------------------------------
+
+    @cached_property
+    def areas(self) -> tuple[Area, ...]:
+        """Rooms and stairwells, floor by floor."""
+        return tuple(
+            Area(index, name, part.name, part.kind, floor, cells, self._middle(cells))
+            for index, floor, name, part, cells in self._parts("areas")
+        )
+
+    @cached_property
+    def landmarks(self) -> tuple[Landmark, ...]:
+        """Doors, entrances and exits, floor by floor."""
+        found, kinds = [], self.graph.nodes(data="kind")
+        into = {node for node, kind in kinds if kind != "room"}
+        out = {key for _, end, key in self.ways.edges(keys=True) if end in into}
+        for index, floor, name, gate, cells in self._parts("gates"):
+            kind, sides = (
+                KINDS[gate.kind],
+                [f"{floor + 1}/{s.name}" for s in gate.sides],
+            )
+            sides += [OUTSIDE] * (kind is Kind.EXIT)
+            place = floor, cells, self._middle(cells), tuple(sides)
+            found.append(Landmark(index, name, kind, *place, name in out))
+        return tuple(found)
+
+    def _parts(self, what: str) -> Iterator[tuple[int, int, str, Part, np.ndarray]]:
+        """Index, floor, id, part and its cells, for all areas or gates."""
+        index = count()
+        for floor, storey in enumerate(self.plan.storeys):
+            for part in getattr(storey, what):
+                name = f"{floor + 1}/{part.name}"
+                yield next(index), floor, name, part, part.cells - 1
+
+    def _middle(self, cells: np.ndarray) -> tuple[float, float]:
+        row, col = cells.mean(axis=0) + 0.5
+        return float(col - self.origin[1]), float(self.origin[0] - row)
+
+    @cached_property
+    def stairwells(self) -> tuple[Stairwell, ...]:
+        """Shafts in the order of their letters."""
+        shafts: dict[str, list[Area]] = defaultdict(list)
+        for area in self.areas:
+            if area.kind == "stairwell":
+                shafts[area.name].append(area)
+        return tuple(self._stairwell(shafts[letter]) for letter in sorted(shafts))
+
+    def _stairwell(self, storeys: list[Area]) -> Stairwell:
+        name, cells, centre = storeys[0].name, storeys[0].cells, storeys[0].centre
+        areas = {area.floor: area.index for area in storeys}
+        entrances = {
+            area.floor: tuple(m.index for m in self.landmarks if area.id in m.sides)
+            for area in storeys
+        }
+        return Stairwell(name, cells, centre, areas, entrances)
 
     @cached_property
     def stairwell_of(self) -> dict[int, int]:
@@ -167,27 +269,19 @@ class Building:
         }
 
     @cached_property
-    def area_of(self) -> dict[str, Area]:
-        """The room or stairwell that a node of the graph stands for, by its id."""
-        return {area.id: area for area in self.areas}
+    def exits(self) -> frozenset[int]:
+        """Indices of the exits among the landmarks."""
+        return frozenset(m.index for m in self.landmarks if m.kind is Kind.EXIT)
 
     @cached_property
-    def landmark_of(self) -> dict[str, Landmark]:
-        """The landmark that an edge of the graph stands for, by its id."""
-        return {mark.id: mark for mark in self.landmarks}
+    def entrances(self) -> frozenset[int]:
+        """Indices of the stairwell entrances among the landmarks."""
+        return frozenset(self.stairwell_of)
 
-    def metres(self, row: float, col: float) -> tuple[float, float]:
-        """Centre of a cell, metres east and north of the origin."""
-        return col + 0.5 - self.origin[1], self.origin[0] - row - 0.5
-
-    def cell(self, x: float, y: float) -> tuple[int, int]:
-        """Row and column of the cell around a point."""
-        return int(np.ceil(self.origin[0] - y)) - 1, int(np.floor(x + self.origin[1]))
-
-    def graph_without(self, burnt: np.ndarray) -> Graph:
-        """The graph without doors that have burnt; burnt: (landmarks,) bool [A6]."""
-        doors = [self.landmarks[mark].id for mark in np.flatnonzero(burnt)]
-        return intact(burn(self.graph, doors))
+    @cached_property
+    def dead_ends(self) -> frozenset[int]:
+        """Indices of the entrances whose stairs do not go down."""
+        return frozenset(m for m in self.entrances if not self.landmarks[m].leads_out)
 
     def ways_out(self, floor: int) -> list[int]:
         """Landmarks that lead off a floor: exits, and entrances to stairs down."""
@@ -198,21 +292,23 @@ class Building:
         return [a for a in self.areas if a.floor == floor and a.kind == "room"]
 
 
-def burn(graph: Graph, doors: Iterable[str]) -> Graph:
-    """A copy of the graph in which the edges with these ids are burnt [A6].
+def burn(graph: Graph, doors: Collection[str]) -> Graph:
+    """Copy a graph of rooms and mark the edges with these ids as burnt [A6].
 
     Raises KeyError for an id that no edge of the graph has.
     """
-    edges, burnt = defaultdict(list), graph.copy()
-    for edge in graph.edges(keys=True):
-        edges[edge[2]].append(edge)
-    for edge in (edge for door in doors for edge in dict(edges)[door]):
-        burnt.edges[edge]["state"] = "burnt"
+    burnt, missing = graph.copy(), set(doors)
+    for *_, key, facts in burnt.edges(keys=True, data=True):
+        if key in doors:
+            facts["state"] = "burnt"
+            missing.discard(key)
+    if missing:
+        raise KeyError(min(missing))
     return burnt
 
 
 def intact(graph: Graph) -> Graph:
-    """The graph without what has burnt: a destroyed door is no way [A6, chosen]."""
+    """Leave burnt edges out of a graph: a destroyed door is no way [A6, chosen]."""
     return nx.subgraph_view(
         graph, filter_edge=lambda *edge: graph.edges[edge]["state"] == "intact"
     )
@@ -223,16 +319,16 @@ def load(name: str) -> Building:
 
     Raises FloorPlanError for a mistake in the drawing, OSError for an unreadable file.
     """
-    return build(read(find(name)))
+    return Building(read(find(name)))
 
 
 @lru_cache(maxsize=4)
 def building_of(plan: str) -> Building:
-    """The building in the text of a floor file: how it travels to other processes.
+    """Build from the text of a floor file, which is how it travels to other processes.
 
     One object per drawing, since navigation and sight are kept with it.
     """
-    return build(parse(plan))
+    return Building(parse(plan))
 
 
 def plan_of(building: Building) -> str:
@@ -241,122 +337,5 @@ def plan_of(building: Building) -> str:
 
 
 def build(plan: Plan) -> Building:
-    """Everything that follows from a checked drawing."""
-    kind = _kinds(plan)
-    origin, body = _main_body(kind)
-    areas, landmarks = _areas(plan, origin), _landmarks(plan, origin)
-    return Building(
-        plan,
-        kind,
-        _indices(kind, areas),
-        _indices(kind, landmarks),
-        areas,
-        landmarks,
-        _stairwells(plan.graph, areas, landmarks),
-        origin,
-        body,
-    )
-
-
-def _kinds(plan: Plan) -> np.ndarray:
-    """(floors, rows, cols) Kind of each cell."""
-    kinds = []
-    for storey in plan.storeys:
-        kind = np.where(storey.signs == "#", Kind.WALL, Kind.OUTSIDE).astype(np.uint8)
-        kind[storey.rooms] = Kind.FLOOR
-        for part in (*storey.areas, *storey.gates):
-            kind[tuple(part.cells.T)] = _KINDS[part.kind]
-        kinds.append(kind[1:-1, 1:-1])
-    return np.array(kinds)
-
-
-_KINDS = {
-    "room": Kind.FLOOR,
-    "stairwell": Kind.STAIRS,
-    "door": Kind.DOOR,
-    "entrance": Kind.ENTRANCE,
-    "exit": Kind.EXIT,
-}
-
-
-def _main_body(
-    kind: np.ndarray,
-) -> tuple[tuple[int, int], tuple[float, float, float, float]]:
-    """Origin (row, col) and the box around all rooms and their walls [A1]."""
-    rows, cols = np.nonzero((kind == Kind.FLOOR).any(axis=0))
-    top, bottom = rows.min() - 1, rows.max() + 2  # the walls, and past the last row
-    left, right = cols.min() - 1, cols.max() + 2
-    row, col = int(top + bottom) // 2, int(left + right) // 2
-    box = (float(left - col), float(row - bottom), float(right - col), float(row - top))
-    return (row, col), box
-
-
-def _areas(plan: Plan, origin: tuple[int, int]) -> tuple[Area, ...]:
-    found: list[Area] = []
-    for floor, storey in enumerate(plan.storeys):
-        for part in storey.areas:
-            name, cells = f"{floor + 1}/{part.name}", part.cells - 1
-            place = floor, cells, _middle(cells, origin)
-            found.append(Area(len(found), name, part.name, part.kind, *place))
-    return tuple(found)
-
-
-def _landmarks(plan: Plan, origin: tuple[int, int]) -> tuple[Landmark, ...]:
-    wells = {n for n, kind in plan.ways.nodes(data="kind") if kind == "stairwell"}
-    out = {
-        key for _, end, key in plan.ways.edges(keys=True) if end in wells | {OUTSIDE}
-    }
-    found: list[Landmark] = []
-    for floor, storey in enumerate(plan.storeys):
-        for gate in storey.gates:
-            name, kind, cells = (
-                f"{floor + 1}/{gate.name}",
-                _KINDS[gate.kind],
-                gate.cells - 1,
-            )
-            sides = tuple(f"{floor + 1}/{side.name}" for side in gate.sides)
-            sides += (OUTSIDE,) * (kind is Kind.EXIT)
-            place = floor, cells, _middle(cells, origin)
-            found.append(Landmark(len(found), name, kind, *place, sides, name in out))
-    return tuple(found)
-
-
-def _middle(cells: np.ndarray, origin: tuple[int, int]) -> tuple[float, float]:
-    row, col = cells.mean(axis=0) + 0.5
-    return float(col - origin[1]), float(origin[0] - row)
-
-
-def _indices(
-    kind: np.ndarray, things: tuple[Area, ...] | tuple[Landmark, ...]
-) -> np.ndarray:
-    """(floors, rows, cols) index of the thing that a cell belongs to, or -1."""
-    index = np.full(kind.shape, -1, dtype=np.int16)
-    for thing in things:
-        index[thing.floor, *thing.cells.T] = thing.index
-    return index
-
-
-def _stairwells(
-    graph: Graph, areas: tuple[Area, ...], landmarks: tuple[Landmark, ...]
-) -> tuple[Stairwell, ...]:
-    found = []
-    mark = {m.id: m.index for m in landmarks}
-    storeys = [a for a in areas if a.kind == "stairwell"]
-    for letter in sorted({a.name for a in storeys}):
-        mine = {a.floor: a for a in storeys if a.name == letter}
-        first = next(iter(mine.values()))
-        entrances = {
-            floor: tuple(
-                sorted(
-                    {
-                        mark[key]
-                        for *_, key in graph.edges(a.id, keys=True)
-                        if key in mark
-                    }
-                )
-            )
-            for floor, a in mine.items()
-        }
-        indices = {floor: a.index for floor, a in mine.items()}
-        found.append(Stairwell(letter, first.cells, first.centre, indices, entrances))
-    return tuple(found)
+    """Build from a checked drawing."""
+    return Building(plan)

@@ -32,21 +32,20 @@ def _nothing(page: Page) -> Iterator[Finding]:
 
 def _headings(page: Page) -> Iterator[Finding]:
     for line in _unreadable(page):
-        word = key_word(line.key)
+        what, hint = f"'{line.key}' is no heading", f"Write '{_mended(line)}'."
         if not line.key.endswith(":"):
-            yield line.finding("this heading has no ':'", f"Write '{_mended(line)}'.")
+            what = "this heading has no ':'"
         elif match := FLOOR_KEY.fullmatch(line.key):
+            what = "the floors run backwards here"
             hint = f"Write 'floor {match[2]}-{match[1]}:'."
-            yield line.finding("the floors run backwards here", hint)
         elif re.match(r"floor(?![a-z])", line.key):
+            what = "this floor has no number that can be read"
             hint = "Write 'floor 2:', or 'floor 2-3:' for floors that are alike."
-            yield line.finding("this floor has no number that can be read", hint)
-        elif word:
-            what = f"'{line.key}' is no heading; did you mean '{word}'?"
-            yield line.finding(what, f"Write '{_mended(line)}'.")
+        elif word := key_word(line.key):
+            what += f"; did you mean '{word}'?"
         else:
             hint = "Type ';' in front of it to make it a note."
-            yield line.finding(f"'{line.key}' is no heading", hint)
+        yield line.finding(what, hint)
 
 
 def _unreadable(page: Page) -> list[Line]:
@@ -65,26 +64,21 @@ def _mended(line: Line) -> str:
 
 def _settings(page: Page) -> Iterator[Finding]:
     below = min((d.heading.number for d in page.drawings if d.numbers), default=inf)
+    silent = _unreadable(page) or not any(line.code for line in page.lines)
+    hints = {
+        "building:": "Write 'building: NAME' at the top.",
+        "size:": f"Write '{page.drawn_size}' at the top: columns x rows.",
+    }
     for key, lines in page.settings.items():
+        if not lines and not silent:
+            what = f"the building has no '{key}' line"
+            yield page.lines[0].finding(what, hints[key])
         for line in lines[1:]:
             hint = "Take one of the two lines out."
             yield line.finding(f"'{key}' is written twice", hint)
-        for line in lines[:1]:
-            if line.number > below:
-                hint = "Move this line above the first floor."
-                yield line.finding(f"'{key}' stands below a floor", hint)
-
-
-def _missing_settings(page: Page) -> Iterator[Finding]:
-    if _unreadable(page) or not any(line.code for line in page.lines):
-        return
-    first = page.lines[0]
-    if not page.settings["building:"]:
-        hint = "Write 'building: NAME' at the top."
-        yield first.finding("the building has no 'building:' line", hint)
-    if not page.settings["size:"]:
-        hint = f"Write '{page.drawn_size}' at the top: columns x rows."
-        yield first.finding("the building has no 'size:' line", hint)
+        if lines and lines[0].number > below:
+            hint = "Move this line above the first floor."
+            yield lines[0].finding(f"'{key}' stands below a floor", hint)
 
 
 def _values(page: Page) -> Iterator[Finding]:
@@ -94,13 +88,12 @@ def _values(page: Page) -> Iterator[Finding]:
             yield line.finding_in_value("the building has no name", hint)
     for line in page.settings["size:"]:
         size = SIZE_VALUE.fullmatch(line.value)
-        hint = f"Write '{page.drawn_size}'."
-        if size is None:
-            what = "this size cannot be read: it is columns x rows"
-            yield line.finding_in_value(what, hint)
-        elif not all(1 <= int(cells) <= MOST_CELLS for cells in size.groups()):
+        what = "this size cannot be read: it is columns x rows"
+        if size and all(1 <= int(cells) <= MOST_CELLS for cells in size.groups()):
+            continue
+        if size:
             what = f"a drawing has 1 to {MOST_CELLS} columns and 1 to {MOST_CELLS} rows"
-            yield line.finding_in_value(what, hint)
+        yield line.finding_in_value(what, f"Write '{page.drawn_size}'.")
 
 
 def _floor_numbers(page: Page) -> Iterator[Finding]:
@@ -121,20 +114,18 @@ def _floor_numbers(page: Page) -> Iterator[Finding]:
 
 def _misnumbered(page: Page, number: int, last: int) -> tuple[str, str]:
     """What is wrong with a number that does not follow the last, and a hint."""
-    following = last + 1
+    here, following = f"floor {number}", f"floor {last + 1}"
     if 0 < number <= last:
-        hint = f"Write 'floor {following}:', or take one of the two drawings out."
-        return f"floor {number} is drawn twice", hint
-    if any(following in drawing.numbers for drawing in page.drawings):
-        hint = f"Move floor {following} up: floors are drawn from 1 upwards."
-        return f"floor {number} stands before floor {following}", hint
-    hint = f"Write 'floor {following}:', or draw floor {following} first."
-    if last:
-        return f"floor {number} follows floor {last}", hint
-    return f"floor {number} is the first that is drawn", hint
+        hint = f"Write '{following}:', or take one of the two drawings out."
+        return f"{here} is drawn twice", hint
+    if any(last + 1 in drawing.numbers for drawing in page.drawings):
+        hint = f"Move {following} up: floors are drawn from 1 upwards."
+        return f"{here} stands before {following}", hint
+    wrong = f"follows floor {last}" if last else "is the first that is drawn"
+    return f"{here} {wrong}", f"Write '{following}:', or draw {following} first."
 
 
-def _rows_in_place(page: Page) -> Iterator[Finding]:
+def _misplaced(page: Page) -> Iterator[Finding]:
     if page.strays:
         hint = "Write 'floor 1:' above the drawing; a note begins with ';'."
         yield page.strays[0].finding("this row stands before any floor", hint)
@@ -148,12 +139,11 @@ def _rows_in_place(page: Page) -> Iterator[Finding]:
             yield drawing.heading.finding(what, "Draw its rows below this line.")
 
 
-def _blank_lines(page: Page) -> Iterator[Finding]:
+def _blanks(page: Page) -> Iterator[Finding]:
     blank = {line.number for line in page.lines if not line.written.strip(" \t")}
     for drawing in page.drawings:
         for above, below in pairwise(drawing.rows):
-            between = blank.intersection(range(above.number, below.number))
-            if between:
+            if between := blank.intersection(range(above.number, below.number)):
                 hint = "Take it out, or write a heading such as 'floor 2:' here."
                 line = page.lines[min(between) - 1]
                 yield line.finding("a blank line cuts this drawing in two", hint)
@@ -170,11 +160,12 @@ def _unknown_signs(page: Page) -> Iterator[Finding]:
     for row in page.rows:
         for sign in _UNKNOWN.finditer(row.code):
             what = f"'{sign[1]}' has no meaning in a drawing"
-            hint = _instead(_LOOKS_LIKE.get(sign[1], ""))
+            hint = _instead(_LOOKS_LIKE.get(sign[1], "")) or (
+                "Use '#', '.', '+', 'E', 'A' to 'D', 'a' to 'z' and blanks."
+            )
             if sign[1] == "\t":
                 what = "there is a tab in the drawing"
                 hint = "Type blanks instead: a tab has no fixed width."
-            hint = hint or "Use '#', '.', '+', 'E', 'A' to 'D', 'a' to 'z' and blanks."
             yield row.finding(what, hint, sign.start() + 1)
 
 
@@ -182,13 +173,12 @@ def _foreign_signs(page: Page) -> Iterator[Finding]:
     rows = {row.number for row in page.rows}
     for line in page.lines:
         for signs in _FOREIGN.finditer(line.written.rstrip(" \t")):
-            first = signs[0][0]
-            plain = _ascii(first)
+            plain = _ascii(signs[0][0])
             if line.number in rows:
                 plain = _LOOKS_LIKE.get(plain, plain)
-            name = unicodedata.name(first, f"U+{ord(first):04X}")
-            hint = _instead(plain) or "Take it out."
+            name = unicodedata.name(signs[0][0], f"U+{ord(signs[0][0]):04X}")
             what = f"{name} is not a plain ASCII sign"
+            hint = _instead(plain) or "Take it out."
             yield line.finding(what, hint, signs.start() + 1)
 
 
@@ -213,18 +203,16 @@ def _capitals(page: Page) -> Iterator[Finding]:
     for row in page.rows:
         for word in re.finditer(r"[A-Za-z]+", row.code):
             name = _without_exits(word)
-            capital = re.search(r"[A-Z]", name)
+            capital, strange = re.search("[A-Z]", name), re.search("[F-Z]", name)
+            start = row.code.index(name, word.start()) + 1
             if capital and (not name.isupper() or len(set(name)) > 2):
-                hint = f"Write '{name.lower()}'; stairwells and exits stand apart."
                 what = "there is a capital in a room's name"
-                column = row.code.index(name, word.start()) + capital.start() + 1
-                yield row.finding(what, hint, column)
-            elif strange := re.search(r"[F-Z]", name):
+                hint = f"Write '{name.lower()}'; stairwells and exits stand apart."
+                yield row.finding(what, hint, start + capital.start())
+            elif strange:
+                what = f"no stairwell is called '{strange[0]}'"
                 hint = "Type 'A', 'B', 'C' or 'D' for a stairwell, 'E' for an exit."
-                column = word.start() + word[0].index(strange[0]) + 1
-                yield row.finding(
-                    f"no stairwell is called '{strange[0]}'", hint, column
-                )
+                yield row.finding(what, hint, start + strange.start())
 
 
 def _without_exits(word: re.Match[str]) -> str:
@@ -250,34 +238,25 @@ def _wide_rows(page: Page) -> Iterator[Finding]:
 def _number_of_rows(page: Page) -> Iterator[Finding]:
     width, height = page.size
     for drawing in page.drawings:
-        rows = drawing.rows
-        hint = f"or write 'size: {width} x {len(rows)}'."
-        what = f"this drawing has {_rows(len(rows))}, the size says {height}"
-        if len(rows) < height:
-            hint = f"Draw {_rows(height - len(rows))} more, {hint}"
+        rows, count = drawing.rows, len(drawing.rows)
+        hint = f"or write 'size: {width} x {count}'."
+        what = f"this drawing has {_counted(count)}, the size says {height}"
+        if count < height:
+            hint = f"Draw {_counted(height - count)} more, {hint}"
             yield drawing.heading.finding(what, hint)
-        elif len(rows) > height:
-            hint = f"Take {_rows(len(rows) - height)} out, {hint}"
+        elif count > height:
+            hint = f"Take {_counted(count - height)} out, {hint}"
             yield rows[height].finding(what, hint)
 
 
-def _rows(count: int) -> str:
-    return "1 row" if count == 1 else f"{count} rows"
+def _counted(rows: int) -> str:
+    return "1 row" if rows == 1 else f"{rows} rows"
 
 
-Checks = tuple[Callable[[Page], Iterator[Finding]], ...]
+Check = Callable[[Page], Iterator[Finding]]
 
-PAGE: Checks = (
-    _nothing,
-    _headings,
-    _settings,
-    _missing_settings,
-    _values,
-    _floor_numbers,
-    _rows_in_place,
-    _blank_lines,
+STAGES: tuple[tuple[Check, ...], ...] = (
+    (_nothing, _headings, _settings, _values, _floor_numbers, _misplaced, _blanks),
+    (_unknown_signs, _foreign_signs, _capitals),
+    (_wide_rows, _number_of_rows),
 )
-CHARACTERS: Checks = (_unknown_signs, _foreign_signs, _capitals)
-SHAPE: Checks = (_wide_rows, _number_of_rows)
-
-STAGES = (PAGE, CHARACTERS, SHAPE)
