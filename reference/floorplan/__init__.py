@@ -15,9 +15,9 @@ looks like), `page` and `writing` (stages 1 to 3), `plan` (rooms and their graph
 `meaning` (stages 4 and 5).
 """
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
-from itertools import chain
 from os import PathLike
 from pathlib import Path
 
@@ -25,44 +25,31 @@ from reference.floorplan import meaning, page, writing
 from reference.floorplan.mistakes import Finding, FloorPlanError, Mistake
 from reference.floorplan.plan import Plan, Storey
 
-__all__ = [
-    "FloorPlanError",
-    "Mistake",
-    "Plan",
-    "Storey",
-    "find",
-    "parse",
-    "read",
-    "to_text",
-]
+__all__ = ["FloorPlanError", "Plan", "Storey", "find", "parse", "read", "to_text"]
 
 
 def parse(text: str, path: str = "<text>") -> Plan:
-    """The drawing in a text; `path` names it in messages. Raises FloorPlanError."""
+    """Read the drawing in a text, called `path` in messages. Raises FloorPlanError."""
     sheet = page.sort(text.removeprefix("\ufeff"))
     for checks in writing.STAGES:
-        _refuse(chain.from_iterable(check(sheet) for check in checks), sheet, path)
+        _refuse((found for check in checks for found in check(sheet)), sheet, path)
     plan = _plan(sheet)
     for stage in meaning.STAGES:
-        found = (check(plan, sheet) for check in stage)
-        _refuse(chain.from_iterable(found), sheet, path)
+        _refuse((found for check in stage for found in check(plan, sheet)), sheet, path)
     return plan
 
 
 def read(path: str | PathLike[str]) -> Plan:
-    """The drawing in a file. Raises FloorPlanError, or OSError if it cannot be read."""
-    path = Path(path)
+    """Read the drawing in a file. Raises FloorPlanError, OSError if there is none."""
     try:
-        raw = path.read_bytes()
-    except IsADirectoryError:
-        raise IsADirectoryError(f"{path} is a folder: name a file in it") from None
+        raw = Path(path).read_bytes()
     except OSError as error:
         raise type(error)(f"cannot read {path}: {error.strerror}") from None
     return parse(_decoded(raw, str(path)), str(path))
 
 
 def to_text(plan: Plan) -> str:
-    """The file that draws a plan: `parse(to_text(plan)) == plan`."""
+    """Write a plan as text: `parse(to_text(plan)) == plan`."""
     head = f"building: {plan.title}\nsize:     {plan.width} x {plan.height}\n"
     floors = [
         "\n".join(line.rstrip() for line in ("", f"floor {n}: {s.name}", *s.rows))
@@ -72,12 +59,11 @@ def to_text(plan: Plan) -> str:
 
 
 def find(name: str | PathLike[str]) -> Path:
-    """A floor file by its path, or by the bare name of one that ships.
+    """Find a floor file by its path, or by the bare name of one that ships.
 
     Raises FileNotFoundError with the names that ship.
     """
-    path, bare = Path(name), str(name).removesuffix(".txt")
-    shipped = _shipped()
+    path, bare, shipped = Path(name), str(name).removesuffix(".txt"), _shipped()
     if path.exists() and not (path.is_dir() and bare in shipped):
         return path
     if bare in shipped:
@@ -91,24 +77,21 @@ def find(name: str | PathLike[str]) -> Path:
 
 
 def _shipped() -> dict[str, Path]:
-    """The floors beside the checkout, or in the installed package, by name."""
+    """Floors beside the checkout, or in the installed package, by name."""
     package = Path(__file__).parent.parent
     files = [*package.glob("floors/*.txt"), *package.parent.glob("floors/*.txt")]
     return {file.stem: file for file in sorted(files)}
 
 
 def _decoded(raw: bytes, path: str) -> str:
-    """Raises FloorPlanError at the first byte that stands in no text."""
+    """Decode UTF-8; FloorPlanError at the first byte that stands in no text."""
     text = raw.decode("utf-8", "replace")
-    bad = min((at for at in map(text.find, "\0\ufffd") if at >= 0), default=None)
-    if bad is None:
-        return text
-    before = page.lines_of(text[:bad])
-    written = page.lines_of(text)[len(before) - 1]
-    what = "this is not plain text"
-    hint = "Save the file as plain text (ASCII)."
-    place = (len(before), len(before[-1]) + 1)
-    raise FloorPlanError((Mistake(path, *place, written, what, hint),))
+    if bad := re.search("[\0\ufffd]", text):
+        sheet, last = page.sort(text), page.sort(text[: bad.start()]).lines[-1]
+        hint = "Save the file as plain text (ASCII)."
+        column = len(last.written) + 1
+        _refuse([last.finding("this is not plain text", hint, column)], sheet, path)
+    return text
 
 
 def _refuse(findings: Iterable[Finding], sheet: page.Page, path: str) -> None:
@@ -126,5 +109,5 @@ def _plan(sheet: page.Page) -> Plan:
     storeys: list[Storey] = []
     for drawing in sheet.drawings:
         rows = tuple(row.code.ljust(width) for row in drawing.rows)
-        storeys += len(drawing.numbers) * [Storey(drawing.name, rows)]
+        storeys += len(drawing.numbers) * [Storey(drawing.heading.value, rows)]
     return Plan(sheet.settings["building:"][0].value, width, height, tuple(storeys))

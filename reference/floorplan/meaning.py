@@ -57,15 +57,13 @@ def _doors(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
 
 def _exits(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
     for gate in (gate for gate in storey.gates if gate.kind == "exit"):
-        what = hint = ""
         if not gate.outside:
             what = "this exit does not lead outside"
             hint = "Put it in the outer wall, or type '+' for a door."
-        elif not gate.sides:
-            what = "this exit leads out of no room"
-            hint = "Put it in the outer wall of a room, or type '#' here."
-        if what:
             yield drawing.finding(gate.cells[0], what, hint)
+        elif not gate.sides:
+            hint = "Put it in the outer wall of a room, or type '#' here."
+            yield drawing.finding(gate.cells[0], "this exit leads out of no room", hint)
 
 
 def _stairwells(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
@@ -76,31 +74,27 @@ def _stairwells(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
             hint = "Join the parts, or give this one another letter."
             yield drawing.finding(well.cells[0], f"{well} is in two parts", hint)
         elif opening := _opening(storey, well.name, cells):
-            yield drawing.finding(*opening)
+            sign, area = str(storey.signs[opening]), storey.area[opening]
+            other = {" ": "the outside", "E": "an exit"}.get(sign)
+            what = f"{well} is open to {other or storey.areas[area]}"
+            entrance = ", or '+' for an entrance" if storey.rooms[opening] else ""
+            last = np.array(storey.signs.shape) - 2
+            cell = np.clip(opening, 1, last)
+            yield drawing.finding(cell, what, f"Type '#' here{entrance}.")
         elif "+" not in storey.signs[tuple(neighbours(cells).T)]:
             hint = "Type '+' in its wall, where a room is behind it."
             what = f"{well} has no entrance on {drawing.label}"
             yield drawing.finding(cells[0], what, hint)
 
 
-def _opening(
-    storey: Storey, letter: str, cells: np.ndarray
-) -> tuple[Cell, str, str] | None:
-    """The first place where nothing parts a stairwell from what is around it.
+def _opening(storey: Storey, letter: str, cells: np.ndarray) -> tuple[int, ...] | None:
+    """The first cell where nothing parts a stairwell from what is around it.
 
     Two stairwells side by side are told once, at the first letter.
     """
     closed = letter + "#+" + STAIRWELLS[: STAIRWELLS.index(letter)]
-    for cell in sorted(map(tuple, neighbours(cells))):
-        sign = str(storey.signs[cell])
-        if sign not in closed:
-            here = np.clip(cell, 1, np.array(storey.signs.shape) - 2)
-            other = {" ": "the outside", "E": "an exit"}.get(sign)
-            other = other or str(storey.areas[storey.area[cell]])
-            entrance = ", or '+' for an entrance" if storey.rooms[cell] else ""
-            what = f"stairwell {letter} is open to {other}"
-            return here, what, f"Type '#' here{entrance}."
-    return None
+    around = sorted(map(tuple, neighbours(cells).tolist()))
+    return next((cell for cell in around if storey.signs[cell] not in closed), None)
 
 
 def _names(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
@@ -128,18 +122,15 @@ def _some_room(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
 
 def _ways_off(plan: Plan, page: Page) -> Iterator[Finding]:
     """Rooms without a way to an exit or a stairwell, on floors that have either."""
-    inside = plan.graph.subgraph(set(plan.graph) - {OUTSIDE})
-    out = set(plan.graph.adj[OUTSIDE])
-    out |= {node for node, kind in inside.nodes(data="kind") if kind == "stairwell"}
+    floors, kinds = plan.graph.nodes(data="floor"), plan.graph.nodes(data="kind")
     for floor in range(len(plan.storeys)):
-        here = [node for node, n in inside.nodes(data="floor") if n == floor]
-        if out.isdisjoint(here):
-            continue  # told below: this floor, or the building, has no way out at all
-        for part in nx.connected_components(inside.subgraph(here)):
-            if out.isdisjoint(part):
-                area, drawing, cell = _first_room(plan, page, part)
-                hint = "Type '+' in its wall, towards a room with a way out."
-                yield drawing.finding(cell, f"nobody can leave {area}", hint)
+        here = plan.graph.subgraph([node for node, n in floors if n in (floor, None)])
+        parts = [part for part in nx.connected_components(here) if part != {OUTSIDE}]
+        shut = [part for part in parts if all(kinds[node] == "room" for node in part)]
+        for part in shut if len(shut) < len(parts) else []:  # else `_ways_out` tells
+            area, drawing, cell = _first_room(plan, page, part)
+            hint = "Type '+' in its wall, towards a room with a way out."
+            yield drawing.finding(cell, f"nobody can leave {area}", hint)
 
 
 def _ways_out(plan: Plan, page: Page) -> Iterator[Finding]:
@@ -147,24 +138,20 @@ def _ways_out(plan: Plan, page: Page) -> Iterator[Finding]:
     ways = plan.ways
     lost = ways.subgraph(set(ways) - nx.ancestors(ways, OUTSIDE) - {OUTSIDE})
     for part in nx.weakly_connected_components(lost):
-        if any(kind == "room" for _, kind in lost.subgraph(part).nodes(data="kind")):
-            area, drawing, cell = _first_room(plan, page, part)
-            what = f"no way leads from {area} to an exit"
-            hint = (
-                "Type 'E' in an outer wall here, or draw stairs down: nobody walks up."
-            )
-            yield drawing.finding(cell, what, hint)
+        area, drawing, cell = _first_room(plan, page, part)
+        what = f"no way leads from {area} to an exit"
+        hint = "Type 'E' in an outer wall here, or draw stairs down: nobody walks up."
+        yield drawing.finding(cell, what, hint)
 
 
 def _first_room(plan: Plan, page: Page, part: set[str]) -> tuple[Part, Drawing, Cell]:
     """The first room of some, its drawing, and where its name begins, if it has one."""
-    for floor, storey in enumerate(plan.storeys):
+    for n, storey in enumerate(plan.storeys, 1):
         for index, area in enumerate(storey.areas):
-            if f"{floor + 1}/{area.name}" in part and area.kind == "room":
-                words = storey.words.get(index)
-                cell = words[0][1] if words else area.cells[0]
-                return area, page.drawing_of(floor + 1), cell
-    raise AssertionError
+            if f"{n}/{area.name}" in part and area.kind == "room":
+                words = storey.words.get(index, [(area.name, area.cells[0])])
+                return area, page.drawing_of(n), words[0][1]
+    raise ValueError(f"no room among {part}")
 
 
 def _some_exit(plan: Plan, page: Page) -> Iterator[Finding]:

@@ -1,4 +1,4 @@
-"""The parts of a file: settings, and the headings and rows of its drawings.
+"""Sort the lines of a file: settings, and the headings and rows of its drawings.
 
 Clauses: A1 (how many floors, rows and columns one may draw).
 
@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
+from itertools import chain
 
 from reference.floorplan.mistakes import Finding
 
@@ -22,14 +23,13 @@ SETTINGS = ("building:", "size:")
 
 @dataclass(frozen=True)
 class Line:
-    """One line of the file, as written."""
+    """A line of the file; code: without its note and the blanks at its end."""
 
     number: int
     written: str
 
     @cached_property
     def code(self) -> str:
-        """The line without its note and the blanks at its end."""
         return self.written.partition(";")[0].rstrip(" \t")
 
     @cached_property
@@ -67,11 +67,6 @@ class Drawing:
     rows: list[Line] = field(default_factory=list)
 
     @property
-    def name(self) -> str:
-        """What the heading calls the floor."""
-        return self.heading.value
-
-    @property
     def label(self) -> str:
         """`floor 1`, or `floors 2-3` drawn once."""
         first, last = self.numbers[0], self.numbers[-1]
@@ -94,8 +89,8 @@ class Page:
 
     @property
     def rows(self) -> Iterator[Line]:
-        """All rows of all drawings."""
-        return (row for drawing in self.drawings for row in drawing.rows)
+        """Rows of all drawings."""
+        return chain.from_iterable(drawing.rows for drawing in self.drawings)
 
     def drawing_of(self, number: int) -> Drawing:
         """The drawing of a floor, after stage 1."""
@@ -115,14 +110,10 @@ class Page:
         return f"size: {min(width, MOST_CELLS)} x {min(height, MOST_CELLS)}"
 
 
-def lines_of(text: str) -> list[str]:
-    """The lines, whichever way the editor ends them."""
-    return re.split(r"\r\n?|\n", text)
-
-
 def sort(text: str) -> Page:
-    """Finds the parts of a file, whatever is wrong with them."""
-    lines = tuple(Line(*line) for line in enumerate(lines_of(text), 1))
+    """Sort the lines of a file, whatever is wrong with them."""
+    written = re.split(r"\r\n?|\n", text)  # whichever way the editor ends lines
+    lines = tuple(Line(number, line) for number, line in enumerate(written, 1))
     page = Page(lines, {key: [] for key in SETTINGS}, [], [])
     for line in lines:
         if line.key in SETTINGS:
