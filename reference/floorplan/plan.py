@@ -11,7 +11,7 @@ What is found here once, the checks of a drawing and the building both read.
 
 import re
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, pairwise
@@ -132,20 +132,20 @@ class Plan:
         the middle of the door to the middle of the other (metres).
         """
         graph = nx.MultiGraph()
-        for n, storey in enumerate(self.storeys):
+        for n, storey in enumerate(self.storeys, 1):
             for a in storey.areas:
-                facts = {"kind": a.kind, "floor": n, "area": len(a.cells)}
-                graph.add_node(f"{n + 1}/{a.name}", name=a.name, **facts)
+                facts = {"kind": a.kind, "floor": n - 1, "area": len(a.cells)}
+                graph.add_node(f"{n}/{a.name}", name=a.name, **facts)
         graph.add_node(OUTSIDE, name=OUTSIDE, kind=OUTSIDE)
         for n, storey in enumerate(self.storeys, 1):
-            for gate in storey.gates:
-                _add_gate(graph, n, gate)
+            graph.add_edges_from(_edges(n, storey))
+        length = STAIRS_SECONDS * WALKING_SPEED
         for letter in STAIRWELLS:
-            floors = [
-                n for n in range(len(self.storeys)) if f"{n + 1}/{letter}" in graph
-            ]
-            for lower, upper in pairwise(floors):
-                _add_stairs(graph, letter, lower + 1, upper + 1)
+            floors = range(1, len(self.storeys) + 1)
+            mine = [n for n in floors if f"{n}/{letter}" in graph]
+            for low, up in pairwise(mine):
+                key, facts = f"{letter}:{low}-{up}", _facts("stairs", 1, length)
+                graph.add_edge(f"{low}/{letter}", f"{up}/{letter}", key, **facts)
         return graph
 
     @cached_property
@@ -172,29 +172,21 @@ class Plan:
         return nx.subgraph_view(both, filter_edge=walked)
 
 
-def _add_gate(graph: nx.MultiGraph, n: int, gate: Part) -> None:
-    middle = gate.cells.mean(axis=0)
-    half = {f"{n}/{s.name}": dist(s.cells.mean(axis=0), middle) for s in gate.sides}
-    if gate.kind == "exit":
-        half[OUTSIDE] = 0.0
-    facts = {"kind": gate.kind, "width": len(gate.cells)}
-    for one, other in combinations(half, 2):
-        length = half[one] + half[other]
-        graph.add_edge(
-            one, other, f"{n}/{gate.name}", **facts, length=length, state="intact"
-        )
+def _edges(n: int, storey: Storey) -> Iterator[tuple[str, str, str, dict[str, object]]]:
+    """What the gates of floor n join, two by two."""
+    for gate in storey.gates:
+        middle, half = gate.cells.mean(axis=0), {}
+        for side in gate.sides:
+            half[f"{n}/{side.name}"] = dist(side.cells.mean(axis=0), middle)
+        if gate.kind == "exit":
+            half[OUTSIDE] = 0.0
+        for one, other in combinations(half, 2):
+            facts = _facts(gate.kind, len(gate.cells), half[one] + half[other])
+            yield one, other, f"{n}/{gate.name}", facts
 
 
-def _add_stairs(graph: nx.MultiGraph, letter: str, lower: int, upper: int) -> None:
-    graph.add_edge(
-        f"{lower}/{letter}",
-        f"{upper}/{letter}",
-        f"{letter}:{lower}-{upper}",
-        kind="stairs",
-        width=1,
-        length=STAIRS_SECONDS * WALKING_SPEED,
-        state="intact",
-    )
+def _facts(kind: str, width: int, length: float) -> dict[str, object]:
+    return {"kind": kind, "width": width, "length": length, "state": "intact"}
 
 
 def pieces(mask: np.ndarray) -> list[np.ndarray]:
