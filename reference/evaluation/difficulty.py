@@ -8,7 +8,6 @@ graph of rooms, doors and stairwells, and at when each cell begins to burn.
     t   seconds since the evacuation began;  T  how long health lasts
 """
 
-from dataclasses import dataclass
 from functools import lru_cache
 from math import dist, inf, sqrt
 
@@ -94,9 +93,14 @@ def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
     """
     seconds = np.arange(MOMENTS) * FLAME_SECONDS
     free, shut = _free(building, arrival, seconds), _shut(building, arrival, seconds)
-    links, areas = _links(building), len(building.areas)
-    d = _ways_out(links, _lengths(links, free, shut))[:, :areas]
-    d0 = _ways_out(links, links.length[None])[:, :areas]
+    (start, end, area), length = _links(building)
+    room, longer = free[:, area], np.full((MOMENTS, len(length)), inf)
+    np.divide(length, room, out=longer, where=room > 0)
+    longer[shut[:, start] | shut[:, end]] = inf
+    d, d0 = (
+        _ways_out(building, metres)[0][:, : len(building.areas)]
+        for metres in (longer, length[None])
+    )
     known = np.isfinite(d0) & (d > 0)
     return 1 - np.divide(d0, d, out=np.ones_like(d), where=known)
 
@@ -137,62 +141,45 @@ def arrival_of(simulation: Simulation) -> np.ndarray:
 # -- The graph, each edge cut in two at its landmark --------------------------------
 
 
-@dataclass(frozen=True)
-class _Links:
-    """The halves of the edges of `building.ways`; (k,) each but the last two.
-
-    start, end  nodes: areas by their index, after them landmarks
-    length      metres;  area  index of the area in which it lies
-    exits       (m,) nodes where every way ends;  nodes  how many there are
-    """
-
-    start: np.ndarray
-    end: np.ndarray
-    length: np.ndarray
-    area: np.ndarray
-    exits: np.ndarray
-    nodes: int
-
-
 @lru_cache(maxsize=8)
-def _links(building: Building) -> _Links:
-    """Cut the edges of `building.ways` at their landmarks."""
+def _links(building: Building) -> tuple[np.ndarray, np.ndarray]:
+    """Cut the edges of `building.ways` at their landmarks; k halves.
+
+    (3, k) the nodes where each starts and ends, and the area in which it lies; (k,) its
+    metres. Nodes are areas by their index, after them landmarks.
+    """
     areas, first = building.area_of, len(building.areas)
-    links: dict[tuple[int, int], tuple[float, int]] = {}
+    links: dict[tuple[int, int, int], float] = {}
     for one, other, key, kind in building.ways.edges(keys=True, data="kind"):
         start, end = areas[one], areas.get(other)
         if kind == "stairs":
             length = STAIRS_SECONDS * WALKING_SPEED
-            links[start.index, areas[other].index] = length, start.index
+            links[start.index, areas[other].index, start.index] = length
             continue
         mark = building.landmark_of[key]
         node = first + mark.index
-        links[start.index, node] = dist(start.centre, mark.position), start.index
+        links[start.index, node, start.index] = dist(start.centre, mark.position)
         if end is not None:
-            links[node, end.index] = dist(end.centre, mark.position), end.index
-    starts, ends = np.array(list(links)).T
-    lengths, inside = map(np.array, zip(*links.values(), strict=True))
-    exits = first + np.array(sorted(building.exits))
-    nodes = first + len(building.landmarks)
-    return _Links(starts, ends, lengths, inside, exits, nodes)
+            links[node, end.index, end.index] = dist(end.centre, mark.position)
+    return np.array(list(links)).T, np.array(list(links.values()))
 
 
-def _ways_out(links: _Links, length: np.ndarray) -> np.ndarray:
-    """Shortest way from each node to an exit, (times, nodes) metres.
+def _ways_out(building: Building, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Search from the exits against the links: metres, and the next node on the way.
 
-    length  (times, k) metres that the links have
+    length: (times, k) metres that the links have; returns (times, nodes) each. The
+    graphs of all times lie side by side in one: a next node counts on through them.
     """
-    exits = links.exits + links.nodes * np.arange(len(length))[:, None]
-    d = dijkstra(_backwards(links, length), indices=exits.ravel(), min_only=True)
-    return d.reshape(len(length), -1)
-
-
-def _backwards(links: _Links, length: np.ndarray) -> csr_matrix:
-    """Reverse the links, and lay the graphs of all times side by side in one."""
-    times = len(length)
-    first = links.nodes * np.arange(times)[:, None]
-    where = ((first + links.end).ravel(), (first + links.start).ravel())
-    return csr_matrix((length.ravel(), where), shape=2 * (links.nodes * times,))
+    (start, end, _), times = _links(building)[0], len(length)
+    areas, nodes = len(building.areas), len(building.areas) + len(building.landmarks)
+    first = nodes * np.arange(times)[:, None]
+    where = ((first + end).ravel(), (first + start).ravel())
+    graph = csr_matrix((length.ravel(), where), shape=2 * (nodes * times,))
+    exits = (first + areas + sorted(building.exits)).ravel()
+    d, after, _ = dijkstra(
+        graph, indices=exits, min_only=True, return_predecessors=True
+    )
+    return d.reshape(times, nodes), after.reshape(times, nodes)
 
 
 @lru_cache(maxsize=8)
@@ -201,11 +188,8 @@ def _passed(building: Building) -> np.ndarray:
 
     Of the shortest way without fire, in metres; rows sum to 1.
     """
-    links, areas = _links(building), len(building.areas)
-    graph = _backwards(links, links.length[None])
-    d0, after, _ = dijkstra(
-        graph, indices=links.exits, min_only=True, return_predecessors=True
-    )
+    areas = len(building.areas)
+    (d0,), (after,) = _ways_out(building, _links(building)[1][None])
     metres = 1e-9 * np.eye(areas)
     for area in range(areas):
         node = area
@@ -217,14 +201,6 @@ def _passed(building: Building) -> np.ndarray:
 
 
 # -- What flames do to it -----------------------------------------------------------
-
-
-def _lengths(links: _Links, free: np.ndarray, shut: np.ndarray) -> np.ndarray:
-    """Length of each link, longer by the fire, inf where it is shut: (times, k) m."""
-    room = free[:, links.area]
-    length = np.divide(links.length, room, out=np.full_like(room, inf), where=room > 0)
-    length[shut[:, links.start] | shut[:, links.end]] = inf
-    return length
 
 
 def _free(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.ndarray:
@@ -241,8 +217,8 @@ def _free(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.nd
 
 def _shut(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.ndarray:
     """Landmarks that nobody gets through any more, (times, nodes) bool."""
-    shut = np.zeros((len(seconds), _links(building).nodes), dtype=bool)
     first = len(building.areas)
+    shut = np.zeros((len(seconds), first + len(building.landmarks)), dtype=bool)
     for node, (places, all_of_them) in enumerate(_passages(building), first):
         burns = arrival.ravel()[places]
         shut[:, node] = seconds >= (burns.max() if all_of_them else burns.min())
