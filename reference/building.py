@@ -20,7 +20,7 @@ import networkx as nx
 import numpy as np
 
 from reference.floorplan import Plan, find, parse, read, to_text
-from reference.floorplan.plan import OUTSIDE, Part
+from reference.floorplan.plan import Part
 
 Graph: TypeAlias = nx.MultiGraph
 
@@ -98,6 +98,10 @@ class Stairwell:
     def lowest(self) -> int:
         """The floor where its stairs end and people come out [A3]."""
         return min(self.areas)
+
+    def leads_down(self, floor: int) -> bool:
+        """Do its stairs lead down from this floor?"""
+        return floor in self.areas and floor > self.lowest
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,21 +219,20 @@ class Building:
     @cached_property
     def landmarks(self) -> tuple[Landmark, ...]:
         """Doors, entrances and exits, floor by floor."""
-        found, kinds = [], self.graph.nodes(data="kind")
+        kinds = self.graph.nodes(data="kind")
         into = {node for node, kind in kinds if kind != "room"}
         out = {key for _, end, key in self.ways.edges(keys=True) if end in into}
+        sides: dict[str, dict[str, None]] = defaultdict(dict)  # in the graph's order
+        for one, other, key in self.graph.edges(keys=True):
+            sides[key] |= {one: None, other: None}
+        found = []
         for index, floor, name, gate, cells in self._parts("gates"):
-            kind, sides = (
-                KINDS[gate.kind],
-                [f"{floor + 1}/{s.name}" for s in gate.sides],
-            )
-            sides += [OUTSIDE] * (kind is Kind.EXIT)
-            place = floor, cells, self._middle(cells), tuple(sides)
-            found.append(Landmark(index, name, kind, *place, name in out))
+            place = floor, cells, self._middle(cells), tuple(sides[name])
+            found.append(Landmark(index, name, KINDS[gate.kind], *place, name in out))
         return tuple(found)
 
     def _parts(self, what: str) -> Iterator[tuple[int, int, str, Part, np.ndarray]]:
-        """Index, floor, id, part and its cells, for all areas or gates."""
+        """Number all areas or gates: index, floor, id, the part and its cells."""
         index = count()
         for floor, storey in enumerate(self.plan.storeys):
             for part in getattr(storey, what):

@@ -107,7 +107,7 @@ def instruction_for(
 
     Nobody is sent into a stairwell that does not lead down.
     """
-    if any(target == s.centre and floor - 1 in s.areas for s in building.stairwells):
+    if any(target == s.centre and s.leads_down(floor) for s in building.stairwells):
         return Instruction.THIS_STAIRWELL
     exits = (building.landmarks[mark] for mark in building.exits)
     if any(e.floor == floor and dist(e.position, target) <= AT_EXIT for e in exits):

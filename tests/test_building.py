@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from clauses import ROOT
 
-from reference.building import OUTSIDE, Kind, build, burn, intact, load
+from reference.building import Kind, build, burn, intact, load
 from reference.floorplan import parse
+from reference.floorplan.plan import OUTSIDE
 from reference.paper import BODY_SIZE, FLOORS, STAIRS_SECONDS, WALKING_SPEED
 
 HOUSE = """\

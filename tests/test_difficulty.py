@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from movies import built, mark, shipped, stage
 
-from reference.building import OUTSIDE, Kind, burn, intact
+from reference.building import Kind, burn, intact
 from reference.evaluation.difficulty import (
     HARDEST,
     HEALTH_LASTS,
@@ -22,6 +22,7 @@ from reference.evaluation.difficulty import (
 )
 from reference.evaluation.score import PAPER
 from reference.flames import Spread
+from reference.floorplan.plan import OUTSIDE
 from reference.paper import FIRE_SOURCES, HEALTH, Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire

@@ -183,7 +183,7 @@ def _link_stairs(axes: Axes, building: Building, floor: int, lift: np.ndarray) -
     """Draw dashed lines from each stairwell up to the next storey [A3]."""
     look: Style = {"color": COLOURS[Kind.ENTRANCE], "lw": 1.4, "ls": (0, (4, 3))}
     for shaft in building.stairwells:
-        if {floor, floor + 1} <= set(shaft.areas):
+        if shaft.leads_down(floor + 1):
             x, y = np.array([shaft.centre] * 2).T
             ends = project(x, y, np.array((2.0, 0.0)))
             ends += lift * [[floor], [floor + 1]]

@@ -224,7 +224,7 @@ def _offers(
         x, y = points[np.argmin(np.hypot(*(points - room.centre).T))].tolist()
         yield RobotOption.ROOM, (x, y), -1
     for shaft, well in enumerate(building.stairwells):
-        if floor - 1 in well.areas:
+        if well.leads_down(floor):
             yield RobotOption.STAIRWELL, _into_stairwell(building, shaft), shaft
         elif floor in well.areas:
             before = before_stairwell(building, floor, shaft)
