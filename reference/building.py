@@ -106,7 +106,7 @@ class Stairwell:
 
 @dataclass(frozen=True, eq=False)
 class Building:
-    """What follows from a checked plan; arrays are (floors, rows, cols)."""
+    """What follows from a checked plan; arrays of cells are (floors, rows, cols)."""
 
     plan: Plan
 

@@ -1,4 +1,4 @@
-"""How good are robots, given how hard the fire is: bounds, difficulty, worst cases, E.
+"""Evaluate robots: bounds of the reward, difficulty of the fire, and the score E.
 
 Clauses: F1-F12.
 """

@@ -1,4 +1,4 @@
-"""A text file becomes a checked drawing of a building, or a page of mistakes.
+"""Read a floor plan from text: a checked drawing, or a page of mistakes.
 
 Clauses: A1 (floors of unit cells), A2 (rooms, doors), A3 (stairwells), A4 (exits).
 [A1, chosen] The paper shows its building in figures only; here it is text, so that a
@@ -11,8 +11,8 @@ student can redraw it with any editor.
 A file says `building: NAME`, `size: COLUMNS x ROWS` and then, for each floor from 1
 upwards, `floor 1: NAME` above its drawing; `floor 2-3:` draws once and builds twice.
 Every drawing has all the rows, and something in each. Read on in `mistakes` (what one
-looks like), `page` and `writing` (stages 1 to 3), `plan` (rooms and their graph) and
-`meaning` (stages 4 and 5).
+looks like), `page` and `syntax` (stages 1 to 3), `plan` (rooms and their graph) and
+`semantics` (stages 4 and 5).
 """
 
 import re
@@ -21,7 +21,7 @@ from difflib import get_close_matches
 from os import PathLike
 from pathlib import Path
 
-from reference.floorplan import meaning, page, writing
+from reference.floorplan import page, semantics, syntax
 from reference.floorplan.mistakes import Finding, FloorPlanError, Mistake
 from reference.floorplan.plan import Plan, Storey
 
@@ -31,10 +31,10 @@ __all__ = ["FloorPlanError", "Plan", "Storey", "find", "parse", "read", "to_text
 def parse(text: str, path: str = "<text>") -> Plan:
     """Read the drawing in a text, called `path` in messages. Raises FloorPlanError."""
     sheet = page.sort(text.removeprefix("\ufeff"))
-    for checks in writing.STAGES:
+    for checks in syntax.STAGES:
         _refuse((found for check in checks for found in check(sheet)), sheet, path)
     plan = _plan(sheet)
-    for stage in meaning.STAGES:
+    for stage in semantics.STAGES:
         _refuse((found for check in stage for found in check(plan, sheet)), sheet, path)
     return plan
 

@@ -1,4 +1,4 @@
-"""What a mistake looks like: where it is, the line, a caret, and one thing to do.
+"""Mistakes in a floor plan, shown with the line, a caret, and one thing to do.
 
 school.txt:7:13: there is a hole in the outer wall
     #AA+.lobby...
@@ -53,7 +53,7 @@ _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f-\x9f]")
 
 
 def _blank_for(char: str) -> str:
-    """As much room as a character takes on the screen; a tab stays one."""
+    """Blanks as wide as a character is on the screen; a tab stays one."""
     if char == "\t":
         return char
     if unicodedata.category(char) in ("Mn", "Me", "Cf"):

@@ -1,4 +1,4 @@
-"""A drawing as floors of cells, the rooms found in them, and the graph of rooms.
+"""Find the rooms and doors of each floor, and join them to the graph of rooms.
 
 Clauses: A1 (unit cells), A2 (rooms, doors), A3 (stairwells, entrances), A4 (exits).
 What is found here once, the checks of a drawing and the building both read.
@@ -173,7 +173,7 @@ class Plan:
 
 
 def _edges(n: int, storey: Storey) -> Iterator[tuple[str, str, str, dict[str, object]]]:
-    """What the gates of floor n join, two by two."""
+    """Join the areas beside each gate of floor n, two by two."""
     for gate in storey.gates:
         middle, half = gate.cells.mean(axis=0), {}
         for side in gate.sides:

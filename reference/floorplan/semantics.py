@@ -1,4 +1,4 @@
-"""Mistakes in what is drawn: on one floor, and between floors.
+"""Check what is drawn: rooms, doors and stairwells of a floor, ways between floors.
 
 Clauses: A2 (rooms, doors), A3 (stairwells, entrances), A4 (exits).  A check goes
 through a plan, or one storey of it, and yields what it finds; STAGES orders them.
@@ -121,7 +121,7 @@ def _some_room(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
 
 
 def _ways_off(plan: Plan, page: Page) -> Iterator[Finding]:
-    """Rooms without a way to an exit or a stairwell, on floors that have either."""
+    """Find rooms without a way to an exit or a stairwell, on floors that have any."""
     floors, kinds = plan.graph.nodes(data="floor"), plan.graph.nodes(data="kind")
     for floor in range(len(plan.storeys)):
         here = plan.graph.subgraph([node for node, n in floors if n in (floor, None)])
@@ -134,7 +134,7 @@ def _ways_off(plan: Plan, page: Page) -> Iterator[Finding]:
 
 
 def _ways_out(plan: Plan, page: Page) -> Iterator[Finding]:
-    """People only walk down: every room needs a way to an exit that never goes up."""
+    """Find rooms without a way to an exit: people only walk down."""
     ways = plan.ways
     lost = ways.subgraph(set(ways) - nx.ancestors(ways, OUTSIDE) - {OUTSIDE})
     for part in nx.weakly_connected_components(lost):

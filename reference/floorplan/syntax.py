@@ -1,4 +1,4 @@
-"""Mistakes in how a drawing is written: the page, its characters, its shape.
+"""Check how a drawing is written: the page, its characters, its shape.
 
 Clauses: A1 (how many floors, rows and columns one may draw).  A check goes through a
 page and yields what it finds; STAGES, at the end, orders them.
