@@ -70,8 +70,8 @@ for name, array in seen["fire_0"].items():
 #> grid (3, 20, 34)
 place = seen["fire_0"]["vector"][:2]
 slot = fire_layout(gallery, evening).slots[0]
-print(slot.what, "in normalised metres:", place.round(2))
-#> human 1: x, y, storey in normalised metres: [-0.27 -0.73]
+print(slot.what, "in normalised coordinates:", place.round(2))
+#> human 1: x, y, storey in normalised coordinates: [-0.27 -0.73]
 
 # All of it as a page, for the fire and for the robot: the grid, who is where, and what
 # each number says.

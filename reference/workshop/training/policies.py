@@ -1,7 +1,7 @@
 """Learned policies as strategies: a checkpoint stands wherever a strategy's name does.
 
 Clauses: C5, C7, D2.  The interface is that of the hand-written ones; what comes out of
-the network, normalised metres in [−1, 1], goes in as metres.
+the network, normalised coordinates in [−1, 1], goes in as metres.
 """
 
 import os
