@@ -10,6 +10,7 @@ from reference.evaluation import score
 from reference.paper import Scenario
 from reference.workshop.commands import checks
 from reference.workshop.drawing import page
+from reference.workshop.evaluation import gap
 
 SMALL = ["--building", "tiny", "--people", "6"]
 FIGURES = ("survival", "reward", "difficulty", "score")
@@ -143,8 +144,9 @@ def test_agree_prints_how_well_two_candidates_agree(tmp_path, capsys, monkeypatc
 
 
 @pytest.mark.paper("F4")
-def test_gap_prints_what_every_chooser_costs(capsys):
+def test_gap_prints_what_every_chooser_costs(capsys, monkeypatch):
     """Intervals of harm, and of what others leave more than the look-ahead."""
+    monkeypatch.setattr(gap, "FUTURES", 1)
     words = ["gap", *SMALL, "--robots", "none", "--moments", "1", "--workers", "0"]
     assert main([*words, "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)

@@ -46,7 +46,7 @@ class Question:
     evacuation: Evacuation
     fires: tuple[str, ...]
     before: int
-    futures: int = FUTURES
+    futures: int
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ def questions(
     for k, seed in enumerate(seeds):
         before = k % min(LATEST, max(1, scenario.sources))
         evacuation = Evacuation(plan, scenario, robots, "random", seed)
-        yield Question(evacuation, tuple(fires), before)
+        yield Question(evacuation, tuple(fires), before, FUTURES)
 
 
 def answer(question: Question) -> Answer | None:
@@ -163,10 +163,7 @@ def gap(answers: Sequence[Answer], one: str, other: str) -> Interval:
 
 
 def optimism(answers: Sequence[Answer]) -> Interval:
-    """How much more reward there is than `worst-case` foresaw of its own placements.
-
-    It takes the least of many noisy values: some are low by chance.
-    """
+    """How much more reward came than `worst-case` foresaw: it takes the least value."""
     foreseen = np.array([answer.foreseen for answer in answers], dtype=float)
     return of_mean(_means(answers, WORST) - foreseen)
 
@@ -188,7 +185,7 @@ class Cost:
 
 
 def cost(evacuation: Evacuation) -> Cost:
-    """Play an evacuation against `worst-case`, and count."""
+    """Play an evacuation against `worst-case`; count what it looked at."""
     simulation = evacuation.simulation()
     simulation.run()
     fire: Any = simulation.fire_strategy

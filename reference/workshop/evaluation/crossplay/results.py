@@ -103,13 +103,15 @@ def ruler_of(
 
 # -- For people ---------------------------------------------------------------------
 
-WITH_ENDS = {
+HEADS = {
     "survival": "survivors, %",
     "reward": "reward R",
     "difficulty": "difficulty h",
     "score": "score E",
+    "evacuation_time": "last out, s",
+    "mean_health": "health",
 }
-MEANS = {"evacuation_time": "last out, s", "mean_health": "health"}
+MEANS = ("evacuation_time", "mean_health")  # they stand without their intervals
 NOTE = "-: nobody got out, or the reward lies off the ruler of E"
 
 
@@ -119,14 +121,10 @@ def table(cells: Sequence[Cell]) -> str:
         _column("robots", [cell.robots for cell in cells], "<"),
         _column("fire", [cell.fire for cell in cells], "<"),
         _column("runs", [f"{cell.n:,}" for cell in cells]),
-        *(_column(head, _aligned(cells, name)) for name, head in WITH_ENDS.items()),
-        *(
-            _column(head, [figure_of(cell, name)[0] for cell in cells])
-            for name, head in MEANS.items()
-        ),
+        *(_column(head, _figures(cells, name)) for name, head in HEADS.items()),
     ]
     lines = ["  ".join(line).rstrip() for line in zip(*columns, strict=True)]
-    missing = any(getattr(cell, name) is None for cell in cells for name in FIGURES)
+    missing = any(None in vars(cell).values() for cell in cells)
     return "\n".join([*lines, NOTE] if missing else lines)
 
 
@@ -135,11 +133,13 @@ def _column(head: str, texts: Sequence[str], side: str = ">") -> list[str]:
     return [f"{text:{side}{width}}" for text in (head, *texts)]
 
 
-def _aligned(cells: Sequence[Cell], name: str) -> list[str]:
+def _figures(cells: Sequence[Cell], name: str) -> list[str]:
     """83.2 [81.0, 85.1], both parts aligned."""
-    texts = [figure_of(cell, name) for cell in cells]
-    width = max((len(ends) for _, ends in texts), default=0)
-    return [f"{mean} {ends:>{width}}" if width else mean for mean, ends in texts]
+    means, ends = zip(*(figure_of(cell, name) for cell in cells), strict=True)
+    width = 0 if name in MEANS else max(map(len, ends))
+    return [
+        f"{m} {e:>{width}}" if width else m for m, e in zip(means, ends, strict=True)
+    ]
 
 
 def figure_of(cell: Cell, name: str) -> tuple[str, str]:
@@ -174,10 +174,13 @@ def as_json(
         "seeds": list(evaluation.seeds),
         "sample": evaluation.sample,
         "ruler": asdict(ruler),
-        "cells": [
-            {k: v._asdict() if isinstance(v, Interval) else v for k, v in facts.items()}
-            for facts in map(vars, cells)
-        ],
+        "cells": [_plain(cell) for cell in cells],
+    }
+
+
+def _plain(cell: Cell) -> dict[str, Any]:
+    return {
+        k: v._asdict() if isinstance(v, Interval) else v for k, v in vars(cell).items()
     }
 
 
@@ -193,9 +196,8 @@ def write(
 
 def _row(cell: Cell) -> dict[str, Any]:
     """A cell's row of the CSV table: no columns for a figure that there is not."""
-    return {"robots": cell.robots, "fire": cell.fire, "n": cell.n} | {
-        f"{name}_{end}": number
-        for name in FIGURES
-        if (interval := getattr(cell, name)) is not None
-        for end, number in interval._asdict().items()
-    }
+    row: dict[str, Any] = {"robots": cell.robots, "fire": cell.fire, "n": cell.n}
+    for name in FIGURES:
+        for end, number in (_plain(cell)[name] or {}).items():
+            row[f"{name}_{end}"] = number
+    return row
