@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from movies import shipped
 from scipy import stats
@@ -101,6 +101,7 @@ NUMBERS = st.lists(st.integers(0, 50), min_size=12, max_size=12)
 
 @pytest.mark.paper("F11")
 @given(NUMBERS, NUMBERS)
+@settings(max_examples=30)
 def test_the_coefficients_are_those_of_scipy(difficulties, losses):
     """Over all fires, of every strength."""
     assume(len(set(difficulties)) > 1 < len(set(losses)))

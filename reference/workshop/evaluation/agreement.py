@@ -51,7 +51,7 @@ KINDS: dict[str, type[FireStrategy]] = {
 
 @dataclass(frozen=True)
 class Judged:
-    """A fire by both measures: difficulty h, and loss in health points."""
+    """A fire with its two measures: difficulty h, and loss in health points."""
 
     fire: str
     sources: int
@@ -86,13 +86,8 @@ def judge(evacuation: Evacuation) -> Judged:
     met.fire_strategy = KINDS[evacuation.fire]()
     people = people_in(met.world)
     loss = spared.run().reward - met.run().reward
-    return Judged(
-        fire=evacuation.fire,
-        sources=evacuation.scenario.sources,
-        seed=evacuation.seed,
-        difficulty=difficulty_of(met, people),
-        loss=loss,
-    )
+    h, sources = difficulty_of(met, people), evacuation.scenario.sources
+    return Judged(evacuation.fire, sources, evacuation.seed, h, loss)
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ Clauses: F4, E1, E2.  A critic has learned what to expect of the robots that it 
 with, against the fires that it has seen.  It is cheap to ask and easy to fool: `gap`
 re-scores what it says.
 
-    B  placements;  G  robots;  V  numbers that a robot observes
+    B  placements
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,6 @@ from dataclasses import replace
 
 import numpy as np
 import torch
-from torch import Tensor
 
 from reference.fire import Decision
 from reference.game.observations import grid, robot_vectors, robots_at_work
@@ -67,13 +66,18 @@ class CriticFire(LearnedPolicy):
         All in one call of the network.
         """
         worlds = [imagined(world, decision) for decision in choice]
-        vectors = np.stack([robot_vectors(w, self.scenario) for w in worlds])
-        grids = np.stack([grid(w) for w in worlds])
-        alive = np.tile(robots_at_work(world), (len(choice), 1))
+        seen = np.stack([robot_vectors(each, self.scenario) for each in worlds])
+        vectors = torch.from_numpy(seen)
+        grids = torch.from_numpy(np.stack([grid(each) for each in worlds]))
+        there = torch.from_numpy(np.tile(robots_at_work(world), (len(choice), 1)))
         with one_thread(), torch.no_grad():
-            values = group_values(self.critic, vectors, grids, alive).numpy()
+            if isinstance(self.critic, GroupCritic):
+                value = self.critic(vectors, grids, there)
+            else:  # PPO's values each robot's view of the same group reward
+                each = self.critic(vectors, grids) * there
+                value = each.sum(dim=1) / there.sum(dim=1).clamp(min=1)
         s = self.learned.settings
-        return np.asarray(values / (s.strength * s.reward_scale))
+        return np.asarray(value.numpy() / (s.strength * s.reward_scale))
 
 
 def critic_of(checkpoint: Checkpoint, robots: LearnedPolicy) -> Critic | GroupCritic:
@@ -96,23 +100,6 @@ def critic_of(checkpoint: Checkpoint, robots: LearnedPolicy) -> Critic | GroupCr
             "written by another version, or is damaged."
         ) from error
     return critic
-
-
-def group_values(
-    critic: Critic | GroupCritic,
-    vectors: np.ndarray,
-    grids: np.ndarray,
-    alive: np.ndarray,
-) -> Tensor:
-    """Value B groups, in scaled returns; vectors (B, G, V), alive (B, G) bool.
-
-    PPO's critic values each robot's view of the same group reward: their mean.
-    """
-    seen, there = torch.from_numpy(vectors), torch.from_numpy(alive)
-    if isinstance(critic, GroupCritic):
-        return critic(seen, torch.from_numpy(grids), there)
-    values: Tensor = critic(seen, torch.from_numpy(grids)) * there
-    return values.sum(dim=1) / there.sum(dim=1).clamp(min=1)
 
 
 def imagined(world: World, decision: Decision) -> World:
