@@ -2,9 +2,6 @@
 
 Clauses: F4, F8, B7, D7.  Everybody is assumed to take the cheapest way out: crude, but
 a hundredth of the cost of simulating the rest.  Losses are health points.
-
-    first    lost on the cheapest way off the floor;  last  ... to the outside
-    storeys  that are walked down on it
 """
 
 from functools import lru_cache
@@ -39,13 +36,14 @@ STOREY_LOSS = HEALTH_RATE * FRAMES_PER_SECOND * STAIRS_SECONDS
 
 
 class Losses(NamedTuple):
-    """What each place costs to leave, or each human to get out, (n,) each; inf: no way.
+    """What the cheapest way out costs from n places, (n,) each; inf: no way.
 
-    In this order: off the floor, to the outside, and storeys that are walked down.
+    off_floor  lost till the floor is left;  outside  lost till the building is left
+    storeys    walked down on it
     """
 
-    first: np.ndarray
-    last: np.ndarray
+    off_floor: np.ndarray
+    outside: np.ndarray
     storeys: np.ndarray
 
 
@@ -60,11 +58,11 @@ def value_estimate(world: World) -> float:
     who = np.flatnonzero(world.bodies.inside)
     health, way = world.bodies.health[who], losses_of_people(world, who)
     floors = np.arange(world.building.floors)
-    left = health[:, None] - way.first[:, None] - STOREY_LOSS * floors
+    left = health[:, None] - way.off_floor[:, None] - STOREY_LOSS * floors
     passed = np.where(floors < way.storeys[:, None], left, 0.0).clip(0)
-    end = health - way.last
-    outside = np.where(end > 0, end + FIXED_REWARD, -FIXED_PENALTY)
-    return float(passed.sum() + outside.sum())
+    end = health - way.outside
+    got_out = np.where(end > 0, end + FIXED_REWARD, -FIXED_PENALTY)
+    return float(passed.sum() + got_out.sum())
 
 
 def losses_of_people(world: World, who: np.ndarray) -> Losses:
@@ -79,8 +77,8 @@ def losses_of_people(world: World, who: np.ndarray) -> Losses:
     waits = (bodies.stairs_until[who[down]] - world.time).clip(0)
     wait = HEALTH_RATE * FRAMES_PER_SECOND * waits
     more = bodies.floor[who[down]] - lowest[well[down]] - 1
-    mine.first[down] = wait
-    mine.last[down] += wait + STOREY_LOSS * more
+    mine.off_floor[down] = wait
+    mine.outside[down] += wait + STOREY_LOSS * more
     mine.storeys[down] += more
     return mine
 
@@ -99,11 +97,11 @@ def losses_of_places(building: Building, burning: np.ndarray) -> Losses:
                 well = building.stairwell_of[mark]
                 foot = _feet(building)[well]
                 storeys = floor - building.stairwells[well].lowest
-                last = first + (STOREY_LOSS * storeys + losses.last[foot])
+                last = first + (STOREY_LOSS * storeys + losses.outside[foot])
                 storeys += int(losses.storeys[foot])
-            better = last < here.last
-            here.first[better] = first[better]
-            here.last[better] = last[better]
+            better = last < here.outside
+            here.off_floor[better] = first[better]
+            here.outside[better] = last[better]
             here.storeys[better] = storeys
     return losses
 
