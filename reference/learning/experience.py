@@ -8,7 +8,7 @@ than `buffer_size` experiences, use all of it, and empty it.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -113,7 +113,8 @@ class Decisions(GroupDecision[Tensor]):
 
     def rows(self, which: Tensor) -> "Decisions":
         """Some of them; which: indices."""
-        return Decisions(**{name: x[which] for name, x in self.columns()})
+        columns = self.columns()
+        return Decisions(**{name: x.index_select(0, which) for name, x in columns})
 
     @staticmethod
     def joined(parts: "Sequence[Decisions]") -> "Decisions":
@@ -189,20 +190,29 @@ class Buffer:
 
 
 def minibatches(
-    decisions: Decisions, batch_size: int, rng: torch.Generator
+    decisions: Decisions, batch_size: int, rng: torch.Generator, epochs: int = 1
 ) -> Iterator[Decisions]:
     """Shuffled minibatches of whole group decisions, about batch_size steps each.
 
-    As many as there are whole batches of steps; the tail is dropped. The original
-    shuffles single agents' rows; for a group of one this is the same [E3, chosen].
-    A batch smaller than the group still holds one decision of it.
+    In an epoch as many as there are whole batches of steps; the tail is dropped. The
+    original shuffles single agents' rows; for a group of one this is the same [E3,
+    chosen]. A batch smaller than the group still holds one decision of it.
+
+    Grids become the floats that convolutions want, channels last, all in one place:
+    a minibatch's grids hold until the next one (new memory costs more than the copy).
     """
     steps = int(decisions.alive.sum())
     size = max(1, len(decisions) * batch_size // max(1, steps))
     count = min(steps // batch_size, len(decisions) // size)
-    order = torch.randperm(len(decisions), generator=rng)
-    for k in range(count):
-        yield decisions.rows(order[k * size : (k + 1) * size])
+    cells = decisions.grids.permute(0, 2, 3, 1).contiguous()
+    few = replace(decisions, grids=cells)
+    images = torch.empty(size, *cells.shape[1:])
+    for _ in range(epochs):
+        order = torch.randperm(len(decisions), generator=rng)
+        for k in range(count):
+            batch = few.rows(order[k * size : (k + 1) * size])
+            batch.grids = images.copy_(batch.grids).permute(0, 3, 1, 2)
+            yield batch
 
 
 def _packed(grids: Tensor) -> dict[str, Any]:

@@ -48,7 +48,6 @@ from reference.learning.networks import (
     Body,
     Normaliser,
     Sizes,
-    images,
     value_head,
 )
 from reference.learning.settings import TrainerSettings
@@ -241,15 +240,13 @@ class Learner:
         for group in self.optimiser.param_groups:
             group["lr"] = learning_rate
         seen: dict[str, list[float]] = defaultdict(list)
-        for _ in range(s.num_epoch):
-            for batch in minibatches(buffer, s.batch_size, self.rng):
-                batch.grids = images(batch.grids)  # once, for both networks
-                loss, parts = self.loss(batch, epsilon, beta, critic_only)
-                self.optimiser.zero_grad()
-                loss.backward()
-                self.optimiser.step()
-                for name, value in parts.items():
-                    seen[name].append(float(value.detach()))
+        for batch in minibatches(buffer, s.batch_size, self.rng, s.num_epoch):
+            loss, parts = self.loss(batch, epsilon, beta, critic_only)
+            self.optimiser.zero_grad()
+            loss.backward()
+            self.optimiser.step()
+            for name, value in parts.items():
+                seen[name].append(float(value.detach()))
         return {
             **{name: mean(values) for name, values in seen.items()},
             "Policy/Learning Rate": learning_rate,
