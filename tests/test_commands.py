@@ -253,8 +253,8 @@ def test_ends_quietly_when_its_output_cannot_be_written(shed, out, message):
 def brief(monkeypatch):
     """One run of everything; the learners take in one minibatch."""
     monkeypatch.setattr("reference.workshop.bench.RUNS", 1)
-    monkeypatch.setattr("reference.workshop.learning_speed.BATCHES", 1)
-    monkeypatch.setattr("reference.workshop.learning_speed.EPISODES", 1)
+    monkeypatch.setattr("reference.workshop.bench.BATCHES", 1)
+    monkeypatch.setattr("reference.workshop.bench.EPISODES", 1)
 
 
 def test_bench_prints_speeds_with_and_without_minds(capsys, brief):

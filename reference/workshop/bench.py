@@ -1,22 +1,36 @@
 """How fast it runs: the world, rollouts in it, and what learns from them.
 
-Clauses: B8.  Everything on, sight and minds and robots and fire, beside the bare crowd
-of `motion`: compare the two, not machines.  Learners use all cores, the rest one.
+Clauses: B8, E1, E2, E3.  Everything on, sight and minds and robots and fire, beside the
+bare crowd of `motion`: compare the two, not machines.  Learners use all cores, the rest
+one; their sizes are the paper's, minibatches of about 1024 decisions.
+
+    N  group decisions of a buffer;  G  agents
 """
 
+from dataclasses import replace
 from statistics import median
 from time import perf_counter
 from typing import Any
 
 import numpy as np
+import torch
 from tqdm import tqdm
 
 from reference import motion
 from reference.building import Building, load
+from reference.floorplan import to_text
+from reference.learning.adversarial import learner_for, player_of
+from reference.learning.experience import Decisions
+from reference.learning.networks import one_thread
+from reference.learning.ppo import Learner
+from reference.learning.rollouts import Job, play
+from reference.learning.settings import SIDES, Side
 from reference.paper import PEOPLE, Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
+from reference.workshop.landmarks import landmarks_for
 from reference.workshop.strategies.robots import Sweep
+from reference.workshop.training.presets import preset
 
 RUNS = 5
 CASES = {
@@ -26,9 +40,12 @@ CASES = {
 }
 """People, and seconds at which the clock stops; everybody is inside in the first 20."""
 
+BATCHES = 4  # minibatches of a measured update
+EPISODES = 8  # in lockstep, in one process with one thread
+
 
 def measure(name: str, seed: int) -> dict[str, Any]:
-    """All figures of a building, medians over RUNS seeds from this one on.
+    """Measure a building: all figures, medians over RUNS seeds from this one on.
 
     Raises ValueError for more people than fit, and what reading a map raises.
     """
@@ -39,49 +56,39 @@ def measure(name: str, seed: int) -> dict[str, Any]:
     for case, (people, seconds) in tqdm(CASES.items(), disable=None, leave=False):
         scenario = Scenario(people=people)
         runs = [
-            Simulation(
-                building, scenario, seed=number, fire=RandomFire(), robots=Sweep()
-            )
+            Simulation(building, scenario, Sweep(), RandomFire(), number)
             for number in seeds
         ]
         bare[case] = median(_bare_speed(run, seconds) for run in runs)
         speeds[case] = median(_speed(run, seconds) for run in runs)
+    learners = {side: _learner(side, building, seed) for side in SIDES}
     return {
         "building": name,
         "seed": seed,
         "person_seconds_per_second": speeds,
         "bare_step": bare,
         "load_seconds": median(loads),
-        **_learning_speeds(building, seed),
-    }
-
-
-def _learning_speeds(building: Building, seed: int) -> dict[str, Any]:
-    """What rollouts and learners do in a second; torch is loaded only now."""
-    from reference.workshop import learning_speed
-
-    return {
-        "decisions_per_second": learning_speed.decisions_per_second(building, seed),
-        "learner_samples_per_second": learning_speed.learner_samples_per_second(
-            building, seed
-        ),
+        "decisions_per_second": _decisions_per_second(building, learners, seed),
+        "learner_samples_per_second": {
+            learner.settings.trainer_type: _samples_per_second(side, learner, building)
+            for side, learner in learners.items()
+        },
     }
 
 
 def table(title: str, facts: dict[str, Any]) -> str:
-    """What was measured, for people."""
-    last = facts["seed"] + RUNS - 1
+    """Lay out the figures for people."""
+    last, bodies = facts["seed"] + RUNS - 1, facts["bare_step"]
     lines = [
         f"{title}, one core, median of seeds {facts['seed']} to {last}",
         f"{'person-seconds per second':27}{'everything on':>15}{'bodies alone':>15}",
     ]
     for case, (people, seconds) in CASES.items():
         what = "whole" if case.endswith("whole") else f"first {seconds:.0f} s"
-        speed, bare = (
-            facts["person_seconds_per_second"][case],
-            facts["bare_step"][case],
+        speed = facts["person_seconds_per_second"][case]
+        lines.append(
+            f"{f'{people} people, {what}':27}{speed:15,.0f}{bodies[case]:15,.0f}"
         )
-        lines.append(f"{f'{people} people, {what}':27}{speed:15,.0f}{bare:15,.0f}")
     lines.append(f"read, checked and prepared in {facts['load_seconds']:.2f} s")
     decisions = facts["decisions_per_second"]
     lines.append(f"rollouts: {decisions:,.0f} robot decisions per second, one core")
@@ -92,7 +99,7 @@ def table(title: str, facts: dict[str, Any]) -> str:
 
 
 def _load_seconds(name: str) -> float:
-    """How long it takes until the first tick can begin."""
+    """Seconds until the first tick can begin."""
     start = perf_counter()
     Simulation(load(name), fire=RandomFire(), robots=Sweep())
     return perf_counter() - start
@@ -109,15 +116,83 @@ def _speed(simulation: Simulation, seconds: float) -> float:
 def _bare_speed(simulation: Simulation, seconds: float) -> float:
     """The same for bodies alone: everybody walks to where somebody else began."""
     bodies, tick = simulation.world.bodies, simulation.tick
-    position, floor = bodies.position, bodies.floor
-    navigation = simulation.navigation
+    position, floor, navigation = bodies.position, bodies.floor, simulation.navigation
 
     def free(spots: np.ndarray, who: np.ndarray) -> np.ndarray:
         return navigation.walkable[navigation.places_at(floor[who], spots)]
 
-    aim = np.roll(position, 1, axis=0)
-    ticks = round(seconds / tick)
+    aim, ticks = np.roll(position, 1, axis=0), round(seconds / tick)
     start = perf_counter()
     for _ in range(ticks):
         position = motion.step(position, floor, aim, bodies.pace, tick, free)
     return len(bodies) * ticks * tick / (perf_counter() - start)
+
+
+# -- Learning -----------------------------------------------------------------------
+
+
+def _learner(side: Side, building: Building, seed: int) -> Learner:
+    """A new one of the paper's."""
+    settings, marks = (
+        preset("paper"),
+        landmarks_for(side, getattr(preset("paper"), side)),
+    )
+    trainer, plan = getattr(settings, side), to_text(building.plan)
+    return learner_for(side, plan, settings.scenario, trainer, seed, marks)
+
+
+def _decisions_per_second(
+    building: Building, learners: dict[Side, Learner], seed: int
+) -> float:
+    """Robot decisions of rollouts per second and core: both sides act by networks.
+
+    The world, the observations and the networks; new ones, which are in no hurry to
+    end an episode.
+    """
+    sides: dict[str, Any] = {
+        side: player_of(learner, landmarks_for(side, learner.settings))
+        for side, learner in learners.items()
+    }
+    seeds, scenario = tuple(range(seed, seed + EPISODES)), preset("paper").scenario
+    job = Job(to_text(building.plan), scenario, **sides, seeds=seeds)
+    with one_thread():
+        play(replace(job, seeds=seeds[:1]))  # warm up
+        start = perf_counter()
+        played = play(job)
+        seconds = perf_counter() - start
+    return sum(e.robots.steps for e in played if e.robots) / seconds
+
+
+def _samples_per_second(side: Side, learner: Learner, building: Building) -> float:
+    """Agent-decisions that one epoch takes in per second, on all cores."""
+    trainer, team = learner.settings, preset("paper").scenario.robots_per_floor
+    agents = team * building.floors if side == "robots" else 1
+    made_up = _decisions(learner, BATCHES * trainer.batch_size // agents + 1, agents)
+    seconds = []
+    for _ in range(2):  # the first one warms up
+        learner.buffer.add(made_up)
+        start = perf_counter()
+        learner.update()
+        seconds.append(perf_counter() - start)
+    return BATCHES * trainer.batch_size * trainer.num_epoch / seconds[-1]
+
+
+def _decisions(learner: Learner, N: int, G: int) -> Decisions:
+    """Made-up experience of the right shapes; everybody is there."""
+    sizes, rng = learner.sizes, learner.rng
+
+    def normal(*shape: int) -> torch.Tensor:
+        return torch.randn(N, *shape, generator=rng)
+
+    actions = normal(G, sizes.continuous + len(sizes.branches))
+    actions[..., sizes.continuous :] = 0.0  # the first option of each branch
+    names = ("values", "baselines", "returns", "advantages")
+    return Decisions(
+        vectors=normal(G, sizes.vector),
+        grids=(normal(*sizes.grid) > 1).to(torch.uint8),
+        alive=torch.ones(N, G, dtype=torch.bool),
+        actions=actions,
+        shown=normal(G, sizes.shown),
+        log_probs=torch.full(actions.shape, -1.0),
+        **{name: normal(G) for name in names},
+    )
