@@ -116,6 +116,7 @@ def test_rows_from_after_the_checkpoint_are_dropped_on_resume(whole, tmp_path):
     assert rows(tmp_path) == rows(whole[1])
 
 
+@pytest.mark.slow
 def test_how_many_workers_there_are_changes_nothing(whole, tmp_path):
     """Two processes of one thread each, or this process: the same to the last bit."""
     training = begun(seed=1)

@@ -41,31 +41,35 @@ class Row(NamedTuple):
     kind: Any = None
 
 
-Share = Row(HYPER, low=0, high=1)
+Share = Annotated[float, Row(HYPER, low=0, high=1)]
 Schedule = Annotated[str, Row(HYPER, ("linear", "constant"))]  # to a floor at max_steps
-Discount = Annotated[float, Row(REWARD, low=0, high=1)]
 
 
 @dataclass(frozen=True)
 class TrainerSettings:
-    """One table. Steps are decisions of one agent. Raises SettingsError."""
+    """One table. Steps are decisions of one agent. Raises SettingsError.
+
+    head          ours: the paper's two floats, drawn from a Gaussian, or a "pointer"
+                  that scores landmarks, the floats are the chosen one's
+    reward_scale  ours: what rewards are multiplied with before they are learnt
+    """
 
     trainer_type: Annotated[str, Row((), ("poca", "ppo"))]  # a group, or each alone
     batch_size: Annotated[int, Row(HYPER)]  # steps of a minibatch ...
     buffer_size: Annotated[int, Row(HYPER)]  # ... and of an update
     learning_rate: Annotated[float, Row(HYPER, low=ABOVE_0, high=1)]
     learning_rate_schedule: Schedule
-    beta: Annotated[float, Share]  # weight of the entropy
+    beta: Share  # weight of the entropy
     beta_schedule: Schedule
     epsilon: Annotated[float, Row(HYPER, low=ABOVE_0, high=1)]  # clip
     epsilon_schedule: Schedule
-    lambd: Annotated[float, Share]  # of the λ-returns
+    lambd: Share  # of the λ-returns
     num_epoch: Annotated[int, Row(HYPER)]  # times an update goes through the buffer
     vis_encode_type: Annotated[str, Row(NETWORK, ("simple",))]  # two convolutions
     normalize: Annotated[bool, Row(NETWORK)]  # the numbers observed; the grid never is
     hidden_units: Annotated[int, Row(NETWORK)]
     num_layers: Annotated[int, Row(NETWORK)]
-    gamma: Discount
+    gamma: Annotated[float, Row(REWARD, low=0, high=1)]  # discount
     strength: Annotated[float, Row(REWARD, low=0)]  # weight of the reward
     keep_checkpoints: int
     checkpoint_interval: int  # steps
@@ -100,13 +104,11 @@ WORDS = {int: "a whole number", float: "a number", bool: "true or false", str: "
 
 def rows_of(record: type) -> dict[str, Row]:
     """The rows of a dataclass by name; a field without a `Row` has the defaults."""
-    hints = get_type_hints(record, include_extras=True).items()
-    return {
-        name: hint.__metadata__[0]._replace(kind=hint.__origin__)
-        if hasattr(hint, "__metadata__")
-        else Row(kind=hint)
-        for name, hint in hints
-    }
+    rows = {}
+    for name, hint in get_type_hints(record, include_extras=True).items():
+        (row,) = getattr(hint, "__metadata__", (Row(),))
+        rows[name] = row._replace(kind=getattr(hint, "__origin__", hint))
+    return rows
 
 
 def check_rows(record: object) -> None:
