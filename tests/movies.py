@@ -75,6 +75,15 @@ def play(sim, seconds):
     return show(sim)
 
 
+def play_until(sim, happened, seconds=240):
+    """Let time pass until something is so; fail if it does not come about."""
+    end = sim.world.time + seconds
+    while not happened():
+        waits = sim.world.time < end and not sim.done
+        assert waits, f"it has not happened by {sim.world.time:.1f} s:\n{show(sim)}"
+        sim.step()
+
+
 def show(sim):
     """The board now: people before robots before flames before the building."""
     floors = [[list(row) for row in s.rows] for s in sim.building.plan.storeys]

@@ -1,5 +1,7 @@
 """People: Algorithms 1 and 2 branch by branch, and the words they leave open."""
 
+from collections import deque
+
 import numpy as np
 import pytest
 from movies import (
@@ -12,11 +14,14 @@ from movies import (
     mark,
     mind,
     play,
+    play_until,
     stage,
+    view,
 )
 
 from reference.building import Kind
 from reference.events import Died, Evacuated, LeftFloor
+from reference.humans import pass_landmark
 from reference.paper import (
     FOLLOW_DISTANCE,
     FRAMES_PER_SECOND,
@@ -29,8 +34,9 @@ from reference.paper import (
     STAIRS_SECONDS,
     STUCK_SECONDS,
     STUCK_WAIT_SECONDS,
+    WALKING_SPEED,
 )
-from reference.world import NOBODY, NOWHERE, Aim, Fate, Goal, Instruction, Mode
+from reference.world import NOBODY, NOWHERE, Aim, Fate, Goal, Instruction, Mind, Mode
 
 SOON = 0.8  # seconds: everybody thinks again within this time
 
@@ -190,8 +196,7 @@ def test_a_stuck_follower_without_leader_waits_before_leading():
     """Line 3 is not for the stuck; line 11 comes STUCK_WAIT_SECONDS later."""
     sim = stage("##########\n#p.......E\n##########")
     sim.world.bodies.anchor_time[:] = -STUCK_SECONDS - 0.1
-    while mind(sim, "p").mode is Mode.FOLLOWER:
-        sim.step()
+    play_until(sim, lambda: mind(sim, "p").mode is Mode.LEADER)
     assert 0 <= sim.world.time - STUCK_WAIT_SECONDS <= SOON
 
 
@@ -361,6 +366,44 @@ def test_the_way_past_a_flame_costs_health_but_leads_out():
     assert all(HEALTH - e.health > unhurt * e.time + 1 for e in out)
 
 
+DOOR_OR_DIRECTION = """
+    ####################
+    #...........*.#....#
+    #..........p..+....E
+    #.............#....#
+    ####################
+    """
+
+
+@pytest.mark.paper("B6", "Alg. 2:13-14")
+def test_an_unvisited_door_comes_before_an_unexplored_direction():
+    """The door is not desired, beside a flame as it is; and the west lies open."""
+    sim = stage(DOOR_OR_DIRECTION)
+    lead(sim, "p")
+    assert view(sim, "p").open and not view(sim, "p").safe(mark(sim, Kind.DOOR))
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.DOOR))
+
+
+@pytest.mark.paper("B6", "Alg. 2:2")
+def test_an_exit_in_view_behind_flames_is_gone_for():
+    """Flames in the way make a door undesired, but not an exit."""
+    sim = stage(BLOCKED, sight_range=10)
+    lead(sim, "p")
+    assert not view(sim, "p").passable(mark(sim, Kind.EXIT))
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.EXIT))
+
+
+@pytest.mark.paper("B6", "Alg. 2:6-7, chosen")
+def test_of_two_suitable_leaders_the_higher_rank_is_followed():
+    """Both head for the door where p wants to go; r outranks q, though q is nearer."""
+    sim = stage("#############\n#p.q.r.+...E\n#############", sight_range=8)
+    lead(sim, "p", "q", "r")
+    decide(sim, "q")
+    decide(sim, "r")
+    decide(sim, "p")
+    assert mind(sim, "p").leader == body("r")
+
+
 # -- Stuck --------------------------------------------------------------------------
 
 
@@ -380,6 +423,33 @@ def test_the_stuck_ignore_flames_for_a_while():
     sim = stage(BLOCKED, sight_range=10)
     assert play(sim, 20) == drawn("###########\n#....*....E\n###########")
     assert told(sim, Evacuated) and not told(sim, Died)
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
+@pytest.mark.parametrize(
+    ("seconds", "mode"), [(-0.1, Mode.LEADER), (0.1, Mode.FOLLOWER)]
+)
+def test_who_has_not_got_ahead_for_long_enough_is_stuck(seconds, mode):
+    """Just below STUCK_SECONDS a follower without leader leads, just above it waits."""
+    sim = stage("##########\n#p.......E\n##########")
+    sim.world.bodies.anchor_time[:] = -STUCK_SECONDS - seconds
+    decide(sim, "p")
+    assert mind(sim, "p").mode is mode
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
+def test_the_stuck_become_careful_again():
+    """Who could not use the RECKLESS_SECONDS stays out of the flames afterwards."""
+    sim = stage(BLOCKED, sight_range=10)
+    play(sim, 4)
+    halt(sim, "p")
+    bodies = sim.world.bodies
+    play_until(sim, lambda: bodies.reckless[0] > sim.world.time)
+    play_until(sim, lambda: bodies.reckless[0] < sim.world.time)
+    bodies.pace[:] = WALKING_SPEED
+    assert play(sim, STUCK_SECONDS - 4) == drawn(
+        "###########\n#...p*....E\n###########"
+    )
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
@@ -608,8 +678,7 @@ SUITE = """
 def test_the_doors_passed_last_are_remembered_and_no_others():
     """With room for two, the first of three doors is forgotten."""
     sim = stage(SUITE, doors_remembered=2)
-    while not told(sim, Evacuated):
-        sim.step()
+    play_until(sim, lambda: told(sim, Evacuated))
     doors = [mark(sim, Kind.DOOR, nth) for nth in (1, 2, 3)]
     assert list(mind(sim, "p").doors) == doors[1:]
     assert mind(sim, "p").trail == doors
@@ -619,8 +688,7 @@ def test_the_doors_passed_last_are_remembered_and_no_others():
 def test_a_door_is_gone_through_before_looking_again():
     """From its threshold the other room is walked into, whatever is in view."""
     sim = stage(SUITE)
-    while not mind(sim, "p").doors:
-        sim.step()
+    play_until(sim, lambda: mind(sim, "p").doors)
     assert mind(sim, "p").goal.aim is Aim.THRESHOLD
     assert play(sim, 1.4).splitlines()[2] == "#...+p..+...+...E"
 
@@ -634,6 +702,16 @@ CLOSETS = """
     """
 
 
+@pytest.mark.paper("B6", "Alg. 2:17")
+def test_of_two_doors_passed_one_goes_back_to_the_last():
+    """p sees the inner door, has passed the outer one before it, and knows no other."""
+    sim = stage(CLOSETS)
+    lead(sim, "p")
+    outer, inner = mark(sim, Kind.DOOR, 2), mark(sim, Kind.DOOR)
+    passed(sim, "p", outer, inner)
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, inner)
+
+
 @pytest.mark.paper("B6", "Alg. 2:17, chosen")
 def test_out_of_nested_dead_ends_one_walks_back_door_by_door():
     """Through the door passed last, then the one before: no swinging between rooms."""
@@ -641,8 +719,7 @@ def test_out_of_nested_dead_ends_one_walks_back_door_by_door():
     lead(sim, "p")
     outer, inner = mark(sim, Kind.DOOR, 2), mark(sim, Kind.DOOR)
     passed(sim, "p", outer, inner)
-    while mind(sim, "p").trail:
-        sim.step()
+    play_until(sim, lambda: not mind(sim, "p").trail)
     assert play(sim, 1).splitlines()[2].index("p") > 8
     assert play(sim, 12).count("p") == 0
 
@@ -665,8 +742,121 @@ def test_without_any_door_to_go_back_to_everything_is_tried_again():
     lead(sim, "p")
     passed(sim, "p", mark(sim, Kind.DOOR))
     sim.world.burnt[:] = True
+    mind(sim, "p").patches.add(0)
     assert decide(sim, "p").aim is not Aim.LANDMARK
-    assert not mind(sim, "p").doors and not mind(sim, "p").trail
+    me = mind(sim, "p")
+    assert not me.doors and not me.trail and not me.patches
+
+
+CROSSROADS = """
+    ########################
+    #..........p...........E
+    ########################
+    """
+
+
+@pytest.mark.paper("B2")
+@pytest.mark.parametrize("seen", [-1, 1], ids=["west", "east"])
+def test_a_patch_of_floor_already_seen_is_no_unexplored_direction(seen):
+    """Both ways lie open; p has been at the end of one and takes the other."""
+    sim = stage(CROSSROADS)
+    lead(sim, "p")
+    west_or_east = [way for way in view(sim, "p").open if way.unit[0] * seen > 0]
+    mind(sim, "p").patches.update(way.patch for way in west_or_east)
+    goal = decide(sim, "p")
+    x = sim.navigation.centres[goal.place][0] - sim.world.bodies.position[0, 0]
+    assert goal.aim is Aim.DIRECTION and x * seen < 0
+
+
+@pytest.mark.paper("B2")
+def test_every_patch_walked_over_counts_as_explored():
+    """Where p has been it need not look again."""
+    sim = stage(CROSSROADS)
+    walked = set()
+
+    def far():
+        walked.add(sim.sight.patches[int(sim.world.bodies.place[0])])
+        return len(walked) == 3
+
+    play_until(sim, far)
+    play(sim, SOON)
+    assert walked <= mind(sim, "p").patches
+
+
+@pytest.mark.paper("B2")
+def test_a_direction_that_begins_to_burn_is_given_up():
+    """For the other one; and it counts as tried."""
+    sim = stage(CROSSROADS)
+    lead(sim, "p")
+    goal = decide(sim, "p")
+    sim.world.flames.burning.ravel()[goal.place] = True
+    other = decide(sim, "p")
+    assert other.aim is Aim.DIRECTION and other.which != goal.which
+    assert goal.which in mind(sim, "p").patches
+
+
+@pytest.mark.paper("B6", "chosen")
+def test_a_door_passed_twice_is_remembered_once():
+    """As the one passed last."""
+    me = Mind(person=0, rank=0.0, doors=deque([4, 5], maxlen=3), trail=[4, 5])
+    pass_landmark(me, 4, beyond=9)
+    assert (list(me.doors), me.trail) == ([5, 4], [4, 5, 4])
+
+
+@pytest.mark.paper("B6", "chosen")
+def test_a_follower_passes_a_door_after_its_leader():
+    """It remembers the door, but is not made to walk on into the room."""
+    me = Mind(0, 0.0, deque(maxlen=2), mode=Mode.FOLLOWER, goal=Goal(Aim.LEADER, 1))
+    pass_landmark(me, 4, beyond=9)
+    assert (list(me.doors), me.trail, me.goal) == ([4], [4], Goal(Aim.LEADER, 1))
+
+
+@pytest.mark.paper("B5", "Alg. 1:5")
+def test_where_a_new_leader_was_seen_is_remembered():
+    """And when; p walks there."""
+    sim = stage("############\n#p..q..+...E\n############", sight_range=7)
+    lead(sim, "p", "q")
+    decide(sim, "q")
+    sim.world.time = 7.0
+    place = int(sim.world.bodies.place[body("q")])
+    assert decide(sim, "p") == Goal(Aim.LEADER, body("q"), place)
+    assert (mind(sim, "p").seen_place, mind(sim, "p").seen_at) == (place, 7.0)
+
+
+CORNER = """
+    #########
+    #...#...#
+    #.p.+...#
+    #...#...#
+    #####+###
+    #.......E
+    #########
+    """
+
+
+@pytest.mark.paper("B6", "chosen")
+@pytest.mark.parametrize("change", ["nothing", "flames", "stuck"])
+def test_a_threshold_is_crossed_unless_it_burns_or_one_is_stuck(change):
+    """Then p decides anew; the next door is not straight ahead."""
+    sim = stage(CORNER)
+    play_until(sim, lambda: mind(sim, "p").doors)
+    goal = mind(sim, "p").goal
+    beyond = int(sim.navigation.places_of(0, np.array([[2, 5]]))[0])
+    assert goal == Goal(Aim.THRESHOLD, mark(sim, Kind.DOOR), beyond)
+    if change == "flames":
+        sim.world.flames.burning[0, 2, 5] = True
+    if change == "stuck":
+        sim.world.bodies.anchor_time[:] = sim.world.time - STUCK_SECONDS - 0.1
+    assert (decide(sim, "p") == goal) is (change == "nothing")
+
+
+@pytest.mark.paper("B6", "Alg. 2:17, chosen")
+def test_beyond_a_threshold_one_looks_again():
+    """From there p goes to the door round the corner."""
+    sim = stage(CORNER)
+    next_door = Goal(Aim.LANDMARK, mark(sim, Kind.DOOR, 2))
+    play_until(sim, lambda: mind(sim, "p").goal == next_door)
+    assert sim.world.bodies.position[0, 0] > sim.building.metres(0, 4)[0]
 
 
 @pytest.mark.paper("B6", "Alg. 2:15, chosen")
@@ -696,13 +886,14 @@ def test_a_direction_once_taken_is_followed_to_its_end():
 def test_people_walk_down_past_the_middle_floor_without_entering_it():
     """From the third floor to the first: two flights, one landing."""
     sim = stage(TOWER.replace("p", "."), doors_remembered=2)
-    floors = []
-    while not told(sim, Evacuated):
-        sim.step()
-        floors.append(
-            (int(sim.world.bodies.floor[0]), bool(sim.world.bodies.walking[0]))
-        )
-    assert (1, True) not in floors
+    bodies, met = sim.world.bodies, []
+
+    def out():
+        met.append((int(bodies.floor[0]), bool(bodies.walking[0])))
+        return told(sim, Evacuated)
+
+    play_until(sim, out)
+    assert (1, True) not in met
     assert [event.floor for event in told(sim, LeftFloor)] == [2, 1, 0]
 
 
@@ -710,8 +901,7 @@ def test_people_walk_down_past_the_middle_floor_without_entering_it():
 def test_a_storey_of_stairs_takes_its_time():
     """STAIRS_SECONDS for each."""
     sim = stage(TOWER.replace("p", "."))
-    while len(told(sim, LeftFloor)) < 2:
-        sim.step()
+    play_until(sim, lambda: len(told(sim, LeftFloor)) == 2)
     start, landing = (event.time for event in told(sim, LeftFloor))
     assert landing - start == pytest.approx(STAIRS_SECONDS, abs=sim.tick)
 
@@ -721,10 +911,22 @@ def test_out_of_a_stairwell_people_look_again():
     """As leaders who remember nothing but the entrance they came by."""
     sim = stage(TOWER.replace("q", "."))
     me = mind(sim, "p")
-    while sim.world.bodies.floor[0] or not sim.world.bodies.walking[0]:
-        sim.step()
+    bodies = sim.world.bodies
+    play_until(sim, lambda: not bodies.floor[0] and bodies.walking[0])
     assert (me.mode, me.leader) == (Mode.LEADER, NOBODY)
     assert list(me.doors) == me.trail == [sim.building.stairwells[0].entrances[0][0]]
+
+
+@pytest.mark.paper("B5", "chosen")
+def test_out_of_a_stairwell_followers_are_leaders_without_a_way_back():
+    """p followed a robot through a door and down; that trail ends there."""
+    sim = stage(TOWER.replace("p", ".").replace("q", "p"), doors_remembered=3)
+    me, bodies = mind(sim, "p"), sim.world.bodies
+    play_until(sim, lambda: len(me.trail) and bodies.stairwell[0] >= 0)
+    me.mode, me.leader = Mode.FOLLOWER, 0
+    play_until(sim, lambda: not bodies.floor[0] and bodies.walking[0])
+    assert (me.mode, me.leader) == (Mode.LEADER, NOBODY)
+    assert me.trail == [sim.building.stairwells[0].entrances[0][0]]
 
 
 # -- What nobody knows --------------------------------------------------------------

@@ -1,5 +1,7 @@
 """Bodies walk: free speed, gaps, doors, counterflow; nobody in anybody or a wall."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -72,7 +74,21 @@ def test_a_body_slides_along_a_wall_towards_its_aim():
     assert track[-1, 0, 0] > 4
 
 
+def test_people_walk_a_little_to_the_right_of_their_target():
+    """ASIDE of it, so ten metres away by a step of 0.27 m times 0.022 to the south."""
+    track = walk([[0, 0]], [[10, 0]], ticks=1)
+    assert track[1, 0] == pytest.approx([0.27, -0.27 * motion.ASIDE / 10], abs=1e-3)
+
+
 # -- Two bodies ---------------------------------------------------------------------
+
+
+def test_of_two_in_each_others_way_only_one_waits():
+    """Whoever has farther to go: 0.4 m of gap allow 0.5 m/s; the other walks on."""
+    track = walk([[0, 0], [0.8, 0]], [[8.7, 5], [-9.6, -6]], ticks=1)
+    steps = np.hypot(*np.diff(track, axis=0)[0].T)
+    gap = 0.8 - 2 * BODY_RADIUS
+    assert steps == pytest.approx([0.27, gap / motion.GAP_SECONDS * TICK])
 
 
 def test_speed_falls_with_the_gap_ahead():
@@ -140,6 +156,7 @@ def test_two_streams_pass_each_other_in_a_corridor():
     assert (track[-1, :10, 0] > 20).all() and (track[-1, 10:, 0] < 0).all()
 
 
+@cache
 def flow(width, seed):
     """People per second through a door, from the tenth to the fortieth of fifty."""
     door = ["+" if abs(row - 5) <= width // 2 else "#" for row in range(1, 10)]
@@ -160,9 +177,9 @@ def flow(width, seed):
 @pytest.mark.paper("A5")
 def test_a_door_of_one_metre_lets_a_plausible_crowd_through():
     """Between 0.6 and 1.9 people per second, as measured with real crowds."""
-    assert 0.6 <= np.mean([flow(1, seed) for seed in range(4)]) <= 1.9
+    assert 0.6 <= np.mean([flow(1, seed) for seed in range(2)]) <= 1.9
 
 
 def test_a_wider_door_lets_more_people_through():
     """Three metres against one, with the same people."""
-    assert all(flow(3, seed) > flow(1, seed) for seed in range(3))
+    assert all(flow(3, seed) > flow(1, seed) for seed in range(2))

@@ -1,0 +1,223 @@
+"""The order of one tick: SENSE, DECIDE, MOVE, BURN, SETTLE.
+
+Each test fails if two phases change places; its name says which comes first.
+"""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from movies import (
+    Send,
+    body,
+    follow,
+    lead,
+    mark,
+    mind,
+    play_until,
+    shipped,
+    stage,
+    view,
+)
+
+from reference.building import Kind
+from reference.events import Died, Evacuated, FireLit
+from reference.paper import (
+    FLAME_SECONDS,
+    FRAMES_PER_TICK,
+    HEALTH_RATE,
+    ROBOT_SPEED,
+    WALKING_SPEED,
+    Scenario,
+)
+from reference.robots import CROWD_GAP, FOLLOWER_GAP
+from reference.simulation import Simulation
+from reference.strategies import NoRobots, RandomFire
+from reference.world import NOWHERE, Aim, Fate, Goal, Mode
+
+LOSS = HEALTH_RATE * FRAMES_PER_TICK  # health that everybody loses in a tick
+
+
+class Probe:
+    """A strategy that notes what it is shown at each decision; robots go to (x, y)."""
+
+    def __init__(self, look, x=2.5, y=0.5):
+        self.look, self.destination, self.saw = look, (x, y), []
+
+    def decide(self, world, robots, rng):
+        """Note it."""
+        self.saw.append(self.look(world))
+        return [self.destination] * len(robots)
+
+
+class ProbeFire:
+    """A fire that notes what it is shown, and then breaks out in one place."""
+
+    def __init__(self, look, *decision):
+        self.look, self.decision, self.saw = look, decision, []
+
+    def decide(self, world, rng):
+        """Note it."""
+        self.saw.append(self.look(world))
+        return self.decision
+
+
+# -- SENSE and DECIDE ---------------------------------------------------------------
+
+
+@pytest.mark.paper("B4")
+def test_people_decide_before_strategies():
+    """When the robots' first turn comes, p has become a leader already."""
+    robots = Probe(lambda world: world.minds[0].mode)
+    stage("###########\n#p..R.....E\n###########", robots=robots).step()
+    assert robots.saw == [Mode.LEADER]
+
+
+@pytest.mark.paper("B3")
+def test_people_on_the_stairs_are_not_seen():
+    """Though p stands where q would see it."""
+    sim = stage("#######\n#p.q..E\n#######")
+    assert view(sim, "q").people == [body("p")]
+    sim.world.bodies.stairwell[body("p")] = 0
+    assert view(sim, "q").people == []
+
+
+@pytest.mark.paper("D2")
+def test_robots_and_fire_see_the_same_world():
+    """Robots do not see the fire that breaks out now; the fire sees them unmoved."""
+    board = "############\n#p..R......E\n############"
+    robots = Probe(lambda world: len(world.flames.sources))
+    fire = ProbeFire(lambda world: world.robots[0].destination, 0, 3.5, 0.5)
+    sim = stage(board, robots=robots, fire=fire, decision_seconds=1)
+    sim.world.bodies.pace[:] = 0
+    robots.destination = None
+    play_until(sim, lambda: any(isinstance(e, FireLit) for e in sim.events))
+    assert robots.saw[-1] == 0 and fire.saw == [None]
+
+
+# -- MOVE ---------------------------------------------------------------------------
+
+
+@pytest.mark.paper("B6", "Alg. 2:3")
+def test_people_decide_before_they_move():
+    """Within one tick p sees the exit and has begun to walk there."""
+    sim = stage("########\n#p.....E\n########", sight_range=8)
+    lead(sim, "p")
+    start = sim.world.bodies.position[0].copy()
+    sim.step()
+    assert sim.world.bodies.position[0, 0] - start[0] == pytest.approx(
+        WALKING_SPEED * sim.tick, rel=0.01
+    )
+
+
+@pytest.mark.paper("C7", "Alg. 3:4, 7")
+def test_robots_decide_before_they_move():
+    """The first decision is walked in its own tick."""
+    sim = stage("#########\n#R.....pE\n#########", robots=Send(1.5, 0.5))
+    start = sim.world.robots[0].position[0]
+    sim.step()
+    walked = sim.world.robots[0].position[0] - start
+    assert walked == pytest.approx(ROBOT_SPEED * sim.tick)
+
+
+@pytest.mark.paper("C7", "Alg. 3:2, chosen")
+def test_robots_move_before_people():
+    """The robot waits for p, who is a step too far behind when the tick begins."""
+    sim = stage("############\n#p..R......E\n############")
+    robot = sim.world.robots[0]
+    robot.way = [robot.place + 5]
+    follow(sim, "p", robot.body)
+    gap = FOLLOWER_GAP + CROWD_GAP
+    start = robot.position.copy()
+    sim.world.bodies.position[0] = start - (gap + 0.1, 0)
+    sim.world.bodies.place[0] = sim.navigation.place(0, *sim.world.bodies.position[0])
+    sim.step()
+    assert np.array_equal(robot.position, start)
+    assert robot.position[0] - sim.world.bodies.position[0, 0] < gap
+
+
+# -- BURN ---------------------------------------------------------------------------
+
+
+@pytest.mark.paper("B7")
+def test_people_move_before_flames_hurt_them():
+    """p takes its last step out of the heat, and loses what everybody loses."""
+    sim = stage("##########\n#*p.....E#\n########E#")
+    lead(sim, "p")
+    mind(sim, "p").goal = Goal(Aim.DIRECTION, 99, int(sim.world.bodies.place[0]) + 3)
+    sim.world.bodies.position[0, 0] += 0.45
+    sim.step()
+    assert sim.world.bodies.place[0] == sim.navigation.cols + 3
+    assert 100 - sim.world.bodies.health[0] == pytest.approx(LOSS)
+
+
+@pytest.mark.paper("A6")
+def test_flames_move_on_once_a_second():
+    """At whole seconds and at no other tick, however fast they spread."""
+    hurry = Scenario(people=1, decision_seconds=1, sources=3, time_limit=14)
+    sim = Simulation(shipped("tiny"), hurry, NoRobots(), RandomFire(), seed=3)
+    sim.world.bodies.pace[:] = 0
+    states = []
+    while not sim.done:
+        sim.step()
+        states.append((sim.world.time, sim.world.flames.burning.sum()))
+    changes = [after for (_, a), (after, b) in pairwise(states) if a != b]
+    assert len(changes) > 2
+    assert np.mod(changes, FLAME_SECONDS) == pytest.approx(0, abs=1e-9)
+
+
+# -- SETTLE -------------------------------------------------------------------------
+
+
+@pytest.mark.paper("B7")
+def test_health_falls_before_deaths_are_settled():
+    """Who has less than a tick's loss left dies in this tick, not in the next."""
+    sim = stage("########\n#p.....E\n########")
+    sim.world.bodies.health[0] = LOSS / 2
+    assert [type(event) for event in sim.step()] == [Died]
+    assert sim.world.bodies.fate[0] == Fate.DEAD
+
+
+@pytest.mark.paper("B7")
+@pytest.mark.paper("A4")
+@pytest.mark.parametrize(("ticks_left", "end"), [(0.5, Died), (1.5, Evacuated)])
+def test_who_dies_on_the_threshold_of_the_exit_is_not_saved(ticks_left, end):
+    """Death and exit in one tick are a death."""
+    sim = stage("########\n#....p.E\n########", sight_range=8)
+    lead(sim, "p")
+    bodies = sim.world.bodies
+    bodies.position[0, 0] += 1.4
+    bodies.place[0] += 1
+    bodies.health[0] = ticks_left * LOSS
+    assert type(sim.step()[-1]) is end
+    assert not bodies.inside[0]
+
+
+@pytest.mark.paper("A5")
+@pytest.mark.parametrize("burnt", [False, True])
+def test_a_burnt_door_is_passed_without_being_remembered(burnt):
+    """It is no landmark any more [A6]; the hole that it leaves is walked through."""
+    sim = stage("#########\n#.p+....E\n#########")
+    lead(sim, "p")
+    door, me = mark(sim, Kind.DOOR), mind(sim, "p")
+    beyond = sim.navigation.cols + 4
+    me.goal = Goal(Aim.THRESHOLD, door, beyond)
+    sim.world.burnt[door] = burnt
+    play_until(sim, lambda: sim.world.bodies.place[0] == beyond, seconds=5)
+    assert list(me.doors) == me.trail == ([] if burnt else [door])
+
+
+@pytest.mark.paper("B4", "chosen")
+@pytest.mark.parametrize("start", [0.0, 0.27, 0.54])
+def test_after_a_door_one_thinks_at_once(start):
+    """In the very next tick, whatever one's turn: the body has the new goal."""
+    sim = stage("#########\n#.p.+...E\n#########")
+    lead(sim, "p")
+    bodies, me = sim.world.bodies, mind(sim, "p")
+    bodies.position[0, 0] -= start
+    bodies.place[0] = sim.navigation.place(0, *bodies.position[0])
+    play_until(sim, lambda: me.doors)
+    assert bodies.landmark[0] == mark(sim, Kind.DOOR)
+    sim.step()
+    assert bodies.landmark[0] == NOWHERE
+    assert np.array_equal(bodies.target[0], sim.navigation.centres[me.goal.place])
