@@ -61,7 +61,7 @@ def _complain(message: str, status: int) -> int:
 
 
 def _drop_unprinted() -> None:
-    """What cannot be printed now is not tried again, with noise, at the exit."""
+    """Drop what cannot be printed: Python would try again, with noise, at exit."""
     try:
         print(end="", flush=True)
     except OSError:

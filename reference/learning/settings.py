@@ -138,7 +138,7 @@ def check_type(name: str, value: object, kind: Any) -> None:
 
 
 def unknown(name: object, known: Iterable[str]) -> str:
-    """The message about a name that is none of the known ones."""
+    """Say that a name is none of the known ones, and which may be meant."""
     known = tuple(known)
     return (
         f"'{name}' is unknown.{did_you_mean(name, known)} There is: {', '.join(known)}"
@@ -146,6 +146,6 @@ def unknown(name: object, known: Iterable[str]) -> str:
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """ " Did you mean 'the closest'?", or nothing where none is close."""
+    """Name the closest of the known in a question; nothing where none is close."""
     close = get_close_matches(str(name).lower(), list(known), 1)
     return f" Did you mean '{close[0]}'?" if close else ""

@@ -20,7 +20,7 @@ class RunError(ValueError):
 
 
 class ContradictionError(RunError):
-    """What was asked for contradicts itself, or what was begun."""
+    """Options that contradict each other, or the run that was begun."""
 
 
 Started = TypeVar("Started")
@@ -31,7 +31,7 @@ LOCK = ".lock"  # in a run's folder as long as it goes on; its text is the proce
 def held(
     folder: Path | None, resume: bool, start: Callable[[], Started]
 ) -> Iterator[Started]:
-    """What `start` gives; its folder, if any, is no other run's until the block ends.
+    """Start a run and hold its folder, if any, until the block ends.
 
     Raises RunError where another process holds the folder, OSError where it cannot be
     made; nothing is made where `start` refuses.
@@ -112,7 +112,7 @@ def refuse_contradictions(run: str, asked: Iterable[tuple[str, Any, Any]]) -> No
 
 
 def building_asked(name: str | None, begun: str, plan: str) -> tuple[str, Any, Any]:
-    """The row of --building for `refuse_contradictions`: the drawing counts.
+    """Compare --building by its drawing, for `refuse_contradictions`.
 
     begun  the building's name in the run;  plan  its floor file's text
     """

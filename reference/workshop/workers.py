@@ -1,4 +1,4 @@
-"""Workers: jobs go out, results come back, whoever does them.
+"""Workers: do jobs in other processes, or in this one.
 
 Clause: E6.  Any `concurrent.futures.Executor` will do; here are a pool of processes
 and this process itself.
@@ -19,7 +19,7 @@ from typing import Any, TypeVar
 POLL = 0.2  # seconds between two looks at whether to stop
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}
-"""A worker's surroundings: numpy and torch read them when they are loaded."""
+"""Environment of a worker: numpy and torch read it when they are loaded."""
 
 Made = TypeVar("Made")
 Given = TypeVar("Given")
@@ -31,7 +31,7 @@ def in_order(
     jobs: Iterable[Given],
     stop: Callable[[], bool],
 ) -> list[Made] | None:
-    """The results in the order of the jobs; None if told to stop before all are there.
+    """Do all jobs, results in their order; None if told to stop before the last.
 
     Raises what the work raises, and BrokenExecutor for a worker that has died.
     """
@@ -46,7 +46,7 @@ def as_done(
     jobs: Iterable[Given],
     stop: Callable[[], bool],
 ) -> Iterator[tuple[int, Made]]:
-    """Number of a job and its result, as they are done, until told to stop.
+    """Yield number and result of each job as it is done, until told to stop.
 
     Jobs that have not begun by then never will. Raises as `in_order` does.
     """
@@ -86,7 +86,7 @@ class InProcess(Executor):
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
     ) -> Future[Made]:
-        """Done before it returns."""
+        """Do a job before returning."""
         future: Future[Made] = Future()
         try:
             future.set_result(fn(*args, **kwargs))
@@ -123,7 +123,7 @@ class Pool(ProcessPoolExecutor):
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
     ) -> Future[Made]:
-        """As any executor's."""
+        """Submit a job that notes when it is at work."""
         return super().submit(_at_work, fn, *args, **kwargs)
 
 
@@ -155,7 +155,7 @@ def _end_with(lifeline: Connection) -> None:
 
 @contextmanager
 def _surroundings(variables: dict[str, str]) -> Iterator[None]:
-    """Environment variables that processes begun in here inherit."""
+    """Set environment variables for processes that begin in here."""
     before = {name: os.environ.get(name) for name in variables}
     os.environ.update(variables)
     try:
@@ -170,7 +170,7 @@ def _surroundings(variables: dict[str, str]) -> Iterator[None]:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Ctrl-C waits: a process that begins in here never hears it."""
+    """Hold back Ctrl-C: a process that begins in here never hears it."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

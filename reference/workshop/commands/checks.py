@@ -123,7 +123,7 @@ def _done(
     arguments: Namespace,
     unit: str,
 ) -> list[Made]:
-    """All results in order, with a progress bar. Ctrl-C ends it; nothing is kept."""
+    """Do all jobs, results in order, with a progress bar; Ctrl-C keeps nothing."""
     with ctrl_c() as stop, workers(arguments.workers) as executor:
         done = as_done(executor, work, jobs, stop)
         results = dict(
@@ -138,7 +138,7 @@ def _done(
 
 
 def _tell(facts: dict[str, Any], arguments: Namespace, title: str) -> None:
-    """One object, or a line for each fact; intervals with their ends."""
+    """Print one object, or a line for each fact; intervals with their ends."""
     if arguments.json:
         plain = {
             k: v._asdict() if isinstance(v, Interval) else v for k, v in facts.items()

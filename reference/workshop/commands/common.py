@@ -1,4 +1,4 @@
-"""What the commands share: their errors, options and ways to say numbers."""
+"""What the commands share: checks, numbers in words, workers and Ctrl-C."""
 
 import shlex
 import signal
@@ -59,7 +59,7 @@ def noted(evaluation: Evaluation) -> None:
 
 
 def counted(number: int, plural: str) -> str:
-    """1 door, 2 doors."""
+    """A number with its noun: 1 door, 2 doors."""
     return f"{number} {plural[:-1] if number == 1 else plural}"
 
 
@@ -74,13 +74,13 @@ def figures(values: list[float | None]) -> str:
 
 
 def quoted(path: str | Path) -> str:
-    """As a shell wants to read it."""
+    """Quote a path for a shell."""
     return shlex.quote(str(path))
 
 
 @contextmanager
 def ctrl_c() -> Iterator[Callable[[], bool]]:
-    """Has Ctrl-C been pressed? Pressed once more, it stops at once."""
+    """Note Ctrl-C and go on; pressed once more, it stops at once."""
     pressed, before = Event(), signal.getsignal(signal.SIGINT)
 
     def note(number: int, frame: Any) -> None:

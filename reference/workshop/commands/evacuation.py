@@ -55,7 +55,7 @@ def evacuate(arguments: Namespace) -> None:
 
 
 def _evaluation(arguments: Namespace) -> Evaluation:
-    """One match: where and with whom as a learned policy knows it, unless asked."""
+    """Make one match; building and people are a checkpoint's, unless asked for."""
     asked = Asked(
         robots=(arguments.robots,),
         fire=(arguments.fire,),
@@ -70,7 +70,7 @@ def _begun(evaluation: Evaluation, seed: int) -> Simulation:
 
 
 def _animate(simulation: Simulation, path: Path) -> None:
-    """One evacuation as a moving picture."""
+    """Film one evacuation."""
     from reference.workshop.drawing import film
 
     writable(path, film.FORMATS, "an animation")

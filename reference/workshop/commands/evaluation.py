@@ -56,7 +56,7 @@ def _evaluate(evaluation: crossplay.Evaluation, arguments: Namespace) -> None:
 
 
 def _evaluation(arguments: Namespace) -> crossplay.Evaluation:
-    """A new one, or the one in the folder with who is asked for besides."""
+    """Begin an evaluation, or resume one with who is asked for besides."""
     names = crossplay.Asked.__dataclass_fields__
     asked = crossplay.Asked(**{name: getattr(arguments, name) for name in names})
     start = crossplay.resume if arguments.resume else crossplay.begin
@@ -64,7 +64,7 @@ def _evaluation(arguments: Namespace) -> crossplay.Evaluation:
 
 
 def _given(arguments: Namespace, evaluation: crossplay.Evaluation) -> Ruler | None:
-    """The ruler that is known before anything is played, if it is."""
+    """The ruler, where it is known before anything is played."""
     if arguments.baseline is None:
         return score.read(arguments.ruler) if arguments.ruler else PAPER
     if arguments.ruler:
@@ -93,7 +93,7 @@ def _calibrated(
 def _played(
     evaluation: crossplay.Evaluation, arguments: Namespace
 ) -> list[crossplay.Record]:
-    """All runs; before all are there, how to go on."""
+    """Play all runs; interrupted, say how to go on."""
     with workforce(arguments.workers, evaluation.about()) as (executor, stop):
         records = crossplay.evaluate(evaluation, arguments.out, executor, stop)
     if len(records) == len(evaluation.runs):
@@ -113,7 +113,7 @@ def _keep(
     cells: Sequence[crossplay.Cell],
     records: Sequence[crossplay.Record],
 ) -> None:
-    """Tables, the ruler and four pictures, beside the runs."""
+    """Write tables, the ruler and four pictures beside the runs."""
     from reference.workshop.drawing import crossplay as played
     from reference.workshop.drawing import page
     from reference.workshop.drawing import ruler as rulers
@@ -133,7 +133,7 @@ def _keep(
 
 
 def _readings(cells: Sequence[crossplay.Cell]) -> list[Any]:
-    """Where each pair lies, its label short even where checkpoints have long paths."""
+    """Points of each pair for the chart, with labels short even for long paths."""
     from reference.workshop.drawing.crossplay import names
     from reference.workshop.drawing.ruler import Reading
 
@@ -146,7 +146,7 @@ def _readings(cells: Sequence[crossplay.Cell]) -> list[Any]:
 
 
 def _explained(arguments: Namespace, ruler: Ruler) -> str:
-    """Whose ruler it was."""
+    """Say which ruler was used."""
     if arguments.baseline:
         whose = f"calibrated so that {arguments.baseline} scores 1 over its fires"
     else:

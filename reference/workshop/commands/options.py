@@ -1,4 +1,4 @@
-"""Options of the commands, and what argparse is told of each."""
+"""Options that commands share, and short ways to declare them to argparse."""
 
 import os
 from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError
@@ -17,7 +17,7 @@ SEVERAL = {"nargs": "+"}
 
 
 def add(parser: ArgumentParser, options: Table) -> None:
-    """Let a parser know these options."""
+    """Add options to a parser."""
     for names, told in options.items():
         parser.add_argument(*names.split("/"), **told)
 

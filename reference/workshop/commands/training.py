@@ -63,7 +63,7 @@ def _trained(training: Any, arguments: Namespace) -> Path:
 
 
 def _training(arguments: Namespace) -> Any:
-    """A new training, or the one in the folder."""
+    """Begin a training, or resume the one in the folder."""
     from reference.workshop.training import starting
     from reference.workshop.training.session import Training
 
@@ -77,7 +77,7 @@ def _training(arguments: Namespace) -> Any:
 
 
 def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
-    """What came of it, and how to look at it."""
+    """Print final figures, and commands to look at what was learned."""
     if as_json:
         print(json.dumps(facts))
     else:

@@ -70,7 +70,7 @@ class Checkpoint:
     version: str = reference.__version__
 
     def player(self, side: Side) -> Learned | str:
-        """Who plays a side: a network as far as it has learned, or whoever is fixed."""
+        """The policy of a side: its network as learned so far, or whoever is fixed."""
         if side in self.learners:
             weights = self.learners[side]["actor"]
             settings = getattr(self.task.settings, side)
@@ -141,7 +141,7 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
 
 
 def _checked(content: object, path: Path) -> Checkpoint:
-    """What was read, if it is ours and of this format."""
+    """Check kind and format of what was read; make a checkpoint of it."""
     if not isinstance(content, dict) or content.get("kind") != KIND:
         raise CheckpointError(f"{path}: is another program's file, not a checkpoint.")
     if content.get("format") != FORMAT:
@@ -160,7 +160,7 @@ def _checked(content: object, path: Path) -> Checkpoint:
 
 
 def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
-    """Only dicts, lists, words, numbers and tensors."""
+    """A checkpoint as dicts, lists, words, numbers and tensors only."""
     task = checkpoint.task
     fixed = {side: _plain_player(who) for side, who in task.fixed.items()}
     return {

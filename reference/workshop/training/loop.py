@@ -43,7 +43,7 @@ def train(
     tensorboard: bool = False,
     progress: bool = True,
 ) -> Path:
-    """Rounds until every side is past its max_steps, or until told to stop.
+    """Train until every side is past its max_steps, or until told to stop.
 
     What is learned lies in the folder: checkpoints, summaries.csv and times.csv. A
     round that is being played when `stop` says so is dropped, one that is being
@@ -165,7 +165,7 @@ class Record:
 
 
 def _line(row: Row) -> str:
-    """A summary for people who read a log."""
+    """Put a summary row into words, for people who read a log."""
     if PRETRAINING in row:
         return f"{row['side']}: {row['phase']}, loss {row[PRETRAINING]:.3f}"
     return (

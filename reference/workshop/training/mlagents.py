@@ -95,7 +95,7 @@ def read(path: str | os.PathLike[str]) -> TrainerFile:
 
 
 def _parsed(text: str) -> Any:
-    """A text of YAML as plain dicts, lists, numbers and words."""
+    """Parse a text of YAML into plain dicts, lists, numbers and words."""
     try:
         import yaml
     except ImportError:
@@ -136,14 +136,14 @@ def _refuse_repetitions(node: Any, seen: set[int]) -> None:
 
 
 def mapping(value: Any, where: str) -> dict[str, Any]:
-    """The keys and values there; nothing at all stands for no keys."""
+    """Check that a value is a mapping; nothing at all stands for an empty one."""
     if not isinstance(value, Mapping | None):
         raise SettingsError(f"{where}: this must be `key: value` lines, not {value!r}")
     return {str(key): row for key, row in (value or {}).items()}
 
 
 def _file(top: Any) -> TrainerFile:
-    """A whole file sorted into the two sides and ours."""
+    """Sort a whole file into the rows of the two sides and ours."""
     if top is None:
         raise SettingsError("this file is empty: give it `behaviors:`")
     top = mapping(top, "the file")
@@ -172,7 +172,7 @@ def _side(
 
 
 def _merged(under: Any, over: Any) -> Any:
-    """Section by section, `over` wins."""
+    """Merge section by section; `over` wins."""
     if not (isinstance(under, dict) and isinstance(over, dict)):
         return over
     both = {key: _merged(under[key], over[key]) for key in over if key in under}
@@ -180,7 +180,7 @@ def _merged(under: Any, over: Any) -> Any:
 
 
 def _rows(section: Any, at: tuple[str, ...], where: str) -> Iterator[tuple[str, Any]]:
-    """Every row of a behaviour, out of whichever section it stands in."""
+    """Collect the rows of a behaviour from its sections."""
     where = ": ".join((where, *at[-1:]))
     for key, value in mapping(section, where).items():
         path = (*at, key)
@@ -204,7 +204,7 @@ def _refuse_unless_off(key: str, value: Any, at: tuple[str, ...], where: str) ->
 
 
 def _misplaced(key: str, here: list[str]) -> str | None:
-    """Where a key should have stood, if it is, or is nearly, one of another section."""
+    """Say where a key belongs, if it is, or is nearly, one of another section."""
     meant = next(iter(get_close_matches(key, [*HOMES, *here], 1, 0.8)), None)
     if meant is None or meant in here:
         return None
@@ -218,7 +218,7 @@ SIDES = ("Robot", "Fire")
 
 
 def _sides(behaviours: Mapping[str, Any]) -> dict[str, str]:
-    """Side of each behaviour; a last one without a sign has the side that is left."""
+    """Tell which behaviour is whose; a last one without a sign has the side left."""
     found = {str(name): _sign(name, rows) for name, rows in behaviours.items()}
     left = [side for side in SIDES if side not in found.values()]
     if len(found) == 2 and len(left) == 1:

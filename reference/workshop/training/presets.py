@@ -1,4 +1,4 @@
-"""What a training is made of: both sides' settings, a scenario, and three presets.
+"""Settings of a whole training: both sides, a scenario, and three presets.
 
 Clauses: D6 (rule of training), E1, E2 (Tables I and II), E6 (both learn).  The tables'
 numbers stand in `paper`; those of the smaller presets are chosen here.
@@ -27,7 +27,7 @@ from reference.workshop.training.mlagents import OWN_ROWS, mapping
 
 @dataclass(frozen=True)
 class Settings:
-    """A whole training: both sides, what happens in the building, and in what order.
+    """Settings of a whole training: both sides, the scenario, rounds and schedule.
 
     episodes_per_job     episodes one worker plays in lockstep, network calls batched
     jobs_per_round       rollouts between two updates; it does not depend on the number
@@ -99,7 +99,7 @@ def record_from(kind: type[Record], rows: Any, where: str) -> Record:
 
 
 def _list(name: str, value: Any) -> tuple[Any, ...] | None:
-    """A list as a tuple, if everything in it is of the row's kind."""
+    """Turn a list into a tuple, if everything in it is of the row's kind."""
     kind, words = LISTS[name]
     if value is None and name == "people_per_floor":
         return None
@@ -109,7 +109,7 @@ def _list(name: str, value: Any) -> tuple[Any, ...] | None:
 
 
 def _changed(base: Record, rows: Any, where: str) -> Record:
-    """A record with some rows as a file states them."""
+    """Replace some rows of a record by what a file states."""
     known = rows_of(type(base))
     stated = {
         name: _number(row, known[name].kind) if name in known else row
@@ -119,7 +119,7 @@ def _changed(base: Record, rows: Any, where: str) -> Record:
 
 
 def _number(value: Any, kind: Any) -> Any:
-    """[E3] YAML reads 1e-4 as a word and 5.0e5 as a real number; both are meant."""
+    """Read 1e-4, a word to YAML, and 5.0e5, no whole number to it, as numbers [E3]."""
     if kind not in (int, float) or not isinstance(value, str | float):
         return value
     try:
@@ -233,7 +233,7 @@ def fromdict(plain: Rows) -> Settings:
 
 
 def read_yaml(path: str | os.PathLike[str], base: Settings) -> Settings:
-    """`base` with whatever an ML-Agents trainer file, or one of ours, states instead.
+    """Replace in `base` what a trainer file of ML-Agents, or one of ours, states.
 
     [E3, chosen] What the file leaves out stays as in `base`, not as ML-Agents would
     have it: files of a few lines can then vary one of the tables.
@@ -270,7 +270,7 @@ def _own_rows(rows: Any, side: str) -> dict[str, Any]:
 
 
 def _trainer(base: TrainerSettings, said: Rows, where: str) -> TrainerSettings:
-    """[E3] Schedules left out are the learning rate's; an interval may follow, too.
+    """Change one side's settings; schedules left out are the learning rate's [E3].
 
     With `even_checkpoints`, `keep_checkpoints` of them are spread over `max_steps`.
     """

@@ -1,4 +1,4 @@
-"""A training: who learns, whose turn it is, and what is learned from a round.
+"""The state of a training: learners, whose turn it is, and a round's jobs.
 
 Clauses: C1, D1, D6, E1, E2, E3, E6.  Robots and fire play the same episodes and learn
 from them, both at once or in turn, or one of them against somebody who does not learn.
@@ -28,7 +28,7 @@ LEARNERS, ROUNDS, DEMONSTRATIONS = 0, 1, 2  # what seeds are for
 
 
 class Training:
-    """Who learns, and how far they have come. It changes in `imitate` and `learn` only.
+    """Learners, and how far they have come; `imitate` and `learn` alone change it.
 
     round  rounds that are over;  episodes  that were learned from;  latest  means of
     the last round's facts;  imitated  whether copying, if asked for, is over
@@ -64,7 +64,7 @@ class Training:
         return not self._unfinished()
 
     def learning(self) -> tuple[Side, ...]:
-        """Who learns in this round."""
+        """The sides that learn in this round."""
         sides = self._unfinished()
         if self._critic_only():
             return ("robots",)
@@ -85,7 +85,7 @@ class Training:
         return tuple(side for side, who in both if who.steps < who.settings.max_steps)
 
     def _critic_only(self) -> bool:
-        """After imitation the critic learns first what the imitator is worth."""
+        """Whether the critic alone learns: after imitation, for some rounds."""
         return bool(self.task.imitate) and self.round < self.settings.critic_rounds
 
     # -- What there is to tell --------------------------------------------------------
@@ -115,7 +115,7 @@ class Training:
 
     @property
     def decisions(self) -> int:
-        """All that learners have learned from."""
+        """How many decisions the learners have learned from."""
         return sum(learner.steps for learner in self.learners.values())
 
     def facts(self) -> dict[str, Any]:
@@ -153,7 +153,7 @@ class Training:
         ]
 
     def _random_fire(self, job: int) -> bool:
-        """Does random fire stand in for the one that learns? [E6, chosen]
+        """Whether random fire stands in for the one that learns [E6, chosen].
 
         In `random_fires` of all jobs, evenly spread, while the robots learn: against
         one adversary alone they would learn its habits, or from a strong one nothing.
@@ -175,7 +175,7 @@ class Training:
         return replace(who, weights=weights)
 
     def learn(self, episodes: Sequence[Episode]) -> list[Row]:
-        """Whoever's turn it is learns from the round; the summaries that are due.
+        """Update the learners whose turn it is; the summary rows that are due.
 
         Raises SettingsError if in their first round they had nothing to decide.
         """
@@ -212,7 +212,7 @@ class Training:
         ]
 
     def imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
-        """Copy what was demonstrated; a row for each epoch."""
+        """Clone what was demonstrated; a summary row for each epoch."""
         trajectories = [e.robots for e in demonstrations if e.robots is not None]
         epochs = self.settings.imitation_epochs
         losses = clone(self.learners["robots"], trajectories, epochs)
@@ -223,7 +223,7 @@ class Training:
     # -- Checkpoints ----------------------------------------------------------------
 
     def checkpoint(self) -> Checkpoint:
-        """Everything that is needed to go on."""
+        """Save everything that is needed to go on."""
         learners = {side: learner.state() for side, learner in self.learners.items()}
         progress = {
             "episodes": self.episodes,
@@ -235,7 +235,7 @@ class Training:
 
     @classmethod
     def resumed(cls, checkpoint: Checkpoint) -> "Training":
-        """As it was. Raises CheckpointError if the parts do not fit each other."""
+        """Restore a training. Raises CheckpointError if its parts do not fit."""
         training = cls(checkpoint.task)
         progress = checkpoint.progress
         try:
@@ -271,13 +271,13 @@ def _refuse_other_shapes(learner: Learner) -> None:
 
 
 def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:
-    """Of the episodes that a side has played; of all of them if of none."""
+    """Facts of the episodes that a side has played; of all if it played none."""
     played = [episode for episode in episodes if getattr(episode, side) is not None]
     return [episode.facts for episode in played or episodes]
 
 
 def seeds_of(run: int, purpose: int, number: int, count: int) -> tuple[int, ...]:
-    """So many seeds, which follow from the three numbers alone."""
+    """Derive seeds from a run's seed, a purpose and a number."""
     sequence = np.random.SeedSequence(run, spawn_key=(purpose, number))
     return tuple(sequence.generate_state(count, np.uint64).tolist())
 

@@ -1,4 +1,4 @@
-"""How a training starts: from what was asked for, or from where it was left.
+"""Begin a training by the options of `train`, or resume one.
 
 Clauses: E1, E2, E6.  Whoever goes on may ask for nothing else than what was begun.
 """
@@ -47,12 +47,12 @@ class Asked:
 
     @property
     def players(self) -> dict[Side, str | None]:
-        """Who was asked for to play a side that then does not learn."""
+        """Who plays a side that does not learn, as asked for."""
         return {"robots": self.robots, "fire": self.fire}
 
 
 def begin(asked: Asked, folder: Path) -> Task:
-    """A new training in an empty folder.
+    """Make a new training's task; its folder is empty or not there yet.
 
     Raises RunError for a folder that is not, SettingsError, CheckpointError for a
     side that does not fit, FloorPlanError for the map, OSError for an unreadable file.
@@ -78,7 +78,7 @@ def begin(asked: Asked, folder: Path) -> Task:
 
 
 def resume(asked: Asked, folder: Path) -> Checkpoint:
-    """The newest checkpoint of a training, if nothing else was asked for.
+    """Load the newest checkpoint of a training, if nothing else was asked for.
 
     Raises RunError if there is none or if it is another version's, ContradictionError
     for the first thing that contradicts it, by its name.
@@ -97,7 +97,7 @@ def resume(asked: Asked, folder: Path) -> Checkpoint:
 
 
 def settings_of(asked: Asked, base: Settings) -> Settings:
-    """The preset, as the file and the options change it. Raises SettingsError."""
+    """Change a preset by the file and the options. Raises SettingsError."""
     made = base if asked.settings is None else read_yaml(asked.settings, base)
     robots, fire, scenario = made.robots, made.fire, made.scenario
     robots = replace(robots, trainer_type=asked.trainer or robots.trainer_type)
@@ -124,7 +124,7 @@ def _fixed(
 
 
 def _asked_and_begun(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]:
-    """Option, what was asked for, and what the training has."""
+    """Compare: option, what was asked for, and what the training has."""
     settings = task.settings
     yield "--preset", asked.preset, settings.preset
     yield "--trainer", asked.trainer, settings.robots.trainer_type

@@ -73,7 +73,7 @@ class Summary:
                 self.counts[name] = self.counts.get(name, 0) + 1
 
     def row(self, step: int, when: Mapping[str, Any]) -> Row | None:
-        """A row, if this step is past another multiple of `summary_freq`."""
+        """The next row, if this step is past another multiple of `summary_freq`."""
         if step // self.every == self.last // self.every:
             return None
         means = {name: self.sums[name] / self.counts[name] for name in self.sums}
@@ -81,7 +81,7 @@ class Summary:
         return {"side": self.side, "step": step, **when, **means}
 
     def state(self) -> dict[str, Any]:
-        """Plain numbers, for a checkpoint."""
+        """What is summed up so far as plain numbers, for a checkpoint."""
         return {"last": self.last, "sums": self.sums, "counts": self.counts}
 
     def load(self, state: Mapping[str, Any]) -> None:
@@ -120,7 +120,7 @@ class Board:
         }
 
     def append(self, rows: Sequence[Row]) -> None:
-        """Every number of the rows under its name."""
+        """Write every number of the rows under its name."""
         for row in rows:
             writer = self.writers[row["side"]]
             for name in COLUMNS[len(WHEN) :]:
@@ -129,6 +129,6 @@ class Board:
             writer.flush()
 
     def close(self) -> None:
-        """Nothing more comes."""
+        """Close the files."""
         for writer in self.writers.values():
             writer.close()

@@ -42,7 +42,7 @@ NOBODY = "none"  # no robots: those whom nobody guides
 
 @dataclass(frozen=True)
 class Asked:
-    """What was asked for; None where nothing was. Names as on the command line."""
+    """What was asked for by the options of `evaluate`; None where nothing was."""
 
     robots: tuple[str, ...] | None = None
     fire: tuple[str, ...] | None = None
@@ -54,7 +54,7 @@ class Asked:
 
 
 class Arena(NamedTuple):
-    """Where everybody meets: a building by name and as a floor file's text, and how."""
+    """Where all matches are played: building by name and as text, and scenario."""
 
     building: str
     plan: str
@@ -62,7 +62,7 @@ class Arena(NamedTuple):
 
     @property
     def people(self) -> int:
-        """How many start."""
+        """How many people start."""
         return sum(self.scenario.start_counts(building_of(self.plan).floors))
 
 
@@ -92,12 +92,12 @@ class Evaluation:
 
     @property
     def seeds(self) -> range:
-        """The same for every match."""
+        """Seeds of the runs, the same for every match."""
         return range(self.seed, self.seed + self.episodes)
 
     @property
     def matches(self) -> list[Match]:
-        """Everybody against everybody."""
+        """All robots against all fires."""
         return [Match(*pair) for pair in product(self.robots, self.fires)]
 
     @property
@@ -110,7 +110,7 @@ class Evaluation:
         return self.files[word].word if word in self.files else word
 
     def about(self) -> str:
-        """What is played, in a line for people."""
+        """Describe the evaluation in a line."""
         return (
             f"{building_of(self.arena.plan).title}, {self.arena.people} people: "
             f"{len(self.robots)} robots x {len(self.fires)} fires x {self.episodes} "
@@ -122,7 +122,7 @@ class Evaluation:
 
 
 def begin(asked: Asked, folder: Path | None = None) -> Evaluation:
-    """A new evaluation; its folder, if any, is empty or not there yet.
+    """Make a new evaluation; its folder, if any, is empty or not there yet.
 
     Raises RunError for a folder that is not, for a word that names nobody, and
     for contestants that have learned something else than they are to play; ValueError
@@ -147,7 +147,7 @@ def begin(asked: Asked, folder: Path | None = None) -> Evaluation:
 
 
 def resume(asked: Asked, folder: Path) -> Evaluation:
-    """The evaluation in a folder, with the robots and fires that are asked for more.
+    """Resume the evaluation in a folder, with robots and fires asked for besides.
 
     Raises RunError if there is none, or if it is another version's or its
     checkpoints are not what they were; ContradictionError for the first other thing
@@ -185,7 +185,7 @@ Trained = dict[tuple[Side, str], Any]
 
 
 def _arena(asked: Asked, robots: tuple[str, ...], trained: Trained) -> Arena:
-    """The first checkpoint's, unless asked otherwise; the paper's without any."""
+    """Take the first checkpoint's arena, the paper's without any, unless asked."""
     if not trained:
         name, scenario = asked.building or BUILDING, Scenario()
         if asked.people is not None:
@@ -209,7 +209,7 @@ def _arena(asked: Asked, robots: tuple[str, ...], trained: Trained) -> Arena:
 def _trained(
     robots: tuple[str, ...], fires: tuple[str, ...], files: Mapping[str, File]
 ) -> Trained:
-    """Those who have learned, robots first."""
+    """Load the learned policies, robots first."""
     sides: list[tuple[Side, str]] = [("robots", word) for word in robots]
     sides += [("fire", word) for word in fires]
     found = {}
@@ -263,7 +263,7 @@ def _named(side: Side, word: str) -> Iterator[None]:
 
 
 def _files(robots: tuple[str, ...], fires: tuple[str, ...]) -> dict[str, File]:
-    """Of each word that names a checkpoint, which one it means now."""
+    """Pin each word that names a checkpoint to the file that it means now."""
     words = [word for word in robots if word not in SCRIPTS["robots"]]
     words += [word for word in fires if word not in (*SCRIPTS["fire"], WORST)]
     found = {word: _file(word) for word in words}
@@ -271,7 +271,7 @@ def _files(robots: tuple[str, ...], fires: tuple[str, ...]) -> dict[str, File]:
 
 
 def _file(word: str) -> File | None:
-    """What there is behind one of the word's colons, or before them all; or nothing."""
+    """Find the checkpoint named behind one of the word's colons, or by all of it."""
     parts = word.split(":")
     ends = [":".join(parts[k:]) for k in range(len(parts))]
     named = next((end for end in ends if end and Path(end).exists()), None)
@@ -306,7 +306,7 @@ def _refuse_changed(file: File) -> None:
 
 
 def write(evaluation: Evaluation, folder: Path) -> None:
-    """What was asked, into the folder; all of it or nothing. Raises OSError."""
+    """Write the evaluation into its folder, whole or not at all. Raises OSError."""
     building, plan, scenario = evaluation.arena
     content = {
         "version": reference.__version__,
@@ -324,7 +324,7 @@ PLAIN = ("robots", "fires", "seed", "episodes", "sample")
 
 
 def read(path: Path) -> Evaluation:
-    """What `write` wrote. Raises RunError for anything else."""
+    """Read what `write` wrote. Raises RunError for anything else."""
     if not path.exists():
         raise RunError(
             f"{path.parent}: there is no evaluation to go on with. Leave --resume out "

@@ -54,7 +54,7 @@ class Record:
 
     @property
     def match(self) -> Match:
-        """Who met."""
+        """Robots and fire of the run."""
         return Match(self.robots, self.fire)
 
 
@@ -66,14 +66,14 @@ Key = tuple[str, str, int]
 
 
 def key(record: Record) -> Key:
-    """What the run follows from."""
+    """The key of a run."""
     return record.robots, record.fire, record.seed
 
 
 def record_of(
     match: Match, seed: int, simulation: Simulation, difficulty: float
 ) -> Record:
-    """What became of a run that is over; difficulty: its h."""
+    """Record a run that is over; difficulty: its h."""
     outcome = simulation.outcome()
     out = [event.time for event in simulation.events if isinstance(event, Evacuated)]
     times = tuple(round(time, DIGITS) for time in sorted(out))
@@ -104,7 +104,7 @@ def table_of(path: Path, records: Iterable[Record]) -> Table:
 
 
 def read(path: Path) -> list[Record]:
-    """The whole rows of a table of runs; none if there is no file.
+    """Read the whole rows of a table of runs; none if there is no file.
 
     Raises ValueError for a file that is none, OSError for one it cannot read.
     """
