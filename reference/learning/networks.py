@@ -7,7 +7,6 @@ with one difference: whatever the agents of a group share is computed once [E3, 
     C    continuous components of an action;  D  discrete branches;  K = C + D
     H    hidden units;  E  numbers a critic is shown of an action
     O    options a pointer head chooses among;  F  features of an option
-    f    an agent with its action, g  without: what the attention is about
 """
 
 from collections.abc import Iterator, Sequence
@@ -31,7 +30,7 @@ REFUSED = -1e9  # the score of an option that is not there
 
 @contextmanager
 def one_thread() -> Iterator[None]:
-    """Small networks want one thread; sums then come in one order everywhere."""
+    """Run torch on one thread: quickest for small networks, and sums in one order."""
     before = torch.get_num_threads()
     torch.set_num_threads(1)
     try:
@@ -42,7 +41,7 @@ def one_thread() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Sizes:
-    """What a network must know of the building and the scenario.
+    """Shapes of a network's inputs and outputs, by building and scenario.
 
     vector      numbers an agent observes;  grid  (channels, height, width)
     continuous  Gaussian components;  branches  options of each discrete branch
@@ -60,7 +59,7 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Options:
-    """What a pointer head chooses among.
+    """A pointer head's options.
 
     features (..., O, F);  action_mask (..., O) bool
     """

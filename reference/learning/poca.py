@@ -2,11 +2,13 @@
 
 Clauses: E1, E3, E5, C8.  The difference from `ppo`: the critic sees the whole group,
 the advantage is the λ-return less a counterfactual baseline, and an agent that
-finishes early learns from what its group does after it.
+finishes early learns from what its group does after it.  The group's critic and its
+attention stand below the learner.
 
     r    reward of the group;  V  value of the group;  b  baseline of one agent
     R    λ-return;  A  advantage, R − b;  γ, λ, ε, β, T, M  as in `ppo`
-    G    agents of the group
+    B    group decisions in a batch;  G  agents of the group;  H  hidden units
+    f    an agent with its action, g  without: what the attention is about
 """
 
 from math import sqrt
@@ -31,7 +33,7 @@ from reference.learning.settings import ATTENTION_HEADS, TrainerSettings
 NORM_EPSILON = 1e-5  # [E3] under the root of a layer norm
 POOLING_EPSILON = 1e-7  # [E3] beside the number of live agents
 
-# -- What has a formula -------------------------------------------------------------
+# -- Formulas -----------------------------------------------------------------------
 
 
 def lambda_returns(
@@ -86,9 +88,8 @@ class Learner(ppo.Learner):
     def _next_values(self, t: Trajectory, ends: list[int]) -> Tensor:
         """(len(ends), G): what follows the decisions `ends`, if trajectories end there.
 
-        Posthumous credit [C8]: who is done while mates go on is worth what the group
-        is, with its own last observation among theirs. Nothing follows if all who were
-        there are done.
+        Posthumous credit [C8]: who is done while mates go on is credited with the
+        group's next value, its own last observation among theirs; 0 if all are done.
         """
         after = [end + 1 for end in ends]
         values = self.critic(
@@ -148,7 +149,7 @@ class GroupCritic(nn.Module):
     """MA-POCA's critic: one network for the value and all baselines [E1].
 
     Value: every live agent as g. Baseline of agent j: j as g, its mates as f, so it
-    asks what the group is worth without knowing what j did.
+    is the group's value without knowing what j did.
     """
 
     most: Tensor
