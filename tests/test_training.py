@@ -7,10 +7,11 @@ from dataclasses import replace
 import pytest
 from trainings import TINY, begun, equal, tiny, trained
 
+from reference.learning.adversarial import learner_for, player_of
 from reference.learning.networks import one_thread
-from reference.learning.rollouts import play
+from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES, SettingsError
-from reference.strategies import RandomFire
+from reference.strategies import RandomFire, RandomRobots
 from reference.workshop.training.checkpoints import load, newest
 from reference.workshop.training.loop import train
 from reference.workshop.training.session import Training, seeds_of
@@ -403,3 +404,14 @@ def test_a_round_is_played_with_the_rule_of_training():
     episode = play(replace(job, seeds=job.seeds[:1]))[0]
     assert episode.robots.alive.shape[1] == 4
     assert episode.seed == job.seeds[0]
+
+
+@pytest.mark.paper("D2")
+@pytest.mark.parametrize("sources, follows", [(1, False), (50, True)])
+def test_time_cuts_off_a_fire_only_while_it_has_sources_left(sources, follows):
+    """With none left it has nothing to decide: no value follows its last decision."""
+    scenario = replace(tiny().scenario, sources=sources)
+    made = learner_for("fire", TINY, scenario, tiny().fire, seed=0)
+    episodes = play(Job(TINY, scenario, RandomRobots(), player_of(made), (0, 1, 2)))
+    cut = [e for e in episodes if e.facts["survival"] + e.facts["died"] / 6 < 1]
+    assert cut and all(e.fire.alive[-1].item() is follows for e in cut)

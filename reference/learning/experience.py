@@ -56,7 +56,8 @@ class Trajectory(GroupDecision[np.ndarray]):
     """One side's decisions in one episode, stacked, and the rewards that followed.
 
     vectors and grids have a row T more: what was observed last, for an agent that is
-    done its last observation; alive, too: who was cut off by time.
+    done its last observation; alive, too: who was cut off by time
+    with something left to decide.
 
     rewards  (T,) of the group, or of the only agent; health points
     """

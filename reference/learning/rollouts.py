@@ -323,9 +323,16 @@ class _Run:
         for side, decisions in self.decisions.items():
             if decisions:
                 last = {"vectors": self.vectors[side], "grids": self.grid}
-                last["alive"] = decisions[-1].alive & self.truncated
+                last["alive"] = decisions[-1].alive & self._cut_off(side)
                 sides[side] = trajectory_of(decisions, self.rewards[side], last)
         return Episode(seed=self.seed, facts=_facts(self.environment), **sides)
+
+    def _cut_off(self, side: Side) -> bool:
+        """Has time ended the episode while there was something left to decide?"""
+        environment = self.environment
+        lit = len(environment.simulation.world.flames.sources)
+        left = side == "robots" or lit < environment.scenario.sources
+        return self.truncated and left
 
     def _grid(self, seen: dict[str, dict[str, np.ndarray]]) -> np.ndarray:
         """Every agent sees the same grid."""

@@ -146,8 +146,8 @@ def _paper() -> Settings:
         robots=record_from(TrainerSettings, TABLE_I, "Table I"),
         fire=record_from(TrainerSettings, TABLE_II, "Table II"),
         scenario=Scenario(training=True),  # [D6]
-        episodes_per_job=16,
-        jobs_per_round=4,  # [E1, chosen] about half of Table I's buffer
+        episodes_per_job=2,
+        jobs_per_round=4,  # [E1, chosen] of Table I's buffer a round fills under 10 %
     )
 
 
