@@ -86,13 +86,14 @@ def test_people_on_the_stairs_are_not_seen():
 def test_robots_and_fire_see_the_same_world():
     """Robots do not see the fire that breaks out now; the fire sees them unmoved."""
     board = "############\n#p..R......E\n############"
-    robots = Probe(lambda world: len(world.flames.sources))
-    fire = ProbeFire(lambda world: world.robots[0].destination, 0, 3.5, 0.5)
-    sim = stage(board, robots=robots, fire=fire, decision_seconds=1)
+    robots = Probe(lambda w: (w.robots[0].position[0], len(w.flames.sources)), x=4.5)
+    fire = ProbeFire(lambda w: w.robots[0].position[0], 0, 3.5, 0.5)
+    hurry = {"decision_seconds": 1, "sight_range": 1.5}
+    sim = stage(board, robots=robots, fire=fire, **hurry)
     sim.world.bodies.pace[:] = 0
-    robots.destination = None
     play_until(sim, lambda: any(isinstance(e, FireLit) for e in sim.events))
-    assert robots.saw[-1] == 0 and fire.saw == [None]
+    assert robots.saw[-1] == (fire.saw[0], 0)
+    assert sim.world.robots[0].position[0] > fire.saw[0]
 
 
 # -- MOVE ---------------------------------------------------------------------------
