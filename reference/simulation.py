@@ -92,8 +92,7 @@ class Simulation:
         self.rng = _generators(seed)
         self.robot_strategy: RobotStrategy = robots or NoRobots()
         self.fire_strategy: FireStrategy = fire or NoFire()
-        self._marks = building.landmark.ravel()
-        self._areas = building.area.ravel()
+        self._marks, self._areas = building.landmark.ravel(), building.area.ravel()
         if isinstance(self.robot_strategy, NoRobots):
             self.scenario = replace(self.scenario, robots_per_floor=0)
         self.algorithm = RobotAlgorithm(building)
@@ -257,12 +256,8 @@ class Simulation:
         who = np.flatnonzero(bodies.walking)
         if not len(who):
             return []
-        before, floor, marks = (
-            bodies.place[who],
-            bodies.floor[who],
-            bodies.landmark[who],
-        )
-        target = bodies.target[who]
+        before, floor = bodies.place[who], bodies.floor[who]
+        marks, target = bodies.landmark[who], bodies.target[who]
         guided = np.flatnonzero(marks >= 0)
         target[guided] = nav.centres[nav.waypoint[marks[guided], before[guided]]]
         position, pace, free = bodies.position[who], bodies.pace[who], self._free(who)
@@ -295,9 +290,8 @@ class Simulation:
         moved = np.abs(position - bodies.anchor[who]).max(axis=1) > paper.STUCK_METRES
         arrived = np.abs(target - position).max(axis=1) < paper.STUCK_METRES
         waited = time - bodies.anchor_time[who]
-        ahead = who[
-            moved | arrived | (waited > paper.STUCK_SECONDS + paper.RECKLESS_SECONDS)
-        ]
+        anew = waited > paper.STUCK_SECONDS + paper.RECKLESS_SECONDS
+        ahead = who[moved | arrived | anew]
         bodies.anchor[ahead] = bodies.position[ahead]
         bodies.anchor_time[ahead] = time
         halted = who[(waited > paper.STUCK_SECONDS) & (bodies.reckless[who] < time)]
