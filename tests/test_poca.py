@@ -341,6 +341,7 @@ def credit(kind):
 
 
 @pytest.mark.paper("E1")
+@pytest.mark.slow
 def test_a_lazy_team_mate_gets_no_credit():
     """Knowing what the useful one did, its own part in it is nothing; and the useful
     one learns what is good. With V for a baseline it gets as much as the other."""
@@ -388,6 +389,7 @@ def leaving(kind):
 
 
 @pytest.mark.paper("C8")
+@pytest.mark.slow
 def test_an_agent_learns_to_leave_for_what_its_group_earns_without_it():
     """MA-POCA's own case [C8]; without posthumous credit it learns to stay."""
     assert leaving(Learner) > 0.85

@@ -108,32 +108,21 @@ class Learner(ppo.Learner):
         R = lambda_returns(rewards, values, next_value, s.gamma, s.lambd)
         return R - baselines, R
 
-    def loss(
-        self, batch: Decisions, epsilon: float, beta: float, critic_only: bool = False
+    def critic_terms(
+        self, batch: Decisions, epsilon: float
     ) -> tuple[Tensor, dict[str, Tensor]]:
-        """The summed loss of a minibatch, and its parts by their summary names.
-
-        policy + 0.5·(value + 0.5·baseline) − β·entropy [E1] [E3].
-        """
+        """0.5·(value + 0.5·baseline), of the live agents [E1] [E3]."""
         live = batch.alive
-        policy, entropy = self.policy_terms(batch, epsilon)
         values, baselines = self.critic.with_baselines(
-            batch.vectors, batch.grids, batch.alive, batch.shown
+            batch.vectors, batch.grids, live, batch.shown
         )
         returns = batch.returns[live]
         value = value_loss(values[:, None].expand_as(live)[live], returns)
         baseline = baseline_loss(
             baselines[live], batch.baselines[live], returns, epsilon
         )
-        loss = 0.5 * (value + 0.5 * baseline)
-        if not critic_only:
-            loss = loss + policy - beta * entropy
-        return loss, {
-            "Losses/Policy Loss": policy,
-            "Losses/Value Loss": value,
-            "Losses/Baseline Loss": baseline,
-            "Policy/Entropy": entropy,
-        }
+        parts = {"Losses/Value Loss": value, "Losses/Baseline Loss": baseline}
+        return 0.5 * (value + 0.5 * baseline), parts
 
     def _estimates(self, buffer: Decisions) -> Summary:
         baselines = buffer.baselines[buffer.alive]
@@ -270,12 +259,10 @@ class SelfAttention(nn.Module):
         pass its part of `out` before they are mixed: (B, G, heads, H).
         """
         B, G, H = x.shape
-        q, k, v = (p(x).view(B, G, self.heads, -1) for p in self._inner())
+        inner = (self.query, self.key, self.to_value)
+        q, k, v = (p(x).view(B, G, self.heads, -1) for p in inner)
         part = self.out.weight.view(H, self.heads, -1)
         return q / sqrt(H), k, torch.einsum("bchd,ihd->bchi", v, part)
-
-    def _inner(self) -> tuple[nn.Linear, nn.Linear, nn.Linear]:
-        return self.query, self.key, self.to_value
 
     @staticmethod
     def _weights(scores: Tensor, alive: Tensor) -> Tensor:

@@ -273,19 +273,23 @@ class Learner:
 
         policy + 0.5·value − β·entropy [E2] [E3].
         """
-        live = batch.alive
         policy, entropy = self.policy_terms(batch, epsilon)
-        values = self.critic(batch.vectors, batch.grids)
-        value = value_loss(values[live], batch.returns[live])
-        loss = 0.5 * value
+        loss, parts = self.critic_terms(batch, epsilon)
         if not critic_only:
             loss = loss + policy - beta * entropy
-        parts = {
+        return loss, {
             "Losses/Policy Loss": policy,
-            "Losses/Value Loss": value,
+            **parts,
             "Policy/Entropy": entropy,
         }
-        return loss, parts
+
+    def critic_terms(
+        self, batch: Decisions, epsilon: float
+    ) -> tuple[Tensor, dict[str, Tensor]]:
+        """The critic's part of the loss, and what to report of it."""
+        values = self.critic(batch.vectors, batch.grids)
+        value = value_loss(values[batch.alive], batch.returns[batch.alive])
+        return 0.5 * value, {"Losses/Value Loss": value}
 
     def policy_terms(self, batch: Decisions, epsilon: float) -> tuple[Tensor, Tensor]:
         """Policy loss and mean entropy over the live rows of a minibatch."""
