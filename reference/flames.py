@@ -56,17 +56,17 @@ class Spread:
     def advance(self, flames: Flames, time: float) -> float:
         """Let everything burn whose time has come; when the next cell will (s)."""
         flames.burning = flames.arrival <= time
-        places = [flames.burning, beside_flames(self.building, flames.burning)]
+        places = [flames.burning, cells_beside(self.building, flames.burning)]
         flames.harm = np.select(places, [paper.BURN_LOSS, paper.HEAT_LOSS], 0.0)
         flames.cost = walking_cost(*places)
         return float(flames.arrival[~flames.burning].min(initial=inf))
 
 
-def beside_flames(building: Building, burning: np.ndarray) -> np.ndarray:
-    """(floors, rows, cols) bool: walkable cells that share a side with flames."""
-    beside = np.zeros_like(burning)
+def cells_beside(building: Building, cells: np.ndarray) -> np.ndarray:
+    """Walkable cells that share a side with any of these, (floors, rows, cols) bool."""
+    beside = np.zeros_like(cells)
     for step in ((0, 1), (1, 0), (0, -1), (-1, 0)):
-        beside |= shifted(burning, *step)
+        beside |= shifted(cells, *step)
     return beside & building.walkable
 
 

@@ -5,7 +5,7 @@ each at full health; `best_reward_carried` starts people on their own floors and
 health over from floor to floor.
 
     n     people;  hp  health at the start;  len  way to a floor's nearest way out, m
-    loss  health lost on that way
+    loss  health lost on that way;  j  floor
 """
 
 from collections.abc import Sequence
@@ -31,11 +31,7 @@ from reference.paper import (
 LOSS_PER_SECOND = FRAMES_PER_SECOND * HEALTH_RATE
 """[F7] health a second: framesp and rate of Eq. 7 multiply the seconds."""
 
-DIGITS = 2
-"""[F12, chosen] of an estimate: the paper rounds its own to -12000, 14000 and 15000."""
-
-
-# -- The paper's bounds -------------------------------------------------------------
+DIGITS = 2  # [F12, chosen] of an estimate, as the paper rounds its own
 
 
 def worst_reward(people: int = PEOPLE) -> float:
@@ -47,8 +43,6 @@ def best_reward(building: Building, people: int = PEOPLE) -> float:
     """R_b, health points [F6, Eq. 7]: n · (Σ_j (hp − loss_j) + FixReward).
 
     The sum goes over all floors of the building; on the paper's it is 15000 within 2 %.
-    Everybody gets every floor, each begun at full health, so that no run comes near it
-    unless all start at the top.
     """
     return people * (sum(HEALTH - loss for loss in losses(building)) + FIXED_REWARD)
 
@@ -64,8 +58,8 @@ def losses(building: Building) -> tuple[float, ...]:
 def mean_ways(building: Building) -> tuple[float, ...]:
     """Avg[Min(len_j)] of Eq. 7, metres, lowest floor first [F6].
 
-    The mean over the cells of a floor's rooms, as people may start in any, of the walk
-    to the nearest exit or entrance of stairs down. A checked floor plan has one.
+    The mean, over the cells of a floor's rooms, of the walk to the nearest exit or
+    entrance of stairs down.
     """
     nav, ways = navigation_of(building), []
     for floor in range(building.floors):
@@ -73,9 +67,6 @@ def mean_ways(building: Building) -> tuple[float, ...]:
         of_floor = nearest.reshape(building.kind.shape)[floor]
         ways.append(float(of_floor[building.kind[floor] == Kind.FLOOR].mean()))
     return tuple(ways)
-
-
-# -- Health carried over ------------------------------------------------------------
 
 
 def best_reward_carried(losses: Sequence[float], starters: Sequence[float]) -> float:
@@ -98,13 +89,10 @@ def critical_points(
     """Critical Points 1 and 2, (reward, y) each, of any building [F12, chosen].
 
     The first is R_w. The second is the best reward with health carried over, for people
-    who start as in the scenario (where rooms or places are drawn, as from seed 0). So
-    the steep part of E begins where the best runs of this very scenario end, as in the
-    paper: with all forty on its third floor this gives the paper's points exactly, both
-    rounded to DIGITS as there.
+    who start as in the scenario. With all forty on the paper's third floor these are
+    the paper's points.
     """
-    scenario = scenario or Scenario()
-    start = beginning(building, scenario, np.random.default_rng(0))
+    start = beginning(building, scenario or Scenario(), np.random.default_rng(0))
     best = best_reward_carried(losses(building), start.occupancy)
     worst = worst_reward(sum(start.occupancy))
     return (_rounded(worst), WORST_POINT[1]), (_rounded(best), BEST_POINT[1])

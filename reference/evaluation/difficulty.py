@@ -12,11 +12,11 @@ from functools import lru_cache
 from math import dist, inf, sqrt
 
 import numpy as np
-from scipy import ndimage
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from reference.building import Building, Kind
+from reference.flames import cells_beside
 from reference.paper import (
     ALPHA,
     BETA,
@@ -32,8 +32,7 @@ from reference.simulation import Simulation
 from reference.world import World
 
 HARDEST = ALPHA * sqrt(K * BETA)
-"""[F10, chosen] 3853: the h at which E = 1 whatever the reward. Where no way out was
-ever open, nobody could have done better."""
+"""[F10, chosen] 3853: no way out was ever open, so E = 1 whatever the reward."""
 
 HEALTH_LASTS = HEALTH / (HEALTH_RATE * FRAMES_PER_SECOND)
 """[F11, chosen] T, 200 s: what burns later finds nobody inside."""
@@ -53,18 +52,13 @@ def difficulty(
 
     h = HARDEST · √x, where x is the share of ways out that the fire takes, a mean over
 
-    * people, and each metre of the way from where they start: how far along it they are
-      by then depends on who guides them, so all of it counts the same;
-    * the time from 0 to T, a moment by the health that somebody inside has left then,
-      since that is what there is to lose. If all ways are cut at once at t, h comes out
-      as HARDEST · (1 - t/T).
+    * people, and each metre of the way from where they start;
+    * the time from 0 to T, each moment weighted by the health left then: if all ways
+      are cut at once at t, h is HARDEST · (1 - t/T).
 
-    Without fire x = 0; if no way is ever open x = 1. Nothing in it shrinks when more
-    burns, or earlier: one more source never lowers h. And it knows the building, where
-    people start and what burns when, but not what robots do.
-
-    The root is there because Eq. 8 squares h: on the paper's ruler the fire's part of
-    E is x itself.
+    Without fire x = 0; if no way is ever open x = 1. More fire, or earlier, never
+    lowers h. The root is there because Eq. 8 squares h: on the paper's ruler the fire's
+    part of E is x itself.
 
     Raises ValueError for arrays that do not fit the building.
     """
@@ -73,7 +67,8 @@ def difficulty(
     if not there.any():
         return 0.0
     to_walk = there / there.sum() @ _passed(building)
-    lost = _health_left() @ ways_lost(building, arrival) @ to_walk
+    health_left = -np.diff((1 - np.arange(MOMENTS + 1) / MOMENTS) ** 2)  # sums to 1
+    lost = health_left @ ways_lost(building, arrival) @ to_walk
     return HARDEST * sqrt(min(lost, 1.0))
 
 
@@ -87,9 +82,6 @@ def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
       an entrance, which never burns, once all room cells before it do;
     * the way from a room's middle to its doors gets as much longer as the room has
       become smaller: twice as long when half of it burns.
-
-    Ways lead on through other rooms and down the stairs, so whoever starts on the third
-    floor loses to fires on the first.
     """
     seconds = np.arange(MOMENTS) * FLAME_SECONDS
     free, shut = _free(building, arrival, seconds), _shut(building, arrival, seconds)
@@ -123,13 +115,11 @@ def people_in(world: World) -> np.ndarray:
 
 
 def arrival_of(simulation: Simulation) -> np.ndarray:
-    """Let the fire of a run burn on; when each cell begins to burn [F11, chosen].
+    """Run a copy until its last fire source; when each cell begins to burn [F11].
 
-    (floors, rows, cols) seconds, inf for never. The better the robots, the earlier a
-    run ends and the fewer sources it sees, but h is not to depend on them: so a copy of
-    the run goes on until the fire has no sources left, or nobody would have any health.
-    Two things of the robots remain: a fire that watches them, and a source that D6
-    moves out of their way.
+    (floors, rows, cols) seconds, inf for never. Good robots end a run before the last
+    source, but h is not to depend on them: so a copy of the run goes on until the fire
+    has no sources left, or nobody would have any health.
     """
     after = simulation.copy()
     world, sources = after.world, after.scenario.sources
@@ -225,10 +215,6 @@ def _shut(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.nd
     return shut
 
 
-_SIDES = ndimage.generate_binary_structure(2, 1)[None]
-"""A cell and the four that share a side with it, on the same floor."""
-
-
 @lru_cache(maxsize=8)
 def _passages(building: Building) -> list[tuple[np.ndarray, bool]]:
     """Places that lead through each landmark, and whether all must burn to shut it.
@@ -239,12 +225,9 @@ def _passages(building: Building) -> list[tuple[np.ndarray, bool]]:
     for mark in building.landmarks:
         cells = building.landmark == mark.index
         if mark.kind is Kind.ENTRANCE:
-            cells = ndimage.binary_dilation(cells, _SIDES) & room
+            cells = cells_beside(building, cells) & room
         found.append((np.flatnonzero(cells), mark.kind is not Kind.DOOR))
     return found
-
-
-# -- Who, and when ------------------------------------------------------------------
 
 
 def _spread_evenly(building: Building) -> np.ndarray:
@@ -252,12 +235,6 @@ def _spread_evenly(building: Building) -> np.ndarray:
     size = np.array([area.size * (area.kind == "room") for area in building.areas])
     floor = np.array([area.floor for area in building.areas])
     return size / np.bincount(floor, size)[floor]
-
-
-def _health_left() -> np.ndarray:
-    """Weights of the moments by the health left then; they sum to 1, (MOMENTS,)."""
-    left = 1 - np.arange(MOMENTS + 1) / MOMENTS
-    return -np.diff(left**2)
 
 
 def _check(building: Building, arrival: np.ndarray, people: np.ndarray) -> None:

@@ -1,7 +1,7 @@
 """The score E of robots: their reward weighed against the difficulty of the fire.
 
-Clauses: F1, F2, F3, F9, F10, F12.  `PAPER` is the ruler with the paper's constants;
-`calibrated` makes one as the paper did, `from_runs` from a baseline's runs.
+Clauses: F1, F2, F3, F9, F10, F12.  A `Ruler` holds the constants of E.  `PAPER` has the
+paper's; `calibrated` makes one as the paper did, `from_runs` from a baseline's runs.
 
     R   reward, health points;          h   difficulty, on the scale of F10
     y   exponential value of a reward;  e′  y and difficulty together, before scaling
@@ -10,7 +10,7 @@ Clauses: F1, F2, F3, F9, F10, F12.  `PAPER` is the ruler with the paper's consta
 
 import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields, replace
+from dataclasses import asdict, dataclass, replace
 from math import isfinite, log
 from pathlib import Path
 from typing import NamedTuple, TypeVar
@@ -20,18 +20,11 @@ import numpy as np
 from reference.paper import ALPHA, BEST_POINT, BETA, WORST_POINT, K
 
 LARGEST = 1e12
-"""[F9, chosen] no part of e′ is larger: a double has 16 digits, so that beside more
-than this the other part would lose its own. R = 72500 on the paper's ruler."""
+"""[F9, chosen] neither part of e′ exceeds it, or the other would lose its digits."""
 
-WIDEST_CONTROL = 1e100
-"""[F2, chosen] c lies between this and its inverse, so that no power overflows."""
-
-FEWEST_RUNS = 6
-"""[F12, chosen] two in each third: with fewer, k would hang on a single run."""
-
-CLEARLY = 2.0
-"""[F12, chosen] standard errors by which a baseline must earn more in easy fires than
-in hard ones, as for a 95 % interval: k is inverse to what is between them."""
+WIDEST = 1e100  # [F2, chosen] of b, c and 1/c, so that no power overflows
+FEWEST_RUNS = 6  # [F12, chosen] two in each third
+CLEARLY = 2.0  # [F12, chosen] standard errors between easy and hard thirds: 95 %
 
 Number = TypeVar("Number", float, np.ndarray)
 Point = tuple[float, float]
@@ -42,7 +35,7 @@ class RulerError(ValueError):
 
 
 class Case(NamedTuple):
-    """Reward in health points, and difficulty on the scale of F10."""
+    """A reward, health points, earned at a difficulty, on the scale of F10."""
 
     reward: float
     difficulty: float
@@ -67,10 +60,6 @@ class Ruler:
             least = 1.0 if name == "base" else 0.0
             if not (isfinite(value) and value > least):
                 raise RulerError(f"{name} is {value}: give a number above {least:g}")
-        if not 1 / WIDEST_CONTROL <= self.control <= WIDEST_CONTROL:
-            raise RulerError(f"control is {self.control:g}: take another alpha")
-
-    # -- Readings -------------------------------------------------------------------
 
     def reward_part(self, reward: Number) -> Number:
         """y = b^(R/α) / c [F1, Eq. 4]; RulerError where it exceeds LARGEST."""
@@ -96,24 +85,20 @@ class Ruler:
         """E = e′ / β [F9]: 1 is as good as the baseline."""
         return self.unscaled(reward, difficulty) / self.beta
 
-    # -- The other way round --------------------------------------------------------
-
     def reward_at(self, y: float) -> float:
         """Invert Eq. 4: the reward, health points, of y > 0 [F1, Eq. 4]."""
         return self.alpha * log(y * self.control) / log(self.base)
 
-    def difficulty_at(self, reward: float, score: float = 1.0) -> float:
-        """Invert Eq. 8: the difficulty h at which this reward scores so much [F10].
+    def difficulty_at(self, reward: float) -> float:
+        """Invert Eq. 8: the difficulty h at which this reward scores 1 [F10].
 
         Raises RulerError where the reward alone scores more, without any fire.
         """
-        E, k, β, α, y = score, self.k, self.beta, self.alpha, self.reward_part(reward)
-        if y > E * β:
-            below = f"ask for a reward below {self.reward_at(E * β):.0f}"
-            raise RulerError(f"reward {reward:g} alone scores above {E:g}: {below}")
-        return ((E * β - y) * k) ** 0.5 * α
-
-    # -- In a file ------------------------------------------------------------------
+        k, β, α, y = self.k, self.beta, self.alpha, self.reward_part(reward)
+        if y > β:
+            below = f"ask for a reward below {self.reward_at(β):.0f}"
+            raise RulerError(f"reward {reward:g} alone scores above 1: {below}")
+        return ((β - y) * k) ** 0.5 * α
 
     def as_json(self) -> str:
         """The constants by name, for a file that `read` reads."""
@@ -139,7 +124,7 @@ def base_and_control(worst: Point, best: Point) -> tuple[float, float]:
     """Solve Eq. 4 for b and c through two critical points, (reward, y) each [F2].
 
     b = (y₂/y₁)^(α/(R₂−R₁)), c = b^(R₁/α)/y₁. Raises RulerError unless both R and y
-    grow from the first to the second, and where a number would overflow.
+    grow from the first to the second, and where b, c or 1/c exceeds WIDEST.
     """
     (R_1, y_1), (R_2, y_2), α = worst, best, ALPHA
     points = f"Critical Points {tuple(worst)} and {tuple(best)}"
@@ -147,7 +132,7 @@ def base_and_control(worst: Point, best: Point) -> tuple[float, float]:
         raise RulerError(f"{points}: take two, of which the second has more of both")
     ln_b = log(y_2 / y_1) * α / (R_2 - R_1)
     ln_c = ln_b * R_1 / α - log(y_1)
-    if max(ln_b, abs(ln_c)) > log(WIDEST_CONTROL):
+    if max(ln_b, abs(ln_c)) > log(WIDEST):
         raise RulerError(f"{points}: take them farther apart or nearer to 0")
     return float(np.exp(ln_b)), float(np.exp(ln_c))
 
@@ -193,20 +178,12 @@ def from_runs(
 ) -> Ruler:
     """Calibrate a ruler from a baseline's runs and critical points [F12, chosen].
 
-    The paper equates "relatively high rewards and low difficulties" of its baseline
-    with "relatively low rewards and high difficulties": the same robots deserve the
-    same score. Here these are the means of the third of the runs with the easiest fires
-    and of the third with the hardest. β is the e′ of the mean run; where the runs met
-    several fires, told by name, the mean of each one's e′. One e′ of all together would
-    be that of a run which nobody had, and each fire by itself would score far above 1.
+    The two equal cases are the means of the third of the runs with the easiest fires
+    and of the third with the hardest: the same robots deserve the same score. β is the
+    mean, over the fires by name, of the e′ of each one's mean run.
 
-    So take runs against weak and strong fires alike. Resampling 90 runs of `sweep` on
-    the paper's building, 30 each without fire, against random and against greedy ones,
-    changes a reading by 3 to 4 % and k by 7 % (standard deviations); of 100 runs
-    against random fires alone, a fifth of the samples are refused.
-
-    Raises RulerError for fewer than FEWEST_RUNS, and where the hard third did not
-    CLEARLY earn less than the easy one.
+    Take runs against weak and strong fires alike. Raises RulerError for fewer than
+    FEWEST_RUNS, and where the hard third did not CLEARLY earn less than the easy one.
     """
     R, h = _runs(rewards, difficulties)
     if len(R) < FEWEST_RUNS:
@@ -215,22 +192,18 @@ def from_runs(
     easy, hard = h <= ranked[third - 1], h >= ranked[-third]  # with ties
     equal = _mean(R[easy], h[easy]), _mean(R[hard], h[hard])
     ruler = calibrated(worst, best, equal, _mean(R, h))
-    _refuse_unclear(R[easy], R[hard])
-    names = np.array(fires if fires is not None else len(R) * ["any"])
-    parts = [names == name for name in np.unique(names)]
+    error = np.sqrt(sum(R[part].var(ddof=1) / part.sum() for part in (easy, hard)))
+    if R[easy].mean() - R[hard].mean() < CLEARLY * error:
+        raise RulerError(
+            f"the baseline earned {R[easy].mean():.0f} in the easiest third of the "
+            f"fires, {R[hard].mean():.0f} in the hardest, give or take {error:.0f}: "
+            "run more seeds, or weak and strong fires alike"
+        )
+    if fires is None:
+        return ruler
+    parts = [np.array(fires) == name for name in np.unique(fires)]
     β = np.mean([ruler.unscaled(*_mean(R[part], h[part])) for part in parts])
     return replace(ruler, beta=float(β))
-
-
-def _refuse_unclear(easy: np.ndarray, hard: np.ndarray) -> None:
-    """Raise RulerError unless rewards in easy fires are CLEARLY above the others."""
-    error = np.sqrt(sum(part.var(ddof=1) / len(part) for part in (easy, hard)))
-    if easy.mean() - hard.mean() < CLEARLY * error:
-        raise RulerError(
-            f"the baseline earned {easy.mean():.0f} in the easiest third of the fires, "
-            f"{hard.mean():.0f} in the hardest, give or take {error:.0f}: run more "
-            "seeds, or weak and strong fires alike"
-        )
 
 
 def score_of_runs(
@@ -249,10 +222,8 @@ def _runs(
     """(n,) rewards and (n,) difficulties, n at least 1, all finite, or RulerError."""
     R, h = np.asarray(rewards, dtype=float), np.asarray(difficulties, dtype=float)
     if R.shape != h.shape or not R.size or not np.isfinite([R, h]).all():
-        raise RulerError(
-            f"{R.size} rewards and {h.size} difficulties: give one finite number of "
-            "each for every run, and at least one run"
-        )
+        what = f"{R.size} rewards and {h.size} difficulties"
+        raise RulerError(f"{what}: give one finite number of each for at least one run")
     return R, h
 
 
@@ -271,15 +242,14 @@ def read(path: str | Path) -> Ruler:
 
     Raises RulerError for anything else, OSError for a file that cannot be read.
     """
-    names = [field.name for field in fields(Ruler)]
     try:
         found = json.loads(Path(path).read_text(encoding="utf-8"))
-        numbers = all(type(value) in (int, float) for value in found.values())
-        if sorted(found) != sorted(names) or not numbers:
+        if any(type(value) not in (int, float) for value in found.values()):
             raise TypeError
         return Ruler(**found)
     except RulerError as error:
         raise RulerError(f"{path}: {error}") from None
     except (ValueError, TypeError, AttributeError, OverflowError):
-        what = f"this is no ruler: write numbers for {', '.join(names)} as JSON"
+        names = ", ".join(asdict(PAPER))
+        what = f"this is no ruler: write numbers for {names} as JSON"
         raise RulerError(f"{path}: {what}") from None

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from scipy import ndimage
 
 from reference.building import Building, Kind
-from reference.flames import beside_flames, walking_cost
+from reference.flames import cells_beside, walking_cost
 from reference.navigation import Navigation, navigation_of
 from reference.paper import Scenario
 from reference.workshop.decoding import Scene, burning
@@ -84,7 +84,7 @@ class Snapshot:
         self.walking = building.kind.ravel()[self.place] != Kind.STAIRS
         self.on_stairs = shafts(building)[self.place[~self.walking]]
         self.burning = burning(cells, building)
-        self.cost = walking_cost(self.burning, beside_flames(building, self.burning))
+        self.cost = walking_cost(self.burning, cells_beside(building, self.burning))
         self.flames = np.asarray(self.burning.any(axis=(1, 2)))
         self._around: dict[int, np.ndarray] = {}
         self.occupancy = np.bincount(self.floor, minlength=building.floors)

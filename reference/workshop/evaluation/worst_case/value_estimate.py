@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from reference.building import Building
-from reference.flames import beside_flames
+from reference.flames import cells_beside
 from reference.navigation import navigation_of
 from reference.paper import (
     BURN_LOSS,
@@ -115,7 +115,7 @@ def _on_foot(building: Building, floor: int, burning: bytes) -> tuple[np.ndarray
     shape = building.kind.shape
     flames = np.zeros(shape, dtype=bool)
     flames[floor] = np.frombuffer(burning, dtype=bool).reshape(shape[1:])
-    hot = beside_flames(building, flames)
+    hot = cells_beside(building, flames)
     harm = np.select([flames, hot], [BURN_LOSS, HEAT_LOSS], 0.0)
     per_second = HEALTH_RATE * FRAMES_PER_SECOND * SEARCH + harm
     nav = navigation_of(building)
