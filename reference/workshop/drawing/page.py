@@ -16,12 +16,10 @@ from matplotlib import style
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.image import AxesImage
-from matplotlib.layout_engine import ConstrainedLayoutEngine
-from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
@@ -310,104 +308,83 @@ _LABEL: Style = {
     "path_effects": [withStroke(linewidth=3, foreground="white")],
     "arrowprops": {"arrowstyle": "-", "lw": 0.8, "color": TEXT, "shrinkB": 6},
 }
-_NEAR = 10  # points; beyond it a line leads from a label to its point
+_NEAR = 15  # points; beyond it a line leads from a label to its point
+_CLEAR = 7  # points from a point to that line
 
 
 def write_labels(
     axes: Axes,
     points: Sequence[tuple[float, float]],
     words: Sequence[str],
-    radii: float | Sequence[float] = 5.0,
-    gaps: Sequence[float] = (2, 15, 31, 49, 71, 95),
+    gaps: Sequence[float] = (7, 20, 36, 54, 76, 100),
     crowded: bool = False,
     **look: Any,
 ) -> None:
     """Write words beside points, each at the nearest place where it hides nothing.
 
-    Neither a point nor a line or text of the axes is hidden; where that cannot be, as
+    Neither a line, a marker nor a text of the axes is hidden; where that cannot be, as
     little as can be, or the word is left out if it is `crowded` there.  The page is
     laid out now: all else must be on it.
 
-    points  in data;  radii  of what stands there, and gaps  from its edge to the word,
-    nearest first: in points
+    points  in data;  gaps  from a point to its word, nearest first: in points
     """
     figure = axes.get_figure(root=True)
     assert figure is not None
-    if isinstance(figure.get_layout_engine(), ConstrainedLayoutEngine):
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")  # what is placed stays
-    dot = figure.dpi / 72
-    spots = axes.transData.transform(np.reshape(points, (-1, 2)))
-    reach = np.broadcast_to(radii, len(spots)) * dot
-    lines = [_trail(line) for line in axes.lines if line.get_linestyle() != "None"]
-    texts = [np.array([text.get_window_extent().extents]) for text in axes.texts]
-    taken = np.vstack([_squares(spots, reach[:, None]), *lines, *texts])
-    for point, spot, radius, word in zip(points, spots, reach, words, strict=True):
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")  # what is placed stays
+    taken, dot = _taken(axes), figure.dpi / 72
+    for point, word in zip(points, words, strict=True):
         text = axes.annotate(word, point, (0, 0), **_LABEL | look)
         text.set_in_layout(False)
-        places = _places(text, spot, radius, gaps, dot)
-        hidden, offset, shape = _first_free(axes, places, taken)
-        if crowded and hidden:
+        spot = axes.transData.transform(point)
+        places = list(_places(text, gaps, dot))
+        pixels = [_pixels(spot + covered, taken) for *_, covered in places]
+        hidden = [np.count_nonzero(taken[each]) for each in pixels]
+        best = int(np.argmin(hidden))
+        if crowded and hidden[best]:
             text.remove()
             continue
+        offset, far, _ = places[best]
         text.set_position((offset[0], offset[1]))
         if text.arrow_patch is not None:
-            text.arrow_patch.set_visible(len(shape) > 1)
-        taken = np.vstack([taken, shape])
+            text.arrow_patch.set_visible(far)
+        taken[pixels[best]] = True
 
 
-_Place = tuple[np.ndarray, np.ndarray]
+def _taken(axes: Axes) -> np.ndarray:
+    """(rows, cols) bool, upwards: pixels under a line or text, or beyond the axes."""
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    renderer = RendererAgg(*figure.bbox.size, figure.dpi)
+    for artist in (*axes.lines, *axes.texts):
+        artist.draw(renderer)
+    taken = np.asarray(renderer.buffer_rgba())[::-1, :, 3] > 0
+    left, low, right, high = map(int, axes.bbox.extents)
+    beyond = np.ones_like(taken)
+    beyond[low + 1 : high, left + 1 : right] = False
+    return taken | beyond
 
 
-def _first_free(
-    axes: Axes, places: Iterable[_Place], taken: np.ndarray
-) -> tuple[float, np.ndarray, np.ndarray]:
-    """The first place that hides nothing, else that which hides least; how much."""
-    seen: list[tuple[float, np.ndarray, np.ndarray]] = []
-    for offset, shape in places:
-        seen.append((_hidden(axes, shape, taken), offset, shape))
-        if not seen[-1][0]:
-            return seen[-1]
-    return min(seen, key=lambda place: place[0])
-
-
-def _squares(middle: np.ndarray, half: float | np.ndarray) -> np.ndarray:
-    """(k, 4) left, bottom, right and top of squares around (k, 2) middles."""
-    return np.hstack([middle - half, middle + half])
-
-
-def _trail(line: Line2D) -> np.ndarray:
-    """(k, 4) squares, pixels, along a line, four pixels apart."""
-    x, y = line.get_transform().transform(np.asarray(line.get_xydata())).T
-    way = np.concatenate([[0], np.cumsum(np.hypot(np.diff(x), np.diff(y)))])
-    t = np.linspace(0, way[-1], int(way[-1] / 4) + 2)
-    return _squares(np.stack([np.interp(t, way, x), np.interp(t, way, y)], 1), 2)
+def _pixels(points: np.ndarray, page: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Row and column of (k, 2) points on a page; at its edge for points beyond."""
+    col, row = np.clip(points.astype(int), 0, np.array(page.shape)[::-1] - 1).T
+    return row, col
 
 
 def _places(
-    text: Annotation, spot: np.ndarray, radius: float, gaps: Sequence[float], dot: float
-) -> Iterator[_Place]:
-    """Places of a label: its offset, points, and (k, 4) pixels that it covers there.
+    text: Annotation, gaps: Sequence[float], dot: float
+) -> Iterator[tuple[np.ndarray, bool, np.ndarray]]:
+    """List places of a label: offset (points), whether a line leads there, what is hidden.
 
-    Those are its box, then the line that leads to it where it stands far off.
+    That is (k, 2) pixels from the point: the label's box, and the line.
     """
     box = Text.get_window_extent(text)
     half = np.array([box.width, box.height]) / 2 + dot
+    x, y = (np.append(np.arange(-h, h), h) for h in half)
+    inside = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
     for gap, turn in product(gaps, _TURNS):
-        way = np.array([cos(pi * turn), sin(pi * turn)])
-        off = way * (radius + gap * dot + half)
+        off = np.array([cos(pi * turn), sin(pi * turn)]) * (gap * dot + half)
         far = np.hypot(*off)
-        first = radius + 2 * dot if gap > _NEAR else far
-        line = spot + off / far * np.arange(first, far, 3)[:, None]
-        there = np.concatenate([spot + off - half, spot + off + half])
-        yield off / dot, np.vstack([there, _squares(line, 1.5)])
-
-
-def _hidden(axes: Axes, shape: np.ndarray, taken: np.ndarray) -> float:
-    """Square pixels of what is taken, or beyond the axes, under a label's shape."""
-    low = np.maximum(shape[:, None, :2], taken[:, :2])
-    high = np.minimum(shape[:, None, 2:], taken[:, 2:])
-    covered = (high - low).clip(0).prod(axis=2).sum()
-    box, inside = shape[0], axes.bbox.extents
-    outside = np.maximum(inside[:2] - box[:2], 0) + np.maximum(box[2:] - inside[2:], 0)
-    return float(covered + (outside * (box[2:] - box[:2])[::-1]).sum())
+        line = off / far * np.arange(_CLEAR * dot, far)[:, None]
+        covered = np.vstack([inside + off, line]) if gap > _NEAR else inside + off
+        yield off / dot, gap > _NEAR, covered

@@ -132,8 +132,6 @@ def _page(senses: Senses) -> Figure:
     count = f"{len(senses.vector)} numbers; its points, marked where there is room"
     points.suptitle(f"the vector: {count}", fontsize=10)
     foot(figure, _legend(senses))
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")  # all has its place; marks need no other
     for floor in range(floors):
         _draw_points(axes[floor], senses, floor)
     return figure
@@ -179,8 +177,6 @@ _LOOKS: dict[str, Style] = {
     "the observer": {"marker": "D", "ms": 6, "mfc": INK, "mec": INK, "mew": 1.3},
     "fire source": {"marker": DROP, "ms": 9, "mfc": SOURCE, "mec": "white", "mew": 0.6},
 }
-_REACH = {"human": 2.6, "robot": 5.0, "the observer": 5.0, "fire source": 5.0}
-"""Points from the middle of what is drawn to its edge."""
 
 
 class Dot(NamedTuple):
@@ -217,10 +213,9 @@ def _draw_points(axes: Axes, senses: Senses, floor: int) -> None:
     here = dots(senses, floor)
     for dot in here:
         axes.plot(dot.x, dot.y, ls="", clip_on=False, **_LOOKS[dot.look])
-    places, reach = [(dot.x, dot.y) for dot in here], [_REACH[d.look] for d in here]
+    places, marks = [(dot.x, dot.y) for dot in here], [dot.mark for dot in here]
     small: Style = {"fontsize": 6, "path_effects": (), "arrowprops": None}
-    marks = [dot.mark for dot in here]
-    write_labels(axes, places, marks, reach, (-0.8, 1.5), crowded=True, **small)
+    write_labels(axes, places, marks, (2.8, 5.5), crowded=True, **small)
 
 
 # -- The table ----------------------------------------------------------------------
