@@ -4,15 +4,20 @@ Clauses: F11.  To the right what the fire did to the ways out, upwards what it c
 people without robots; colour and shape say how many sources of which kind it had.
 """
 
-from typing import Any
-
 import numpy as np
 from matplotlib import colormaps
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from reference.evaluation.difficulty import HARDEST
-from reference.workshop.drawing.page import FAINT, TEXT, foot, sheet, write_numbers
+from reference.workshop.drawing.page import (
+    FAINT,
+    TEXT,
+    Style,
+    foot,
+    samples,
+    sheet,
+    write_numbers,
+)
 from reference.workshop.evaluation.agreement import Agreement
 
 SHAPES = "osD^vP"
@@ -28,7 +33,7 @@ def figure(agreement: Agreement) -> Figure:
     axes = page.subplots()
     most = max(_LEAST, *(fire.sources for fire in fires))
     shapes = dict(zip(dict.fromkeys(f.fire for f in fires), SHAPES, strict=False))
-    ink: dict[str, Any] = {"vmin": -0.5, "vmax": most + 0.5, "ec": TEXT, "lw": 0.5}
+    ink: Style = {"vmin": -0.5, "vmax": most + 0.5, "ec": TEXT, "lw": 0.5}
     ink["cmap"] = colormaps["viridis_r"].resampled(most + 1)
     for kind, shape in shapes.items():
         h, loss, sources = np.transpose(
@@ -45,7 +50,8 @@ def figure(agreement: Agreement) -> Figure:
     bar = page.colorbar(dots, label="sources", ticks=range(most + 1), pad=0.02)
     bar.ax.tick_params(which="both", length=0)
     write_numbers(axes.xaxis, axes.yaxis)
-    foot(page, [_sample(*each) for each in shapes.items()])
+    dot: Style = {"ls": "", "mfc": "white", "mec": TEXT}
+    foot(page, samples({f"{k} fire": {"marker": s, **dot} for k, s in shapes.items()}))
     return page
 
 
@@ -54,10 +60,4 @@ def _coefficients(agreement: Agreement) -> str:
     return (
         f"Spearman {agreement.spearman:.2f}, Pearson {agreement.pearson:.2f}; "
         f"among fires of equally many sources: Spearman {agreement.within:.2f}"
-    )
-
-
-def _sample(kind: str, shape: str) -> Line2D:
-    return Line2D(
-        [], [], ls="", marker=shape, mfc="white", mec=TEXT, label=f"{kind} fire"
     )

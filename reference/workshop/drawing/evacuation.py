@@ -33,6 +33,7 @@ from reference.workshop.drawing.page import (
     floor_title,
     frame_of,
     paint,
+    samples,
     step_of,
     swatches,
     text_size,
@@ -51,8 +52,11 @@ HEALTHS = ListedColormap(STEPS, name="health")
 
 INK = "#16191d"
 FLAME, EMBER, SOURCE, CHAR = "#f47b20", "#c43c00", "#d11a1a", "#1d120c"
-CURVES = {"out": COLOURS[Kind.EXIT], "inside": "#6b7480", "dead": INK}
-_DASHES = {"out": "-", "inside": (0, (4, 1.5)), "dead": (0, (1, 1))}
+CURVES: dict[str, Style] = {
+    "out": {"color": COLOURS[Kind.EXIT], "ls": "-"},
+    "inside": {"color": FAINT, "ls": (0, (4, 1.5))},
+    "dead": {"color": INK, "ls": (0, (1, 1))},
+}
 
 WIDTH = 11.0  # inches
 _ROOM = (10.7, 5.2)  # inches for all floors
@@ -145,6 +149,11 @@ class Scene:
         floor = np.asarray(floor, dtype=int).reshape(-1)
         return (np.asarray(position).reshape(-1, 2) + self.offset[floor]).T
 
+    def _places(self, spots: Sequence[tuple[int, Any]]) -> np.ndarray:
+        """Places (2, k) on the page of k spots: the floor, and x and y in metres."""
+        floors, positions = zip(*spots, strict=True) if spots else ((), ())
+        return self._on_page(np.array(floors), np.array(positions))
+
     def _show_people(self, world: World) -> None:
         bodies = world.bodies
         for mode, crowd in self.people.items():
@@ -157,17 +166,14 @@ class Scene:
 
     def _show_robots(self, world: World) -> None:
         robots = world.robots
-        floors = np.array([robot.floor for robot in robots])
-        here = self._on_page(floors, np.array([robot.position for robot in robots]))
+        here = self._places([(r.floor, r.position) for r in robots])
+        sent = [r for r in robots if r.active and r.destination is not None]
+        start = self._places([(r.floor, r.position) for r in sent])
+        there = self._places([(r.floor, r.destination) for r in sent])
         self.marks["robot"].set_data(*here)
-        sent = [
-            k for k, r in enumerate(robots) if r.active and r.destination is not None
-        ]
-        goals = np.array([robots[k].destination for k in sent])
-        there = self._on_page(floors[sent], goals)
         self.marks["destination"].set_data(*there)
         gaps = np.full_like(there, np.nan)
-        ways = np.stack([here[:, sent], there, gaps], axis=2).reshape(2, -1)
+        ways = np.stack([start, there, gaps], axis=2).reshape(2, -1)
         self.marks["way"].set_data(*ways)
 
     def _show_fire(self, world: World) -> None:
@@ -176,15 +182,14 @@ class Scene:
         doors = [[mark.floor, *cell] for mark in burnt for cell in mark.cells.tolist()]
         self._mark_cells("flames", np.argwhere(world.flames.burning).tolist())
         self._mark_cells("burnt door", doors)
-        floors = np.array([source.floor for source in sources])
-        spots = np.array([(source.x, source.y) for source in sources])
-        self.marks["fire source"].set_data(*self._on_page(floors, spots))
+        lit = self._places([(source.floor, (source.x, source.y)) for source in sources])
+        self.marks["fire source"].set_data(*lit)
 
     def _mark_cells(self, name: str, cells: list[list[int]]) -> None:
         """Put marks on cells, each given as floor, row and column."""
-        spots = np.array([self.building.metres(row, col) for _, row, col in cells])
-        floors = np.array([floor for floor, _, _ in cells])
-        self.marks[name].set_data(*self._on_page(floors, spots))
+        metres = self.building.metres
+        spots = self._places([(f, metres(row, col)) for f, row, col in cells])
+        self.marks[name].set_data(*spots)
 
     def _show_curve(self, history: Sequence[Tally]) -> None:
         times = [tally.time for tally in history]
@@ -227,7 +232,7 @@ def _panel(
 
 
 def _floors(figure: Figure, building: Building, layout: Layout) -> Axes:
-    """Paint all floors on one set of axes, metres: fewer artists to move."""
+    """Paint all floors, and a scale, on one set of axes in metres."""
     wide, high = layout.page
     axes = _panel(figure, (WIDTH - wide) / 2, _STRIP, wide, high)
     axes.set(xlim=(0, wide / layout.scale), ylim=(0, high / layout.scale))
@@ -239,17 +244,11 @@ def _floors(figure: Figure, building: Building, layout: Layout) -> Axes:
         name = floor_title(building, floor)
         size = text_size(name, frame.width * layout.scale, 10)
         axes.text(x, top + 0.05 / layout.scale, name, fontsize=size, va="bottom")
-    _scale_bar(axes, step_of(frame), layout)
-    return axes
-
-
-def _scale_bar(axes: Axes, metres: int, layout: Layout) -> None:
-    """Draw a scale at the upper right corner of the floors."""
-    right, top = (layout.page - (0.1, 0.15)) / layout.scale
-    left = right - metres
-    axes.plot([left, right], [top, top], color=FAINT, linewidth=2)
+    metres, (right, top) = step_of(frame), (layout.page - (0.1, 0.15)) / layout.scale
+    axes.plot([right - metres, right], [top, top], color=FAINT, linewidth=2)
     look: Style = {"fontsize": 8, "color": FAINT, "ha": "right", "va": "center"}
-    axes.text(left, top, f"{metres} m  ", **look)
+    axes.text(right - metres, top, f"{metres} m  ", **look)
+    return axes
 
 
 def _title(figure: Figure, building: Building) -> Text:
@@ -269,8 +268,8 @@ def _curve(figure: Figure, people: int) -> tuple[Axes, dict[str, Line2D]]:
     axes.set_xlabel("seconds", fontsize=8, labelpad=1)
     axes.set_ylabel("people", fontsize=8)
     lines = {
-        name: axes.plot([], [], color=ink, ls=_DASHES[name], lw=2, label=name)[0]
-        for name, ink in CURVES.items()
+        name: axes.plot([], [], lw=2, label=name, **look)[0]
+        for name, look in CURVES.items()
     }
     beside: Style = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
     axes.legend(fontsize=8, handlelength=1.8, **beside)
@@ -304,8 +303,7 @@ def _legend(figure: Figure) -> None:
         "leader": _marker("^", 9, STEPS[-1], INK, 0.7),
     }
     order = ("robot", "destination", "flames", "fire source", "burnt door", "died here")
-    samples = discs | {name: looks[name] for name in order}
-    shapes = [Line2D([], [], label=name, **look) for name, look in samples.items()]
+    shapes = samples(discs | {name: looks[name] for name in order})
     kinds = (Kind.WALL, Kind.DOOR, Kind.ENTRANCE, Kind.EXIT, Kind.STAIRS)
     for handles, columns, bottom in ((shapes, 4, 0.4), (swatches(kinds), 5, 0.08)):
         figure.legend(

@@ -7,7 +7,7 @@ is painted on top (blitting); GIF and player store only the pixels that changed.
 import json
 from base64 import b64encode
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from html import escape
 from io import BytesIO
 from pathlib import Path
@@ -43,6 +43,7 @@ HOLD = 3.0  # seconds that the last frame stays
 KEY_FRAMES = 25  # of the player: how far it goes back to jump to a place
 PLAYER = Path(__file__).with_name("player.html")
 WHITE = "#ffffff"
+NO_FFMPEG = "an MP4 needs ffmpeg; install it, or end the name in .gif or .html."
 CLEAR = 255  # the palette's last place: a pixel that did not change
 
 Add = Callable[[np.ndarray, float], None]
@@ -63,7 +64,10 @@ def animate(
     .mp4 without ffmpeg and for a pace that is no pace; OSError for an unwritable path.
     """
     target = with_suffix(path, FORMATS, "an animation")
-    _check(target, seconds_per_frame, speed)
+    if seconds_per_frame <= 0 or speed <= 0:
+        raise ValueError("seconds per frame and speed are above 0. Try 0.4 and 4.")
+    if target.suffix.lower() == ".mp4" and which("ffmpeg") is None:
+        raise ValueError(f"{target}: {NO_FFMPEG}")
     scene = Scene(simulation.building, len(simulation.world.bodies), DPI)
     write, pixels = FORMATS[target.suffix.lower()], _painter(scene)
     pace = seconds_per_frame / speed
@@ -74,16 +78,6 @@ def animate(
             scene.show(simulation.world, history)
             add(pixels(), HOLD if simulation.done else pace)
     return simulation.run()
-
-
-def _check(target: Path, seconds_per_frame: float, speed: float) -> None:
-    if seconds_per_frame <= 0 or speed <= 0:
-        raise ValueError("seconds per frame and speed are above 0. Try 0.4 and 4.")
-    if target.suffix.lower() == ".mp4" and which("ffmpeg") is None:
-        raise ValueError(
-            f"{target}: an MP4 needs ffmpeg, which is not there. "
-            "Install it, or end the name in .gif or .html."
-        )
 
 
 def _frames(simulation: Simulation, seconds: float, progress: bool) -> Iterator[None]:
@@ -250,14 +244,8 @@ def _mp4(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
     def add(pixels: np.ndarray, seconds: float) -> None:
         pipe.write(pixels.tobytes() * round(seconds / pace))
 
-    try:
-        with ffmpeg:
-            yield add
-    except BrokenPipeError:
-        pass  # ffmpeg has given up: its exit status tells
-    except BaseException:
-        ffmpeg.kill()
-        raise
+    with suppress(BrokenPipeError), ffmpeg:  # its exit status tells what went wrong
+        yield add
     if ffmpeg.returncode:
         raise OSError(f"{path}: ffmpeg could not write it. Try .gif or .html.")
 

@@ -5,7 +5,7 @@ page are inches, all places in a building metres, as in `building`.  Importing t
 module sets matplotlib's style.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from math import ceil, cos, log10, pi, sin
 from pathlib import Path
@@ -20,6 +20,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.image import AxesImage
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from matplotlib.text import Annotation, Text
@@ -256,12 +258,17 @@ def foot(
         legend.remove()
 
 
-def swatches(kinds: Iterable[Kind] = MEANINGS) -> list[Artist]:
-    """Legend entries for kinds of cells."""
+def swatches(kinds: Iterable[Kind] = MEANINGS, **more: str) -> list[Artist]:
+    """Legend entries for kinds of cells, and for more colours by name."""
+    colours = {MEANINGS[kind]: COLOURS[kind] for kind in kinds} | more
     return [
-        Patch(facecolor=COLOURS[k], edgecolor=FAINT, linewidth=0.5, label=MEANINGS[k])
-        for k in kinds
+        Patch(fc=ink, ec=FAINT, lw=0.5, label=name) for name, ink in colours.items()
     ]
+
+
+def samples(looks: Mapping[str, Style]) -> list[Artist]:
+    """Legend entries for lines and markers, by name."""
+    return [Line2D([], [], label=name, **look) for name, look in looks.items()]
 
 
 def paint(kind: np.ndarray, fade: float = 0.0) -> np.ndarray:
@@ -330,8 +337,9 @@ def write_labels(
     """
     figure = axes.get_figure(root=True)
     assert figure is not None
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")  # what is placed stays
+    if isinstance(figure.get_layout_engine(), ConstrainedLayoutEngine):
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # what is placed stays
     taken, dot = _taken(axes), figure.dpi / 72
     for point, word in zip(points, words, strict=True):
         text = axes.annotate(word, point, (0, 0), **_LABEL | look)
@@ -374,9 +382,9 @@ def _pixels(points: np.ndarray, page: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def _places(
     text: Annotation, gaps: Sequence[float], dot: float
 ) -> Iterator[tuple[np.ndarray, bool, np.ndarray]]:
-    """List places of a label: offset (points), whether a line leads there, what is hidden.
+    """List places of a label: its offset in points, has it a line, and what it covers.
 
-    That is (k, 2) pixels from the point: the label's box, and the line.
+    The last are (k, 2) pixels from the point: the label's box, and its line.
     """
     box = Text.get_window_extent(text)
     half = np.array([box.width, box.height]) / 2 + dot

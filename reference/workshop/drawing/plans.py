@@ -3,14 +3,12 @@
 Clauses: A8 (Figs. 4-6), A2 for the graph.  Every panel is in metres, north is up.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import combinations_with_replacement, pairwise
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.patheffects import withStroke
 
 from reference.building import Area, Building, Kind, Landmark
@@ -24,6 +22,7 @@ from reference.workshop.drawing.page import (
     floor_page,
     foot,
     paint_floor,
+    samples,
     swatches,
     text_size,
 )
@@ -62,12 +61,14 @@ def graph(building: Building, floor: int | None = None) -> Figure:
         paint_floor(axes, building, index, fade=0.72)
         rooms = building.graph.nodes(data="floor")
         here = {name: building.area_of[name] for name, where in rooms if where == index}
-        for one, other, key in building.graph.edges(here, keys=True):
-            for area in (here[side] for side in (one, other) if side in here):
+        node = {name: building.metres(*widest(here[name].cells)[0]) for name in here}
+        for *sides, key in building.graph.edges(here, keys=True):
+            for side in node.keys() & set(sides):
                 if key in building.landmark_of:  # not the stairs, which join two floors
-                    _draw_edge(axes, building, building.landmark_of[key], area)
-        for area in here.values():
-            _draw_node(axes, area, _node(building, area))
+                    mark = building.landmark_of[key]
+                    _draw_edge(axes, building, mark, here[side], node[side])
+        for name, area in here.items():
+            _draw_node(axes, area, node[name])
     return figure
 
 
@@ -81,6 +82,7 @@ def _mark_exits(axes: Axes, building: Building, floor: int) -> None:
 
 
 def _arrowhead(building: Building, exit: Landmark) -> tuple[int, int, float]:
+    """Marker: a triangle that points out of the house."""
     east, north = outward(building, exit)
     return 3, 0, float(np.degrees(np.arctan2(-east, north)))
 
@@ -98,57 +100,37 @@ def outward(building: Building, exit: Landmark) -> tuple[int, int]:
 # -- Names that fit into their rooms ------------------------------------------------
 
 
-@dataclass(frozen=True)
-class Rectangle:
-    """A rectangle of cells: its first row and column, height and width."""
+def widest(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Middle (row, column) and size (rows, columns) of a room's largest rectangle.
 
-    row: int
-    col: int
-    height: int
-    width: int
-
-    @property
-    def middle(self) -> tuple[float, float]:
-        """Row and column, as `Building.metres` takes them."""
-        return self.row + (self.height - 1) / 2, self.col + (self.width - 1) / 2
-
-
-def widest(cells: np.ndarray) -> Rectangle:
-    """The largest rectangle of cells inside a room; cells: (k, 2) rows and columns."""
-    corner = cells.min(axis=0)
+    cells: (k, 2) rows and columns of the room
+    """
+    first = cells.min(axis=0)
     room = np.zeros(np.ptp(cells, axis=0) + 1, dtype=bool)
-    room[tuple((cells - corner).T)] = True
-    best = max(_rectangles(room), key=lambda box: box.height * box.width)
-    row, col = corner.tolist()
-    return replace(best, row=best.row + row, col=best.col + col)
-
-
-def _rectangles(room: np.ndarray) -> Iterator[Rectangle]:
-    """The widest rectangle inside a room for every stretch of its rows."""
-    for first in range(len(room)):
-        inside = room[first].copy()
-        for last in range(first, len(room)):
-            inside &= room[last]
-            borders = np.flatnonzero(np.diff(inside, prepend=False, append=False))
-            if not len(borders):
-                break
-            starts, ends = borders[::2], borders[1::2]
-            k = int(np.argmax(ends - starts))
-            width = int(ends[k] - starts[k])
-            yield Rectangle(first, int(starts[k]), last - first + 1, width)
+    room[tuple((cells - first).T)] = True
+    found = []
+    for top, last in combinations_with_replacement(range(len(room)), 2):
+        inside = room[top : last + 1].all(axis=0)
+        borders = np.flatnonzero(np.diff(inside, prepend=False, append=False))
+        for left, right in borders.reshape(-1, 2):
+            found.append((top, left, last + 1 - top, right - left))
+    *corner, height, width = max(found, key=lambda box: box[2] * box[3])
+    size = np.array((height, width))
+    return first + corner + (size - 1) / 2, size
 
 
 def _write_name(axes: Axes, building: Building, area: Area) -> None:
     """Write a name as large as it fits, upright in a narrow room; or not at all."""
-    box = widest(area.cells)
-    inches = 0.9 * _points_per_metre(axes) / 72
-    level = text_size(area.name, box.width * inches, _LARGEST_TEXT)
-    steep = text_size(area.name, box.height * inches, _LARGEST_TEXT)
+    middle, size = widest(area.cells)
+    steep, level = (
+        text_size(area.name, inches, _LARGEST_TEXT)
+        for inches in 0.9 / 72 * _points_per_metre(axes) * size
+    )
     upright = level < _SMALL_TEXT < steep
-    size = steep if upright else level
-    if size >= _SMALLEST_TEXT:
-        look: Style = {"rotation": 90 if upright else 0, "ha": "center", "va": "center"}
-        axes.text(*building.metres(*box.middle), area.name, fontsize=size, **look)
+    fits = steep if upright else level
+    if fits >= _SMALLEST_TEXT:
+        look: Style = {"rotation": 90 * upright, "ha": "center", "va": "center"}
+        axes.text(*building.metres(*middle), area.name, fontsize=fits, **look)
 
 
 def _points_per_metre(axes: Axes) -> float:
@@ -158,10 +140,6 @@ def _points_per_metre(axes: Axes) -> float:
 
 
 # -- Nodes and edges ----------------------------------------------------------------
-
-
-def _node(building: Building, area: Area) -> Point:
-    return building.metres(*widest(area.cells).middle)
 
 
 def _draw_node(axes: Axes, area: Area, spot: Point) -> None:
@@ -183,22 +161,20 @@ def _draw_node(axes: Axes, area: Area, spot: Point) -> None:
     name.set(color="white") if stairs else name.set(path_effects=_HALO)
 
 
-def _draw_edge(axes: Axes, building: Building, mark: Landmark, area: Area) -> None:
+def _draw_edge(
+    axes: Axes, building: Building, mark: Landmark, area: Area, node: Point
+) -> None:
     """Draw a line from a node to a door, with an arrowhead at an exit."""
     ink = COLOURS[mark.kind]
-    way = _way(building, area, mark, _node(building, area))
-    axes.plot(*np.transpose(way), color=ink, lw=1.8, zorder=2, solid_joinstyle="round")
-    if mark.kind is Kind.EXIT:
-        head = _arrowhead(building, mark)
-        axes.plot(*mark.position, marker=head, ms=10, color=ink, zorder=3)
-    else:
-        axes.plot(*mark.position, marker="s", ms=4, color=ink, zorder=3)
+    way = np.transpose(_way(building, area, mark, node))
+    axes.plot(*way, color=ink, lw=1.8, zorder=2, solid_joinstyle="round")
+    exit = mark.kind is Kind.EXIT
+    head: Style = {"marker": _arrowhead(building, mark) if exit else "s"}
+    axes.plot(*mark.position, ms=10 if exit else 4, color=ink, zorder=3, **head)
 
 
 def _way(building: Building, area: Area, mark: Landmark, start: Point) -> list[Point]:
     """Corners of the way from a room's node to its door."""
-    if _straight(building, area, mark, start, mark.position):
-        return [start, mark.position]
     ways = navigation_of(building)
     mine = (building.area == area.index) | (building.landmark == mark.index)
     cost = np.where(mine.ravel(), 1.0, np.inf)
@@ -224,11 +200,16 @@ def _straight(
     return True
 
 
-def _graph_legend() -> list[Line2D]:
+def _graph_legend() -> list[Artist]:
     looks: dict[str, Style] = {
-        "room": {"marker": "o", "ls": "", "color": TEXT},
-        "stairwell": {"marker": "s", "ls": "", "color": COLOURS[Kind.ENTRANCE]},
+        "room": {"marker": "o", "ls": "", "color": TEXT, "ms": 7},
+        "stairwell": {
+            "marker": "s",
+            "ls": "",
+            "color": COLOURS[Kind.ENTRANCE],
+            "ms": 7,
+        },
     }
     for kind in (Kind.DOOR, Kind.ENTRANCE, Kind.EXIT):
         looks[MEANINGS[kind]] = {"color": COLOURS[kind], "lw": 2}
-    return [Line2D([], [], label=name, ms=7, **look) for name, look in looks.items()]
+    return samples(looks)

@@ -298,11 +298,12 @@ class Piece:
 def _pieces(building: Building) -> list[Piece]:
     """Windows that together show every kind of landmark there is, the richest first."""
     pieces = [_piece(building, mark) for mark in building.landmarks]
-    pieces.sort(key=lambda piece: len(np.unique(piece.kind)), reverse=True)
-    missing, chosen = {mark.kind for mark in building.landmarks}, []
-    while missing:
-        chosen.append(max(pieces, key=lambda piece: len(missing & {*piece.marks})))
-        missing = missing - chosen[-1].marks.keys()
+    pieces.sort(key=lambda p: (len(p.marks), len(np.unique(p.kind))), reverse=True)
+    shown, chosen = set[Kind](), []
+    for piece in pieces:
+        if not piece.marks.keys() <= shown:
+            chosen.append(piece)
+            shown |= piece.marks.keys()
     return chosen
 
 

@@ -10,7 +10,7 @@ it the evaluated stand.
 from collections.abc import Iterable, Sequence
 from functools import partial
 from itertools import product
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
@@ -28,6 +28,7 @@ from reference.workshop.drawing.page import (
     COLOURS,
     FAINT,
     TEXT,
+    Style,
     number,
     sheet,
     write_labels,
@@ -119,7 +120,8 @@ _MARKS = (
     "R_b",
     "y = β, so that E = 1 without fire",
 )
-_NOTE: dict[str, Any] = {"fontsize": 9, "linespacing": 1.5}
+_NOTE: Style = {"fontsize": 9, "linespacing": 1.5}
+_DOT: Style = {"mec": "white", "ms": 8, "zorder": 5, "clip_on": False}
 
 
 def _add_score_axis(axes: Axes, ruler: Ruler) -> None:
@@ -143,9 +145,9 @@ def _at(ruler: Ruler, R: float) -> str:
 
 def _label(axes: Axes, ruler: Ruler, R: np.ndarray, words: Iterable[str]) -> None:
     """Draw dots on the curve, and words beside them."""
-    points = list(zip(R, ruler.reward_part(R), strict=True))
-    _draw_dots(axes, points, CURVE)
-    write_labels(axes, points, list(words))
+    y = ruler.reward_part(R)
+    axes.plot(R, y, "o", color=CURVE, **_DOT)
+    write_labels(axes, list(zip(R, y, strict=True)), list(words))
 
 
 # -- E over reward and difficulty ---------------------------------------------------
@@ -241,21 +243,14 @@ def _caption(found: Sequence[Reading], shown: Sequence[Reading]) -> str:
 
 def _draw_readings(axes: Axes, ruler: Ruler, readings: Sequence[Reading]) -> None:
     """Draw dots with their intervals; name them, and the line E = 1."""
-    look: dict[str, Any] = {"color": TEXT, "lw": 1, "zorder": 3}
+    look: Style = {"color": TEXT, "lw": 1, "zorder": 3}
     for r in readings:
         if r.rewards:
             axes.plot(r.rewards, [r.difficulty] * 2, **look)
         if r.difficulties:
             axes.plot([r.reward] * 2, r.difficulties, **look)
+        axes.plot(r.reward, r.difficulty, "D", color=POINT, **_DOT)
     points = [(r.reward, r.difficulty) for r in readings]
-    _draw_dots(axes, points, POINT, "D")
     words = [f"{r.label}  {ruler.score(*r[1:3]):.2f}" for r in readings]
     R = ruler.reward_at(0.6 * ruler.beta)
     write_labels(axes, [*points, (R, ruler.difficulty_at(R))], [*words, "E = 1"])
-
-
-def _draw_dots(
-    axes: Axes, points: Sequence[tuple[float, float]], colour: str, marker: str = "o"
-) -> None:
-    x, y = np.array(points).reshape(-1, 2).T
-    axes.plot(x, y, marker, color=colour, mec="white", ms=8, zorder=5, clip_on=False)

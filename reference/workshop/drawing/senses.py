@@ -9,18 +9,18 @@ given, decoded again; nothing of the world goes past them.
 """
 
 import re
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from math import ceil
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure, SubFigure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
 
 from reference.building import Building, Kind
@@ -39,7 +39,6 @@ from reference.workshop.drawing.evacuation import DROP, FLAME, INK, SOURCE, STEP
 from reference.workshop.drawing.page import (
     COLOURS,
     FAINT,
-    MEANINGS,
     Style,
     arrange,
     floor_panels,
@@ -47,7 +46,9 @@ from reference.workshop.drawing.page import (
     frame_of,
     number,
     paint_floor,
+    samples,
     sheet,
+    swatches,
     text_size,
     write_labels,
 )
@@ -64,11 +65,6 @@ class Senses:
     vector: np.ndarray
     scene: Scene
     slots: tuple[Slot, ...]
-
-    @property
-    def observer(self) -> bool:
-        """Is the first robot the one who sees this?"""
-        return any(slot.what.startswith("the observer") for slot in self.slots)
 
 
 def robot_senses(world: World, scenario: Scenario, robot: int = 0) -> Figure:
@@ -180,31 +176,37 @@ _LOOKS: dict[str, Style] = {
 
 
 class Dot(NamedTuple):
-    """A point of a vector: what stands there, its mark, and where, metres."""
+    """A point of a vector: how it looks, its mark, and where it is, metres."""
 
     look: str
     mark: str
     x: float
     y: float
+    storey: float
+
+
+_LETTERS = {"human": "", "the observer": "R", "fire source": "F"}
+"""First letter of a mark, by what a slot says first; other slots are robots."""
+
+
+def _points(senses: Senses) -> list[Dot]:
+    """List all points in the order of the vector, those of the gone too."""
+    scene, counts = senses.scene, Counter[str]()
+    points = np.concatenate([scene.humans, scene.robots, scene.fires]).tolist()
+    names = [slot.what for slot in senses.slots if ":" in slot.what]
+    found = []
+    for what, point in zip(names, points, strict=True):
+        look = next((name for name in _LETTERS if what.startswith(name)), "robot")
+        letter = _LETTERS.get(look, "R")
+        counts[letter] += 1
+        found.append(Dot(look, f"{letter}{counts[letter]}", *point))
+    return found
 
 
 def dots(senses: Senses, floor: int) -> list[Dot]:
-    """All points of a vector on a floor: robots first, then fires, then people."""
-    scene = senses.scene
-    groups = (
-        ("robot", "R", scene.robots),
-        ("fire source", "F", scene.fires),
-        ("human", "", scene.humans),
-    )
-    found = [
-        Dot(look, f"{letter}{k}", x, y)
-        for look, letter, points in groups
-        for k, (x, y, storey) in enumerate(points.tolist(), start=1)
-        if storey == floor
-    ]
-    if senses.observer and found and found[0].mark == "R1":
-        found[0] = found[0]._replace(look="the observer")
-    return found
+    """List all points on a floor: robots first, then fires, then people."""
+    here = [dot for dot in _points(senses) if dot.storey == floor]
+    return sorted(here, key=lambda dot: dot.look == "human")
 
 
 def _draw_points(axes: Axes, senses: Senses, floor: int) -> None:
@@ -232,21 +234,22 @@ class Row(NamedTuple):
 
 def table(senses: Senses) -> list[Row]:
     """Explain all numbers of a vector; the values of the first of each kind."""
-    lines, counts = [], {"R": 0, "F": 0, "": 0}
+    marks, rows = (dot.mark for dot in _points(senses)), []
     for what, members in groupby(senses.slots, _meaning):
         slots = list(members)
-        marks, letter = "", _letter(what)
-        if letter is not None:
-            marks = _span(counts[letter] + 1, counts[letter] + len(slots), letter)
-            counts[letter] += len(slots)
-        numbers = _span(slots[0].start, slots[-1].stop - 1)
-        says = what if letter is not None else slots[0].what
-        says += ", …" if letter is None and len(slots) > 1 else ""
-        unit = "" if slots[0].unit == "1" else f" ({slots[0].unit})"
-        lines.append(
-            Row(numbers, marks, f"{says}{unit}", _values(senses.vector, slots))
-        )
-    return lines
+        first, last = slots[0], slots[-1]
+        values = senses.vector[first.start : last.stop].reshape(len(slots), -1)
+        numbers = _span(f"{first.start}", f"{last.stop - 1}")
+        unit = "" if first.unit == "1" else f" ({first.unit})"
+        if ":" in what:
+            mine = [next(marks) for _ in slots]
+            row = numbers, _span(mine[0], mine[-1]), f"{what}{unit}", _places(values)
+        else:
+            more = ", …" if len(slots) > 1 else ""
+            now = ", ".join(number(value, 3) for value in values.ravel())
+            row = numbers, "", f"{first.what}{more}{unit}", now
+        rows.append(Row(*row))
+    return rows
 
 
 def _meaning(slot: Slot) -> str:
@@ -254,27 +257,16 @@ def _meaning(slot: Slot) -> str:
     return re.sub(r" \d+(?=:|$)", "", slot.what)
 
 
-def _letter(what: str) -> str | None:
-    """First letter of a point's mark; None for numbers that are no point."""
-    name, _, point = what.partition(":")
-    return {"human": "", "fire source": "F"}.get(name, "R") if point else None
+def _span(first: str, last: str) -> str:
+    return first if first == last else f"{first} to {last}"
 
 
-def _span(first: int, last: int, letter: str = "") -> str:
-    """Write a range: "R3" or "R3 to R6"."""
-    ends = (f"{letter}{first}", f"{letter}{last}")
-    return ends[0] if first == last else " to ".join(ends)
-
-
-def _values(vector: np.ndarray, slots: Sequence[Slot]) -> str:
-    """Write all single numbers; of points the first two, and how many are gone."""
-    values = [vector[slot.start : slot.stop].tolist() for slot in slots]
-    if len(values[0]) == 1:
-        return ", ".join(number(value, 3) for (value,) in values)
-    points = [f"({', '.join(number(v, 3) for v in value)})" for value in values[:2]]
-    gone = sum(storey < 0 for *_, storey in values)
-    words = " ".join([*points, "…"] if len(values) > 2 else points)
-    return f"{words}, {gone} not there" if gone else words
+def _places(points: np.ndarray) -> str:
+    """Write the first two of (k, 3) points, and how many are gone."""
+    words = [f"({', '.join(number(v, 3) for v in point)})" for point in points[:2]]
+    words += ["…"] * (len(points) > 2)
+    gone = int((points[:, 2] < 0).sum())
+    return " ".join(words) + f", {gone} not there" * bool(gone)
 
 
 def _write_table(page: SubFigure, lines: Sequence[Row]) -> None:
@@ -292,19 +284,10 @@ def _write_table(page: SubFigure, lines: Sequence[Row]) -> None:
         axes.text(x, 1, "\n".join(column), va="top", **look)
 
 
-def _legend(senses: Senses) -> list[Any]:
+def _legend(senses: Senses) -> list[Artist]:
     """Legend entries of the marks and colours on this page."""
     shown = {dot.look for f in range(senses.building.floors) for dot in dots(senses, f)}
-    marks = [
-        Line2D([], [], ls="", label=name, **look)
-        for name, look in _LOOKS.items()
-        if name in shown
-    ]
+    marks = {name: {"ls": "", **_LOOKS[name]} for name in _LOOKS if name in shown}
     ways = {_way_out(senses.building, f) for f in range(senses.building.floors)}
-    colours = {"wall": COLOURS[Kind.WALL], "in flames": FLAME}
-    colours |= {MEANINGS[kind]: COLOURS[kind] for kind in sorted(ways, reverse=True)}
-    patches = [
-        Patch(facecolor=colour, edgecolor=FAINT, linewidth=0.5, label=name)
-        for name, colour in colours.items()
-    ]
-    return [*marks, *patches]
+    flames = swatches([Kind.WALL], **{"in flames": FLAME})
+    return [*samples(marks), *flames, *swatches(sorted(ways, reverse=True))]
