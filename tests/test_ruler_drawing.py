@@ -10,6 +10,7 @@ from reference.evaluation.score import PAPER, RulerError, base_and_control
 from reference.paper import BETA
 from reference.workshop.drawing import ruler as drawing
 from reference.workshop.drawing.ruler import Reading
+from reference.workshop.evaluation.intervals import Interval
 
 B, C = base_and_control((-1200, 0.1), (1100, 1000))
 FEW = type(PAPER)(alpha=1000, base=B, control=C, k=0.02, beta=300)
@@ -27,8 +28,13 @@ def readings(count, seed=0):
     rng = np.random.default_rng(seed)
     for k in range(count):
         R, h = 7500 + rng.normal(0, 700), (1500, 2400)[k % 2] + rng.normal(0, 60)
-        intervals = (R - 300, R + 300), (h - 50, h + 50)
-        yield Reading(f"robots-{k} : fire-{k}", R, h, *intervals)
+        intervals = Interval(R, R - 300, R + 300), Interval(h, h - 50, h + 50)
+        yield Reading(f"robots-{k} : fire-{k}", *intervals)
+
+
+def single(label, reward, difficulty):
+    """A reading of one run, whose intervals have no width."""
+    return Reading(label, Interval(*[reward] * 3), Interval(*[difficulty] * 3))
 
 
 def texts(figure):
@@ -92,7 +98,9 @@ def test_e_is_one_along_the_bold_line():
 
 def test_every_reading_is_a_point_with_its_intervals_and_its_score():
     """Mean reward and difficulty."""
-    reading = Reading("sweep : random", 9000, 2000, (8800, 9100), (1900, 2150))
+    reading = Reading(
+        "sweep : random", Interval(9000, 8800, 9100), Interval(2000, 1900, 2150)
+    )
     figure = drawing.contours(PAPER, [reading])
     axes = figure.axes[0]
     assert dots(axes, "D").tolist() == [[9000, 2000]]
@@ -106,7 +114,7 @@ PAGES = {
     "the paper's": lambda: drawing.curve(),
     "for few people": lambda: drawing.curve(FEW, 1500),
     "twelve pairs": lambda: drawing.contours(PAPER, list(readings(12))),
-    "of few people": lambda: drawing.contours(FEW, [Reading("sweep", 800, 1500)]),
+    "of few people": lambda: drawing.contours(FEW, [single("sweep", 800, 1500)]),
 }
 
 
@@ -119,7 +127,7 @@ def test_no_two_texts_overlap_and_none_is_cut_off(page):
 @pytest.mark.usefixtures("unlabelled")
 def test_who_lies_off_the_ruler_is_named_and_not_drawn():
     """Hours of evaluation end in a picture, whatever came out."""
-    pairs = [Reading("sweep / none", 9e4, 0), Reading("sweep / random", 9000, 2000)]
+    pairs = [single("sweep / none", 9e4, 0), single("sweep / random", 9000, 2000)]
     figure = drawing.contours(PAPER, pairs)
     assert dots(figure.axes[0], "D").tolist() == [[9000, 2000]]
     assert any("Off this ruler: sweep / none" in text for text in texts(figure))
@@ -130,7 +138,7 @@ def test_who_lies_off_the_ruler_is_named_and_not_drawn():
 def test_the_line_is_in_the_picture_for_a_baseline_of_any_strength(beta):
     """Robots that nearly all fail, and such as nobody has seen."""
     ruler = replace(PAPER, beta=beta)
-    axes = drawing.contours(ruler, [Reading("none", -3000, 100)]).axes[0]
+    axes = drawing.contours(ruler, [single("none", -3000, 100)]).axes[0]
     bold = next(line for line in axes.lines if line.get_linewidth() > 2)
     assert ruler.score(*bold.get_data()) == pytest.approx(np.ones(200))
     drawing.curve(ruler, 15_000)

@@ -140,11 +140,7 @@ for cell in cells(records, ruler):
 
 readings = [
     pictures.Reading(
-        f"{cell.robots}, fire {cell.fire}",
-        cell.reward.mean,
-        cell.difficulty.mean,
-        cell.reward[1:],
-        cell.difficulty[1:],
+        f"{cell.robots}, fire {cell.fire}", cell.reward, cell.difficulty
     )
     for cell in cells(records, ruler)
 ]

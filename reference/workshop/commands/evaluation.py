@@ -138,10 +138,9 @@ def _readings(cells: Sequence[crossplay.Cell]) -> list[Any]:
     from reference.workshop.drawing.ruler import Reading
 
     labels = names([f"{cell.robots}, fire {cell.fire}" for cell in cells])
-    figures = [(cell.reward, cell.difficulty) for cell in cells]
     return [
-        Reading(label, R.mean, h.mean, R[1:], h[1:])
-        for label, (R, h) in zip(labels, figures, strict=True)
+        Reading(label, cell.reward, cell.difficulty)
+        for label, cell in zip(labels, cells, strict=True)
     ]
 
 

@@ -16,7 +16,6 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.colors import TwoSlopeNorm
-from matplotlib.contour import QuadContourSet
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -34,6 +33,7 @@ from reference.workshop.drawing.page import (
     write_labels,
     write_numbers,
 )
+from reference.workshop.evaluation.intervals import Interval
 
 BEST_REWARD = 15_000.0
 """[F6] R_b as the paper rounds it."""
@@ -154,13 +154,11 @@ def _label(axes: Axes, ruler: Ruler, R: np.ndarray, words: Iterable[str]) -> Non
 
 
 class Reading(NamedTuple):
-    """Mean reward and difficulty of a match; each with its interval, if known."""
+    """Mean reward and difficulty of a match, each with its interval."""
 
     label: str
-    reward: float
-    difficulty: float
-    rewards: tuple[float, float] | None = None
-    difficulties: tuple[float, float] | None = None
+    reward: Interval
+    difficulty: Interval
 
 
 LEVELS = (0, 0.1, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2)
@@ -181,10 +179,13 @@ def contours(ruler: Ruler = PAPER, readings: Iterable[Reading] = ()) -> Figure:
     page = sheet("The score E of reward and difficulty", 10, 7)
     axes = page.subplots()
     wide, high = _region(ruler, shown)
-    shades = _shade(axes, ruler, wide, high)
-    h = np.linspace(0, ruler.difficulty_at(wide[0]), 200)
-    missing = ruler.beta - ruler.difficulty_part(h)
-    axes.plot([ruler.reward_at(y) for y in missing], h, color=TEXT, lw=2.4, zorder=2)
+    R, h = np.meshgrid(np.linspace(*wide, 200), np.linspace(*high, 200))
+    E = ruler.score(R, h)
+    axes.contour(R, h, E, LEVELS, colors="white", linewidths=0.8)
+    shades = axes.contourf(R, h, E, LEVELS, cmap=SHADES, norm=PALE, extend="max")
+    hard = np.linspace(0, ruler.difficulty_at(wide[0]), 200)
+    even = [ruler.reward_at(y) for y in ruler.beta - ruler.difficulty_part(hard)]
+    axes.plot(even, hard, color=TEXT, lw=2.4, zorder=2)
     axes.set(xlabel="reward R, health points", ylabel="difficulty h")
     axes.set_title(_caption(found, shown))
     axes.xaxis.set_major_locator(MaxNLocator(9))
@@ -198,10 +199,8 @@ def contours(ruler: Ruler = PAPER, readings: Iterable[Reading] = ()) -> Figure:
 
 def _lies_on(ruler: Ruler, r: Reading) -> bool:
     """Whether a reading and its intervals lie on the ruler."""
-    rewards = (r.reward, *(r.rewards or ()))
-    corners = product(rewards, (r.difficulty, *(r.difficulties or ())))
     try:
-        return all(ruler.score(*corner) >= 0 for corner in corners)
+        return all(ruler.score(R, h) >= 0 for R, h in product(*r[1:]))
     except RulerError:
         return False
 
@@ -210,24 +209,14 @@ def _region(
     ruler: Ruler, readings: Sequence[Reading]
 ) -> tuple[tuple[float, float], tuple[float, float]]:
     """Limits of both axes, so that the line E = 1 and all readings are in view."""
-    rewards = [R for r in readings for R in (r.reward, *(r.rewards or ()))]
-    hard = [h for r in readings for h in (r.difficulty, *(r.difficulties or ()))]
+    rewards = [R for reading in readings for R in reading.reward]
+    hard = [h for reading in readings for h in reading.difficulty]
     worst, one = ruler.reward_at(WORST_POINT[1]), ruler.reward_at(ruler.beta)
     left = min([0.0, one + (worst - one) / 4, *rewards]) if rewards else worst
     right = max([one, *rewards])
     room = 0.05 * (right - left)
     wide = left - room, min(right + room, ruler.reward_at(LARGEST) - 1)
     return wide, (0.0, 1.1 * max([ruler.difficulty_at(wide[0]), *hard]))
-
-
-def _shade(
-    axes: Axes, ruler: Ruler, wide: tuple[float, float], high: tuple[float, float]
-) -> QuadContourSet:
-    """Fill the contours of E, with thin lines between."""
-    R, h = np.meshgrid(np.linspace(*wide, 200), np.linspace(*high, 200))
-    E = ruler.score(R, h)
-    axes.contour(R, h, E, LEVELS, colors="white", linewidths=0.8)
-    return axes.contourf(R, h, E, LEVELS, cmap=SHADES, norm=PALE, extend="max")
 
 
 def _caption(found: Sequence[Reading], shown: Sequence[Reading]) -> str:
@@ -244,13 +233,14 @@ def _caption(found: Sequence[Reading], shown: Sequence[Reading]) -> str:
 def _draw_readings(axes: Axes, ruler: Ruler, readings: Sequence[Reading]) -> None:
     """Draw dots with their intervals; name them, and the line E = 1."""
     look: Style = {"color": TEXT, "lw": 1, "zorder": 3}
-    for r in readings:
-        if r.rewards:
-            axes.plot(r.rewards, [r.difficulty] * 2, **look)
-        if r.difficulties:
-            axes.plot([r.reward] * 2, r.difficulties, **look)
-        axes.plot(r.reward, r.difficulty, "D", color=POINT, **_DOT)
-    points = [(r.reward, r.difficulty) for r in readings]
-    words = [f"{r.label}  {ruler.score(*r[1:3]):.2f}" for r in readings]
+    points = [(r.reward.mean, r.difficulty.mean) for r in readings]
+    for (R, h), r in zip(points, readings, strict=True):
+        axes.plot(r.reward[1:], [h, h], **look)
+        axes.plot([R, R], r.difficulty[1:], **look)
+        axes.plot(R, h, "D", color=POINT, **_DOT)
+    words = [
+        f"{r.label}  {ruler.score(*p):.2f}"
+        for r, p in zip(readings, points, strict=True)
+    ]
     R = ruler.reward_at(0.6 * ruler.beta)
     write_labels(axes, [*points, (R, ruler.difficulty_at(R))], [*words, "E = 1"])
