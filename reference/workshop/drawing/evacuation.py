@@ -23,21 +23,8 @@ from matplotlib.ticker import MaxNLocator
 
 from reference.building import Building, Kind
 from reference.paper import HEALTH
-from reference.workshop.drawing.page import (
-    COLOURS,
-    DPI,
-    FAINT,
-    Style,
-    arrange,
-    blank,
-    floor_title,
-    frame_of,
-    paint,
-    samples,
-    step_of,
-    swatches,
-    text_size,
-)
+from reference.workshop.drawing import page
+from reference.workshop.drawing.page import COLOURS, Style
 from reference.world import Fate, Mode, World
 
 _LEFT_HALF = [(-0.4, -1), (-0.8, -0.9), (-0.8, -0.4), (-0.8, 0.2), (-0.25, 0.5)]
@@ -54,7 +41,7 @@ INK = "#16191d"
 FLAME, EMBER, SOURCE, CHAR = "#f47b20", "#c43c00", "#d11a1a", "#1d120c"
 CURVES: dict[str, Style] = {
     "out": {"color": COLOURS[Kind.EXIT], "ls": "-"},
-    "inside": {"color": FAINT, "ls": (0, (4, 1.5))},
+    "inside": {"color": page.FAINT, "ls": (0, (4, 1.5))},
     "dead": {"color": INK, "ls": (0, (1, 1))},
 }
 
@@ -99,11 +86,11 @@ class Scene:
     still   False after `show` had to change the page itself; paint all of it anew
     """
 
-    def __init__(self, building: Building, people: int, dpi: int = DPI):
+    def __init__(self, building: Building, people: int, dpi: int = page.DPI):
         self.still = True
-        frame = frame_of(building)
+        frame = page.frame_of(building)
         layout = Layout(building.floors, frame.size)
-        self.figure = blank(WIDTH, layout.height, dpi)
+        self.figure = page.blank(WIDTH, layout.height, dpi)
         self.axes = _floors(self.figure, building, layout)
         self.offset = layout.corners - frame.min
         self.building, self.title = building, _title(self.figure, building)
@@ -213,7 +200,7 @@ class Layout:
     """
 
     def __init__(self, floors: int, size: tuple[float, float]):
-        columns, self.scale = arrange(floors, size, _ROOM, _SPARE)
+        columns, self.scale = page.arrange(floors, size, _ROOM, _SPARE)
         rows = ceil(floors / columns)
         panel = np.array(size) * self.scale + _SPARE
         self.page = panel * (columns, rows)
@@ -237,16 +224,17 @@ def _floors(figure: Figure, building: Building, layout: Layout) -> Axes:
     axes = _panel(figure, (WIDTH - wide) / 2, _STRIP, wide, high)
     axes.set(xlim=(0, wide / layout.scale), ylim=(0, high / layout.scale))
     axes.set_axis_off()
-    frame = frame_of(building)
+    frame = page.frame_of(building)
     for floor, (x, y) in enumerate(layout.corners):
         where, top = (x, x + frame.width, y, y + frame.height), y + frame.height
-        axes.imshow(paint(building.kind[floor]), extent=where, aspect="auto")
-        name = floor_title(building, floor)
-        size = text_size(name, frame.width * layout.scale, 10)
+        axes.imshow(page.paint(building.kind[floor]), extent=where, aspect="auto")
+        name = page.floor_title(building, floor)
+        size = page.text_size(name, frame.width * layout.scale, 10)
         axes.text(x, top + 0.05 / layout.scale, name, fontsize=size, va="bottom")
-    metres, (right, top) = step_of(frame), (layout.page - (0.1, 0.15)) / layout.scale
-    axes.plot([right - metres, right], [top, top], color=FAINT, linewidth=2)
-    look: Style = {"fontsize": 8, "color": FAINT, "ha": "right", "va": "center"}
+    metres = page.step_of(frame)
+    right, top = (layout.page - (0.1, 0.15)) / layout.scale
+    axes.plot([right - metres, right], [top, top], color=page.FAINT, linewidth=2)
+    look: Style = {"fontsize": 8, "color": page.FAINT, "ha": "right", "va": "center"}
     axes.text(right - metres, top, f"{metres} m  ", **look)
     return axes
 
@@ -254,7 +242,7 @@ def _floors(figure: Figure, building: Building, layout: Layout) -> Axes:
 def _title(figure: Figure, building: Building) -> Text:
     """Add an empty title with room for the longest one of this building."""
     longest = f"{building.title} {_COUNTS.format(999, 999, 999, 999)}"
-    size = text_size(longest, WIDTH - 0.4, 14)
+    size = page.text_size(longest, WIDTH - 0.4, 14)
     up = 1 - 0.12 / figure.get_size_inches()[1]
     return figure.text(0.2 / WIDTH, up, "", fontsize=size, va="top")
 
@@ -303,9 +291,9 @@ def _legend(figure: Figure) -> None:
         "leader": _marker("^", 9, STEPS[-1], INK, 0.7),
     }
     order = ("robot", "destination", "flames", "fire source", "burnt door", "died here")
-    shapes = samples(discs | {name: looks[name] for name in order})
+    shapes = page.samples(discs | {name: looks[name] for name in order})
     kinds = (Kind.WALL, Kind.DOOR, Kind.ENTRANCE, Kind.EXIT, Kind.STAIRS)
-    for handles, columns, bottom in ((shapes, 4, 0.4), (swatches(kinds), 5, 0.08)):
+    for handles, columns, bottom in ((shapes, 4, 0.4), (page.swatches(kinds), 5, 0.08)):
         figure.legend(
             handles=handles,
             loc="lower left",

@@ -13,19 +13,8 @@ from matplotlib.patheffects import withStroke
 
 from reference.building import Area, Building, Kind, Landmark
 from reference.navigation import navigation_of
-from reference.workshop.drawing.page import (
-    COLOURS,
-    MEANINGS,
-    TEXT,
-    Style,
-    chosen_floors,
-    floor_page,
-    foot,
-    paint_floor,
-    samples,
-    swatches,
-    text_size,
-)
+from reference.workshop.drawing import page
+from reference.workshop.drawing.page import COLOURS, Style
 
 Point = tuple[float, float]
 
@@ -35,12 +24,12 @@ _LARGEST_TEXT, _SMALL_TEXT, _SMALLEST_TEXT = 10.0, 6.0, 4.0
 
 def top(building: Building, floor: int | None = None) -> Figure:
     """Draw all floors from above, or one (0 is the first) [A8, Figs. 4-6]."""
-    floors = chosen_floors(building, floor)
-    figure, panels = floor_page(building, building.title, floors)
-    foot(figure, swatches())
+    floors = page.chosen_floors(building, floor)
+    figure, panels = page.floor_page(building, building.title, floors)
+    page.foot(figure, page.swatches())
     figure.draw_without_rendering()
     for axes, index in zip(panels, floors, strict=True):
-        paint_floor(axes, building, index)
+        page.paint_floor(axes, building, index)
         _mark_exits(axes, building, index)
         for area in building.areas:
             if area.floor == index and not area.name.startswith("room-"):
@@ -54,11 +43,11 @@ def graph(building: Building, floor: int | None = None) -> Figure:
     A node stands in the widest part of its room; an edge goes through the middle of
     its door, round the corners of the room if need be.
     """
-    floors = chosen_floors(building, floor)
-    figure, panels = floor_page(building, f"{building.title}: the graph", floors)
-    foot(figure, _graph_legend())
+    floors = page.chosen_floors(building, floor)
+    figure, panels = page.floor_page(building, f"{building.title}: the graph", floors)
+    page.foot(figure, _graph_legend())
     for axes, index in zip(panels, floors, strict=True):
-        paint_floor(axes, building, index, fade=0.72)
+        page.paint_floor(axes, building, index, fade=0.72)
         rooms = building.graph.nodes(data="floor")
         here = {name: building.area_of[name] for name, where in rooms if where == index}
         node = {name: building.metres(*widest(here[name].cells)[0]) for name in here}
@@ -123,7 +112,7 @@ def _write_name(axes: Axes, building: Building, area: Area) -> None:
     """Write a name as large as it fits, upright in a narrow room; or not at all."""
     middle, size = widest(area.cells)
     steep, level = (
-        text_size(area.name, inches, _LARGEST_TEXT)
+        page.text_size(area.name, inches, _LARGEST_TEXT)
         for inches in 0.9 / 72 * _points_per_metre(axes) * size
     )
     upright = level < _SMALL_TEXT < steep
@@ -145,7 +134,7 @@ def _points_per_metre(axes: Axes) -> float:
 def _draw_node(axes: Axes, area: Area, spot: Point) -> None:
     """Draw a room as a dot under its name, a stairwell as a square with its letter."""
     stairs = area.kind == "stairwell"
-    ink = COLOURS[Kind.ENTRANCE] if stairs else TEXT
+    ink = COLOURS[Kind.ENTRANCE] if stairs else page.TEXT
     marker, size = ("s", 12) if stairs else ("o", 7)
     axes.plot(*spot, marker=marker, ms=size, color=ink, mec="white", zorder=4)
     name = axes.annotate(
@@ -202,7 +191,7 @@ def _straight(
 
 def _graph_legend() -> list[Artist]:
     looks: dict[str, Style] = {
-        "room": {"marker": "o", "ls": "", "color": TEXT, "ms": 7},
+        "room": {"marker": "o", "ls": "", "color": page.TEXT, "ms": 7},
         "stairwell": {
             "marker": "s",
             "ls": "",
@@ -211,5 +200,5 @@ def _graph_legend() -> list[Artist]:
         },
     }
     for kind in (Kind.DOOR, Kind.ENTRANCE, Kind.EXIT):
-        looks[MEANINGS[kind]] = {"color": COLOURS[kind], "lw": 2}
-    return samples(looks)
+        looks[page.MEANINGS[kind]] = {"color": COLOURS[kind], "lw": 2}
+    return page.samples(looks)

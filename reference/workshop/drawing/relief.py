@@ -20,19 +20,8 @@ from matplotlib.transforms import Bbox
 from scipy import ndimage
 
 from reference.building import LANDMARKS, Building, Kind, Landmark
-from reference.workshop.drawing.page import (
-    COLOURS,
-    FAINT,
-    MEANINGS,
-    Style,
-    floor_title,
-    foot,
-    frame_of,
-    sheet,
-    step_of,
-    swatches,
-    text_size,
-)
+from reference.workshop.drawing import page
+from reference.workshop.drawing.page import COLOURS, Style
 
 TURN, TILT = np.radians(28), np.radians(34)  # of the eye: from the south, from the flat
 THIN = 3  # walls are drawn a third of a cell thick
@@ -68,13 +57,13 @@ WALKABLE = Look(
     dict.fromkeys(Kind, "#4db5ee") | {Kind.WALL: _SKIRTING},
     edges="#2587c2",
 )
-_SHOWN = [kind for kind in MEANINGS if kind is not Kind.OUTSIDE]
+_SHOWN = [kind for kind in page.MEANINGS if kind is not Kind.OUTSIDE]
 
 
 def oblique(building: Building) -> Figure:
     """Draw the whole building, its storeys lifted off each other [A8, Fig. 1]."""
     figure = _storeys(building, STANDING, building.title)
-    foot(figure, swatches(_SHOWN))
+    page.foot(figure, page.swatches(_SHOWN))
     return figure
 
 
@@ -85,7 +74,7 @@ def walkable(building: Building) -> Figure:
     figure = _storeys(building, WALKABLE, title)
     ground = Patch(fc=WALKABLE.ground[Kind.FLOOR], label="walkable cell")
     wall = Patch(fc=WALKABLE.standing[Kind.WALL], label="wall")
-    foot(figure, [ground, wall])
+    page.foot(figure, [ground, wall])
     return figure
 
 
@@ -96,13 +85,13 @@ def closeup(building: Building) -> Figure:
     """
     pieces = _pieces(building)
     width = max(_PIECE[0] * len(pieces), _NARROWEST)
-    figure = sheet(f"{building.title}: ways through, up close", width, _PIECE[1])
+    figure = page.sheet(f"{building.title}: ways through, up close", width, _PIECE[1])
     panels = figure.subplots(1, len(pieces), squeeze=False)[0]
     for axes, piece in zip(panels, pieces, strict=True):
         _bare(axes)
         paint_boxes(axes, piece.kind, STANDING, np.zeros(2), np.zeros(2))
         _write_names(axes, piece)
-    foot(figure, swatches(_SHOWN))
+    page.foot(figure, page.swatches(_SHOWN))
     return figure
 
 
@@ -117,22 +106,22 @@ def project(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def _storeys(building: Building, look: Look, title: str) -> Figure:
-    frame, floors = frame_of(building), building.floors
+    frame, floors = page.frame_of(building), building.floors
     x = np.array([frame.x0, frame.x1, frame.x1, frame.x0])
     y = np.array([frame.y0, frame.y0, frame.y1, frame.y1])
     outline = project(x, y, np.zeros(4))  # from the south-west corner to the north-west
     lift = _lift(outline)
     size = np.ptp(outline, axis=0) + (floors - 1) * lift
     inches = size * min(_ROOM / size) + _MARGIN
-    figure = sheet(title, max(inches[0], _NARROWEST), inches[1])
+    figure = page.sheet(title, max(inches[0], _NARROWEST), inches[1])
     axes = _bare(figure.add_subplot())
     origin = np.array((frame.x0, frame.y1))
     for floor in range(floors):  # clear of the stairs' lines, which pass between two
         shift = floor * lift
         paint_boxes(axes, building.kind[floor], look, origin, shift, zorder=2 * floor)
-        name = floor_title(building, floor).replace(": ", "\n")
+        name = page.floor_title(building, floor).replace(": ", "\n")
         west = outline[3] + shift
-        fits = text_size(max(name.split("\n"), key=len), 0.7 * _MARGIN[0], 11)
+        fits = page.text_size(max(name.split("\n"), key=len), 0.7 * _MARGIN[0], 11)
         axes.annotate(name, (west[0], west[1]), (-12, 0), fontsize=fits, **_STOREY)
     for floor in range(floors - 1):
         _link_stairs(axes, building, floor, lift)
@@ -165,16 +154,16 @@ def _lift(outline: np.ndarray) -> np.ndarray:
 
 def _compass(axes: Axes, frame: Bbox) -> None:
     """Draw, beside the lowest storey, an arrow to the north and a scale."""
-    reach = step_of(frame)
+    reach = page.step_of(frame)
     x, y = np.array(frame.min) - 0.2 * reach
     start, north, east = project(
         np.array([x, x, x + reach]), np.array([y, y + reach, y]), np.zeros(3)
     )
     for tip in (north, east):
-        look = {"arrowstyle": "-|>", "color": FAINT, "shrinkA": 0, "shrinkB": 0}
+        look = {"arrowstyle": "-|>", "color": page.FAINT, "shrinkA": 0, "shrinkB": 0}
         axes.annotate("", tip, start, arrowprops=look)
     u, v = (start + east) / 2
-    small: Style = {"fontsize": 8, "color": FAINT}
+    small: Style = {"fontsize": 8, "color": page.FAINT}
     axes.text(north[0], north[1], "north ", ha="right", va="center", **small)
     axes.text(u, v, f"\n{reach} m", va="top", **small)
 
@@ -309,9 +298,9 @@ def _pieces(building: Building) -> list[Piece]:
 
 def _piece(building: Building, centre: Landmark) -> Piece:
     """The window around a landmark, moved to stay on the page of its floor."""
-    page = building.kind[centre.floor]
-    size = np.minimum(WINDOW, page.shape)
-    first = np.clip(centre.cells[0] - size // 2, 0, page.shape - size)
+    cells = building.kind[centre.floor]
+    size = np.minimum(WINDOW, cells.shape)
+    first = np.clip(centre.cells[0] - size // 2, 0, cells.shape - size)
     (top, left), (bottom, right) = first, first + size
     marks = {
         mark.kind: mark.cells.mean(axis=0) + 0.5 - first
@@ -319,8 +308,8 @@ def _piece(building: Building, centre: Landmark) -> Piece:
         if mark.floor == centre.floor
         and ((mark.cells >= first) & (mark.cells < first + size)).all()
     }
-    title = floor_title(building, centre.floor)
-    return Piece(title, page[top:bottom, left:right], marks)
+    title = page.floor_title(building, centre.floor)
+    return Piece(title, cells[top:bottom, left:right], marks)
 
 
 def _write_names(axes: Axes, piece: Piece) -> None:
@@ -329,7 +318,7 @@ def _write_names(axes: Axes, piece: Piece) -> None:
     x, y = np.array([0, cols, cols, 0]), np.array([0, 0, -rows, -rows])
     corners = project(x, y, np.zeros(4))
     (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
-    fits = text_size(piece.title, 0.8 * _PIECE[0], 11)
+    fits = page.text_size(piece.title, 0.8 * _PIECE[0], 11)
     look: Style = {"fontsize": fits, "ha": "center"}
     axes.text((left + right) / 2, low - 0.8, piece.title, va="top", **look)
     tips = {
@@ -338,8 +327,8 @@ def _write_names(axes: Axes, piece: Piece) -> None:
     }
     order = sorted(tips, key=lambda kind: float(tips[kind][0]))
     places = np.linspace(left, right, 2 * len(order) + 1)[1::2]
-    line = {"arrowstyle": "-", "color": FAINT, "shrinkB": 0}
+    line = {"arrowstyle": "-", "color": page.FAINT, "shrinkB": 0}
     look |= {"fontsize": 11, "arrowprops": line, "fontweight": "bold"}
     for place, kind in zip(places, order, strict=True):
-        (u, v), name = tips[kind], MEANINGS[kind]
+        (u, v), name = tips[kind], page.MEANINGS[kind]
         axes.annotate(name, (u, v), (place, high + _ABOVE), color=COLOURS[kind], **look)

@@ -35,23 +35,9 @@ from reference.game.observations import (
 )
 from reference.paper import Scenario
 from reference.workshop.decoding import Scene, decode, decode_fire
+from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import DROP, FLAME, INK, SOURCE, STEPS
-from reference.workshop.drawing.page import (
-    COLOURS,
-    FAINT,
-    Style,
-    arrange,
-    floor_panels,
-    foot,
-    frame_of,
-    number,
-    paint_floor,
-    samples,
-    sheet,
-    swatches,
-    text_size,
-    write_labels,
-)
+from reference.workshop.drawing.page import COLOURS, Style
 from reference.world import World
 
 
@@ -109,8 +95,8 @@ _EDGES = 1.6  # inches for title, headings and legend
 def _page(senses: Senses) -> Figure:
     """Lay out grids at the left, floors with points and a table at the right."""
     building, lines = senses.building, table(senses)
-    floors, size = building.floors, frame_of(building).size
-    columns, scale = arrange(floors, size, _ROOM, _SPARE)
+    floors, size = building.floors, page.frame_of(building).size
+    columns, scale = page.arrange(floors, size, _ROOM, _SPARE)
     high, wide = senses.cells.shape[1:]
     side = min(_LARGEST, _GRIDS / floors) / max(wide, high)
     left = max(floors * (side * wide + 0.15), 2.6) + _APART
@@ -118,16 +104,16 @@ def _page(senses: Senses) -> Figure:
     panels = ceil(floors / columns) * (size[1] * scale + _SPARE[1])
     written = (len(lines) + 2) * _LINE
     tall = max(len(GRID_KINDS) * (side * high + _APART), panels + written)
-    figure = sheet(senses.title, left + right, tall + _EDGES)
+    figure = page.sheet(senses.title, left + right, tall + _EDGES)
     grids, rest = figure.subfigures(1, 2, False, width_ratios=(left, right)).flat
     shares = (tall - written, written)
     points, words = rest.subfigures(2, 1, False, height_ratios=shares).flat
     _draw_grid(grids, senses)
-    axes = floor_panels(points, building, range(floors), columns, scale)
+    axes = page.floor_panels(points, building, range(floors), columns, scale)
     _write_table(words, lines)
     count = f"{len(senses.vector)} numbers; its points, marked where there is room"
     points.suptitle(f"the vector: {count}", fontsize=10)
-    foot(figure, _legend(senses))
+    page.foot(figure, _legend(senses))
     for floor in range(floors):
         _draw_points(axes[floor], senses, floor)
     return figure
@@ -136,14 +122,14 @@ def _page(senses: Senses) -> Figure:
 # -- The grid -----------------------------------------------------------------------
 
 
-def _draw_grid(page: SubFigure, senses: Senses) -> None:
+def _draw_grid(area: SubFigure, senses: Senses) -> None:
     """Draw each channel as an image, row 0 and column 0 at the upper left."""
     building = senses.building
     shape = " x ".join(map(str, senses.cells.shape))
-    page.suptitle(f"the grid: {shape} numbers, 0 or 1", fontsize=10)
-    page.supxlabel("column", fontsize=8, color=FAINT)
-    page.supylabel("row", fontsize=8, color=FAINT)
-    panels = page.subplots(
+    area.suptitle(f"the grid: {shape} numbers, 0 or 1", fontsize=10)
+    area.supxlabel("column", fontsize=8, color=page.FAINT)
+    area.supylabel("row", fontsize=8, color=page.FAINT)
+    panels = area.subplots(
         len(GRID_KINDS), building.floors, sharex=True, sharey=True, squeeze=False
     )
     for channel, axes in enumerate(panels.flat):
@@ -211,13 +197,13 @@ def dots(senses: Senses, floor: int) -> list[Dot]:
 
 def _draw_points(axes: Axes, senses: Senses, floor: int) -> None:
     """Draw a floor in faint colours, its points, and marks where they fit."""
-    paint_floor(axes, senses.building, floor, 0.75)
+    page.paint_floor(axes, senses.building, floor, 0.75)
     here = dots(senses, floor)
     for dot in here:
         axes.plot(dot.x, dot.y, ls="", clip_on=False, **_LOOKS[dot.look])
     places, marks = [(dot.x, dot.y) for dot in here], [dot.mark for dot in here]
     small: Style = {"fontsize": 6, "path_effects": (), "arrowprops": None}
-    write_labels(axes, places, marks, (2.8, 5.5), crowded=True, **small)
+    page.write_labels(axes, places, marks, (2.8, 5.5), crowded=True, **small)
 
 
 # -- The table ----------------------------------------------------------------------
@@ -246,7 +232,7 @@ def table(senses: Senses) -> list[Row]:
             row = numbers, _span(mine[0], mine[-1]), f"{what}{unit}", _places(values)
         else:
             more = ", …" if len(slots) > 1 else ""
-            now = ", ".join(number(value, 3) for value in values.ravel())
+            now = ", ".join(page.number(value, 3) for value in values.ravel())
             row = numbers, "", f"{first.what}{more}{unit}", now
         rows.append(Row(*row))
     return rows
@@ -263,24 +249,24 @@ def _span(first: str, last: str) -> str:
 
 def _places(points: np.ndarray) -> str:
     """Write the first two of (k, 3) points, and how many are gone."""
-    words = [f"({', '.join(number(v, 3) for v in point)})" for point in points[:2]]
+    words = [f"({', '.join(page.number(v, 3) for v in point)})" for point in points[:2]]
     words += ["…"] * (len(points) > 2)
     gone = int((points[:, 2] < 0).sum())
     return " ".join(words) + f", {gone} not there" * bool(gone)
 
 
-def _write_table(page: SubFigure, lines: Sequence[Row]) -> None:
+def _write_table(area: SubFigure, lines: Sequence[Row]) -> None:
     """Write four columns, each as wide as its longest line."""
-    axes = page.add_subplot()
+    axes = area.add_subplot()
     axes.set_axis_off()
     columns = list(zip(*lines, strict=True))
     widths = np.array([max(map(len, column)) + 3 for column in columns])
-    size = text_size(" " * widths.sum(), _TABLE, 8)
+    size = page.text_size(" " * widths.sum(), _TABLE, 8)
     look: Style = {"fontsize": size, "linespacing": 1.6}
     heads = ("numbers", "marks", "what they say", "now")
     starts = (np.cumsum(widths) - widths) / widths.sum()
     for x, head, column in zip(starts, heads, columns, strict=True):
-        axes.text(x, 1, head, va="bottom", color=FAINT, **look)
+        axes.text(x, 1, head, va="bottom", color=page.FAINT, **look)
         axes.text(x, 1, "\n".join(column), va="top", **look)
 
 
@@ -289,5 +275,5 @@ def _legend(senses: Senses) -> list[Artist]:
     shown = {dot.look for f in range(senses.building.floors) for dot in dots(senses, f)}
     marks = {name: {"ls": "", **_LOOKS[name]} for name in _LOOKS if name in shown}
     ways = {_way_out(senses.building, f) for f in range(senses.building.floors)}
-    flames = swatches([Kind.WALL], **{"in flames": FLAME})
-    return [*samples(marks), *flames, *swatches(sorted(ways, reverse=True))]
+    flames = page.swatches([Kind.WALL], **{"in flames": FLAME})
+    return [*page.samples(marks), *flames, *page.swatches(sorted(ways, reverse=True))]
