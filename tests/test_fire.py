@@ -28,9 +28,8 @@ from reference.paper import (
 )
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
-from reference.workshop.strategies import FIRES, fire_named
-from reference.workshop.strategies.fires import GreedyFire, Replay
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.strategies import FIRES
+from reference.workshop.strategies.fires import GreedyFire
 from reference.world import Flames, Source
 
 COORDINATES = st.floats(-1e6, 1e6)
@@ -484,30 +483,3 @@ def test_a_greedy_fire_strikes_on_the_way_of_people():
     play(sim, 1)
     decision = GreedyFire().decide(sim.world, np.random.default_rng(0))
     assert sim.building.cell(*decision[1:]) in {(5, 4), (5, 5), (5, 6)}
-
-
-@pytest.mark.paper("D2")
-@pytest.mark.parametrize("name", ["random", "greedy"])
-def test_a_replay_lights_the_same_sources_again(name):
-    """At the same places and times, and so the whole run is the same."""
-    building, scenario = shipped("paper"), Scenario(people=12, time_limit=50)
-    first = Simulation(building, scenario, Sweep(), fire_named(name), seed=6)
-    first.run()
-    again = Replay(reversed(first.world.flames.sources))
-    second = Simulation(building, scenario, Sweep(), again, seed=6)
-    second.run()
-    assert len(first.world.flames.sources) == 3
-    assert second.events == first.events
-
-
-@pytest.mark.paper("D6")
-def test_a_replayed_source_appears_elsewhere_where_somebody_stands():
-    """As rule D6 has it for any fire; afterwards none is left."""
-    sim = stage("#######\n#p....E\n#######", sources=2)
-    source = Source(0, *sim.building.metres(1, 1), 0.0)
-    replay = Replay([source])
-    decision = replay.decide(sim.world, sim.rng["fire"])
-    lit = sim.generator.generate(sim.world, decision, sim.rng["fire"])
-    assert decision == source[:3] != lit[:3]
-    sim.world.flames.sources.append(lit)
-    assert replay.decide(sim.world, sim.rng["fire"]) is None

@@ -99,8 +99,10 @@ class FireOptions:
             (L, self._around(heads)),
             (L + shared.GROUPS, self._around(now.robot_place)),
         ):
-            part = slice(start, start + len(candidates))
-            place[part], there[part] = _first_free(candidates, free)
+            part, k = slice(start, start + len(candidates)), np.arange(len(candidates))
+            first = free[candidates].argmax(axis=1)
+            place[part] = candidates[k, first]
+            there[part] = free[place[part]]
         return place, there
 
     def _around(self, places: np.ndarray) -> np.ndarray:
@@ -129,15 +131,6 @@ class FireOptions:
         metres = self.navigation.centres[place]
         axes = to_normalised(self.building, metres).clip(-1, 1)
         return np.column_stack([floor, axes]).astype(np.float32)
-
-
-def _first_free(
-    candidates: np.ndarray, free: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """(k,) the first free place in each row, (k,) whether there is one."""
-    good = free[candidates]
-    first, rows = good.argmax(axis=1), np.arange(len(good))
-    return candidates[rows, first], good[rows, first]
 
 
 class FireView:
@@ -172,8 +165,8 @@ class FireView:
         """Which ways out no flames are beside."""
         building, marks = self.now.building, self.now.building.landmarks
         beside = self.now.flames_around(FLAMES_BESIDE)
-        cells = landmark_places(building)
-        is_open = np.array([not beside[places].any() for places in cells])
+        places_of = shared.landmark_places(building)
+        is_open = np.array([not beside[places].any() for places in places_of])
         of_floor = [is_open[building.ways_out(f)] for f in range(building.floors)]
         self.open = np.array([m.mean() if len(m) else 0.0 for m in of_floor])
         self.leads_out, self.here_open = np.zeros((2, len(self.place)))
@@ -198,27 +191,15 @@ class FireView:
 
 
 @lru_cache(maxsize=8)
-def landmark_places(building: Building) -> list[np.ndarray]:
-    """Places of each landmark."""
-    nav = navigation_of(building)
-    return [nav.places_of(mark.floor, mark.cells) for mark in building.landmarks]
-
-
-@lru_cache(maxsize=8)
-def stairs_down(building: Building) -> tuple[list[int], dict[int, int]]:
-    """Of each stairwell its foot, the place where people come out of it.
-
-    And of each place of an entrance that leads down, the foot of its stairwell.
-    """
-    places, marks = landmark_places(building), building.landmarks
-    feet: list[int] = []
-    landing: dict[int, int] = {}
-    for well in building.stairwells:
-        feet.append(int(places[well.entrances[well.lowest][0]][0]))
-        for m in (m for entrances in well.entrances.values() for m in entrances):
-            if marks[m].leads_out:
-                landing |= dict.fromkeys(places[m].tolist(), feet[-1])
-    return feet, landing
+def feet_below(building: Building) -> dict[int, int]:
+    """Of each place of an entrance that leads down, the foot of its stairwell."""
+    places, feet = shared.landmark_places(building), shared.stairwell_feet(building)
+    return {
+        p: int(feet[well])
+        for m, well in building.stairwell_of.items()
+        if building.landmarks[m].leads_out
+        for p in places[m].tolist()
+    }
 
 
 class Traffic:
@@ -234,8 +215,9 @@ class Traffic:
         self.cross, self.come, self.ahead = np.zeros((3, self.nav.places))
         self.out = np.full(self.nav.places, shared.FAR)
         coming: list[list[int]] = [[] for _ in range(self.nav.floors)]
-        feet, landing = stairs_down(now.building)
-        self._arrive([feet[k] for k in now.on_stairs.tolist()], coming)
+        landing = feet_below(now.building)
+        feet = shared.stairwell_feet(now.building)[now.on_stairs]
+        self._arrive(feet.tolist(), coming)
         for floor in reversed(range(self.nav.floors)):
             d, after = self._ways(floor)
             own = now.people_on(floor)[1].tolist()

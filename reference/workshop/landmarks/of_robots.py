@@ -215,8 +215,8 @@ def _offers(
 ) -> Iterator[tuple[RobotOption, Destination, int]]:
     """What, where, and the stairwell it belongs to or -1.
 
-    Of each room the cell nearest to its centre; into the stairs where they lead down,
-    before them where they end.
+    Of each room the cell nearest to its centre. Where stairs lead down, the point of
+    the main body nearest to them: Eq. 1 leads inside [C6]; where they end, before them.
     """
     nav = navigation_of(building)
     for room in building.rooms(floor):
@@ -225,20 +225,15 @@ def _offers(
         yield RobotOption.ROOM, (x, y), -1
     for shaft, well in enumerate(building.stairwells):
         if well.leads_down(floor):
-            yield RobotOption.STAIRWELL, _into_stairwell(building, shaft), shaft
+            low, high = np.reshape(building.body, (2, 2))
+            x, y = np.clip(well.centre, low, high).tolist()
+            yield RobotOption.STAIRWELL, (x, y), shaft
         elif floor in well.areas:
             before = before_stairwell(building, floor, shaft)
             yield RobotOption.LANDING, before, shaft
     for mark in building.landmarks:
         if mark.kind is Kind.EXIT and mark.floor == floor:
             yield RobotOption.EXIT, _at_exit(building, mark), -1
-
-
-def _into_stairwell(building: Building, shaft: int) -> Destination:
-    """The point of the main body nearest to a stairwell: Eq. 1 leads inside [C6]."""
-    x, y = building.stairwells[shaft].centre
-    left, bottom, right, top = building.body
-    return min(max(x, left), right), min(max(y, bottom), top)
 
 
 def _at_exit(building: Building, exit_: Landmark) -> Destination:

@@ -82,7 +82,7 @@ class Snapshot:
         self.at, self.floor, self.place = _on_the_map(nav, scene.humans)
         self.robots, self.robot_floor, self.robot_place = _on_the_map(nav, scene.robots)
         self.walking = building.kind.ravel()[self.place] != Kind.STAIRS
-        self.on_stairs = shafts(building)[self.place[~self.walking]]
+        self.on_stairs = stairwell_at(building)[self.place[~self.walking]]
         self.burning = burning(cells, building)
         self.cost = walking_cost(self.burning, cells_beside(building, self.burning))
         self.flames = np.asarray(self.burning.any(axis=(1, 2)))
@@ -167,16 +167,30 @@ def groups(near: np.ndarray, count: np.ndarray) -> list[int]:
     return heads
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=8)
+def landmark_places(building: Building) -> list[np.ndarray]:
+    """Places of each landmark."""
+    nav = navigation_of(building)
+    return [nav.places_of(mark.floor, mark.cells) for mark in building.landmarks]
+
+
 def ways_out(building: Building, floor: int) -> np.ndarray:
     """Places of all ways out of a floor."""
-    cells = [building.landmarks[m].cells for m in building.ways_out(floor)]
-    everything = np.concatenate([np.zeros((0, 2), dtype=int), *cells])
-    return navigation_of(building).places_of(floor, everything)
+    places = landmark_places(building)
+    ways = [places[m] for m in building.ways_out(floor)]
+    return np.concatenate([np.zeros(0, dtype=int), *ways])
 
 
 @lru_cache(maxsize=8)
-def shafts(building: Building) -> np.ndarray:
+def stairwell_feet(building: Building) -> np.ndarray:
+    """(stairwells,) the place where people come out of each."""
+    entrances = [well.entrances[well.lowest][0] for well in building.stairwells]
+    places = landmark_places(building)
+    return np.array([places[m][0] for m in entrances], dtype=int)
+
+
+@lru_cache(maxsize=8)
+def stairwell_at(building: Building) -> np.ndarray:
     """(places,) index of the stairwell around a place, -1 outside."""
     shaft = np.full(building.kind.shape, -1)
     for k, well in enumerate(building.stairwells):

@@ -5,14 +5,12 @@ Clauses: D2, D6.
     p   place
 """
 
-from collections.abc import Iterable
-
 import numpy as np
 
 from reference.fire import Decision, decision_at, free_places
 from reference.navigation import navigation_of
 from reference.strategies import RandomFire
-from reference.world import Source, World
+from reference.world import World
 
 
 class GreedyFire:
@@ -37,15 +35,3 @@ class GreedyFire:
             chain = nav.walk(p, mark) if mark >= 0 else nav.straight(p, int(goal[0]))
             np.add.at(traffic, list(set(chain)), 1)
         return traffic
-
-
-class Replay:
-    """Lights the sources of an earlier run again: the same fires for others."""
-
-    def __init__(self, sources: Iterable[Source]):
-        self.sources = sorted(sources, key=lambda source: source.time)
-
-    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
-        """Choose the next source once its time has come; rule D6 holds."""
-        left = self.sources[len(world.flames.sources) :]
-        return left[0][:3] if left and left[0].time <= world.time else None

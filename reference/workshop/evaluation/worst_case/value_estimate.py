@@ -22,6 +22,7 @@ from reference.paper import (
     STAIRS_SECONDS,
     WALKING_SPEED,
 )
+from reference.workshop.landmarks.shared import landmark_places, stairwell_feet
 from reference.world import World
 
 SEARCH = 3.0
@@ -71,7 +72,7 @@ def losses_of_people(world: World, who: np.ndarray) -> Losses:
     losses = losses_of_places(building, world.flames.arrival <= world.time + SOON)
     place, well = bodies.place[who], bodies.stairwell[who]
     down = np.flatnonzero(well >= 0)
-    place[down] = _feet(building)[well[down]]
+    place[down] = stairwell_feet(building)[well[down]]
     mine = Losses(*(field[place] for field in losses))
     lowest = np.array([well.lowest for well in building.stairwells], dtype=int)
     waits = (bodies.stairs_until[who[down]] - world.time).clip(0)
@@ -95,7 +96,7 @@ def losses_of_places(building: Building, burning: np.ndarray) -> Losses:
             last, storeys = first, 0
             if mark not in building.exits:
                 well = building.stairwell_of[mark]
-                foot = _feet(building)[well]
+                foot = stairwell_feet(building)[well]
                 storeys = floor - building.stairwells[well].lowest
                 last = first + (STOREY_LOSS * storeys + losses.outside[foot])
                 storeys += int(losses.storeys[foot])
@@ -121,18 +122,5 @@ def _on_foot(building: Building, floor: int, burning: bytes) -> tuple[np.ndarray
     nav = navigation_of(building)
     part = slice(floor * nav.floor_size, (floor + 1) * nav.floor_size)
     cost = per_second / WALKING_SPEED
-    ways = [_places_of(building, mark) for mark in building.ways_out(floor)]
-    return tuple(nav.distances(places, cost)[part] for places in ways)
-
-
-@lru_cache(maxsize=8)
-def _feet(building: Building) -> np.ndarray:
-    """(stairwells,) the place where people come out of each."""
-    entrances = [well.entrances[well.lowest][0] for well in building.stairwells]
-    return np.array([_places_of(building, m)[0] for m in entrances], dtype=int)
-
-
-def _places_of(building: Building, mark: int) -> np.ndarray:
-    """The places of a landmark's cells."""
-    landmark = building.landmarks[mark]
-    return navigation_of(building).places_of(landmark.floor, landmark.cells)
+    places, ways = landmark_places(building), building.ways_out(floor)
+    return tuple(nav.distances(places[mark], cost)[part] for mark in ways)
