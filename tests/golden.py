@@ -25,7 +25,7 @@ from reference.__main__ import main
 from reference.building import load
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.workshop.strategies import fire_named, robots_named
+from reference.workshop.strategies import SCRIPTS
 from reference.workshop.training import checkpoints
 
 HERE = Path(__file__).with_name("golden.json")
@@ -57,7 +57,11 @@ def evacuations() -> dict[str, str]:
         parts: list[object] = []
         for seed in BUILDINGS[name]:
             run = Simulation(
-                load(name), Scenario(), robots_named(robots), fire_named(fire), seed
+                load(name),
+                Scenario(),
+                SCRIPTS["robots"][robots](),
+                SCRIPTS["fire"][fire](),
+                seed,
             )
             parts.append(run.run())
             parts += [(type(e).__name__, *vars(e).values()) for e in run.events]

@@ -26,7 +26,7 @@ from reference.navigation import navigation_of
 from reference.paper import WALKING_SPEED, Scenario
 from reference.perception import Surroundings, look
 from reference.simulation import Simulation
-from reference.workshop.strategies import fire_named, robots_named
+from reference.workshop.strategies import FIRES, ROBOTS
 from reference.world import Mode, Source
 
 PEOPLE = "pqrstuvwxyz"
@@ -57,6 +57,16 @@ def stage(board, robots=None, fire="none", **scenario):
         return Simulation(
             built(board), scene, robots_named(robots or Idle()), fire_named(fire)
         )
+
+
+def robots_named(who):
+    """Robots by a name of ROBOTS, or the strategy itself."""
+    return ROBOTS[who]() if isinstance(who, str) else who
+
+
+def fire_named(who):
+    """A fire by a name of FIRES, or the strategy itself."""
+    return FIRES[who]() if isinstance(who, str) else who
 
 
 class Idle:

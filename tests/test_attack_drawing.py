@@ -8,22 +8,22 @@ from pages import overlaps, words
 from reference.paper import Scenario
 from reference.workshop.drawing import attack
 from reference.workshop.evaluation.contestants import Evacuation
-from reference.workshop.evaluation.gap import Answer, Cost, Question, harm
+from reference.workshop.evaluation.gap import Cost, Result, Trial, harm
 
 FIRES = ("random", "greedy", "critic:out/robots-0/checkpoint-000245.pt", "worst-case")
 COSTS = [Cost(n, 240.0 * n) for n in range(1, 9)]
 
 
-def answers(count=12, fires=FIRES, foreseen=-900.0):
+def results(count=12, fires=FIRES, foreseen=-900.0):
     """Moments at which each fire does more harm than the last."""
     rng = np.random.default_rng(0)
     evacuation = Evacuation("", Scenario(), "sweep", "random", 0)
-    question = Question(evacuation, fires, before=0, futures=4)
+    trial = Trial(evacuation, fires, before=0, futures=4)
 
     def one(level):
         harms = {fire: 500.0 * k for k, fire in enumerate(fires)}
         rewards = {f: tuple(level - h - rng.normal(0, 50, 4)) for f, h in harms.items()}
-        return Answer(question, rewards, (level,) * 4, level + foreseen)
+        return Result(trial, rewards, (level,) * 4, level + foreseen)
 
     return [one(level) for level in rng.uniform(-5000, 5000, count)]
 
@@ -31,7 +31,7 @@ def answers(count=12, fires=FIRES, foreseen=-900.0):
 @pytest.mark.paper("F4", "chosen")
 def test_each_fire_has_a_row_with_its_harm_and_interval():
     """Of the mean over moments, as `harm` tells it; a faint dot for each moment."""
-    found = answers()
+    found = results()
     left, _ = attack.figure(found, COSTS).axes
     bars = [line for line in left.lines if line.get_linewidth() == 3]
     assert len(bars) == len(FIRES)
@@ -46,18 +46,18 @@ def test_each_fire_has_a_row_with_its_harm_and_interval():
 @pytest.mark.paper("F4", "chosen")
 def test_what_looking_ahead_foresaw_stands_beside_what_came():
     """900 less was foreseen, 1500 less came; without `worst-case` there is neither."""
-    left, _ = attack.figure(answers(), COSTS).axes
+    left, _ = attack.figure(results(), COSTS).axes
     (mark,) = [line for line in left.lines if line.get_marker() == "D"]
     assert to_hex(mark.get_markeredgecolor()) == attack.FORESEEN
     assert mark.get_xdata()[0] == pytest.approx(900) and mark.get_ydata()[0] == 3
-    left, _ = attack.figure(answers(fires=FIRES[:2]), COSTS).axes
+    left, _ = attack.figure(results(fires=FIRES[:2]), COSTS).axes
     assert not [line for line in left.lines if line.get_marker() == "D"]
 
 
 @pytest.mark.paper("F4", "linear complexity")
 def test_the_line_through_the_costs_begins_at_nothing():
     """Eight evacuations of 240 s a decision."""
-    _, right = attack.figure(answers(), COSTS).axes
+    _, right = attack.figure(results(), COSTS).axes
     (line,) = [line for line in right.lines if line.get_linestyle() == "-"]
     assert line.get_xydata().tolist() == [[0, 0], [8, pytest.approx(8 * 240)]]
     assert right.get_title("left") == "looking ahead: 240 s for each decision"
@@ -68,17 +68,17 @@ def test_the_line_through_the_costs_begins_at_nothing():
 )
 def test_nothing_overlaps_and_nothing_is_clipped(fires, count):
     """However many fires and moments there are."""
-    assert overlaps(attack.figure(answers(count, fires), COSTS)) == []
+    assert overlaps(attack.figure(results(count, fires), COSTS)) == []
 
 
 def test_the_caption_says_what_stands_behind_it():
     """How many moments, futures, and which robots."""
-    text = [t.get_text() for t in words(attack.figure(answers(), COSTS))]
+    text = [t.get_text() for t in words(attack.figure(results(), COSTS))]
     (caption,) = [t for t in text if t.startswith("robots: sweep")]
     assert "12 moments" in caption and "4 fresh futures" in caption
 
 
-@pytest.mark.parametrize(("found", "costs"), [([], COSTS), (answers(1), [])])
+@pytest.mark.parametrize(("found", "costs"), [([], COSTS), (results(1), [])])
 def test_refuses_to_draw_nothing(found, costs):
     """It says what is needed."""
     with pytest.raises(ValueError, match="nothing to draw: re-score a moment"):

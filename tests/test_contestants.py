@@ -5,16 +5,11 @@ from trainings import TINY, begun, tiny
 
 from reference.paper import Scenario
 from reference.workshop.evaluation import contestants
-from reference.workshop.evaluation.contestants import (
-    NAMES,
-    SCRIPTS,
-    Evacuation,
-    contestant,
-)
+from reference.workshop.evaluation.contestants import NAMES, Evacuation, contestant
 from reference.workshop.evaluation.worst_case import BusiestWay, WorstCase
 from reference.workshop.evaluation.worst_case.critic import CriticFire
 from reference.workshop.evaluation.worst_case.perturbed import EPSILON, PerturbedRobots
-from reference.workshop.strategies import FIRES, ROBOTS
+from reference.workshop.strategies import SCRIPTS
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.training.checkpoints import CheckpointError, save
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
@@ -31,9 +26,9 @@ def path(tmp_path_factory):
 @pytest.mark.parametrize("side", ["robots", "fire"])
 def test_a_scripts_name_is_the_strategy_of_that_name(side):
     """A new one each time."""
-    known = {"robots": ROBOTS, "fire": FIRES}[side]
+    known = SCRIPTS[side]
     assert [type(contestant(name, side)) for name in known] == list(known.values())
-    assert SCRIPTS[side] == NAMES[side][: len(known)] == tuple(known)
+    assert NAMES[side][: len(known)] == tuple(known)
 
 
 @pytest.mark.paper("F4", "chosen")
@@ -77,7 +72,7 @@ def test_only_a_learned_policy_is_sampled(path):
 def test_a_strategy_remembers_nothing_of_the_evacuation_before(monkeypatch):
     """It begins each as it was made, though it is made once."""
     made = WorstCase()
-    monkeypatch.setattr(contestants, "_kept", lambda *_: made)
+    monkeypatch.setattr(contestants, "_loaded", lambda *_: made)
     evacuation = Evacuation(TINY, Scenario(people=2), "sweep", "worst-case", seed=0)
     for _ in range(2):
         fire = evacuation.simulation().fire_strategy

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from movies import built, mark, shipped, stage
+from movies import built, mark, robots_named, shipped, stage
 
 from reference.building import Kind, burn, intact
 from reference.evaluation.difficulty import (
@@ -26,7 +26,7 @@ from reference.floorplan.plan import OUTSIDE
 from reference.paper import FIRE_SOURCES, HEALTH, Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
-from reference.workshop.strategies import ROBOTS, robots_named
+from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import Sweep
 from reference.world import Source
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
-from movies import shipped
+from movies import fire_named, robots_named, shipped
 
 from reference.events import FireLit, FireRefused
 from reference.game import observations
@@ -18,7 +18,7 @@ from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop import pixels
 from reference.workshop.drawing import page
-from reference.workshop.strategies import ROBOTS, fire_named, robots_named
+from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import Patrol
 from reference.world import Fate, Instruction
 

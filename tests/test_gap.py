@@ -12,39 +12,39 @@ from reference.paper import Scenario
 from reference.workshop.evaluation.contestants import Evacuation, contestant
 from reference.workshop.evaluation.gap import (
     LATEST,
-    Answer,
     Cost,
-    Question,
-    answer,
+    Result,
+    Trial,
     cost,
     gap,
     harm,
     moment_of,
     optimism,
     placement_of,
-    questions,
+    rescore,
+    trials,
 )
 
 PLAN = plan_of(shipped("tiny"))
 SCENARIO = Scenario(people=8, time_limit=45.0, sources=2)
 
 
-def question(*fires, robots="sweep", before=1, futures=2):
+def trial(*fires, robots="sweep", before=1, futures=2):
     """About one moment in the tiny building."""
     evacuation = Evacuation(PLAN, SCENARIO, robots, "random", seed=3)
-    return Question(evacuation, fires, before, futures)
+    return Trial(evacuation, fires, before, futures)
 
 
 @pytest.fixture(scope="module")
 def found():
     """What became of one moment at which three fires were asked."""
-    return answer(question("none", "greedy", "worst-case"))
+    return rescore(trial("none", "greedy", "worst-case"))
 
 
 def made(unlit=(10.0, 20.0), foreseen=None, **rewards):
-    """An answer of which only the rewards matter."""
+    """A result of which only the rewards matter."""
     rewards = {word.replace("_", "-"): values for word, values in rewards.items()}
-    return Answer(question(*rewards), rewards, unlit, foreseen)
+    return Result(trial(*rewards), rewards, unlit, foreseen)
 
 
 # -- One moment ---------------------------------------------------------------------
@@ -53,7 +53,7 @@ def made(unlit=(10.0, 20.0), foreseen=None, **rewards):
 @pytest.mark.paper("F4", "chosen")
 def test_every_fire_is_asked_at_the_same_moment():
     """When it is its turn after one random fire: at 25 s; each breaks out then."""
-    now = moment_of(question("random"))
+    now = moment_of(trial("random"))
     assert now.world.time == pytest.approx(25)
     assert len(now.world.flames.sources) == 1
     assert placement_of(contestant("none", "fire"), now) is None
@@ -72,7 +72,7 @@ def test_a_fire_that_does_not_break_out_does_no_harm(found):
 @pytest.mark.paper("F4", "chosen")
 def test_the_same_placement_has_the_same_rewards(found):
     """Futures belong to the moment and not to who asks."""
-    assert answer(question("greedy")).rewards["greedy"] == found.rewards["greedy"]
+    assert rescore(trial("greedy")).rewards["greedy"] == found.rewards["greedy"]
 
 
 @pytest.mark.paper("F4", "chosen")
@@ -85,25 +85,25 @@ def test_futures_differ(found):
 def test_what_looking_ahead_foresaw_is_kept(found):
     """To be compared with what then came; other fires foresee nothing."""
     assert isinstance(found.foreseen, float)
-    assert answer(question("none", futures=1)).foreseen is None
+    assert rescore(trial("none", futures=1)).foreseen is None
 
 
 def test_an_evacuation_that_is_over_has_no_such_moment():
     """Three fires more than there are sources never break out."""
-    assert answer(question("greedy", before=5)) is None
+    assert rescore(trial("greedy", before=5)) is None
 
 
 def test_moments_take_turns_over_evacuations():
     """One of each, after 0, 1, 2, 3, 0, ... fires."""
-    found = list(questions(PLAN, Scenario(), "sweep", ["random"], range(6)))
+    found = list(trials(PLAN, Scenario(), "sweep", ["random"], range(6)))
     assert [q.before for q in found] == [0, 1, 2, 3, 0, 1] and LATEST == 4
     assert [q.evacuation.seed for q in found] == list(range(6))
 
 
-@pytest.mark.parametrize("job", [answer, cost])
+@pytest.mark.parametrize("job", [rescore, cost])
 def test_any_executor_can_do_it(job):
     """Jobs and results are plain data, and functions stand at the top of a module."""
-    work = question("none", robots="none", before=0, futures=1)
+    work = trial("none", robots="none", before=0, futures=1)
     if job is cost:
         work = replace(work.evacuation, fire="worst-case")
     assert pickle.loads(pickle.dumps((job, work))) == (job, work)
@@ -114,7 +114,7 @@ def test_any_executor_can_do_it(job):
 def test_refuses_a_fire_that_nobody_knows():
     """As the command line does."""
     with pytest.raises(ValueError, match="names nobody who plays the fire"):
-        answer(question("gredy", before=0))
+        rescore(trial("gredy", before=0))
 
 
 # -- Many moments -------------------------------------------------------------------
@@ -122,26 +122,26 @@ def test_refuses_a_fire_that_nobody_knows():
 
 def test_figures_are_means_over_futures_then_over_moments():
     """By hand: two moments of two futures."""
-    answers = [
+    results = [
         made(unlit=(10, 20), greedy=(1, 3), random=(10, 14)),
         made(unlit=(30, 30), greedy=(6, 8), random=(20, 20)),
     ]
-    assert gap(answers, "random", "greedy").mean == pytest.approx((10 + 13) / 2)
-    assert harm(answers, "greedy").mean == pytest.approx((13 + 23) / 2)
+    assert gap(results, "random", "greedy").mean == pytest.approx((10 + 13) / 2)
+    assert harm(results, "greedy").mean == pytest.approx((13 + 23) / 2)
 
 
 @pytest.mark.paper("F4", "chosen")
 def test_the_least_of_noisy_values_is_too_low():
     """Twenty placements of equal worth: who takes the least expects too little."""
     rng = np.random.default_rng(0)
-    answers = [
+    results = [
         made(
             worst_case=tuple(rng.normal(0, 100, 8)),
             foreseen=min(rng.normal(0, 100, 20)),
         )
         for _ in range(30)
     ]
-    assert optimism(answers).low > 100
+    assert optimism(results).low > 100
 
 
 def test_refuses_to_sum_up_nothing():

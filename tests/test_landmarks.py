@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from movies import shipped, stage
+from movies import fire_named, robots_named, shipped, stage
 
 from reference.building import Kind
 from reference.fire import Generator, Refused
@@ -21,7 +21,6 @@ from reference.workshop.landmarks.of_robots import (
     RobotOption,
     RobotOptions,
 )
-from reference.workshop.strategies import fire_named, robots_named
 from reference.workshop.strategies.robots import Sweep
 from reference.world import Instruction
 

@@ -4,7 +4,19 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from movies import Send, built, decide, drawn, follow, lead, mark, play, shipped, stage
+from movies import (
+    Send,
+    built,
+    decide,
+    drawn,
+    follow,
+    lead,
+    mark,
+    play,
+    robots_named,
+    shipped,
+    stage,
+)
 
 from reference.building import Kind
 from reference.events import Evacuated
@@ -12,7 +24,7 @@ from reference.paper import DECISION_SECONDS, NEAR_STAIRWELL, ROBOT_SPEED, Scena
 from reference.robots import actual_target, instruction_for
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire, RandomRobots
-from reference.workshop.strategies import ROBOTS, robots_named
+from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import Patrol, Sweep
 from reference.world import Instruction
 

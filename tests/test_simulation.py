@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from movies import drawn, lead, play, shipped, show, stage
+from movies import drawn, fire_named, lead, play, robots_named, shipped, show, stage
 
 from reference.building import Kind
 from reference.events import Died, DoorBurnt, Evacuated, LeftFloor
@@ -24,7 +24,6 @@ from reference.paper import (
     Scenario,
 )
 from reference.simulation import Simulation
-from reference.workshop.strategies import fire_named, robots_named
 from reference.world import Aim, Fate
 
 MATCHES = [("none", "none"), ("sweep", "random"), ("patrol", "greedy")]
@@ -445,19 +444,6 @@ def test_refuses_a_room_that_does_not_exist():
     """With its name and the building's."""
     with pytest.raises(ValueError, match="no room '1/attic' in 'Tiny office'"):
         run(rooms=("1/attic",))
-
-
-@pytest.mark.parametrize(
-    ("strategies", "message"),
-    [
-        ({"robots": "swep"}, "no robots are called 'swep'; there are none, random"),
-        ({"fire": "hot"}, "no fire is called 'hot'; there are none, random"),
-    ],
-)
-def test_refuses_a_strategy_that_does_not_exist(strategies, message):
-    """And names those that do."""
-    with pytest.raises(ValueError, match=message):
-        run(**strategies)
 
 
 # -- Triggers -----------------------------------------------------------------------

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from movies import shipped
+from movies import robots_named, shipped
 from trainings import begun, tiny
 
 from reference.game.observations import grid, robot_vectors
@@ -14,7 +14,6 @@ from reference.strategies import RandomFire
 from reference.workshop.decoding import decode
 from reference.workshop.evaluation.worst_case import placements
 from reference.workshop.evaluation.worst_case.critic import CriticFire, imagined
-from reference.workshop.strategies import robots_named
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.training.checkpoints import CheckpointError
 

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from movies import shipped, stage
+from movies import robots_named, shipped, stage
 
 from reference.building import Kind
 from reference.events import FireLit
@@ -17,7 +17,6 @@ from reference.strategies import RandomFire
 from reference.workshop.evaluation.worst_case import BusiestWay, WorstCase, placements
 from reference.workshop.evaluation.worst_case.look_ahead import FirstAt
 from reference.workshop.evaluation.worst_case.value_estimate import value_estimate
-from reference.workshop.strategies import robots_named
 
 SHORT = (3, 4.0)
 """Three placements, four seconds: enough for a test."""

@@ -132,12 +132,10 @@ def _bare_speed(simulation: Simulation, seconds: float) -> float:
 
 
 def _learner(side: Side, building: Building, seed: int) -> Learner:
-    """A new one of the paper's."""
-    settings, marks = (
-        preset("paper"),
-        landmarks_for(side, getattr(preset("paper"), side)),
-    )
-    trainer, plan = getattr(settings, side), to_text(building.plan)
+    """Make a new learner with the paper's settings."""
+    settings, plan = preset("paper"), to_text(building.plan)
+    trainer = getattr(settings, side)
+    marks = landmarks_for(side, trainer)
     return learner_for(side, plan, settings.scenario, trainer, seed, marks)
 
 

@@ -37,7 +37,8 @@ def picture(world: World) -> np.ndarray:
     cols = building.kind.shape[2]
     for floor, row, col in np.argwhere(world.flames.burning).tolist():
         top, left = GAP + row, GAP + floor * (cols + GAP) + col
-        _cells(pixels, top, left)[:] = FLAMES
+        cell = pixels[top * SIDE :, left * SIDE :]
+        cell[:SIDE, :SIDE] = FLAMES
     for source in world.flames.sources:
         at = building, source.x, source.y, source.floor
         _stamp(pixels, *at, (RIM, WHITE), (RING, SOURCE))
@@ -59,11 +60,6 @@ def _empty(building: Building) -> np.ndarray:
     around = np.pad(building.kind, ((0, 0), (GAP, GAP), (0, GAP)))
     page = np.pad(np.concatenate(around, axis=1), ((0, 0), (GAP, 0)))
     return palette[page].repeat(SIDE, axis=0).repeat(SIDE, axis=1)
-
-
-def _cells(pixels: np.ndarray, row: int, col: int) -> np.ndarray:
-    """Pixels of one cell, (SIDE, SIDE, 3)."""
-    return pixels[row * SIDE : (row + 1) * SIDE, col * SIDE : (col + 1) * SIDE]
 
 
 def _stamp(

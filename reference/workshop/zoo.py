@@ -117,13 +117,8 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
             raise ValueError(f"no render_mode {self.render_mode!r}; there is rgb_array")
         return picture(self.environment.simulation.world)
 
-    def close(self) -> None:
-        """Nothing is open."""
 
-
-def parallel_env(*args: Any, **kwargs: Any) -> ZooEnvironment:
-    """What PettingZoo's modules call their parallel environment."""
-    return ZooEnvironment(*args, **kwargs)
+parallel_env = ZooEnvironment  # as PettingZoo's modules call it
 
 
 def env(*args: Any, **kwargs: Any) -> AECEnv:

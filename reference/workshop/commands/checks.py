@@ -75,12 +75,10 @@ def gap(arguments: Namespace) -> None:
     arena = begin(asked).arena
     first = arguments.seed or 0
     seeds = range(first, first + arguments.moments)
-    questions = gaps.questions(
-        arena.plan, arena.scenario, arguments.robots, fires, seeds
-    )
-    found = _done(gaps.answer, list(questions), arguments, "moment")
-    answers = [answer for answer in found if answer is not None]
-    facts = _facts(arguments, fires, answers)
+    trials = gaps.trials(arena.plan, arena.scenario, arguments.robots, fires, seeds)
+    found = _done(gaps.rescore, list(trials), arguments, "moment")
+    results = [result for result in found if result is not None]
+    facts = _facts(arguments, fires, results)
     if arguments.output:
         from reference.workshop import drawing
         from reference.workshop.drawing.attack import figure
@@ -96,24 +94,24 @@ def gap(arguments: Namespace) -> None:
             for n in range(1, arena.scenario.sources + 1)
         ]
         costs = _done(gaps.cost, attempts, arguments, "evacuation")
-        drawing.save(figure(answers, costs), arguments.output)
+        drawing.save(figure(results, costs), arguments.output)
     _tell(facts, arguments, "what one more fire costs, by who chose its place")
 
 
 def _facts(
-    arguments: Namespace, fires: Sequence[str], answers: Sequence[gaps.Answer]
+    arguments: Namespace, fires: Sequence[str], results: Sequence[gaps.Result]
 ) -> dict[str, Any]:
     """Harm of every chooser, and how each differs from the look-ahead."""
     return {
         "robots": arguments.robots,
-        "moments": len(answers),
-        **{f"harm of {fire}": gaps.harm(answers, fire) for fire in fires},
+        "moments": len(results),
+        **{f"harm of {fire}": gaps.harm(results, fire) for fire in fires},
         **{
-            f"{fire} leaves more than {WORST}": gaps.gap(answers, fire, WORST)
+            f"{fire} leaves more than {WORST}": gaps.gap(results, fire, WORST)
             for fire in fires
             if fire != WORST
         },
-        f"{WORST} leaves more than it foresaw": gaps.optimism(answers),
+        f"{WORST} leaves more than it foresaw": gaps.optimism(results),
     }
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from reference.paper import PEOPLE
-from reference.workshop.evaluation.contestants import NAMES, Side, refuse_nobody
+from reference.workshop.evaluation.contestants import NAMES, Side, refuse_unknown
 
 Table = dict[str, dict[str, Any]]
 """Names of options, such as "-o/--output", and what argparse is told of each."""
@@ -38,7 +38,7 @@ def player(side: Side, note: str, words: Sequence[str] = (), **more: Any) -> Tab
 
     def somebody(text: str) -> str:
         try:
-            refuse_nobody(text, side, known)
+            refuse_unknown(text, side, known)
         except ValueError as error:
             raise ArgumentTypeError(str(error)) from None
         return text

@@ -21,8 +21,8 @@ from reference.workshop.commands.common import (
     workforce,
     writable,
 )
-from reference.workshop.evaluation.contestants import SCRIPTS
 from reference.workshop.runs import ContradictionError, held
+from reference.workshop.strategies import SCRIPTS
 from reference.workshop.training.presets import PRESETS, Settings
 
 ROWS = rows_of(TrainerSettings) | rows_of(Settings)
@@ -133,7 +133,7 @@ TRAIN_OPTIONS: options.Table = {
         ROWS["schedule"].choices, "both sides learn together, or in turn"
     ),
     "--imitate": options.choice(
-        SCRIPTS["robots"][1:], "robots copy this strategy first"
+        [*SCRIPTS["robots"]][1:], "robots copy this strategy first"
     ),
     **options.WORKERS,
     "--out": options.path("DIR", "default: out/train", default=Path("out/train")),

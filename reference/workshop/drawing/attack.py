@@ -15,40 +15,40 @@ from reference.workshop.drawing.crossplay import names
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import FAINT, TEXT, foot, sheet, write_numbers
 from reference.workshop.evaluation.contestants import WORST
-from reference.workshop.evaluation.gap import Answer, Cost, harm, harms
+from reference.workshop.evaluation.gap import Cost, Result, harm, harms
 from reference.workshop.evaluation.intervals import of_mean
 
 FORESEEN = "#1b5e9e"
 
 
-def figure(answers: Sequence[Answer], costs: Sequence[Cost]) -> Figure:
+def figure(results: Sequence[Result], costs: Sequence[Cost]) -> Figure:
     """Draw what one more fire costs, by who chose its place; and looking ahead's cost.
 
-    The fires stand in the order of the first question. Raises ValueError where there
+    The fires stand in the order of the first trial. Raises ValueError where there
     is nothing to draw.
     """
-    if not answers or not costs:
+    if not results or not costs:
         raise ValueError("nothing to draw: re-score a moment, and measure a cost first")
-    question = answers[0].question
+    trial = results[0].trial
     title = "The worst case: where a fire does most harm, and what finding it takes"
-    page = sheet(title, 11, max(2.0, 0.5 * len(question.fires)) + 2)
+    page = sheet(title, 11, max(2.0, 0.5 * len(trial.fires)) + 2)
     left, right = page.subplots(1, 2, width_ratios=(0.56, 0.44))
-    _draw_harms(left, answers, question.fires)
+    _draw_harms(left, results, trial.fires)
     _draw_costs(right, costs)
-    foot(page, caption=_caption(answers))
+    foot(page, caption=_caption(results))
     return page
 
 
-def _draw_harms(axes: Axes, answers: Sequence[Answer], fires: Sequence[str]) -> None:
+def _draw_harms(axes: Axes, results: Sequence[Result], fires: Sequence[str]) -> None:
     """Draw a row for each fire: a dot a moment, and the mean with its interval."""
     for row, fire in enumerate(fires):
-        each = harms(answers, fire)
+        each = harms(results, fire)
         spread = row + np.linspace(-0.22, 0.22, len(each))[np.argsort(np.argsort(each))]
-        mean, low, high = harm(answers, fire)
+        mean, low, high = harm(results, fire)
         bar = axes.plot([low, mean, high], [row] * 3, "-o", color=EMBER, lw=3, ms=8)
         bar[0].set(markevery=[1], zorder=3, label="mean and 95 % interval")
         axes.plot(each, spread, ".", ms=4, c=FAINT, alpha=0.5, label="one moment")
-        if fire == WORST and (foreseen := _foreseen(answers)):
+        if fire == WORST and (foreseen := _foreseen(results)):
             mark = axes.plot(of_mean(foreseen).mean, row, "D", color=FORESEEN, ms=8)
             mark[0].set(mfc="none", mew=1.6, label=f"what {WORST} foresaw itself")
     axes.axvline(0, color=FAINT, lw=0.8, ls=(0, (3, 2)), zorder=0.5)
@@ -61,10 +61,10 @@ def _draw_harms(axes: Axes, answers: Sequence[Answer], fires: Sequence[str]) -> 
     axes.set_xlabel("reward lost, health points")
 
 
-def _foreseen(answers: Sequence[Answer]) -> list[float]:
+def _foreseen(results: Sequence[Result]) -> list[float]:
     """Harm that looking ahead expected of its own choice, at each moment."""
     return [
-        float(np.mean(a.unlit)) - a.foreseen for a in answers if a.foreseen is not None
+        float(np.mean(a.unlit)) - a.foreseen for a in results if a.foreseen is not None
     ]
 
 
@@ -85,11 +85,11 @@ def _draw_costs(axes: Axes, costs: Sequence[Cost]) -> None:
     axes.set(xlabel="decisions of the fire", ylabel="simulated seconds")
 
 
-def _caption(answers: Sequence[Answer]) -> str:
+def _caption(results: Sequence[Result]) -> str:
     """Say how many moments and futures stand behind the dots."""
-    question = answers[0].question
+    trial = results[0].trial
     return (
-        f"robots: {' '.join(names([question.evacuation.robots])[0].splitlines())}; "
-        f"{len(answers)} moments after 0 or more random fires, each re-scored in "
-        f"{question.futures} fresh futures with the same rule for the fires after it"
+        f"robots: {' '.join(names([trial.evacuation.robots])[0].splitlines())}; "
+        f"{len(results)} moments after 0 or more random fires, each re-scored in "
+        f"{trial.futures} fresh futures with the same rule for the fires after it"
     )

@@ -15,10 +15,7 @@ from reference.learning.settings import Side, did_you_mean
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.evaluation.worst_case import BusiestWay, WorstCase
-from reference.workshop.strategies import FIRES, ROBOTS
-
-SCRIPTS: dict[Side, tuple[str, ...]] = {"robots": (*ROBOTS,), "fire": (*FIRES,)}
-"""Hand-written strategies."""
+from reference.workshop.strategies import SCRIPTS
 
 WORST, BUSIEST, CRITIC, PERTURBED = "worst-case", "busiest", "critic:", "perturbed:"
 
@@ -29,11 +26,7 @@ NAMES: dict[Side, tuple[str, ...]] = {
 """All words there are, for people: FILE is a checkpoint or the folder of a training,
 EPS are metres."""
 
-
-STRATEGIES: dict[Side, dict[str, Callable[[], Any]]] = {
-    "robots": {**ROBOTS},
-    "fire": {**FIRES, BUSIEST: BusiestWay, WORST: WorstCase},
-}
+SEARCHING: dict[str, Callable[[], Any]] = {BUSIEST: BusiestWay, WORST: WorstCase}
 
 
 @dataclass(frozen=True)
@@ -56,16 +49,10 @@ class Evacuation:
         return Simulation(
             building_of(self.plan),
             self.scenario,
-            deepcopy(_kept(self.robots, "robots", self.sample)),
-            deepcopy(_kept(self.fire, "fire", self.sample)),
+            deepcopy(_loaded(self.robots, "robots", self.sample)),
+            deepcopy(_loaded(self.fire, "fire", self.sample)),
             self.seed,
         )
-
-
-@lru_cache(maxsize=32)
-def _kept(word: str, side: Side, sample: bool) -> Any:
-    """A contestant that has not played yet: networks are read once."""
-    return contestant(word, side, sample)
 
 
 def contestant(text: str, side: Side, sample: bool = False) -> Any:
@@ -81,9 +68,11 @@ def contestant(text: str, side: Side, sample: bool = False) -> Any:
     for a checkpoint that does not have what is asked of it; OSError for a file that
     cannot be read.
     """
-    refuse_nobody(text, side, NAMES[side])
-    if text in STRATEGIES[side]:
-        return STRATEGIES[side][text]()
+    refuse_unknown(text, side, NAMES[side])
+    if text in SCRIPTS[side]:
+        return SCRIPTS[side][text]()
+    if side == "fire" and text in SEARCHING:
+        return SEARCHING[text]()
     if side == "fire" and text.startswith(CRITIC):
         from reference.workshop.evaluation.worst_case.critic import CriticFire
 
@@ -99,7 +88,10 @@ def contestant(text: str, side: Side, sample: bool = False) -> Any:
     return named_or_file(text, side, sample)
 
 
-def refuse_nobody(text: str, side: Side, words: Sequence[str]) -> None:
+_loaded = lru_cache(maxsize=32)(contestant)  # not played yet: networks are read once
+
+
+def refuse_unknown(text: str, side: Side, words: Sequence[str]) -> None:
     """Raises ValueError for a word that means nothing; files are not opened yet.
 
     words: those of NAMES that may be used.

@@ -34,12 +34,12 @@ LATEST = 4
 
 
 @dataclass(frozen=True)
-class Question:
-    """Which fires are asked at which moment of an evacuation.
+class Trial:
+    """Which fires choose a place at which moment of an evacuation.
 
     evacuation  in which the moment is, with random fires till then
     fires       words that `contestant` knows
-    before      fires that have broken out when it is the turn of these
+    before      sources that have broken out by then
     futures     K
     """
 
@@ -50,7 +50,7 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Result:
     """The rewards that each fire's placement leaves.
 
     rewards   by fire, K: from the moment on
@@ -58,47 +58,47 @@ class Answer:
     foreseen  what `worst-case` expected of its placement, None if it was not asked
     """
 
-    question: Question
+    trial: Trial
     rewards: dict[str, tuple[float, ...]]
     unlit: tuple[float, ...]
     foreseen: float | None
 
 
-def questions(
+def trials(
     plan: str,
     scenario: Scenario,
     robots: str,
     fires: Sequence[str],
     seeds: Sequence[int],
-) -> Iterator[Question]:
-    """Ask at one moment of each evacuation, so that moments are independent."""
+) -> Iterator[Trial]:
+    """Take one moment of each evacuation, so that moments are independent."""
     scenario = replace(scenario, training=False)
     for k, seed in enumerate(seeds):
         before = k % min(LATEST, max(1, scenario.sources))
         evacuation = Evacuation(plan, scenario, robots, "random", seed)
-        yield Question(evacuation, tuple(fires), before, FUTURES)
+        yield Trial(evacuation, tuple(fires), before, FUTURES)
 
 
-def answer(question: Question) -> Answer | None:
+def rescore(trial: Trial) -> Result | None:
     """Let every fire choose, and play every choice to the end of the same futures.
 
     None if the evacuation was over before the moment came. Raises ValueError for words
     that name nobody.
     """
-    now = moment_of(question)
+    now = moment_of(trial)
     if now is None:
         return None
-    fires = {word: contestant(word, "fire") for word in question.fires}
+    fires = {word: contestant(word, "fire") for word in trial.fires}
     placements = {word: placement_of(fire, now) for word, fire in fires.items()}
-    seeds = np.random.SeedSequence((question.evacuation.seed, question.before))
-    drawn = seeds.generate_state(question.futures).tolist()
+    seeds = np.random.SeedSequence((trial.evacuation.seed, trial.before))
+    drawn = seeds.generate_state(trial.futures).tolist()
     futures = [now.another_future(seed) for seed in drawn]
     scored = {
         place: tuple(_reward(future, place) for future in futures)
         for place in {None, *placements.values()}
     }
-    return Answer(
-        question,
+    return Result(
+        trial,
         rewards={word: scored[place] for word, place in placements.items()},
         unlit=scored[None],
         foreseen=fires[WORST].foreseen[0].reward if WORST in fires else None,
@@ -118,10 +118,10 @@ class _Pause(RandomFire):
             self.now = now
 
 
-def moment_of(question: Question) -> Simulation | None:
-    """Play the evacuation until it is the turn of the fires that are asked."""
-    simulation = question.evacuation.simulation()
-    simulation.fire_strategy = pause = _Pause(question.before)
+def moment_of(trial: Trial) -> Simulation | None:
+    """Play the evacuation until it is the turn of the fires that choose."""
+    simulation = trial.evacuation.simulation()
+    simulation.fire_strategy = pause = _Pause(trial.before)
     while pause.now is None and not simulation.done:
         simulation.step()
     return pause.now
@@ -129,9 +129,9 @@ def moment_of(question: Question) -> Simulation | None:
 
 def placement_of(fire: Any, now: Simulation) -> Decision | None:
     """Let a fire choose now, by all the rules; None if it does not break out."""
-    trial = now.copy()
-    trial.fire_strategy = fire
-    lit = [event for event in trial.step() if isinstance(event, FireLit)]
+    run = now.copy()
+    run.fire_strategy = fire
+    lit = [event for event in run.step() if isinstance(event, FireLit)]
     return (lit[0].floor, lit[0].x, lit[0].y) if lit else None
 
 
@@ -143,34 +143,34 @@ def _reward(future: Simulation, placement: Decision | None) -> float:
     return group_reward(run.events[len(future.events) :])
 
 
-# -- What the answers say -----------------------------------------------------------
+# -- Averages over moments ----------------------------------------------------------
 
 
-def harm(answers: Sequence[Answer], fire: str) -> Interval:
-    """Average `harms` over moments. Raises ValueError for no answers, as all do."""
-    return of_mean(harms(answers, fire))
+def harm(results: Sequence[Result], fire: str) -> Interval:
+    """Average `harms`. Like all averages here, raises ValueError for no results."""
+    return of_mean(harms(results, fire))
 
 
-def harms(answers: Sequence[Answer], fire: str) -> np.ndarray:
+def harms(results: Sequence[Result], fire: str) -> np.ndarray:
     """(M,) how much reward a fire costs, compared with no fire at this turn."""
-    unlit = np.array([np.mean(answer.unlit) for answer in answers])
-    return unlit - _means(answers, fire)
+    unlit = np.array([np.mean(result.unlit) for result in results])
+    return unlit - _means(results, fire)
 
 
-def gap(answers: Sequence[Answer], one: str, other: str) -> Interval:
+def gap(results: Sequence[Result], one: str, other: str) -> Interval:
     """How much more reward one fire leaves than another at the same moments."""
-    return of_mean(_means(answers, one) - _means(answers, other))
+    return of_mean(_means(results, one) - _means(results, other))
 
 
-def optimism(answers: Sequence[Answer]) -> Interval:
+def optimism(results: Sequence[Result]) -> Interval:
     """How much more reward came than `worst-case` foresaw: it takes the least value."""
-    foreseen = np.array([answer.foreseen for answer in answers], dtype=float)
-    return of_mean(_means(answers, WORST) - foreseen)
+    foreseen = np.array([result.foreseen for result in results], dtype=float)
+    return of_mean(_means(results, WORST) - foreseen)
 
 
-def _means(answers: Sequence[Answer], fire: str) -> np.ndarray:
+def _means(results: Sequence[Result], fire: str) -> np.ndarray:
     """(M,) over the futures of each moment."""
-    return np.array([np.mean(answer.rewards[fire]) for answer in answers])
+    return np.array([np.mean(result.rewards[fire]) for result in results])
 
 
 # -- Cost ---------------------------------------------------------------------------

@@ -19,10 +19,10 @@ from reference.flames import cells_beside, walking_cost
 from reference.navigation import Navigation, navigation_of
 from reference.paper import Scenario
 from reference.workshop.decoding import Scene, burning
+from reference.workshop.strategies.robots import GROUP_RADIUS
 
 FAR = 100.0  # metres: whatever is farther, or cannot be reached, counts as so far
 GROUPS = 8  # at most so many groups of people, on a floor or, for the fire, in all
-GROUP_RADIUS = 4.0  # metres: who stands so near, and in sight, is of the same group
 
 FeatureTable = Mapping[str, Callable[[Any], ArrayLike]]
 """Features of an option by name: the formula of each, given a side's view."""

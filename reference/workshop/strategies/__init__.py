@@ -5,6 +5,10 @@ describes it, in `robots.py` or `fires.py` here, and name it in the table below:
 every command knows it.
 """
 
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from reference.learning.settings import Side
 from reference.strategies import (
     FireStrategy,
     NoFire,
@@ -27,19 +31,8 @@ FIRES: dict[str, type[FireStrategy]] = {
     "random": RandomFire,
     "greedy": GreedyFire,
 }
-
-
-def robots_named(name: str | RobotStrategy) -> RobotStrategy:
-    """Robots by a name of ROBOTS, or the strategy itself. Raises ValueError."""
-    if isinstance(name, str) and name not in ROBOTS:
-        raise ValueError(
-            f"no robots are called {name!r}; there are {', '.join(ROBOTS)}"
-        )
-    return ROBOTS[name]() if isinstance(name, str) else name
-
-
-def fire_named(name: str | FireStrategy) -> FireStrategy:
-    """A fire by a name of FIRES, or the strategy itself. Raises ValueError."""
-    if isinstance(name, str) and name not in FIRES:
-        raise ValueError(f"no fire is called {name!r}; there are {', '.join(FIRES)}")
-    return FIRES[name]() if isinstance(name, str) else name
+SCRIPTS: Mapping[Side, Mapping[str, Callable[[], Any]]] = {
+    "robots": ROBOTS,
+    "fire": FIRES,
+}
+"""Hand-written strategies of each side."""

@@ -8,6 +8,7 @@ not belong.
 import os
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields
 from io import BytesIO
 from pathlib import Path
@@ -35,6 +36,18 @@ NAMED = re.compile(r"checkpoint-(\d{6,})\.pt")
 
 class CheckpointError(ValueError):
     """A file that is no checkpoint, or none for this place; one message for people."""
+
+
+@contextmanager
+def must_fit(what: str) -> Iterator[None]:
+    """Raise CheckpointError where networks or progress in a checkpoint do not fit."""
+    try:
+        yield
+    except (KeyError, TypeError, AttributeError, RuntimeError, ValueError) as error:
+        raise CheckpointError(
+            f"the checkpoint's {what}: it was written by another version, or is "
+            "damaged."
+        ) from error
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ learns alone for some rounds, and then both go on as always.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import torch
@@ -28,7 +29,7 @@ from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
 from reference.strategies import RobotStrategy
 from reference.workshop.landmarks import landmarks_for
-from reference.workshop.strategies import robots_named
+from reference.workshop.strategies import ROBOTS
 
 CLONING_RATE = 1e-3  # [C7, chosen] learning rate of the fit
 CLONING_BATCH = 64  # [C7, chosen] group decisions of its minibatches
@@ -46,17 +47,15 @@ class Demonstration(Recorded):
 
     def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
         """The teacher at work."""
-        landmarks = landmarks_for(side, self.settings)
-        return _Teacher(
-            self.teacher, side, building, scenario, self.settings, landmarks
-        )
+        marks = landmarks_for(side, self.settings)
+        return _Teacher(self.teacher, side, building, scenario, self.settings, marks)
 
 
 class _Teacher(Player):
     """Robots that a strategy guides, one in each episode."""
 
-    def __init__(self, name: str, *about_the_learner: object):
-        super().__init__(*about_the_learner)  # type: ignore[arg-type]
+    def __init__(self, name: str, *learner: Any):
+        super().__init__(*learner)
         self.name = name
         self.guides: dict[int, tuple[RobotStrategy, np.random.Generator]] = {}
 
@@ -73,7 +72,7 @@ class _Teacher(Player):
         world, seed = moment.world, moment.seed
         assert world is not None
         if seed not in self.guides:
-            self.guides[seed] = robots_named(self.name), np.random.default_rng(seed)
+            self.guides[seed] = ROBOTS[self.name](), np.random.default_rng(seed)
         strategy, rng = self.guides[seed]
         actions = np.full((len(world.robots), 2), np.nan, dtype=np.float32)
         active = [k for k, robot in enumerate(world.robots) if robot.active]

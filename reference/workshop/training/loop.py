@@ -17,7 +17,7 @@ from tqdm import tqdm
 
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Episode, Job, play
-from reference.workshop.files import make_folder
+from reference.workshop.files import Table, make_folder
 from reference.workshop.training import checkpoints
 from reference.workshop.training.session import Training
 from reference.workshop.training.summaries import (
@@ -51,14 +51,14 @@ def train(
     nothing can be written; the checkpoints that are there stay whole.
     """
     with ExitStack() as closing:
-        record = Record(training, folder, tensorboard, progress, closing)
-        begun = record.keep()
+        log = Log(training, folder, tensorboard, progress, closing)
+        begun = log.keep()
         if not training.imitated:
             played = in_order(executor, _played, training.demonstrations(), stop)
             if played is None:
                 return begun
-            record.tell(training.imitate([e for job in played for e in job]))
-            record.keep()
+            log.tell(training.imitate([e for job in played for e in job]))
+            log.keep()
         while not training.over and not stop():
             # PLAY
             start = perf_counter()
@@ -70,12 +70,12 @@ def train(
             between = perf_counter()
             rows = training.learn(episodes)
             # TELL
-            record.tell(rows)
-            record.time(episodes, between - start, perf_counter() - between)
+            log.tell(rows)
+            log.time(episodes, between - start, perf_counter() - between)
             # KEEP
-            if record.due():
-                record.keep()
-        return record.keep()
+            if log.due():
+                log.keep()
+        return log.keep()
 
 
 def _played(job: Job) -> list[Episode]:
@@ -87,7 +87,7 @@ def _played(job: Job) -> list[Episode]:
 # -- What is written ----------------------------------------------------------------
 
 
-class Record:
+class Log:
     """The folder of a training: checkpoints, summaries and times; and the progress."""
 
     def __init__(
@@ -101,14 +101,14 @@ class Record:
         """Drop what the folder has from later rounds, after an interruption."""
         self.training, self.folder, self.progress = training, folder, progress
         self.learners = training.learners.values()
-        self.boards = []
+        self.summaries: list[Table | Board] = []
         if tensorboard:
             steps = {side: who.steps for side, who in training.learners.items()}
             board = contextlib.closing(Board(folder / "tensorboard", steps))
-            self.boards.append(closing.enter_context(board))
+            self.summaries.append(closing.enter_context(board))
         make_folder(folder)
         over = training.round if training.imitated else -1
-        self.summaries = table_to(folder / SUMMARIES, COLUMNS, over)
+        self.summaries.append(table_to(folder / SUMMARIES, COLUMNS, over))
         self.times = table_to(folder / CLOCK, TIMES, over)
         bar = tqdm(
             total=sum(who.settings.max_steps for who in self.learners),
@@ -124,9 +124,8 @@ class Record:
 
     def tell(self, rows: Sequence[Row]) -> None:
         """Write the summaries that are due; show how far it has come."""
-        self.summaries.append(rows)
-        for board in self.boards:
-            board.append(rows)
+        for summaries in self.summaries:
+            summaries.append(rows)
         self.bar.update(self._done() - self.bar.n)
         if latest := self.training.latest:
             reward, share = latest["group_reward"], latest["survival"]

@@ -14,21 +14,18 @@ import numpy as np
 from reference.building import Building, building_of
 from reference.fire import Decision
 from reference.game.environment import destination, fire_decision
-from reference.game.observations import (
-    fire_vector,
-    grid,
-    robot_vectors,
-)
+from reference.game.observations import fire_vector, grid, robot_vectors
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Learned, Moment
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import Destination
-from reference.workshop.strategies import FIRES, ROBOTS
+from reference.workshop.strategies import SCRIPTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     CheckpointError,
     load,
+    must_fit,
     refuse_another_building,
 )
 from reference.world import Robot, World
@@ -56,23 +53,16 @@ class LearnedPolicy:
         self.building: Building = building_of(self.task.plan)
         self.scenario: Scenario = self.task.settings.scenario
         self.named = self.task.building
-        self.learned = self._learned(checkpoint)
-        try:
-            self.player = self.learned.player(self.side, self.building, self.scenario)
-        except (RuntimeError, TypeError, AttributeError) as error:
-            raise CheckpointError(
-                "the checkpoint's network is not of the shape its settings tell: it "
-                "was written by another version, or is damaged."
-            ) from error
-
-    def _learned(self, checkpoint: Checkpoint) -> Learned:
         who = checkpoint.player(self.side)
-        if isinstance(who, Learned):
-            return who
-        raise CheckpointError(
-            f"nobody learned for the {self.side} in this checkpoint: they were played "
-            f"by '{who}'. Write --{self.side} {who}, or name another checkpoint."
-        )
+        if not isinstance(who, Learned):
+            raise CheckpointError(
+                f"nobody learned for the {self.side} in this checkpoint: they were "
+                f"played by '{who}'. Write --{self.side} {who}, or name another "
+                "checkpoint."
+            )
+        self.learned = who
+        with must_fit("network is not of the shape its settings tell"):
+            self.player = who.player(self.side, self.building, self.scenario)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "LearnedPolicy":
         """Itself: copies of a simulation share the network."""
@@ -174,16 +164,8 @@ def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
     }
 
 
-STRATEGIES: dict[Side, dict[str, Any]] = {
-    "robots": ROBOTS,
-    "fire": FIRES,
-}
-KINDS: dict[Side, type[LearnedRobots] | type[LearnedFire]] = {
-    "robots": LearnedRobots,
-    "fire": LearnedFire,
-}
-
-
 def named_or_file(text: str, side: Side, sample: bool = False) -> Any:
     """The name of a hand-written strategy as it is, or the policy in a checkpoint."""
-    return text if text in STRATEGIES[side] else KINDS[side](text, sample)
+    if text in SCRIPTS[side]:
+        return text
+    return (LearnedRobots if side == "robots" else LearnedFire)(text, sample)

@@ -19,8 +19,8 @@ from reference.learning.settings import SIDES, SettingsError, Side
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.landmarks import landmarks_for
-from reference.workshop.strategies import fire_named, robots_named
-from reference.workshop.training.checkpoints import Checkpoint, CheckpointError, Task
+from reference.workshop.strategies import FIRES, SCRIPTS
+from reference.workshop.training.checkpoints import Checkpoint, Task, must_fit
 from reference.workshop.training.imitation import Demonstration, clone
 from reference.workshop.training.summaries import PRETRAINING, Row, Summary
 
@@ -105,12 +105,10 @@ class Training:
         """Each side's trainer and head, or who plays it."""
         told: dict[str, str] = {}
         for side in SIDES:
-            if side in self.learners:
-                s = self.learners[side].settings
-                told[side] = f"{s.trainer_type} ({s.head} head)"
-            else:
-                who = self.task.fixed[side]
-                told[side] = who if isinstance(who, str) else "a fixed checkpoint"
+            who = self.learners.get(side) or self.task.fixed[side]
+            if isinstance(who, Learner):
+                who = f"{who.settings.trainer_type} ({who.settings.head} head)"
+            told[side] = who if isinstance(who, str) else "a fixed checkpoint"
         return told
 
     @property
@@ -139,18 +137,12 @@ class Training:
         s = self.settings
         count = s.jobs_per_round * s.episodes_per_job
         seeds = seeds_of(self.task.seed, ROUNDS, self.round, count)
-        robots, fire = (self._player(side) for side in SIDES)
-        fires = (
-            RandomFire()
-            if self._random_fire(self.round * s.jobs_per_round + k)
-            else fire
-            for k in range(s.jobs_per_round)
-        )
-        chunks = _chunks(seeds, s.episodes_per_job)
-        return [
-            Job(self.task.plan, s.scenario, robots, against, chunk)
-            for against, chunk in zip(fires, chunks, strict=True)
-        ]
+        robots, learned = (self._player(side) for side in SIDES)
+        jobs, first = [], self.round * s.jobs_per_round
+        for k, chunk in enumerate(_chunks(seeds, s.episodes_per_job), first):
+            fire = RandomFire() if self._random_fire(k) else learned
+            jobs.append(Job(self.task.plan, s.scenario, robots, fire, chunk))
+        return jobs
 
     def _random_fire(self, job: int) -> bool:
         """Whether random fire stands in for the one that learns [E6, chosen].
@@ -170,7 +162,7 @@ class Training:
             return player_of(learner, landmarks_for(side, learner.settings))
         who = self.task.fixed[side]
         if isinstance(who, str):
-            return robots_named(who) if side == "robots" else fire_named(who)
+            return SCRIPTS[side][who]()
         weights = {name: tensor.numpy().copy() for name, tensor in who.weights.items()}
         return replace(who, weights=weights)
 
@@ -205,9 +197,9 @@ class Training:
         seeds = seeds_of(self.task.seed, DEMONSTRATIONS, 0, s.imitation_episodes)
         assert teacher is not None
         shown = Demonstration(s.robots, teacher)
-        named = fire_named(fire if isinstance(fire, str) else "random")
+        scripted = FIRES[fire if isinstance(fire, str) else "random"]()
         return [
-            Job(self.task.plan, s.scenario, shown, named, chunk)
+            Job(self.task.plan, s.scenario, shown, scripted, chunk)
             for chunk in _chunks(seeds, s.episodes_per_job)
         ]
 
@@ -238,7 +230,7 @@ class Training:
         """Restore a training. Raises CheckpointError if its parts do not fit."""
         training = cls(checkpoint.task)
         progress = checkpoint.progress
-        try:
+        with must_fit("networks do not fit its settings"):
             for side, learner in training.learners.items():
                 learner.load(checkpoint.learners[side])
                 _refuse_other_shapes(learner)
@@ -247,11 +239,6 @@ class Training:
             training.episodes = progress["episodes"]
             training.imitated = progress["imitated"]
             training.latest = progress["latest"]
-        except (KeyError, TypeError, RuntimeError, ValueError) as error:
-            raise CheckpointError(
-                "the checkpoint's networks do not fit its settings: it was written by "
-                "another version, or is damaged."
-            ) from error
         return training
 
 

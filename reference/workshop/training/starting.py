@@ -91,8 +91,8 @@ def resume(asked: Asked, folder: Path) -> Checkpoint:
         )
     checkpoint = load_checkpoint(path)
     refuse_version(path, checkpoint.version)
-    task = checkpoint.task
-    refuse_contradictions(f"the training in {folder}", _asked_and_begun(asked, task))
+    compared = _asked_and_begun(asked, checkpoint.task)
+    refuse_contradictions(f"the training in {folder}", compared)
     return checkpoint
 
 
@@ -135,8 +135,10 @@ def _asked_and_begun(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]
     yield "--seed", asked.seed, task.seed
     yield building_asked(asked.building, task.building, task.plan)
     for side, who in asked.players.items():
-        same = who is None or _same(who, side, task.fixed.get(side))
-        yield f"--{side}", who, who if same else _called(task, side)
+        fixed = task.fixed.get(side, "a learner there")
+        if who is not None and not _same(who, side, fixed):
+            begun = fixed if isinstance(fixed, str) else "another network there"
+            yield f"--{side}", who, begun
     if asked.settings:
         alone = asked.robots or ("none" if task.fixed.get("robots") == "none" else None)
         as_begun = replace(asked, robots=alone)
@@ -144,9 +146,9 @@ def _asked_and_begun(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]
         yield from _flat(wanted, asdict(settings), "settings: ")
 
 
-def _same(who: str, side: Side, fixed: Learned | str | None) -> bool:
+def _same(who: str, side: Side, fixed: Learned | str) -> bool:
     """Is this who plays the side that does not learn?"""
-    if fixed is None or isinstance(fixed, str):
+    if isinstance(fixed, str):
         return who == fixed
     found = named_or_file(who, side)
     if isinstance(found, str) or found.learned.settings != fixed.settings:
@@ -155,11 +157,6 @@ def _same(who: str, side: Side, fixed: Learned | str | None) -> bool:
     return here.keys() == there.keys() and all(
         torch.equal(here[name], there[name]) for name in there
     )
-
-
-def _called(task: Task, side: Side) -> str:
-    who = task.fixed.get(side, "a learner there")
-    return who if isinstance(who, str) else "another network there"
 
 
 def _flat(

@@ -16,9 +16,10 @@ from typing import Any, NamedTuple
 
 import reference
 from reference.building import building_of, load, plan_of
+from reference.learning.settings import Side
 from reference.paper import ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
-from reference.workshop.evaluation.contestants import SCRIPTS, WORST, Side, contestant
+from reference.workshop.evaluation.contestants import WORST, contestant
 from reference.workshop.evaluation.crossplay.records import Key, Match
 from reference.workshop.files import write_whole
 from reference.workshop.runs import (
@@ -29,6 +30,7 @@ from reference.workshop.runs import (
     refuse_used,
     refuse_version,
 )
+from reference.workshop.strategies import SCRIPTS
 from reference.workshop.training.presets import record_from
 
 BUILDING, ROBOTS, FIRES = "paper", ("sweep",), ("random",)  # unless asked otherwise

@@ -24,7 +24,7 @@ from reference.workshop.evaluation.crossplay.records import (
     row_of,
     table_of,
 )
-from reference.workshop.files import Table, make_folder
+from reference.workshop.files import make_folder
 from reference.workshop.workers import as_done
 
 RUNS = "runs.csv"
@@ -66,7 +66,11 @@ def evaluate(
     cannot be, ValueError for a table of runs that is damaged.
     """
     there = read(folder / RUNS) if folder else []
-    table = _table(evaluation, folder, there) if folder else None
+    table = None
+    if folder:
+        make_folder(folder)
+        asked.write(evaluation, folder)  # first: without it nobody could go on
+        table = table_of(folder / RUNS, there)
     done = {key(record): record for record in there}
     left = [run for run in evaluation.runs if run not in done]
     jobs = [(Match(*run[:2]), evacuation_of(evaluation, run)) for run in left]
@@ -82,10 +86,3 @@ def evaluate(
     if folder and len(records) == total:
         table_of(folder / RUNS, records)
     return records
-
-
-def _table(evaluation: Evaluation, folder: Path, there: list[Record]) -> Table:
-    """What was asked is written first: without it nobody could go on."""
-    make_folder(folder)
-    asked.write(evaluation, folder)
-    return table_of(folder / RUNS, there)

@@ -196,8 +196,7 @@ def write(
 
 def _row(cell: Cell) -> dict[str, Any]:
     """A cell's row of the CSV table: no columns for a figure that there is not."""
-    row: dict[str, Any] = {"robots": cell.robots, "fire": cell.fire, "n": cell.n}
-    for name in FIGURES:
-        for end, number in (_plain(cell)[name] or {}).items():
-            row[f"{name}_{end}"] = number
-    return row
+    plain = _plain(cell)
+    figures = {name: plain.pop(name) or {} for name in FIGURES}
+    ends = {f"{f}_{end}": v for f, found in figures.items() for end, v in found.items()}
+    return plain | ends

@@ -22,7 +22,12 @@ from reference.learning.settings import Side
 from reference.navigation import navigation_of
 from reference.strategies import RandomFire
 from reference.workshop.evaluation.worst_case.placements import placements
-from reference.workshop.training.checkpoints import Checkpoint, CheckpointError, load
+from reference.workshop.training.checkpoints import (
+    Checkpoint,
+    CheckpointError,
+    load,
+    must_fit,
+)
 from reference.workshop.training.policies import LearnedPolicy, Source
 from reference.world import Source as Lit
 from reference.world import World
@@ -92,13 +97,8 @@ def critic_of(checkpoint: Checkpoint, robots: LearnedPolicy) -> Critic | GroupCr
         )
     settings = robots.learned.settings
     critic = CRITICS[settings.trainer_type](robots.player.sizes, settings).eval()
-    try:
+    with must_fit("critic is not of the shape its settings tell"):
         critic.load_state_dict(checkpoint.learners["robots"]["critic"])
-    except (KeyError, RuntimeError, TypeError, AttributeError) as error:
-        raise CheckpointError(
-            "the checkpoint's critic is not of the shape its settings tell: it was "
-            "written by another version, or is damaged."
-        ) from error
     return critic
 
 
