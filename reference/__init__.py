@@ -56,6 +56,7 @@ WORKSHOP = (
     "workshop.training.mlagents",  # ML-Agents' trainer files
     "workshop.training.presets",  # whole settings: tiny, laptop, paper
     "workshop.training.imitation",  # an option: copy a strategy first
+    "workshop.training.states",  # learners as plain data
     "workshop.training.checkpoints",  # files to go on from
     "workshop.training.policies",  # a learned policy is a strategy
     "workshop.training.summaries",  # what is written down on the way
@@ -77,4 +78,4 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
-__version__ = "0.3.0"
+__version__ = "0.4.0"

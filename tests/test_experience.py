@@ -6,7 +6,7 @@ import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
-from lives import life, through_a_file
+from lives import SIZES, life, settings, through_a_file
 
 from reference.learning.experience import (
     Buffer,
@@ -15,6 +15,8 @@ from reference.learning.experience import (
     minibatches,
     segments,
 )
+from reference.learning.ppo import Learner
+from reference.workshop.training.states import restore, state_of
 
 
 def alive(*lives_, T):
@@ -78,15 +80,17 @@ def test_all_of_the_buffer_comes_out_at_once_and_in_order():
 @pytest.mark.paper("E3")
 def test_a_buffer_comes_back_from_a_checkpoint_as_it_was():
     """Tensor by tensor, though its grids are packed to an eighth."""
-    buffer, again = Buffer(4), Buffer(4)
+    one, two = Learner(settings("ppo"), SIZES, 0), Learner(settings("ppo"), SIZES, 1)
     for t in (life("##", "#."), life("##>", "##>", seed=1)):
-        buffer.add(decisions_of(t))
-    state = buffer.state()
-    again.load(through_a_file({"buffer": state})["buffer"])
-    before, after = dict(buffer.emptied().columns()), dict(again.emptied().columns())
+        one.buffer.add(decisions_of(t))
+    state = through_a_file(state_of(one))
+    restore(two, state)
+    before = dict(one.buffer.emptied().columns())
+    after = dict(two.buffer.emptied().columns())
     assert before.keys() == after.keys()
     assert all(torch.equal(x, after[name]) for name, x in before.items())
-    assert state[0]["grids"]["bits"].numel() == before["grids"][:2].numel() / 8
+    bits = state["buffer"][0]["grids"]["bits"]
+    assert bits.numel() == before["grids"][:2].numel() / 8
 
 
 # -- Minibatches --------------------------------------------------------------------

@@ -215,6 +215,21 @@ def test_the_readme_lists_the_modules_in_reading_order():
     assert tuple(table("module")) == BOOK
 
 
+def test_ma_poca_can_be_read_in_five_hundred_lines():
+    """By the path that the README names."""
+    learning = PACKAGE / "learning"
+    lines = (learning / "poca.py").read_text(encoding="utf-8").count("\n")
+    for file, names in (
+        ("ppo.py", {"Learner"}),
+        ("experience.py", {"GroupDecision", "Trajectory"}),
+    ):
+        for node in ast.parse((learning / file).read_text(encoding="utf-8")).body:
+            if isinstance(node, ast.ClassDef) and node.name in names:
+                lines += node.end_lineno - node.lineno + 1 + len(node.decorator_list)
+                assert f"`{node.name}`" in README
+    assert lines <= 500
+
+
 def test_the_readme_lists_every_command_there_is():
     """And none that is not there."""
     listed = {" ".join(line.split()[3:4]) for line in table("command")}

@@ -24,6 +24,7 @@ from reference.learning.ppo import (
     scheduled,
     value_loss,
 )
+from reference.workshop.training.states import restore, state_of
 
 
 def tensor(*numbers):
@@ -361,12 +362,12 @@ def test_going_on_from_a_saved_state_is_going_on(trainer_type):
     one.add([life("######", "####..", sizes=MIXED)])
     one.update()
     one.add([life("###>", "###>", sizes=MIXED, seed=1)])
-    two.load(through_a_file(one.state()))
+    restore(two, through_a_file(state_of(one)))
     for learner in (one, two):
         learner.add([life("#####", "##...", sizes=MIXED, seed=2)])
     assert one.update() == two.update()
     assert one.steps == two.steps == 23
-    state, same = flat(one.state()), flat(two.state())
+    state, same = flat(state_of(one)), flat(state_of(two))
     assert state.keys() == same.keys()
     assert all(torch.equal(torch.as_tensor(x), same[k]) for k, x in state.items())
 
@@ -385,10 +386,10 @@ def flat(state, prefix=""):
 
 def test_refuses_the_weights_of_a_network_of_another_shape():
     """Rather than half of them."""
-    state = made().state()
+    state = state_of(made())
     other = Learner(settings("ppo", hidden_units=32), MIXED, 0)
     with pytest.raises(RuntimeError, match="size mismatch"):
-        other.load(state)
+        restore(other, state)
     wider = replace(MIXED, vector=6)
     with pytest.raises(RuntimeError, match="size mismatch"):
-        Learner(settings("ppo"), wider, 0).load(state)
+        restore(Learner(settings("ppo"), wider, 0), state)

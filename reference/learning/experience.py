@@ -9,7 +9,7 @@ than `buffer_size` experiences, use all of it, and empty it.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any, Generic, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 import torch
@@ -179,16 +179,6 @@ class Buffer:
         self.parts = []
         return everything
 
-    def state(self) -> list[dict[str, Any]]:
-        """Tensors for a checkpoint; grids are packed to bits."""
-        return [dict(p.columns()) | {"grids": _packed(p.grids)} for p in self.parts]
-
-    def load(self, state: list[dict[str, Any]]) -> None:
-        """What `state` gave."""
-        self.parts = [
-            Decisions(**part | {"grids": _unpacked(part["grids"])}) for part in state
-        ]
-
 
 def minibatches(
     decisions: Decisions, batch_size: int, rng: torch.Generator, epochs: int = 1
@@ -214,15 +204,3 @@ def minibatches(
             batch = few.rows(order[k * size : (k + 1) * size])
             batch.grids = images.copy_(batch.grids).permute(0, 3, 1, 2)
             yield batch
-
-
-def _packed(grids: Tensor) -> dict[str, Any]:
-    bits = np.packbits(grids.numpy().reshape(len(grids), -1), axis=1)
-    return {"bits": torch.from_numpy(bits), "shape": list(grids.shape)}
-
-
-def _unpacked(packed: dict[str, Any]) -> Tensor:
-    shape = packed["shape"]
-    count = int(np.prod(shape[1:]))
-    bits = np.unpackbits(packed["bits"].numpy(), axis=1, count=count)
-    return torch.from_numpy(bits.reshape(shape))

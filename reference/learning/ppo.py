@@ -63,7 +63,7 @@ from reference.learning.networks import (
 )
 from reference.learning.settings import TrainerSettings
 
-LEAST_LEARNING_RATE = 1e-10  # [E3] floors of the linear schedules
+LEAST_RATE = 1e-10  # [E3] floors of the linear schedules
 LEAST_EPSILON = 0.1
 LEAST_BETA = 1e-5
 ADVANTAGE_EPSILON = 1e-10  # [E3] beside the standard deviation
@@ -158,9 +158,7 @@ class Learner:
             self.critic = self._critic()
         self.rng = torch.Generator().manual_seed(seed)
         both = [*self.actor.parameters(), *self.critic.parameters()]
-        self.optimiser = torch.optim.Adam(
-            both, settings.learning_rate, eps=ADAM_EPSILON
-        )
+        self.optimiser = torch.optim.Adam(both, eps=ADAM_EPSILON)  # rate: in `update`
         self.buffer = Buffer(settings.buffer_size)
         self.reward_scale = settings.strength * settings.reward_scale
         self.steps = 0
@@ -277,11 +275,7 @@ class Learner:
         loss, parts = self.critic_terms(batch, epsilon)
         if not critic_only:
             loss = loss + policy - beta * entropy
-        return loss, {
-            "Losses/Policy Loss": policy,
-            **parts,
-            "Policy/Entropy": entropy,
-        }
+        return loss, {"Losses/Policy Loss": policy, **parts, "Policy/Entropy": entropy}
 
     def critic_terms(
         self, batch: Decisions, epsilon: float
@@ -307,13 +301,7 @@ class Learner:
         """Learning rate, ε and β at this step [E3]."""
         s, at, end = self.settings, self.steps, self.settings.max_steps
         return (
-            scheduled(
-                s.learning_rate,
-                LEAST_LEARNING_RATE,
-                at,
-                end,
-                s.learning_rate_schedule,
-            ),
+            scheduled(s.learning_rate, LEAST_RATE, at, end, s.learning_rate_schedule),
             scheduled(s.epsilon, LEAST_EPSILON, at, end, s.epsilon_schedule),
             scheduled(s.beta, LEAST_BETA, at, end, s.beta_schedule),
         )
@@ -321,28 +309,3 @@ class Learner:
     def _estimates(self, buffer: Decisions) -> Summary:
         values = buffer.values[buffer.alive]
         return {"Policy/Extrinsic Value Estimate": float(values.mean())}
-
-    # -- Checkpoints ----------------------------------------------------------------
-
-    def state(self) -> dict[str, Any]:
-        """Everything that is needed to go on; tensors and plain numbers only.
-
-        The tensors are the networks' own: write or copy them before learning goes on.
-        """
-        return {
-            "actor": self.actor.state_dict(),
-            "critic": self.critic.state_dict(),
-            "optimiser": self.optimiser.state_dict(),
-            "buffer": self.buffer.state(),
-            "rng": self.rng.get_state(),
-            "steps": self.steps,
-        }
-
-    def load(self, state: dict[str, Any]) -> None:
-        """What `state` gave. Raises RuntimeError for networks of another shape."""
-        self.actor.load_state_dict(state["actor"])
-        self.critic.load_state_dict(state["critic"])
-        self.optimiser.load_state_dict(state["optimiser"])
-        self.buffer.load(state["buffer"])
-        self.rng.set_state(state["rng"])
-        self.steps = state["steps"]

@@ -22,6 +22,7 @@ from reference.workshop.landmarks import landmarks_for
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import Checkpoint, Task, must_fit
 from reference.workshop.training.imitation import Demonstration, clone
+from reference.workshop.training.states import restore, state_of
 from reference.workshop.training.summaries import PRETRAINING, Row, Summary
 
 LEARNERS, ROUNDS, DEMONSTRATIONS = 0, 1, 2  # what seeds are for
@@ -216,7 +217,7 @@ class Training:
 
     def checkpoint(self) -> Checkpoint:
         """Save everything that is needed to go on."""
-        learners = {side: learner.state() for side, learner in self.learners.items()}
+        learners = {side: state_of(who) for side, who in self.learners.items()}
         progress = {
             "episodes": self.episodes,
             "imitated": self.imitated,
@@ -232,7 +233,7 @@ class Training:
         progress = checkpoint.progress
         with must_fit("networks do not fit its settings"):
             for side, learner in training.learners.items():
-                learner.load(checkpoint.learners[side])
+                restore(learner, checkpoint.learners[side])
                 _refuse_other_shapes(learner)
                 training.summaries[side].load(progress["summaries"][side])
             training.round = checkpoint.round

@@ -1,0 +1,57 @@
+"""Learners as plain data, tensors and numbers only, and back.
+
+Clause: E3.
+"""
+
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from reference.learning.experience import Decisions
+from reference.learning.ppo import Learner
+
+
+def state_of(learner: Learner) -> dict[str, Any]:
+    """Everything that a learner needs to go on.
+
+    The tensors are the networks' own: write or copy them before learning goes on.
+    """
+    return {
+        "actor": learner.actor.state_dict(),
+        "critic": learner.critic.state_dict(),
+        "optimiser": learner.optimiser.state_dict(),
+        "buffer": [
+            dict(part.columns()) | {"grids": _packed(part.grids)}
+            for part in learner.buffer.parts
+        ],
+        "rng": learner.rng.get_state(),
+        "steps": learner.steps,
+    }
+
+
+def restore(learner: Learner, state: dict[str, Any]) -> None:
+    """Take over a state. Raises RuntimeError for networks of another shape."""
+    learner.actor.load_state_dict(state["actor"])
+    learner.critic.load_state_dict(state["critic"])
+    learner.optimiser.load_state_dict(state["optimiser"])
+    learner.buffer.parts = [
+        Decisions(**part | {"grids": _unpacked(part["grids"])})
+        for part in state["buffer"]
+    ]
+    learner.rng.set_state(state["rng"])
+    learner.steps = state["steps"]
+
+
+def _packed(grids: Tensor) -> dict[str, Any]:
+    """Cells of 0 and 1 as bits."""
+    bits = np.packbits(grids.numpy().reshape(len(grids), -1), axis=1)
+    return {"bits": torch.from_numpy(bits), "shape": list(grids.shape)}
+
+
+def _unpacked(packed: dict[str, Any]) -> Tensor:
+    shape = packed["shape"]
+    count = int(np.prod(shape[1:]))
+    bits = np.unpackbits(packed["bits"].numpy(), axis=1, count=count)
+    return torch.from_numpy(bits.reshape(shape))
