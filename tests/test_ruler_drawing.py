@@ -20,7 +20,7 @@ FEW = type(PAPER)(alpha=1000, base=B, control=C, k=0.02, beta=300)
 @pytest.fixture
 def unlabelled(monkeypatch):
     """Pictures without words beside their points, which are a matter of a second."""
-    monkeypatch.setattr(drawing, "write_labels", lambda *_: None)
+    monkeypatch.setattr(drawing.page, "write_labels", lambda *_: None)
 
 
 def readings(count, seed=0):
@@ -111,7 +111,6 @@ def test_every_reading_is_a_point_with_its_intervals_and_its_score():
 
 
 PAGES = {
-    "the paper's": lambda: drawing.curve(),
     "for few people": lambda: drawing.curve(FEW, 1500),
     "twelve pairs": lambda: drawing.contours(PAPER, list(readings(12))),
     "of few people": lambda: drawing.contours(FEW, [single("sweep", 800, 1500)]),
@@ -122,6 +121,11 @@ PAGES = {
 def test_no_two_texts_overlap_and_none_is_cut_off(page):
     """Twelve pairs in two dense groups have room as well."""
     assert overlaps(PAGES[page]()) == []
+
+
+def test_no_two_texts_on_the_papers_ruler_overlap(papers):
+    """Nor is any cut off."""
+    assert overlaps(papers) == []
 
 
 @pytest.mark.usefixtures("unlabelled")

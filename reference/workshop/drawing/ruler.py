@@ -22,17 +22,9 @@ from matplotlib.ticker import MaxNLocator
 from reference.building import Kind
 from reference.evaluation.score import LARGEST, PAPER, Ruler, RulerError
 from reference.paper import BEST_POINT, WORST_POINT
+from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import EMBER
-from reference.workshop.drawing.page import (
-    COLOURS,
-    FAINT,
-    TEXT,
-    Style,
-    number,
-    sheet,
-    write_labels,
-    write_numbers,
-)
+from reference.workshop.drawing.page import COLOURS, Style
 from reference.workshop.evaluation.intervals import Interval
 
 BEST_REWARD = 15_000.0
@@ -43,7 +35,7 @@ PRINTED = {WORST_POINT[0]: "0.00004", BEST_POINT[0]: "0.4", BEST_REWARD: "0.5"}
 
 CURVE, SLOPE, POINT = "#1b5e9e", EMBER, COLOURS[Kind.ENTRANCE]
 
-_three = partial(number, digits=3)
+_three = partial(page.number, digits=3)
 
 
 # -- What a reward is worth ---------------------------------------------------------
@@ -56,15 +48,15 @@ def curve(ruler: Ruler = PAPER, best_reward: float = BEST_REWARD) -> Figure:
     them [F3]. Raises RulerError where something lies off the ruler.
     """
     whose = "the paper's ruler" if ruler == PAPER else "a calibrated ruler"
-    page = sheet(f"What a reward is worth: {whose}", 11, 9)
+    figure = page.sheet(f"What a reward is worth: {whose}", 11, 9)
     R1, R2 = (ruler.reward_at(y) for _, y in (WORST_POINT, BEST_POINT))
     marks = np.array([R1, R2, best_reward, ruler.reward_at(ruler.beta)])
     room = 0.05 * np.ptp(marks)
     R = np.linspace(marks.min() - room, marks.max() + room, 600)
-    linear, logarithmic = page.subplots(2)
+    linear, logarithmic = figure.subplots(2)
     for axes in (linear, logarithmic):
         axes.plot(R, ruler.reward_part(R), color=CURVE, lw=2.4, zorder=3)
-        axes.plot([marks[3], R[-1]], [ruler.beta] * 2, color=FAINT, lw=1.2, ls=":")
+        axes.plot([marks[3], R[-1]], [ruler.beta] * 2, color=page.FAINT, lw=1.2, ls=":")
         axes.set(xlim=R[[0, -1]], xlabel="reward R, health points")
         axes.set_ylabel("y = b^(R/α) / c")
     _draw_linear(linear, ruler, marks)
@@ -74,10 +66,10 @@ def curve(ruler: Ruler = PAPER, best_reward: float = BEST_REWARD) -> Figure:
     words = [f"{name}: {_at(ruler, R)}" for name, R in zip(_MARKS, marks, strict=True)]
     _label(linear, ruler, marks, words)
     three = np.array([R1, 0.0, R2])
-    y = [number(y, digits=4) for y in ruler.reward_part(three)]
+    y = [page.number(y, digits=4) for y in ruler.reward_part(three)]
     names = ("Critical Point 1: y", "y(0) = 1/c", "Critical Point 2: y")
     _label(logarithmic, ruler, three, map(" = ".join, zip(names, y, strict=True)))
-    return page
+    return figure
 
 
 def _draw_linear(axes: Axes, ruler: Ruler, marks: np.ndarray) -> None:
@@ -132,7 +124,7 @@ def _add_score_axis(axes: Axes, ruler: Ruler) -> None:
     score.set_ylabel("E = e′ / β")
     score.spines["right"].set_visible(True)
     axes.xaxis.set_major_locator(MaxNLocator(9))
-    write_numbers(axes.xaxis, axes.yaxis, score.yaxis)
+    page.write_numbers(axes.xaxis, axes.yaxis, score.yaxis)
 
 
 def _at(ruler: Ruler, R: float) -> str:
@@ -147,7 +139,7 @@ def _label(axes: Axes, ruler: Ruler, R: np.ndarray, words: Iterable[str]) -> Non
     """Draw dots on the curve, and words beside them."""
     y = ruler.reward_part(R)
     axes.plot(R, y, "o", color=CURVE, **_DOT)
-    write_labels(axes, list(zip(R, y, strict=True)), list(words))
+    page.write_labels(axes, list(zip(R, y, strict=True)), list(words))
 
 
 # -- E over reward and difficulty ---------------------------------------------------
@@ -176,8 +168,8 @@ def contours(ruler: Ruler = PAPER, readings: Iterable[Reading] = ()) -> Figure:
     """
     found = list(readings)
     shown = [reading for reading in found if _lies_on(ruler, reading)]
-    page = sheet("The score E of reward and difficulty", 10, 7)
-    axes = page.subplots()
+    figure = page.sheet("The score E of reward and difficulty", 10, 7)
+    axes = figure.subplots()
     wide, high = _region(ruler, shown)
     R, h = np.meshgrid(np.linspace(*wide, 200), np.linspace(*high, 200))
     E = ruler.score(R, h)
@@ -185,16 +177,16 @@ def contours(ruler: Ruler = PAPER, readings: Iterable[Reading] = ()) -> Figure:
     shades = axes.contourf(R, h, E, LEVELS, cmap=SHADES, norm=PALE, extend="max")
     hard = np.linspace(0, ruler.difficulty_at(wide[0]), 200)
     even = [ruler.reward_at(y) for y in ruler.beta - ruler.difficulty_part(hard)]
-    axes.plot(even, hard, color=TEXT, lw=2.4, zorder=2)
+    axes.plot(even, hard, color=page.TEXT, lw=2.4, zorder=2)
     axes.set(xlabel="reward R, health points", ylabel="difficulty h")
     axes.set_title(_caption(found, shown))
     axes.xaxis.set_major_locator(MaxNLocator(9))
-    bar = page.colorbar(shades, pad=0.02, label="E, 1 for the baseline")
+    bar = figure.colorbar(shades, pad=0.02, label="E, 1 for the baseline")
     bar.outline.set_visible(False)
     bar.set_ticks(LEVELS)
-    write_numbers(axes.xaxis, axes.yaxis, bar.ax.yaxis)
+    page.write_numbers(axes.xaxis, axes.yaxis, bar.ax.yaxis)
     _draw_readings(axes, ruler, shown)
-    return page
+    return figure
 
 
 def _lies_on(ruler: Ruler, r: Reading) -> bool:
@@ -232,7 +224,7 @@ def _caption(found: Sequence[Reading], shown: Sequence[Reading]) -> str:
 
 def _draw_readings(axes: Axes, ruler: Ruler, readings: Sequence[Reading]) -> None:
     """Draw dots with their intervals; name them, and the line E = 1."""
-    look: Style = {"color": TEXT, "lw": 1, "zorder": 3}
+    look: Style = {"color": page.TEXT, "lw": 1, "zorder": 3}
     points = [(r.reward.mean, r.difficulty.mean) for r in readings]
     for (R, h), r in zip(points, readings, strict=True):
         axes.plot(r.reward[1:], [h, h], **look)
@@ -243,4 +235,4 @@ def _draw_readings(axes: Axes, ruler: Ruler, readings: Sequence[Reading]) -> Non
         for r, p in zip(readings, points, strict=True)
     ]
     R = ruler.reward_at(0.6 * ruler.beta)
-    write_labels(axes, [*points, (R, ruler.difficulty_at(R))], [*words, "E = 1"])
+    page.write_labels(axes, [*points, (R, ruler.difficulty_at(R))], [*words, "E = 1"])

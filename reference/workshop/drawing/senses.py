@@ -203,7 +203,7 @@ def _draw_points(axes: Axes, senses: Senses, floor: int) -> None:
         axes.plot(dot.x, dot.y, ls="", clip_on=False, **_LOOKS[dot.look])
     places, marks = [(dot.x, dot.y) for dot in here], [dot.mark for dot in here]
     small: Style = {"fontsize": 6, "path_effects": (), "arrowprops": None}
-    page.write_labels(axes, places, marks, (2.8, 5.5), crowded=True, **small)
+    page.write_labels(axes, places, marks, (3, 5, 7), crowded=True, **small)
 
 
 # -- The table ----------------------------------------------------------------------
