@@ -132,11 +132,6 @@ class Building:
         """The graph as people walk it: out by exits, down by stairs [A3]."""
         return self.plan.ways
 
-    def graph_without(self, burnt: np.ndarray) -> Graph:
-        """The graph without doors that have burnt; burnt: (landmarks,) bool [A6]."""
-        doors = [self.landmarks[mark].id for mark in np.flatnonzero(burnt)]
-        return intact(burn(self.graph, doors))
-
     @cached_property
     def area_of(self) -> dict[str, Area]:
         """The room or stairwell that a node of the graph stands for, by its id."""

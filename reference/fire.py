@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from reference.building import Building, Kind
+from reference.building import Kind
 from reference.navigation import navigation_of
+from reference.paper import Scenario
 from reference.world import Source, World
 
 Decision = tuple[int, float, float]
@@ -39,47 +40,42 @@ class Refused(NamedTuple):
     reason: str
 
 
-class Generator:
-    """Turns decisions into sources; training: see rule D6."""
+def generate(
+    world: World, decision: Decision, scenario: Scenario, rng: np.random.Generator
+) -> Source | Refused:
+    """The source that follows from a decision, or why there is none [D6].
 
-    def __init__(self, building: Building, sources: int, training: bool):
-        self.building, self.sources, self.training = building, sources, training
+    In training an occupied place yields no fire; else another free place burns.
+    """
+    floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
+    if len(world.flames.sources) >= scenario.sources:
+        return Refused(floor, x, y, "no sources left")
+    occupant = occupied(world, floor, x, y)
+    if occupant and scenario.training:
+        return Refused(floor, x, y, occupant)
+    if occupant:
+        places = np.flatnonzero(free_places(world))
+        if not len(places):
+            return Refused(floor, x, y, "no free place left")
+        floor, x, y = decision_at(world, rng.choice(places))
+    return Source(floor, x, y, world.time)
 
-    def generate(
-        self, world: World, decision: Decision, rng: np.random.Generator
-    ) -> Source | Refused:
-        """The source that follows from a decision, or why there is none [D6].
 
-        In training an occupied place yields no fire; else another free place burns.
-        """
-        floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
-        if len(world.flames.sources) >= self.sources:
-            return Refused(floor, x, y, "no sources left")
-        occupant = self.occupied(world, floor, x, y)
-        if occupant and self.training:
-            return Refused(floor, x, y, occupant)
-        if occupant:
-            places = np.flatnonzero(free_places(world))
-            if not len(places):
-                return Refused(floor, x, y, "no free place left")
-            floor, x, y = decision_at(world, rng.choice(places))
-        return Source(floor, x, y, world.time)
-
-    def occupied(self, world: World, floor: int, x: float, y: float) -> str:
-        """What occupies a position, in one word; empty when it is free [D6, chosen]."""
-        row, col = self.building.cell(x, y)
-        floors, rows, cols = self.building.kind.shape
-        if not (0 <= floor < floors and 0 <= row < rows and 0 <= col < cols):
-            return "outside"
-        kind = Kind(int(self.building.kind[floor, row, col]))
-        if kind is not Kind.FLOOR:
-            return kind.name.lower()
-        if world.flames.burning[floor, row, col]:
-            return "fire"
-        p = navigation_of(self.building).place(floor, x, y)
-        if any(robot.place == p for robot in world.robots):
-            return "robot"
-        return "human" if (world.bodies.place[world.bodies.walking] == p).any() else ""
+def occupied(world: World, floor: int, x: float, y: float) -> str:
+    """What occupies a position, in one word; empty when it is free [D6, chosen]."""
+    row, col = world.building.cell(x, y)
+    floors, rows, cols = world.building.kind.shape
+    if not (0 <= floor < floors and 0 <= row < rows and 0 <= col < cols):
+        return "outside"
+    kind = Kind(int(world.building.kind[floor, row, col]))
+    if kind is not Kind.FLOOR:
+        return kind.name.lower()
+    if world.flames.burning[floor, row, col]:
+        return "fire"
+    p = navigation_of(world.building).place(floor, x, y)
+    if any(robot.place == p for robot in world.robots):
+        return "robot"
+    return "human" if (world.bodies.place[world.bodies.walking] == p).any() else ""
 
 
 def free_places(world: World) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from reference import motion, paper
+from reference import motion, paper, stairs
 from reference.beginning import beginning, occupancy
 from reference.building import Building, Kind
 from reference.events import (
@@ -24,16 +24,15 @@ from reference.events import (
     FireRefused,
     LeftFloor,
 )
-from reference.fire import Generator
+from reference.fire import generate
 from reference.flames import Spread
 from reference.game.rewards import group_reward
-from reference.humans import Situation, pass_landmark, think
+from reference.humans import pass_landmark, think
 from reference.navigation import Navigation, navigation_of
 from reference.paper import Scenario
 from reference.perception import Surroundings, View, look
-from reference.robots import Destination, RobotAlgorithm
+from reference.robots import Destination, act
 from reference.sight import Sight, sight_of
-from reference.stairs import Stairs
 from reference.strategies import FireStrategy, NoFire, NoRobots, RobotStrategy
 from reference.world import NOBODY, NOWHERE, Aim, Fate, Source
 
@@ -95,12 +94,7 @@ class Simulation:
         self._marks, self._areas = building.landmark.ravel(), building.area.ravel()
         if isinstance(self.robot_strategy, NoRobots):
             self.scenario = replace(self.scenario, robots_per_floor=0)
-        self.algorithm = RobotAlgorithm(building)
         self.spread = Spread(building, self.rng["flames"])
-        self.generator = Generator(
-            building, self.scenario.sources, self.scenario.training
-        )
-        self.stairs = Stairs(building)
         self.world = beginning(building, self.scenario, self.rng["people"])
         self.events: list[Event] = []
         self.ticks = 0
@@ -200,11 +194,10 @@ class Simulation:
 
     def _people_decide(self, who: list[int], views: list[View]) -> None:
         """Let these people think; their bodies learn where to walk."""
-        now = Situation(self.world, self.navigation)
         bodies, minds = self.world.bodies, self.world.minds
         for i, view in zip(who, views, strict=True):
             me = minds[i]
-            think(me, view, now)
+            think(me, view, self.world)
             bodies.mode[i], bodies.leader[i] = me.mode, me.leader
             to_landmark = me.goal.aim is Aim.LANDMARK
             bodies.landmark[i] = me.goal.which if to_landmark else NOWHERE
@@ -236,7 +229,7 @@ class Simulation:
         decision = self.fire_strategy.decide(self.world, rng)
         if decision is None:
             return
-        result = self.generator.generate(self.world, decision, rng)
+        result = generate(self.world, decision, self.scenario, rng)
         if isinstance(result, Source):
             self.spread.ignite(flames, result)
             self._next_ignition = self.world.time
@@ -248,7 +241,7 @@ class Simulation:
 
     def _robots_move(self, destinations: list[Destination | None]) -> None:
         for robot, decision in zip(self.world.robots, destinations, strict=True):
-            self.algorithm.act(robot, self.world, decision, self.tick)
+            act(robot, self.world, decision, self.tick)
 
     def _people_move(self) -> list[tuple[int, int]]:
         """Walk; who has come upon a landmark, and from which place [A5]."""
@@ -341,7 +334,7 @@ class Simulation:
                 self._touch(i, before, int(self._marks[bodies.place[i]]))
         landing = np.flatnonzero(bodies.stairs_until <= self.world.time).tolist()
         for i in landing:
-            if (passed := self.stairs.descend(self.world, i)) is not None:
+            if (passed := stairs.descend(self.world, i)) is not None:
                 self._record(LeftFloor, i, passed, float(bodies.health[i]))
             self._due[i] = bodies.walking[i]
         if dead or touched or landing:
@@ -357,7 +350,7 @@ class Simulation:
             self._leave(i, Fate.EVACUATED)
             self._record(Evacuated, i, landmark.floor, float(bodies.health[i]), mark)
         elif landmark.leads_out:
-            self.stairs.enter(self.world, i, mark)
+            stairs.enter(self.world, i, mark)
         elif not self.world.burnt[mark]:
             side = int(self._areas[before])
             beyond = self.navigation.beyond(int(bodies.place[i]), side)

@@ -10,58 +10,53 @@ from math import inf
 
 import numpy as np
 
-from reference.building import Building, Stairwell
+from reference.building import Stairwell
 from reference.humans import arrive
 from reference.motion import DIAMETER
-from reference.navigation import Navigation, navigation_of
+from reference.navigation import navigation_of
 from reference.paper import STAIRS_SECONDS
 from reference.world import NOBODY, NOWHERE, World
 
 
-class Stairs:
-    """All stairwells of a building."""
+def enter(world: World, i: int, entrance: int) -> None:
+    """Take in a human who has touched an entrance whose stairs lead down."""
+    building, bodies = world.building, world.bodies
+    nav, k = navigation_of(building), building.stairwell_of[entrance]
+    cells = nav.places_of(int(bodies.floor[i]), building.stairwells[k].cells)
+    bodies.stairwell[i], bodies.leader[i], bodies.landmark[i] = k, NOBODY, NOWHERE
+    bodies.stairs_until[i] = world.time + STAIRS_SECONDS
+    bodies.place[i] = cells[i % len(cells)]
+    bodies.position[i] = nav.centres[bodies.place[i]]
 
-    def __init__(self, building: Building):
-        self.building = building
-        self.navigation: Navigation = navigation_of(building)
 
-    def enter(self, world: World, i: int, entrance: int) -> None:
-        """Take in a human who has touched an entrance whose stairs lead down."""
-        bodies, nav = world.bodies, self.navigation
-        k = self.building.stairwell_of[entrance]
-        cells = nav.places_of(int(bodies.floor[i]), self.building.stairwells[k].cells)
-        bodies.stairwell[i], bodies.leader[i], bodies.landmark[i] = k, NOBODY, NOWHERE
-        bodies.stairs_until[i] = world.time + STAIRS_SECONDS
-        bodies.place[i] = cells[i % len(cells)]
-        bodies.position[i] = nav.centres[bodies.place[i]]
+def descend(world: World, i: int) -> int | None:
+    """Bring a human one storey down; the floor whose landing is passed, if any.
 
-    def descend(self, world: World, i: int) -> int | None:
-        """Bring a human one storey down; the floor whose landing is passed, if any.
-
-        At the lowest floor the human steps out, or waits for a free place to do so.
-        """
-        bodies = world.bodies
-        well = self.building.stairwells[bodies.stairwell[i]]
+    At the lowest floor the human steps out, or waits for a free place to do so.
+    """
+    bodies = world.bodies
+    well = world.building.stairwells[bodies.stairwell[i]]
+    if bodies.floor[i] > well.lowest:
+        bodies.floor[i] -= 1
+        bodies.place[i] -= world.building.kind[0].size
         if bodies.floor[i] > well.lowest:
-            bodies.floor[i] -= 1
-            bodies.place[i] -= self.building.kind[0].size
-            if bodies.floor[i] > well.lowest:
-                bodies.stairs_until[i] += STAIRS_SECONDS
-                return int(bodies.floor[i])
-        self._step_out(world, i, well)
-        return None
+            bodies.stairs_until[i] += STAIRS_SECONDS
+            return int(bodies.floor[i])
+    _step_out(world, i, well)
+    return None
 
-    def _step_out(self, world: World, i: int, well: Stairwell) -> None:
-        """Step into an entrance cell that nobody stands in, and look again."""
-        bodies, nav, floor = world.bodies, self.navigation, well.lowest
-        others = bodies.position[bodies.walking & (bodies.floor == floor)]
-        for mark in well.entrances[floor]:
-            for p in nav.places_of(floor, self.building.landmarks[mark].cells).tolist():
-                spot = nav.centres[p]
-                if (np.hypot(*(others - spot).T) < DIAMETER).any():
-                    continue
-                bodies.place[i], bodies.position[i] = p, spot
-                bodies.anchor[i], bodies.anchor_time[i] = spot, world.time
-                bodies.stairwell[i], bodies.stairs_until[i] = NOWHERE, inf
-                arrive(world.minds[i], mark, nav.beyond(p, well.areas[floor]))
-                return
+
+def _step_out(world: World, i: int, well: Stairwell) -> None:
+    """Step into an entrance cell that nobody stands in, and look again."""
+    bodies, nav, floor = world.bodies, navigation_of(world.building), well.lowest
+    others = bodies.position[bodies.walking & (bodies.floor == floor)]
+    for mark in well.entrances[floor]:
+        for p in nav.places_of(floor, world.building.landmarks[mark].cells).tolist():
+            spot = nav.centres[p]
+            if (np.hypot(*(others - spot).T) < DIAMETER).any():
+                continue
+            bodies.place[i], bodies.position[i] = p, spot
+            bodies.anchor[i], bodies.anchor_time[i] = spot, world.time
+            bodies.stairwell[i], bodies.stairs_until[i] = NOWHERE, inf
+            arrive(world.minds[i], mark, nav.beyond(p, well.areas[floor]))
+            return

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from reference.building import Building, Graph
+from reference.building import Building, Graph, burn, intact
 
 NOBODY = -1
 NOWHERE = -1
@@ -193,7 +193,8 @@ class World:
     @property
     def graph(self) -> Graph:
         """The building's graph of rooms without the doors that have burnt [A6]."""
-        return self.building.graph_without(self.burnt)
+        doors = [self.building.landmarks[k].id for k in np.flatnonzero(self.burnt)]
+        return intact(burn(self.building.graph, doors))
 
     def people_at_or_above(self, floor: int) -> int:
         """How many people inside are on a floor or still come through it [C8]."""

@@ -21,7 +21,7 @@ from reference.beginning import beginning
 from reference.building import build, load
 from reference.flames import Spread
 from reference.floorplan import Plan, Storey, parse
-from reference.humans import Situation, think
+from reference.humans import think
 from reference.navigation import navigation_of
 from reference.paper import WALKING_SPEED, Scenario
 from reference.perception import Surroundings, look
@@ -136,7 +136,7 @@ def view(sim, letter):
 def decide(sim, letter):
     """Let the human with a letter think once, and nothing else; its goal."""
     me = mind(sim, letter)
-    think(me, view(sim, letter), Situation(sim.world, sim.navigation))
+    think(me, view(sim, letter), sim.world)
     return me.goal
 
 

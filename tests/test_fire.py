@@ -13,7 +13,7 @@ from scipy.stats import ks_2samp
 
 from reference.building import Kind
 from reference.events import DoorBurnt, FireLit, FireRefused
-from reference.fire import Generator, Refused, snapped
+from reference.fire import Refused, generate, occupied, snapped
 from reference.flames import Spread
 from reference.paper import (
     BURN_LOSS,
@@ -72,9 +72,8 @@ def test_equation_3_snaps_y_as_equation_2_snaps_x():
     """The printed mixture of X, Y and Z cannot be meant."""
     building = shipped("paper")
     world = Simulation(building, Scenario(people=0), NoRobots(), NoFire()).world
-    generator = Generator(building, sources=8, training=True)
     rng = np.random.default_rng(0)
-    source = generator.generate(world, (2, -9.2, -10.8), rng)
+    source = generate(world, (2, -9.2, -10.8), Scenario(), rng)
     assert source == Source(2, -9.5, -10.5, 0.0)
 
 
@@ -104,6 +103,11 @@ PLACES = {
 }
 
 
+def generated(sim, decision, rng):
+    """What follows from a decision here and now."""
+    return generate(sim.world, decision, sim.scenario, rng)
+
+
 def spot(sim, what):
     """Floor and metres of the place on BOARD that something occupies."""
     if what == "door":
@@ -119,7 +123,7 @@ def spot(sim, what):
 def test_refuses_an_occupied_place_in_training(what):
     """No fire, and the reason in one word."""
     sim = stage(BOARD, training=True)
-    result = sim.generator.generate(sim.world, spot(sim, what), sim.rng["fire"])
+    result = generated(sim, spot(sim, what), sim.rng["fire"])
     assert isinstance(result, Refused)
     assert result.reason == what
 
@@ -131,9 +135,9 @@ def test_an_occupied_place_yields_another_free_one_outside_training(what):
     sim = stage(BOARD, training=False)
     rng = np.random.default_rng(list(what.encode()))
     for _ in range(20):
-        result = sim.generator.generate(sim.world, spot(sim, what), rng)
+        result = generated(sim, spot(sim, what), rng)
         assert isinstance(result, Source)
-        assert sim.generator.occupied(sim.world, *result[:3]) == ""
+        assert occupied(sim.world, *result[:3]) == ""
 
 
 @pytest.mark.paper("D6")
@@ -141,7 +145,7 @@ def test_the_other_free_place_may_be_anywhere_in_the_building():
     """On any floor: of many draws, some are on each, and hardly two the same."""
     sim = stage(BOARD, training=False)
     wall, rng = spot(sim, "wall"), np.random.default_rng(0)
-    draws = [sim.generator.generate(sim.world, wall, rng)[:3] for _ in range(60)]
+    draws = [generated(sim, wall, rng)[:3] for _ in range(60)]
     assert {floor for floor, _, _ in draws} == {0, 1}
     assert len(set(draws)) > 25
 
@@ -152,7 +156,7 @@ def test_a_free_place_is_taken_as_it_is(training):
     """In both modes."""
     sim = stage("#######\n#p....E\n#######", training=training)
     x, y = sim.building.metres(1, 4)
-    result = sim.generator.generate(sim.world, (0, x + 0.3, y), sim.rng["fire"])
+    result = generated(sim, (0, x + 0.3, y), sim.rng["fire"])
     assert result == Source(0, x, y, 0.0)
 
 
@@ -161,7 +165,7 @@ def test_refuses_when_no_place_is_free_at_all():
     """Not even outside training: two cells, a human and a flame."""
     sim = stage("####\n#*pE\n####", training=False)
     decision = (0, *sim.building.metres(1, 1))
-    result = sim.generator.generate(sim.world, decision, sim.rng["fire"])
+    result = generated(sim, decision, sim.rng["fire"])
     assert isinstance(result, Refused)
 
 
@@ -170,8 +174,8 @@ def test_refuses_the_edge_of_the_body():
     """X = 20 becomes 20.5: the first column outside the paper's main body."""
     building = shipped("paper")
     world = Simulation(building, Scenario(people=0), NoRobots(), NoFire()).world
-    generator = Generator(building, sources=8, training=True)
-    refused = generator.generate(world, (0, 20.0, 5.0), np.random.default_rng(0))
+    rng, training = np.random.default_rng(0), Scenario(training=True)
+    refused = generate(world, (0, 20.0, 5.0), training, rng)
     assert refused.reason == "outside"
 
 
@@ -430,7 +434,7 @@ def test_refuses_another_source_when_none_is_left():
     """Also outside training, and whoever asks."""
     sim = stage("#######\n#*p...E\n#######", sources=1)
     decision = (0, *sim.building.metres(1, 4))
-    result = sim.generator.generate(sim.world, decision, sim.rng["fire"])
+    result = generated(sim, decision, sim.rng["fire"])
     assert isinstance(result, Refused) and result.reason == "no sources left"
 
 

@@ -7,7 +7,7 @@ import pytest
 from movies import fire_named, robots_named, shipped, stage
 
 from reference.building import Kind
-from reference.fire import Generator, Refused
+from reference.fire import Refused, generate
 from reference.game.environment import destination, fire_decision
 from reference.game.observations import fire_vector, grid, robot_vectors
 from reference.navigation import navigation_of
@@ -255,7 +255,7 @@ def test_a_fire_breaks_out_wherever_it_is_offered(name):
     """No option is refused in training, as long as somebody is inside."""
     for sim in moments(name, every=15.0, training=True):
         options, rng = fire_of(sim), np.random.default_rng(0)
-        generator = Generator(sim.building, 1000, training=True)
+        scenario = Scenario(sources=1000, training=True)
         assert options.action_mask.any()
         assert np.isfinite(options.features).all()
         assert np.abs(options.places).max() <= 1
@@ -263,7 +263,7 @@ def test_a_fire_breaks_out_wherever_it_is_offered(name):
         for action in options.places[options.action_mask]:
             if any(sim.world.occupancy):
                 decision = fire_decision(sim.building, action)
-                source = generator.generate(sim.world, decision, rng)
+                source = generate(sim.world, decision, scenario, rng)
                 assert not isinstance(source, Refused)
 
 
