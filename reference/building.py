@@ -1,7 +1,6 @@
 """A building: the graph of its rooms, doors and stairwells, and a grid of its cells.
 
-Clauses: A1, A2, A3, A4, A6 and the coordinates of A8.  Questions about rooms go to the
-graph, with networkx; questions about places go to the grid.
+Clauses: A1, A2, A3, A4, A6 and the coordinates of A8.
 
     row, col   place in the text, row 0 is the north edge
     x, y       metres, east and north; the main body's middle is the origin
@@ -112,12 +111,12 @@ class Building:
 
     @property
     def title(self) -> str:
-        """What the drawing calls the building."""
+        """The building's name in the drawing."""
         return self.plan.title
 
     @property
     def floors(self) -> int:
-        """How many floors."""
+        """Number of floors."""
         return len(self.plan.storeys)
 
     # -- The graph ------------------------------------------------------------------
@@ -241,20 +240,15 @@ class Building:
     @cached_property
     def stairwells(self) -> tuple[Stairwell, ...]:
         """Shafts in the order of their letters."""
-        shafts: dict[str, list[Area]] = defaultdict(list)
+        found: dict[str, Stairwell] = {}
         for area in self.areas:
             if area.kind == "stairwell":
-                shafts[area.name].append(area)
-        return tuple(self._stairwell(shafts[letter]) for letter in sorted(shafts))
-
-    def _stairwell(self, storeys: list[Area]) -> Stairwell:
-        name, cells, centre = storeys[0].name, storeys[0].cells, storeys[0].centre
-        areas = {area.floor: area.index for area in storeys}
-        entrances = {
-            area.floor: tuple(m.index for m in self.landmarks if area.id in m.sides)
-            for area in storeys
-        }
-        return Stairwell(name, cells, centre, areas, entrances)
+                new = Stairwell(area.name, area.cells, area.centre, {}, {})
+                well = found.setdefault(area.name, new)
+                at = [m.index for m in self.landmarks if area.id in m.sides]
+                well.areas[area.floor] = area.index
+                well.entrances[area.floor] = tuple(at)
+        return tuple(found[letter] for letter in sorted(found))
 
     @cached_property
     def stairwell_of(self) -> dict[int, int]:
@@ -330,10 +324,5 @@ def building_of(plan: str) -> Building:
 
 
 def plan_of(building: Building) -> str:
-    """The text of a building's floor file."""
+    """Write a building as the text of its floor file."""
     return to_text(building.plan)
-
-
-def build(plan: Plan) -> Building:
-    """Build from a checked drawing."""
-    return Building(plan)

@@ -34,18 +34,16 @@ def cells_crossed(d_row: int, d_col: int) -> tuple[list[tuple[int, int]], list[l
     through: list[tuple[int, int]] = []
     corners = []
     row = col = 0
-    n_row, n_col = abs(d_row), abs(d_col)
     down, right = (1 if d_row > 0 else -1), (1 if d_col > 0 else -1)
-    i = j = 0  # borders crossed so far
-    while (i, j) != (n_row, n_col):
-        # the next border: at (2i + 1) / 2n_row or (2j + 1) / 2n_col of the line
-        turn = (2 * i + 1) * n_col - (2 * j + 1) * n_row
+    while (row, col) != (d_row, d_col):
+        # the next border: (2 |row| + 1) / 2 |d_row| along the line, or so for columns
+        turn = (2 * abs(row) + 1) * abs(d_col) - (2 * abs(col) + 1) * abs(d_row)
         if turn == 0:
             corners.append([(row + down, col), (row, col + right)])
         if turn <= 0:
-            i, row = i + 1, row + down
+            row += down
         if turn >= 0:
-            j, col = j + 1, col + right
+            col += right
         through.append((row, col))
     return through[:-1], corners
 
@@ -61,7 +59,7 @@ def shifted(grid: np.ndarray, d_row: int, d_col: int) -> np.ndarray:
 
 
 class StraightLines:
-    """For every place, which places around it a straight line reaches.
+    """A table of the places that a straight line from every place reaches.
 
     `table[p, k]` answers for the k-th cell of a square of `2 * reach + 1` cells around
     p, so that a question about any number of pairs is one look-up.
@@ -197,10 +195,7 @@ class Navigation:
     def distances(
         self, goals: Iterable[int], cost: np.ndarray | None = None
     ) -> np.ndarray:
-        """(places,) metres to the nearest of the goals, which are all on one floor.
-
-        cost: as `shortest` takes it.
-        """
+        """(places,) metres to the nearest of the goals; see `shortest`."""
         return self.shortest(np.asarray(list(goals), dtype=np.int64), cost)[0]
 
     def way(
@@ -239,7 +234,7 @@ class Navigation:
         return d, after
 
     def _to_landmark(self, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(places,) metres to the nearest goal, and (places,) where to walk at."""
+        """(places,) metres to the nearest goal, (places,) the place to walk at."""
         d, after = self.shortest(goals, None)
         waypoint, from_here = after, np.arange(self.places)
         while True:  # pull every way straight by one more step

@@ -17,7 +17,7 @@ from reference.world import World
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What all views share until the fire moves again.
+    """What everybody's view is taken from until the fire moves again.
 
     burnt    landmarks destroyed [A6]
     burning  places in flames;  hot  places in flames or beside them
@@ -111,32 +111,21 @@ def _everybody(world: World) -> tuple[np.ndarray, ...]:
 def rays(world: World, sight: Sight, person: int) -> list[Hit | None]:
     """What every ray of one human returns; None is an unexplored direction [B1] [B2].
 
-    The slow and complete picture for pictures and tests; the simulation uses `look`. A
-    moving thing is met by the ray that points at its middle.
+    For pictures and tests: the simulation uses `look`. People, robots and flames are
+    met by the ray at their middle; flames in sight hide the door that they burn.
     """
     surroundings = Surroundings.of(world, sight)
     view = look(world, surroundings, np.array([person]))[0]
+    bodies, robots, centres = world.bodies, world.robots, sight.navigation.centres
+    seen = sight.sees.reached_from(view.place).tolist()
+    things = [("fire", p, centres[p]) for p in seen if p in surroundings.burning]
+    things += [("human", j, bodies.position[j]) for j in view.people]
+    things += [("robot", j, robots[j - len(bodies)].position) for j in view.robots]
     hits = [sight.cast(view.place, k) for k in range(RAYS)]
-    here = world.bodies.position[person]
-    for p in sight.sees.reached_from(view.place):
-        if int(p) in surroundings.burning:
-            off = sight.navigation.centres[p] - here
-            _meet(hits, Hit("fire", 0, int(p)), off)
-    for body in view.people:
-        _meet(hits, Hit("human", 0, body), world.bodies.position[body] - here)
-    for body in view.robots:
-        robot = world.robots[body - len(world.bodies)]
-        _meet(hits, Hit("robot", 0, body), robot.position - here)
+    for kind, index, where in things:
+        x, y = where - bodies.position[person]
+        k, far = round(np.arctan2(y, x) / (2 * np.pi) * RAYS) % RAYS, np.hypot(x, y)
+        met = hits[k]
+        if met is None or far < met.distance or kind == "fire":
+            hits[k] = Hit(kind, float(far), index)
     return hits
-
-
-def _meet(hits: list[Hit | None], what: Hit, off: np.ndarray) -> None:
-    """Let the ray along an offset return a thing, unless something is nearer.
-
-    Flames in sight hide the door that they burn.
-    """
-    k = round(np.arctan2(off[1], off[0]) / (2 * np.pi) * RAYS) % RAYS
-    far = float(np.hypot(*off))
-    now = hits[k]
-    if now is None or far < now.distance or what.kind == "fire":
-        hits[k] = Hit(what.kind, far, what.index)

@@ -44,7 +44,7 @@ class Direction(NamedTuple):
 
 
 class Sight:
-    """All that can be seen in one building at one range.
+    """Tables of what can be seen from every place of a building, at one range.
 
     sees       StraightLines: does p see q? (centre to centre)
     hits       (RAYS, places) the place a ray stops at, -1 where it returns nothing
@@ -64,9 +64,11 @@ class Sight:
         ends = np.empty_like(self.hits)
         for k in range(RAYS):
             ends[k] = self._cast(k, clear)
+        off = self.navigation.centres[ends] - self.navigation.centres
+        k = (off**2).sum(axis=2).argmax(axis=0)
+        self.farthest: list[int] = ends[k, np.arange(len(k))].tolist()
         self.landmarks = self._landmarks_met()
         self.open = self._open_directions(ends)
-        self.farthest = self._farthest(ends)
         self.patches: list[int] = self._patch_of(np.arange(building.kind.size)).tolist()
         self._lines: dict[tuple[int, int], frozenset[int]] = {}
 
@@ -84,12 +86,8 @@ class Sight:
             ends[flying.ravel()] = there[flying.ravel()]
         return ends
 
-    def _farthest(self, ends: np.ndarray) -> list[int]:
-        off = self.navigation.centres[ends] - self.navigation.centres
-        k = (off**2).sum(axis=2).argmax(axis=0)
-        return ends[k, np.arange(ends.shape[1])].tolist()
-
     def _landmarks_met(self) -> list[tuple[int, ...]]:
+        """Per place, the landmarks that rays meet, sorted by the way there."""
         marks = self.building.landmark.ravel()
         met = np.zeros((marks.size, len(self.building.landmarks) + 1), dtype=bool)
         k, p = np.nonzero(self.hits >= 0)
@@ -101,6 +99,10 @@ class Sight:
         ]
 
     def _open_directions(self, ends: np.ndarray) -> list[tuple[Direction, ...]]:
+        """Per place, where rays that meet nothing end; the first ray into each patch.
+
+        ends: (RAYS, places) the last free place that each ray passes.
+        """
         k, p = np.nonzero((self.hits < 0) & (ends != np.arange(ends.shape[1])))
         end = ends[k, p]
         patch = self._patch_of(end)
@@ -129,7 +131,7 @@ class Sight:
         return self._lines[key]
 
     def cast(self, p: int, k: int) -> Hit | None:
-        """What the k-th ray from the middle of place p returns of the building."""
+        """Cast the k-th ray from the middle of place p; what it meets, if anything."""
         q = int(self.hits[k, p])
         if q < 0:
             return None

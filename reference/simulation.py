@@ -59,10 +59,7 @@ class Watcher(Protocol):
     """A fire that looks ahead: before each of its turns it is given a copy of all."""
 
     def watch(self, now: "Simulation") -> None:
-        """Look ahead in a copy that stands where the tick begins: nobody has decided.
-
-        Give the copy another fire before it runs on, or it is shown to itself for ever.
-        """
+        """Look ahead in a copy, as the tick begins; give it another fire to run on."""
 
 
 class Simulation:
@@ -117,7 +114,8 @@ class Simulation:
     def step(self) -> list[Event]:
         """Run one tick; the events in it."""
         already = len(self.events)
-        self._be_watched()
+        if self._fire_turn and isinstance(self.fire_strategy, Watcher):
+            self.fire_strategy.watch(self.copy())
         # SENSE
         who = np.flatnonzero(self._due & self.world.bodies.walking)
         views = look(self.world, self._surroundings, who) if len(who) else []
@@ -125,7 +123,8 @@ class Simulation:
         self._people_decide(who.tolist(), views)
         destinations = self._strategies_decide()
         # MOVE
-        self._robots_move(destinations)
+        for robot, destination in zip(self.world.robots, destinations, strict=True):
+            act(robot, self.world, destination, self.tick)
         touched = self._people_move()
         # BURN
         self._burn()
@@ -180,11 +179,6 @@ class Simulation:
 
     # -- SENSE and DECIDE -----------------------------------------------------------
 
-    def _be_watched(self) -> None:
-        """Give a fire that looks ahead a copy before its turn."""
-        if self._fire_turn and isinstance(self.fire_strategy, Watcher):
-            self.fire_strategy.watch(self.copy())
-
     @property
     def _fire_turn(self) -> bool:
         """Does the fire decide in this tick? Only while it has sources left [D6]."""
@@ -194,9 +188,9 @@ class Simulation:
 
     def _people_decide(self, who: list[int], views: list[View]) -> None:
         """Let these people think; their bodies learn where to walk."""
-        bodies, minds = self.world.bodies, self.world.minds
+        bodies = self.world.bodies
         for i, view in zip(who, views, strict=True):
-            me = minds[i]
+            me = self.world.minds[i]
             think(me, view, self.world)
             bodies.mode[i], bodies.leader[i] = me.mode, me.leader
             to_landmark = me.goal.aim is Aim.LANDMARK
@@ -239,12 +233,8 @@ class Simulation:
 
     # -- MOVE -----------------------------------------------------------------------
 
-    def _robots_move(self, destinations: list[Destination | None]) -> None:
-        for robot, decision in zip(self.world.robots, destinations, strict=True):
-            act(robot, self.world, decision, self.tick)
-
     def _people_move(self) -> list[tuple[int, int]]:
-        """Walk; who has come upon a landmark, and from which place [A5]."""
+        """Walk one tick; who has come upon a landmark, and from which place [A5]."""
         bodies, nav = self.world.bodies, self.navigation
         who = np.flatnonzero(bodies.walking)
         if not len(who):
@@ -277,7 +267,7 @@ class Simulation:
         return free
 
     def _notice_stuck(self, who: np.ndarray, target: np.ndarray) -> None:
-        """Let who has not got ahead ignore flames for a while, then try anew [B5]."""
+        """Find who is stuck; they ignore flames for a while, then try anew [B5]."""
         bodies, time = self.world.bodies, self.world.time
         position = bodies.position[who]
         moved = np.abs(position - bodies.anchor[who]).max(axis=1) > paper.STUCK_METRES
@@ -311,6 +301,7 @@ class Simulation:
             bodies.health[walking] -= harm * self.tick
 
     def _burn_doors(self) -> None:
+        """Destroy the doors that flames touch [A6]."""
         alight = self._marks[self.world.flames.burning.ravel()]
         for mark in np.unique(alight[alight >= 0]).tolist():
             door = self.building.landmarks[mark].kind is Kind.DOOR
@@ -321,7 +312,7 @@ class Simulation:
     # -- SETTLE ---------------------------------------------------------------------
 
     def _settle(self, touched: list[tuple[int, int]]) -> None:
-        """Settle deaths, triggers and stairs; and whose turn it is to think next."""
+        """Settle deaths, triggers and stairs; tell whose turn it is to think next."""
         bodies = self.world.bodies
         dead = np.flatnonzero((bodies.health <= 0) & bodies.inside).tolist()
         for i in dead:

@@ -18,7 +18,7 @@ import numpy as np
 from hypothesis import strategies as st
 
 from reference.beginning import beginning
-from reference.building import build, load
+from reference.building import Building, load
 from reference.flames import Spread
 from reference.floorplan import Plan, Storey, parse
 from reference.humans import think
@@ -197,7 +197,7 @@ def built(board):
     bare = str.maketrans(dict.fromkeys(PEOPLE + "R*", "."))
     for number, rows in enumerate(floors, 1):
         text += f"floor {number}:\n" + "\n".join(rows).translate(bare) + "\n"
-    return build(parse(text))
+    return Building(parse(text))
 
 
 @cache
@@ -211,7 +211,7 @@ def walled(rows):
     rows = ["." + rows[0][1:], *rows[1:]]
     side = "#" * (len(rows[0]) + 2)
     rows = (side, *(f"#{row}#" for row in rows), side)
-    return build(Plan("grid", len(side), len(rows), (Storey("", rows),)))
+    return Building(Plan("grid", len(side), len(rows), (Storey("", rows),)))
 
 
 def found(floors, letters):

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from clauses import ROOT
 
-from reference.building import Kind, build, burn, intact, load
+from reference.building import Building, Kind, burn, intact, load
 from reference.floorplan import parse
 from reference.floorplan.plan import OUTSIDE
 from reference.paper import BODY_SIZE, FLOORS, STAIRS_SECONDS, WALKING_SPEED
@@ -37,7 +37,7 @@ floor 2:
 @pytest.fixture(scope="module")
 def house():
     """Rooms a and one without a name below, c above, a stairwell, two-metre doors."""
-    return build(parse(HOUSE))
+    return Building(parse(HOUSE))
 
 
 @pytest.fixture(scope="module")
@@ -110,7 +110,9 @@ def test_metres_begin_in_the_middle_of_the_main_body(house):
 
 def test_a_body_of_odd_size_keeps_its_cell_centres_at_halves():
     """The origin is then the nearest corner of a cell."""
-    building = build(parse("building: x\nsize: 5 x 3\nfloor 1:\n#####\n#...E\n#####"))
+    building = Building(
+        parse("building: x\nsize: 5 x 3\nfloor 1:\n#####\n#...E\n#####")
+    )
     centres = [building.metres(1, col)[0] for col in range(5)]
     assert [x % 1 for x in centres] == [0.5] * 5
     assert min(centres) <= -1.5 and max(centres) >= 1.5
@@ -171,7 +173,7 @@ def test_a_burnt_door_is_no_way_any_more(house):
 def test_a_door_between_three_rooms_burns_between_all_of_them():
     """One landmark, three edges."""
     drawing = "#######\n#.a+.b#\n###.###\n#..c..E\n#######"
-    three = build(parse(f"building: x\nsize: 7 x 5\nfloor 1:\n{drawing}"))
+    three = Building(parse(f"building: x\nsize: 7 x 5\nfloor 1:\n{drawing}"))
     assert three.graph.number_of_edges() == 4
     assert intact(burn(three.graph, ["1/door-1"])).number_of_edges() == 1
 

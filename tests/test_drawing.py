@@ -21,7 +21,7 @@ from matplotlib.path import Path as Outline
 from matplotlib.text import Text
 from PIL import Image, ImageSequence
 
-from reference.building import Kind, build, load
+from reference.building import Building, Kind, load
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
@@ -616,7 +616,7 @@ def test_a_name_may_hold_any_sign_and_any_length(tiny):
     """A dollar is a dollar, not the beginning of a formula; nothing is clipped."""
     name = r"Dollar $\frac{$ " + "bank " * 30
     storeys = tuple(replace(storey, name=name) for storey in tiny.plan.storeys)
-    bank = build(replace(tiny.plan, title=name, storeys=storeys))
+    bank = Building(replace(tiny.plan, title=name, storeys=storeys))
     world = Simulation(bank, SHORT, fire=RandomFire(), robots=Sweep()).world
     for view in ("top", "oblique", "closeup"):
         assert_on_page(getattr(drawing, view)(bank))

@@ -7,7 +7,7 @@ Run this file from the repository's root, whole or cell by cell.
 
 from pathlib import Path
 
-from reference.building import Kind, build
+from reference.building import Building, Kind
 from reference.floorplan import FloorPlanError, parse
 from reference.workshop import drawing
 
@@ -40,7 +40,7 @@ floor 2: upstairs
    #.....+..bath...#
    #################
 """
-house = build(parse(HOUSE))
+house = Building(parse(HOUSE))
 print(house.title, "has", house.floors, "floors")
 #> Doll's house has 2 floors
 

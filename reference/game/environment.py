@@ -1,19 +1,17 @@
 """The environment: robots and the fire as agents, one decision a step.
 
 Clauses: C1, C4, C5, C7, C8, D1, D2, D6, E5.  Methods are those of PettingZoo's parallel
-API; `workshop.zoo` adds its spaces and its class for whoever has PettingZoo.
+API.  A robot leaves when its floor and all above it are empty [C8].  In the end who
+is still there is terminated if nobody is inside any more, truncated if time is up.
 
     step        one decision of the robots, 5 s; the fire's action is read at every k-th
     agents      "robot_0", ..., "fire_0"; a side that a strategy plays is not among them
     normalised  coordinates in which the main body of the building is [-1, 1] x [-1, 1]
-
-All agents are there after a reset.  A robot leaves when its floor and all above it are
-empty [C8].  In the end all who are still there are terminated if nobody is inside any
-more, and truncated if time is up.
 """
 
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -76,27 +74,27 @@ def _metres(building: Building, action: np.ndarray) -> tuple[float, float]:
     return x, y
 
 
+@dataclass
 class AgentRobots:
-    """Strategy that carries out the robot agents' actions: destinations by body."""
+    """A strategy that does what the robots' agents chose; destinations by body."""
 
-    def __init__(self) -> None:
-        self.chosen: dict[int, Destination | None] = {}
+    chosen: dict[int, Destination | None] = field(default_factory=dict)
 
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> list[Destination | None]:
-        """What was chosen last."""
+        """The destinations chosen last."""
         return [self.chosen.get(robot.body) for robot in robots]
 
 
+@dataclass
 class AgentFire:
-    """Strategy that carries out the fire agent's action."""
+    """A strategy that does what the fire's agent chose."""
 
-    def __init__(self) -> None:
-        self.chosen: Decision | None = None
+    chosen: Decision | None = None
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
-        """What was chosen last."""
+        """The place chosen last."""
         return self.chosen
 
 
@@ -106,7 +104,7 @@ class AgentFire:
 class Environment:
     """One building and one scenario, episode after episode.
 
-    simulation  what runs underneath;  decision  decisions taken in this episode
+    simulation  what runs now;  decision  decisions taken in this episode
     agents      who acts at the next step, of possible_agents
 
     An observation has a "vector" (`observations.robot_layout` or `.fire_layout`) and
@@ -141,7 +139,7 @@ class Environment:
 
     @property
     def scenario(self) -> Scenario:
-        """What is played; without robots if "none" play them."""
+        """The simulation's scenario: without robots if nobody plays them."""
         return self.simulation.scenario
 
     def reset(
@@ -188,7 +186,7 @@ class Environment:
     # -- Inside ---------------------------------------------------------------------
 
     def _begin(self, seed: int) -> None:
-        """A new simulation, which listens to the agents."""
+        """Begin a simulation that carries out the agents' actions."""
         self._agent_robots, self._agent_fire = AgentRobots(), AgentFire()
         self.simulation = Simulation(
             self.building,
@@ -215,7 +213,7 @@ class Environment:
                 self._agent_robots.chosen[body] = destination(self.building, action)
 
     def _until_next_decision(self) -> list[Event]:
-        """Tick by tick, or until it is done; what happened."""
+        """Run the ticks up to the next decision or the end; their events."""
         events: list[Event] = []
         for _ in range(self.simulation.decision_ticks):
             if not self.simulation.done:
@@ -223,7 +221,7 @@ class Environment:
         return events
 
     def _ends(self, agents: list[str]) -> tuple[dict[str, bool], dict[str, bool]]:
-        """Who is terminated and who is truncated [C8]."""
+        """Tell who is terminated and who is truncated [C8]."""
         done, inside = self.simulation.done, any(self.simulation.world.occupancy)
         at_work = self._at_work()
         terminations = {a: not inside if done else not at_work[a] for a in agents}
@@ -235,7 +233,7 @@ class Environment:
         return {FIRE: True, **dict(zip(self._robot_agents, robots, strict=False))}
 
     def _observed(self, agents: list[str]) -> dict[str, Observation]:
-        """Fresh arrays in fresh dicts."""
+        """What each of these agents observes now, in arrays of its own."""
         world, scenario = self.simulation.world, self.scenario
         vectors = {FIRE: observations.fire_vector(world, scenario)}
         if self._robot_agents:
@@ -248,12 +246,12 @@ class Environment:
         }
 
     def _rewards(self, agents: list[str], events: list[Event]) -> dict[str, float]:
-        """The robots' as a group [E5], the fire's own [D6]."""
+        """Pay the robots as a group [E5], the fire its own [D6]."""
         of_group, of_fire = group_reward(events), fire_reward(events)
         return {agent: of_fire if agent == FIRE else of_group for agent in agents}
 
     def _infos(self, agents: list[str]) -> dict[str, dict[str, float]]:
-        """Whose next action is read; the fire's at its turn, while it has sources."""
+        """Tell whose next action is read: the fire's only at its turn, with sources."""
         lit = len(self.simulation.world.flames.sources)
         acts = self._at_work()
         acts[FIRE] = lit < self.scenario.sources and fire_acts(self.decision)
@@ -262,7 +260,7 @@ class Environment:
 
 
 def _checked(agent: str, action: Any) -> np.ndarray:
-    """An action as numbers. Raises ValueError, which names the agent."""
+    """Read an action as numbers. Raises ValueError, which names the agent."""
     size = action_size(agent)
     wanted = f"{agent}: an action is {size} numbers from -1 to 1"
     try:

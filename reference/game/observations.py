@@ -1,15 +1,14 @@
 """Observations: 167 numbers and a 40 x 40 grid for the robots of the paper's building.
 
-Clauses: C1, C2, C3, C4, D1.  Everything is computed from the world by pure functions.
-What a vector holds is described once, in a `Layout`: its size, the meaning and the
-bounds of its numbers, how it is written and how it is read again.
+Clauses: C1, C2, C3, C4, D1.  What a vector holds is described once, in a `Layout`: its
+size, the meaning and the bounds of its numbers, how it is written and how it is read.
 
     n   people;  R  robots;  F  fire sources;  V  numbers of a vector
     point       x, y in metres and the storey, 0 is the first floor
     normalised  coordinates in which the main body of the building is [-1, 1] x [-1, 1]
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -110,7 +109,7 @@ def robot_layout(building: Building, scenario: Scenario) -> Layout:
     floors, team, most = building.floors, scenario.robots_per_floor, scenario.sources
     point = ("m, m, storey", *_corners(building))
     robots = [
-        *_points("the observer", [""] * min(team, 1)),
+        *["the observer: x, y, storey"] * min(team, 1),
         *_points("team mate ", range(1, team)),
         *_points("robot elsewhere ", range(1, team * (floors - 1) + 1)),
     ]
@@ -143,7 +142,7 @@ def _humans(building: Building, scenario: Scenario) -> list[str]:
     return _points("human ", range(1, people + 1))
 
 
-def _points(name: str, numbers: Sequence[object]) -> list[str]:
+def _points(name: str, numbers: Iterable[int]) -> list[str]:
     return [f"{name}{number}: x, y, storey" for number in numbers]
 
 
@@ -164,7 +163,9 @@ def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
     scenario: the simulation's own.
     """
     humans, robots = points(world)
-    fires = _source_points(world, scenario.sources)
+    fires = np.tile(SENTINEL, (scenario.sources, 1))
+    for k, source in enumerate(world.flames.sources[: scenario.sources]):
+        fires[k] = source.x, source.y, source.floor
     floor = tuple(robot.floor for robot in world.robots)
     counts = [[(fires[:, 2] == f).sum()] for f in range(world.building.floors)]
     return robot_layout(world.building, scenario).write(
@@ -179,12 +180,10 @@ def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
 
 
 def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
-    """(V,) float32: points of all humans, then of all robots [D1].
+    """(V,) float32: points of all humans, then of all robots, by number [D1].
 
-    In order of their numbers. Table II does not normalise, so they are [D1, chosen]
-    normalised here, and storeys are shares of the highest: about 1 for everything.
-    scenario: the simulation's own, or one with robots where the world has none: they
-    are seen as gone home.
+    [D1, chosen] They are normalised here, since Table II does not normalise. scenario:
+    the simulation's own, or one with robots where the world has none: SENTINEL.
     """
     humans, robots = points(world)
     if not len(robots):
@@ -208,7 +207,7 @@ def points(world: World) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _robot_points(world: World) -> np.ndarray:
-    """(R, 3), those whose work is done too."""
+    """(R, 3) points of the robots, those whose work is done too."""
     where = [(*robot.position, robot.floor) for robot in world.robots]
     return np.array(where, dtype=np.float64).reshape(-1, 3)
 
@@ -219,20 +218,11 @@ def robots_at_work(world: World) -> np.ndarray:
     return np.array(here, dtype=bool)
 
 
-def _source_points(world: World, most: int) -> np.ndarray:
-    """(F, 3) points of the fire sources in the order of lighting."""
-    fires = np.tile(SENTINEL, (most, 1))
-    for k, source in enumerate(world.flames.sources[:most]):
-        fires[k] = source.x, source.y, source.floor
-    return fires
-
-
 def _nearest_first(world: World, humans: np.ndarray) -> np.ndarray:
     """(R, n) people in the order in which each robot sees them [C4, chosen].
 
-    First its own floor, then the floors above, who will come through, the next one
-    first; then the floors below, the next one first, and SENTINEL, the lowest, last.
-    Within a floor by distance in metres, equal ones by number.
+    Its own floor, the floors above, whose people will come through, the floors below,
+    each time the next one first; SENTINEL last. Within a floor by distance in metres.
     """
     robots = _robot_points(world)
     off = humans - robots[:, None]
@@ -254,17 +244,14 @@ def _observer_first(floor: tuple[int, ...]) -> np.ndarray:
 
 
 def to_normalised(building: Building, metres: np.ndarray) -> np.ndarray:
-    """Normalise coordinates: metres (..., 2), or (..., 3) with the storey.
-
-    A storey becomes a share of the highest one, SENTINEL's a negative share.
-    """
+    """Normalise metres (..., 2) or (..., 3), a storey as its share of the highest."""
     middle, half = _middle_and_half(building)
     axes = metres.shape[-1]
     return (metres - middle[:axes]) / half[:axes]
 
 
 def from_normalised(building: Building, normalised: np.ndarray) -> np.ndarray:
-    """The inverse of `to_normalised`."""
+    """Invert `to_normalised`."""
     middle, half = _middle_and_half(building)
     axes = normalised.shape[-1]
     return normalised * half[:axes] + middle[:axes]
@@ -318,14 +305,14 @@ def _without_fire(building: Building) -> np.ndarray:
 
 
 def main_body(cells: np.ndarray, building: Building) -> np.ndarray:
-    """View of the main body in an array of all cells, (floors, rows, cols)."""
+    """View the main body in an array of all cells, (floors, rows, cols)."""
     left, bottom, right, top = (int(edge) for edge in building.body)
     row, col = building.origin
     return cells[:, row - top : row - bottom, col + left : col + right]
 
 
 def channels(cells: np.ndarray, building: Building, kind: str) -> np.ndarray:
-    """View of the main body in a grid's channels of one kind."""
+    """View the main body in a grid's channels of one kind."""
     start = GRID_KINDS.index(kind) * building.floors
     height, width = main_body(building.kind, building).shape[1:]
     return cells[start : start + building.floors, :height, :width]
