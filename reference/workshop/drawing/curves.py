@@ -17,15 +17,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from reference.building import Kind
+from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import DROP, EMBER
-from reference.workshop.drawing.page import (
-    COLOURS,
-    FAINT,
-    foot,
-    sheet,
-    shortened,
-    write_numbers,
-)
+from reference.workshop.drawing.page import COLOURS
 from reference.workshop.drawing.runs import Phase, Run
 from reference.workshop.training.summaries import GROUP_REWARD, OWN_REWARD, SURVIVAL
 
@@ -152,13 +146,13 @@ def figure(runs: Sequence[Run]) -> Figure:
             "no rewards, entropies and losses to draw: train for longer first."
         )
     tracks = _tracks(runs)
-    title = f"Learning curves: {shortened(', '.join(run.name for run in runs), 70)}"
-    page, strips, rest = _page(title, len(tracks), len(panels))
+    names = page.shortened(", ".join(run.name for run in runs), 70)
+    whole, strips, rest = _page(f"Learning curves: {names}", len(tracks), len(panels))
     end = max(run.end for run in runs) or 1.0
-    early = any(phases[0].end == 0 for _, phases in tracks)
+    early = any(each[0].end == 0 for _, each in tracks)
     rest[0].set_xlim(-_LEAD_IN * end if early else 0.0, end)
-    names = dict.fromkeys(phase.name for _, phases in tracks for phase in phases)
-    shades = dict(zip(names, cycle(_GREYS), strict=False))
+    phases = dict.fromkeys(phase.name for _, each in tracks for phase in each)
+    shades = dict(zip(phases, cycle(_GREYS), strict=False))
     for axes, track in zip(strips, tracks, strict=True):
         _draw_strip(axes, track, shades)
     for axes, panel in zip(rest, panels, strict=True):
@@ -167,19 +161,19 @@ def figure(runs: Sequence[Run]) -> Figure:
         found = [each for each in (points(run, curve) for run in runs) if len(each[0])]
         _draw_curve(rest[panels.index(curve.panel)], curve, found, SMOOTHING * end)
     caption = _caption(runs, SMOOTHING * end, bool(tracks))
-    foot(page, caption=caption, handlelength=2.8)
-    return page
+    page.foot(whole, caption=caption, handlelength=2.8)
+    return whole
 
 
 def _page(title: str, strips: int, panels: int) -> tuple[Figure, Any, Any]:
-    """Lay out strips and panels, one above another; the page, and the axes of each."""
+    """Lay out strips and panels, one above another: the figure and all axes."""
     heights = [_STRIP] * strips + [_PANEL] * panels
-    page = sheet(title, _WIDTH, sum(heights) + _REST)
+    whole = page.sheet(title, _WIDTH, sum(heights) + _REST)
     look: dict[str, Any] = {"sharex": True, "squeeze": False}
-    rows = page.subplots(len(heights), height_ratios=heights, **look)[:, 0]
+    rows = whole.subplots(len(heights), height_ratios=heights, **look)[:, 0]
     rows[-1].set_xlabel("episodes played by both sides")
-    page.align_ylabels(rows[strips:])
-    return page, rows[:strips], rows[strips:]
+    whole.align_ylabels(rows[strips:])
+    return whole, rows[:strips], rows[strips:]
 
 
 def _tracks(runs: Sequence[Run]) -> list[Track]:
@@ -221,12 +215,12 @@ def _draw_panel(axes: Axes, panel: str, tracks: Sequence[Track]) -> None:
         axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=6))
         axes.yaxis.set_minor_formatter(NullFormatter())
     axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
-    write_numbers(axes.xaxis, axes.yaxis)
+    page.write_numbers(axes.xaxis, axes.yaxis)
     axes.grid(axis="y")
     axes.set_title(panel)
     axes.set_ylabel(UNITS[panel], fontsize=8)
     for phase in (phase for _, phases in tracks for phase in phases[1:]):
-        axes.axvline(phase.start, color=FAINT, lw=0.8, ls=(0, (3, 2)), zorder=0.5)
+        axes.axvline(phase.start, color=page.FAINT, lw=0.8, ls=(0, (3, 2)), zorder=0.5)
 
 
 def _draw_curve(axes: Axes, curve: Curve, runs: Sequence[Found], window: float) -> None:
