@@ -103,6 +103,7 @@ def _starting_places(
 
 
 def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
+    """(k,) places of these rooms, by id; ValueError for a room that does not exist."""
     known = {a.id: a.index for a in building.areas if a.kind == "room"}
     for room in rooms:
         if room not in known:
@@ -111,7 +112,7 @@ def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
 
 
 def _minds(ranks: np.ndarray, doors: int) -> list[Mind]:
-    """Followers without a leader at first: Alg. 1:3 makes them leaders at once."""
+    """Begin with followers without a leader: Alg. 1:3 makes them leaders at once."""
     return [
         Mind(person=i, rank=rank, doors=deque(maxlen=doors), mode=Mode.FOLLOWER)
         for i, rank in enumerate(ranks.tolist())

@@ -39,10 +39,9 @@ class Spread:
     ) -> "Spread":
         """Draw another future of the same fire, given what burns at a time (s).
 
-        [D7, chosen] Exponential delays have no memory: what is left of one that is not
-        over yet, a door's too, is distributed like a new one. Delays between cells that
-        do not burn are unknown still, those between cells that do no longer matter. So
-        fresh delays, begun now at the edge of what burns, are exactly what is possible.
+        [D7, chosen] Exponential delays have no memory: what is left of one is
+        distributed like a new one. So fresh delays, begun now at the edge of what
+        burns, are exactly what is possible.
         """
         other = Spread(self.building, rng)
         arrival = flames.arrival.ravel()
@@ -54,7 +53,7 @@ class Spread:
         return other
 
     def advance(self, flames: Flames, time: float) -> float:
-        """Let everything burn whose time has come; when the next cell will (s)."""
+        """Burn every cell whose time has come; return when the next one will (s)."""
         flames.burning = flames.arrival <= time
         places = [flames.burning, cells_beside(self.building, flames.burning)]
         flames.harm = np.select(places, [paper.BURN_LOSS, paper.HEAT_LOSS], 0.0)

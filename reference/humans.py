@@ -77,13 +77,12 @@ def think(me: Mind, observe: View, world: World) -> None:
 
 def _towards(goal: Goal, place: int, world: World) -> tuple[float, float] | None:
     """Unit vector from a place to a goal, None where there is no way to go."""
+    centres = navigation_of(world.building).centres
+    here = there = centres[place].tolist()
     if goal.aim is Aim.LANDMARK:
         there = world.building.landmarks[goal.which].position
     elif goal.place != NOWHERE:
-        there = navigation_of(world.building).centres[goal.place].tolist()
-    else:
-        return None
-    here = navigation_of(world.building).centres[place].tolist()
+        there = centres[goal.place].tolist()
     x, y = there[0] - here[0], there[1] - here[1]
     far = (x * x + y * y) ** 0.5
     return (x / far, y / far) if far else None
@@ -182,8 +181,8 @@ def suitable_leader(
 def leader_in_sight(me: Mind, observe: View, world: World) -> bool:
     """Is the leader in line of sight, or was it a moment ago? [B5, Alg. 1:5]
 
-    A leader is forgiven LEADER_GRACE_SECONDS out of sight [B5, chosen]: whoever turns a
-    corner or passes a door is not lost, one walks to where they were seen last.
+    A leader who turns a corner or passes a door is not lost for LEADER_GRACE_SECONDS:
+    one walks to where they were seen last [B5, chosen].
     """
     if me.leader in observe.people or me.leader in observe.robots:
         _remember_leader(me, world)
@@ -202,7 +201,7 @@ def go_to(landmark: int) -> Goal:
 
 
 def switch_mode(me: Mind) -> Goal:
-    """Switch from follower to leader or back [B4]; one looks again a moment later."""
+    """Switch from follower to leader or back, and stay for a moment [B4]."""
     me.mode = Mode.LEADER if me.mode is Mode.FOLLOWER else Mode.FOLLOWER
     return STAY
 

@@ -1,8 +1,8 @@
-"""Bodies walk, all at once: straight at their targets, without overlap, not into walls.
+"""Pedestrian dynamics: bodies walk at their targets without overlap, not into walls.
 
 Clauses: A7, F8.  Speed falls with the gap ahead, as in the collision-free speed model
 of Tordeux, Chraibi and Seyfried (2016); people keep to the right of who comes towards
-them.  This module knows nothing of minds, sight or fire: it is the bare crowd.
+them.
 
     n      bodies;  k  pairs of near ones, each counted both ways (i looks at j)
     e_i    unit vector i means to walk along;  v_i  its speed, m/s
@@ -43,7 +43,7 @@ def step(
     seconds: float,
     free: Free,
 ) -> np.ndarray:
-    """Where n bodies are one tick later: (n, 2) metres.
+    """Move n bodies on by one tick; their new positions, (n, 2) metres.
 
     position, target: (n, 2) metres; floor: (n,); pace: (n,) m/s.
     """

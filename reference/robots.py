@@ -22,8 +22,7 @@ FOLLOWER_GAP, CROWD_GAP = 1.2, 0.4
 """[C7, chosen] metres: a robot waits while its n followers are on average farther
 behind than FOLLOWER_GAP + CROWD_GAP * sqrt(n); the root, since a crowd fills a disc."""
 
-AT_EXIT = 2.5
-"""[C7, chosen] metres: a destination so near an exit means "this exit"."""
+AT_EXIT = 2.5  # [C7, chosen] metres: a destination so near an exit means "this exit"
 
 
 def act(

@@ -218,7 +218,7 @@ class Simulation:
         return decided
 
     def _fire_decides(self) -> None:
-        """Light the source that the fire decides for, or report why not [D6]."""
+        """Light the source that the fire decides for, or record why not [D6]."""
         flames, rng = self.world.flames, self.rng["fire"]
         decision = self.fire_strategy.decide(self.world, rng)
         if decision is None:
@@ -253,7 +253,7 @@ class Simulation:
         return list(zip(who[touched].tolist(), before[touched].tolist(), strict=True))
 
     def _free(self, who: np.ndarray) -> motion.Free:
-        """Where may bodies stand? Not in walls, and the careful not in flames."""
+        """Tell where bodies may stand: not in walls, and the careful not in flames."""
         nav, bodies = self.navigation, self.world.bodies
         burning = self.world.flames.burning.ravel()
         in_flames = burning[bodies.place[who]]

@@ -1,7 +1,6 @@
 """Strategies: who decides for the robots and for the fire, an algorithm or a model.
 
-Clauses: C7, D2.  The two interfaces, and the simplest strategies behind them. Better
-ones, and all their names, are in the workshop's `strategies`.
+Clauses: C7, D2.  The two interfaces and the simplest strategies behind them.
 """
 
 from collections.abc import Sequence
