@@ -122,7 +122,7 @@ def test_how_many_workers_there_are_changes_nothing(whole, tmp_path):
     """Two processes of one thread each, or this process: the same to the last bit."""
     training = begun(seed=1)
     with workers(2) as pool:
-        train(training, tmp_path, pool, lambda: training.round >= 2, progress=False)
+        train(training, tmp_path, pool, lambda: training.round >= 2)
     here = begun(seed=1)
     trained(here, tmp_path / "here", rounds=2)
     assert equal(load(tmp_path).learners, load(tmp_path / "here").learners)
@@ -134,7 +134,7 @@ def test_any_executor_will_do(whole, tmp_path):
     training = begun(seed=1)
     with ThreadPoolExecutor(1) as executor:
         stop = lambda: training.round >= 1  # noqa: E731
-        train(training, tmp_path, executor, stop, progress=False)
+        train(training, tmp_path, executor, stop)
     assert rows(tmp_path) == rows(whole[1])[:2]
 
 
@@ -290,7 +290,7 @@ def test_imitation_that_was_interrupted_is_done_once_on_resume(tmp_path):
     """And ends like one that was not."""
     copying, at_once = tmp_path / "copying", tmp_path / "at once"
     training = begun(imitate="patrol")
-    train(training, copying, InProcess(), lambda: True, progress=False)
+    train(training, copying, InProcess(), lambda: True)
     assert not load(copying).progress["imitated"]
     trained(Training.resumed(load(copying)), copying, rounds=1)
     trained(begun(imitate="patrol"), at_once, rounds=1)
@@ -305,7 +305,7 @@ def test_a_round_that_is_being_played_is_dropped(tmp_path):
     """As if it had never begun: the next one has the same seeds."""
     training = begun()
     looks = iter([False] * 2)  # before the round, and before its first job
-    train(training, tmp_path, InProcess(), lambda: next(looks, True), progress=False)
+    train(training, tmp_path, InProcess(), lambda: next(looks, True))
     assert training.round == 0
     assert equal(load(tmp_path).learners, begun().checkpoint().learners)
 

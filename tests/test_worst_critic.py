@@ -28,7 +28,7 @@ def fire(trainer="poca", **task):
 
 def moment(fire, seconds=12, robots="sweep"):
     """An evacuation of the tiny building after some seconds."""
-    scenario = replace(fire.evaluation(), time_limit=60.0)
+    scenario = replace(fire.scenario_to_evaluate(), time_limit=60.0)
     sim = Simulation(
         shipped("tiny"), scenario, robots_named(robots), RandomFire(), seed=1
     )
@@ -98,7 +98,9 @@ def test_it_plays_whole_evacuations():
     """As any fire: same seed, same sources."""
     critic = fire()
     runs = [
-        Simulation(shipped("tiny"), critic.evaluation(), Sweep(), critic, seed=3)
+        Simulation(
+            shipped("tiny"), critic.scenario_to_evaluate(), Sweep(), critic, seed=3
+        )
         for _ in range(2)
     ]
     for run in runs:

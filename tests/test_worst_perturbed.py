@@ -34,7 +34,7 @@ def checkpoint(head="pointer", trainer="poca"):
 
 def moment(robots, seconds, seed=1):
     """An evacuation of the tiny building after some seconds."""
-    scenario = replace(robots.evaluation(), time_limit=60.0)
+    scenario = replace(robots.scenario_to_evaluate(), time_limit=60.0)
     sim = Simulation(shipped("tiny"), scenario, Sweep(), RandomFire(), seed)
     while sim.world.time < seconds:
         sim.step()
@@ -55,7 +55,9 @@ def test_with_nothing_off_robots_do_exactly_what_they_would(head):
     saved = checkpoint(head)
     pair = LearnedRobots(saved), PerturbedRobots(saved, epsilon=0)
     plain, same = (
-        Simulation(shipped("tiny"), robots.evaluation(), robots, RandomFire(), seed=2)
+        Simulation(
+            shipped("tiny"), robots.scenario_to_evaluate(), robots, RandomFire(), seed=2
+        )
         for robots in pair
     )
     assert str(plain.run()) == str(same.run()) and plain.events == same.events

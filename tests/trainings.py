@@ -53,7 +53,7 @@ def trained(training: Training, folder: Path, rounds: int | None = None) -> Path
     def stop() -> bool:
         return end is not None and training.round >= end
 
-    return train(training, folder, InProcess(), stop, progress=False)
+    return train(training, folder, InProcess(), stop)
 
 
 def tensors(state, name: str = "") -> dict[str, torch.Tensor | float | str]:

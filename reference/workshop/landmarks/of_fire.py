@@ -46,7 +46,7 @@ FIRE_TABLE: shared.FeatureTable = {
     "out": lambda v: v.out[v.place] / 20,  # metres from there to the cheapest way out
     "robots": lambda v: (v.to_robots <= shared.GROUP_RADIUS).sum(axis=1) / 2,
     "robot_way": lambda v: v.to_robots.min(axis=1, initial=shared.FAR) / 20,
-    "flames": lambda v: v.now.flames_around(FLAMES_BESIDE)[v.place],
+    "flames": lambda v: v.flames_beside[v.place],
     "flames_around": lambda v: v.now.flames_around(FLAMES_FAR)[v.place],
     "open": lambda v: v.open[v.floor],  # share of the floor's ways out without flames
     "here_open": lambda v: v.here_open,  # 1 if it is beside such a way out
@@ -140,6 +140,7 @@ class FireView:
     to_people, to_robots  (K, m) metres as the crow flies, FAR from floor to floor
     cross, come, ahead    (K,) who comes past, as in `Traffic`, ahead on average
     out                   (places,) metres to the cheapest way out
+    flames_beside         (places,) share of the square around that burns
     burning, open         (floors,) cells;  share of ways out without flames
     """
 
@@ -152,6 +153,7 @@ class FireView:
         self.to_people = self._apart(now.at[walking], now.floor[walking])
         self.to_robots = self._apart(now.robots, now.robot_floor)
         self.burning = now.burning.sum(axis=(1, 2))
+        self.flames_beside = now.flames_around(FLAMES_BESIDE)
         self._find_open()
         self._count_traffic()
 
@@ -164,9 +166,8 @@ class FireView:
     def _find_open(self) -> None:
         """Which ways out no flames are beside."""
         building, marks = self.now.building, self.now.building.landmarks
-        beside = self.now.flames_around(FLAMES_BESIDE)
-        places_of = shared.landmark_places(building)
-        is_open = np.array([not beside[places].any() for places in places_of])
+        places, beside = shared.landmark_places(building), self.flames_beside
+        is_open = np.array([not beside[cells].any() for cells in places])
         of_floor = [is_open[building.ways_out(f)] for f in range(building.floors)]
         self.open = np.array([m.mean() if len(m) else 0.0 for m in of_floor])
         self.leads_out, self.here_open = np.zeros((2, len(self.place)))
@@ -214,21 +215,15 @@ class Traffic:
         self.now, self.nav = now, navigation_of(now.building)
         self.cross, self.come, self.ahead = np.zeros((3, self.nav.places))
         self.out = np.full(self.nav.places, shared.FAR)
-        coming: list[list[int]] = [[] for _ in range(self.nav.floors)]
         landing = feet_below(now.building)
-        feet = shared.stairwell_feet(now.building)[now.on_stairs]
-        self._arrive(feet.tolist(), coming)
+        coming = shared.stairwell_feet(now.building)[now.on_stairs].tolist()
         for floor in reversed(range(self.nav.floors)):
             d, after = self._ways(floor)
             own = now.people_on(floor)[1].tolist()
-            for starts, count in ((own, self.cross), (coming[floor], self.come)):
+            other = [p for p in coming if p // self.nav.floor_size == floor]
+            for starts, count in ((own, self.cross), (other, self.come)):
                 ends = [self._walk(p, d, after, count) for p in starts]
-                self._arrive([landing[p] for p in ends if p in landing], coming)
-
-    def _arrive(self, feet: list[int], coming: list[list[int]]) -> None:
-        """Note who comes out of the stairs, floor by floor."""
-        for foot in feet:
-            coming[foot // self.nav.floor_size].append(foot)
+                coming += [landing[p] for p in ends if p in landing]
 
     def _ways(self, floor: int) -> tuple[np.ndarray, dict[int, int]]:
         """(places,) metres to the cheapest way out; from where to where one walks."""

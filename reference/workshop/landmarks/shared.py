@@ -86,7 +86,6 @@ class Snapshot:
         self.burning = burning(cells, building)
         self.cost = walking_cost(self.burning, cells_beside(building, self.burning))
         self.flames = np.asarray(self.burning.any(axis=(1, 2)))
-        self._around: dict[int, np.ndarray] = {}
         self.occupancy = np.bincount(self.floor, minlength=building.floors)
         self.above = self.occupancy[::-1].cumsum()[::-1] - self.occupancy
 
@@ -114,12 +113,10 @@ class Snapshot:
 
     def flames_around(self, side: int) -> np.ndarray:
         """(places,) share of the square of so many cells around that burns."""
-        if side not in self._around:
-            share = self.burning.astype(np.float32)
-            if self.flames.any():
-                share = ndimage.uniform_filter(share, (0, side, side), mode="constant")
-            self._around[side] = share.ravel()
-        return self._around[side]
+        share = self.burning.astype(np.float32)
+        if self.flames.any():
+            share = ndimage.uniform_filter(share, (0, side, side), mode="constant")
+        return share.ravel()
 
 
 def _on_the_map(

@@ -41,7 +41,6 @@ def train(
     executor: Executor,
     stop: Callable[[], bool] = lambda: False,
     tensorboard: bool = False,
-    progress: bool = True,
 ) -> Path:
     """Train until every side is past its max_steps, or until told to stop.
 
@@ -51,7 +50,7 @@ def train(
     nothing can be written; the checkpoints that are there stay whole.
     """
     with ExitStack() as closing:
-        log = Log(training, folder, tensorboard, progress, closing)
+        log = Log(training, folder, tensorboard, closing)
         begun = log.keep()
         if not training.imitated:
             played = in_order(executor, _played, training.demonstrations(), stop)
@@ -95,11 +94,10 @@ class Log:
         training: Training,
         folder: Path,
         tensorboard: bool,
-        progress: bool,
         closing: ExitStack,
     ):
         """Drop what the folder has from later rounds, after an interruption."""
-        self.training, self.folder, self.progress = training, folder, progress
+        self.training, self.folder = training, folder
         self.learners = training.learners.values()
         self.summaries: list[Table | Board] = []
         if tensorboard:
@@ -115,7 +113,7 @@ class Log:
             initial=self._done(),
             unit=" decisions",
             unit_scale=True,
-            disable=None if progress else True,
+            disable=None,
         )
         self.bar = closing.enter_context(bar)
         self.intervals: list[int] = []
@@ -130,7 +128,7 @@ class Log:
         if latest := self.training.latest:
             reward, share = latest["group_reward"], latest["survival"]
             self.bar.set_postfix(reward=f"{reward:,.0f}", survivors=f"{share:.0%}")
-        if self.bar.disable and self.progress:
+        if self.bar.disable:
             for row in rows:
                 print(_line(row), file=sys.stderr)
 

@@ -43,13 +43,13 @@ class LearnedPolicy:
     side: Side
 
     def __init__(self, source: Source, sample: bool = False):
-        """The mean or most likely action, or with `sample` one drawn from the policy.
+        """Take the mean or most likely action; with `sample`, draw from the policy.
 
         Raises CheckpointError for a file that is no checkpoint, or one in which this
         side was not learned; OSError for a file that cannot be read.
         """
         checkpoint = source if isinstance(source, Checkpoint) else load(source)
-        self.task, self.sample = checkpoint.task, sample
+        self.checkpoint, self.task, self.sample = checkpoint, checkpoint.task, sample
         self.building: Building = building_of(self.task.plan)
         self.scenario: Scenario = self.task.settings.scenario
         self.named = self.task.building
@@ -78,8 +78,8 @@ class LearnedPolicy:
         refuse_another_building(self.task, building)
         self._refuse_others(_facts(building, scenario))
 
-    def evaluation(self, people: int | None = None) -> Scenario:
-        """The scenario of the training, without its rule [D6]; people: how many."""
+    def scenario_to_evaluate(self, people: int | None = None) -> Scenario:
+        """Change the training's scenario: rule D6 is off; people: how many."""
         s = replace(self.scenario, training=False)
         if people is None:
             return s
@@ -129,7 +129,7 @@ class LearnedRobots(LearnedPolicy):
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> list[Destination | None]:
-        """The next destination of each of these robots, metres."""
+        """Choose the next destination of each of these robots, metres."""
         self._check_fits(world)
         emitted = self._emitted(robot_vectors(world, self.scenario), world, rng)
         row = {robot.body: k for k, robot in enumerate(world.robots)}
@@ -142,7 +142,7 @@ class LearnedFire(LearnedPolicy):
     side: Side = "fire"
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision:
-        """Floor and metres of the next source."""
+        """Choose floor and metres of the next source."""
         self._check_fits(world)
         emitted = self._emitted(fire_vector(world, self.scenario)[None], world, rng)
         return fire_decision(self.building, emitted[0])
@@ -165,7 +165,7 @@ def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
 
 
 def named_or_file(text: str, side: Side, sample: bool = False) -> Any:
-    """The name of a hand-written strategy as it is, or the policy in a checkpoint."""
+    """Load the policy in a checkpoint; give a hand-written strategy's name as it is."""
     if text in SCRIPTS[side]:
         return text
     return (LearnedRobots if side == "robots" else LearnedFire)(text, sample)

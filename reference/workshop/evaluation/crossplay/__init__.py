@@ -28,5 +28,4 @@ from reference.workshop.evaluation.crossplay.results import (
     ruler_of,
     table,
     write,
-    written,
 )

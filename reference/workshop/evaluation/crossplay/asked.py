@@ -197,7 +197,7 @@ def _arena(asked: Asked, robots: tuple[str, ...], trained: Trained) -> Arena:
         first = next(iter(trained.values()))
         name = asked.building or first.named
         building = load(name) if asked.building else first.building
-        scenario = first.evaluation(asked.people)
+        scenario = first.scenario_to_evaluate(asked.people)
         if not scenario.robots_per_floor and robots != (NOBODY,):
             scenario = replace(scenario, robots_per_floor=ROBOTS_PER_FLOOR)
     arena = Arena(name, plan_of(building), scenario)
@@ -241,7 +241,7 @@ def unlike_training(evaluation: Evaluation) -> list[str]:
     trained = _trained(evaluation.robots, evaluation.fires, evaluation.files)
     lines = []
     for (side, word), player in trained.items():
-        there = asdict(player.evaluation())
+        there = asdict(player.scenario_to_evaluate())
         other = [
             f"{name} {there[name]} (here {here[name]})"
             for name in there

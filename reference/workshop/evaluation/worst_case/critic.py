@@ -22,12 +22,7 @@ from reference.learning.settings import Side
 from reference.navigation import navigation_of
 from reference.strategies import RandomFire
 from reference.workshop.evaluation.worst_case.placements import placements
-from reference.workshop.training.checkpoints import (
-    Checkpoint,
-    CheckpointError,
-    load,
-    must_fit,
-)
+from reference.workshop.training.checkpoints import CheckpointError, must_fit
 from reference.workshop.training.policies import LearnedPolicy, Source
 from reference.world import Source as Lit
 from reference.world import World
@@ -53,9 +48,8 @@ class CriticFire(LearnedPolicy):
 
         Raises what `LearnedPolicy` raises, also where the robots did not learn.
         """
-        checkpoint = source if isinstance(source, Checkpoint) else load(source)
-        super().__init__(checkpoint)
-        self.critic = critic_of(checkpoint, self)
+        super().__init__(source)
+        self.critic = critic_of(self)
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision:
         """Take the placement of lowest value; a random cell if nobody is inside."""
@@ -85,12 +79,10 @@ class CriticFire(LearnedPolicy):
         return np.asarray(value.numpy() / (s.strength * s.reward_scale))
 
 
-def critic_of(checkpoint: Checkpoint, robots: LearnedPolicy) -> Critic | GroupCritic:
-    """Load the critic that the robots of a checkpoint learned with.
-
-    Raises CheckpointError where there is none.
-    """
-    if "robots" not in checkpoint.learners:
+def critic_of(robots: LearnedPolicy) -> Critic | GroupCritic:
+    """Load the critic that robots learned with. Raises CheckpointError without one."""
+    learners = robots.checkpoint.learners
+    if "robots" not in learners:
         raise CheckpointError(
             "there is no robots' critic in this checkpoint: only the fire learned. "
             "Name the checkpoint of its robots."
@@ -98,7 +90,7 @@ def critic_of(checkpoint: Checkpoint, robots: LearnedPolicy) -> Critic | GroupCr
     settings = robots.learned.settings
     critic = CRITICS[settings.trainer_type](robots.player.sizes, settings).eval()
     with must_fit("critic is not of the shape its settings tell"):
-        critic.load_state_dict(checkpoint.learners["robots"]["critic"])
+        critic.load_state_dict(learners["robots"]["critic"])
     return critic
 
 

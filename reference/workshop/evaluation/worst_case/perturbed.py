@@ -22,7 +22,7 @@ from reference.learning.poca import GroupCritic
 from reference.learning.rollouts import Moment
 from reference.paper import Scenario
 from reference.workshop.evaluation.worst_case.critic import critic_of
-from reference.workshop.training.checkpoints import Checkpoint, CheckpointError, load
+from reference.workshop.training.checkpoints import CheckpointError
 from reference.workshop.training.policies import LearnedRobots, Source
 from reference.world import World
 
@@ -72,10 +72,8 @@ class PerturbedRobots(LearnedRobots):
         """
         if not 0 <= epsilon < np.inf:
             raise ValueError(f"{epsilon:g} m: give metres from 0 upwards")
-        checkpoint = source if isinstance(source, Checkpoint) else load(source)
-        super().__init__(checkpoint)
-        self.epsilon = epsilon
-        critic = critic_of(checkpoint, self)
+        super().__init__(source)
+        self.epsilon, critic = epsilon, critic_of(self)
         if not isinstance(critic, GroupCritic):
             raise CheckpointError(
                 "these robots learned by ppo, whose critic judges no actions. Name "
