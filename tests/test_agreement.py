@@ -20,10 +20,10 @@ from reference.workshop.evaluation.agreement import (
     FIRES,
     KINDS,
     DoorstepFire,
-    Judged,
+    Measured,
     agreement,
-    fires_to_judge,
-    judge,
+    fires_to_measure,
+    measure,
 )
 from reference.workshop.evaluation.contestants import Evacuation
 
@@ -32,11 +32,11 @@ NO_FIRES = replace(FEW, sources=0)
 TINY = plan_of(shipped("tiny"))
 
 
-def judged(difficulties, losses, sources=None, fire="random"):
-    """Fires as if judged so."""
+def measured(difficulties, losses, sources=None, fire="random"):
+    """Fires as if measured so."""
     sources = sources or [1] * len(losses)
     rows = zip(sources, difficulties, losses, strict=True)
-    return tuple(Judged(fire, n, seed=0, difficulty=h, loss=r) for n, h, r in rows)
+    return tuple(Measured(fire, n, seed=0, difficulty=h, loss=r) for n, h, r in rows)
 
 
 # -- The second candidate -----------------------------------------------------------
@@ -45,7 +45,7 @@ def judged(difficulties, losses, sources=None, fire="random"):
 @pytest.mark.paper("F11")
 def test_unguided_people_lose_nothing_without_fire():
     """Not a hundredth of a point: both runs are one."""
-    found = judge(Evacuation(TINY, NO_FIRES, "none", "random", seed=4))
+    found = measure(Evacuation(TINY, NO_FIRES, "none", "random", seed=4))
     assert (found.loss, found.difficulty) == (0, 0)
 
 
@@ -58,7 +58,7 @@ def test_the_loss_is_what_two_simulations_of_one_seed_differ_in(fire):
         Simulation(shipped("tiny"), scenario, NoRobots(), played, seed=7).run()
         for played in (NoFire(), KINDS[fire]())
     ]
-    found = judge(Evacuation(TINY, scenario, "none", fire, seed=7))
+    found = measure(Evacuation(TINY, scenario, "none", fire, seed=7))
     assert found.loss == runs[0].reward - runs[1].reward != 0
     assert found.difficulty > 0
 
@@ -81,18 +81,18 @@ def test_a_doorstep_fire_breaks_out_right_before_a_way_out():
 
 def test_all_kinds_of_fires_take_turns_with_none_to_eight_sources():
     """Each with a seed of its own."""
-    todo = fires_to_judge(TINY, FEW, FIRES, seed=100)
+    todo = fires_to_measure(TINY, FEW, FIRES, seed=100)
     arms = {(job.fire, job.scenario.sources) for job in todo}
     assert arms == {(fire, n) for fire in KINDS for n in range(FIRE_SOURCES + 1)}
     assert [job.seed for job in todo] == list(range(100, 100 + FIRES))
 
 
 @pytest.mark.paper("F11")
-def test_any_executor_can_judge():
-    """Jobs and results are plain data, and `judge` stands at the top of its module."""
-    (job,) = fires_to_judge(TINY, NO_FIRES, 1, seed=5)
-    assert pickle.loads(pickle.dumps((judge, job))) == (judge, job)
-    found = judge(job)
+def test_any_executor_can_measure():
+    """Jobs and results are plain data; `measure` stands at the top of its module."""
+    (job,) = fires_to_measure(TINY, NO_FIRES, 1, seed=5)
+    assert pickle.loads(pickle.dumps((measure, job))) == (measure, job)
+    found = measure(job)
     assert pickle.loads(pickle.dumps(found)) == found and found.seed == 5
 
 
@@ -105,7 +105,7 @@ NUMBERS = st.lists(st.integers(0, 50), min_size=12, max_size=12)
 def test_the_coefficients_are_those_of_scipy(difficulties, losses):
     """Over all fires, of every strength."""
     assume(len(set(difficulties)) > 1 < len(set(losses)))
-    found = agreement(judged(difficulties, losses))
+    found = agreement(measured(difficulties, losses))
     spearman, pearson = stats.spearmanr, stats.pearsonr
     assert found.spearman == pytest.approx(spearman(difficulties, losses)[0])
     assert found.pearson == pytest.approx(pearson(difficulties, losses)[0])
@@ -115,7 +115,7 @@ def test_the_coefficients_are_those_of_scipy(difficulties, losses):
 def test_agreement_within_is_not_owed_to_the_number_of_sources():
     """More sources are harder by both; among equally many the order is reversed."""
     found = agreement(
-        judged([1, 2, 3, 11, 12, 13], [3, 2, 1, 13, 12, 11], [1, 1, 1, 2, 2, 2])
+        measured([1, 2, 3, 11, 12, 13], [3, 2, 1, 13, 12, 11], [1, 1, 1, 2, 2, 2])
     )
     assert found.spearman > 0.5
     assert found.within == pytest.approx(-1)
@@ -128,10 +128,10 @@ def test_agreement_within_is_not_owed_to_the_number_of_sources():
 def test_refuses_to_correlate_what_does_not_differ(losses):
     """A coefficient would be nan."""
     with pytest.raises(ValueError, match="Judge more of them"):
-        agreement(judged(range(len(losses)), losses))
+        agreement(measured(range(len(losses)), losses))
 
 
 def test_refuses_to_compare_within_numbers_that_stand_alone():
     """One fire with one source, one with two."""
     with pytest.raises(ValueError, match="equally many sources"):
-        agreement(judged([1, 2], [3, 4], [1, 2]))
+        agreement(measured([1, 2], [3, 4], [1, 2]))

@@ -6,7 +6,7 @@ from pages import overlaps, words
 
 from reference.evaluation.difficulty import HARDEST
 from reference.workshop.drawing import agreement as drawing
-from reference.workshop.evaluation.agreement import KINDS, Judged, agreement
+from reference.workshop.evaluation.agreement import KINDS, Measured, agreement
 
 
 def fires(count=60, most=8, kinds=tuple(KINDS)):
@@ -17,17 +17,17 @@ def fires(count=60, most=8, kinds=tuple(KINDS)):
         n = k % (most + 1)
         h = HARDEST * rng.uniform(0, (n + 1) / (most + 1))
         loss = 2 * h + rng.normal(0, 1500)
-        found.append(Judged(kinds[k % len(kinds)], n, k, h, loss))
+        found.append(Measured(kinds[k % len(kinds)], n, k, h, loss))
     return agreement(found)
 
 
 @pytest.mark.paper("F11")
 def test_every_fire_is_a_dot_where_both_candidates_put_it():
     """h to the right, what unguided people lose upwards; a marker for each kind."""
-    judged = fires()
-    axes = drawing.figure(judged).axes[0]
+    measured = fires()
+    axes = drawing.figure(measured).axes[0]
     dots = np.concatenate([c.get_offsets() for c in axes.collections])
-    pairs = np.array([(fire.difficulty, fire.loss) for fire in judged.fires])
+    pairs = np.array([(fire.difficulty, fire.loss) for fire in measured.fires])
     np.testing.assert_allclose(np.sort(dots, axis=0), np.sort(pairs, axis=0))
     assert len(axes.collections) == len(KINDS)
     assert axes.get_xlim()[1] > HARDEST
@@ -35,18 +35,18 @@ def test_every_fire_is_a_dot_where_both_candidates_put_it():
 
 def test_the_picture_tells_both_coefficients():
     """And how many fires it shows."""
-    judged = fires()
-    figure = drawing.figure(judged)
+    measured = fires()
+    figure = drawing.figure(measured)
     assert any("60 fires" in text.get_text() for text in words(figure))
     told = figure.axes[0].get_title("left")
     for name in ("spearman", "pearson", "within"):
-        assert f"{getattr(judged, name):.2f}" in told
+        assert f"{getattr(measured, name):.2f}" in told
 
 
 def test_equally_many_sources_have_one_colour():
     """Whatever the kind of fire; another number has another."""
-    judged = fires()
-    figure = drawing.figure(judged)
+    measured = fires()
+    figure = drawing.figure(measured)
     figure.draw_without_rendering()
     axes = figure.axes[0]
     ink = {}
@@ -54,7 +54,7 @@ def test_equally_many_sources_have_one_colour():
         for xy, colour in zip(dots.get_offsets(), dots.get_facecolors(), strict=True):
             ink[tuple(np.round(xy, 6))] = tuple(colour)
     by_number = {}
-    for fire in judged.fires:
+    for fire in measured.fires:
         place = (round(fire.difficulty, 6), round(fire.loss, 6))
         by_number.setdefault(fire.sources, set()).add(ink[place])
     assert all(len(colours) == 1 for colours in by_number.values())

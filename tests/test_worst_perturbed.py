@@ -17,7 +17,7 @@ from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.evaluation.worst_case.perturbed import (
     PerturbedRobots,
-    may_be_off,
+    perturbable,
 )
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.training.checkpoints import CheckpointError
@@ -71,7 +71,7 @@ def test_nothing_is_off_by_more_than_epsilon(head, epsilon, seconds, seed):
     """And only what may be: positions of those who are there."""
     robots = PerturbedRobots(checkpoint(head), epsilon)
     truth, worst = attacked(robots, moment(robots, seconds, seed), seed)
-    free = [may_be_off(row, robots.building, robots.scenario) for row in truth]
+    free = [perturbable(row, robots.building, robots.scenario) for row in truth]
     off = np.abs(worst.seen - truth)
     assert off.max() <= epsilon + 1e-4 and not off[~np.array(free)].any()
 
@@ -107,9 +107,9 @@ def test_the_order_of_people_and_all_that_is_no_position_stay():
     building, scenario = shipped("paper"), Scenario()
     sim = Simulation(building, scenario, Sweep(), RandomFire(), seed=0)
     row = robot_vectors(sim.world, scenario)[0]
-    assert may_be_off(row, building, scenario).sum() == 2 * (40 + 6)
+    assert perturbable(row, building, scenario).sum() == 2 * (40 + 6)
     row[142:164:3] = 0  # storeys of all fires: they are there
-    free = may_be_off(row, building, scenario)
+    free = perturbable(row, building, scenario)
     assert free.sum() == 108
     assert not free[2:164:3][:46].any() and not free[138:140].any()
     assert not free[164:].any()

@@ -43,9 +43,9 @@ def agree(arguments: Namespace) -> None:
     if arguments.output:
         writable(arguments.output, PICTURES, "a picture")
     plan, seed = plan_of(load(arguments.building)), arguments.seed or 0
-    fires = agreements.fires_to_judge(plan, Scenario(), arguments.fires, seed)
-    judged = _done(agreements.judge, fires, arguments, "fire")
-    found = agreements.agreement(judged)
+    fires = agreements.fires_to_measure(plan, Scenario(), arguments.fires, seed)
+    measured = _done(agreements.measure, fires, arguments, "fire")
+    found = agreements.agreement(measured)
     facts = {
         "building": arguments.building,
         "fires": len(found.fires),

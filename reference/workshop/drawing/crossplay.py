@@ -18,7 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from reference.workshop.drawing.page import TEXT, foot, sheet, shortened
-from reference.workshop.evaluation.crossplay import Cell, Record, figure_of
+from reference.workshop.evaluation.crossplay import Cell, Record, mean_and_interval
 from reference.workshop.evaluation.intervals import band
 
 EVEN = LinearSegmentedColormap.from_list("even", ["#dc7d33", "#fbf7ef", "#62a0d8"])
@@ -106,7 +106,7 @@ def matrix(cells: Sequence[Cell]) -> Figure:
 def _write(axes: Axes, place: tuple[int, int], cell: Cell) -> None:
     """Write the mean large, its interval small beneath."""
     row, column = place
-    mean, ends = figure_of(cell, "survival")
+    mean, ends = mean_and_interval(cell, "survival")
     axes.text(column + 0.5, row + 0.36, mean, fontsize=12, ha="center", va="center")
     axes.text(column + 0.5, row + 0.74, ends, fontsize=8, ha="center", va="center")
 

@@ -50,7 +50,7 @@ KINDS: dict[str, type[FireStrategy]] = {
 
 
 @dataclass(frozen=True)
-class Judged:
+class Measured:
     """A fire with its two measures: difficulty h, and loss in health points."""
 
     fire: str
@@ -60,7 +60,7 @@ class Judged:
     loss: float
 
 
-def fires_to_judge(
+def fires_to_measure(
     plan: str, scenario: Scenario, count: int, seed: int
 ) -> list[Evacuation]:
     """List so many unguided evacuations: kinds and numbers of sources take turns."""
@@ -72,14 +72,12 @@ def fires_to_judge(
     ]
 
 
-def judge(evacuation: Evacuation) -> Judged:
+def measure(evacuation: Evacuation) -> Measured:
     """Measure a fire's h, and its loss: R without any fire less R with it [F11].
 
-    [F11, chosen] Two runs of one seed, so the same people in the same places, and the
-    same spread of flames. The loss is negative where a fire helps: people without a map
-    walk in circles, and a burnt door is one wrong door less. So unlike h it may fall
-    with one more source, and it tells of the ways that such people try more than of
-    those there are.
+    [F11, chosen] Two runs of one seed: the same people in the same places, the same
+    spread of flames. The loss is negative where a fire helps: people without a map walk
+    in circles, and a burnt door is one wrong door less.
     """
     spared = replace(evacuation, fire="none").simulation()
     met = spared.copy()
@@ -87,24 +85,24 @@ def judge(evacuation: Evacuation) -> Judged:
     people = people_in(met.world)
     loss = spared.run().reward - met.run().reward
     h, sources = difficulty_of(met, people), evacuation.scenario.sources
-    return Judged(evacuation.fire, sources, evacuation.seed, h, loss)
+    return Measured(evacuation.fire, sources, evacuation.seed, h, loss)
 
 
 @dataclass(frozen=True)
 class Agreement:
-    """Judged fires, and how the two measures of them correlate.
+    """Measured fires, and how the two measures of them correlate.
 
     spearman, pearson  over all fires
     within  Spearman's coefficient among fires of equally many sources, pooled
     """
 
-    fires: tuple[Judged, ...]
+    fires: tuple[Measured, ...]
     spearman: float
     pearson: float
     within: float
 
 
-def agreement(fires: Sequence[Judged]) -> Agreement:
+def agreement(fires: Sequence[Measured]) -> Agreement:
     """Correlate the two measures of so many fires [F11].
 
     Raises ValueError where either calls all fires equal, or all fires of equally many

@@ -23,8 +23,11 @@ NAMES: dict[Side, tuple[str, ...]] = {
     "robots": (*SCRIPTS["robots"], "FILE", f"{PERTURBED}FILE", f"{PERTURBED}EPS:FILE"),
     "fire": (*SCRIPTS["fire"], BUSIEST, WORST, "FILE", f"{CRITIC}FILE"),
 }
-"""All words there are, for people: FILE is a checkpoint or the folder of a training,
-EPS are metres."""
+"""All words there are, for people: FILE is a checkpoint or the folder of a training.
+
+`busiest` is the fire beside the busiest ways, `worst-case` the one that looks ahead,
+`critic:` the one that asks the critic of a checkpoint's robots; `perturbed:` are robots
+whose observations are off by up to EPS metres."""
 
 SEARCHING: dict[str, Callable[[], Any]] = {BUSIEST: BusiestWay, WORST: WorstCase}
 
@@ -56,13 +59,10 @@ class Evacuation:
 
 
 def contestant(text: str, side: Side, sample: bool = False) -> Any:
-    """Make the strategy that a word names, as `Simulation` takes it.
+    """Make the strategy that one of NAMES names.
 
-    `busiest` is the fire beside the busiest ways, `worst-case` the one that looks
-    ahead, `critic:FILE` the one that asks the critic of a checkpoint's robots;
-    `perturbed:EPS:FILE` are a checkpoint's robots whose observations are off by up to
-    EPS metres; FILE alone is the policy that was learned for this side. sample: draw
-    its actions instead of taking the likeliest; it changes nobody else's.
+    FILE alone is the policy that was learned for this side; sample: draw its actions
+    instead of taking the likeliest.
 
     Raises ValueError for a word that means nothing, with the nearest that does, and
     for a checkpoint that does not have what is asked of it; OSError for a file that

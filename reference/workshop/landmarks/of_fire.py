@@ -93,10 +93,10 @@ class FireOptions:
         nobody to harm on others, and robots whose work is done stand there unseen.
         """
         place, there = np.zeros(self.size, dtype=int), np.zeros(self.size, dtype=bool)
-        heads, L, free = self._heads(now), len(self.beside), now.free_rooms()
+        centres, L, free = self._group_centres(now), len(self.beside), now.free_rooms()
         for start, candidates in (
             (0, self.beside),
-            (L, self._around(heads)),
+            (L, self._around(centres)),
             (L + shared.GROUPS, self._around(now.robot_place)),
         ):
             part, k = slice(start, start + len(candidates)), np.arange(len(candidates))
@@ -116,13 +116,13 @@ class FireOptions:
         inside = (row >= 0) & (row < rows) & (col >= 0) & (col < cols)
         return np.where(inside, (floor * rows + row) * cols + col, places[:, None])
 
-    def _heads(self, now: shared.Snapshot) -> np.ndarray:
+    def _group_centres(self, now: shared.Snapshot) -> np.ndarray:
         """Places of the people in the middle of the largest groups of all floors."""
         at, place = now.at[now.walking], now.place[now.walking]
         floor = now.floor[now.walking]
-        near = shared.together(self.navigation, (at, place), (at, place))
+        near = shared.near_in_sight(self.navigation, (at, place), (at, place))
         near &= floor[:, None] == floor
-        return place[shared.groups(near, np.ones(len(place)))]
+        return place[shared.group_centres(near, np.ones(len(place)))]
 
     def _actions(self, place: np.ndarray) -> np.ndarray:
         """(K, 3) float32: the middle of a floor's share of [-1, 1], x and y."""
@@ -150,14 +150,14 @@ class FireView:
         self.kind, self.place = options.kind, place
         self.floor = place // self.nav.floor_size
         walking = now.walking
-        self.to_people = self._apart(now.at[walking], now.floor[walking])
-        self.to_robots = self._apart(now.robots, now.robot_floor)
+        self.to_people = self._distances(now.at[walking], now.floor[walking])
+        self.to_robots = self._distances(now.robots, now.robot_floor)
         self.burning = now.burning.sum(axis=(1, 2))
         self.flames_beside = now.flames_around(FLAMES_BESIDE)
         self._find_open()
         self._count_traffic()
 
-    def _apart(self, at: np.ndarray, on: np.ndarray) -> np.ndarray:
+    def _distances(self, at: np.ndarray, on: np.ndarray) -> np.ndarray:
         """(K, m) metres to points at, (m, 2), on floors, (m,)."""
         off = self.nav.centres[self.place][:, None] - at
         apart = np.hypot(off[..., 0], off[..., 1])
@@ -179,13 +179,13 @@ class FireView:
         shape = self.now.building.kind.shape
         traffic = Traffic(self.now)
 
-        def most(count: np.ndarray) -> np.ndarray:
+        def busiest(count: np.ndarray) -> np.ndarray:
             around = ndimage.maximum_filter(count.reshape(shape), (1, 3, 3))
             return around.ravel()[self.place]
 
-        self.cross, self.come = most(traffic.cross), most(traffic.come)
+        self.cross, self.come = busiest(traffic.cross), busiest(traffic.come)
         people = np.maximum(traffic.cross + traffic.come, 1)
-        self.ahead, self.out = most(traffic.ahead / people), traffic.out
+        self.ahead, self.out = busiest(traffic.ahead / people), traffic.out
 
 
 # -- Ways out -----------------------------------------------------------------------

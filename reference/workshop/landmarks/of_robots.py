@@ -75,8 +75,10 @@ class RobotOptions:
         """size K and features F follow from the building alone."""
         self.building, self.scenario = building, scenario
         self.navigation = navigation_of(building)
-        self.offers = [offers_of(building, floor) for floor in range(building.floors)]
-        self.size = 1 + max(len(offers.kind) for offers in self.offers) + shared.GROUPS
+        self.fixed = [
+            fixed_options(building, floor) for floor in range(building.floors)
+        ]
+        self.size = 1 + max(len(fixed.kind) for fixed in self.fixed) + shared.GROUPS
         self.features = len(ROBOT_FEATURES)
 
     def __call__(self, vectors: np.ndarray, cells: np.ndarray) -> shared.Options:
@@ -118,7 +120,7 @@ class RobotView:
     ):
         """me: (r, 2) metres."""
         self.nav, self.now, self.floor = options.navigation, now, floor
-        self.offers = options.offers[floor]
+        self.fixed = options.fixed[floor]
         self.me = me, self.nav.places_at(np.full(len(me), floor), me)
         self.people = now.people_on(floor)
         cost = now.cost_on(floor)
@@ -144,13 +146,13 @@ class RobotView:
 
     def _choose(self) -> None:
         """Stay first, then what the map offers, then groups, those of lost people."""
-        near = shared.together(self.nav, self.people, self.people)
-        heads = shared.groups(near, self.lost)
-        offers, r = self.offers, len(self.me[0])
-        kind = [RobotOption.STAY, *offers.kind, *[RobotOption.GROUP] * len(heads)]
+        near = shared.near_in_sight(self.nav, self.people, self.people)
+        centres = shared.group_centres(near, self.lost)
+        fixed, r = self.fixed, len(self.me[0])
+        kind = [RobotOption.STAY, *fixed.kind, *[RobotOption.GROUP] * len(centres)]
         metres, places = self.people
-        target = np.concatenate([offers.target[:1], offers.target, metres[heads]])
-        place = np.concatenate([offers.place[:1], offers.place, places[heads]])
+        target = np.concatenate([fixed.target[:1], fixed.target, metres[centres]])
+        place = np.concatenate([fixed.place[:1], fixed.place, places[centres]])
         self.kind = np.array(kind, dtype=int)
         self.target, self.place = (np.repeat(a[None], r, 0) for a in (target, place))
         self.target[:, 0], self.place[:, 0] = self.me
@@ -171,20 +173,20 @@ class RobotView:
         """People at each option, (r, k), and in each stairwell, (k,)."""
         r, k = self.place.shape
         options = self.target.reshape(-1, 2), self.place.ravel()
-        there = shared.together(self.nav, options, self.people).reshape(r, k, -1)
+        there = shared.near_in_sight(self.nav, options, self.people).reshape(r, k, -1)
         self.people_there = there.sum(axis=-1)
         self.lost_there = (there & self.lost).sum(axis=-1)
-        mine = self.offers.shaft
+        mine = self.fixed.shaft
         self.on_stairs = np.zeros(k)
         self.on_stairs[1 : 1 + len(mine)] = (mine[:, None] == self.now.on_stairs).sum(1)
 
 
-# -- What the map offers ------------------------------------------------------------
+# -- Options that do not change -----------------------------------------------------
 
 
 @dataclass(frozen=True, eq=False)
-class Offers:
-    """What a floor's map offers robots.
+class FixedOptions:
+    """Options of a floor that never change: rooms, stairwells and exits.
 
     kind (k,);  target (k, 2) metres;  place (k,) where a robot then goes
     shaft (k,) index of the stairwell, -1 elsewhere
@@ -197,12 +199,12 @@ class Offers:
 
 
 @lru_cache(maxsize=64)
-def offers_of(building: Building, floor: int) -> Offers:
-    """Look up rooms, stairwells and exits of a floor."""
+def fixed_options(building: Building, floor: int) -> FixedOptions:
+    """Find where robots go for each room, stairwell and exit of a floor."""
     nav = navigation_of(building)
-    found = list(_offers(building, floor))
+    found = list(_found_on(building, floor))
     ends = [actual_target(building, floor, x, y) for _, (x, y), _ in found]
-    return Offers(
+    return FixedOptions(
         kind=np.array([kind for kind, _, _ in found], dtype=int),
         target=np.array([point for _, point, _ in found]).reshape(-1, 2),
         place=np.array([nav.nearest_free(floor, *end) for end in ends], dtype=int),
@@ -210,7 +212,7 @@ def offers_of(building: Building, floor: int) -> Offers:
     )
 
 
-def _offers(
+def _found_on(
     building: Building, floor: int
 ) -> Iterator[tuple[RobotOption, Destination, int]]:
     """What, where, and the stairwell it belongs to or -1.

@@ -79,8 +79,8 @@ class Snapshot:
         building = self.building = nav.building
         self.everybody = max(1, sum(scenario.start_counts(building.floors)))
         self.time = scene.time.item() / scenario.time_limit
-        self.at, self.floor, self.place = _on_the_map(nav, scene.humans)
-        self.robots, self.robot_floor, self.robot_place = _on_the_map(nav, scene.robots)
+        self.at, self.floor, self.place = _present(nav, scene.humans)
+        self.robots, self.robot_floor, self.robot_place = _present(nav, scene.robots)
         self.walking = building.kind.ravel()[self.place] != Kind.STAIRS
         self.on_stairs = stairwell_at(building)[self.place[~self.walking]]
         self.burning = burning(cells, building)
@@ -119,7 +119,7 @@ class Snapshot:
         return share.ravel()
 
 
-def _on_the_map(
+def _present(
     nav: Navigation, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Metres (k, 2), floors (k,) and places (k,) of those who are there.
@@ -132,7 +132,7 @@ def _on_the_map(
     return points[:, :2], floor, nav.places_at(floor, points[:, :2])
 
 
-def together(
+def near_in_sight(
     nav: Navigation,
     one: tuple[np.ndarray, np.ndarray],
     other: tuple[np.ndarray, np.ndarray],
@@ -149,19 +149,19 @@ def together(
     return near
 
 
-def groups(near: np.ndarray, count: np.ndarray) -> list[int]:
+def group_centres(near: np.ndarray, count: np.ndarray) -> list[int]:
     """People in the middle of at most GROUPS groups, the largest group first.
 
     near: (m, m) bool, who stands with whom; count: (m,) whether a person counts for
     the size of a group. Greedy: those around one are in no other group.
     """
-    heads: list[int] = []
+    centres: list[int] = []
     left = np.ones(len(near), dtype=bool)
-    while left.any() and len(heads) < GROUPS:
+    while left.any() and len(centres) < GROUPS:
         size = near @ (left * (count + 1e-3))
-        heads.append(int(np.argmax(np.where(left, size, -1.0))))
-        left &= ~near[heads[-1]]
-    return heads
+        centres.append(int(np.argmax(np.where(left, size, -1.0))))
+        left &= ~near[centres[-1]]
+    return centres
 
 
 @lru_cache(maxsize=8)

@@ -24,7 +24,7 @@ from reference.workshop.evaluation.crossplay.results import (
     Cell,
     as_json,
     cells,
-    figure_of,
+    mean_and_interval,
     ruler_of,
     table,
     write,

@@ -62,8 +62,8 @@ def _cell(match: Match, runs: list[Record], ruler: Ruler) -> Cell:
         reward=of_mean(rows[:, 0]),
         difficulty=of_mean(rows[:, 1]),
         score=_score(rows, ruler),
-        evacuation_time=_known(run.evacuation_time for run in runs),
-        mean_health=_known(run.mean_health for run in runs),
+        evacuation_time=_mean_if_any(run.evacuation_time for run in runs),
+        mean_health=_mean_if_any(run.mean_health for run in runs),
     )
 
 
@@ -75,7 +75,7 @@ def _score(rows: np.ndarray, ruler: Ruler) -> Interval | None:
         return None
 
 
-def _known(values: Iterable[float | None]) -> Interval | None:
+def _mean_if_any(values: Iterable[float | None]) -> Interval | None:
     known = [value for value in values if value is not None]
     return of_mean(known) if known else None
 
@@ -103,7 +103,7 @@ def ruler_of(
 
 # -- For people ---------------------------------------------------------------------
 
-HEADS = {
+HEADINGS = {
     "survival": "survivors, %",
     "reward": "reward R",
     "difficulty": "difficulty h",
@@ -121,7 +121,7 @@ def table(cells: Sequence[Cell]) -> str:
         _column("robots", [cell.robots for cell in cells], "<"),
         _column("fire", [cell.fire for cell in cells], "<"),
         _column("runs", [f"{cell.n:,}" for cell in cells]),
-        *(_column(head, _figures(cells, name)) for name, head in HEADS.items()),
+        *(_column(head, _figures(cells, name)) for name, head in HEADINGS.items()),
     ]
     lines = ["  ".join(line).rstrip() for line in zip(*columns, strict=True)]
     missing = any(None in vars(cell).values() for cell in cells)
@@ -135,14 +135,14 @@ def _column(head: str, texts: Sequence[str], side: str = ">") -> list[str]:
 
 def _figures(cells: Sequence[Cell], name: str) -> list[str]:
     """83.2 [81.0, 85.1], both parts aligned."""
-    means, ends = zip(*(figure_of(cell, name) for cell in cells), strict=True)
+    means, ends = zip(*(mean_and_interval(cell, name) for cell in cells), strict=True)
     width = 0 if name in MEANS else max(map(len, ends))
     return [
         f"{m} {e:>{width}}" if width else m for m, e in zip(means, ends, strict=True)
     ]
 
 
-def figure_of(cell: Cell, name: str) -> tuple[str, str]:
+def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
     """A figure's mean and its interval as people write them; "-" if there is none.
 
     A single run has no interval: it tells nothing of how runs scatter.
@@ -150,11 +150,11 @@ def figure_of(cell: Cell, name: str) -> tuple[str, str]:
     interval = getattr(cell, name)
     if interval is None:
         return "-", ""
-    mean, low, high = (written(value, name) for value in interval)
+    mean, low, high = (formatted(value, name) for value in interval)
     return mean, f"[{low}, {high}]" if cell.n > 1 else ""
 
 
-def written(value: float, figure: str) -> str:
+def formatted(value: float, figure: str) -> str:
     """A figure in as many digits as people want; survival in percent."""
     if figure == "survival":
         return f"{100 * value:.1f}"

@@ -65,11 +65,11 @@ class WorstCase:
         if not choice:
             return RandomFire().decide(world, rng)
         future = now.another_future(int(rng.integers(2**32)))
-        found = [self._look(future, placement) for placement in choice]
+        found = [self._simulate(future, placement) for placement in choice]
         self.foreseen = sorted(found, key=lambda each: each.reward)
         return self.foreseen[0].placement
 
-    def _look(self, future: Simulation, placement: Decision) -> Foreseen:
+    def _simulate(self, future: Simulation, placement: Decision) -> Foreseen:
         """Simulate a fire there up to the horizon, and estimate what comes after."""
         run = future.copy()
         run.fire_strategy = FirstAt(placement)

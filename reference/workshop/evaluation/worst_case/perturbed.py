@@ -56,9 +56,9 @@ class PerturbedRobots(LearnedRobots):
 
     [F4, chosen] The search is greedy over the robots: of some corners of the ball
     around each one's vector, those stay whose joint action has the lowest value, the
-    mean of MA-POCA's baselines. So every δ that is found exists, but a better search
-    might find a worse one: the reward under this attack is an upper bound of Eq. 5's. A
-    robot that is alone at work has no baseline, so it is not deceived.
+    mean of MA-POCA's baselines. A better search might find a worse δ: the reward under
+    this attack is an upper bound of Eq. 5's. A robot alone at work has no baseline, so
+    it is not deceived.
     """
 
     critic: GroupCritic
@@ -92,28 +92,30 @@ class PerturbedRobots(LearnedRobots):
 
     def attack(self, truth: Moment, rng: np.random.Generator) -> Attack:
         """Search, robot by robot, for the observations of lowest value."""
-        emitted, values = self._try(truth, truth.vectors[None])
+        emitted, values = self._evaluate(truth, truth.vectors[None])
         plain = float(values[0])
         worst = Attack(truth.vectors, emitted[0], plain, plain)
         for g in np.flatnonzero(truth.alive).tolist():
             seen = np.tile(worst.seen, (self.tries, 1, 1))
-            seen[:, g] = self._off(truth.vectors[g], rng)
-            emitted, values = self._try(truth, seen)
+            seen[:, g] = self._perturbed(truth.vectors[g], rng)
+            emitted, values = self._evaluate(truth, seen)
             k = int(values.argmin())
             if values[k] < worst.value:
                 worst = Attack(seen[k], emitted[k], float(values[k]), plain)
         return worst
 
-    def _off(self, vector: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    def _perturbed(self, vector: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """(K, V) corners of the ball around a vector (V,), cut off at the drawing."""
         delta = rng.choice([-self.epsilon, self.epsilon], (self.tries, len(vector)))
         layout = robot_layout(self.building, self.scenario)
         below = np.nextafter(layout.high, layout.low)
         seen = (vector + delta).clip(layout.low, below)
-        free = may_be_off(vector, self.building, self.scenario)
+        free = perturbable(vector, self.building, self.scenario)
         return np.where(free, seen, vector).astype(np.float32)
 
-    def _try(self, truth: Moment, seen: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _evaluate(
+        self, truth: Moment, seen: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """(K, G, 2) what robots do that see (K, G, V), and (K,) its value in truth."""
         with one_thread(), torch.no_grad():
             moments = [replace(truth, vectors=each) for each in seen]
@@ -128,7 +130,7 @@ class PerturbedRobots(LearnedRobots):
         return emitted, values.numpy()
 
 
-def may_be_off(
+def perturbable(
     vector: np.ndarray, building: Building, scenario: Scenario
 ) -> np.ndarray:
     """Mark x and y of the points in a robot's vector that are there: (V,) bool."""
