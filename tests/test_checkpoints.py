@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from trainings import begun, equal, tiny, trained
+from trainings import begun, equal, tiny
 
 from reference.building import load as load_building
 from reference.events import FireLit
@@ -151,16 +151,6 @@ def test_refuses_weights_that_are_no_numbers(path, network):
     torch.save(content, path)
     with pytest.raises(CheckpointError, match="no finite numbers"):
         load(path)
-
-
-def test_refuses_an_optimiser_of_another_shape(tmp_path):
-    """It would be broadcast in silence, or fail in the next round."""
-    training = begun()
-    trained(training, tmp_path, rounds=1)
-    other = load(tmp_path)
-    other.learners["robots"]["optimiser"]["state"][0]["exp_avg"] = torch.zeros(1)
-    with pytest.raises(CheckpointError, match="do not fit its settings"):
-        Training.resumed(other)
 
 
 def test_refuses_a_text_file(tmp_path):

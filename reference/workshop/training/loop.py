@@ -5,11 +5,10 @@ how many workers there are nor an interruption between two rounds changes what c
 out. What is played and learned is `learning.adversarial`'s.
 """
 
-import contextlib
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from pathlib import Path
 from time import perf_counter
 
@@ -49,8 +48,8 @@ def train(
     learned from is finished. Returns the last checkpoint's path. Raises OSError where
     nothing can be written; the checkpoints that are there stay whole.
     """
-    with ExitStack() as closing:
-        log = Log(training, folder, tensorboard, closing)
+    with ExitStack() as stack:
+        log = Log(training, folder, tensorboard, stack)
         begun = log.keep()
         if not training.imitated:
             played = in_order(executor, _played, training.demonstrations(), stop)
@@ -94,7 +93,7 @@ class Log:
         training: Training,
         folder: Path,
         tensorboard: bool,
-        closing: ExitStack,
+        stack: ExitStack,
     ):
         """Drop what the folder has from later rounds, after an interruption."""
         self.training, self.folder = training, folder
@@ -102,8 +101,8 @@ class Log:
         self.summaries: list[Table | Board] = []
         if tensorboard:
             steps = {side: who.steps for side, who in training.learners.items()}
-            board = contextlib.closing(Board(folder / "tensorboard", steps))
-            self.summaries.append(closing.enter_context(board))
+            board = closing(Board(folder / "tensorboard", steps))
+            self.summaries.append(stack.enter_context(board))
         make_folder(folder)
         over = training.round if training.imitated else -1
         self.summaries.append(table_to(folder / SUMMARIES, COLUMNS, over))
@@ -115,7 +114,7 @@ class Log:
             unit_scale=True,
             disable=None,
         )
-        self.bar = closing.enter_context(bar)
+        self.bar = stack.enter_context(bar)
         self.intervals: list[int] = []
         self.saved: tuple[int, bool] | None = None
         self.path = folder

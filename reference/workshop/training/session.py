@@ -104,13 +104,13 @@ class Training:
 
     def _who(self) -> dict[str, str]:
         """Each side's trainer and head, or who plays it."""
-        told: dict[str, str] = {}
+        names: dict[str, str] = {}
         for side in SIDES:
             who = self.learners.get(side) or self.task.fixed[side]
             if isinstance(who, Learner):
                 who = f"{who.settings.trainer_type} ({who.settings.head} head)"
-            told[side] = who if isinstance(who, str) else "a fixed checkpoint"
-        return told
+            names[side] = who if isinstance(who, str) else "a fixed checkpoint"
+        return names
 
     @property
     def decisions(self) -> int:
@@ -179,13 +179,13 @@ class Training:
         rows = []
         for side in self.learning():
             learner, summary = self.learners[side], self.summaries[side]
-            told = learn(side, learner, episodes, phase == "critic")
+            update = learn(side, learner, episodes, phase == "critic")
             if not learner.steps:
                 raise SettingsError(
                     f"{side}: nothing to decide in {len(episodes)} episodes. Give the "
                     "scenario more time, people, robots or sources."
                 )
-            summary.add(_facts(episodes, side), told)
+            summary.add(_facts(episodes, side), update)
             rows.append(summary.row(learner.steps, when))
         self.round += 1
         return [row for row in rows if row is not None]
@@ -197,10 +197,10 @@ class Training:
         s, fire, teacher = self.settings, self.task.fixed.get("fire"), self.task.imitate
         seeds = seeds_of(self.task.seed, DEMONSTRATIONS, 0, s.imitation_episodes)
         assert teacher is not None
-        shown = Demonstration(s.robots, teacher)
+        robots = Demonstration(s.robots, teacher)
         scripted = FIRES[fire if isinstance(fire, str) else "random"]()
         return [
-            Job(self.task.plan, s.scenario, shown, scripted, chunk)
+            Job(self.task.plan, s.scenario, robots, scripted, chunk)
             for chunk in _chunks(seeds, s.episodes_per_job)
         ]
 
@@ -234,7 +234,6 @@ class Training:
         with must_fit("networks do not fit its settings"):
             for side, learner in training.learners.items():
                 restore(learner, checkpoint.learners[side])
-                _refuse_other_shapes(learner)
                 training.summaries[side].load(progress["summaries"][side])
             training.round = checkpoint.round
             training.episodes = progress["episodes"]
@@ -248,14 +247,6 @@ def _learner(task: Task, side: Side) -> Learner:
     (seed,) = seeds_of(task.seed, LEARNERS, SIDES.index(side), 1)
     landmarks = landmarks_for(side, settings)
     return learner_for(side, task.plan, scenario, settings, seed, landmarks)
-
-
-def _refuse_other_shapes(learner: Learner) -> None:
-    """Raises ValueError for moments of Adam that are not their parameter's."""
-    for parameter, moments in learner.optimiser.state.items():
-        for moment in moments.values():
-            if moment.dim() and moment.shape != parameter.shape:
-                raise ValueError("the optimiser's moments are of another shape")
 
 
 def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:
