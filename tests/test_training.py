@@ -15,7 +15,7 @@ from reference.strategies import RandomFire, RandomRobots
 from reference.workshop.training.checkpoints import load, newest
 from reference.workshop.training.loop import train
 from reference.workshop.training.session import Training, seeds_of
-from reference.workshop.training.summaries import COLUMNS, Board, Summary, table_to
+from reference.workshop.training.summaries import COLUMNS, Board, Summary, table_until
 from reference.workshop.workers import InProcess, workers
 
 
@@ -361,11 +361,11 @@ def test_every_column_that_a_learner_fills_is_in_the_table(whole):
 def test_a_table_begins_with_one_header_and_goes_on_where_it_was(tmp_path):
     """Rows of later rounds and a half-written one are dropped; numbers stay exact."""
     path = tmp_path / "table.csv"
-    table = table_to(path, ("round", "loss"), 0)
+    table = table_until(path, ("round", "loss"), 0)
     table.append([{"round": 1, "loss": 1 / 3}, {"round": 2}])
     with path.open("a") as file:
         file.write("1")
-    table_to(path, ("round", "loss"), 1).append([{"round": 2, "loss": 0.5}])
+    table_until(path, ("round", "loss"), 1).append([{"round": 2, "loss": 0.5}])
     assert path.read_text() == f"round,loss\n1,{1 / 3!r}\n2,0.5\n"
 
 

@@ -83,11 +83,11 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
         return spaces.Dict({"vector": vector, "grid": grid})
 
     def observation_space(self, agent: str) -> spaces.Dict:
-        """What an agent may observe; the same object each time."""
+        """Look up an agent's observations; the same object each time."""
         return self.observation_spaces[agent]
 
     def action_space(self, agent: str) -> spaces.Box:
-        """What an agent may do; the same object each time."""
+        """Look up an agent's actions; the same object each time."""
         return self.action_spaces[agent]
 
     def reset(
@@ -95,14 +95,16 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
     ) -> tuple[dict[str, Observation], dict[str, dict[str, float]]]:
         """Begin a new episode; see `Environment.reset`."""
         seen, infos = self.environment.reset(seed, options)
-        return seen, self._told(infos)
+        return seen, self._with_outcome(infos)
 
     def step(self, actions: Mapping[str, Any]) -> Returns:
         """Take one decision of all agents; see `Environment.step`."""
         seen, rewards, ended, cut, infos = self.environment.step(actions)
-        return seen, rewards, ended, cut, self._told(infos)
+        return seen, rewards, ended, cut, self._with_outcome(infos)
 
-    def _told(self, infos: dict[str, dict[str, float]]) -> dict[str, dict[str, float]]:
+    def _with_outcome(
+        self, infos: dict[str, dict[str, float]]
+    ) -> dict[str, dict[str, float]]:
         self.agents = self.environment.agents.copy()
         outcome = self.environment.simulation.outcome()
         so_far = {name: float(getattr(outcome, name)) for name in SO_FAR}
@@ -122,5 +124,5 @@ parallel_env = ZooEnvironment  # as PettingZoo's modules call it
 
 
 def env(*args: Any, **kwargs: Any) -> AECEnv:
-    """The same with agents that act in turn, for who needs that."""
+    """Make the same with agents that act in turn."""
     return parallel_to_aec(ZooEnvironment(*args, **kwargs))

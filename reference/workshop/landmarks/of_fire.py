@@ -117,7 +117,7 @@ class FireOptions:
         return np.where(inside, (floor * rows + row) * cols + col, places[:, None])
 
     def _group_centres(self, now: shared.Snapshot) -> np.ndarray:
-        """Places of the people in the middle of the largest groups of all floors."""
+        """Find the middles of the largest groups of all floors: people's places."""
         at, place = now.at[now.walking], now.place[now.walking]
         floor = now.floor[now.walking]
         near = shared.near_in_sight(self.navigation, (at, place), (at, place))
@@ -164,7 +164,7 @@ class FireView:
         return np.where(self.floor[:, None] == on, apart, shared.FAR)
 
     def _find_open(self) -> None:
-        """Which ways out no flames are beside."""
+        """Find the ways out without flames beside them."""
         building, marks = self.now.building, self.now.building.landmarks
         places, beside = shared.landmark_places(building), self.flames_beside
         is_open = np.array([not beside[cells].any() for cells in places])
@@ -175,7 +175,7 @@ class FireView:
         self.here_open[: len(marks)] = self.leads_out[: len(marks)] * is_open
 
     def _count_traffic(self) -> None:
-        """Who comes past an option: through one of the 3 x 3 cells around."""
+        """Count who comes past an option: through one of the 3 x 3 cells around."""
         shape = self.now.building.kind.shape
         traffic = Traffic(self.now)
 

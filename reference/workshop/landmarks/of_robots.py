@@ -134,7 +134,7 @@ class RobotView:
         self.flames = now.flames_around(FLAMES_AROUND)
 
     def _assign_people(self, ways: np.ndarray, in_sight: float) -> None:
-        """Who is with which robot: the nearest one, on foot, in sight.
+        """Assign people to the nearest robot on foot, if it is in sight.
 
         So it is four times in five; who follows whom is not observed.
         """
@@ -145,7 +145,7 @@ class RobotView:
         self.with_me = mine.sum(axis=1)[:, None]
 
     def _choose(self) -> None:
-        """Stay first, then what the map offers, then groups, those of lost people."""
+        """List options: stay, then those of the map, then groups of lost people."""
         near = shared.near_in_sight(self.nav, self.people, self.people)
         centres = shared.group_centres(near, self.lost)
         fixed, r = self.fixed, len(self.me[0])
@@ -159,7 +159,7 @@ class RobotView:
         self.off = self.target - self.me[0][:, None]
 
     def _measure_ways(self, ways: np.ndarray, out: np.ndarray) -> None:
-        """How far for me and for mates; ways (r, places), out (places,) metres."""
+        """Measure ways for me and for mates; ways (r, places), out (places,) metres."""
         r = np.arange(len(self.place))
         self.way, self.out = ways[r[:, None], self.place], out[self.place]
         mates = ways[:, self.place]
@@ -170,7 +170,7 @@ class RobotView:
         self.best_out = leads_out & (way_out == way_out.min(axis=1, keepdims=True))
 
     def _count_people(self) -> None:
-        """People at each option, (r, k), and in each stairwell, (k,)."""
+        """Count people at each option, (r, k), and in each stairwell, (k,)."""
         r, k = self.place.shape
         options = self.target.reshape(-1, 2), self.place.ravel()
         there = shared.near_in_sight(self.nav, options, self.people).reshape(r, k, -1)
@@ -215,7 +215,7 @@ def fixed_options(building: Building, floor: int) -> FixedOptions:
 def _found_on(
     building: Building, floor: int
 ) -> Iterator[tuple[RobotOption, Destination, int]]:
-    """What, where, and the stairwell it belongs to or -1.
+    """Yield an option's kind, its point, and its stairwell or -1.
 
     Of each room the cell nearest to its centre. Where stairs lead down, the point of
     the main body nearest to them: Eq. 1 leads inside [C6]; where they end, before them.
@@ -239,7 +239,7 @@ def _found_on(
 
 
 def _at_exit(building: Building, exit_: Landmark) -> Destination:
-    """A point near an exit that means this exit and no stairwell beside it [C6] [C7].
+    """Find a point that means this exit and no stairwell beside it [C6] [C7].
 
     The exit itself, unless Eq. 1 leads away from there.
     """

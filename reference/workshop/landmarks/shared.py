@@ -60,7 +60,7 @@ def evaluate(table: FeatureTable, view: Any) -> np.ndarray:
 
 
 class Snapshot:
-    """What an observation says, on the map.
+    """An observation, put on the map.
 
     at         (n, 2) metres, floor (n,), place (n,) of all people inside
     walking    (n,) bool, on a floor and not on the stairs
@@ -95,7 +95,7 @@ class Snapshot:
         return self.at[here], self.place[here]
 
     def cost_on(self, floor: int) -> np.ndarray | None:
-        """As robots plan their ways: None on a floor without flames."""
+        """Look up what a metre costs robots; None on a floor without flames."""
         return self.cost if self.flames[floor] else None
 
     def free_rooms(self) -> np.ndarray:

@@ -46,7 +46,7 @@ class Demonstration(Recorded):
     teacher: str
 
     def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
-        """The teacher at work."""
+        """Make the player that records the teacher."""
         marks = landmarks_for(side, self.settings)
         return _Teacher(self.teacher, side, building, scenario, self.settings, marks)
 
@@ -62,8 +62,8 @@ class _Teacher(Player):
     def act(
         self, moments: Sequence[Moment]
     ) -> tuple[np.ndarray, list[GroupDecision[np.ndarray]]]:
-        """What the strategy does, (S, G, 2), nan to keep a destination; and the same
-        as the learner's head would have put it, `alive` where that is something new."""
+        """Play the strategy: (S, G, 2) actions, nan to keep a destination, and the same
+        as decisions of the learner's head, `alive` where there is a new one."""
         wanted = [self._decided(moment) for moment in moments]
         return np.stack(wanted), list(map(self._recorded, moments, wanted))
 
@@ -86,7 +86,7 @@ class _Teacher(Player):
     def _recorded(
         self, moment: Moment, wanted: np.ndarray
     ) -> GroupDecision[np.ndarray]:
-        """As the head's: the nearest option; log_probs are 0, nothing is shown."""
+        """Record actions as the head's: the nearest option, with log_probs of 0."""
         new, spots = ~np.isnan(wanted).any(axis=1), np.nan_to_num(wanted)
         actions, features, action_mask = spots * RAW_LIMIT, None, None
         if self.options is not None:

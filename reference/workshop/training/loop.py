@@ -27,7 +27,7 @@ from reference.workshop.training.summaries import (
     TIMES,
     Board,
     Row,
-    table_to,
+    table_until,
 )
 from reference.workshop.workers import in_order
 
@@ -105,8 +105,8 @@ class Log:
             self.summaries.append(stack.enter_context(board))
         make_folder(folder)
         over = training.round if training.imitated else -1
-        self.summaries.append(table_to(folder / SUMMARIES, COLUMNS, over))
-        self.times = table_to(folder / CLOCK, TIMES, over)
+        self.summaries.append(table_until(folder / SUMMARIES, COLUMNS, over))
+        self.times = table_until(folder / CLOCK, TIMES, over)
         bar = tqdm(
             total=sum(who.settings.max_steps for who in self.learners),
             initial=self._done(),

@@ -30,19 +30,19 @@ from reference.workshop.training.checkpoints import (
 )
 from reference.world import Robot, World
 
-Source = str | os.PathLike[str] | Checkpoint
+CheckpointLike = str | os.PathLike[str] | Checkpoint
 """A checkpoint, its file, or the folder of a training: the newest one in it."""
 
 
 class LearnedPolicy:
     """One side of a checkpoint; it remembers nothing from one decision to the next.
 
-    building, scenario  what it was trained in;  named  how the building was asked for
+    task  the training;  building, scenario  what it was trained in
     """
 
     side: Side
 
-    def __init__(self, source: Source, sample: bool = False):
+    def __init__(self, source: CheckpointLike, sample: bool = False):
         """Take the mean or most likely action; with `sample`, draw from the policy.
 
         Raises CheckpointError for a file that is no checkpoint, or one in which this
@@ -52,7 +52,6 @@ class LearnedPolicy:
         self.checkpoint, self.task, self.sample = checkpoint, checkpoint.task, sample
         self.building: Building = building_of(self.task.plan)
         self.scenario: Scenario = self.task.settings.scenario
-        self.named = self.task.building
         who = checkpoint.player(self.side)
         if not isinstance(who, Learned):
             raise CheckpointError(

@@ -90,7 +90,7 @@ class Summary:
         self.sums, self.counts = dict(state["sums"]), dict(state["counts"])
 
 
-def table_to(path: Path, columns: Sequence[str], rounds: int) -> Table:
+def table_until(path: Path, columns: Sequence[str], rounds: int) -> Table:
     """Go on with a table, without the rows of more than so many rounds.
 
     Raises ValueError for a file that is another table, OSError.

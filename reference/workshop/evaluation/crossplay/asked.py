@@ -195,7 +195,7 @@ def _arena(asked: Asked, robots: tuple[str, ...], trained: Trained) -> Arena:
         building = load(name)
     else:
         first = next(iter(trained.values()))
-        name = asked.building or first.named
+        name = asked.building or first.task.building
         building = load(name) if asked.building else first.building
         scenario = first.scenario_to_evaluate(asked.people)
         if not scenario.robots_per_floor and robots != (NOBODY,):

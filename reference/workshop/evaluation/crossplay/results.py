@@ -134,7 +134,7 @@ def _column(head: str, texts: Sequence[str], side: str = ">") -> list[str]:
 
 
 def _figures(cells: Sequence[Cell], name: str) -> list[str]:
-    """83.2 [81.0, 85.1], both parts aligned."""
+    """Format a column like 83.2 [81.0, 85.1], both parts aligned."""
     means, ends = zip(*(mean_and_interval(cell, name) for cell in cells), strict=True)
     width = 0 if name in MEANS else max(map(len, ends))
     return [
@@ -143,7 +143,7 @@ def _figures(cells: Sequence[Cell], name: str) -> list[str]:
 
 
 def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
-    """A figure's mean and its interval as people write them; "-" if there is none.
+    """Format a figure's mean and its interval; "-" if there is none.
 
     A single run has no interval: it tells nothing of how runs scatter.
     """
@@ -155,7 +155,7 @@ def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
 
 
 def formatted(value: float, figure: str) -> str:
-    """A figure in as many digits as people want; survival in percent."""
+    """Format a figure: survival in percent, the score with two digits."""
     if figure == "survival":
         return f"{100 * value:.1f}"
     return f"{value:.2f}" if figure == "score" else f"{value:,.0f}"
@@ -167,7 +167,7 @@ def formatted(value: float, figure: str) -> str:
 def as_json(
     evaluation: Evaluation, ruler: Ruler, cells: Iterable[Cell]
 ) -> dict[str, Any]:
-    """What was evaluated, by which ruler, and the cells: each figure by its name."""
+    """Describe what was evaluated, by which ruler, and the cells' figures by name."""
     return {
         "building": evaluation.arena.building,
         "people": evaluation.arena.people,

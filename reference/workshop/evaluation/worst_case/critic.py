@@ -23,9 +23,8 @@ from reference.navigation import navigation_of
 from reference.strategies import RandomFire
 from reference.workshop.evaluation.worst_case.placements import placements
 from reference.workshop.training.checkpoints import CheckpointError, must_fit
-from reference.workshop.training.policies import LearnedPolicy, Source
-from reference.world import Source as Lit
-from reference.world import World
+from reference.workshop.training.policies import CheckpointLike, LearnedPolicy
+from reference.world import Source, World
 
 CRITICS: dict[str, type[Critic] | type[GroupCritic]] = {
     "ppo": Critic,
@@ -43,7 +42,7 @@ class CriticFire(LearnedPolicy):
 
     side: Side = "robots"
 
-    def __init__(self, source: Source):
+    def __init__(self, source: CheckpointLike):
         """Load the critic of a checkpoint's robots; others may be the ones attacked.
 
         Raises what `LearnedPolicy` raises, also where the robots did not learn.
@@ -100,5 +99,5 @@ def imagined(world: World, decision: Decision) -> World:
     flames = world.flames
     burning = flames.burning.copy()
     burning.ravel()[navigation_of(world.building).place(floor, x, y)] = True
-    sources = [*flames.sources, Lit(floor, x, y, world.time)]
+    sources = [*flames.sources, Source(floor, x, y, world.time)]
     return replace(world, flames=replace(flames, burning=burning, sources=sources))

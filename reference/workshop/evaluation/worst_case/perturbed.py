@@ -23,7 +23,7 @@ from reference.learning.rollouts import Moment
 from reference.paper import Scenario
 from reference.workshop.evaluation.worst_case.critic import critic_of
 from reference.workshop.training.checkpoints import CheckpointError
-from reference.workshop.training.policies import LearnedRobots, Source
+from reference.workshop.training.policies import CheckpointLike, LearnedRobots
 from reference.world import World
 
 EPSILON = 1.0
@@ -64,7 +64,7 @@ class PerturbedRobots(LearnedRobots):
     critic: GroupCritic
     tries = TRIES
 
-    def __init__(self, source: Source, epsilon: float = EPSILON):
+    def __init__(self, source: CheckpointLike, epsilon: float = EPSILON):
         """epsilon: metres, 0 or more; the robots take their likeliest actions.
 
         Raises ValueError for other numbers, and CheckpointError as `LearnedRobots`
