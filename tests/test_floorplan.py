@@ -5,6 +5,7 @@ for each kind of mistake, `NAME.txt` beside `NAME.expected`, the whole message. 
 names begin with the stage: page, characters, shape, floor, building.
 """
 
+import os
 import re
 from pathlib import Path
 from time import process_time
@@ -222,8 +223,8 @@ def test_the_caret_stands_under_its_column(before, room):
 
 @pytest.mark.parametrize(
     "raw",
-    [b"building: B\xfcro\n", b"\x89PNG\r\n\x1a\n\0\0", HOUSE.encode("utf-16")],
-    ids=["latin 1", "a picture", "UTF-16"],
+    [b"building: B\xfcro\n", b"\x89PNG\r\n\x1a\n\0\0", bytes(2**25)],
+    ids=["latin 1", "a picture", "noughts"],
 )
 def test_refuses_a_file_that_is_not_plain_text(raw, tmp_path):
     """A picture or another encoding gets one message, with its place."""
@@ -231,6 +232,59 @@ def test_refuses_a_file_that_is_not_plain_text(raw, tmp_path):
     file.write_bytes(raw)
     with pytest.raises(FloorPlanError, match=r"map.txt:1:\d+: this is not plain text"):
         read(file)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_refuses_utf_16_by_its_name(encoding, tmp_path):
+    """Some editors save so, with or without a mark at the beginning."""
+    file = tmp_path / "map.txt"
+    file.write_bytes(HOUSE.encode(encoding))
+    with pytest.raises(FloorPlanError, match=r"map.txt:1:\d+: this is UTF-16, not "):
+        read(file)
+
+
+HEAD = "building: x\nsize: 14 x 5\n"
+CELLS = "\n".join(["#" * 399, *["#." * 199 + "#", "#" * 399] * 199])
+CELLS = f"building: x\nsize: 399 x 399\nfloor 1:\n{CELLS}"
+HUGE = {
+    "blanks of another alphabet": HEAD + "floor" + 30_000 * "\u3000" + "\n",
+    "rows without end": HEAD + "floor 1:\n" + 1_000_000 * "##\n",
+    "a line without end": HEAD + "floor 1:\n" + 2_000_000 * "#" + "!",
+    "a heading without end": HEAD + "colour" + 2_000_000 * "x" + ": red\n",
+    "a number without end": HEAD + "floor 1" + 2_000_000 * "1" + ":\n",
+    "headings without end": HEAD + 300_000 * "floor y:\n",
+    "foreign signs without end": HEAD + "floor 1:\n" + 300_000 * "é.",
+    "a size nobody can have": f"building: x\nsize: 100000x3\nfloor 1:\n{100_000 * '#'}",
+    "forty thousand rooms": CELLS,
+    "forty thousand rooms and many floors": CELLS.replace("floor 1:", "floor 1-30:"),
+}
+
+
+@pytest.mark.parametrize("text", HUGE.values(), ids=HUGE)
+def test_refuses_a_huge_text_at_once_and_in_few_words(text):
+    """No text takes longer than a second, and none is repeated on the screen."""
+    start = process_time()
+    with pytest.raises(FloorPlanError) as caught:
+        parse(text)
+    assert process_time() - start < 2  # a busy machine takes twice as long
+    assert len(str(caught.value)) < 4_000
+
+
+def test_says_how_much_it_reads():
+    """A file ends where the largest building would, with as many notes as rows."""
+    assert "at most 24000 lines" in refusal(HUGE["rows without end"])[0].what
+    parse(HOUSE + 20_000 * "; a note\n")
+    hint = refusal(HUGE["a size nobody can have"])[0].hint
+    assert hint == "Draw at most 400 columns and 400 rows."
+
+
+@pytest.mark.parametrize("kind", ["a pipe", "a device"])
+def test_refuses_what_is_no_file(kind, tmp_path):
+    """A pipe without a writer would be waited for, a device may have no end."""
+    path = tmp_path / "map.txt"
+    os.mkfifo(path) if kind == "a pipe" else path.symlink_to("/dev/zero")
+    with pytest.raises(OSError, match=r"cannot read .*map.txt: It is a device or a "):
+        read(path)
 
 
 def test_refuses_a_folder_and_a_missing_file_in_words(tmp_path):

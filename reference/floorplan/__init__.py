@@ -16,13 +16,16 @@ looks like), `page` and `syntax` (stages 1 to 3), `plan` (rooms and their graph)
 """
 
 import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterable
 from difflib import get_close_matches
+from errno import EINVAL
+from itertools import islice
 from os import PathLike
 from pathlib import Path
 
 from reference.floorplan import page, semantics, syntax
-from reference.floorplan.mistakes import Finding, FloorPlanError, Mistake
+from reference.floorplan.mistakes import MOST, Finding, FloorPlanError, Mistake
 from reference.floorplan.plan import Plan, Storey
 
 __all__ = ["FloorPlanError", "Plan", "Storey", "find", "parse", "read", "to_text"]
@@ -41,8 +44,12 @@ def parse(text: str, path: str = "<text>") -> Plan:
 
 def read(path: str | PathLike[str]) -> Plan:
     """Read the drawing in a file. Raises FloorPlanError, OSError if there is none."""
+    file = Path(path)
     try:
-        raw = Path(path).read_bytes()
+        if file.exists() and not (file.is_file() or file.is_dir()):
+            raise OSError(EINVAL, "It is a device or a pipe, not a file")
+        with file.open("rb") as text:
+            raw = text.read(page.MOST_SIGNS + 4)  # with a byte order mark
     except OSError as error:
         raise type(error)(f"cannot read {path}: {error.strerror}") from None
     return parse(_decoded(raw, str(path)), str(path))
@@ -87,10 +94,11 @@ def _decoded(raw: bytes, path: str) -> str:
     """Decode UTF-8; FloorPlanError at the first byte that stands in no text."""
     text = raw.decode("utf-8", "replace")
     if bad := re.search("[\0\ufffd]", text):
-        sheet, last = page.sort(text), page.sort(text[: bad.start()]).lines[-1]
-        hint = "Save the file as plain text (ASCII)."
-        column = len(last.written) + 1
-        _refuse([last.finding("this is not plain text", hint, column)], sheet, path)
+        sheet = page.sort(text[: bad.end()])
+        wide = raw.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) or raw[:4].count(0) == 2
+        what = "this is UTF-16, not plain text" if wide else "this is not plain text"
+        hint, last = "Save the file as plain text (ASCII).", sheet.lines[-1]
+        _refuse([last.finding(what, hint, len(last.written))], sheet, path)
     return text
 
 
@@ -98,7 +106,7 @@ def _refuse(findings: Iterable[Finding], sheet: page.Page, path: str) -> None:
     """Raise FloorPlanError with all that a stage has found, if anything."""
     mistakes = tuple(
         Mistake(path, line, column, sheet.lines[line - 1].written, what, hint)
-        for line, column, what, hint in sorted(set(findings))
+        for line, column, what, hint in sorted(set(islice(findings, MOST)))
     )
     if mistakes:
         raise FloorPlanError(mistakes)

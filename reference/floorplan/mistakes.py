@@ -11,7 +11,9 @@ import unicodedata
 from dataclasses import dataclass
 
 SHOWN = 4  # mistakes on a page of them: more would hide the first
-LONGEST = 400  # characters of a line that are shown, if the mistake is among them
+MOST = 1000  # looked for: somebody who drew them all wants the first
+LONGEST = 400  # characters of a line that are shown, the mistake among them
+QUOTED = 80  # characters of a line that are repeated in a sentence
 
 Finding = tuple[int, int, str, str]
 """Line, column, what is wrong, and a hint; both places count from 1."""
@@ -31,8 +33,9 @@ class Mistake:
     def __str__(self) -> str:
         """`path:line:column: what`, the line as written, a caret, the hint."""
         place = f"{self.path}:{self.line}:{self.column}"
-        line = _CONTROL.sub("?", self.written[: max(self.column, LONGEST)])
-        before = line[: self.column - 1].ljust(self.column - 1)
+        start = max(0, self.column - LONGEST)
+        line = _CONTROL.sub("?", self.written[start : start + LONGEST])
+        before = line[: self.column - 1 - start].ljust(self.column - 1 - start)
         caret = "".join(map(_blank_for, before)) + "^"
         shown = "\n".join(f"    {text}".rstrip() for text in (line, caret))
         return f"{place}: {self.what}\n{shown}\n    hint: {self.hint}"
@@ -44,9 +47,15 @@ class FloorPlanError(ValueError):
     def __init__(self, mistakes: tuple[Mistake, ...]) -> None:
         page = [str(mistake) for mistake in mistakes[:SHOWN]]
         if len(mistakes) > SHOWN:
-            page.append(f"… and {len(mistakes) - SHOWN} more")
+            least = "at least " if len(mistakes) == MOST else ""
+            page.append(f"… and {least}{len(mistakes) - SHOWN} more")
         super().__init__("\n".join(page))
         self.mistakes = mistakes
+
+
+def clip(text: str) -> str:
+    """Shorten what a sentence repeats of a line, which may be very long."""
+    return text if len(text) <= QUOTED else text[: QUOTED - 1] + "…"
 
 
 _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f-\x9f]")

@@ -18,6 +18,8 @@ from reference.floorplan.mistakes import Finding
 
 MOST_FLOORS = 30  # [A1, chosen] ten times the paper's
 MOST_CELLS = 400  # [A1, chosen] in a row or a column: ten times the paper's
+MOST_LINES = 2 * MOST_FLOORS * MOST_CELLS  # [A1, chosen] rows, and as many notes
+MOST_SIGNS = MOST_LINES * MOST_CELLS  # [A1, chosen] in a file: no more is read
 SETTINGS = ("building:", "size:")
 
 
@@ -37,7 +39,8 @@ class Line:
         """A heading up to its colon, if it has one, in small letters; '' for a row."""
         if heading := _HEADING.match(self._plain):
             return heading[0][:-1].strip().lower() + ":"
-        return self._plain.strip().lower() if _lacks_colon(self._plain) else ""
+        plain = self._plain.strip()
+        return plain.lower() if _lacks_colon(plain) else ""
 
     @cached_property
     def value(self) -> str:
@@ -47,7 +50,7 @@ class Line:
     @property
     def _plain(self) -> str:
         """The code with signs that stage 2 will find fault with, as they were meant."""
-        return self.code.translate(_ALIKE)
+        return self.code if self.code.isascii() else self.code.translate(_ALIKE)
 
     def finding(self, what: str, hint: str, column: int = 1) -> Finding:
         """A mistake in this line."""
@@ -80,12 +83,16 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Page:
-    """The file sorted into its parts; strays are rows before the first heading."""
+    """The file sorted into its parts.
+
+    strays   rows before the first heading;  whole  is all of it here?
+    """
 
     lines: tuple[Line, ...]
     settings: dict[str, list[Line]]
     drawings: list[Drawing]
     strays: list[Line]
+    whole: bool
 
     @property
     def rows(self) -> Iterator[Line]:
@@ -104,17 +111,19 @@ class Page:
 
     @cached_property
     def drawn_size(self) -> str:
-        """The size as somebody should have written it, judged by the drawings."""
+        """The size as the drawings have it; '' if it is too large."""
         width = max((len(row.code) for row in self.rows), default=30)
         height = max((len(drawing.rows) for drawing in self.drawings), default=9)
-        return f"size: {min(width, MOST_CELLS)} x {min(height, MOST_CELLS)}"
+        return f"size: {width} x {height}" if max(width, height) <= MOST_CELLS else ""
 
 
 def sort(text: str) -> Page:
-    """Sort the lines of a file, whatever is wrong with them."""
-    written = re.split(r"\r\n?|\n", text)  # whichever way the editor ends lines
+    """Sort the lines of a file, whatever is wrong with them, up to MOST_LINES."""
+    line_end = r"\r\n?|\n"  # whichever way the editor ends lines
+    written = re.split(line_end, text[:MOST_SIGNS], maxsplit=MOST_LINES)
     lines = tuple(Line(number, line) for number, line in enumerate(written, 1))
-    page = Page(lines, {key: [] for key in SETTINGS}, [], [])
+    whole = len(text) <= MOST_SIGNS and len(lines) <= MOST_LINES
+    page = Page(lines, {key: [] for key in SETTINGS}, [], [], whole)
     for line in lines:
         if line.key in SETTINGS:
             page.settings[line.key].append(line)
@@ -125,7 +134,7 @@ def sort(text: str) -> Page:
     return page
 
 
-FLOOR_KEY = re.compile(r"floor\s*([0-9]{1,4})(?:\s*-\s*([0-9]{1,4}))?:")
+FLOOR_KEY = re.compile(r"floor\s*([0-9]+)(?:\s*-\s*([0-9]+))?:")
 SIZE_VALUE = re.compile(r"([0-9]{1,9})\s*[xX]\s*([0-9]{1,9})")
 _HEADING = re.compile(r"\s*\w[^#.+:]*:")
 _ALIKE = str.maketrans("：–—−×", ":---x")
@@ -133,16 +142,17 @@ _ALIKE = str.maketrans("：–—−×", ":---x")
 
 def key_word(text: str) -> str:
     """The key word that the first word of a text is, or was probably meant to be."""
-    first = re.match(r"\s*([^\W\d_]*)", text)
+    first = re.match(r"\s*([^\W\d_]{0,20})", text)
     words = ("building", "size", "floor")
     return "".join(get_close_matches(first[1].lower() if first else "", words, 1, 0.75))
 
 
 def _lacks_colon(code: str) -> bool:
-    several = re.match(r"\s*[A-Za-z]+\s*[\s0-9]\s*\S", code)
+    several = re.match(r"[A-Za-z]+(\s+|[0-9]\s*)\S", code)
     return bool(several and not set(":#") & set(code) and key_word(code))
 
 
 def _numbers(heading: Line) -> range:
     match = FLOOR_KEY.fullmatch(heading.key)
-    return range(int(match[1]), int(match[2] or match[1]) + 1) if match else range(0)
+    first, last = (match[1], match[2] or match[1]) if match else ("1", "0")
+    return range(int(first[:9]), int(last[:9]) + 1)  # a tenth digit is too large anyway

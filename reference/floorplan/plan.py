@@ -60,7 +60,8 @@ class Storey:
     def signs(self) -> np.ndarray:
         """(rows + 2, columns + 2) one character each, in a rim of outside."""
         rim = " " * len(self.rows[0])
-        return np.array([list(f" {row} ") for row in (rim, *self.rows, rim)])
+        rows = np.array([f" {row} " for row in (rim, *self.rows, rim)])
+        return rows.view("U1").reshape(len(rows), -1)
 
     @cached_property
     def rooms(self) -> np.ndarray:
@@ -149,6 +150,16 @@ class Plan:
         return graph
 
     @cached_property
+    def room_of(self) -> dict[str, tuple[int, int]]:
+        """Floor number and index of the room that a node of the graph stands for."""
+        return {
+            f"{n}/{area.name}": (n, index)
+            for n, storey in enumerate(self.storeys, 1)
+            for index, area in enumerate(storey.areas)
+            if area.kind == "room"
+        }
+
+    @cached_property
     def ways(self) -> nx.MultiDiGraph:
         """The graph as people walk it: out by exits, into stairs that lead down [A3].
 
@@ -192,7 +203,9 @@ def _facts(kind: str, width: int, length: float) -> dict[str, object]:
 def pieces(mask: np.ndarray) -> list[np.ndarray]:
     """The (k, 2) cells of each part of a mask that hangs together, or of each label."""
     labels = ndimage.label(mask)[0] if mask.dtype == bool else mask
-    return [np.argwhere(labels == label) for label in range(1, labels.max() + 1)]
+    cells, label = np.argwhere(labels), labels[labels > 0]
+    ends = np.cumsum(np.bincount(label)[1:])
+    return np.split(cells[np.argsort(label, kind="stable")], ends)[:-1]
 
 
 def neighbours(cells: np.ndarray) -> np.ndarray:

@@ -26,6 +26,16 @@ from reference.floorplan.plan import (
 
 # -- Stage 4: one floor -------------------------------------------------------------
 
+MOST_PARTS = 2**15 - 1  # rooms, and doors, of a building: cells hold 16-bit indices
+
+
+def _parts(plan: Plan, page: Page) -> Iterator[Finding]:
+    rooms = sum(ndimage.label(storey.rooms)[1] for storey in plan.storeys)
+    doors = sum(ndimage.label(storey.signs == "+")[1] for storey in plan.storeys)
+    if max(rooms, doors) > MOST_PARTS:
+        what = f"a building has at most {MOST_PARTS} rooms and as many doors"
+        yield page.drawings[0].heading.finding(what, "Draw fewer of them.")
+
 
 def _outer_wall(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
     outside = storey.signs == " "
@@ -103,7 +113,7 @@ def _names(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
         for other, place in others:
             what = f"'{other}' is a second name in {storey.areas[index]}"
             hint = "Keep one word on one row, or draw a wall between the two."
-            yield drawing.finding(place, what, hint)
+            yield drawing.finding(place, what, _as_stairs(storey, index) or hint)
         if name in seen:
             what = f"two rooms on {drawing.label} are called '{name}'"
             yield drawing.finding(cell, what, "Write another name here.")
@@ -128,8 +138,8 @@ def _ways_off(plan: Plan, page: Page) -> Iterator[Finding]:
         parts = [part for part in nx.connected_components(here) if part != {OUTSIDE}]
         shut = [part for part in parts if all(kinds[node] == "room" for node in part)]
         for part in shut if len(shut) < len(parts) else []:  # else `_ways_out` tells
-            area, drawing, cell = _first_room(plan, page, part)
-            hint = "Type '+' in its wall, towards a room with a way out."
+            area, drawing, cell, stairs = _first_room(plan, page, part)
+            hint = stairs or "Type '+' in its wall, towards a room with a way out."
             yield drawing.finding(cell, f"nobody can leave {area}", hint)
 
 
@@ -138,20 +148,39 @@ def _ways_out(plan: Plan, page: Page) -> Iterator[Finding]:
     ways = plan.ways
     lost = ways.subgraph(set(ways) - nx.ancestors(ways, OUTSIDE) - {OUTSIDE})
     for part in nx.weakly_connected_components(lost):
-        area, drawing, cell = _first_room(plan, page, part)
+        area, drawing, cell, stairs = _first_room(plan, page, part)
         what = f"no way leads from {area} to an exit"
         hint = "Type 'E' in an outer wall here, or draw stairs down: nobody walks up."
-        yield drawing.finding(cell, what, hint)
+        yield drawing.finding(cell, what, stairs or hint)
 
 
-def _first_room(plan: Plan, page: Page, part: set[str]) -> tuple[Part, Drawing, Cell]:
-    """The first room of some, its drawing, and where its name begins, if it has one."""
-    for n, storey in enumerate(plan.storeys, 1):
-        for index, area in enumerate(storey.areas):
-            if f"{n}/{area.name}" in part and area.kind == "room":
-                words = storey.words.get(index, [(area.name, area.cells[0])])
-                return area, page.drawing_of(n), words[0][1]
-    raise ValueError(f"no room among {part}")
+def _first_room(
+    plan: Plan, page: Page, part: set[str]
+) -> tuple[Part, Drawing, Cell, str]:
+    """The first room of some, its drawing, the cell to show, a hint at stairs.
+
+    One that looks like a stairwell comes before the others.
+    """
+    rooms = sorted(plan.room_of[node] for node in part if node in plan.room_of)
+    stairs = ((n, i) for n, i in rooms if _as_stairs(plan.storeys[n - 1], i))
+    n, index = next(stairs, rooms[0])
+    storey = plan.storeys[n - 1]
+    area, hint = storey.areas[index], _as_stairs(storey, index)
+    words = storey.words.get(index, [(area.name, area.cells[0])])
+    return area, page.drawing_of(n), words[0][1], hint
+
+
+def _as_stairs(storey: Storey, index: int) -> str:
+    """A hint at capitals for a room that is full of a stairwell's small letter."""
+    area = storey.areas[index]
+    letter = area.name[0]
+    if letter.upper() not in STAIRWELLS or not _filled(storey, area.cells, letter):
+        return ""
+    return f"Write '{storey.words[index][0][0].upper()}' if this is a stairwell."
+
+
+def _filled(storey: Storey, cells: np.ndarray, sign: str) -> bool:
+    return bool((storey.signs[tuple(cells.T)] == sign).all())
 
 
 def _some_exit(plan: Plan, page: Page) -> Iterator[Finding]:
@@ -168,6 +197,9 @@ def _shafts(plan: Plan, page: Page) -> Iterator[Finding]:
         if len(mine) == 1:
             what = f"stairwell {letter} is on floor {mine[0]} only"
             hint = "Draw it on the next floor as well, or take it out."
+            small, here = letter.lower(), cells[mine[0]]
+            for floor in [n for n, s in storeys if _filled(s, here, small)]:
+                hint = f"Write '{letter}' for '{small}' on floor {floor} too."
             yield page.drawing_of(mine[0]).finding(cells[mine[0]][0], what, hint)
         for lower, upper in pairwise(mine):
             below, above, drawing = cells[lower], cells[upper], page.drawing_of(upper)
@@ -194,7 +226,8 @@ def _on_each(*checks: Callable[[Storey, Drawing], Iterator[Finding]]) -> Check:
     return on_each
 
 
-STAGES = (
+STAGES: tuple[tuple[Check, ...], ...] = (
+    (_parts,),
     (_on_each(_outer_wall, _doors, _exits, _stairwells, _names, _some_room),),
     (_ways_off,),
     (_some_exit, _shafts),

@@ -10,11 +10,13 @@ from collections.abc import Callable, Iterator
 from itertools import pairwise
 from math import inf
 
-from reference.floorplan.mistakes import Finding
+from reference.floorplan.mistakes import Finding, clip
 from reference.floorplan.page import (
     FLOOR_KEY,
     MOST_CELLS,
     MOST_FLOORS,
+    MOST_LINES,
+    MOST_SIGNS,
     SIZE_VALUE,
     Line,
     Page,
@@ -24,6 +26,12 @@ from reference.floorplan.page import (
 # -- Stage 1: the page --------------------------------------------------------------
 
 
+def _length(page: Page) -> Iterator[Finding]:
+    if not page.whole:
+        what = f"a file has at most {MOST_LINES} lines and {MOST_SIGNS} characters"
+        yield page.lines[-1].finding(what, "Take notes out, or draw less.")
+
+
 def _nothing(page: Page) -> Iterator[Finding]:
     if not any(line.code for line in page.lines):
         hint = "Write 'building: NAME', 'size: 30 x 9', 'floor 1:' and a drawing."
@@ -31,43 +39,48 @@ def _nothing(page: Page) -> Iterator[Finding]:
 
 
 def _headings(page: Page) -> Iterator[Finding]:
-    for line in _unreadable(page):
-        what, hint = f"'{line.key}' is no heading", f"Write '{_mended(line)}'."
+    floor = 1
+    for drawing in page.drawings:
+        if drawing.numbers:
+            floor = drawing.numbers[-1] + 1
+            continue
+        line = drawing.heading
+        what, hint = f"'{clip(line.key)}' is no heading", _mended(line, floor)
         if not line.key.endswith(":"):
             what = "this heading has no ':'"
         elif match := FLOOR_KEY.fullmatch(line.key):
             what = "the floors run backwards here"
-            hint = f"Write 'floor {match[2]}-{match[1]}:'."
+            hint = f"Write 'floor {clip(match[2])}-{clip(match[1])}:'."
         elif re.match(r"floor(?![a-z])", line.key):
             what = "this floor has no number that can be read"
-            hint = "Write 'floor 2:', or 'floor 2-3:' for floors that are alike."
+            alike = f"'floor {floor}-{floor + 1}:' for floors that are alike"
+            hint = f"Write 'floor {floor}:', or {alike}."
         elif word := key_word(line.key):
             what += f"; did you mean '{word}'?"
         else:
             hint = "Type ';' in front of it to make it a note."
+        floor += bool(drawing.rows)
         yield line.finding(what, hint)
 
 
-def _unreadable(page: Page) -> list[Line]:
-    return [drawing.heading for drawing in page.drawings if not drawing.numbers]
-
-
-def _mended(line: Line) -> str:
-    """The heading as it was probably meant."""
-    word = key_word(line.key)
+def _mended(line: Line, floor: int) -> str:
+    """Advise to write the heading as it was probably meant."""
+    word, code = key_word(line.key), clip(line.code)
     pattern = r"\s*\w+?\s*(?P<number>[0-9-]*)\s*(:\s*|\s+|$)(?P<value>.*)"
-    if word == "floor" and (parts := re.fullmatch(pattern, line.code)):
-        return f"floor {parts['number'] or 1}: {parts['value']}".rstrip()
-    value = re.sub(r"^\s*\w+\s*:?\s*", "", line.code)
-    return f"{word}: {value}"
+    if word == "floor" and (parts := re.fullmatch(pattern, code)):
+        meant = f"floor {parts['number'] or floor}: {parts['value']}".rstrip()
+    else:
+        meant = f"{word}: " + re.sub(r"^\s*\w+\s*:?\s*", "", code)
+    return f"Write '{meant}'."
 
 
 def _settings(page: Page) -> Iterator[Finding]:
     below = min((d.heading.number for d in page.drawings if d.numbers), default=inf)
-    silent = _unreadable(page) or not any(line.code for line in page.lines)
+    unread = any(not drawing.numbers for drawing in page.drawings)
+    silent = unread or not any(line.code for line in page.lines)
     hints = {
         "building:": "Write 'building: NAME' at the top.",
-        "size:": f"Write '{page.drawn_size}' at the top: columns x rows.",
+        "size:": _write_size(page, " at the top: columns x rows"),
     }
     for key, lines in page.settings.items():
         if not lines and not silent:
@@ -93,7 +106,13 @@ def _values(page: Page) -> Iterator[Finding]:
             continue
         if size:
             what = f"a drawing has 1 to {MOST_CELLS} columns and 1 to {MOST_CELLS} rows"
-        yield line.finding_in_value(what, f"Write '{page.drawn_size}'.")
+        yield line.finding_in_value(what, _write_size(page))
+
+
+def _write_size(page: Page, where: str = "") -> str:
+    if page.drawn_size:
+        return f"Write '{page.drawn_size}'{where}."
+    return f"Draw at most {MOST_CELLS} columns and {MOST_CELLS} rows."
 
 
 def _floor_numbers(page: Page) -> Iterator[Finding]:
@@ -151,7 +170,7 @@ def _blanks(page: Page) -> Iterator[Finding]:
 
 # -- Stage 2: characters ------------------------------------------------------------
 
-_UNKNOWN = re.compile(r"((?![#.+A-Za-z])[\t!-~])\1*")  # in a row
+_UNKNOWN = re.compile(r"""([\t!"$-*,/-@[-`{-~-])\1*""")  # in a row
 _FOREIGN = re.compile(r"[^\t -~]+")  # anywhere, also in a note
 _LOOKS_LIKE = dict.fromkeys("|-_=/\\*%@", "#") | dict.fromkeys(",:'`", ".")
 
@@ -173,10 +192,11 @@ def _foreign_signs(page: Page) -> Iterator[Finding]:
     rows = {row.number for row in page.rows}
     for line in page.lines:
         for signs in _FOREIGN.finditer(line.written.rstrip(" \t")):
-            plain = _ascii(signs[0][0])
+            sign = line.written[signs.start()]
+            plain = _ascii(sign)
             if line.number in rows:
                 plain = _LOOKS_LIKE.get(plain, plain)
-            name = unicodedata.name(signs[0][0], f"U+{ord(signs[0][0]):04X}")
+            name = unicodedata.name(sign, f"U+{ord(sign):04X}")
             what = f"{name} is not a plain ASCII sign"
             hint = _instead(plain) or "Take it out."
             yield line.finding(what, hint, signs.start() + 1)
@@ -199,15 +219,20 @@ def _ascii(char: str) -> str:
     return plain if " " <= plain <= "~" else ""
 
 
+_MIXED = re.compile(r"(?<![A-Za-z])(?!(?:([A-E])\1*|[a-z]+)(?![A-Za-z]))[A-Za-z]+")
+
+
 def _capitals(page: Page) -> Iterator[Finding]:
     for row in page.rows:
-        for word in re.finditer(r"[A-Za-z]+", row.code):
+        for word in _MIXED.finditer(row.code):
             name = _without_exits(word)
             capital, strange = re.search("[A-Z]", name), re.search("[F-Z]", name)
             start = row.code.index(name, word.start()) + 1
             if capital and (not name.isupper() or len(set(name)) > 2):
                 what = "there is a capital in a room's name"
-                hint = f"Write '{name.lower()}'; stairwells and exits stand apart."
+                hint = (
+                    f"Write '{clip(name.lower())}'; stairwells and exits stand apart."
+                )
                 yield row.finding(what, hint, start + capital.start())
             elif strange:
                 what = f"no stairwell is called '{strange[0]}'"
@@ -231,7 +256,8 @@ def _wide_rows(page: Page) -> Iterator[Finding]:
     for row in page.rows:
         if len(row.code) > width:
             what = f"this row has {len(row.code)} columns, the size says {width}"
-            hint = f"Shorten it, or write 'size: {widest} x {height}'."
+            wider = f", or write 'size: {widest} x {height}'"
+            hint = f"Shorten it{wider if widest <= MOST_CELLS else ''}."
             yield row.finding(what, hint, width + 1)
 
 
@@ -239,13 +265,14 @@ def _number_of_rows(page: Page) -> Iterator[Finding]:
     width, height = page.size
     for drawing in page.drawings:
         rows, count = drawing.rows, len(drawing.rows)
-        hint = f"or write 'size: {width} x {count}'."
+        resize = f", or write 'size: {width} x {count}'"
         what = f"this drawing has {_counted(count)}, the size says {height}"
         if count < height:
-            hint = f"Draw {_counted(height - count)} more, {hint}"
+            hint = f"Draw {_counted(height - count)} more{resize}."
             yield drawing.heading.finding(what, hint)
         elif count > height:
-            hint = f"Take {_counted(count - height)} out, {hint}"
+            resize = resize if count <= MOST_CELLS else ""
+            hint = f"Take {_counted(count - height)} out{resize}."
             yield rows[height].finding(what, hint)
 
 
@@ -256,6 +283,7 @@ def _counted(rows: int) -> str:
 Check = Callable[[Page], Iterator[Finding]]
 
 STAGES: tuple[tuple[Check, ...], ...] = (
+    (_length,),
     (_nothing, _headings, _settings, _values, _floor_numbers, _misplaced, _blanks),
     (_unknown_signs, _foreign_signs, _capitals),
     (_wide_rows, _number_of_rows),
