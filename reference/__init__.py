@@ -45,6 +45,7 @@ BOOK = (
 WORKSHOP = (
     "workshop",  # what makes the book practical:
     "workshop.files",  # files and tables, written whole or not at all
+    "workshop.plain",  # records from plain data, checked by their types
     "workshop.runs",  # begin one in a folder, or go on with it
     "workshop.workers",  # who does the jobs, here or in other processes
     "workshop.strategies",  # hand-written robots and fires, by name

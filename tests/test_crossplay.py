@@ -205,7 +205,7 @@ def test_more_robots_can_be_asked_for_later(small):
     assert resume(Asked(), folder) == evaluation
 
 
-NUMBERS = st.floats(allow_nan=False, allow_infinity=False, width=32)
+NUMBERS = st.floats(-(2.0**60), 2.0**60, width=32)
 WORDS = st.text(st.characters(codec="utf-8", exclude_categories=["Cc"]), min_size=1)
 
 
@@ -436,8 +436,8 @@ def test_refuses_a_folder_that_is_used_unless_told_to_go_on():
 @pytest.mark.parametrize(
     ("file", "text", "message"),
     [
-        ("evaluation.json", "{}", "lacks a part or is damaged"),
-        ("evaluation.json", "[", "lacks a part or is damaged"),
+        ("evaluation.json", "{}", "was written by version unknown"),
+        ("evaluation.json", "[" * 9999, "is no JSON object"),
         ("evaluation.json", "many", "people is 'many': it must be a whole number"),
         ("evaluation.json", None, "was written by version 0.0.1"),
         ("runs.csv", "robots,fire\n", "is no table of these runs"),

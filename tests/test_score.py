@@ -21,6 +21,7 @@ from reference.evaluation.score import (
     weight,
 )
 from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
+from reference.workshop.evaluation.crossplay import read_ruler
 
 POINTS = (WORST_POINT, BEST_POINT)
 EASY, HARD = Case(14_000.0, 2418.0), Case(10_000.0, 3559.0)
@@ -342,7 +343,7 @@ def test_a_ruler_goes_through_a_file_unchanged(tmp_path):
     path = tmp_path / "ruler.json"
     ruler = from_runs(*baseline(30), *POINTS)
     path.write_text(ruler.as_json())
-    assert score.read(path) == ruler
+    assert read_ruler(path) == ruler
 
 
 def written(**changes):
@@ -355,14 +356,15 @@ def written(**changes):
     [
         (
             "b = 1.4",
-            "this is no ruler: write numbers for alpha, base, control, k, beta",
+            "is no JSON object",
         ),
-        ("[1, 2]", "no ruler"),
-        ('{"alpha": 1000}', "no ruler"),
-        (written(h=1), "no ruler"),
-        (written(k="0.009"), "no ruler"),
-        (written(k=True), "no ruler"),
-        (written(beta=10**400), "no ruler"),
+        ("[1, 2]", "is no JSON object"),
+        ('{"alpha": 1000}', "base is missing"),
+        (written(h=1), "'h' is unknown"),
+        (written(k="0.009"), "k is '0.009': it must be a number"),
+        (written(k=True), "k is True: it must be a number"),
+        (written(beta=10**400), "beta is 10{59}: it must be a number"),
+        ("[" * 100_000, "is no JSON object"),
         (written(beta=0), "beta is 0: give a number above 0"),
     ],
 )
@@ -370,5 +372,11 @@ def test_refuses_files_that_hold_no_ruler(tmp_path, text, why):
     """With the path and what is wrong there."""
     path = tmp_path / "ruler.json"
     path.write_text(text)
-    with pytest.raises(RulerError, match=rf"ruler\.json: .*{why}"):
-        score.read(path)
+    with pytest.raises(ValueError, match=rf"ruler\.json: .*{why}"):
+        read_ruler(path)
+
+
+def test_refuses_a_ruler_that_is_not_there(tmp_path):
+    """A sentence of its own."""
+    with pytest.raises(FileNotFoundError, match=r"there is no such ruler\. Name"):
+        read_ruler(tmp_path / "ruler.json")

@@ -8,10 +8,10 @@ import pytest
 
 from reference.learning.settings import SettingsError
 from reference.paper import TABLE_I, TABLE_II, Scenario
+from reference.workshop.plain import record_from
 from reference.workshop.training.presets import (
     PRESETS,
     Settings,
-    fromdict,
     preset,
 )
 
@@ -187,8 +187,9 @@ def test_settings_survive_as_plain_numbers_and_words(name, scenario):
     """In a checkpoint, where tuples stay, and in JSON, where they become lists."""
     settings = replace(preset(name), scenario=scenario)
     plain = asdict(settings)
-    assert fromdict(plain) == settings
-    assert fromdict(json.loads(json.dumps(plain))) == settings
+    assert record_from(Settings, plain, "task") == settings
+    again = json.loads(json.dumps(plain))
+    assert record_from(Settings, again, "task") == settings
     assert plain["scenario"]["rooms"] == scenario.rooms
 
 
@@ -199,15 +200,15 @@ def spoilt(*keys, value) -> str:
     for key in keys[:-1]:
         place = place[key]
     place[keys[-1]] = value
-    return refusal(fromdict, plain=plain)
+    return refusal(record_from, kind=Settings, plain=plain, where="settings")
 
 
 def test_refuses_plain_settings_by_the_name_of_the_row():
     """Every part says which part it is."""
-    assert spoilt("fire", "gamma", value=2).startswith("fire: gamma is 2")
+    assert spoilt("fire", "gamma", value=2).startswith("settings: fire: gamma is 2")
     assert "Did you mean 'gamma'" in spoilt("robots", "gama", value=0.9)
-    assert spoilt("robots", value=None).startswith("robots: trainer_type is missing")
-    assert spoilt("robots", value=[1]).startswith("robots: this must be `key: value`")
+    assert spoilt("robots", value=None).startswith("settings: robots: trainer_type")
+    assert "robots: this must be `key: value`" in spoilt("robots", value=[1])
     assert spoilt("schedul", value="together").startswith("settings: 'schedul'")
 
 
@@ -215,10 +216,10 @@ def test_refuses_plain_scenarios_by_the_name_of_the_row():
     """Before anything compares a word with a number."""
     assert "people is 'six'" in spoilt("scenario", "people", value="six")
     assert "time_limit is nan" in spoilt("scenario", "time_limit", value=float("nan"))
-    assert "list of words" in spoilt("scenario", "rooms", value=[1])
+    assert "one of rooms is 1" in spoilt("scenario", "rooms", value=[1])
     assert "counted from 0" in spoilt("scenario", "sources", value=-1)
     many = spoilt("scenario", "people_per_floor", value=3)
-    assert many.endswith("it must be a list of whole numbers")
+    assert many.endswith("people_per_floor is 3: it must be a list")
 
 
 def test_settings_cannot_be_changed_in_place():

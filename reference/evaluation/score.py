@@ -12,7 +12,6 @@ import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from math import isfinite, log
-from pathlib import Path
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -101,7 +100,7 @@ class Ruler:
         return ((β - y) * k) ** 0.5 * α
 
     def as_json(self) -> str:
-        """The constants by name, for a file that `read` reads."""
+        """The constants by name, for a file."""
         return json.dumps(asdict(self), indent=2) + "\n"
 
 
@@ -231,25 +230,7 @@ def _mean(R: np.ndarray, h: np.ndarray) -> Case:
     return Case(float(R.mean()), float(h.mean()))
 
 
-# -- The paper's, and others from files ---------------------------------------------
+# -- The paper's --------------------------------------------------------------------
 
 PAPER = Ruler(ALPHA, *base_and_control(WORST_POINT, BEST_POINT), k=K, beta=BETA)
 """The constants that the appendix prints, b and c to more digits [F2] [F9]."""
-
-
-def read(path: str | Path) -> Ruler:
-    """Read a ruler from a file that holds `as_json`.
-
-    Raises RulerError for anything else, OSError for a file that cannot be read.
-    """
-    try:
-        found = json.loads(Path(path).read_text(encoding="utf-8"))
-        if any(type(value) not in (int, float) for value in found.values()):
-            raise TypeError
-        return Ruler(**found)
-    except RulerError as error:
-        raise RulerError(f"{path}: {error}") from None
-    except (ValueError, TypeError, AttributeError, OverflowError):
-        names = ", ".join(asdict(PAPER))
-        what = f"this is no ruler: write numbers for {names} as JSON"
-        raise RulerError(f"{path}: {what}") from None

@@ -26,6 +26,7 @@ are learnt, since the baseline's clip (epsilon) is in units of return."""
 HYPER, NETWORK = ("hyperparameters",), ("network_settings",)
 REWARD = ("reward_signals", "extrinsic")
 ABOVE_0 = math.ulp(0.0)  # the least number that is
+LARGEST = 2.0**64  # no number of a file is larger: arithmetic would overflow
 
 
 class Row(NamedTuple):
@@ -107,7 +108,8 @@ def rows_of(record: type) -> dict[str, Row]:
     rows = {}
     for name, hint in get_type_hints(record, include_extras=True).items():
         (row,) = getattr(hint, "__metadata__", (Row(),))
-        rows[name] = row._replace(kind=getattr(hint, "__origin__", hint))
+        kind = hint.__origin__ if hasattr(hint, "__metadata__") else hint
+        rows[name] = row._replace(kind=kind)
     return rows
 
 
@@ -132,9 +134,10 @@ def check_type(name: str, value: object, kind: Any) -> None:
     """
     fits = isinstance(value, int | float if kind is float else kind)
     odd = isinstance(value, bool) != (kind is bool)
-    if not fits or odd or (isinstance(value, float) and not math.isfinite(value)):
+    absurd = isinstance(value, int | float) and not abs(value) <= LARGEST
+    if not fits or odd or absurd:
         words = WORDS.get(kind) or f"a {kind.__name__}"
-        raise SettingsError(f"{name} is {value!r}: it must be {words}")
+        raise SettingsError(f"{name} is {value!r:.60}: it must be {words}")
 
 
 def unknown(name: object, known: Iterable[str]) -> str:

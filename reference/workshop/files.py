@@ -1,15 +1,18 @@
-"""Files, tables and folders: write a file whole or not at all, add rows to a CSV file.
+"""Files, tables and folders: read at most so much, write whole or not at all.
 
 Whatever ends a program early, nothing half-written takes the place of what was there.
 """
 
 import csv
+import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import StringIO
 from pathlib import Path
 from typing import Any, TypeVar
+
+from reference.learning.settings import LARGEST
 
 
 @contextmanager
@@ -52,9 +55,31 @@ def make_folder(folder: Path) -> None:
         ) from error
 
 
+def read_text(path: Path, most: int = 1 << 22, errors: str = "strict") -> str:
+    """Read a text of at most so many bytes. Raises ValueError, OSError."""
+    with path.open("rb") as file:
+        content = file.read(most + 1)
+    if len(content) > most:
+        raise ValueError(f"{path}: has more than {most:,} bytes. Name another file.")
+    try:
+        return content.decode("utf-8-sig", errors)
+    except UnicodeDecodeError:
+        raise ValueError(f"{path}: is no text. Save it as UTF-8.") from None
+
+
+def read_json(path: Path) -> dict[str, Any]:
+    """Read a JSON object as plain data. Raises ValueError for others, OSError."""
+    text = read_text(path)
+    with suppress(ValueError, RecursionError):
+        if isinstance(found := json.loads(text), dict):
+            return found
+    raise ValueError(f"{path}: is no JSON object, or is damaged. Name another file.")
+
+
 # -- Tables -------------------------------------------------------------------------
 
 Made = TypeVar("Made")
+LARGEST_TABLE = 1 << 28  # bytes
 
 
 class Table:
@@ -95,14 +120,28 @@ def read_table(
     """
     if not path.exists():
         return []
-    text = path.read_text(encoding="utf-8", errors="replace")
-    lines = csv.reader(StringIO(text[: text.rfind("\n") + 1]))
-    if next(lines, list(columns)) != list(columns):
+    text = read_text(path, LARGEST_TABLE, "replace")
+    head, _, rows = text[: text.rfind("\n") + 1].partition("\n")
+    if text and head.rstrip("\r") != ",".join(columns):
         raise ValueError(f"{path}: is no table of these runs. Name another folder.")
     try:
-        return [made(dict(zip(columns, row, strict=True))) for row in lines]
+        lines = csv.reader(StringIO(rows))
+        return [made(dict(zip(columns, row, strict=True))) for row in lines if row]
     except (ValueError, csv.Error) as error:
         raise ValueError(
-            f"{path}: a row is damaged ({error}). Remove that row, or begin anew in "
-            "another folder."
+            f"{path}: a row is damaged ({error!s:.99}). Remove that row, or begin "
+            "anew in another folder."
         ) from error
+
+
+def number(cell: str) -> float:
+    """Read a cell's number. Raises ValueError for one that is not finite or absurd."""
+    if not abs(value := float(cell)) <= LARGEST:
+        raise ValueError(f"{cell:.40} is no number of a run")
+    return value
+
+
+def whole(cell: str) -> int:
+    """Read a cell's whole number, as `number` does."""
+    number(cell)
+    return int(cell)

@@ -91,7 +91,7 @@ def refuse_version(path: Path, version: object) -> None:
     """Raises RunError for what another version wrote."""
     if version != reference.__version__:
         raise RunError(
-            f"{path}: was written by version {version}, this is "
+            f"{path}: was written by version {version!s:.40}, this is "
             f"{reference.__version__}, in which runs may end otherwise. Go on with the "
             "version that wrote it, or begin anew in another folder."
         )

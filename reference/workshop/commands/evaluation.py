@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any
 
 from reference.building import building_of
-from reference.evaluation import score
 from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import PAPER, Ruler
 from reference.workshop.commands import options
@@ -66,7 +65,7 @@ def _evaluation(arguments: Namespace) -> crossplay.Evaluation:
 def _given(arguments: Namespace, evaluation: crossplay.Evaluation) -> Ruler | None:
     """The ruler, where it is known before anything is played."""
     if arguments.baseline is None:
-        return score.read(arguments.ruler) if arguments.ruler else PAPER
+        return crossplay.read_ruler(arguments.ruler) if arguments.ruler else PAPER
     if arguments.ruler:
         raise ContradictionError(
             "--ruler has a baseline already: leave out one of the two."

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from reference.workshop.files import read_table
+from reference.workshop.files import number, read_table
 from reference.workshop.training.summaries import COLUMNS
 
 TABLE = "summaries.csv"
@@ -72,7 +72,7 @@ def read(path: str | Path) -> Run:
 def _numbers(row: dict[str, str]) -> dict[str, Any]:
     """Turn cells into numbers, empty ones into nan."""
     return {
-        name: cell if name in _WORDS else float(cell or "nan")
+        name: cell if name in _WORDS else number(cell) if cell else np.nan
         for name, cell in row.items()
     }
 

@@ -9,7 +9,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any
@@ -19,12 +19,12 @@ import torch
 
 import reference
 from reference.building import Building, building_of
-from reference.floorplan import FloorPlanError
 from reference.learning.rollouts import Learned
-from reference.learning.settings import SettingsError, Side, TrainerSettings
+from reference.learning.settings import SIDES, SettingsError, Side, TrainerSettings
 from reference.workshop.files import write_whole
 from reference.workshop.landmarks import landmarks_for
-from reference.workshop.training.presets import Settings, fromdict
+from reference.workshop.plain import checked, mapping, record_from
+from reference.workshop.training.presets import Settings
 
 KIND = "checkpoint of fire-rescue-reference"
 FORMAT = 1
@@ -43,7 +43,7 @@ def must_fit(what: str) -> Iterator[None]:
     """Raise CheckpointError where networks or progress in a checkpoint do not fit."""
     try:
         yield
-    except (KeyError, TypeError, AttributeError, RuntimeError, ValueError) as error:
+    except Exception as error:  # torch tells what does not fit in many ways
         raise CheckpointError(
             f"the checkpoint's {what}: it was written by another version, or is "
             "damaged."
@@ -159,14 +159,16 @@ def _checked(content: object, path: Path) -> Checkpoint:
         raise CheckpointError(f"{path}: is another program's file, not a checkpoint.")
     if content.get("format") != FORMAT:
         raise CheckpointError(
-            f"{path}: is of format {content.get('format')} (version "
-            f"{content.get('version')}); this is version {reference.__version__}, "
+            f"{path}: is of format {content.get('format')!s:.40} (version "
+            f"{content.get('version')!s:.40}); this is {reference.__version__}, "
             f"which reads format {FORMAT}. Use the version that wrote it."
         )
     try:
         return _checkpoint(content)
-    except (KeyError, TypeError, AttributeError, SettingsError, FloorPlanError) as why:
-        raise CheckpointError(f"{path}: lacks a part or is damaged ({why}).") from why
+    except (KeyError, TypeError, AttributeError, ValueError) as why:
+        raise CheckpointError(
+            f"{path}: lacks a part or is damaged ({why!s:.200})."
+        ) from why
 
 
 # -- As plain data ------------------------------------------------------------------
@@ -192,21 +194,23 @@ def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
 
 
 def _checkpoint(content: dict[str, Any]) -> Checkpoint:
-    task = content["task"]
-    fixed = {side: _player(side, who) for side, who in task["fixed"].items()}
-    settings = fromdict(task["settings"])
-    whole = Task(**{**task, "settings": settings, "fixed": fixed})
-    building_of(whole.plan)
-    networks = [
-        state[name]
-        for state in content["learners"].values()
-        for name in ("actor", "critic", "optimiser")
-    ]
-    for tensor in _tensors([*networks, task["fixed"]]):
-        if not tensor.isfinite().all():
+    task = mapping(content["task"], "task")
+    players = mapping(task.pop("fixed", None), "fixed")
+    fixed: Any = {side: _player(side, who) for side, who in players.items()}
+    names = ("round", "learners", "progress", "version")
+    plain = {name: content[name] for name in names}
+    plain["task"] = replace(record_from(Task, task, "task"), fixed=fixed)
+    found = record_from(Checkpoint, plain, "checkpoint")
+    building_of(found.task.plan)
+    if sorted([*found.learners, *fixed]) != sorted(SIDES) or found.round < 0:
+        raise SettingsError("robots or fire neither learn nor are fixed")
+    for state in found.learners.values():
+        for name in ("actor", "critic"):
+            checked(name, state[name], dict[str, torch.Tensor])
+    for tensor in _tensors([found.learners, players]):
+        if tensor.is_complex() or tensor.is_sparse or not tensor.isfinite().all():
             raise SettingsError("weights that are no finite numbers")
-    rest = {name: content[name] for name in ("round", "learners", "progress")}
-    return Checkpoint(whole, **rest, version=content["version"])
+    return found
 
 
 def _tensors(plain: Any) -> Iterator[torch.Tensor]:
@@ -224,11 +228,12 @@ def _plain_player(who: Learned | str) -> Any:
     return {"settings": vars(who.settings), "weights": who.weights}
 
 
-def _player(side: Side, plain: Any) -> Learned | str:
+def _player(side: Any, plain: Any) -> Learned | str:
     if isinstance(plain, str):
         return plain
-    settings = TrainerSettings(**plain["settings"])
-    return Learned(settings, plain["weights"], landmarks_for(side, settings))
+    settings = record_from(TrainerSettings, plain["settings"], f"fixed {side}")
+    weights = checked("weights", plain["weights"], dict[str, torch.Tensor])
+    return Learned(settings, weights, landmarks_for(side, settings))
 
 
 # -- Where it belongs ---------------------------------------------------------------

@@ -17,6 +17,7 @@ pass if their value switches them off, and those about Unity's program or the ma
 always; others are refused, each with a sentence.
 """
 
+import math
 import os
 import re
 from collections.abc import Iterator, Mapping
@@ -32,6 +33,8 @@ from reference.learning.settings import (
     rows_of,
     unknown,
 )
+from reference.workshop.files import read_text
+from reference.workshop.plain import mapping
 
 _ROWS = rows_of(TrainerSettings)
 OWN_ROWS = tuple(name for name, row in _ROWS.items() if row.section is None)
@@ -69,6 +72,7 @@ OURS = "reference"
 """The block of what ML-Agents has no key for: {Robot: {head, reward_scale}, Fire: ...,
 scenario: {...}, episodes_per_job, ...}."""
 MARK = re.compile(r"^#= ?", re.MULTILINE)
+MOST_BYTES, MOST_ENTRIES = 1 << 16, 10_000  # of a file, its anchors written out
 
 
 @dataclass(frozen=True)
@@ -86,9 +90,7 @@ def read(path: str | os.PathLike[str]) -> TrainerFile:
     Raises SettingsError, also without PyYAML, and OSError for an unreadable file.
     """
     try:
-        text = Path(path).read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError:
-        raise SettingsError("this is no text: save it as UTF-8") from None
+        text = read_text(Path(path), MOST_BYTES)
     except OSError as error:
         raise type(error)(f"cannot read {path}: {error.strerror}") from None
     return _file(_parsed(MARK.sub("", text)))
@@ -104,7 +106,7 @@ def _parsed(text: str) -> Any:
             "pip install -e '.[yaml]'"
         ) from None
     try:
-        _refuse_repetitions(yaml.compose(text, yaml.SafeLoader), set())
+        _entries(yaml.compose(text, yaml.SafeLoader), {})
         return yaml.safe_load(text)
     except SettingsError:
         raise
@@ -115,12 +117,19 @@ def _parsed(text: str) -> Any:
         raise SettingsError(f"this is no YAML: {error}") from None
 
 
-def _refuse_repetitions(node: Any, seen: set[int]) -> None:
-    """Raises SettingsError for a key that stands twice: YAML would keep the last."""
-    if node is None or isinstance(node.value, str) or id(node) in seen:
-        return
-    seen.add(id(node))
+def _entries(node: Any, counted: dict[int, float]) -> float:
+    """Count a node's entries, those of anchors wherever they stand again.
+
+    Raises SettingsError for too many, as in anchors of anchors, and for a key that
+    stands twice: YAML would keep the last.
+    """
+    if node is None or isinstance(node.value, str):
+        return 1
+    if id(node) in counted:
+        return counted[id(node)]
+    counted[id(node)] = math.inf  # until it is known: it may contain itself
     lines: dict[str, int] = {}
+    entries = 1.0
     for item in node.value:
         pair = item if isinstance(item, tuple) else (item,)
         key, line = pair[0].value, pair[0].start_mark.line + 1
@@ -131,15 +140,11 @@ def _refuse_repetitions(node: Any, seen: set[int]) -> None:
                     f"{lines[key]}: keep one"
                 )
             lines[key] = line
-        for child in pair:
-            _refuse_repetitions(child, seen)
-
-
-def mapping(value: Any, where: str) -> dict[str, Any]:
-    """Check that a value is a mapping; nothing at all stands for an empty one."""
-    if not isinstance(value, Mapping | None):
-        raise SettingsError(f"{where}: this must be `key: value` lines, not {value!r}")
-    return {str(key): row for key, row in (value or {}).items()}
+        entries += sum(_entries(child, counted) for child in pair)
+        if entries > MOST_ENTRIES:
+            raise SettingsError(f"line {line}: too many anchors in anchors: use fewer")
+    counted[id(node)] = entries
+    return entries
 
 
 def _file(top: Any) -> TrainerFile:

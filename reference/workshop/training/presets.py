@@ -4,10 +4,9 @@ Clauses: D6 (rule of training), E1, E2 (Tables I and II), E6 (both learn).  The 
 numbers stand in `paper`; those of the smaller presets are chosen here.
 """
 
-import dataclasses
 import os
 from collections.abc import Callable
-from dataclasses import MISSING, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, TypeVar
 
 from reference.learning.settings import (
@@ -21,8 +20,9 @@ from reference.learning.settings import (
     unknown,
 )
 from reference.paper import TABLE_I, TABLE_II, Scenario
+from reference.workshop.plain import mapping, record_from
 from reference.workshop.training import mlagents
-from reference.workshop.training.mlagents import OWN_ROWS, mapping
+from reference.workshop.training.mlagents import OWN_ROWS
 
 
 @dataclass(frozen=True)
@@ -71,41 +71,6 @@ class Settings:
 # -- Records from rows --------------------------------------------------------------
 
 Record = TypeVar("Record", TrainerSettings, Settings, Scenario)
-LISTS = {"rooms": (str, "words"), "people_per_floor": (int, "whole numbers")}
-
-
-def record_from(kind: type[Record], rows: Any, where: str) -> Record:
-    """Build a record from rows, lists for tuples; `where` they stand, for messages.
-
-    Raises SettingsError for unknown, missing or invalid ones.
-    """
-    rows = mapping(rows, where)
-    known = rows_of(kind)
-    try:
-        for name in rows:
-            if name not in known:
-                raise SettingsError(unknown(name, known))
-            if name in LISTS:
-                rows[name] = _list(name, rows[name])
-            else:
-                check_type(name, rows[name], known[name].kind)
-        for field in dataclasses.fields(kind):
-            missing = field.default is MISSING and field.default_factory is MISSING
-            if missing and field.name not in rows:
-                raise SettingsError(f"{field.name} is missing")
-        return kind(**rows)
-    except ValueError as error:
-        raise SettingsError(f"{where}: {error}") from None
-
-
-def _list(name: str, value: Any) -> tuple[Any, ...] | None:
-    """Turn a list into a tuple, if everything in it is of the row's kind."""
-    kind, words = LISTS[name]
-    if value is None and name == "people_per_floor":
-        return None
-    if not isinstance(value, list | tuple) or any(type(v) is not kind for v in value):
-        raise SettingsError(f"{name} is {value!r}: it must be a list of {words}")
-    return tuple(value)
 
 
 def _changed(base: Record, rows: Any, where: str) -> Record:
@@ -212,21 +177,6 @@ PRESETS: dict[str, Callable[[], Settings]] = {
     "laptop": _laptop,
     "paper": _paper,
 }
-
-
-# -- As plain numbers and words -----------------------------------------------------
-
-
-def fromdict(plain: Rows) -> Settings:
-    """Settings of what `dataclasses.asdict` made; tuples may have become lists.
-
-    Raises SettingsError for a name or value that cannot be meant.
-    """
-    rows = mapping(plain, "settings")
-    parts = {"robots": TrainerSettings, "fire": TrainerSettings, "scenario": Scenario}
-    for name in parts.keys() & rows.keys():
-        rows[name] = record_from(parts[name], rows[name], name)
-    return record_from(Settings, rows, "settings")
 
 
 # -- ML-Agents' files ---------------------------------------------------------------

@@ -19,13 +19,20 @@ from reference.learning.settings import SIDES, SettingsError, Side
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.landmarks import landmarks_for
+from reference.workshop.plain import checked
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import Checkpoint, Task, must_fit
 from reference.workshop.training.imitation import Demonstration, clone
 from reference.workshop.training.states import restore, state_of
-from reference.workshop.training.summaries import PRETRAINING, Row, Summary
+from reference.workshop.training.summaries import (
+    OF_EPISODES,
+    PRETRAINING,
+    Row,
+    Summary,
+)
 
 LEARNERS, ROUNDS, DEMONSTRATIONS = 0, 1, 2  # what seeds are for
+FACTS = (*OF_EPISODES.values(), "fire_reward")  # of an episode
 
 
 class Training:
@@ -236,9 +243,10 @@ class Training:
                 restore(learner, checkpoint.learners[side])
                 training.summaries[side].load(progress["summaries"][side])
             training.round = checkpoint.round
-            training.episodes = progress["episodes"]
-            training.imitated = progress["imitated"]
-            training.latest = progress["latest"]
+            training.episodes = checked("episodes", progress["episodes"], int)
+            training.imitated = checked("imitated", progress["imitated"], bool)
+            latest = checked("latest", progress["latest"], dict[str, float])
+            training.latest = {name: latest[name] for name in FACTS if latest}
         return training
 
 

@@ -11,6 +11,7 @@ from torch import Tensor
 
 from reference.learning.experience import Decisions
 from reference.learning.ppo import Learner
+from reference.workshop.plain import checked
 
 
 def state_of(learner: Learner) -> dict[str, Any]:
@@ -32,16 +33,30 @@ def state_of(learner: Learner) -> dict[str, Any]:
 
 
 def restore(learner: Learner, state: dict[str, Any]) -> None:
-    """Take over a state. Raises RuntimeError for networks of another shape."""
+    """Take over a state; all shapes must fit. Raises ValueError, RuntimeError, ...
+
+    What there is to Adam besides its moments follows from the settings. Of decisions
+    that wait for an update, one is looked at.
+    """
+    adam, moments = learner.optimiser.state_dict(), state["optimiser"]["state"]
     learner.actor.load_state_dict(state["actor"])
     learner.critic.load_state_dict(state["critic"])
-    learner.optimiser.load_state_dict(state["optimiser"])
+    learner.optimiser.load_state_dict({**adam, "state": moments})
+    for parameter, found in learner.optimiser.state.items():
+        shapes = {"step": (), "exp_avg": parameter.shape, "exp_avg_sq": parameter.shape}
+        if {name: moment.shape for name, moment in found.items()} != shapes:
+            raise ValueError("the optimiser's moments are of another shape")
     learner.buffer.parts = [
         Decisions(**part | {"grids": _unpacked(part["grids"])})
         for part in state["buffer"]
     ]
     learner.rng.set_state(state["rng"])
-    learner.steps = state["steps"]
+    learner.steps = checked("steps", state["steps"], int)
+    if learner.buffer.parts:
+        one = Decisions.joined(learner.buffer.parts).rows(torch.tensor([0]))
+        one.grids = one.grids.float()
+        with torch.no_grad():
+            learner.loss(one, *learner.schedules()[1:])
 
 
 def _packed(grids: Tensor) -> dict[str, Any]:

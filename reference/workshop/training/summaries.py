@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from reference.learning.settings import SettingsError, Side
-from reference.workshop.files import Table, read_table
+from reference.workshop.files import Table, read_table, whole
+from reference.workshop.plain import checked
 
 WHEN = ("side", "step", "round", "episodes", "phase")
 """Whose row; its side's decisions, rounds and episodes so far; who is learning."""
@@ -85,9 +86,12 @@ class Summary:
         return {"last": self.last, "sums": self.sums, "counts": self.counts}
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Go on from what `state` gave."""
-        self.last = state["last"]
-        self.sums, self.counts = dict(state["sums"]), dict(state["counts"])
+        """Go on from what `state` gave. Raises ValueError for anything else."""
+        self.last = checked("last", state["last"], int)
+        self.sums = checked("sums", state["sums"], dict[str, float])
+        self.counts = checked("counts", state["counts"], dict[str, int])
+        if self.sums.keys() != self.counts.keys() or 0 in self.counts.values():
+            raise ValueError("there are sums of nothing")
 
 
 def table_until(path: Path, columns: Sequence[str], rounds: int) -> Table:
@@ -95,8 +99,8 @@ def table_until(path: Path, columns: Sequence[str], rounds: int) -> Table:
 
     Raises ValueError for a file that is another table, OSError.
     """
-    there = read_table(path, columns, dict)
-    return Table(path, columns, (r for r in there if int(r["round"]) <= rounds))
+    there = read_table(path, columns, lambda row: (whole(row["round"]), row))
+    return Table(path, columns, (row for round, row in there if round <= rounds))
 
 
 class Board:

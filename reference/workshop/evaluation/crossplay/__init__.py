@@ -25,6 +25,7 @@ from reference.workshop.evaluation.crossplay.results import (
     as_json,
     cells,
     mean_and_interval,
+    read_ruler,
     ruler_of,
     table,
     write,

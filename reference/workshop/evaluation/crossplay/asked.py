@@ -11,17 +11,20 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from itertools import product
+from os.path import exists
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import reference
 from reference.building import building_of, load, plan_of
+from reference.floorplan import FloorPlanError
 from reference.learning.settings import Side
 from reference.paper import ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
 from reference.workshop.evaluation.contestants import WORST, contestant
 from reference.workshop.evaluation.crossplay.records import Key, Match
-from reference.workshop.files import write_whole
+from reference.workshop.files import read_json, write_whole
+from reference.workshop.plain import record_from
 from reference.workshop.runs import (
     ContradictionError,
     RunError,
@@ -31,7 +34,6 @@ from reference.workshop.runs import (
     refuse_version,
 )
 from reference.workshop.strategies import SCRIPTS
-from reference.workshop.training.presets import record_from
 
 BUILDING, ROBOTS, FIRES = "paper", ("sweep",), ("random",)  # unless asked otherwise
 EPISODES = 100
@@ -39,6 +41,7 @@ EPISODES = 100
 3 percent points."""
 
 ABOUT = "evaluation.json"
+MOST_RUNS = 1_000_000
 NOBODY = "none"  # no robots: those whom nobody guides
 
 
@@ -80,6 +83,8 @@ class File(NamedTuple):
 class Evaluation:
     """All that its runs follow from; run i of each match has seed + i.
 
+    Raises RunError for none or too many runs.
+
     sample  draw learned policies' actions instead of taking the likeliest
     files   which checkpoint a word means, of those words that name one
     """
@@ -91,6 +96,13 @@ class Evaluation:
     episodes: int = EPISODES
     sample: bool = False
     files: Mapping[str, File] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        runs = len(self.robots) * len(self.fires) * self.episodes
+        if not 1 <= runs <= MOST_RUNS or self.seed < 0:
+            raise RunError(
+                f"{runs} runs from seed {self.seed} on: ask for 1 to {MOST_RUNS:,}."
+            )
 
     @property
     def seeds(self) -> range:
@@ -276,7 +288,7 @@ def _file(word: str) -> File | None:
     """Find the checkpoint named behind one of the word's colons, or by all of it."""
     parts = word.split(":")
     ends = [":".join(parts[k:]) for k in range(len(parts))]
-    named = next((end for end in ends if end and Path(end).exists()), None)
+    named = next((end for end in ends if end and exists(end)), None)
     if named is None:  # whoever makes a contestant of it says so best
         return None
     path = Path(named)
@@ -297,7 +309,7 @@ def _digest(path: Path) -> str:
 def _refuse_changed(file: File) -> None:
     """Raises RunError unless the checkpoint is as it was when runs were played."""
     path = Path(file.path)
-    if not path.exists() or _digest(path) != file.sha256:
+    if not path.is_file() or _digest(path) != file.sha256:
         raise RunError(
             f"{path}: is no more the checkpoint that runs were played with. "
             "Bring that one back, or begin anew in another folder."
@@ -326,33 +338,20 @@ PLAIN = ("robots", "fires", "seed", "episodes", "sample")
 
 
 def read(path: Path) -> Evaluation:
-    """Read what `write` wrote. Raises RunError for anything else."""
+    """Read what `write` wrote. Raises ValueError for anything else."""
     if not path.exists():
         raise RunError(
             f"{path.parent}: there is no evaluation to go on with. Leave --resume out "
             "to begin, or name the folder of one."
         )
+    content = read_json(path)
+    refuse_version(path, content.pop("version", "unknown"))
+    arena = {name: content.pop(name, None) for name in Arena._fields}
+    found = record_from(Evaluation, {**content, "arena": arena}, str(path))
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        version = content["version"]
-        found = _evaluation(content)
-    except (ValueError, TypeError, KeyError, AttributeError) as error:
+        building_of(found.arena.plan)
+    except FloorPlanError as error:
         raise RunError(
-            f"{path}: lacks a part or is damaged ({error!r}). Begin anew in another "
-            "folder."
+            f"{path}: the plan in it is damaged. Begin anew in another folder."
         ) from error
-    refuse_version(path, version)
     return found
-
-
-def _evaluation(content: dict[str, Any]) -> Evaluation:
-    """Build it from what JSON kept, in which tuples have become lists."""
-    building_of(content["plan"])
-    plain = {name: content[name] for name in PLAIN}
-    lists = {name: tuple(v) for name, v in plain.items() if isinstance(v, list)}
-    scenario = record_from(Scenario, content["scenario"], "scenario")
-    return Evaluation(
-        Arena(content["building"], content["plan"], scenario),
-        files={word: File(**file) for word, file in content["files"].items()},
-        **plain | lists,
-    )

@@ -13,7 +13,7 @@ import numpy as np
 
 from reference.events import Evacuated
 from reference.simulation import Simulation
-from reference.workshop.files import Table, read_table
+from reference.workshop.files import Table, number, read_table, whole
 
 
 class Match(NamedTuple):
@@ -122,8 +122,8 @@ def _record(row: dict[str, str]) -> Record:
 
 READERS: dict[Any, Callable[[str], Any]] = {
     str: str,
-    int: int,
-    float: float,
-    float | None: lambda cell: float(cell) if cell else None,
-    tuple[float, ...]: lambda cell: tuple(map(float, cell.split())),
+    int: whole,
+    float: number,
+    float | None: lambda cell: number(cell) if cell else None,
+    tuple[float, ...]: lambda cell: tuple(map(number, cell.split())),
 }

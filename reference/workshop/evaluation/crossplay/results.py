@@ -17,7 +17,8 @@ from reference.evaluation.score import Ruler, RulerError, from_runs
 from reference.workshop.evaluation.crossplay.asked import Evaluation
 from reference.workshop.evaluation.crossplay.records import Match, Record
 from reference.workshop.evaluation.intervals import Interval, of_mean, of_means
-from reference.workshop.files import Table, write_whole
+from reference.workshop.files import Table, read_json, write_whole
+from reference.workshop.plain import record_from
 from reference.workshop.runs import RunError
 
 
@@ -99,6 +100,18 @@ def ruler_of(
         )
     rewards, difficulties = [r.reward for r in runs], [r.difficulty for r in runs]
     return from_runs(rewards, difficulties, worst, best, [r.fire for r in runs])
+
+
+def read_ruler(path: Path) -> Ruler:
+    """Read a ruler from a file that holds its `as_json`.
+
+    Raises ValueError for anything else, OSError for a file that cannot be read.
+    """
+    if not path.exists():
+        raise FileNotFoundError(
+            f"{path}: there is no such ruler. Name the ruler.json of an evaluation."
+        )
+    return record_from(Ruler, read_json(path), str(path))
 
 
 # -- For people ---------------------------------------------------------------------
