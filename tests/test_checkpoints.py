@@ -153,6 +153,53 @@ def test_refuses_weights_that_are_no_numbers(path, network):
         load(path)
 
 
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        ("progress summaries robots sums", {"Survival": "much"}),
+        ("progress latest", {"survival": 1.0}),
+        ("progress episodes", "many"),
+        ("learners robots steps", None),
+        ("learners robots optimiser state", {0: {"exp_avg": torch.zeros(1)}}),
+        ("learners robots optimiser param_groups", [{"lr": "fast"}]),
+        ("learners robots buffer", [{"grids": 0}]),
+    ],
+)
+def test_refuses_progress_of_a_wrong_type_or_shape(checkpoint, place, value):
+    """Before the training goes on, not in its next round."""
+    *path, last = place.split()
+    other = deepcopy(checkpoint)
+    inner = getattr(other, path[0]) if path else None
+    for name in path[1:]:
+        inner = inner[name]
+    inner[last] = value
+    with pytest.raises(CheckpointError, match="do not fit its settings"):
+        Training.resumed(other)
+
+
+@pytest.mark.parametrize(
+    ("place", "value", "message"),
+    [
+        ("round", "third", "round is 'third': it must be a whole number"),
+        ("learners", [], "learners: this must be"),
+        ("learners robots actor", {"w": 1}, "w is 1: it must be a Tensor"),
+        ("task seed", 1.5, "seed is 1.5"),
+        ("task settings robots gamma", 10**400, "gamma is 10+: it must be a number"),
+    ],
+)
+def test_refuses_a_field_of_a_wrong_type(path, place, value, message):
+    """By its name; nothing of torch or Python shows."""
+    content = torch.load(path, weights_only=True)
+    *names, last = place.split()
+    inner = content
+    for name in names:
+        inner = inner[name]
+    inner[last] = value
+    torch.save(content, path)
+    with pytest.raises(CheckpointError, match=message):
+        load(path)
+
+
 def test_refuses_a_text_file(tmp_path):
     """Whoever mistypes a name is told so."""
     (tmp_path / "notes.txt").write_text("not a checkpoint")

@@ -200,6 +200,17 @@ def test_refuses_what_is_no_yaml_and_says_on_which_line(refusal):
     assert "no YAML" in refusal("max_steps: 2026-13-45")
 
 
+def test_refuses_anchors_in_anchors_without_end(refusal):
+    """Written out they would fill the memory; also one that contains itself."""
+    bomb = "a0: &a0 {x: 1}\n" + "".join(
+        f"a{i}: &a{i} {{<<: [*a{i - 1}, *a{i - 1}]}}\n" for i in range(1, 40)
+    )
+    assert "too many anchors" in refusal(bomb)
+    assert "too many anchors" in refusal("behaviors: &a {Robot: *a}")
+    with pytest.raises(ValueError, match="has more than"):
+        read_yaml("/dev/zero", LAPTOP)
+
+
 def test_refuses_a_key_that_stands_twice(refusal):
     """YAML would keep the second without a word."""
     twice = f"{ROBOT}    max_steps: 5\n    time_horizon: 9\n    max_steps: 6\n"

@@ -35,10 +35,12 @@ def state_of(learner: Learner) -> dict[str, Any]:
 def restore(learner: Learner, state: dict[str, Any]) -> None:
     """Take over a state; all shapes must fit. Raises ValueError, RuntimeError, ...
 
-    What there is to Adam besides its moments follows from the settings. Of decisions
-    that wait for an update, one is looked at.
+    What else there is to Adam than moments and rate follows from the settings. Of
+    decisions that wait for an update, one is looked at.
     """
     adam, moments = learner.optimiser.state_dict(), state["optimiser"]["state"]
+    (group,), (there,) = adam["param_groups"], state["optimiser"]["param_groups"]
+    group["lr"] = checked("lr", there["lr"], float)
     learner.actor.load_state_dict(state["actor"])
     learner.critic.load_state_dict(state["critic"])
     learner.optimiser.load_state_dict({**adam, "state": moments})
