@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from movies import shipped, stage
+from movies import play_until, shipped, stage
 
 from reference.paper import (
     BURN_LOSS,
@@ -67,8 +67,11 @@ def test_whoever_is_on_the_stairs_has_been_paid_for_the_floor(floor, landings):
         shipped("paper"), Scenario(people=PEOPLE), Sweep(), NoFire(), seed=1
     )
     bodies = sim.world.bodies
-    while not ((bodies.stairwell >= 0) & (bodies.floor == floor)).any():
-        sim.step()
+
+    def on_the_stairs():
+        return ((bodies.stairwell >= 0) & (bodies.floor == floor)).any()
+
+    play_until(sim, on_the_stairs)
     (i, *_) = np.flatnonzero((bodies.stairwell >= 0) & (bodies.floor == floor))
     bodies.fate[:] = Fate.DEAD
     bodies.fate[i] = Fate.INSIDE
