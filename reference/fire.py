@@ -40,25 +40,31 @@ class Refused(NamedTuple):
     reason: str
 
 
-def generate(
-    world: World, decision: Decision, scenario: Scenario, rng: np.random.Generator
-) -> Source | Refused:
-    """The source that follows from a decision, or why there is none [D6].
+class Generator:
+    """The fire source generator: Eqs. 2-3, and rule D6 in both modes."""
 
-    In training an occupied place yields no fire; else another free place burns.
-    """
-    floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
-    if len(world.flames.sources) >= scenario.sources:
-        return Refused(floor, x, y, "no sources left")
-    occupant = occupied(world, floor, x, y)
-    if occupant and scenario.training:
-        return Refused(floor, x, y, occupant)
-    if occupant:
-        places = np.flatnonzero(free_places(world))
-        if not len(places):
-            return Refused(floor, x, y, "no free place left")
-        floor, x, y = decision_at(world, rng.choice(places))
-    return Source(floor, x, y, world.time)
+    def __init__(self, scenario: Scenario):
+        self.sources, self.training = scenario.sources, scenario.training
+
+    def generate(
+        self, world: World, decision: Decision, rng: np.random.Generator
+    ) -> Source | Refused:
+        """The source that follows from a decision, or why there is none [D6].
+
+        In training an occupied place yields no fire; else another free place burns.
+        """
+        floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
+        if len(world.flames.sources) >= self.sources:
+            return Refused(floor, x, y, "no sources left")
+        occupant = occupied(world, floor, x, y)
+        if occupant and self.training:
+            return Refused(floor, x, y, occupant)
+        if occupant:
+            places = np.flatnonzero(free_places(world))
+            if not len(places):
+                return Refused(floor, x, y, "no free place left")
+            floor, x, y = decision_at(world, rng.choice(places))
+        return Source(floor, x, y, world.time)
 
 
 def occupied(world: World, floor: int, x: float, y: float) -> str:

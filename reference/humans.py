@@ -1,6 +1,6 @@
 """People: Algorithms 1 and 2, what they remember, and how the two modes switch.
 
-Clauses: B3, B4, B5, B6.  `follower` and `leader` are the paper's algorithms, to be read
+Clauses: B3, B4, B5, B6.  `Follower` and `Leader` are the paper's algorithms, to be read
 beside their printed lines; each call is one pass of the outermost loop, whose line 1
 ("while not at exit") the simulation keeps.  Everything else here is what the algorithms
 leave open: "stuck", "suitable leader", "desired" and the memory, each defined once.
@@ -33,34 +33,46 @@ from reference.world import (
 # -- The algorithms -----------------------------------------------------------------
 
 
-def follower(me: Mind, observe: View, world: World) -> Goal:
+class Follower:
     """Algorithm 1: the human follower [B5, Alg. 1]."""
-    if not stuck(me, world) and me.leader == NOBODY:  # 2
-        return switch_mode(me)  # 3, which ends the pass [B5, chosen]
-    if leader_in_sight(me, observe, world):  # 5
-        setoff = towards_leader(me, world)  # 6
-        if (robot := robot_of(me.leader, world)) is not None:  # 7
-            setoff = act_on_instruction(robot, observe, world, setoff)  # 8
-        return setoff
-    return disconnect(me, world)  # 10, 11
+
+    def setoff(self, me: Mind, observe: View, world: World) -> Goal:
+        """One pass of lines 2-12."""
+        if not stuck(me, world) and me.leader == NOBODY:  # 2
+            return switch_mode(me)  # 3, which ends the pass [B5, chosen]
+        if leader_in_sight(me, observe, world):  # 5
+            setoff = towards_leader(me, world)  # 6
+            if (robot := robot_of(me.leader, world)) is not None:  # 7
+                setoff = act_on_instruction(robot, observe, world, setoff)  # 8
+            return setoff
+        return disconnect(me, world)  # 10, 11
 
 
-def leader(me: Mind, observe: View, world: World) -> Goal:
+class Leader:
     """Algorithm 2: the human leader [B6, Alg. 2]."""
-    if (found := exit_in_view(observe, world)) is not None:  # 2
-        return go_to(found)  # 3, which ends the pass [B6, chosen]
-    wanted = desired(me, observe, world)
-    if wanted is not None or observe.robots:  # 5
-        if (suitable := suitable_leader(me, observe, world, wanted)) is not None:  # 6
-            return follow(me, suitable, world)  # 7
-        if wanted is not None:  # 8
-            return go_to(wanted)  # 9
-    fresh = not_yet_visited(me, observe, world)  # 12
-    if fresh is None:  # 13
-        if (direction := unexplored(me, observe)) is not None:  # 14
-            return direction  # 15
-        return back_to_last_door(me, observe)  # 16, 17
-    return go_to(fresh)  # 19, 20
+
+    def setoff(self, me: Mind, observe: View, world: World) -> Goal:
+        """One pass of lines 2-22."""
+        if (found := exit_in_view(observe, world)) is not None:  # 2
+            return go_to(found)  # 3, which ends the pass [B6, chosen]
+        wanted = desired(me, observe, world)
+        if wanted is not None or observe.robots:  # 5
+            if (leader := suitable_leader(me, observe, world, wanted)) is not None:  # 6
+                return follow(me, leader, world)  # 7
+            if wanted is not None:  # 8
+                return go_to(wanted)  # 9
+        fresh = not_yet_visited(me, observe, world)  # 12
+        if fresh is None:  # 13
+            if (direction := unexplored(me, observe)) is not None:  # 14
+                return direction  # 15
+            return back_to_last_door(me, observe)  # 16, 17
+        return go_to(fresh)  # 19, 20
+
+
+ALGORITHMS: dict[Mode, Follower | Leader] = {
+    Mode.FOLLOWER: Follower(),
+    Mode.LEADER: Leader(),
+}
 
 
 def think(me: Mind, observe: View, world: World) -> None:
@@ -69,8 +81,7 @@ def think(me: Mind, observe: View, world: World) -> None:
     if _still_crossing(me, observe, world):
         return
     before = me.goal
-    algorithm = follower if me.mode is Mode.FOLLOWER else leader
-    me.goal = algorithm(me, observe, world)
+    me.goal = ALGORITHMS[me.mode].setoff(me, observe, world)
     if me.goal != before:
         me.facing = _towards(me.goal, observe.place, world) or me.facing
 

@@ -25,40 +25,43 @@ behind than FOLLOWER_GAP + CROWD_GAP * sqrt(n); the root, since a crowd fills a 
 AT_EXIT = 2.5  # [C7, chosen] metres: a destination so near an exit means "this exit"
 
 
-def act(
-    robot: Robot, world: World, decision: Destination | None, seconds: float
-) -> None:
-    """Algorithm 3: one robot of one floor, one pass of its loop [C7, Alg. 3]."""
-    robot.active = world.people_at_or_above(robot.floor) > 0  # 1
-    if not robot.active:
-        return
-    speed = evacuate_humans(robot, world)  # 2
-    if decision is not None:  # 3
-        target = actual_target(world.building, robot.floor, *decision)
-        robot.destination = np.array(target)  # 4
-        robot.instruction = instruction_for(world.building, robot.floor, target)  # 5
-        nav = navigation_of(world.building)
-        goal = nav.nearest_free(robot.floor, *target)
-        robot.way = nav.way(robot.place, goal, flame_cost(world, robot.floor))[1]
-    _move(robot, navigation_of(world.building), speed * seconds)  # 7
+class RobotAlgorithm:
+    """Algorithm 3: one robot of one floor [C7, Alg. 3]."""
 
+    def act(
+        self, robot: Robot, world: World, decision: Destination | None, seconds: float
+    ) -> None:
+        """One pass of the loop, `seconds` long."""
+        robot.active = world.people_at_or_above(robot.floor) > 0  # 1
+        if not robot.active:
+            return
+        building, nav = world.building, navigation_of(world.building)
+        speed = evacuate_humans(robot, world)  # 2
+        if decision is not None:  # 3
+            target = actual_target(building, robot.floor, *decision)
+            robot.destination = np.array(target)  # 4
+            robot.instruction = instruction_for(building, robot.floor, target)  # 5
+            goal = nav.nearest_free(robot.floor, *target)
+            robot.way = nav.way(robot.place, goal, flame_cost(world, robot.floor))[1]
+        self._move(robot, nav, speed * seconds)  # 7
 
-def _move(robot: Robot, nav: Navigation, metres: float) -> None:
-    """Walk along the way, as far as the metres carry."""
-    x, y = robot.position.tolist()
-    while robot.way and metres > 0:
-        to_x, to_y = nav.centres[robot.way[0]].tolist()
-        left = ((to_x - x) ** 2 + (to_y - y) ** 2) ** 0.5
-        if left > metres:
-            x, y = x + (to_x - x) * metres / left, y + (to_y - y) * metres / left
-            break
-        x, y, metres = to_x, to_y, metres - left
-        robot.way.pop(0)
-    place = nav.place(robot.floor, x, y)
-    if nav.walkable[place]:
-        robot.position, robot.place = np.array((x, y)), place
-    else:  # from beside its cell's middle round a corner: by the middle, then
-        robot.way.insert(0, robot.place)
+    @staticmethod
+    def _move(robot: Robot, nav: Navigation, metres: float) -> None:
+        """Walk along the way, as far as the metres carry."""
+        x, y = robot.position.tolist()
+        while robot.way and metres > 0:
+            to_x, to_y = nav.centres[robot.way[0]].tolist()
+            left = ((to_x - x) ** 2 + (to_y - y) ** 2) ** 0.5
+            if left > metres:
+                x, y = x + (to_x - x) * metres / left, y + (to_y - y) * metres / left
+                break
+            x, y, metres = to_x, to_y, metres - left
+            robot.way.pop(0)
+        place = nav.place(robot.floor, x, y)
+        if nav.walkable[place]:
+            robot.position, robot.place = np.array((x, y)), place
+        else:  # from beside its cell's middle round a corner: by the middle, then
+            robot.way.insert(0, robot.place)
 
 
 def evacuate_humans(robot: Robot, world: World) -> float:

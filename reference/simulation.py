@@ -24,14 +24,14 @@ from reference.events import (
     FireRefused,
     LeftFloor,
 )
-from reference.fire import generate
+from reference.fire import Generator
 from reference.flames import Spread
 from reference.game.rewards import group_reward
 from reference.humans import pass_landmark, think
 from reference.navigation import Navigation, navigation_of
 from reference.paper import Scenario
 from reference.perception import Surroundings, View, look
-from reference.robots import Destination, act
+from reference.robots import Destination, RobotAlgorithm
 from reference.sight import Sight, sight_of
 from reference.strategies import FireStrategy, NoFire, NoRobots, RobotStrategy
 from reference.world import NOBODY, NOWHERE, Aim, Fate, Source
@@ -93,6 +93,7 @@ class Simulation:
             self.scenario = replace(self.scenario, robots_per_floor=0)
         self.spread = Spread(building, self.rng["flames"])
         self.world = beginning(building, self.scenario, self.rng["people"])
+        self.algorithm, self.generator = RobotAlgorithm(), Generator(self.scenario)
         self.events: list[Event] = []
         self.ticks = 0
         self.person_seconds = 0.0
@@ -124,7 +125,7 @@ class Simulation:
         destinations = self._strategies_decide()
         # MOVE
         for robot, destination in zip(self.world.robots, destinations, strict=True):
-            act(robot, self.world, destination, self.tick)
+            self.algorithm.act(robot, self.world, destination, self.tick)
         touched = self._people_move()
         # BURN
         self._burn()
@@ -223,7 +224,7 @@ class Simulation:
         decision = self.fire_strategy.decide(self.world, rng)
         if decision is None:
             return
-        result = generate(self.world, decision, self.scenario, rng)
+        result = self.generator.generate(self.world, decision, rng)
         if isinstance(result, Source):
             self.spread.ignite(flames, result)
             self._next_ignition = self.world.time

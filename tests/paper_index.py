@@ -83,12 +83,12 @@ def _code() -> tuple[dict[str, list[tuple[str, int]]], dict[str, list]]:
 
 
 def _numbered(path: Path) -> Iterator[tuple[str, int]]:
-    """Lines of an algorithm: a function that cites it has their numbers as comments."""
+    """Lines of an algorithm: a class that cites it has their numbers as comments."""
     text = path.read_text(encoding="utf-8")
     lines = text.splitlines()
     for node in ast.walk(ast.parse(text)):
         cited = re.search(r"\[.*(Alg\. \d)\]", _first_line(node))
-        if isinstance(node, ast.FunctionDef) and cited:
+        if isinstance(node, ast.ClassDef) and cited:
             for number in range(node.lineno, (node.end_lineno or 0) + 1):
                 comment = re.search(r"  # ([\d, ]+)(?:\D|$)", lines[number - 1])
                 for k in re.findall(r"\d+", comment[1] if comment else ""):
@@ -96,7 +96,7 @@ def _numbered(path: Path) -> Iterator[tuple[str, int]]:
 
 
 def _first_line(node: ast.AST) -> str:
-    return (ast.get_docstring(node) or "") if isinstance(node, ast.FunctionDef) else ""
+    return (ast.get_docstring(node) or "") if isinstance(node, ast.ClassDef) else ""
 
 
 def _file(path: Path) -> str:

@@ -13,7 +13,7 @@ from scipy.stats import ks_2samp
 
 from reference.building import Kind
 from reference.events import DoorBurnt, FireLit, FireRefused
-from reference.fire import Refused, generate, occupied, snapped
+from reference.fire import Generator, Refused, occupied, snapped
 from reference.flames import Spread
 from reference.paper import (
     BURN_LOSS,
@@ -73,7 +73,7 @@ def test_equation_3_snaps_y_as_equation_2_snaps_x():
     building = shipped("paper")
     world = Simulation(building, Scenario(people=0), NoRobots(), NoFire()).world
     rng = np.random.default_rng(0)
-    source = generate(world, (2, -9.2, -10.8), Scenario(), rng)
+    source = Generator(Scenario()).generate(world, (2, -9.2, -10.8), rng)
     assert source == Source(2, -9.5, -10.5, 0.0)
 
 
@@ -105,7 +105,7 @@ PLACES = {
 
 def generated(sim, decision, rng):
     """What follows from a decision here and now."""
-    return generate(sim.world, decision, sim.scenario, rng)
+    return Generator(sim.scenario).generate(sim.world, decision, rng)
 
 
 def spot(sim, what):
@@ -175,7 +175,7 @@ def test_refuses_the_edge_of_the_body():
     building = shipped("paper")
     world = Simulation(building, Scenario(people=0), NoRobots(), NoFire()).world
     rng, training = np.random.default_rng(0), Scenario(training=True)
-    refused = generate(world, (0, 20.0, 5.0), training, rng)
+    refused = Generator(training).generate(world, (0, 20.0, 5.0), rng)
     assert refused.reason == "outside"
 
 

@@ -7,7 +7,7 @@ import pytest
 from movies import fire_named, robots_named, shipped, stage
 
 from reference.building import Kind
-from reference.fire import Refused, generate
+from reference.fire import Generator, Refused
 from reference.game.environment import destination, fire_decision
 from reference.game.observations import fire_vector, grid, robot_vectors
 from reference.navigation import navigation_of
@@ -263,7 +263,7 @@ def test_a_fire_breaks_out_wherever_it_is_offered(name):
         for action in options.places[options.action_mask]:
             if any(sim.world.occupancy):
                 decision = fire_decision(sim.building, action)
-                source = generate(sim.world, decision, scenario, rng)
+                source = Generator(scenario).generate(sim.world, decision, rng)
                 assert not isinstance(source, Refused)
 
 

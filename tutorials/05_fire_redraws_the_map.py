@@ -11,7 +11,7 @@ import numpy as np
 
 from reference.building import load
 from reference.events import DoorBurnt
-from reference.fire import generate, snapped
+from reference.fire import Generator, snapped
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoRobots
@@ -50,7 +50,7 @@ night = Simulation(museum, Scenario(people=1, sources=1), NoRobots(), Candle(), 
 place = 0, *night.world.bodies.position[0].tolist()
 for training in (True, False):
     scenario = Scenario(sources=1, training=training)
-    print(generate(night.world, place, scenario, night.rng["fire"]))
+    print(Generator(scenario).generate(night.world, place, night.rng["fire"]))
 #> Refused(floor=0, x=-10.5, y=8.5, reason='human')
 #> Source(floor=0, x=3.5, y=7.5, time=0.0)
 
