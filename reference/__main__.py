@@ -1,17 +1,28 @@
 """The command line: `python -m reference`, and under it check, draw, evacuate, ...
 
 Numbers go to stdout, progress and notes to stderr. Exit status: 0 done, 1 the input or
-the run is at fault, 2 the command line is, 130 after Ctrl-C.
+the run is at fault, 2 the command line is, 130 after Ctrl-C or SIGTERM.
 """
 
 import os
+import signal
 import sys
-from argparse import ArgumentParser
+
+if __name__ == "__main__":  # stopped while the rest is loaded: end at once, in silence
+    STOPS = [signal.SIGINT, signal.SIGTERM]  # unless told to ignore them, as nohup does
+    STOPS = [stop for stop in STOPS if signal.getsignal(stop) != signal.SIG_IGN]
+    for stop in STOPS:
+        signal.signal(stop, lambda *_: os._exit(130))
+
+import re
+from argparse import ArgumentParser, Namespace
 from argparse import RawDescriptionHelpFormatter as Formatter
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
+from typing import NoReturn
 
-from reference.paper import PEOPLE
+from reference.paper import PEOPLE, InputError
 from reference.workshop.commands import (
     building,
     checks,
@@ -38,10 +49,12 @@ COMMANDS = {
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line, by default this process's own; returns the exit status."""
-    arguments = _parser().parse_args(argv)
     try:
-        arguments.run(arguments)
-        print(end="", flush=True)
+        try:
+            arguments = _arguments(sys.argv[1:] if argv is None else argv)
+            arguments.run(arguments)
+        finally:
+            print(end="", flush=True)
     except KeyboardInterrupt as stopped:  # its text, if any, says what is kept
         return _complain(str(stopped) or "stopped; nothing half-written is left", 130)
     except ContradictionError as error:
@@ -49,15 +62,31 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # `| head -1`: whoever asked has read enough
         _drop_unprinted()
         return 1
-    except (ValueError, OSError) as error:  # the input's, told for people
+    except (InputError, OSError) as error:  # other errors are ours: a traceback
         _drop_unprinted()
         return _complain(str(error), 1)
     return 0
 
 
+def _arguments(words: Sequence[str]) -> Namespace:
+    """Parse the command line; exits with status 2 where it is at fault."""
+    parser = _parser()
+    for word in words:
+        if word != word.encode("utf-8", "replace").decode():
+            parser.error(f"{word!a} is not UTF-8. Give the file another name")
+    return parser.parse_args(words)
+
+
 def _complain(message: str, status: int) -> int:
-    print(message, file=sys.stderr)
+    with suppress(OSError):  # nobody listens
+        print(_shortened(message), file=sys.stderr)
     return status
+
+
+def _shortened(message: str) -> str:
+    """Cut words of the first line that are too long for any path."""
+    first, *page = message.split("\n")
+    return "\n".join([re.sub(r"(\S{60})\S{240,}", r"\1...", first), *page])
 
 
 def _drop_unprinted() -> None:
@@ -71,8 +100,16 @@ def _drop_unprinted() -> None:
 # -- The command line --------------------------------------------------------------
 
 
-def _parser() -> ArgumentParser:
-    top = ArgumentParser(
+class Parser(ArgumentParser):
+    """A parser that repeats no endless words."""
+
+    def error(self, message: str) -> NoReturn:
+        """Tell what is wrong and how the command is used; ends with status 2."""
+        super().error(_shortened(message))
+
+
+def _parser() -> Parser:
+    top = Parser(
         prog="python -m reference",
         description="One evacuation of the paper's building, the best robots against "
         "the best fire;\na summary, and an animation in evacuation.gif.",
@@ -108,5 +145,19 @@ def _parser() -> ArgumentParser:
     return top
 
 
+# -- The process -------------------------------------------------------------------
+
+
+def _process() -> int:
+    """Run the command line in a process of its own, whatever it was begun with."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed: nobody listens
+            setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
+        getattr(sys, name).reconfigure(errors="backslashreplace")
+    for stop in STOPS:
+        signal.signal(stop, signal.default_int_handler)
+    return main()
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(_process())

@@ -12,7 +12,14 @@ import numpy as np
 
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
-from reference.paper import BODY_RADIUS, HEALTH, WALKING_SPEED, WALKING_SPREAD, Scenario
+from reference.paper import (
+    BODY_RADIUS,
+    HEALTH,
+    WALKING_SPEED,
+    WALKING_SPREAD,
+    InputError,
+    Scenario,
+)
 from reference.world import (
     NOBODY,
     NOWHERE,
@@ -94,7 +101,7 @@ def _starting_places(
     chosen = []
     for (where, places), count in zip(free.items(), counts, strict=True):
         if count > len(places):
-            raise ValueError(
+            raise InputError(
                 f"{count} people do not fit {where}: {len(places)} cells are free. "
                 "Ask for fewer people."
             )
@@ -107,7 +114,7 @@ def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
     known = {a.id: a.index for a in building.areas if a.kind == "room"}
     for room in rooms:
         if room not in known:
-            raise ValueError(f"no room {room!r} in {building.title!r}")
+            raise InputError(f"no room {room!r} in {building.title!r}")
     return np.flatnonzero(np.isin(building.area.ravel(), [known[r] for r in rooms]))
 
 

@@ -119,6 +119,10 @@ TABLE_II: MappingProxyType[str, Any] = MappingProxyType(  # [E2, Tab. II] the fi
 )
 
 
+class InputError(ValueError):
+    """What was asked for or given cannot be used; the message is meant for people."""
+
+
 # -- One experiment -----------------------------------------------------------------
 
 
@@ -144,15 +148,15 @@ class Scenario:
     def __post_init__(self) -> None:
         counts = (self.people, self.robots_per_floor, self.sources)
         if min(counts) < 0 or min(self.people_per_floor or (0,)) < 0:
-            raise ValueError("people, robots and sources are counted from 0 upwards")
+            raise InputError("people, robots and sources are counted from 0 upwards")
         if not 1 <= self.frames_per_tick <= MOST_FRAMES_PER_TICK:
-            raise ValueError(f"a tick is 1 to {MOST_FRAMES_PER_TICK} frames")
+            raise InputError(f"a tick is 1 to {MOST_FRAMES_PER_TICK} frames")
         if self.decision_seconds < self.tick:
-            raise ValueError("there is at most one decision in a tick")
+            raise InputError("there is at most one decision in a tick")
         if self.rooms and self.people_per_floor is not None:
-            raise ValueError("people start in rooms or per floor, not both")
+            raise InputError("people start in rooms or per floor, not both")
         if self.time_limit <= 0 or self.sight_range < 1 or self.doors_remembered < 1:
-            raise ValueError("time limit > 0 s, sight >= 1 m, doors remembered >= 1")
+            raise InputError("time limit > 0 s, sight >= 1 m, doors remembered >= 1")
 
     @property
     def tick(self) -> float:
@@ -165,7 +169,7 @@ class Scenario:
             share, rest = divmod(self.people, floors)
             return tuple(share + (floor < rest) for floor in range(floors))
         if len(self.people_per_floor) != floors:
-            raise ValueError(
+            raise InputError(
                 f"people_per_floor names {len(self.people_per_floor)} floors, "
                 f"the building has {floors}"
             )

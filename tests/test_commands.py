@@ -173,8 +173,13 @@ def test_evacuate_animates_the_first_episode(tmp_path, capsys):
         (["--people", "100000"], 1, "fit"),
         (["--animate", "missing/run.gif"], 1, "Name a file in a folder that exists"),
         (["--animate", "run.avi"], 2, "End the name in .gif, .html or .mp4."),
-        (["--people", "0"], 2, "'0' is not a whole number from 1 on"),
-        (["--episodes", "many"], 2, "'many' is not a whole number from 1 on"),
+        (["--people", "0"], 2, "'0' is not a whole number from 1 to 1000000"),
+        (["--episodes", "many"], 2, "'many' is not a whole number from 1 to"),
+        (["--episodes", "9" * 30], 2, "9' is not a whole number from 1 to 1000000"),
+        (["--seed", "9" * 5000], 2, "... is not a whole number from 0 to"),
+        (["--robots", "a" * 300], 2, "aaa... is no file and names nobody"),
+        (["--building", "a/" * 3000], 1, "a/a/a..."),
+        (["--building", "caf\udce9.txt"], 2, "'caf\\udce9.txt' is not UTF-8"),
         (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),
         (["--fire", "hot"], 2, "'hot' is no file and names nobody"),
         (["--fire", "critic:nowhere"], 2, "'nowhere': there is no such file"),
@@ -185,6 +190,7 @@ def test_refuses_an_evacuation_that_cannot_be(options, status, hint, capsys, tmp
     """One message with a hint, the right exit status, and nothing is written."""
     assert refusal(capsys, "evacuate", *options)[0] == status
     assert hint in refusal(capsys, "evacuate", *options)[1]
+    assert len(refusal(capsys, "evacuate", *options)[1]) < 1000
     assert list(tmp_path.iterdir()) == []
 
 
@@ -207,44 +213,92 @@ def test_the_main_job_is_an_evacuation_of_the_best_against_the_best(monkeypatch)
     assert str(words["animate"]) == "evacuation.gif"
 
 
-@pytest.mark.slow
-def test_control_c_ends_with_one_line_and_leaves_nothing_half_written(tmp_path):
-    """Interrupted in the middle of its animation.
+@pytest.fixture
+def stopped(tmp_path):
+    """A function that stops `python -m reference` once there is a file: what it says.
 
     Shells let what they start in the background ignore Ctrl-C, and tests may be such.
     """
-    listening = signal.signal(signal.SIGINT, signal.default_int_handler)
-    process = subprocess.Popen(
-        [sys.executable, "-m", "reference"],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-    signal.signal(signal.SIGINT, listening)
-    while not list(tmp_path.iterdir()) and process.poll() is None:
-        time.sleep(0.05)
-    process.send_signal(signal.SIGINT)
-    out, err = process.communicate(timeout=60)
-    assert (process.returncode, out) == (130, "")
+
+    def stop(number):
+        before = set(tmp_path.iterdir())
+        listening = signal.signal(signal.SIGINT, signal.default_int_handler)
+        process = subprocess.Popen(
+            [sys.executable, "-m", "reference"],
+            env=os.environ | {"PYTHONPATH": str(ROOT)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+        signal.signal(signal.SIGINT, listening)
+        while set(tmp_path.iterdir()) == before and process.poll() is None:
+            time.sleep(0.05)
+        process.send_signal(number)
+        out, err = process.communicate(timeout=60)
+        assert (process.returncode, out) == (130, "")
+        return err
+
+    return stop
+
+
+STOPS = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+
+
+@pytest.mark.slow
+@STOPS
+def test_stopped_it_ends_with_one_line_and_leaves_nothing_half_written(
+    number, stopped, tmp_path
+):
+    """Ctrl-C or SIGTERM in the middle of its animation."""
+    err = stopped(number)
     assert err.splitlines()[-1] == "stopped; nothing half-written is left"
     assert "Traceback" not in err
     assert list(tmp_path.iterdir()) == []
 
 
+@STOPS
+def test_stopped_while_it_is_loaded_it_ends_in_silence(number, stopped, tmp_path):
+    """Here numpy takes a minute to load."""
+    slow = "import time; open('loading', 'w').close(); time.sleep(60)"
+    (tmp_path / "numpy.py").write_text(slow)
+    assert stopped(number) == ""
+
+
 @pytest.mark.parametrize(
-    ("out", "message"), [("| sleep 0", ""), ("> /dev/full", "No space left")]
+    ("command", "status", "message"),
+    [
+        ("check tiny | sleep 0", 0, ""),
+        ("check tiny > /dev/full", 1, "No space left"),
+        ("train --help > /dev/full", 1, "No space left"),
+        ("evacuate --building tiny --people 1 2>&-", 0, ""),
+        ("train --robots none --fire none 2>&-", 2, ""),
+    ],
 )
-def test_ends_quietly_when_its_output_cannot_be_written(shed, out, message):
+def test_ends_quietly_when_its_output_cannot_be_written(command, status, message):
     """A reader that has gone is no mistake; a full disk is told in one line."""
-    command = f'"{sys.executable}" -m reference check "{shed}" {out}'
     surroundings = os.environ | {"PYTHONPATH": str(ROOT)}
     surroundings.pop("PYTHONUNBUFFERED", None)
     done = subprocess.run(
-        command, shell=True, env=surroundings, capture_output=True, text=True
+        f'"{sys.executable}" -m reference {command}',
+        shell=True,
+        env=surroundings,
+        capture_output=True,
+        text=True,
     )
+    assert done.returncode == status
     assert message in done.stderr
     assert done.stderr.count("\n") == bool(message)
+
+
+def test_a_mistake_of_our_own_is_not_told_as_the_users(monkeypatch):
+    """Only errors meant for people become one line; others keep their traceback."""
+
+    def mistaken(name):
+        raise ValueError("operands could not be broadcast together")
+
+    monkeypatch.setattr("reference.workshop.commands.building.load", mistaken)
+    with pytest.raises(ValueError, match="broadcast"):
+        main(["check", "tiny"])
 
 
 # -- bench --------------------------------------------------------------------------

@@ -113,6 +113,7 @@ def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
         (["--fire", "perturbed:x"], 2, "names nobody who plays the fire"),
         (["--sample"], 2, "--sample goes with a checkpoint"),
         (["--people", "100000"], 1, "fit"),
+        (["--episodes", str(10**12)], 2, "is not a whole number from 1 to 1000000"),
         (["--episodes", "1", "--baseline", "sweep"], 1, "runs make no ruler"),
     ],
 )

@@ -235,7 +235,7 @@ def test_says_what_to_install_where_there_is_no_pyyaml(monkeypatch, refusal):
         return real(name, *rest, **more)
 
     monkeypatch.setattr(builtins, "__import__", without)
-    assert "install the extra `yaml`" in refusal(ROBOT)
+    assert "pip install PyYAML" in refusal(ROBOT)
 
 
 # -- Our own rows -------------------------------------------------------------------

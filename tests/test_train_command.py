@@ -237,11 +237,13 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
         (["--preset", "huge"], 2, "invalid choice: 'huge'"),
         (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),
         (["--imitate", "none"], 2, "invalid choice: 'none'"),
-        (["--imitate", "sweep", "--robots", "sweep"], 1, "nobody imitates"),
+        (["--imitate", "sweep", "--robots", "sweep"], 2, "nobody imitates"),
+        (["--settings", "wide.yaml"], 1, "GB of memory, and there are"),
+        (["--settings", "many.yaml"], 1, "GB of memory, and there are"),
         (["--fire", "notes.txt"], 1, "notes.txt: is no checkpoint"),
         (["--settings", "nowhere.yaml"], 1, "nowhere.yaml"),
         (["--building", "nowhere"], 1, "nowhere"),
-        (["--workers", "-1"], 2, "'-1' is not a whole number from 0 on"),
+        (["--workers", "-1"], 2, "'-1' is not a whole number from 0 to 1000"),
     ],
 )
 def test_refuses_a_training_that_cannot_be(options, code, hint, capsys, tmp_path):
@@ -249,14 +251,18 @@ def test_refuses_a_training_that_cannot_be(options, code, hint, capsys, tmp_path
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "mine.txt").touch()
     (tmp_path / "notes.txt").write_text("my notes")
+    write_settings("wide.yaml", 0.9, network_settings={"hidden_units": 10**8})
+    Path("many.yaml").write_text('{"reference": {"jobs_per_round": 1000000000}}')
     assert train(*options) == code
     out, err = capsys.readouterr()
     assert out == ""
     assert hint in err
     assert sorted(path.name for path in tmp_path.rglob("*")) == [
         "full",
+        "many.yaml",
         "mine.txt",
         "notes.txt",
+        "wide.yaml",
     ]
 
 
@@ -264,7 +270,7 @@ def test_refuses_tensorboard_where_it_is_missing(quick, capsys, monkeypatch, tmp
     """And says what to install, before anything is written."""
     monkeypatch.setitem(sys.modules, "torch.utils.tensorboard", None)
     assert train("--out", "new", "--tensorboard") == 1
-    assert "[tensorboard]" in capsys.readouterr().err
+    assert "pip install tensorboard" in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
 
 
@@ -299,8 +305,9 @@ def test_a_worker_that_dies_ends_the_training_with_one_message(
 
 
 @pytest.mark.slow
-def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path):
-    """As a real process with workers: exit status 130, and nothing half-written."""
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_stopped_it_saves_and_says_how_to_go_on(number, tmp_path):
+    """All of its processes are told: exit status 130, and nothing half-written."""
     command = [sys.executable, "-m", "reference", "train", "--preset", "tiny"]
     surroundings = os.environ | {"PYTHONPATH": str(ROOT)}
     running = subprocess.Popen(
@@ -309,11 +316,12 @@ def test_ctrl_c_saves_and_says_how_to_go_on(tmp_path):
         env=surroundings,
         stderr=subprocess.PIPE,
         text=True,
+        start_new_session=True,
     )
     while not (tmp_path / "long" / "checkpoint-000000.pt").exists():
         assert running.poll() is None
         time.sleep(0.05)
-    running.send_signal(signal.SIGINT)
+    os.killpg(running.pid, number)
     _, err = running.communicate(timeout=300)
     assert running.returncode == 130
     assert "Traceback" not in err

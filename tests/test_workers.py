@@ -4,12 +4,12 @@ import os
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 
 import pytest
 from clauses import ROOT
 
-from reference.workshop.workers import InProcess, as_done, in_order
+from reference.workshop.workers import InProcess, as_done, in_order, workers
 
 
 def never():
@@ -120,3 +120,11 @@ def test_workers_end_with_a_process_that_is_killed(begun):
     assert running.stdout.readline() == b"5\n"
     running.kill()
     running.communicate(timeout=120)
+
+
+def test_a_pool_that_lost_a_worker_ends():
+    """The others hear no SIGTERM; they are ended all the same."""
+    with pytest.raises(BrokenExecutor), workers(2) as pool:
+        waits = pool.submit(time.sleep, 600)
+        pool.submit(os._exit, 1)
+        waits.result()

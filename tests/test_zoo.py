@@ -137,7 +137,7 @@ def test_refuses_to_be_imported_without_pettingzoo():
     assert done.returncode == 1
     message = done.stderr.split("ImportError: ")[-1]
     assert message.startswith("pettingzoo is not installed, and reference.workshop.zoo")
-    assert "pip install 'fire-rescue-reference[pettingzoo]'" in message
+    assert "pip install pettingzoo gymnasium" in message
     assert "reference.game.environment" in message
 
 

@@ -16,7 +16,7 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from reference.paper import ALPHA, BEST_POINT, BETA, WORST_POINT, K
+from reference.paper import ALPHA, BEST_POINT, BETA, WORST_POINT, InputError, K
 
 LARGEST = 1e12
 """[F9, chosen] neither part of e′ exceeds it, or the other would lose its digits."""
@@ -29,7 +29,7 @@ Number = TypeVar("Number", float, np.ndarray)
 Point = tuple[float, float]
 
 
-class RulerError(ValueError):
+class RulerError(InputError):
     """Constants that make no ruler, or a reading outside its range."""
 
 

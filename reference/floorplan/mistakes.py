@@ -10,6 +10,8 @@ import re
 import unicodedata
 from dataclasses import dataclass
 
+from reference.paper import InputError
+
 SHOWN = 4  # mistakes on a page of them: more would hide the first
 MOST = 1000  # looked for: somebody who drew them all wants the first
 LONGEST = 400  # characters of a line that are shown, the mistake among them
@@ -41,7 +43,7 @@ class Mistake:
         return f"{place}: {self.what}\n{shown}\n    hint: {self.hint}"
 
 
-class FloorPlanError(ValueError):
+class FloorPlanError(InputError):
     """A drawing with mistakes, all of one stage; its text is the whole page."""
 
     def __init__(self, mistakes: tuple[Mistake, ...]) -> None:

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Annotated, Any, Literal, NamedTuple, get_type_hints
 
+from reference.paper import InputError
+
 Side = Literal["robots", "fire"]
 SIDES: tuple[Side, ...] = ("robots", "fire")
 
@@ -94,7 +96,7 @@ class TrainerSettings:
             )
 
 
-class SettingsError(ValueError):
+class SettingsError(InputError):
     """A setting with an impossible value: which, why, and what to write instead."""
 
 

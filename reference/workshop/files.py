@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from reference.learning.settings import LARGEST
+from reference.paper import InputError
 
 
 @contextmanager
@@ -60,11 +61,11 @@ def read_text(path: Path, most: int = 1 << 22, errors: str = "strict") -> str:
     with path.open("rb") as file:
         content = file.read(most + 1)
     if len(content) > most:
-        raise ValueError(f"{path}: has more than {most:,} bytes. Name another file.")
+        raise InputError(f"{path}: has more than {most:,} bytes. Name another file.")
     try:
         return content.decode("utf-8-sig", errors)
     except UnicodeDecodeError:
-        raise ValueError(f"{path}: is no text. Save it as UTF-8.") from None
+        raise InputError(f"{path}: is no text. Save it as UTF-8.") from None
 
 
 def read_json(path: Path) -> dict[str, Any]:
@@ -73,7 +74,7 @@ def read_json(path: Path) -> dict[str, Any]:
     with suppress(ValueError, RecursionError):
         if isinstance(found := json.loads(text), dict):
             return found
-    raise ValueError(f"{path}: is no JSON object, or is damaged. Name another file.")
+    raise InputError(f"{path}: is no JSON object, or is damaged. Name another file.")
 
 
 # -- Tables -------------------------------------------------------------------------
@@ -123,12 +124,12 @@ def read_table(
     text = read_text(path, LARGEST_TABLE, "replace")
     head, _, rows = text[: text.rfind("\n") + 1].partition("\n")
     if text and head.rstrip("\r") != ",".join(columns):
-        raise ValueError(f"{path}: is no table of these runs. Name another folder.")
+        raise InputError(f"{path}: is no table of these runs. Name another folder.")
     try:
         lines = csv.reader(StringIO(rows))
         return [made(dict(zip(columns, row, strict=True))) for row in lines if row]
     except (ValueError, csv.Error) as error:
-        raise ValueError(
+        raise InputError(
             f"{path}: a row is damaged ({error!s:.99}). Remove that row, or begin "
             "anew in another folder."
         ) from error
@@ -137,7 +138,7 @@ def read_table(
 def number(cell: str) -> float:
     """Read a cell's number. Raises ValueError for one that is not finite or absurd."""
     if not abs(value := float(cell)) <= LARGEST:
-        raise ValueError(f"{cell:.40} is no number of a run")
+        raise InputError(f"{cell:.40} is no number of a run")
     return value
 
 

@@ -3,7 +3,6 @@
 Whoever goes on may ask for nothing else than what was begun, with the same version.
 """
 
-import fcntl
 import os
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
@@ -12,10 +11,16 @@ from typing import Any, TypeVar
 
 import reference
 from reference.building import load, plan_of
+from reference.paper import InputError
 from reference.workshop.files import make_folder
 
+try:
+    import fcntl
+except ImportError:  # no POSIX: nothing is locked
+    fcntl = None  # type: ignore[assignment]
 
-class RunError(ValueError):
+
+class RunError(InputError):
     """A run that can neither begin nor go on; one message for people."""
 
 
@@ -52,6 +57,9 @@ def held(
 @contextmanager
 def _lock(folder: Path) -> Iterator[None]:
     """Lock a folder; the lock ends with the process, also with one that is killed."""
+    if fcntl is None:
+        yield
+        return
     path = folder / LOCK
     with path.open("a+") as file:
         try:

@@ -10,11 +10,14 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context, parent_process
+from multiprocessing import parent_process
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnContext, SpawnProcess
 from queue import Empty, SimpleQueue
 from threading import Lock, Thread
 from typing import Any, TypeVar
+
+STOPS = (signal.SIGINT, signal.SIGTERM)  # what asks a command to end; not its workers
 
 POLL = 0.2  # seconds between two looks at whether to stop
 
@@ -23,6 +26,13 @@ ONE_THREAD = {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}
 
 Made = TypeVar("Made")
 Given = TypeVar("Given")
+
+
+def memory() -> int:
+    """Bytes of memory that this computer has; a guess where it does not say."""
+    if "SC_PHYS_PAGES" not in getattr(os, "sysconf_names", ()):
+        return 2**36
+    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
 def in_order(
@@ -100,12 +110,13 @@ def workers(count: int) -> Iterator[Executor]:
     """A pool of so many processes with a thread each; 0: this process.
 
     They begin anew (spawn), since torch's threads do not survive a fork; they do not
-    hear Ctrl-C; and they end with the block, or with this process if it is killed.
+    hear Ctrl-C or SIGTERM; and they end with the block, or with this process if it is
+    killed.
     """
     if count == 0:
         yield InProcess()
         return
-    context = get_context("spawn")
+    context = _Context()
     far, near = context.Pipe(duplex=False)
     with _surroundings(ONE_THREAD):
         pool = Pool(count, context, _begin_work, (far,))
@@ -115,6 +126,16 @@ def workers(count: int) -> Iterator[Executor]:
             pool.shutdown(wait=False, cancel_futures=True)  # first forget what waits
             near.close()
             pool.shutdown()
+
+
+class _Worker(SpawnProcess):
+    """A process that hears no SIGTERM: the pool ends it by force, if it must."""
+
+    terminate = SpawnProcess.kill
+
+
+class _Context(SpawnContext):
+    Process = _Worker
 
 
 class Pool(ProcessPoolExecutor):
@@ -136,7 +157,8 @@ def _at_work(fn: Callable[..., Made], /, *args: Any, **kwargs: Any) -> Made:
 
 
 def _begin_work(lifeline: Connection) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    for stop in STOPS:
+        signal.signal(stop, signal.SIG_IGN)
     Thread(target=_end_with, args=(lifeline,), daemon=True).start()
 
 
@@ -170,11 +192,11 @@ def _surroundings(variables: dict[str, str]) -> Iterator[None]:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Hold back Ctrl-C: a process that begins in here never hears it."""
+    """Hold back Ctrl-C and SIGTERM: what begins in here never hears them."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, STOPS)
     try:
         yield
     finally:

@@ -29,7 +29,7 @@ try:
 except ImportError as missing:
     raise ImportError(
         f"{missing.name} is not installed, and reference.workshop.zoo needs it.\n"
-        "hint: pip install 'fire-rescue-reference[pettingzoo]', or use "
+        "hint: pip install pettingzoo gymnasium, or use "
         "reference.game.environment, which has the same methods."
     ) from missing
 

@@ -12,10 +12,11 @@ from pathlib import Path
 from threading import Event
 from typing import Any, NamedTuple
 
+from reference.paper import InputError
 from reference.workshop.commands.options import Table
 from reference.workshop.evaluation.crossplay import Evaluation, unlike_training
 from reference.workshop.runs import ContradictionError, RunError
-from reference.workshop.workers import workers
+from reference.workshop.workers import STOPS, workers
 
 
 class Command(NamedTuple):
@@ -36,7 +37,7 @@ def writable(path: Path, formats: Iterable[str], what: str) -> None:
 
     try:
         with_suffix(path, formats, what)
-    except ValueError as error:
+    except InputError as error:
         raise ContradictionError(str(error)) from error
     if path.is_dir():
         raise RunError(f"{path}: is a folder. Name a file in it.")
@@ -80,19 +81,25 @@ def quoted(path: str | Path) -> str:
 
 @contextmanager
 def ctrl_c() -> Iterator[Callable[[], bool]]:
-    """Note Ctrl-C and go on; pressed once more, it stops at once."""
-    pressed, before = Event(), signal.getsignal(signal.SIGINT)
+    """Note Ctrl-C or SIGTERM and go on; a second one stops at once."""
+    pressed = Event()
+    before = {stop: signal.getsignal(stop) for stop in STOPS}
 
     def note(number: int, frame: Any) -> None:
         pressed.set()
-        signal.signal(signal.SIGINT, before)
+        restore()
         print("\nstopping; Ctrl-C once more drops what is unsaved", file=sys.stderr)
 
-    signal.signal(signal.SIGINT, note)
+    def restore() -> None:
+        for stop, handler in before.items():
+            signal.signal(stop, handler)
+
+    for stop in STOPS:
+        signal.signal(stop, note)
     try:
         yield pressed.is_set
     finally:
-        signal.signal(signal.SIGINT, before)
+        restore()
 
 
 @contextmanager

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from reference.paper import PEOPLE
+from reference.paper import PEOPLE, InputError
 from reference.workshop.evaluation.contestants import NAMES, Side, refuse_unknown
 
 Table = dict[str, dict[str, Any]]
@@ -14,6 +14,7 @@ Table = dict[str, dict[str, Any]]
 
 MAP = "a map, by path or by the name of one that ships"
 SEVERAL = {"nargs": "+"}
+MANY = 1_000_000  # of anything
 
 
 def add(parser: ArgumentParser, options: Table) -> None:
@@ -39,7 +40,7 @@ def player(side: Side, note: str, words: Sequence[str] = (), **more: Any) -> Tab
     def somebody(text: str) -> str:
         try:
             refuse_unknown(text, side, known)
-        except ValueError as error:
+        except InputError as error:
             raise ArgumentTypeError(str(error)) from None
         return text
 
@@ -47,13 +48,15 @@ def player(side: Side, note: str, words: Sequence[str] = (), **more: Any) -> Tab
     return {f"--{side}": {"type": somebody, "metavar": "S", "help": what, **more}}
 
 
-def number(least: int, note: str, **more: Any) -> dict[str, Any]:
-    """An option that takes a whole number from so many on."""
+def number(least: int, note: str, most: int = MANY, **more: Any) -> dict[str, Any]:
+    """An option that takes a whole number in these bounds."""
 
     def whole(text: str) -> int:
-        if not text.isdecimal() or int(text) < least:
-            raise ArgumentTypeError(f"'{text}' is not a whole number from {least} on")
-        return int(text)
+        number = int(text) if text.isdecimal() and len(text) < 20 else -1
+        if not least <= number <= most:
+            what = f"a whole number from {least} to {most}"
+            raise ArgumentTypeError(f"'{text}' is not {what}")
+        return number
 
     return {"type": whole, "metavar": "N", "help": note, **more}
 
@@ -93,8 +96,16 @@ WORKERS: Table = {
         0,
         "processes that play, results are the same; 0: none but this one; "
         "default: the number of cores",
+        most=1000,
         default=cores(),
     )
 }
-SEED: Table = {"--seed": number(0, "same seed, same run; default: 0", default=SUPPRESS)}
+SEED: Table = {
+    "--seed": number(
+        0,
+        "same seed, same run; default: 0",
+        most=2**53,  # JSON carries those exactly
+        default=SUPPRESS,
+    )
+}
 JSON: Table = {"--json": flag("print one JSON object", default=SUPPRESS)}

@@ -64,13 +64,15 @@ def _trained(training: Any, arguments: Namespace) -> Path:
 
 def _training(arguments: Namespace) -> Any:
     """Begin a training, or resume the one in the folder."""
+    if arguments.robots and arguments.fire:
+        raise ContradictionError("nobody learns: name --robots or --fire, not both.")
+    if arguments.robots and arguments.imitate:
+        raise ContradictionError("nobody imitates: leave out --robots or --imitate.")
     from reference.workshop.training import starting
     from reference.workshop.training.session import Training
 
     names = starting.Asked.__dataclass_fields__
     asked = starting.Asked(**{name: getattr(arguments, name) for name in names})
-    if asked.robots and asked.fire:
-        raise ContradictionError("nobody learns: name --robots or --fire, not both.")
     if arguments.resume:
         return Training.resumed(starting.resume(asked, arguments.out))
     return Training(starting.begin(asked, arguments.out))
@@ -118,7 +120,7 @@ NOTE = "if given, this side does not learn"
 TRAIN_OPTIONS: options.Table = {
     "--preset": options.choice(PRESETS, "default: laptop"),
     "--settings": options.path(
-        "FILE", "ML-Agents' YAML; changes the preset (extra: yaml)"
+        "FILE", "ML-Agents' YAML; changes the preset (needs PyYAML)"
     ),
     "--building": {
         "help": f"{options.MAP}; default: paper, or tiny with --preset tiny"
@@ -138,7 +140,7 @@ TRAIN_OPTIONS: options.Table = {
     **options.WORKERS,
     "--out": options.path("DIR", "default: out/train", default=Path("out/train")),
     "--resume": options.flag("go on with the training in DIR"),
-    "--tensorboard": options.flag("write DIR/tensorboard too (extra: tensorboard)"),
+    "--tensorboard": options.flag("write DIR/tensorboard too (needs TensorBoard)"),
 }
 CURVES_OPTIONS: options.Table = {
     "runs": options.path("RUN", "the folder train wrote to", **options.SEVERAL),

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from reference.paper import InputError
 from reference.workshop.drawing.crossplay import names
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import FAINT, TEXT, foot, sheet, write_numbers
@@ -28,7 +29,7 @@ def figure(results: Sequence[Result], costs: Sequence[Cost]) -> Figure:
     is nothing to draw.
     """
     if not results or not costs:
-        raise ValueError("nothing to draw: re-score a moment, and measure a cost first")
+        raise InputError("nothing to draw: re-score a moment, and measure a cost first")
     trial = results[0].trial
     title = "The worst case: where a fire does most harm, and what finding it takes"
     page = sheet(title, 11, max(2.0, 0.5 * len(trial.fires)) + 2)

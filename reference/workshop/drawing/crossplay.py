@@ -17,6 +17,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
+from reference.paper import InputError
 from reference.workshop.drawing.page import TEXT, foot, sheet, shortened
 from reference.workshop.evaluation.crossplay import Cell, Record, mean_and_interval
 from reference.workshop.evaluation.intervals import band
@@ -76,7 +77,7 @@ def matrix(cells: Sequence[Cell]) -> Figure:
     Raises ValueError if there are no cells.
     """
     if not cells:
-        raise ValueError(
+        raise InputError(
             "there is nothing to draw: no cells. Evaluate some runs first."
         )
     robots, fires = _players(cells, "robots"), _players(cells, "fire")
@@ -129,7 +130,7 @@ def curves(records: Sequence[Record]) -> Figure:
     Means over the runs of each robots, with bands. Raises ValueError without records.
     """
     if not records:
-        raise ValueError("there is nothing to draw: no runs. Evaluate some first.")
+        raise InputError("there is nothing to draw: no runs. Evaluate some first.")
     robots, fires = _players(records, "robots"), _players(records, "fire")
     columns = min(len(fires), 2 if len(fires) == 4 else 3)
     rows = ceil(len(fires) / columns)

@@ -17,6 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from reference.building import Kind
+from reference.paper import InputError
 from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import DROP, EMBER
 from reference.workshop.drawing.page import COLOURS
@@ -142,7 +143,7 @@ def figure(runs: Sequence[Run]) -> Figure:
     curves = [c for c in CURVES if any(len(points(run, c)[0]) for run in runs)]
     panels = list(dict.fromkeys(curve.panel for curve in curves))
     if not panels:
-        raise ValueError(
+        raise InputError(
             "no rewards, entropies and losses to draw: train for longer first."
         )
     tracks = _tracks(runs)

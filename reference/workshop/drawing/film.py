@@ -23,6 +23,7 @@ from scipy.spatial import KDTree
 from tqdm import tqdm
 
 from reference.building import Kind
+from reference.paper import InputError
 from reference.simulation import Outcome, Simulation
 from reference.workshop.drawing.evacuation import (
     CHAR,
@@ -65,9 +66,9 @@ def animate(
     """
     target = with_suffix(path, FORMATS, "an animation")
     if seconds_per_frame <= 0 or speed <= 0:
-        raise ValueError("seconds per frame and speed are above 0. Try 0.4 and 4.")
+        raise InputError("seconds per frame and speed are above 0. Try 0.4 and 4.")
     if target.suffix.lower() == ".mp4" and which("ffmpeg") is None:
-        raise ValueError(f"{target}: {NO_FFMPEG}")
+        raise InputError(f"{target}: {NO_FFMPEG}")
     scene = Scene(simulation.building, len(simulation.world.bodies), DPI)
     write, pixels = FORMATS[target.suffix.lower()], _painter(scene)
     pace = seconds_per_frame / speed

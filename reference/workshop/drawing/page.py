@@ -29,6 +29,7 @@ from matplotlib.ticker import MultipleLocator
 from matplotlib.transforms import Bbox
 
 from reference.building import Building, Kind
+from reference.paper import InputError
 from reference.workshop.files import replacing
 
 COLOURS = {
@@ -110,7 +111,7 @@ def with_suffix(path: str | Path, known: Iterable[str], what: str) -> Path:
     path = Path(path)
     if path.suffix.lower() not in known:
         *most, last = known
-        raise ValueError(
+        raise InputError(
             f"{path}: {what} cannot be written as '{path.suffix or path.name}'. "
             f"End the name in {', '.join(most)} or {last}."
         )
@@ -228,7 +229,7 @@ def chosen_floors(building: Building, floor: int | None) -> tuple[int, ...]:
     if floor is None:
         return tuple(range(building.floors))
     if not 0 <= floor < building.floors:
-        raise ValueError(
+        raise InputError(
             f"there is no floor {floor + 1} in {building.title}. "
             f"Choose one from 1 to {building.floors}."
         )

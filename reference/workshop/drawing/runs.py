@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from reference.paper import InputError
 from reference.workshop.files import number, read_table
 from reference.workshop.training.summaries import COLUMNS
 
@@ -61,7 +62,7 @@ def read(path: str | Path) -> Run:
         )
     rows = read_table(file, COLUMNS, _numbers)
     if max(Counter(row["side"] for row in rows).values(), default=0) < 2:
-        raise ValueError(
+        raise InputError(
             f"{file}: a curve needs two rows of a side, and there are {len(rows)} in "
             "all. Train for longer, or set a smaller summary_freq."
         )

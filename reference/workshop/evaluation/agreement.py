@@ -14,7 +14,7 @@ import numpy as np
 from reference.evaluation.difficulty import difficulty_of, people_in
 from reference.fire import Decision, decision_at, free_places
 from reference.navigation import navigation_of
-from reference.paper import FIRE_SOURCES, Scenario
+from reference.paper import FIRE_SOURCES, InputError, Scenario
 from reference.strategies import FireStrategy, RandomFire
 from reference.workshop.evaluation.contestants import Evacuation
 from reference.workshop.strategies.fires import GreedyFire
@@ -118,7 +118,7 @@ def agreement(fires: Sequence[Measured]) -> Agreement:
         order = stats.rankdata(both[:, same], axis=1)
         ranks[:, same] = order - order.mean(axis=1, keepdims=True)
     if not ranks.any(axis=1).all():
-        raise ValueError(
+        raise InputError(
             f"{len(fires)} fires cannot be compared: those of equally many sources are "
             "all equally hard. Judge more of them, with people in the building."
         )

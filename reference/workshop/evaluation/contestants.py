@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import lru_cache
-from pathlib import Path
+from os.path import exists  # False for what no path can be, too
 from typing import Any
 
 from reference.building import building_of
 from reference.learning.settings import Side, did_you_mean
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.evaluation.worst_case import BusiestWay, WorstCase
 from reference.workshop.strategies import SCRIPTS
@@ -99,13 +99,13 @@ def refuse_unknown(text: str, side: Side, words: Sequence[str]) -> None:
     prefix = {"robots": PERTURBED, "fire": CRITIC}[side]
     if text.startswith(prefix) and f"{prefix}FILE" in words:
         _, file = _metres_and_file(text.removeprefix(prefix))
-        if not file or not Path(file).exists():
-            raise ValueError(
+        if not file or not exists(file):
+            raise InputError(
                 f"'{file}': there is no such file. Name a checkpoint that train made, "
                 "or its folder."
             )
-    elif text not in words and not Path(text).exists():
-        raise ValueError(
+    elif text not in words and not exists(text):
+        raise InputError(
             f"'{text}' is no file and names nobody who plays the {side}: "
             f"{', '.join(words)}.{did_you_mean(text, words)}"
         )

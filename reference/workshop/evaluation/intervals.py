@@ -12,6 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from reference.paper import InputError
+
 RESAMPLES = 2000
 """[F12, chosen] B: the ends of an interval then move by a seventieth of its width from
 one choice of samples to the next."""
@@ -62,7 +64,7 @@ def _means(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     n = len(rows)
     if not n:
-        raise ValueError("an interval needs at least one value. Run something first.")
+        raise InputError("an interval needs at least one value. Run something first.")
     drawn = np.random.default_rng(0).integers(n, size=(RESAMPLES, n))
     sample = np.arange(RESAMPLES)[:, None]
     counts = np.bincount((drawn + n * sample).ravel(), minlength=RESAMPLES * n)

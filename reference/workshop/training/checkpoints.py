@@ -21,6 +21,7 @@ import reference
 from reference.building import Building, building_of
 from reference.learning.rollouts import Learned
 from reference.learning.settings import SIDES, SettingsError, Side, TrainerSettings
+from reference.paper import InputError
 from reference.workshop.files import write_whole
 from reference.workshop.landmarks import landmarks_for
 from reference.workshop.plain import checked, mapping, record_from
@@ -34,7 +35,7 @@ MAGIC = b"PK\x03\x04"  # torch writes zip archives
 NAMED = re.compile(r"checkpoint-(\d{6,})\.pt")
 
 
-class CheckpointError(ValueError):
+class CheckpointError(InputError):
     """A file that is no checkpoint, or none for this place; one message for people."""
 
 

@@ -102,8 +102,7 @@ def _parsed(text: str) -> Any:
         import yaml
     except ImportError:
         raise SettingsError(
-            "ML-Agents' files need PyYAML: install the extra `yaml`, "
-            "pip install -e '.[yaml]'"
+            "ML-Agents' files need PyYAML: pip install PyYAML"
         ) from None
     try:
         _entries(yaml.compose(text, yaml.SafeLoader), {})

@@ -30,8 +30,10 @@ from reference.workshop.training.summaries import (
     Row,
     Summary,
 )
+from reference.workshop.workers import memory
 
 LEARNERS, ROUNDS, DEMONSTRATIONS = 0, 1, 2  # what seeds are for
+EPISODE = 2**20  # bytes of one, more or less
 FACTS = (*OF_EPISODES.values(), "fire_reward")  # of an episode
 
 
@@ -48,6 +50,8 @@ class Training:
         And ValueError for more people than fit into the building.
         """
         self.task, self.settings = task, task.settings
+        _refuse_too_large(task)
+        Simulation(building_of(task.plan), self.settings.scenario)
         self.learners: dict[Side, Learner] = {
             side: _learner(task, side) for side in SIDES if side not in task.fixed
         }
@@ -55,7 +59,6 @@ class Training:
             raise SettingsError("nobody learns: leave one side to a learner")
         if task.imitate and "robots" not in self.learners:
             raise SettingsError("nobody imitates: leave the robots to a learner")
-        Simulation(building_of(task.plan), self.settings.scenario)
         self.summaries = {
             side: Summary(side, learner.settings.summary_freq)
             for side, learner in self.learners.items()
@@ -248,6 +251,25 @@ class Training:
             latest = checked("latest", progress["latest"], dict[str, float])
             training.latest = {name: latest[name] for name in FACTS if latest}
         return training
+
+
+def _refuse_too_large(task: Task) -> None:
+    """Raises SettingsError for networks or episodes that no memory here can hold."""
+    s = task.settings
+    weights = sum(
+        2 * 4 * 4 * r.hidden_units * (r.hidden_units * (r.num_layers + 4) + 2000)
+        for r in (s.robots, s.fire)  # actor and critic, their gradients and moments
+    )
+    episodes = s.jobs_per_round * s.episodes_per_job
+    if task.imitate:
+        episodes = max(episodes, s.imitation_episodes)
+    need, there = weights + episodes * EPISODE, memory()
+    if need > there:
+        raise SettingsError(
+            f"these settings need some {need / 2**30:,.0f} GB of memory, and there are "
+            f"{there / 2**30:,.0f}: lower hidden_units, num_layers, jobs_per_round, "
+            "episodes_per_job or imitation_episodes."
+        )
 
 
 def _learner(task: Task, side: Side) -> Learner:

@@ -115,8 +115,8 @@ class Board:
             from torch.utils.tensorboard import SummaryWriter
         except ImportError as error:
             raise SettingsError(
-                "TensorBoard is not installed. pip install "
-                "'fire-rescue-reference[tensorboard]', or leave --tensorboard out."
+                "TensorBoard is not installed: pip install tensorboard, or leave "
+                "--tensorboard out."
             ) from error
         self.writers = {
             side: SummaryWriter(str(folder / side), purge_step=step + 1)

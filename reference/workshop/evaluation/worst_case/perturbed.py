@@ -20,7 +20,7 @@ from reference.game.observations import grid, robot_layout, robots_at_work
 from reference.learning.networks import one_thread
 from reference.learning.poca import GroupCritic
 from reference.learning.rollouts import Moment
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 from reference.workshop.evaluation.worst_case.critic import critic_of
 from reference.workshop.training.checkpoints import CheckpointError
 from reference.workshop.training.policies import CheckpointLike, LearnedRobots
@@ -71,7 +71,7 @@ class PerturbedRobots(LearnedRobots):
         does and for robots that learned by PPO, whose critic judges no actions.
         """
         if not 0 <= epsilon < np.inf:
-            raise ValueError(f"{epsilon:g} m: give metres from 0 upwards")
+            raise InputError(f"{epsilon:g} m: give metres from 0 upwards")
         super().__init__(source)
         self.epsilon, critic = epsilon, critic_of(self)
         if not isinstance(critic, GroupCritic):
