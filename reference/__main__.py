@@ -13,6 +13,8 @@ if __name__ == "__main__":  # stopped while the rest is loaded: end at once, in 
     STOPS = [stop for stop in STOPS if signal.getsignal(stop) != signal.SIG_IGN]
     for stop in STOPS:
         signal.signal(stop, lambda *_: os._exit(130))
+    if sys.stderr is None:  # closed, which some libraries do not expect
+        sys.stderr = open(os.devnull, "w")  # noqa: SIM115
 
 import re
 from argparse import ArgumentParser, Namespace

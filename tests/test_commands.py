@@ -329,6 +329,7 @@ def test_bench_measures_the_world_both_learners_and_rollouts(capsys, brief):
     assert facts["decisions_per_second"] > 0
 
 
+@pytest.mark.slow
 def test_bench_prints_a_table_for_people(capsys, brief):
     """One row for each crowd, then what learning is made of."""
     assert main(["bench", "--seed", "4", "--building", "tiny"]) == 0

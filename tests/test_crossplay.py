@@ -125,6 +125,7 @@ def test_runs_of_one_seed_have_the_same_fire_whoever_guides(small):
     assert none == sweep != another
 
 
+@pytest.mark.slow
 def test_it_does_not_matter_who_does_the_jobs(small):
     """Threads or processes, in whichever order they are done."""
     evaluation = begin(SMALL)

@@ -131,6 +131,7 @@ def arrival(spread, sources):
 @pytest.mark.paper("F11")
 @settings(max_examples=25)
 @given(fires())
+@pytest.mark.slow
 def test_one_more_source_never_lowers_the_difficulty(fire):
     """And it stays between 0 and HARDEST."""
     spread, sources = fire

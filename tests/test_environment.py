@@ -474,6 +474,7 @@ def test_the_same_seed_and_actions_give_the_same_episode_to_the_end(name):
     assert same(first, episode(one, seed=3))
 
 
+@pytest.mark.slow
 def test_other_seeds_and_other_actions_give_other_episodes():
     """One of the two is enough."""
     environment = game()

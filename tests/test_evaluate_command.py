@@ -67,6 +67,7 @@ def test_the_same_figures_as_evacuate(capsys):
     assert cell["reward"]["mean"] == pytest.approx(alone["reward"])
 
 
+@pytest.mark.slow
 def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
     """And a calibrated ruler reads the next evaluation."""
     robots = ["--robots", "sweep", "--fire", "none", "random", "greedy"]
@@ -86,6 +87,7 @@ def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
     assert again["ruler"] == made["ruler"]
 
 
+@pytest.mark.slow
 def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
     """What is there is not played again; who is named besides is."""
     monkeypatch.setattr(page, "save", lambda figure, path: path.touch())
@@ -131,6 +133,7 @@ def test_refuses_an_evaluation_that_cannot_be(options, status, hint, capsys, tmp
 
 
 @pytest.mark.paper("F11")
+@pytest.mark.slow
 def test_agree_prints_how_well_two_candidates_agree(tmp_path, capsys, monkeypatch):
     """Three coefficients, and a picture if asked for."""
     few = Scenario(people=8, time_limit=60.0)

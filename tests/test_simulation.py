@@ -122,6 +122,7 @@ def test_nor_on_the_papers_floors(robots, fire):
     everybody_has_one_end(sim)
 
 
+@pytest.mark.slow
 def test_nor_in_a_crowd_of_a_thousand():
     """The first twenty seconds, when all are inside."""
     sim = run("paper", 1000, seed=1, time_limit=20)
@@ -139,6 +140,7 @@ def test_nor_in_a_crowd_of_a_thousand():
     seed=st.integers(0, 2**32),
 )
 @settings(max_examples=15)
+@pytest.mark.slow
 def test_nor_in_any_scenario(people, robots, sources, frames, doors, training, seed):
     """Zero people, zero robots, long ticks and short ones."""
     sim = run(
@@ -265,6 +267,7 @@ def test_another_future_draws_what_is_to_come_anew():
 
 
 @pytest.mark.paper("F4", "chosen")
+@pytest.mark.slow
 def test_another_future_leaves_this_one_alone():
     """Whoever looks ahead changes nothing."""
     sim, untouched = ahead(), ahead()

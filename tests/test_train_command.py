@@ -114,6 +114,7 @@ def test_train_tells_people_what_begins_and_how_to_look_at_it(once, capsys):
     assert os.path.exists("learned.gif")
 
 
+@pytest.mark.slow
 def test_curves_draws_what_a_training_wrote(tmp_path_factory, capsys):
     """By its folder; a run too short for a curve is told so, in one message."""
     folder = tmp_path_factory.mktemp("curves")
