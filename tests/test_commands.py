@@ -160,6 +160,7 @@ def test_evacuate_prints_a_table_for_people(capsys):
     assert rows[0].split() == ["people", "40", "40", "40"]
 
 
+@pytest.mark.slow
 def test_evacuate_animates_the_first_episode(tmp_path, capsys):
     """The animation is beside the numbers, and a note on stderr says where."""
     evacuated(capsys, "--animate", "run.gif")

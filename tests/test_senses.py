@@ -207,6 +207,7 @@ def test_the_table_tells_what_the_first_numbers_are_now(simulation):
 
 
 @pytest.mark.parametrize("name", ["tower", "maze"])
+@pytest.mark.slow
 def test_all_can_be_read_in_any_building(name):
     """One storey or five, wide or tall: nothing overlaps and nothing is clipped."""
     now = after(load(name), 1)

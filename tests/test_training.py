@@ -78,6 +78,7 @@ def test_both_sides_learn_from_the_same_episodes(whole):
     assert int(robots["step"]) > 5 * int(fire["step"])
 
 
+@pytest.mark.slow
 def test_an_interrupted_training_and_an_uninterrupted_one_agree_exactly(
     whole, tmp_path
 ):
@@ -107,6 +108,7 @@ def test_an_interruption_before_a_buffer_is_full_changes_nothing(tmp_path):
     assert rows(apart) == rows(at_once) != []
 
 
+@pytest.mark.slow
 def test_rows_from_after_the_checkpoint_are_dropped_on_resume(whole, tmp_path):
     """As if the power had failed between a row and its checkpoint."""
     trained(begun(seed=1), tmp_path, rounds=2)
