@@ -126,5 +126,6 @@ def test_a_pool_that_lost_a_worker_ends():
     """The others hear no SIGTERM; they are ended all the same."""
     with pytest.raises(BrokenExecutor), workers(2) as pool:
         waits = pool.submit(time.sleep, 600)
+        pool.submit(len, "both are there, and the pool knows them").result()
         pool.submit(os._exit, 1)
         waits.result()
