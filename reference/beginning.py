@@ -40,7 +40,21 @@ def beginning(
 
     Raises ValueError for more people than fit and for rooms that do not exist.
     """
-    bodies = _bodies(building, scenario, rng)
+    place = _starting_places(building, scenario, rng)
+    jitter = rng.uniform(-1, 1, (len(place), 2)) * (0.5 - BODY_RADIUS)
+    position = navigation_of(building).centres[place] + jitter
+    return with_people_at(building, scenario, place, position, rng)
+
+
+def with_people_at(
+    building: Building,
+    scenario: Scenario,
+    place: np.ndarray,
+    position: np.ndarray,
+    rng: np.random.Generator,
+) -> World:
+    """The world at 0 s with people in these places, (n,), at these metres, (n, 2)."""
+    bodies = _bodies(building, place, position, rng)
     shape = building.kind.shape
     calm = (np.full(shape, inf), np.zeros(shape, bool), np.zeros(shape), np.ones(shape))
     return World(
@@ -60,12 +74,14 @@ def occupancy(bodies: Bodies, floors: int) -> list[int]:
     return np.bincount(bodies.floor[bodies.inside], minlength=floors).tolist()
 
 
-def _bodies(building: Building, scenario: Scenario, rng: np.random.Generator) -> Bodies:
-    """Put everybody in a room cell of their own [B8]."""
-    place = _starting_places(building, scenario, rng)
+def _bodies(
+    building: Building,
+    place: np.ndarray,
+    position: np.ndarray,
+    rng: np.random.Generator,
+) -> Bodies:
+    """Bodies in these places, with a pace drawn for each."""
     n = len(place)
-    jitter = rng.uniform(-1, 1, (n, 2)) * (0.5 - BODY_RADIUS)
-    position = navigation_of(building).centres[place] + jitter
     pace = rng.normal(WALKING_SPEED, WALKING_SPREAD, n)
     return Bodies(
         position=position,
@@ -89,7 +105,7 @@ def _bodies(building: Building, scenario: Scenario, rng: np.random.Generator) ->
 def _starting_places(
     building: Building, scenario: Scenario, rng: np.random.Generator
 ) -> np.ndarray:
-    """(n,) distinct places, so many on each floor or all in the scenario's rooms."""
+    """(n,) distinct places [B8], so many on each floor or all in some rooms."""
     if scenario.rooms:
         free = {"in these rooms": _cells_of_rooms(building, scenario.rooms)}
         counts: tuple[int, ...] = (scenario.people,)

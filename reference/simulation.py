@@ -34,7 +34,7 @@ from reference.perception import Surroundings, View, look
 from reference.robots import Destination, RobotAlgorithm
 from reference.sight import Sight, sight_of
 from reference.strategies import FireStrategy, NoFire, NoRobots, RobotStrategy
-from reference.world import NOBODY, NOWHERE, Aim, Fate, Source
+from reference.world import NOBODY, NOWHERE, Aim, Fate, Source, World
 
 PURPOSES = ("people", "flames", "fire", "robots")
 """A random generator each: two runs may differ in one and share the rest."""
@@ -76,9 +76,11 @@ class Simulation:
         robots: RobotStrategy | None = None,
         fire: FireStrategy | None = None,
         seed: int = 0,
+        world: World | None = None,
     ):
         """Same seed and inputs, same run; without strategies, no robots and no fire.
 
+        world: what exists at 0 s; else drawn as the scenario says.
         Raises ValueError for more people than fit.
         """
         self.building, self.scenario = building, scenario or Scenario()
@@ -92,7 +94,8 @@ class Simulation:
         if isinstance(self.robot_strategy, NoRobots):
             self.scenario = replace(self.scenario, robots_per_floor=0)
         self.spread = Spread(building, self.rng["flames"])
-        self.world = beginning(building, self.scenario, self.rng["people"])
+        people = self.rng["people"]
+        self.world = world or beginning(building, self.scenario, people)
         self.algorithm, self.generator = RobotAlgorithm(), Generator(self.scenario)
         self.events: list[Event] = []
         self.ticks = 0
