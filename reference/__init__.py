@@ -71,6 +71,7 @@ WORKSHOP = (
     "workshop.evaluation.agreement",  # h beside a simulated measure
     "workshop.evaluation.gap",  # is a critic to be believed?
     "workshop.evaluation.crossplay",  # robots x fires x seeds
+    "workshop.recording",  # trajectories that PedPy reads
     "workshop.bench",  # how fast all of it runs
     "workshop.drawing",  # figures and animations
     "workshop.commands",  # what each is asked, does and says

@@ -130,6 +130,7 @@ def _parser() -> Parser:
         episodes=1,
         sample=False,
         animate=Path("evacuation.gif"),
+        record=None,
     )
     commands = top.add_subparsers(title="commands", metavar="COMMAND")
     for name, command in COMMANDS.items():

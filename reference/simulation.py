@@ -67,6 +67,7 @@ class Simulation:
 
     world   what exists now;  events  all that has happened
     tick    seconds of one step;  decision_ticks  ticks from one decision to the next
+    walked_to  (k, 2) metres where last tick's walkers came to, before stairs took any
     """
 
     def __init__(
@@ -100,6 +101,7 @@ class Simulation:
         self.events: list[Event] = []
         self.ticks = 0
         self.person_seconds = 0.0
+        self.walked_to = np.empty((0, 2))
         self.decision_ticks = round(self.scenario.decision_seconds / self.tick)
         self._flame_ticks = max(1, round(paper.FLAME_SECONDS / self.tick))
         self._next_ignition = inf
@@ -249,7 +251,7 @@ class Simulation:
         target[guided] = nav.centres[nav.waypoint[marks[guided], before[guided]]]
         position, pace, free = bodies.position[who], bodies.pace[who], self._free(who)
         moved = motion.step(position, floor, target, pace, self.tick, free)
-        bodies.position[who] = moved
+        bodies.position[who] = self.walked_to = moved
         bodies.place[who] = place = nav.places_at(floor, moved)
         self._notice_stuck(who, target)
         mark = self._marks[place]

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from io import StringIO
 from pathlib import Path
+from shutil import rmtree
 from typing import Any, TypeVar
 
 from reference.learning.settings import LARGEST
@@ -54,6 +55,29 @@ def make_folder(folder: Path) -> None:
         raise OSError(
             f"{folder}: cannot be made ({error.strerror}). Name another folder."
         ) from error
+
+
+@contextmanager
+def making_folder(folder: Path) -> Iterator[Path]:
+    """A partial folder that becomes the folder, new or empty, when the block is done.
+
+    Whatever ends the block early takes the partial folder with it. Raises OSError with
+    a message for people.
+    """
+    whole = folder.resolve()
+    partial = whole.with_name(f".{whole.name}-{os.getpid()}-part")
+    try:
+        make_folder(partial)
+        yield partial
+        os.replace(partial, whole)
+    except OSError as error:
+        if error.strerror is None:  # it was told for people already
+            raise
+        raise OSError(
+            f"{folder}: cannot be made ({error.strerror}). Name another folder."
+        ) from error
+    finally:
+        rmtree(partial, ignore_errors=True)
 
 
 def read_text(path: Path, most: int = 1 << 22, errors: str = "strict") -> str:

@@ -29,6 +29,7 @@ class ContradictionError(RunError):
 
 
 Started = TypeVar("Started")
+OR_RESUME = "Name another folder, or add --resume to go on with what is in it."
 LOCK = ".lock"  # in a run's folder as long as it goes on; its text is the process
 
 
@@ -84,15 +85,12 @@ def _lock(folder: Path) -> Iterator[None]:
                 folder.rmdir()
 
 
-def refuse_used(folder: Path) -> None:
+def refuse_used(folder: Path, instead: str = OR_RESUME) -> None:
     """Raises RunError for a folder with something in it: a new run needs its own."""
     if folder.exists() and not folder.is_dir():
         raise RunError(f"{folder}: is a file. Name a folder.")
     if folder.exists() and any(path.name != LOCK for path in folder.iterdir()):
-        raise RunError(
-            f"{folder}: is not empty. Name another folder, or add --resume to go on "
-            "with what is in it."
-        )
+        raise RunError(f"{folder}: is not empty. {instead}")
 
 
 def refuse_version(path: Path, version: object) -> None:

@@ -1,4 +1,4 @@
-"""The command evacuate: one evacuation, or some; who got out, and a film of it."""
+"""The command evacuate: one evacuation, or some; who got out, a film, a recording."""
 
 import json
 import sys
@@ -27,6 +27,8 @@ from reference.workshop.evaluation.crossplay import (
     begin,
     evacuation_of,
 )
+from reference.workshop.recording import record
+from reference.workshop.runs import refuse_used
 
 SAME = ("building", "people", "seed", "episodes", "sample")
 """What is asked for by the names of `Asked`."""
@@ -36,8 +38,13 @@ def evacuate(arguments: Namespace) -> None:
     """Evacuates a building and tells who got out; episode i uses seed + i."""
     evaluation = _evaluation(arguments)
     noted(evaluation)
+    if arguments.record:
+        refuse_used(arguments.record, "Name another folder.")
     if arguments.animate:
         _animate(_begun(evaluation, evaluation.seed), arguments.animate)
+    if arguments.record:
+        record(_begun(evaluation, evaluation.seed), arguments.record)
+        print(f"the recording is in {arguments.record}", file=sys.stderr)
     progress = tqdm(evaluation.seeds, unit="episode", disable=None, leave=False)
     runs = [_episode(evaluation, seed) for seed in progress]
     facts: dict[str, Any] = {
@@ -115,6 +122,9 @@ EVACUATE_OPTIONS: options.Table = {
     **options.player("fire", "default: random", default="random"),
     "--episodes": options.number(1, "how many, default: 1", default=1),
     **options.SAMPLE,
+    "--record": options.path(
+        "FOLDER", "write the first episode's trajectories, a file per floor, for PedPy"
+    ),
     "--animate": options.path("FILE", "film the first episode as .gif, .html or .mp4"),
 }
 

@@ -1,0 +1,152 @@
+"""Recordings that others can read: trajectories of an evacuation, one file per floor.
+
+Clauses: A7, A8.  The files are JuPedSim's, SQLite in version 2, which PedPy loads. Who
+is on the stairs is on no floor; robots, which hinder nobody, are left out. A row of
+`trajectory_data`:
+
+    frame          ticks since the beginning
+    id             index of a human, the same on all floors
+    pos_x, pos_y   metres, as everywhere [A8]
+    ori_x, ori_y   unit vector last walked along; 0, 0 before the first step
+    mode           0 follows, 1 leads [B4]
+    leader         body followed, -1 for nobody; robots count on after the people
+    health         100 at the start, 0 for the dead [B7]
+
+Whoever comes upon an exit, or an entrance of stairs down, has that position and one
+more, a step on in the same cell: PedPy counts who crosses a line if a row follows.
+"""
+
+import sqlite3
+from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
+
+import numpy as np
+from scipy.ndimage import label
+
+from reference.building import Building
+from reference.simulation import Outcome, Simulation
+from reference.workshop.files import making_folder, write_whole
+from reference.workshop.runs import refuse_used
+from reference.world import Bodies
+
+FORMAT = """
+CREATE TABLE metadata (key TEXT NOT NULL UNIQUE PRIMARY KEY, value TEXT NOT NULL);
+CREATE TABLE geometry (hash INTEGER NOT NULL, wkt TEXT NOT NULL);
+CREATE TABLE frame_data (frame INTEGER NOT NULL, geometry_hash INTEGER NOT NULL);
+CREATE TABLE trajectory_data (
+    frame INTEGER NOT NULL, id INTEGER NOT NULL,
+    pos_x REAL NOT NULL, pos_y REAL NOT NULL, ori_x REAL NOT NULL, ori_y REAL NOT NULL,
+    mode INTEGER NOT NULL, leader INTEGER NOT NULL, health REAL NOT NULL
+);
+CREATE INDEX frame_id_idx ON trajectory_data (frame, id);
+"""
+HAIR = 1e-6  # metres from a cell's edge
+EDGES = ((0, 0, 1, 0), (1, 0, 0, 1), (1, 1, -1, 0), (0, 1, 0, -1))
+"""Of a cell, anticlockwise: from which corner, and in which direction (dx, dy)."""
+
+
+def record(simulation: Simulation, folder: Path) -> Outcome:
+    """Run a simulation to its end and write floor-1.sqlite, floor-2.sqlite, ...
+
+    All files are written, or nothing. Raises RunError for a folder with something in
+    it, OSError for one that cannot be written.
+    """
+    refuse_used(folder, "Name another folder.")
+    with making_folder(folder) as partial:
+        rows = np.concatenate(list(_frames(simulation)))
+        for floor in range(simulation.building.floors):
+            content = _file(simulation, floor, rows[rows[:, 0] == floor, 1:])
+            write_whole(partial / f"floor-{floor + 1}.sqlite", content)
+    return simulation.outcome()
+
+
+def _frames(simulation: Simulation) -> Iterator[np.ndarray]:
+    """Run to the end; tick by tick rows (k, 10), the floor first."""
+    bodies = simulation.world.bodies
+    position, heading = bodies.position.copy(), np.zeros_like(bodies.position)
+    yield _rows(bodies, np.flatnonzero(bodies.walking), 0, position, heading)
+    while not simulation.done:
+        before, walked = position, np.flatnonzero(bodies.walking)
+        simulation.step()
+        position = bodies.position.copy()
+        if len(walked):
+            position[walked] = simulation.walked_to  # before stairs took anybody in
+        step = position - before
+        far = np.hypot(*step.T)[:, None]
+        heading = np.where(far > 0, step / np.maximum(far, 1e-9), heading)
+        here = np.union1d(walked, np.flatnonzero(bodies.walking))
+        yield _rows(bodies, here, simulation.ticks, position, heading)
+        left = walked[~bodies.walking[walked] & (bodies.health[walked] > 0)]
+        cell = np.floor(position)
+        beyond = np.clip(position + step, cell + HAIR, cell + 1 - HAIR)
+        yield _rows(bodies, left, simulation.ticks + 1, beyond, heading)
+
+
+def _rows(
+    bodies: Bodies, who: np.ndarray, frame: int, position: np.ndarray, ori: np.ndarray
+) -> np.ndarray:
+    """Rows (k, 10) of these people; position, ori: (n, 2) of everybody."""
+    columns = position, ori, bodies.mode, bodies.leader, bodies.health
+    first = bodies.floor[who], np.full(len(who), frame), who
+    return np.column_stack([*first, *(column[who] for column in columns)])
+
+
+def _file(simulation: Simulation, floor: int, rows: np.ndarray) -> bytes:
+    """The content of the file of one floor; rows: (k, 9) as in `trajectory_data`."""
+    facts = [("version", "2"), ("fps", str(1 / simulation.tick))]
+    areas = enumerate(walkable_areas(simulation.building, floor))
+    frames = ((frame, 0) for frame in range(simulation.ticks + 2))
+    with closing(sqlite3.connect(":memory:")) as file:
+        file.executescript(FORMAT)
+        file.executemany("INSERT INTO metadata VALUES (?, ?)", facts)
+        file.executemany("INSERT INTO geometry VALUES (?, ?)", areas)
+        file.executemany("INSERT INTO frame_data VALUES (?, ?)", frames)
+        places = ", ".join("?" * rows.shape[1])
+        insert = f"INSERT INTO trajectory_data VALUES ({places})"
+        file.executemany(insert, rows.tolist())
+        file.commit()
+        return file.serialize()
+
+
+def walkable_areas(building: Building, floor: int) -> list[str]:
+    """Where bodies may stand, doors open, as polygons with holes, well-known text [A7].
+
+    One for each part that people cannot walk out of; PedPy's area is one polygon.
+    """
+    parts, count = label(building.walkable[floor])
+    top, left = building.origin
+    texts = []
+    for cells in (np.argwhere(parts == k).tolist() for k in range(1, count + 1)):
+        rings = _rings({(col - left, top - row - 1) for row, col in cells})
+        lines = (", ".join(f"{x} {y}" for x, y in ring) for ring in rings)
+        texts.append(f"POLYGON (({'), ('.join(lines)}))")
+    return texts
+
+
+def _rings(cells: set[tuple[int, int]]) -> list[list[tuple[int, int]]]:
+    """Corners (x, y) of the outline of one part, then of its holes, metres.
+
+    cells: (x, y) of their lower left corners. The part stays on the left. Where two
+    walls meet at a corner, the way goes on along the same wall: no ring meets itself.
+    """
+    edges = {
+        (x + right, y + up, dx, dy)
+        for x, y in cells
+        for right, up, dx, dy in EDGES
+        if (x + dy, y - dx) not in cells
+    }
+    rings = []
+    while edges:
+        x, y, dx, dy = first = min(edges)  # leftmost: the outline comes first
+        ring = []
+        while first in edges:
+            x, y = x + dx, y + dy
+            turns = ((dy, -dx), (dx, dy), (-dy, dx))  # right, straight on, left
+            ahead = next(turn for turn in turns if (x, y, *turn) in edges)
+            if ahead != (dx, dy):
+                ring.append((x, y))
+            dx, dy = ahead
+            edges.remove((x, y, dx, dy))
+        rings.append([*ring, ring[0]])
+    return rings
