@@ -123,7 +123,8 @@ def save(checkpoint: Checkpoint, path: Path) -> None:
     """
     memory = BytesIO()
     torch.save(_plain(checkpoint), memory)
-    write_whole(path, memory.getbuffer())
+    with memory.getbuffer() as content:
+        write_whole(path, content)
 
 
 def load(path: str | os.PathLike[str]) -> Checkpoint:
