@@ -11,7 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from reference.building import Kind
+from reference.building import Building, Kind
+from reference.flames import fuel
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.world import Source, World
@@ -41,14 +42,19 @@ class Refused(NamedTuple):
 
 
 class Generator:
-    """The fire source generator: Eqs. 2-3, and rule D6 in both modes."""
+    """The fire source generator: Eqs. 2-3, and rule D6 in both modes.
 
-    def __init__(self, scenario: Scenario):
+    [D6, chosen] Which other place burns does not depend on how often that happened: it
+    is the first free one in an order drawn once. So fires meet all robots alike.
+    """
+
+    def __init__(
+        self, building: Building, scenario: Scenario, rng: np.random.Generator
+    ):
         self.sources, self.training = scenario.sources, scenario.training
+        self.order = rng.permutation(building.kind.size)
 
-    def generate(
-        self, world: World, decision: Decision, rng: np.random.Generator
-    ) -> Source | Refused:
+    def generate(self, world: World, decision: Decision) -> Source | Refused:
         """The source that follows from a decision, or why there is none [D6].
 
         In training an occupied place yields no fire; else another free place burns.
@@ -60,10 +66,10 @@ class Generator:
         if occupant and self.training:
             return Refused(floor, x, y, occupant)
         if occupant:
-            places = np.flatnonzero(free_places(world))
-            if not len(places):
+            free = free_places(world)[self.order]
+            if not free.any():
                 return Refused(floor, x, y, "no free place left")
-            floor, x, y = decision_at(world, rng.choice(places))
+            floor, x, y = decision_at(world, self.order[free.argmax()])
         return Source(floor, x, y, world.time)
 
 
@@ -76,6 +82,8 @@ def occupied(world: World, floor: int, x: float, y: float) -> str:
     kind = Kind(int(world.building.kind[floor, row, col]))
     if kind is not Kind.FLOOR:
         return kind.name.lower()
+    if not fuel(world.building)[floor, row, col]:
+        return "protected"
     if world.flames.burning[floor, row, col]:
         return "fire"
     p = navigation_of(world.building).place(floor, x, y)
@@ -85,8 +93,9 @@ def occupied(world: World, floor: int, x: float, y: float) -> str:
 
 
 def free_places(world: World) -> np.ndarray:
-    """(places,) bool: room cells with neither flames nor a human nor a robot [D6]."""
-    free = ((world.building.kind == Kind.FLOOR) & ~world.flames.burning).ravel()
+    """(places,) bool: unprotected room cells without flames, human or robot [D6]."""
+    room = world.building.kind == Kind.FLOOR
+    free = (room & fuel(world.building) & ~world.flames.burning).ravel()
     free[world.bodies.place[world.bodies.walking]] = False
     free[[robot.place for robot in world.robots]] = False
     return free

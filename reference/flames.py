@@ -1,10 +1,11 @@
 """Flames spread by first passage: a cell burns when the fastest chain reaches it.
 
-Clauses: A6, B7, C5, D7.
+Clauses: A6, B7, C5, D6, D7.
 
     p   place;  t  seconds
 """
 
+from functools import lru_cache
 from math import inf
 
 import numpy as np
@@ -61,6 +62,32 @@ class Spread:
         return float(flames.arrival[~flames.burning].min(initial=inf))
 
 
+@lru_cache(maxsize=8)
+def fuel(building: Building) -> np.ndarray:
+    """Mark the cells that can burn, (floors, rows, cols) bool.
+
+    Room cells and doors, but for those within PROTECTED_METRES on foot of an exit or
+    stairwell entrance [D6, D7, chosen].
+    """
+    ways = [*building.exits, *building.entrances]
+    metres = navigation_of(building).distance[ways].min(axis=0, initial=inf)
+    unprotected = (metres > paper.PROTECTED_METRES).reshape(building.kind.shape)
+    return np.isin(building.kind, (Kind.FLOOR, Kind.DOOR)) & unprotected
+
+
+def rim(building: Building, landmark: int) -> np.ndarray:
+    """Find what can burn around a protected landmark's clearance, (k,) places.
+
+    [D6, D7, chosen] The clearance is all that one can walk to from there without
+    crossing `fuel`: once its whole rim burns, nobody outside gets in.
+    """
+    nav, burns = navigation_of(building), fuel(building)
+    mark = building.landmarks[landmark]
+    start = nav.places_of(mark.floor, mark.cells)
+    metres = nav.distances(start, np.where(burns, inf, 1.0)).reshape(burns.shape)
+    return np.flatnonzero(cells_beside(building, np.isfinite(metres)) & burns)
+
+
 def cells_beside(building: Building, cells: np.ndarray) -> np.ndarray:
     """Walkable cells that share a side with any of these, (floors, rows, cols) bool."""
     beside = np.zeros_like(cells)
@@ -75,16 +102,14 @@ def walking_cost(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
 
 
 def _delays(building: Building, rng: np.random.Generator) -> csr_matrix:
-    """(places, places) seconds for every border that flames can pass.
+    """(places, places) seconds for every border that flames can pass [D7].
 
-    Flames enter neither walls nor stairwells nor their entrances; doors and exits take
-    longer [D7].
+    Both cells must be `fuel`; doors take longer.
     """
-    kind = building.kind
-    fuel = np.isin(kind, (Kind.FLOOR, Kind.DOOR, Kind.EXIT))
-    slow = np.isin(kind, (Kind.DOOR, Kind.EXIT)).ravel()
-    east = np.flatnonzero(fuel & shifted(fuel, 0, 1))
-    south = np.flatnonzero(fuel & shifted(fuel, 1, 0))
+    kind, burns = building.kind, fuel(building)
+    slow = (kind == Kind.DOOR).ravel()
+    east = np.flatnonzero(burns & shifted(burns, 0, 1))
+    south = np.flatnonzero(burns & shifted(burns, 1, 0))
     one = np.concatenate([east, south])
     other = np.concatenate([east + 1, south + kind.shape[2]])
     delay = rng.exponential(1 / paper.SPREAD_RATE, len(one))

@@ -54,8 +54,12 @@ DECISION_SECONDS = 5.0  # [C5, chosen] between two decisions of a robot
 
 FIRE_SOURCES = 8  # [C2, chosen] F = 14 - R
 FIRE_FIRST_DECISION = 2  # [D2, chosen] the first source appears at 10 s ...
-FIRE_EVERY_DECISIONS = 3  # [D2, chosen] ... the next ones 15 s apart
+FIRE_EVERY_DECISIONS = 5  # [D2, chosen] ... 25 s apart: 8 last as long as health
 FIRE_REFUSED_PENALTY = 10.0  # [D6, chosen] "a certain reward" deducted, health points
+PROTECTED_METRES = 4.0
+"""[D6, D7, chosen] on foot around exits and stairwell entrances nothing burns: codes
+keep ways out free of fuel, and two fires beside two exits would decide everything."""
+
 SPREAD_RATE = 0.08  # [D7, chosen] ignitions per second and border between two cells
 FLAME_SECONDS = 1.0  # [D7, chosen] flames are moved on once a second
 DOOR_DELAY_FACTOR = 3.0  # [D7, chosen] a closed way burns more slowly than a carpet

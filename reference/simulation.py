@@ -36,7 +36,7 @@ from reference.sight import Sight, sight_of
 from reference.strategies import FireStrategy, NoFire, NoRobots, RobotStrategy
 from reference.world import NOBODY, NOWHERE, Aim, Fate, Source, World
 
-PURPOSES = ("people", "flames", "fire", "robots")
+PURPOSES = ("people", "flames", "fire", "robots", "elsewhere")
 """A random generator each: two runs may differ in one and share the rest."""
 
 
@@ -97,7 +97,8 @@ class Simulation:
         self.spread = Spread(building, self.rng["flames"])
         people = self.rng["people"]
         self.world = world or beginning(building, self.scenario, people)
-        self.algorithm, self.generator = RobotAlgorithm(), Generator(self.scenario)
+        self.algorithm = RobotAlgorithm()
+        self.generator = Generator(building, self.scenario, self.rng["elsewhere"])
         self.events: list[Event] = []
         self.ticks = 0
         self.person_seconds = 0.0
@@ -181,6 +182,9 @@ class Simulation:
         flames, rng = other.world.flames, other.rng["flames"]
         other.spread = self.spread.resampled(flames, other.world.time, rng)
         other._next_ignition = other.world.time
+        other.generator = Generator(
+            self.building, self.scenario, other.rng["elsewhere"]
+        )
         return other
 
     # -- SENSE and DECIDE -----------------------------------------------------------
@@ -225,11 +229,11 @@ class Simulation:
 
     def _fire_decides(self) -> None:
         """Light the source that the fire decides for, or record why not [D6]."""
-        flames, rng = self.world.flames, self.rng["fire"]
-        decision = self.fire_strategy.decide(self.world, rng)
+        flames = self.world.flames
+        decision = self.fire_strategy.decide(self.world, self.rng["fire"])
         if decision is None:
             return
-        result = self.generator.generate(self.world, decision, rng)
+        result = self.generator.generate(self.world, decision)
         if isinstance(result, Source):
             self.spread.ignite(flames, result)
             self._next_ignition = self.world.time
@@ -310,8 +314,7 @@ class Simulation:
         """Destroy the doors that flames touch [A6]."""
         alight = self._marks[self.world.flames.burning.ravel()]
         for mark in np.unique(alight[alight >= 0]).tolist():
-            door = self.building.landmarks[mark].kind is Kind.DOOR
-            if door and not self.world.burnt[mark]:
+            if not self.world.burnt[mark]:
                 self.world.burnt[mark] = True
                 self._record(DoorBurnt, mark)
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from reference.building import Building, Kind
 from reference.fire import Decision
+from reference.flames import fuel
 from reference.robots import Destination
 from reference.world import Robot, World
 
@@ -47,7 +48,9 @@ class RandomRobots:
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> list[Destination | None]:
         """Draw uniformly from the floor's room cells."""
-        return [_random_room_cell(world.building, r.floor, rng) for r in robots]
+        building = world.building
+        rooms = building.kind == Kind.FLOOR
+        return [_random_cell(building, rooms[robot.floor], rng) for robot in robots]
 
 
 class NoFire:
@@ -58,16 +61,21 @@ class NoFire:
 
 
 class RandomFire:
-    """A fire breaks out in a random room cell of a random floor."""
+    """A fire breaks out in a random unprotected room cell of a random floor."""
 
-    def decide(self, world: World, rng: np.random.Generator) -> Decision:
-        """Draw the floor first, then one of its room cells."""
-        floor = int(rng.integers(world.building.floors))
-        return (floor, *_random_room_cell(world.building, floor, rng))
+    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
+        """Draw the floor first, then one of its cells; None where nothing can burn."""
+        building = world.building
+        cells = fuel(building) & (building.kind == Kind.FLOOR)
+        floors = np.flatnonzero(cells.any(axis=(1, 2)))
+        if not len(floors):
+            return None
+        floor = int(rng.choice(floors))
+        return (floor, *_random_cell(building, cells[floor], rng))
 
 
-def _random_room_cell(
-    building: Building, floor: int, rng: np.random.Generator
+def _random_cell(
+    building: Building, cells: np.ndarray, rng: np.random.Generator
 ) -> Destination:
-    cells = np.argwhere(building.kind[floor] == Kind.FLOOR)
-    return building.metres(*rng.choice(cells).tolist())
+    """The middle, in metres, of one of these cells, (rows, cols) bool."""
+    return building.metres(*rng.choice(np.argwhere(cells)).tolist())

@@ -17,6 +17,12 @@ hypothesis.settings.register_profile("same every time", derandomize=True, deadli
 hypothesis.settings.load_profile("same every time")
 
 
+@pytest.fixture
+def unprotected(monkeypatch):
+    """Let all but the ways out themselves burn, on boards built from here on."""
+    monkeypatch.setattr("reference.paper.PROTECTED_METRES", 0.0)
+
+
 def pytest_addoption(parser):
     """Adds `--paper-index`."""
     parser.addoption(

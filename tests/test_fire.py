@@ -14,7 +14,7 @@ from scipy.stats import ks_2samp
 from reference.building import Kind
 from reference.events import DoorBurnt, FireLit, FireRefused
 from reference.fire import Generator, Refused, occupied, snapped
-from reference.flames import Spread
+from reference.flames import Spread, fuel, rim
 from reference.paper import (
     BURN_LOSS,
     DECISION_SECONDS,
@@ -23,6 +23,7 @@ from reference.paper import (
     FIRE_FIRST_DECISION,
     FLAME_SECONDS,
     HEAT_LOSS,
+    PROTECTED_METRES,
     SPREAD_RATE,
     Scenario,
 )
@@ -30,6 +31,7 @@ from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.fires import GreedyFire
+from reference.workshop.strategies.robots import Sweep
 from reference.world import Flames, Source
 
 COORDINATES = st.floats(-1e6, 1e6)
@@ -72,25 +74,25 @@ def test_equation_3_snaps_y_as_equation_2_snaps_x():
     """The printed mixture of X, Y and Z cannot be meant."""
     building = shipped("paper")
     world = Simulation(building, Scenario(people=0), NoRobots(), NoFire()).world
-    rng = np.random.default_rng(0)
-    source = Generator(Scenario()).generate(world, (2, -9.2, -10.8), rng)
+    generator = Generator(building, Scenario(), np.random.default_rng(0))
+    source = generator.generate(world, (2, -9.2, -10.8))
     assert source == Source(2, -9.5, -10.5, 0.0)
 
 
 # -- Rule D6 ------------------------------------------------------------------------
 
 BOARD = """
-       ###############
-    ####...p..#......#
-    #AA+.*..R.+......E
-    ####......#......#
-       ###############
+       ####################
+    ####......p...#.......#
+    #AA+......*.R.+.......E
+    ####..........#.......#
+       ####################
 
-       ###############
-    ####......#......#
-    #AA+....R.+......#
-    ####......#......#
-       ###############
+       ####################
+    ####..........#.......#
+    #AA+........R.+.......#
+    ####..........#.......#
+       ####################
     """
 PLACES = {
     "wall": "#",
@@ -105,13 +107,17 @@ PLACES = {
 
 def generated(sim, decision, rng):
     """What follows from a decision here and now."""
-    return Generator(sim.scenario).generate(sim.world, decision, rng)
+    generator = Generator(sim.building, sim.scenario, rng)
+    return generator.generate(sim.world, decision)
 
 
 def spot(sim, what):
     """Floor and metres of the place on BOARD that something occupies."""
     if what == "door":
         return (0, *sim.building.landmarks[mark(sim, Kind.DOOR)].position)
+    if what == "protected":
+        at, row, col = found(split(BOARD), "E")[0]
+        return (at, *sim.building.metres(row, col - PROTECTED_METRES))
     if what == "outside":
         return (0, 99.5, 0.5)
     at, row, col = found(split(BOARD), PLACES[what])[0]
@@ -142,7 +148,7 @@ def test_an_occupied_place_yields_another_free_one_outside_training(what):
 
 @pytest.mark.paper("D6")
 def test_the_other_free_place_may_be_anywhere_in_the_building():
-    """On any floor: of many draws, some are on each, and hardly two the same."""
+    """On any floor: of many runs, some have it on each, and hardly two in one place."""
     sim = stage(BOARD, training=False)
     wall, rng = spot(sim, "wall"), np.random.default_rng(0)
     draws = [generated(sim, wall, rng)[:3] for _ in range(60)]
@@ -150,7 +156,48 @@ def test_the_other_free_place_may_be_anywhere_in_the_building():
     assert len(set(draws)) > 25
 
 
+@pytest.mark.paper("D6", "chosen")
+def test_other_places_come_in_one_order_for_a_whole_run():
+    """The first that is free: when one burns it is the next one's turn."""
+    sim = stage(BOARD, training=False)
+    wall, generator = spot(sim, "wall"), sim.generator
+    first = generator.generate(sim.world, wall)
+    assert generator.generate(sim.world, wall) == first
+    sim.world.flames.burning[first.floor, *sim.building.cell(*first[1:3])] = True
+    assert generator.generate(sim.world, wall) != first
+    sim.world.flames.burning[:] = False
+    assert generator.generate(sim.world, wall) == first
+
+
+@pytest.mark.paper("D6", "chosen")
+def test_random_fires_of_one_seed_are_the_same_for_all_robots():
+    """The same decisions; sources differ where a place is free in one run alone."""
+    decided, sources = [], []
+    for robots in (NoRobots(), Sweep()):
+        fire = Recorded(RandomFire())
+        sim = Simulation(shipped("tiny"), Scenario(time_limit=100), robots, fire, 3)
+        sim.run()
+        decided.append(fire.decisions)
+        sources.append(sim.world.flames.sources)
+    few = min(map(len, decided))
+    assert few >= 2 and decided[0][:few] == decided[1][:few]
+    assert sources[0][:few] == sources[1][:few]
+
+
+class Recorded:
+    """A fire, and what it has decided."""
+
+    def __init__(self, fire):
+        self.fire, self.decisions = fire, []
+
+    def decide(self, world, rng):
+        """What the fire decides."""
+        self.decisions.append(self.fire.decide(world, rng))
+        return self.decisions[-1]
+
+
 @pytest.mark.paper("D6")
+@pytest.mark.usefixtures("unprotected")
 @pytest.mark.parametrize("training", [True, False])
 def test_a_free_place_is_taken_as_it_is(training):
     """In both modes."""
@@ -174,8 +221,8 @@ def test_refuses_the_edge_of_the_body():
     """X = 20 becomes 20.5: the first column outside the paper's main body."""
     building = shipped("paper")
     world = Simulation(building, Scenario(people=0), NoRobots(), NoFire()).world
-    rng, training = np.random.default_rng(0), Scenario(training=True)
-    refused = Generator(training).generate(world, (0, 20.0, 5.0), rng)
+    training, rng = Scenario(training=True), np.random.default_rng(0)
+    refused = Generator(building, training, rng).generate(world, (0, 20.0, 5.0))
     assert refused.reason == "outside"
 
 
@@ -249,16 +296,55 @@ def test_another_source_only_makes_things_burn_earlier(spread):
 
 
 @pytest.mark.paper("D7")
-def test_flames_enter_neither_walls_nor_stairwells_nor_entrances(spread):
-    """And they never leave their floor."""
+def test_flames_enter_neither_walls_nor_stairwells_nor_protected_cells(spread):
+    """They reach all the rest of their floor, and never leave it."""
+    building = spread.building
     reached = np.isfinite(flames(spread, ONE).arrival)
-    kinds = set(spread.building.kind[reached].tolist())
-    assert kinds == {Kind.FLOOR, Kind.DOOR, Kind.EXIT}
+    assert np.array_equal(reached[0], fuel(building)[0])
+    assert set(building.kind[reached].tolist()) == {Kind.FLOOR, Kind.DOOR}
     assert not reached[1:].any()
 
 
+PROTECTED = """
+       ##############
+    ####ooo....#.ooo#
+    #AA+oooo...#ooooE
+    ####ooo....#.ooo#
+       ######+##+####
+       #............#
+       ##############
+
+       ##############
+    ####ooo...#.....#
+    #AA+oooo..+.....#
+    ####ooo...#.....#
+       #####+########
+       #............#
+       ##############
+    """
+"""o: protected, within 4 m on foot of a way out; not what only walls keep near it."""
+
+
+@pytest.mark.paper("D6", "chosen")
+@pytest.mark.paper("D7", "chosen")
+def test_cells_within_4_m_on_foot_of_a_way_out_are_protected():
+    """All other cells of rooms, and their doors, can burn."""
+    building = built(PROTECTED.replace("o", "."))
+    drawing = np.array([[list(row.ljust(17)) for row in f] for f in split(PROTECTED)])
+    inner = (building.kind == Kind.FLOOR) | (building.kind == Kind.DOOR)
+    assert np.array_equal(fuel(building), inner & (drawing != "o"))
+
+
+@pytest.mark.paper("D7", "chosen")
+def test_the_rim_of_a_clearance_is_what_flames_must_fill_to_close_it():
+    """Not the cells beyond a wall, nor those inside."""
+    building = built(PROTECTED.replace("o", "."))
+    (way_out,) = building.exits
+    assert [divmod(p, 17) for p in rim(building, way_out)] == [(1, 12), (3, 12)]
+
+
 @pytest.mark.paper("D7")
-def test_doors_and_exits_burn_slowly():
+def test_doors_burn_slowly():
     """Every border of a door takes DOOR_DELAY_FACTOR times as long, no other does."""
     building = shipped("paper")
     slow = Spread(building, np.random.default_rng(1)).delays.tocoo()
@@ -266,7 +352,7 @@ def test_doors_and_exits_burn_slowly():
         quick = Spread(building, np.random.default_rng(1)).delays.tocoo()
     kind = building.kind.ravel()
     ends = np.stack([kind[slow.row], kind[slow.col]])
-    door = np.isin(ends, (Kind.DOOR, Kind.EXIT)).any(axis=0)
+    door = (ends == Kind.DOOR).any(axis=0)
     np.testing.assert_allclose(
         slow.data / quick.data, np.where(door, DOOR_DELAY_FACTOR, 1)
     )
@@ -340,6 +426,7 @@ def nothing_burns(building):
 
 
 @pytest.mark.paper("D7", "chosen")
+@pytest.mark.usefixtures("unprotected")
 @pytest.mark.parametrize("lane", ["#.pq..E", "#p..q.E", "#p+q..E"])
 @pytest.mark.parametrize(("seconds", "alight"), [(1.0, 1), (12.0, 1), (12.0, 2)])
 def test_fresh_delays_are_distributed_like_what_is_left_of_the_old(
@@ -351,11 +438,12 @@ def test_fresh_delays_are_distributed_like_what_is_left_of_the_old(
 
 
 @pytest.mark.paper("D7", "chosen")
+@pytest.mark.usefixtures("unprotected")
 def test_what_is_left_of_a_delay_is_exponential():
     """On average 1 / SPREAD_RATE for two cells side by side, however late it is."""
     came, comes = arrivals("#pq...E", 12.0, alight=1)
     for sample in (came, comes):
-        assert np.mean(sample) == pytest.approx(1 / SPREAD_RATE, rel=0.15)
+        assert np.mean(sample) == pytest.approx(1 / SPREAD_RATE, rel=0.2)
 
 
 @pytest.mark.paper("D7", "chosen")
@@ -419,7 +507,7 @@ def test_a_door_burns_within_a_second_of_the_flames_arrival():
 @pytest.mark.parametrize("training", [True, False])
 def test_there_are_never_more_sources_than_the_scenario_allows(training):
     """The generator stops after the last one, and does not complain."""
-    scenario = Scenario(people=20, sources=3, training=training, time_limit=60)
+    scenario = Scenario(people=20, sources=3, training=training, time_limit=90)
     sim = Simulation(shipped("paper"), scenario, NoRobots(), RandomFire(), seed=2)
     sim.run()
     lit = [e for e in sim.events if isinstance(e, FireLit)]
@@ -440,15 +528,15 @@ def test_refuses_another_source_when_none_is_left():
 
 @pytest.mark.paper("D2")
 def test_sources_appear_at_every_kth_decision():
-    """The first at 10 s, then every 15 s."""
+    """The first at 10 s, then every 25 s."""
     sim = Simulation(
-        shipped("paper"), Scenario(time_limit=60), NoRobots(), RandomFire()
+        shipped("paper"), Scenario(time_limit=90), NoRobots(), RandomFire()
     )
     sim.run()
     times = [e.time for e in sim.events if isinstance(e, FireLit)]
     first = FIRE_FIRST_DECISION * DECISION_SECONDS
     step = FIRE_EVERY_DECISIONS * DECISION_SECONDS
-    assert times == pytest.approx(np.arange(first, 60, step))
+    assert times == pytest.approx(np.arange(first, 90, step))
 
 
 @pytest.mark.paper("D2")

@@ -254,8 +254,8 @@ def test_nobody_left_and_no_robots_are_no_trouble():
 def test_a_fire_breaks_out_wherever_it_is_offered(name):
     """No option is refused in training, as long as somebody is inside."""
     for sim in moments(name, every=15.0, training=True):
-        options, rng = fire_of(sim), np.random.default_rng(0)
-        scenario = Scenario(sources=1000, training=True)
+        options, scenario = fire_of(sim), Scenario(sources=1000, training=True)
+        generator = Generator(sim.building, scenario, np.random.default_rng(0))
         assert options.action_mask.any()
         assert np.isfinite(options.features).all()
         assert np.abs(options.places).max() <= 1
@@ -263,7 +263,7 @@ def test_a_fire_breaks_out_wherever_it_is_offered(name):
         for action in options.places[options.action_mask]:
             if any(sim.world.occupancy):
                 decision = fire_decision(sim.building, action)
-                source = Generator(scenario).generate(sim.world, decision, rng)
+                source = generator.generate(sim.world, decision)
                 assert not isinstance(source, Refused)
 
 

@@ -304,10 +304,10 @@ HALL = (0, -8.5, 15.5)
 
 @pytest.mark.paper("F4", "chosen")
 def test_a_fire_that_watches_is_shown_all_there_is_before_its_turns():
-    """At 10 s and then every 15 s, until its sources are used up."""
+    """At 10 s and then every 25 s, until its sources are used up."""
     fire = Onlooker(HALL, (1, 0.5, 12.5))
     ahead(fire=fire, ticks=400, sources=2)
-    assert [now.world.time for now in fire.shown] == pytest.approx([10, 25])
+    assert [now.world.time for now in fire.shown] == pytest.approx([10, 35])
 
 
 @pytest.mark.paper("F4", "chosen")

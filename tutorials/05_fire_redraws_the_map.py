@@ -50,7 +50,8 @@ night = Simulation(museum, Scenario(people=1, sources=1), NoRobots(), Candle(), 
 place = 0, *night.world.bodies.position[0].tolist()
 for training in (True, False):
     scenario = Scenario(sources=1, training=training)
-    print(Generator(scenario).generate(night.world, place, night.rng["fire"]))
+    generator = Generator(museum, scenario, night.rng["elsewhere"])
+    print(generator.generate(night.world, place))
 #> Refused(floor=0, x=-10.5, y=8.5, reason='human')
 #> Source(floor=0, x=3.5, y=7.5, time=0.0)
 

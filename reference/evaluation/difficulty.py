@@ -1,7 +1,7 @@
 """Difficulty h of a fire: how much of people's ways out it takes, and how early.
 
-Clauses: A3, A6, F10, F11.  The main text that defined h is lost; this one looks at the
-graph of rooms, doors and stairwells, and at when each cell begins to burn.
+Clauses: A3, A6, D6, F10, F11.  The main text that defined h is lost; this one looks at
+the graph of rooms, doors and stairwells, and at when each cell begins to burn.
 
     h   difficulty, from 0 to HARDEST
     d   shortest way out, metres, inf where there is none;  d0  the same without fire
@@ -15,8 +15,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
-from reference.building import Building, Kind
-from reference.flames import cells_beside
+from reference.building import Building
+from reference.flames import fuel, rim
 from reference.paper import (
     ALPHA,
     BETA,
@@ -78,8 +78,9 @@ def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
     A way that grows from d0 to d has lost 1 - d0/d: nothing if it is as before, half
     if it is twice as long, all if it is cut. Flames do that so [F11, chosen]:
 
-    * a door is no way once a cell of it burns [A6], an exit once all of its cells do,
-      an entrance, which never burns, once all room cells before it do;
+    * a door is no way once a cell of it burns [A6];
+    * an exit, an entrance or a door that is protected is shut once all that can burn
+      around its clearance burns, but never for a room wholly inside a clearance;
     * the way from a room's middle to its doors gets as much longer as the room has
       become smaller: twice as long when half of it burns.
     """
@@ -88,7 +89,8 @@ def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
     (start, end, area), length = _links(building)
     room, longer = free[:, area], np.full((MOMENTS, len(length)), inf)
     np.divide(length, room, out=longer, where=room > 0)
-    longer[shut[:, start] | shut[:, end]] = inf
+    burns = np.isin(area, building.area[fuel(building)])
+    longer[(shut[:, start] | shut[:, end]) & burns] = inf
     d, d0 = (
         _ways_out(building, metres)[0][:, : len(building.areas)]
         for metres in (longer, length[None])
@@ -210,23 +212,18 @@ def _shut(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.nd
     first = len(building.areas)
     shut = np.zeros((len(seconds), first + len(building.landmarks)), dtype=bool)
     for node, (places, all_of_them) in enumerate(_passages(building), first):
-        burns = arrival.ravel()[places]
-        shut[:, node] = seconds >= (burns.max() if all_of_them else burns.min())
+        burns = arrival.ravel()[places] if len(places) else inf
+        shut[:, node] = seconds >= (np.max(burns) if all_of_them else np.min(burns))
     return shut
 
 
 @lru_cache(maxsize=8)
 def _passages(building: Building) -> list[tuple[np.ndarray, bool]]:
-    """Places that lead through each landmark, and whether all must burn to shut it.
-
-    An entrance is passed over the room cells before it.
-    """
-    room, found = building.kind == Kind.FLOOR, []
+    """Places that shut each landmark when they burn, and whether all of them must."""
+    found = []
     for mark in building.landmarks:
-        cells = building.landmark == mark.index
-        if mark.kind is Kind.ENTRANCE:
-            cells = cells_beside(building, cells) & room
-        found.append((np.flatnonzero(cells), mark.kind is not Kind.DOOR))
+        own = np.flatnonzero((building.landmark == mark.index) & fuel(building))
+        found.append((own, False) if len(own) else (rim(building, mark.index), True))
     return found
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from reference.evaluation.difficulty import difficulty_of, people_in
 from reference.fire import Decision, decision_at, free_places
-from reference.navigation import navigation_of
+from reference.flames import rim
 from reference.paper import FIRE_SOURCES, InputError, Scenario
 from reference.strategies import FireStrategy, RandomFire
 from reference.workshop.evaluation.contestants import Evacuation
@@ -23,19 +23,15 @@ from reference.world import World
 FIRES = 200
 """[F11, chosen] how many fires are compared: a correlation is then known to ±0.1."""
 
-DOORSTEP = 4.0
-"""[F11, chosen] metres around a way out: what burns there blocks it in seconds."""
-
 
 class DoorstepFire:
-    """A fire at a random free cell just before a random way out, as fires learn to."""
+    """A fire at a random free cell around a random way out, as fires learn to."""
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
-        """Choose near any exit or entrance to stairs that lead down, of all floors."""
-        nav = navigation_of(world.building)
+        """Choose around any exit, or any entrance to stairs that lead down."""
         ways = [mark.index for mark in world.building.landmarks if mark.leads_out]
-        near = nav.distance[rng.choice(ways)] <= DOORSTEP
-        places = np.flatnonzero(near & free_places(world))
+        around = rim(world.building, rng.choice(ways))
+        places = around[free_places(world)[around]]
         if not len(places):
             return RandomFire().decide(world, rng)
         return decision_at(world, rng.choice(places))

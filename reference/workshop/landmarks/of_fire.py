@@ -12,6 +12,7 @@ import numpy as np
 from scipy import ndimage
 
 from reference.building import Building, Kind
+from reference.flames import fuel, rim
 from reference.game.observations import to_normalised
 from reference.navigation import navigation_of
 from reference.paper import Scenario
@@ -48,8 +49,8 @@ FIRE_TABLE: shared.FeatureTable = {
     "robot_way": lambda v: v.to_robots.min(axis=1, initial=shared.FAR) / 20,
     "flames": lambda v: v.flames_beside[v.place],
     "flames_around": lambda v: v.now.flames_around(FLAMES_FAR)[v.place],
-    "open": lambda v: v.open[v.floor],  # share of the floor's ways out without flames
-    "here_open": lambda v: v.here_open,  # 1 if it is beside such a way out
+    "open": lambda v: v.open[v.floor],  # `here_open`, mean over the floor's ways out
+    "here_open": lambda v: v.here_open,  # share of its rim without flames, if it is one
     "burning": lambda v: np.log1p(v.burning)[v.floor] / 5,  # cells of this floor
     "burning_everywhere": lambda v: np.log1p(v.burning.sum()) / 5,
     "inside": lambda v: v.now.occupancy.sum() / v.now.everybody,
@@ -72,6 +73,7 @@ class FireOptions:
         self.kind, self.size = np.array(kind), len(kind)
         self.features = len(FIRE_FEATURES)
         self.beside = _beside(building)
+        self.rims = [rim(building, m.index) for m in building.landmarks if m.leads_out]
         self.steps = _steps_around(shared.GROUP_RADIUS)
 
     def __call__(self, vectors: np.ndarray, cells: np.ndarray) -> shared.Options:
@@ -141,7 +143,7 @@ class FireView:
     cross, come, ahead    (K,) who comes past, as in `Traffic`, ahead on average
     out                   (places,) metres to the cheapest way out
     flames_beside         (places,) share of the square around that burns
-    burning, open         (floors,) cells;  share of ways out without flames
+    burning, open         (floors,) cells;  mean of here_open over the ways out
     """
 
     def __init__(self, options: FireOptions, now: shared.Snapshot, place: np.ndarray):
@@ -154,7 +156,7 @@ class FireView:
         self.to_robots = self._distances(now.robots, now.robot_floor)
         self.burning = now.burning.sum(axis=(1, 2))
         self.flames_beside = now.flames_around(FLAMES_BESIDE)
-        self._find_open()
+        self._find_open(options.rims)
         self._count_traffic()
 
     def _distances(self, at: np.ndarray, on: np.ndarray) -> np.ndarray:
@@ -163,25 +165,32 @@ class FireView:
         apart = np.hypot(off[..., 0], off[..., 1])
         return np.where(self.floor[:, None] == on, apart, shared.FAR)
 
-    def _find_open(self) -> None:
-        """Find the ways out without flames beside them."""
-        building, marks = self.now.building, self.now.building.landmarks
-        places, beside = shared.landmark_places(building), self.flames_beside
-        is_open = np.array([not beside[cells].any() for cells in places])
-        of_floor = [is_open[building.ways_out(f)] for f in range(building.floors)]
-        self.open = np.array([m.mean() if len(m) else 0.0 for m in of_floor])
+    def _find_open(self, rims: list[np.ndarray]) -> None:
+        """Find how much of each way out's rim does not burn, 1 where it has none."""
+        building, burning = self.now.building, self.now.burning.ravel()
         self.leads_out, self.here_open = np.zeros((2, len(self.place)))
-        self.leads_out[: len(marks)] = [m.leads_out for m in marks]
-        self.here_open[: len(marks)] = self.leads_out[: len(marks)] * is_open
+        ways = [m.index for m in building.landmarks if m.leads_out]
+        self.leads_out[ways] = 1
+        self.here_open[ways] = [1 - burning[r].sum() / max(1, len(r)) for r in rims]
+        of_floor = [
+            self.here_open[building.ways_out(f)] for f in range(self.nav.floors)
+        ]
+        self.open = np.array([m.mean() if len(m) else 0.0 for m in of_floor])
 
     def _count_traffic(self) -> None:
-        """Count who comes past an option: through one of the 3 x 3 cells around."""
-        shape = self.now.building.kind.shape
-        traffic = Traffic(self.now)
+        """Count who comes past: through one of the 3 x 3 cells around.
+
+        Around a landmark itself, not around the cell beside it that may burn: people
+        enter a clearance from all sides.
+        """
+        shape, traffic = self.now.building.kind.shape, Traffic(self.now)
+        marks = shared.landmark_places(self.now.building)
+        middle = self.place.copy()
+        middle[: len(marks)] = [places[0] for places in marks]
 
         def busiest(count: np.ndarray) -> np.ndarray:
             around = ndimage.maximum_filter(count.reshape(shape), (1, 3, 3))
-            return around.ravel()[self.place]
+            return around.ravel()[middle]
 
         self.cross, self.come = busiest(traffic.cross), busiest(traffic.come)
         people = np.maximum(traffic.cross + traffic.come, 1)
@@ -261,11 +270,12 @@ def _steps_around(radius: float) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def _beside(building: Building) -> np.ndarray:
-    """(L, NEAREST_CELLS) room cells around each landmark, the nearest first.
+    """(L, NEAREST_CELLS) unprotected room cells around each landmark, nearest first.
 
     Where there are not so many the landmark's own cell, never free, fills the row.
     """
-    nav, rooms = navigation_of(building), building.kind.ravel() == Kind.FLOOR
+    nav = navigation_of(building)
+    rooms = (fuel(building) & (building.kind == Kind.FLOOR)).ravel()
     rows = np.zeros((len(building.landmarks), NEAREST_CELLS), dtype=int)
     for mark in building.landmarks:
         d = np.where(rooms, nav.distance[mark.index], np.inf)

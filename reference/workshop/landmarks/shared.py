@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from scipy import ndimage
 
 from reference.building import Building, Kind
-from reference.flames import cells_beside, walking_cost
+from reference.flames import cells_beside, fuel, walking_cost
 from reference.navigation import Navigation, navigation_of
 from reference.paper import Scenario
 from reference.workshop.decoding import Scene, burning
@@ -101,11 +101,11 @@ class Snapshot:
     def free_rooms(self) -> np.ndarray:
         """(places,) bool: where a fire can break out and somebody is there to harm.
 
-        Room cells with neither flames nor human nor robot [D6], on floors on or above
-        which somebody is.
+        Unprotected room cells with neither flames nor human nor robot [D6], on floors
+        on or above which somebody is.
         """
         at_stake = self.occupancy + self.above > 0
-        free = (self.building.kind == Kind.FLOOR) & ~self.burning
+        free = (self.building.kind == Kind.FLOOR) & fuel(self.building) & ~self.burning
         free = (free & at_stake[:, None, None]).ravel()
         free[self.place] = False
         free[self.robot_place] = False

@@ -50,7 +50,7 @@ class CriticFire(LearnedPolicy):
         super().__init__(source)
         self.critic = critic_of(self)
 
-    def decide(self, world: World, rng: np.random.Generator) -> Decision:
+    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Take the placement of lowest value; a random cell if nobody is inside."""
         self._check_fits(world)
         choice = placements(world, self.scenario)

@@ -57,7 +57,7 @@ class WorstCase:
         """Keep how things stand: `Simulation` shows it before each decision."""
         self._now = now
 
-    def decide(self, world: World, rng: np.random.Generator) -> Decision:
+    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Try out the busiest placements, take the worst; a random cell if none."""
         now, self._now = self._now, None
         assert now is not None, "a Simulation asks this fire, after showing itself"
