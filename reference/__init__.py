@@ -61,8 +61,8 @@ WORKSHOP = (
     "workshop.training.checkpoints",  # files to go on from
     "workshop.training.policies",  # a learned policy is a strategy
     "workshop.training.summaries",  # what is written down on the way
-    "workshop.training.starting",  # from the beginning, or from where it was left
     "workshop.training.session",  # who learns, and from what
+    "workshop.training.starting",  # from the beginning, or from where it was left
     "workshop.training.loop",  # the adversarial loop, with files
     "workshop.evaluation",  # comparisons:
     "workshop.evaluation.intervals",  # bootstrap

@@ -34,6 +34,7 @@ from reference.workshop.commands import (
     speed,
     training,
 )
+from reference.workshop.files import told
 from reference.workshop.runs import ContradictionError
 
 COMMANDS = {
@@ -66,7 +67,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 1
     except (InputError, OSError) as error:  # other errors are ours: a traceback
         _drop_unprinted()
-        return _complain(str(error), 1)
+        return _complain(told(error), 1)
     return 0
 
 

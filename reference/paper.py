@@ -129,6 +129,17 @@ class InputError(ValueError):
 
 # -- One experiment -----------------------------------------------------------------
 
+MOST = MappingProxyType(
+    {
+        "robots_per_floor": 100,
+        "sources": 1000,
+        "doors_remembered": 1000,
+        "sight_range": 100.0,
+    }
+)
+"""[B2, B6, C2, chosen] more than any building has use for, a slip that would take hours
+or all memory; for people there is a limit already, the cells that are free."""
+
 
 @dataclass(frozen=True)
 class Scenario:
@@ -153,6 +164,9 @@ class Scenario:
         counts = (self.people, self.robots_per_floor, self.sources)
         if min(counts) < 0 or min(self.people_per_floor or (0,)) < 0:
             raise InputError("people, robots and sources are counted from 0 upwards")
+        for name, most in MOST.items():
+            if getattr(self, name) > most:
+                raise InputError(f"{name} is at most {most:,}: ask for less")
         if not 1 <= self.frames_per_tick <= MOST_FRAMES_PER_TICK:
             raise InputError(f"a tick is 1 to {MOST_FRAMES_PER_TICK} frames")
         if self.decision_seconds < self.tick:

@@ -168,6 +168,31 @@ def test_evacuate_animates_the_first_episode(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
+    "command",
+    [
+        "check LONG",
+        "draw tiny -o LONG.png",
+        "evacuate --building LONG",
+        "evacuate --animate LONG.gif",
+        "evaluate --out LONG",
+        "evaluate --out LONG --resume",
+        "evaluate --ruler LONG",
+        "train --out LONG",
+        "train --out LONG --resume",
+        "train --settings LONG",
+        "curves LONG",
+    ],
+)
+def test_a_path_too_long_is_told_in_a_short_sentence(command, capsys):
+    """Without the system's numbers, and without all of the path."""
+    status, message = refusal(capsys, *command.replace("LONG", "a" * 5000).split())
+    assert status == 1
+    assert "aaa..." in message
+    assert "[Errno" not in message
+    assert len(message) < 500
+
+
+@pytest.mark.parametrize(
     ("options", "status", "hint"),
     [
         (["--building", "nowhere"], 1, "nowhere"),

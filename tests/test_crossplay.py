@@ -21,7 +21,7 @@ from reference.building import load
 from reference.evaluation.difficulty import difficulty_of, people_in
 from reference.evaluation.score import PAPER
 from reference.learning.networks import one_thread
-from reference.paper import BEST_POINT, WORST_POINT, Scenario
+from reference.paper import BEST_POINT, WORST_POINT, InputError, Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.evaluation import crossplay
@@ -467,10 +467,10 @@ def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
     asked = Asked((str(mine),), ("none",), episodes=1)
     evaluate(begin(asked, Path("out")), Path("out"), InProcess(), lambda: True)
     shutil.copy(run / "checkpoint-000000.pt", mine)
-    with pytest.raises(RunError, match="is no more the checkpoint"):
+    with pytest.raises(InputError, match="is no more the checkpoint"):
         resume(Asked(), Path("out"))
     mine.unlink()
-    with pytest.raises(RunError, match="is no more the checkpoint"):
+    with pytest.raises(InputError, match="is no more the checkpoint"):
         resume(Asked(), Path("out"))
 
 

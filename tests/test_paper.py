@@ -183,6 +183,7 @@ def test_refuses_a_scenario_for_another_number_of_floors():
         {"frames_per_tick": 26},
         {"rooms": ("1/hall",), "people_per_floor": (1, 0, 0)},
         {"decision_seconds": 0.1},
+        *({name: 10**9} for name in paper.MOST),
     ],
     ids=lambda wrong: next(iter(wrong)),
 )

@@ -1,6 +1,7 @@
 """Workers: jobs go out, results come back, and nobody stays behind."""
 
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -9,7 +10,8 @@ from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 import pytest
 from clauses import ROOT
 
-from reference.workshop.workers import InProcess, as_done, in_order, workers
+from reference.workshop.commands.common import ctrl_c
+from reference.workshop.workers import STOPS, InProcess, as_done, in_order, workers
 
 
 def never():
@@ -50,6 +52,21 @@ def test_told_to_stop_results_end_and_jobs_that_wait_never_begin():
         found = as_done(executor, work, [0.0, 0.4, 0.0], lambda: len(begun) > 1)
         assert [number for number, _ in found] in ([], [0])
     assert begun == [0.0, 0.4]
+
+
+@pytest.mark.parametrize("number", STOPS)
+def test_one_ctrl_c_or_sigterm_ends_a_job_in_this_process(number):
+    """It is dropped, as those are that have not begun."""
+    begun = []
+
+    def work(job):
+        begun.append(job)
+        signal.raise_signal(number)
+        pytest.fail("it went on")
+
+    with ctrl_c() as stop, workers(0) as executor:
+        assert in_order(executor, work, ["one", "two"], stop) is None
+    assert begun == ["one"]
 
 
 def test_results_in_order_are_all_or_none():

@@ -80,6 +80,23 @@ def making_folder(folder: Path) -> Iterator[Path]:
         rmtree(partial, ignore_errors=True)
 
 
+@contextmanager
+def about(path: Path) -> Iterator[None]:
+    """Name a file in what is said, as an InputError, of its content."""
+    try:
+        yield
+    except (InputError, OSError) as error:
+        raise InputError(f"{path}: {told(error)}") from error
+
+
+def told(error: Exception) -> str:
+    """Put an error into words for people; the system's own ones with their file."""
+    if not isinstance(error, OSError) or error.strerror is None:
+        return str(error)
+    where = f"{error.filename}: " if error.filename else ""
+    return f"{where}cannot be read or written ({error.strerror})."
+
+
 def read_text(path: Path, most: int = 1 << 22, errors: str = "strict") -> str:
     """Read a text of at most so many bytes. Raises ValueError, OSError."""
     with path.open("rb") as file:
@@ -97,6 +114,7 @@ def read_json(path: Path) -> dict[str, Any]:
     text = read_text(path)
     with suppress(ValueError, RecursionError):
         if isinstance(found := json.loads(text), dict):
+            json.dumps(found, ensure_ascii=False).encode()  # can be written, too
             return found
     raise InputError(f"{path}: is no JSON object, or is damaged. Name another file.")
 

@@ -62,7 +62,7 @@ def _lock(folder: Path) -> Iterator[None]:
         yield
         return
     path = folder / LOCK
-    with path.open("a+") as file:
+    with path.open("a+", errors="replace") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             ours = os.path.samestat(os.fstat(file.fileno()), path.stat())
@@ -71,8 +71,8 @@ def _lock(folder: Path) -> Iterator[None]:
         if not ours:
             file.seek(0)
             raise RunError(
-                f"{folder}: process {file.read()} is at work in it. Wait for its end, "
-                "or name another folder."
+                f"{folder}: process {file.read(20)} is at work in it. Wait for its "
+                "end, or name another folder."
             )
         file.truncate(0)
         file.write(str(os.getpid()))

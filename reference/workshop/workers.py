@@ -66,8 +66,12 @@ def as_done(
         for number, job in enumerate(jobs):
             if stop():
                 return
-            with _uninterrupted():
+            try:
                 future = executor.submit(work, job)
+            except KeyboardInterrupt:  # in this process
+                if stop():
+                    return
+                raise
             waiting[future] = number
             future.add_done_callback(done.put)
             while not done.empty():
@@ -91,7 +95,12 @@ def _taken(future: Future[Made], waiting: dict[Future[Made], int]) -> tuple[int,
 
 
 class InProcess(Executor):
-    """Does a job at once, in this process: slower, but a debugger can step into it."""
+    """Does a job at once, in this process: slower, but a debugger can step into it.
+
+    busy  with a job, which need not be finished when it is to stop
+    """
+
+    busy = False
 
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
@@ -99,9 +108,12 @@ class InProcess(Executor):
         """Do a job before returning."""
         future: Future[Made] = Future()
         try:
+            InProcess.busy = True
             future.set_result(fn(*args, **kwargs))
         except Exception as error:
             future.set_exception(error)
+        finally:
+            InProcess.busy = False
         return future
 
 
@@ -145,7 +157,8 @@ class Pool(ProcessPoolExecutor):
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
     ) -> Future[Made]:
         """Submit a job that notes when it is at work."""
-        return super().submit(_at_work, fn, *args, **kwargs)
+        with _uninterrupted():
+            return super().submit(_at_work, fn, *args, **kwargs)
 
 
 _working = Lock()

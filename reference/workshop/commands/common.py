@@ -16,7 +16,7 @@ from reference.paper import InputError
 from reference.workshop.commands.options import Table
 from reference.workshop.evaluation.crossplay import Evaluation, unlike_training
 from reference.workshop.runs import ContradictionError, RunError
-from reference.workshop.workers import STOPS, workers
+from reference.workshop.workers import STOPS, InProcess, workers
 
 
 class Command(NamedTuple):
@@ -89,6 +89,8 @@ def ctrl_c() -> Iterator[Callable[[], bool]]:
         pressed.set()
         restore()
         print("\nstopping; Ctrl-C once more drops what is unsaved", file=sys.stderr)
+        if InProcess.busy:
+            raise KeyboardInterrupt
 
     def restore() -> None:
         for stop, handler in before.items():

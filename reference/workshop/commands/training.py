@@ -74,7 +74,7 @@ def _training(arguments: Namespace) -> Any:
     names = starting.Asked.__dataclass_fields__
     asked = starting.Asked(**{name: getattr(arguments, name) for name in names})
     if arguments.resume:
-        return Training.resumed(starting.resume(asked, arguments.out))
+        return starting.resume(asked, arguments.out)
     return Training(starting.begin(asked, arguments.out))
 
 

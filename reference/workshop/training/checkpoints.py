@@ -22,6 +22,7 @@ from reference.building import Building, building_of
 from reference.learning.rollouts import Learned
 from reference.learning.settings import SIDES, SettingsError, Side, TrainerSettings
 from reference.paper import InputError
+from reference.simulation import Simulation
 from reference.workshop.files import write_whole
 from reference.workshop.landmarks import landmarks_for
 from reference.workshop.plain import checked, mapping, record_from
@@ -40,14 +41,13 @@ class CheckpointError(InputError):
 
 
 @contextmanager
-def must_fit(what: str) -> Iterator[None]:
+def must_fit(what: str, name: object = "the checkpoint") -> Iterator[None]:
     """Raise CheckpointError where networks or progress in a checkpoint do not fit."""
     try:
         yield
     except Exception as error:  # torch tells what does not fit in many ways
         raise CheckpointError(
-            f"the checkpoint's {what}: it was written by another version, or is "
-            "damaged."
+            f"{name}: its {what}: it was written by another version, or is damaged."
         ) from error
 
 
@@ -203,16 +203,26 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     plain = {name: content[name] for name in names}
     plain["task"] = replace(record_from(Task, task, "task"), fixed=fixed)
     found = record_from(Checkpoint, plain, "checkpoint")
-    building_of(found.task.plan)
+    Simulation(building_of(found.task.plan), found.task.settings.scenario)
     if sorted([*found.learners, *fixed]) != sorted(SIDES) or found.round < 0:
         raise SettingsError("robots or fire neither learn nor are fixed")
-    for state in found.learners.values():
+    for side, state in found.learners.items():
         for name in ("actor", "critic"):
-            checked(name, state[name], dict[str, torch.Tensor])
+            weights = checked(name, state[name], dict[str, torch.Tensor])
+            _refuse_another_size(getattr(found.task.settings, side), weights)
     for tensor in _tensors([found.learners, players]):
         if tensor.is_complex() or tensor.is_sparse or not tensor.isfinite().all():
             raise SettingsError("weights that are no finite numbers")
     return found
+
+
+def _refuse_another_size(
+    settings: TrainerSettings, weights: Mapping[str, torch.Tensor]
+) -> None:
+    """Raises SettingsError before networks are made that no memory could hold."""
+    widths = {width for tensor in weights.values() for width in tensor.shape}
+    if settings.hidden_units not in widths or settings.num_layers > len(weights):
+        raise SettingsError("networks of another size than the settings tell")
 
 
 def _tensors(plain: Any) -> Iterator[torch.Tensor]:
@@ -235,6 +245,7 @@ def _player(side: Any, plain: Any) -> Learned | str:
         return plain
     settings = record_from(TrainerSettings, plain["settings"], f"fixed {side}")
     weights = checked("weights", plain["weights"], dict[str, torch.Tensor])
+    _refuse_another_size(settings, weights)
     return Learned(settings, weights, landmarks_for(side, settings))
 
 

@@ -60,7 +60,8 @@ class LearnedPolicy:
                 "checkpoint."
             )
         self.learned = who
-        with must_fit("network is not of the shape its settings tell"):
+        name = "the checkpoint" if source is checkpoint else source
+        with must_fit("network is not of the shape its settings tell", name):
             self.player = who.player(self.side, self.building, self.scenario)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "LearnedPolicy":

@@ -14,6 +14,7 @@ from reference.building import Building, load, plan_of
 from reference.learning.rollouts import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
+from reference.workshop.files import about
 from reference.workshop.runs import (
     RunError,
     building_asked,
@@ -21,10 +22,11 @@ from reference.workshop.runs import (
     refuse_used,
     refuse_version,
 )
-from reference.workshop.training.checkpoints import Checkpoint, Task, newest
+from reference.workshop.training.checkpoints import Task, newest
 from reference.workshop.training.checkpoints import load as load_checkpoint
 from reference.workshop.training.policies import named_or_file
 from reference.workshop.training.presets import Settings, preset, read_yaml
+from reference.workshop.training.session import Training
 
 DEFAULT_PRESET = "laptop"
 SMALL_BUILDING, BUILDING = "tiny", "paper"  # of preset tiny, and of the others
@@ -77,11 +79,11 @@ def begin(asked: Asked, folder: Path) -> Task:
     )
 
 
-def resume(asked: Asked, folder: Path) -> Checkpoint:
-    """Load the newest checkpoint of a training, if nothing else was asked for.
+def resume(asked: Asked, folder: Path) -> Training:
+    """Go on from the newest checkpoint in a folder, if nothing else was asked for.
 
     Raises RunError if there is none or if it is another version's, ContradictionError
-    for the first thing that contradicts it, by its name.
+    for the first thing that contradicts it, InputError for one that is damaged.
     """
     path = newest(folder)
     if path is None:
@@ -93,7 +95,8 @@ def resume(asked: Asked, folder: Path) -> Checkpoint:
     refuse_version(path, checkpoint.version)
     compared = _asked_and_begun(asked, checkpoint.task)
     refuse_contradictions(f"the training in {folder}", compared)
-    return checkpoint
+    with about(path):
+        return Training.resumed(checkpoint)
 
 
 def settings_of(asked: Asked, base: Settings) -> Settings:

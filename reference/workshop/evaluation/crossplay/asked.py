@@ -17,13 +17,12 @@ from typing import Any, NamedTuple
 
 import reference
 from reference.building import building_of, load, plan_of
-from reference.floorplan import FloorPlanError
 from reference.learning.settings import Side
 from reference.paper import ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
 from reference.workshop.evaluation.contestants import WORST, contestant
 from reference.workshop.evaluation.crossplay.records import Key, Match
-from reference.workshop.files import read_json, write_whole
+from reference.workshop.files import about, read_json, write_whole
 from reference.workshop.plain import record_from
 from reference.workshop.runs import (
     ContradictionError,
@@ -163,11 +162,12 @@ def begin(asked: Asked, folder: Path | None = None) -> Evaluation:
 def resume(asked: Asked, folder: Path) -> Evaluation:
     """Resume the evaluation in a folder, with robots and fires asked for besides.
 
-    Raises RunError if there is none, or if it is another version's or its
-    checkpoints are not what they were; ContradictionError for the first other thing
-    that was asked for than begun; else as `begin`.
+    Raises RunError if there is none, or if it is another version's; InputError if it
+    is damaged or its checkpoints are not what they were; ContradictionError for the
+    first other thing that was asked for than begun; else as `begin`.
     """
-    begun = read(folder / ABOUT)
+    path = folder / ABOUT
+    begun = read(path)
     arena = begun.arena
     refuse_contradictions(
         f"the evaluation in {folder}",
@@ -179,8 +179,10 @@ def resume(asked: Asked, folder: Path) -> Evaluation:
             building_asked(asked.building, arena.building, arena.plan),
         ),
     )
-    for file in begun.files.values():
-        _refuse_changed(file)
+    with about(path):
+        for file in begun.files.values():
+            _refuse_changed(file)
+        _refuse_misfits(_trained(begun.robots, begun.fires, begun.files), arena)
     robots = _once([*begun.robots, *(asked.robots or ())])
     fires = _once([*begun.fires, *(asked.fire or ())])
     files = {**_files(robots, fires), **begun.files}
@@ -214,10 +216,15 @@ def _arena(asked: Asked, robots: tuple[str, ...], trained: Trained) -> Arena:
             scenario = replace(scenario, robots_per_floor=ROBOTS_PER_FLOOR)
     arena = Arena(name, plan_of(building), scenario)
     _refuse_misfits(trained, arena)
+    _refuse_crowds(arena)
+    return arena
+
+
+def _refuse_crowds(arena: Arena) -> None:
+    """Raises RunError for nobody, InputError for more people than fit."""
     if not arena.people:
         raise RunError("there is nobody to evacuate. Ask for at least 1 person.")
     Simulation(building_of(arena.plan), arena.scenario)
-    return arena
 
 
 def _trained(
@@ -348,10 +355,6 @@ def read(path: Path) -> Evaluation:
     refuse_version(path, content.pop("version", "unknown"))
     arena = {name: content.pop(name, None) for name in Arena._fields}
     found = record_from(Evaluation, {**content, "arena": arena}, str(path))
-    try:
-        building_of(found.arena.plan)
-    except FloorPlanError as error:
-        raise RunError(
-            f"{path}: the plan in it is damaged. Begin anew in another folder."
-        ) from error
+    with about(path):
+        _refuse_crowds(found.arena)
     return found

@@ -1,0 +1,245 @@
+"""Damaged files of every kind: each is read, or refused in a sentence that names it."""
+
+import fcntl
+import json
+import random
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+from zipfile import ZipFile
+
+import pytest
+import torch
+import yaml
+from clauses import ROOT
+from trainings import begun, tiny, trained
+
+from reference.building import load as load_building
+from reference.evaluation.score import PAPER
+from reference.learning.networks import one_thread
+from reference.paper import InputError
+from reference.workshop.drawing.runs import read as read_summaries
+from reference.workshop.evaluation.crossplay import (
+    Asked,
+    begin,
+    evaluate,
+    read_ruler,
+    resume,
+)
+from reference.workshop.runs import held
+from reference.workshop.training import starting
+from reference.workshop.training.policies import LearnedRobots
+from reference.workshop.training.presets import preset, read_yaml
+from reference.workshop.workers import InProcess
+
+ODD = (
+    *(None, True, -1, 0, 1, 2, 0.5, 10**9, 10**30, -(10**400), 1e18, 1e-300),
+    *(float("nan"), float("inf"), "", "nan", "1e9", "a" * 5000, "\0", "\ud800", "/"),
+    *([], {}, [1, 2], {"a": 1}, [["tiny"]], "tiny", "sweep", "ppo"),
+)
+SIGNS = (
+    b"\0",
+    b"\xff",
+    b"{",
+    b"[",
+    b",",
+    b'"',
+    b"\n",
+    b": ",
+    b"-",
+    b"9" * 40,
+    b"&a *a",
+)
+
+
+def of_parts(plain: Any, rng: random.Random) -> Any:
+    """Change, remove or exchange one to three parts of plain data, however deep."""
+    top = [_copied(plain)]
+    for _ in range(rng.randint(1, 3)):
+        places = list(_places(top))
+        (here, key), (there, other) = rng.choice(places), rng.choice(places)
+        change = rng.randrange(4)
+        if change == 0 and here is not top:
+            del here[key]
+        elif change == 1:
+            here[key] = _copied(there[other])
+        else:
+            here[key] = _copied(rng.choice(ODD))
+    return top[0]
+
+
+def _copied(plain):
+    if isinstance(plain, dict):
+        return {key: _copied(part) for key, part in plain.items()}
+    return [_copied(part) for part in plain] if isinstance(plain, list) else plain
+
+
+def _places(plain):
+    """Every part of plain data: the dict or list that it is in, and its key there."""
+    for key, part in plain.items() if isinstance(plain, dict) else enumerate(plain):
+        yield plain, key
+        if isinstance(part, dict | list):
+            yield from _places(part)
+
+
+def of_bytes(content: bytes, rng: random.Random) -> bytes:
+    """Change, cut or repeat one to three places of a file."""
+    for _ in range(rng.randint(1, 3)):
+        a = rng.randint(0, len(content))
+        b = a + rng.randint(0, 30)
+        new = rng.choice([b"", 2 * content[a:b], rng.choice(SIGNS)])
+        content = content[:a] + new + content[b:]
+    return content
+
+
+# -- The kinds ----------------------------------------------------------------------
+
+
+class Kind(NamedTuple):
+    """A file, who reads it, and how its parts are parsed and written, if it has any.
+
+    named  what must be in a refusal;  cases  fewer of what takes long to read
+    """
+
+    file: str
+    read: Callable[[Path], object]
+    parts: Callable[[Path], Any] | None = None
+    write: Callable[[Any, Path], object] | None = None
+    named: str = ""
+    cases: int = 200
+
+
+def _json(content: Any, path: Path) -> None:
+    path.write_text(json.dumps(content))
+
+
+def _yaml(content: Any, path: Path) -> None:
+    path.write_text(yaml.safe_dump(content))
+
+
+def _from_json(path: Path) -> Any:
+    return json.loads(path.read_text())
+
+
+def _from_yaml(path: Path) -> Any:
+    return yaml.safe_load(path.read_text())
+
+
+def _torch(content: Any, path: Path) -> None:
+    """Write an archive that stands for what torch then loads: it is quick."""
+    with ZipFile(path, "w") as archive:
+        archive.writestr("data", b"")
+    LOADED[:] = [content]
+
+
+def _from_torch(path: Path) -> Any:
+    return torch.load(path, weights_only=True)
+
+
+def _loaded(file: Any, **more: Any) -> Any:
+    if more and (LOADED and ZipFile(file).namelist() == ["data"]):
+        return LOADED[0]
+    return LOAD(file, **more)
+
+
+LOAD, LOADED = torch.load, []
+
+
+def _evaluation(path: Path) -> None:
+    evaluate(resume(Asked(), path.parent), path.parent, InProcess(), lambda: True)
+
+
+def _played(path: Path) -> None:
+    LearnedRobots(path)
+
+
+def _resumed(path: Path) -> None:
+    starting.resume(starting.Asked(), path.parent)
+
+
+def _settings(path: Path) -> None:
+    read_yaml(path, preset("tiny"))
+
+
+def _held(path: Path) -> None:
+    with path.open() as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        with held(path.parent, True, list):
+            pass
+
+
+OURS = {
+    "reference": {
+        "Robot": {"head": "pointer"},
+        "scenario": {"people": 6, "people_per_floor": None, "rooms": ["1/hall"]},
+        "episodes_per_job": 2,
+    }
+}
+KINDS = {
+    "evaluation.json": Kind(
+        "evaluation/evaluation.json", _evaluation, _from_json, _json
+    ),
+    "runs.csv": Kind("evaluation/runs.csv", _evaluation),
+    "ruler.json": Kind("ruler.json", read_ruler, _from_json, _json),
+    "settings": Kind("settings.yaml", _settings, _from_yaml, _yaml, cases=50),
+    "summaries.csv": Kind("run/summaries.csv", read_summaries),
+    "checkpoint played": Kind(
+        "run/checkpoint-000002.pt", _played, _from_torch, _torch, cases=50
+    ),
+    "checkpoint resumed": Kind(
+        "run/checkpoint-000002.pt", _resumed, _from_torch, _torch, cases=50
+    ),
+    "lock": Kind("locked/.lock", _held, named="locked"),
+    "map": Kind("tiny.txt", load_building),
+}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """A folder with a file of every kind, all whole."""
+    folder = tmp_path_factory.mktemp("whole")
+    asked = Asked(("none",), ("none", "random"), "tiny", people=2, episodes=1)
+    (folder / "evaluation").mkdir()
+    evaluate(begin(asked), folder / "evaluation", InProcess())
+    (folder / "ruler.json").write_text(PAPER.as_json())
+    (folder / "locked").mkdir()
+    (folder / "locked" / ".lock").write_text("12345")
+    (folder / "locked" / "notes.txt").touch()
+    shutil.copy(ROOT / "floors" / "tiny.txt", folder)
+    unity = _from_yaml(ROOT / "tests" / "trainers" / "unity.yaml")
+    _yaml(unity | OURS, folder / "settings.yaml")
+    with one_thread():
+        trained(begun(tiny(robots={"buffer_size": 200})), folder / "run", rounds=2)
+    return folder
+
+
+def attack(kind: Kind, folder: Path, cases: int) -> int:
+    """Damage a file again and again; how often it was refused."""
+    path, rng = folder / kind.file, random.Random(0)
+    before = path.read_bytes()
+    parts = kind.parts(path) if kind.parts else None
+    refused = 0
+    for case in range(cases):
+        if parts is None or case % 3 == 0:
+            path.write_bytes(of_bytes(before, rng))
+        else:
+            kind.write(of_parts(parts, rng), path)
+        try:
+            kind.read(path)
+        except InputError as error:
+            assert (kind.named or path.name) in str(error)
+            refused += 1
+        path.write_bytes(before)
+    return refused
+
+
+@pytest.mark.parametrize("times", [1, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", KINDS)
+def test_refuses_a_damaged_file_by_its_name_or_reads_it(
+    name, times, whole, monkeypatch
+):
+    """Nothing but an InputError ever comes of it."""
+    monkeypatch.setattr("os.fsync", lambda descriptor: None)
+    monkeypatch.setattr("torch.load", _loaded)
+    assert attack(KINDS[name], whole, times * KINDS[name].cases) > 0
