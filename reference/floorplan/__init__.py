@@ -19,7 +19,6 @@ import re
 from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterable
 from difflib import get_close_matches
-from errno import EINVAL
 from itertools import islice
 from os import PathLike
 from pathlib import Path
@@ -43,12 +42,12 @@ def parse(text: str, path: str = "<text>") -> Plan:
 
 
 def read(path: str | PathLike[str]) -> Plan:
-    """Read the drawing in a file. Raises FloorPlanError, OSError if there is none."""
-    file = Path(path)
+    """Read the drawing in a file. Raises FloorPlanError, OSError if there is none.
+
+    A pipe is read to its end, a device without end as far as a drawing may go.
+    """
     try:
-        if file.exists() and not (file.is_file() or file.is_dir()):
-            raise OSError(EINVAL, "It is a device or a pipe, not a file")
-        with file.open("rb") as text:
+        with Path(path).open("rb") as text:
             raw = text.read(page.MOST_SIGNS + 4)  # with a byte order mark
     except OSError as error:
         raise type(error)(f"cannot read {path}: {error.strerror}") from None

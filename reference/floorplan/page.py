@@ -17,7 +17,7 @@ from itertools import chain
 from reference.floorplan.mistakes import Finding
 
 MOST_FLOORS = 30  # [A1, chosen] ten times the paper's
-MOST_CELLS = 400  # [A1, chosen] in a row or a column: ten times the paper's
+MOST_CELLS = 200  # [A1, chosen] in a row or a column: five times the paper's
 MOST_LINES = 2 * MOST_FLOORS * MOST_CELLS  # [A1, chosen] rows, and as many notes
 MOST_SIGNS = MOST_LINES * MOST_CELLS  # [A1, chosen] in a file: no more is read
 SETTINGS = ("building:", "size:")
@@ -37,10 +37,10 @@ class Line:
     @cached_property
     def key(self) -> str:
         """A heading up to its colon, if it has one, in small letters; '' for a row."""
-        if heading := _HEADING.match(self._plain):
+        plain = self._plain
+        if heading := _HEADING.match(plain):
             return heading[0][:-1].strip().lower() + ":"
-        plain = self._plain.strip()
-        return plain.lower() if _lacks_colon(plain) else ""
+        return plain.strip().lower() if _lacks_colon(plain.strip()) else ""
 
     @cached_property
     def value(self) -> str:
@@ -50,7 +50,9 @@ class Line:
     @property
     def _plain(self) -> str:
         """The code with signs that stage 2 will find fault with, as they were meant."""
-        return self.code if self.code.isascii() else self.code.translate(_ALIKE)
+        if self.code.isascii():
+            return self.code
+        return _ALIKE.sub(lambda sign: _MEANT[sign[0]], self.code)
 
     def finding(self, what: str, hint: str, column: int = 1) -> Finding:
         """A mistake in this line."""
@@ -137,7 +139,8 @@ def sort(text: str) -> Page:
 FLOOR_KEY = re.compile(r"floor\s*([0-9]+)(?:\s*-\s*([0-9]+))?:")
 SIZE_VALUE = re.compile(r"([0-9]{1,9})\s*[xX]\s*([0-9]{1,9})")
 _HEADING = re.compile(r"\s*\w[^#.+:]*:")
-_ALIKE = str.maketrans("：–—−×", ":---x")
+_MEANT = dict(zip("：–—−×", ":---x", strict=True))
+_ALIKE = re.compile(f"[{''.join(_MEANT)}]")
 
 
 def key_word(text: str) -> str:

@@ -82,10 +82,11 @@ class Storey:
     def words(self) -> dict[int, list[tuple[str, Cell]]]:
         """What is written in each room, and where; in the order of the page."""
         found: dict[int, list[tuple[str, Cell]]] = defaultdict(list)
+        area = self.area.tolist()
         for row, line in enumerate(self.rows, 1):
             for word in re.finditer("[a-z]+", line):
-                cell = (row, word.start() + 1)
-                found[int(self.area[cell])].append((word[0], cell))
+                column = word.start() + 1
+                found[area[row][column]].append((word[0], (row, column)))
         return found
 
     @cached_property

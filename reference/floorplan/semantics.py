@@ -20,19 +20,20 @@ from reference.floorplan.plan import (
     Part,
     Plan,
     Storey,
-    neighbours,
     pieces,
 )
 
 # -- Stage 4: one floor -------------------------------------------------------------
 
-MOST_PARTS = 2**15 - 1  # rooms, and doors, of a building: cells hold 16-bit indices
+MOST_PARTS = 5_000  # [A1, chosen] a hundred times the paper's; fits 16-bit indices
 
 
 def _parts(plan: Plan, page: Page) -> Iterator[Finding]:
+    def parts(sign: str) -> int:
+        return sum(ndimage.label(storey.signs == sign)[1] for storey in plan.storeys)
+
     rooms = sum(ndimage.label(storey.rooms)[1] for storey in plan.storeys)
-    doors = sum(ndimage.label(storey.signs == "+")[1] for storey in plan.storeys)
-    if max(rooms, doors) > MOST_PARTS:
+    if max(rooms + sum(map(parts, STAIRWELLS)), parts("+") + parts("E")) > MOST_PARTS:
         what = f"a building has at most {MOST_PARTS} rooms and as many doors"
         yield page.drawings[0].heading.finding(what, "Draw fewer of them.")
 
@@ -77,13 +78,15 @@ def _exits(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
 
 
 def _stairwells(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
-    parts = [area for area in storey.areas if area.kind == "stairwell"]
-    for k, well in enumerate(parts):
-        cells = np.argwhere(storey.signs == well.name)
-        if well.name in [other.name for other in parts[:k]]:
+    seen: set[str] = set()
+    for well in (area for area in storey.areas if area.kind == "stairwell"):
+        if well.name in seen:
             hint = "Join the parts, or give this one another letter."
             yield drawing.finding(well.cells[0], f"{well} is in two parts", hint)
-        elif opening := _opening(storey, well.name, cells):
+            continue
+        seen.add(well.name)
+        around = ndimage.binary_dilation(storey.signs == well.name)
+        if opening := _opening(storey, well.name, around):
             sign, area = str(storey.signs[opening]), storey.area[opening]
             other = {" ": "the outside", "E": "an exit"}.get(sign)
             what = f"{well} is open to {other or storey.areas[area]}"
@@ -91,20 +94,20 @@ def _stairwells(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
             last = np.array(storey.signs.shape) - 2
             cell = np.clip(opening, 1, last)
             yield drawing.finding(cell, what, f"Type '#' here{entrance}.")
-        elif "+" not in storey.signs[tuple(neighbours(cells).T)]:
+        elif "+" not in storey.signs[around]:
             hint = "Type '+' in its wall, where a room is behind it."
             what = f"{well} has no entrance on {drawing.label}"
-            yield drawing.finding(cells[0], what, hint)
+            yield drawing.finding(well.cells[0], what, hint)
 
 
-def _opening(storey: Storey, letter: str, cells: np.ndarray) -> tuple[int, ...] | None:
+def _opening(storey: Storey, letter: str, around: np.ndarray) -> tuple[int, ...] | None:
     """The first cell where nothing parts a stairwell from what is around it.
 
     Two stairwells side by side are told once, at the first letter.
     """
     closed = letter + "#+" + STAIRWELLS[: STAIRWELLS.index(letter)]
-    around = sorted(map(tuple, neighbours(cells).tolist()))
-    return next((cell for cell in around if storey.signs[cell] not in closed), None)
+    found = np.argwhere(around & ~np.isin(storey.signs, list(closed)))
+    return tuple(found[0].tolist()) if len(found) else None
 
 
 def _names(storey: Storey, drawing: Drawing) -> Iterator[Finding]:

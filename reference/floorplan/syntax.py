@@ -219,15 +219,23 @@ def _ascii(char: str) -> str:
     return plain if " " <= plain <= "~" else ""
 
 
-_MIXED = re.compile(r"(?<![A-Za-z])(?!(?:([A-E])\1*|[a-z]+)(?![A-Za-z]))[A-Za-z]+")
+_MIXED = re.compile(
+    r"""(?<![A-Za-z]) (?: (?<!\.) E++ )?+  # exits in the outer wall on its left
+    (?! (?: [a-z]++ | ([A-E]) \1*+ (?: ([A-E]) (?:\1|\2)*+ )?+ )?+  # one or two letters
+        (?: E++ (?!\.) )?+ (?![A-Za-z])  # exits in the outer wall on its right
+    ) (?P<name> [A-Za-z]+ )""",
+    re.VERBOSE,
+)
 
 
 def _capitals(page: Page) -> Iterator[Finding]:
     for row in page.rows:
         for word in _MIXED.finditer(row.code):
-            name = _without_exits(word)
+            name = word["name"]
+            if not row.code.startswith(".", word.end()):
+                name = name.rstrip("E")
             capital, strange = re.search("[A-Z]", name), re.search("[F-Z]", name)
-            start = row.code.index(name, word.start()) + 1
+            start = word.start("name") + 1
             if capital and (not name.isupper() or len(set(name)) > 2):
                 what = "there is a capital in a room's name"
                 hint = (
@@ -238,13 +246,6 @@ def _capitals(page: Page) -> Iterator[Finding]:
                 what = f"no stairwell is called '{strange[0]}'"
                 hint = "Type 'A', 'B', 'C' or 'D' for a stairwell, 'E' for an exit."
                 yield row.finding(what, hint, start + strange.start())
-
-
-def _without_exits(word: re.Match[str]) -> str:
-    """A word without the exits in the outer wall on its left and right."""
-    start = word.start()
-    name = word[0] if word.string[start - 1 : start] == "." else word[0].lstrip("E")
-    return name if word.string.startswith(".", word.end()) else name.rstrip("E")
 
 
 # -- Stage 3: shape -----------------------------------------------------------------
