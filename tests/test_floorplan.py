@@ -306,7 +306,9 @@ def test_refuses_a_huge_text_at_once_and_in_few_words(text, walls):
 
 def test_says_how_much_it_reads():
     """A file ends where the largest building would, with as many notes as rows."""
-    assert "at most 12000 lines" in refusal(HUGE["rows without end"])[0].what
+    mistake = refusal(HUGE["rows without end"])[0]
+    assert "at most 12000 lines" in mistake.what
+    assert (mistake.line, mistake.written) == (12_001, "##")
     parse(HOUSE + 10_000 * "; a note\n")
     hint = refusal(HUGE["a size nobody can have"])[0].hint
     assert hint == "Draw at most 200 columns and 200 rows."
@@ -370,6 +372,8 @@ def test_refuses_a_folder_and_a_missing_file_in_words(tmp_path):
         read(tmp_path)
     with pytest.raises(FileNotFoundError, match=r"cannot read .*map.txt: No such f"):
         read(tmp_path / "map.txt")
+    with pytest.raises(OSError, match=r"cannot read x+: File name too long"):
+        find(300 * "x")
 
 
 SCRIBBLE = "#.+EABCD abcxyz;:\t|-19XZ\n\r\0é広"

@@ -50,7 +50,7 @@ def read(path: str | PathLike[str]) -> Plan:
         with Path(path).open("rb") as text:
             raw = text.read(page.MOST_SIGNS + 4)  # with a byte order mark
     except OSError as error:
-        raise type(error)(f"cannot read {path}: {error.strerror}") from None
+        raise _unreadable(path, error) from None
     return parse(_decoded(raw, str(path)), str(path))
 
 
@@ -67,11 +67,14 @@ def to_text(plan: Plan) -> str:
 def find(name: str | PathLike[str]) -> Path:
     """Find a floor file by its path, or by the bare name of one that ships.
 
-    Raises FileNotFoundError with the names that ship.
+    Raises FileNotFoundError with the names that ship, OSError for no possible path.
     """
     path, bare, shipped = Path(name), str(name).removesuffix(".txt"), _shipped()
-    if path.exists() and not (path.is_dir() and bare in shipped):
-        return path
+    try:
+        if path.exists() and not (path.is_dir() and bare in shipped):
+            return path
+    except OSError as error:
+        raise _unreadable(path, error) from None
     if bare in shipped:
         return shipped[bare]
     close = get_close_matches(bare.lower(), shipped, 1)
@@ -87,6 +90,10 @@ def _shipped() -> dict[str, Path]:
     package = Path(__file__).parent.parent
     files = [*package.glob("floors/*.txt"), *package.parent.glob("floors/*.txt")]
     return {file.stem: file for file in sorted(files)}
+
+
+def _unreadable(path: str | PathLike[str], error: OSError) -> OSError:
+    return type(error)(f"cannot read {path}: {error.strerror}")
 
 
 def _decoded(raw: bytes, path: str) -> str:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cached_property
-from itertools import chain
+from itertools import chain, starmap
 
 from reference.floorplan.mistakes import Finding
 
@@ -40,7 +40,8 @@ class Line:
         plain = self._plain
         if heading := _HEADING.match(plain):
             return heading[0][:-1].strip().lower() + ":"
-        return plain.strip().lower() if _lacks_colon(plain.strip()) else ""
+        plain = plain.strip()
+        return plain.lower() if _lacks_colon(plain) else ""
 
     @cached_property
     def value(self) -> str:
@@ -122,8 +123,8 @@ class Page:
 def sort(text: str) -> Page:
     """Sort the lines of a file, whatever is wrong with them, up to MOST_LINES."""
     line_end = r"\r\n?|\n"  # whichever way the editor ends lines
-    written = re.split(line_end, text[:MOST_SIGNS], maxsplit=MOST_LINES)
-    lines = tuple(Line(number, line) for number, line in enumerate(written, 1))
+    written = re.split(line_end, text[:MOST_SIGNS], maxsplit=MOST_LINES + 1)
+    lines = tuple(starmap(Line, enumerate(written[: MOST_LINES + 1], 1)))
     whole = len(text) <= MOST_SIGNS and len(lines) <= MOST_LINES
     page = Page(lines, {key: [] for key in SETTINGS}, [], [], whole)
     for line in lines:
