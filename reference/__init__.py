@@ -72,6 +72,7 @@ WORKSHOP = (
     "workshop.evaluation.gap",  # is a critic to be believed?
     "workshop.evaluation.crossplay",  # robots x fires x seeds
     "workshop.recording",  # trajectories that PedPy reads
+    "workshop.validation",  # standard cases of pedestrian dynamics
     "workshop.bench",  # how fast all of it runs
     "workshop.drawing",  # figures and animations
     "workshop.commands",  # what each is asked, does and says

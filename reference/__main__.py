@@ -33,6 +33,7 @@ from reference.workshop.commands import (
     options,
     speed,
     training,
+    validation,
 )
 from reference.workshop.files import told
 from reference.workshop.runs import ContradictionError
@@ -46,6 +47,7 @@ COMMANDS = {
     "gap": checks.GAP,
     "train": training.TRAIN,
     "curves": training.CURVES,
+    "validate": validation.VALIDATE,
     "bench": speed.BENCH,
 }
 
