@@ -1,0 +1,99 @@
+"""Tutorial 10: measure a crowd.
+
+You learn to record an evacuation, and to measure it with PedPy, the library with which
+real crowds are measured: where people walk, how many pass a door, how density slows
+them. PedPy is an extra: pip install -e '.[pedpy]'
+"""
+
+from pathlib import Path
+from shutil import rmtree
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pedpy
+import shapely
+
+from reference.building import load
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.workshop.recording import record
+
+# %% A recording
+# A hundred people are in the canteen of the paper's building; no smoke, all see the
+# exit. There is a file for each floor, in JuPedSim's format, which PedPy reads. The
+# command for it is `python -m reference evacuate --record FOLDER`.
+
+folder = Path("out/10_recording")
+rmtree(folder, ignore_errors=True)  # a recording takes the place of no other
+lunch = Scenario(people=100, rooms=("1/canteen",), sight_range=20)
+crowd = Simulation(load("paper"), lunch, seed=1)
+record(crowd, folder)
+print(*sorted(path.name for path in folder.iterdir()))
+#> floor-1.sqlite floor-2.sqlite floor-3.sqlite
+
+# %% Nobody walks through walls
+# The walkable area is one polygon with holes. Who takes the stairs leaves the file of
+# one floor and comes into that of another, by the same id.
+
+ground = folder / "floor-1.sqlite"
+paths = pedpy.load_trajectory_from_jupedsim_sqlite(trajectory_file=ground)
+area = pedpy.load_walkable_area_from_jupedsim_sqlite(trajectory_file=ground)
+print(f"{paths.frame_rate:.0f} frames a second, {area.area:.0f} m2")
+#> 5 frames a second, 1247 m2
+outside = ~shapely.covers(area.polygon, paths.data.point)
+print("positions outside the walls:", outside.sum())
+#> positions outside the walls: 0
+
+# %% How many pass a door
+# N(t) counts who has crossed a line, here the threshold of the exit, two metres wide.
+# Its slope is the flow, people per second. The line reaches a little into the walls: a
+# straight step of 0.2 s may cut a corner.
+
+line = pedpy.MeasurementLine([(19, -16.3), (19, -13.7)])
+passed, _ = pedpy.compute_n_t(traj_data=paths, measurement_line=line)
+exit_2 = crowd.building.landmark_of["1/exit-2"].index
+left = [event for event in crowd.events if getattr(event, "landmark", None) == exit_2]
+print("all who left were counted:", passed.cumulative_pedestrians.max() == len(left))
+#> all who left were counted: True
+
+# %% How density slows people down
+# The cell around a person is all floor that is nearer to that person than to others, at
+# most 1.5 m away (Voronoi). One person per area of the cell is the density that this
+# person feels. We ask once a second, before the exit.
+
+some = paths.data[paths.data.frame % 5 == 0]
+cells = pedpy.compute_individual_voronoi_polygons(
+    traj_data=pedpy.TrajectoryData(some, paths.frame_rate),
+    walkable_area=area,
+    cut_off=pedpy.Cutoff(radius=1.5),
+)
+speeds = pedpy.compute_individual_speed(traj_data=paths, frame_step=3)
+felt = some.merge(cells, on=["id", "frame"]).merge(speeds, on=["id", "frame"])
+felt = felt[felt.x.between(14, 19) & felt.y.between(-18, -12)]
+slower = felt.speed[felt.density > 2].mean() < felt.speed[felt.density < 1].mean()
+print("slower where it is dense:", slower)
+#> slower where it is dense: True
+
+# %% The picture
+
+figure, (floor, flow, pace) = plt.subplots(
+    1, 3, figsize=(14, 4.6), width_ratios=(1.15, 1, 1), layout="constrained"
+)
+pedpy.plot_trajectories(traj=paths, walkable_area=area, axes=floor, traj_width=0.5)
+floor.plot(*np.transpose(line.coords), color="#0a7d28", lw=4)
+floor.set(xlim=(4, 21), ylim=(-20, -7), xlabel="x, m", ylabel="y, m")
+floor.set_title("The canteen: where people walked, the line (green)", loc="left")
+flow.plot(passed.time, passed.cumulative_pedestrians, color="#1f5fa8")
+flow.set(xlabel="time, s", ylabel="people", xlim=0, ylim=0)
+flow.set_title("N(t) on the line", loc="left")
+pace.scatter(felt.density, felt.speed, s=8, alpha=0.4, color="#c43c00")
+pace.set(xlabel="density, people per m²", ylabel="speed, m/s", xlim=0, ylim=0)
+pace.set_title("Density and speed before the exit", loc="left")
+figure.savefig("out/10_measured.png", dpi=120)
+print("out/10_measured.png")
+#> out/10_measured.png
+
+# %% Exercise
+# In experiments about 1.3 people per second and metre of door get through. How many do
+# here? Does it depend on how many wait?
+# Hint: the slope of N(t) between its first and last tenth, for 50, 100 and 150 people.
