@@ -13,7 +13,7 @@ from reference.workshop.commands.common import Command
 from reference.workshop.validation.cases import CASES, NOT_MODELLED, measured
 
 HEAD = ("verdict", "case", "what", "accepted", "measured")
-COLUMNS = ("verdict", "source", "what", "acceptance")
+COLUMNS = ("verdict", "source", "what", "accepted")
 
 
 def validate(arguments: Namespace) -> None:

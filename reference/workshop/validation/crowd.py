@@ -116,6 +116,8 @@ def east_of(building: Building, col: int) -> Past:
 def flow(when: np.ndarray) -> float:
     """People per second from the first to the last, or to 300 s if some never pass."""
     passed = when[np.isfinite(when)]
+    if len(passed) < 2:
+        return 0.0
     last = passed.max() if len(passed) == len(when) else BARE.time_limit
     return float((len(passed) - 1) / (last - passed.min()))
 
