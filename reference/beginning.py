@@ -62,7 +62,7 @@ def with_people_at(
         time=0.0,
         occupancy=occupancy(bodies, building.floors),
         bodies=bodies,
-        minds=_minds(rng.random(len(bodies)), scenario.doors_remembered),
+        minds=_minds(len(bodies), scenario.doors_remembered),
         robots=_robots(building, scenario.robots_per_floor, len(bodies)),
         flames=Flames(*calm, sources=[]),
         burnt=np.zeros(len(building.landmarks), dtype=bool),
@@ -96,6 +96,7 @@ def _bodies(
         leader=np.full(n, NOBODY),
         stairwell=np.full(n, NOWHERE),
         stairs_until=np.full(n, inf),
+        rank=rng.random(n),
         anchor=position.copy(),
         anchor_time=np.zeros(n),
         reckless=np.full(n, -inf),
@@ -134,12 +135,9 @@ def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
     return np.flatnonzero(np.isin(building.area.ravel(), [known[r] for r in rooms]))
 
 
-def _minds(ranks: np.ndarray, doors: int) -> list[Mind]:
+def _minds(n: int, doors: int) -> list[Mind]:
     """Begin with followers without a leader: Alg. 1:3 makes them leaders at once."""
-    return [
-        Mind(person=i, rank=rank, doors=deque(maxlen=doors), mode=Mode.FOLLOWER)
-        for i, rank in enumerate(ranks.tolist())
-    ]
+    return [Mind(deque(maxlen=doors), Mode.FOLLOWER) for _ in range(n)]
 
 
 def _robots(building: Building, per_floor: int, people: int) -> list[Robot]:

@@ -6,91 +6,187 @@ a ray reaches people, robots and flames is asked anew, for all who are about to 
     i   who looks;  j  a body in sight;  k  number of a ray
 """
 
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from reference.paper import RAYS
 from reference.sight import Direction, Hit, Sight
-from reference.world import World
+from reference.world import NOBODY, NOWHERE, Aim, Goal, Said, World
 
 
 @dataclass(frozen=True)
 class Surroundings:
     """What everybody's view is taken from until the fire moves again.
 
-    burnt    landmarks destroyed [A6]
-    burning  places in flames;  hot  places in flames or beside them
+    burnt     landmarks destroyed [A6]
+    useless   these, and stairs that do not go down: a sign says so [B6, chosen]
+    burning   places in flames
     """
 
     sight: Sight
     burnt: frozenset[int]
+    useless: frozenset[int]
     burning: frozenset[int]
-    hot: frozenset[int]
 
     @classmethod
     def of(cls, world: World, sight: Sight) -> "Surroundings":
         """Read them from a world."""
-        flames = (world.burnt, world.flames.burning, world.flames.harm)
-        return cls(sight, *(frozenset(np.flatnonzero(f).tolist()) for f in flames))
+        burnt = frozenset(np.flatnonzero(world.burnt).tolist())
+        burning = frozenset(np.flatnonzero(world.flames.burning).tolist())
+        return cls(sight, burnt, burnt | sight.building.dead_ends, burning)
 
 
+class Leading(NamedTuple):
+    """A human in sight who walks after nobody, to a landmark in sight [B6, chosen].
+
+    Their walk shows the heading, their bearing the rank; followers are those in sight.
+    """
+
+    body: int
+    heading: int
+    rank: float
+    followers: int
+
+
+@dataclass(slots=True)
 class View:
     """What one human sees at one instant: "observe" in Algorithms 1 and 2.
 
-    place    where the human stands
-    robots   bodies of the active robots in sight
-    people   bodies of the people in sight
+    time (s), place, rank   when, where and who the human is that looks
+    halted_since            s, since when their body has not got ahead
+    landmarks               intact doors, ways down and exits that rays meet, by index,
+                            the nearest first
+    bodies                  people and robots in sight: their place and metres away
+    leading                 people in sight who lead to a landmark in sight
+    robots                  in sight, the nearest first, and what they say
     """
 
-    __slots__ = ("people", "place", "robots", "surroundings")
-
-    def __init__(self, place: int, surroundings: Surroundings):
-        self.place, self.surroundings = place, surroundings
-        self.robots: list[int] = []
-        self.people: list[int] = []
+    time: float
+    place: int
+    rank: float
+    halted_since: float
+    landmarks: dict[int, Hit]
+    bodies: dict[int, tuple[int, float]]
+    _around: Surroundings
+    leading: list[Leading] = field(default_factory=list)
+    robots: dict[int, Said] = field(default_factory=dict)
 
     @property
-    def landmarks(self) -> list[int]:
-        """Intact doors, entrances and exits that rays meet, the nearest first."""
-        burnt = self.surroundings.burnt
-        met = self.surroundings.sight.landmarks[self.place]
-        return [m for m in met if m not in burnt] if burnt else list(met)
+    def burnt(self) -> frozenset[int]:
+        """Destroyed doors that rays meet, or that one stands in [A6]."""
+        if not self._around.burnt:
+            return self._around.burnt
+        here = int(self._around.sight.building.landmark.flat[self.place])
+        met = self._around.sight.landmarks[self.place]
+        return self._around.burnt.intersection((here, *met))
+
+    @property
+    def flames(self) -> frozenset[int]:
+        """Places in flames in sight."""
+        return self._around.burning & self._around.sight.seen(self.place)
 
     @property
     def open(self) -> list[Direction]:
         """Directions whose rays return nothing, flames included [B2]."""
-        burning = self.surroundings.burning
-        ways = self.surroundings.sight.open[self.place]
-        return [way for way in ways if way.place not in burning]
+        ways = self._around.sight.open[self.place]
+        return [way for way in ways if way.place not in self._around.burning]
 
-    def safe(self, landmark: int) -> bool:
-        """Is there no flame in sight on or beside the straight way to a landmark?"""
-        return self._free_of(self.surroundings.hot, landmark)
+    @property
+    def patch(self) -> int:
+        """The patch of floor that one stands in."""
+        return self._around.sight.patches[self.place]
+
+    @property
+    def far_end(self) -> Goal:
+        """The floor in sight that is farthest away."""
+        sight = self._around.sight
+        place = sight.farthest[self.place]
+        return Goal(Aim.DIRECTION, sight.patches[place], place)
 
     def passable(self, landmark: int) -> bool:
-        """Is there no flame in sight on the straight way to a landmark?"""
-        return self._free_of(self.surroundings.burning, landmark)
+        """Is there no flame in sight on the straight way to a landmark in view?"""
+        fire, sight = self._around.burning, self._around.sight
+        return not fire or fire.isdisjoint(sight.line(self.place, landmark)[0])
 
-    def _free_of(self, danger: frozenset[int], landmark: int) -> bool:
-        if not danger:
-            return True
-        return danger.isdisjoint(self.surroundings.sight.line(self.place, landmark))
+    def safe(self, landmark: int) -> bool:
+        """Is there none beside it either?"""
+        fire, sight = self._around.burning, self._around.sight
+        return not fire or fire.isdisjoint(sight.line(self.place, landmark)[1])
+
+    def towards(self, goal: Goal) -> tuple[float, float] | None:
+        """Unit vector to a goal in sight or remembered, None when one is there."""
+        building, nav = self._around.sight.building, self._around.sight.navigation
+        here = there = nav.centres[self.place].tolist()
+        if goal.aim is Aim.LANDMARK:
+            there = building.landmarks[goal.which].position
+        elif goal.place != NOWHERE:
+            there = nav.centres[goal.place].tolist()
+        x, y = there[0] - here[0], there[1] - here[1]
+        far = (x * x + y * y) ** 0.5
+        return (x / far, y / far) if far else None
 
 
 def look(world: World, surroundings: Surroundings, who: np.ndarray) -> list[View]:
     """What each of these people sees; who: (k,) people walking on a floor."""
-    n, sight = len(world.bodies), surroundings.sight
+    bodies, sight, useless = world.bodies, surroundings.sight, surroundings.useless
+    rows, j, places, metres = _pairs(world, sight, who)
+    seen, where = j.tolist(), list(_rows(places, metres))
+    ends = np.searchsorted(rows, np.arange(len(who)), "right").tolist()
+    views, start = [], 0
+    own = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
+    for end, (place, rank, since) in zip(ends, _rows(*own), strict=True):
+        met = sight.landmarks[place]
+        ways = {m: hit for m, hit in met.items() if m not in useless}
+        near = dict(zip(seen[start:end], where[start:end], strict=True))
+        views.append(View(world.time, place, rank, since, ways, near, surroundings))
+        start = end
+    _show_people(world, sight, who, views, rows, j)
+    robots = np.flatnonzero(j >= len(bodies))
+    robots = robots[metres[robots].argsort(kind="stable")]
+    for row, body in _rows(rows[robots], j[robots]):
+        views[row].robots[body] = world.robots[body - len(bodies)].says
+    return views
+
+
+def _show_people(
+    world: World,
+    sight: Sight,
+    who: np.ndarray,
+    views: list[View],
+    rows: np.ndarray,
+    j: np.ndarray,
+) -> None:
+    """Enter who leads in the views; rows, j: as `_pairs`."""
+    bodies, n = world.bodies, len(world.bodies)
+    rows, j = rows[j < n], j[j < n]
+    followers = np.zeros((len(who), n + len(world.robots) + 1), dtype=np.int64)
+    np.add.at(followers, (rows, bodies.leader[j]), 1)  # the last column: of nobody
+    meets = sight.meets[bodies.place[who[rows]], bodies.landmark[j]]
+    lead = meets & (bodies.leader[j] == NOBODY)
+    rows, j = rows[lead], j[lead]
+    facts = j, bodies.landmark[j], bodies.rank[j], followers[rows, j]
+    for row, shown in zip(rows.tolist(), _rows(*facts), strict=True):
+        views[row].leading.append(Leading(*shown))
+
+
+def _rows(*columns: np.ndarray) -> Iterator[tuple[Any, ...]]:
+    """Zip columns of one length, as Python's own numbers."""
+    return zip(*(column.tolist() for column in columns), strict=True)
+
+
+def _pairs(world: World, sight: Sight, who: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Who sees whom, (pairs,) each: row of `who`, body seen, its place, metres away."""
     x, y, place, present = _everybody(world)
     near_x = np.abs(x - x[who, None]) < sight.reach
     near_y = np.abs(y - y[who, None]) < sight.reach
     rows, j = np.nonzero(present & near_x & near_y)
     i = who[rows]
     seen = sight.sees.reaches(place[i], place[j]) & (i != j)
-    views = [View(p, surroundings) for p in place[who].tolist()]
-    for row, body in zip(rows[seen].tolist(), j[seen].tolist(), strict=True):
-        (views[row].people if body < n else views[row].robots).append(body)
-    return views
+    rows, i, j = rows[seen], i[seen], j[seen]
+    return rows, j, place[j], np.hypot(x[j] - x[i], y[j] - y[i])
 
 
 def _everybody(world: World) -> tuple[np.ndarray, ...]:
@@ -114,12 +210,11 @@ def rays(world: World, sight: Sight, person: int) -> list[Hit | None]:
     For pictures and tests: the simulation uses `look`. People, robots and flames are
     met by the ray at their middle; flames in sight hide the door that they burn.
     """
-    surroundings = Surroundings.of(world, sight)
-    view = look(world, surroundings, np.array([person]))[0]
+    view = look(world, Surroundings.of(world, sight), np.array([person]))[0]
     bodies, robots, centres = world.bodies, world.robots, sight.navigation.centres
-    seen = sight.sees.reached_from(view.place).tolist()
-    things = [("fire", p, centres[p]) for p in seen if p in surroundings.burning]
-    things += [("human", j, bodies.position[j]) for j in view.people]
+    things = [("fire", p, centres[p]) for p in sorted(view.flames)]
+    people = (j for j in view.bodies if j not in view.robots)
+    things += [("human", j, bodies.position[j]) for j in people]
     things += [("robot", j, robots[j - len(bodies)].position) for j in view.robots]
     hits = [sight.cast(view.place, k) for k in range(RAYS)]
     for kind, index, where in things:

@@ -13,7 +13,7 @@ import numpy as np
 from reference.building import Building
 from reference.navigation import Navigation, navigation_of
 from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED
-from reference.world import Instruction, Robot, World
+from reference.world import Instruction, Robot, Said, World
 
 Destination = tuple[float, float]
 """X_r, Y_r in metres [C5]."""
@@ -32,18 +32,17 @@ class RobotAlgorithm:
         self, robot: Robot, world: World, decision: Destination | None, seconds: float
     ) -> None:
         """One pass of the loop, `seconds` long."""
+        # "in this level": here or above, who come through it [C8]
         robot.active = world.people_at_or_above(robot.floor) > 0  # 1
         if not robot.active:
             return
-        building, nav = world.building, navigation_of(world.building)
-        speed = evacuate_humans(robot, world)  # 2
+        speed = speed_while_leading(robot, world)  # 2
         if decision is not None:  # 3
-            target = actual_target(building, robot.floor, *decision)
+            target = actual_target(world.building, robot.floor, *decision)
             robot.destination = np.array(target)  # 4
-            robot.instruction = instruction_for(building, robot.floor, target)  # 5
-            goal = nav.nearest_free(robot.floor, *target)
-            robot.way = nav.way(robot.place, goal, flame_cost(world, robot.floor))[1]
-        self._move(robot, nav, speed * seconds)  # 7
+            robot.says = said_on_the_way(world.building, robot.floor, target)  # 5
+            robot.way = planned_way(robot, world, target)
+        self._move(robot, navigation_of(world.building), speed * seconds)  # 7
 
     @staticmethod
     def _move(robot: Robot, nav: Navigation, metres: float) -> None:
@@ -64,10 +63,10 @@ class RobotAlgorithm:
             robot.way.insert(0, robot.place)
 
 
-def evacuate_humans(robot: Robot, world: World) -> float:
-    """Speed at which to lead those who follow: wait for those behind (m/s) [C7].
+def speed_while_leading(robot: Robot, world: World) -> float:
+    """Evacuate humans: the speed (m/s) that lets those who follow keep up [C7, chosen].
 
-    The instruction itself is taken up by whoever sees the robot [B5].
+    0 while it waits for them. Instructions are taken up by whoever sees the robot [B5].
     """
     followers = followers_of(world, robot) if robot.way else ()
     if not len(followers):
@@ -109,6 +108,26 @@ def instruction_for(
     if any(e.floor == floor and dist(e.position, target) <= AT_EXIT for e in exits):
         return Instruction.THIS_EXIT
     return Instruction.FOLLOW_ME
+
+
+def said_on_the_way(
+    building: Building, floor: int, target: tuple[float, float]
+) -> Said:
+    """The instruction for a target, and what "this" means: the nearest [C7, chosen]."""
+    instruction = instruction_for(building, floor, target)
+    if instruction is Instruction.FOLLOW_ME:
+        return Said(instruction)
+    exits = instruction is Instruction.THIS_EXIT
+    of_kind = building.exits if exits else building.entrances
+    ways = (m for m in building.landmarks if m.floor == floor and m.index in of_kind)
+    return Said(instruction, min(ways, key=lambda m: dist(m.position, target)).index)
+
+
+def planned_way(robot: Robot, world: World, target: Destination) -> list[int]:
+    """Places on the cheapest way to a robot's target, given the flames [C5]."""
+    nav = navigation_of(world.building)
+    goal = nav.nearest_free(robot.floor, *target)
+    return nav.way(robot.place, goal, flame_cost(world, robot.floor))[1]
 
 
 def flame_cost(world: World, floor: int) -> np.ndarray | None:

@@ -11,6 +11,7 @@ its threshold.
 
 from dataclasses import dataclass
 from functools import lru_cache
+from math import dist
 from typing import NamedTuple
 
 import numpy as np
@@ -48,7 +49,9 @@ class Sight:
 
     sees       StraightLines: does p see q? (centre to centre)
     hits       (RAYS, places) the place a ray stops at, -1 where it returns nothing
-    landmarks  per place, landmark indices that its rays meet, nearest first
+    landmarks  per place, the nearest hit of each landmark that rays meet, by landmark,
+               the nearest first
+    meets      (places, landmarks + 1) bool: is it in view? The last column: never
     open       per place, the directions whose rays return nothing, one per patch
     farthest   per place, the place before the wall that is farthest away
     patches    per place, the patch of floor it lies in
@@ -68,9 +71,13 @@ class Sight:
         k = (off**2).sum(axis=2).argmax(axis=0)
         self.farthest: list[int] = ends[k, np.arange(len(k))].tolist()
         self.landmarks = self._landmarks_met()
+        self.meets = np.zeros((len(self.landmarks), len(building.landmarks) + 1), bool)
+        for p, met in enumerate(self.landmarks):
+            self.meets[p, list(met)] = True
         self.open = self._open_directions(ends)
         self.patches: list[int] = self._patch_of(np.arange(building.kind.size)).tolist()
-        self._lines: dict[tuple[int, int], frozenset[int]] = {}
+        self._seen: dict[int, frozenset[int]] = {}
+        self._lines: dict[tuple[int, int], tuple[frozenset[int], frozenset[int]]] = {}
 
     def _cast(self, k: int, clear: np.ndarray) -> np.ndarray:
         """Cast one ray from every place; (places,) the last free place it passes."""
@@ -86,17 +93,20 @@ class Sight:
             ends[flying.ravel()] = there[flying.ravel()]
         return ends
 
-    def _landmarks_met(self) -> list[tuple[int, ...]]:
-        """Per place, the landmarks that rays meet, sorted by the way there."""
-        marks = self.building.landmark.ravel()
-        met = np.zeros((marks.size, len(self.building.landmarks) + 1), dtype=bool)
-        k, p = np.nonzero(self.hits >= 0)
-        met[p, marks[self.hits[k, p]]] = True  # column -1 collects the walls
-        d = self.navigation.distance
-        return [
-            tuple(sorted(np.flatnonzero(row).tolist(), key=d[:, p].__getitem__))
-            for p, row in enumerate(met[:, :-1])
-        ]
+    def _landmarks_met(self) -> list[dict[int, Hit]]:
+        """Per place, the nearest hit of each landmark that rays meet, nearest first."""
+        marks, centres = self.building.landmark.ravel(), self.navigation.centres
+        k, p = np.nonzero((self.hits >= 0) & (marks[self.hits] >= 0))
+        q = self.hits[k, p]
+        metres = np.hypot(*(centres[q] - centres[p]).T)
+        first = np.lexsort((metres, p))
+        found: list[dict[int, Hit]] = [{} for _ in marks]
+        met = (a[first].tolist() for a in (p, marks[q], metres))
+        for here, mark, far in zip(*met, strict=True):
+            if mark not in found[here]:
+                kind = self.building.landmarks[mark].kind.name.lower()
+                found[here][mark] = Hit(kind, far, mark)
+        return found
 
     def _open_directions(self, ends: np.ndarray) -> list[tuple[Direction, ...]]:
         """Per place, where rays that meet nothing end; the first ray into each patch.
@@ -123,11 +133,26 @@ class Sight:
         _, down, across = np.array(self.building.kind.shape) // PATCH + 1
         return (floor * down + row // PATCH) * across + col // PATCH
 
-    def line(self, p: int, landmark: int) -> frozenset[int]:
-        """The places one walks over on the way from p to a landmark in view."""
+    def seen(self, p: int) -> frozenset[int]:
+        """Places in line of sight of place p, and where its rays end."""
+        if p not in self._seen:
+            inside, hits = self.sees.reached_from(p), self.hits[:, p]
+            ends = (way.place for way in self.open[p])
+            self._seen[p] = frozenset((*inside.tolist(), *hits.tolist(), *ends))
+        return self._seen[p]
+
+    def line(self, p: int, landmark: int) -> tuple[frozenset[int], frozenset[int]]:
+        """Places seen from p on the line to a landmark in view; these and beside it."""
         key = (p, landmark)
         if key not in self._lines:
-            self._lines[key] = frozenset((p, *self.navigation.walk(p, landmark)))
+            marks, centres = self.building.landmark.ravel(), self.navigation.centres
+            met = self.hits[self.hits[:, p] >= 0, p]
+            ends = met[marks[met] == landmark].tolist()
+            end = min(ends, key=lambda q: dist(centres[q], centres[p]))
+            on = {p, *self.navigation.straight(p, end)}
+            steps = (0, 1, -1, self.navigation.cols, -self.navigation.cols)
+            beside = {q + step for q in on for step in steps}
+            self._lines[key] = (self.seen(p) & on, self.seen(p) & beside)
         return self._lines[key]
 
     def cast(self, p: int, k: int) -> Hit | None:

@@ -127,7 +127,7 @@ class Simulation:
         who = np.flatnonzero(self._due & self.world.bodies.walking)
         views = look(self.world, self._surroundings, who) if len(who) else []
         # DECIDE
-        self._people_decide(who.tolist(), views)
+        self._people_decide(who, views)
         destinations = self._strategies_decide()
         # MOVE
         for robot, destination in zip(self.world.robots, destinations, strict=True):
@@ -196,19 +196,19 @@ class Simulation:
         left = len(self.world.flames.sources) < self.scenario.sources
         return left and not between and fire_acts(number)
 
-    def _people_decide(self, who: list[int], views: list[View]) -> None:
-        """Let these people think; their bodies learn where to walk."""
-        bodies = self.world.bodies
-        for i, view in zip(who, views, strict=True):
-            me = self.world.minds[i]
-            think(me, view, self.world)
-            bodies.mode[i], bodies.leader[i] = me.mode, me.leader
-            to_landmark = me.goal.aim is Aim.LANDMARK
-            bodies.landmark[i] = me.goal.which if to_landmark else NOWHERE
-            if not to_landmark:
-                stay = me.goal.place == NOWHERE
-                there = self.navigation.centres[me.goal.place]
-                bodies.target[i] = bodies.position[i] if stay else there
+    def _people_decide(self, who: np.ndarray, views: list[View]) -> None:
+        """Let these people think; then their bodies learn where to walk."""
+        minds, bodies = [self.world.minds[i] for i in who.tolist()], self.world.bodies
+        for me, view in zip(minds, views, strict=True):
+            think(me, view)
+        bodies.mode[who] = [me.mode for me in minds]
+        bodies.leader[who] = [me.leader for me in minds]
+        goals = np.array([me.goal for me in minds], dtype=np.int64)
+        aim, which, place = goals.reshape(-1, 3).T
+        bodies.landmark[who] = np.where(aim == Aim.LANDMARK, which, NOWHERE)
+        stays = (place == NOWHERE)[:, None]
+        there = self.navigation.centres[place]
+        bodies.target[who] = np.where(stays, bodies.position[who], there)
 
     def _strategies_decide(self) -> list[Destination | None]:
         """Ask the robots' strategy at each decision, the fire's at every k-th.

@@ -90,6 +90,7 @@ class Bodies:
     leader: np.ndarray  # body followed, -1 for nobody
     stairwell: np.ndarray  # the one walked down, -1 when not on stairs
     stairs_until: np.ndarray  # s, when the next storey is reached; inf off the stairs
+    rank: np.ndarray  # who leads whom when people meet: the higher rank [B6, chosen]
     anchor: np.ndarray  # metres: last place that the body got ahead to [B5]
     anchor_time: np.ndarray  # s: when it was there
     reckless: np.ndarray  # s: until then the body ignores flames [B5]
@@ -110,17 +111,26 @@ class Bodies:
         return self.inside & (self.stairwell < 0)
 
 
+class Said(NamedTuple):
+    """What a robot says: an instruction, and the landmark that "this" means [C7]."""
+
+    instruction: Instruction
+    landmark: int = NOWHERE
+
+
+FOLLOW_ME = Said(Instruction.FOLLOW_ME)
+
+
 @dataclass(slots=True)
 class Mind:
     """What one human remembers; nobody knows the map [B3]."""
 
-    person: int  # index of the body
-    rank: float  # who leads whom when people meet: the higher rank
     doors: deque[int]  # landmarks passed lately [B6]
     mode: Mode = Mode.LEADER
     leader: int = NOBODY  # body followed
     seen_at: float = 0.0  # s: when the leader was seen last
     seen_place: int = NOWHERE  # and where
+    told: Said | None = None  # what it said then; None: a human
     pause_until: float = 0.0  # s: no new human leader before then
     waits_until: float = 0.0  # s: a stuck follower without leader waits till then
     goal: Goal = STAY  # where it has set off to
@@ -141,7 +151,7 @@ class Robot:
     position: np.ndarray  # (2,) metres
     place: int  # the cell it stands in
     destination: np.ndarray | None = None  # (2,) metres after Eq. 1; None: not decided
-    instruction: Instruction = Instruction.FOLLOW_ME  # what it tells people in sight
+    says: Said = FOLLOW_ME  # to those who see it
     way: list[int] = field(default_factory=list)  # places on the way there
     active: bool = True  # False once its level and all above are empty [C8]
 

@@ -21,7 +21,6 @@ from reference.beginning import beginning
 from reference.building import Building, load
 from reference.flames import Spread
 from reference.floorplan import Plan, Storey, parse
-from reference.humans import think
 from reference.navigation import navigation_of
 from reference.paper import WALKING_SPEED, Scenario
 from reference.perception import Surroundings, look
@@ -136,7 +135,7 @@ def view(sim, letter):
 def decide(sim, letter):
     """Let the human with a letter think once, and nothing else; its goal."""
     me = mind(sim, letter)
-    think(me, view(sim, letter), sim.world)
+    sim._people_decide(np.array([body(letter)]), [view(sim, letter)])
     return me.goal
 
 
@@ -151,12 +150,10 @@ def follow(sim, letter, leader):
     """Let one human follow a body, as if it had seen it a moment ago where it is."""
     me, bodies, n = mind(sim, letter), sim.world.bodies, len(sim.world.minds)
     me.mode, me.leader = Mode.FOLLOWER, leader
-    bodies.mode[me.person], bodies.leader[me.person] = me.mode, leader
-    robot = leader >= n
-    me.seen_at = sim.world.time
-    me.seen_place = (
-        sim.world.robots[leader - n].place if robot else bodies.place[leader]
-    )
+    bodies.mode[body(letter)], bodies.leader[body(letter)] = me.mode, leader
+    robot = sim.world.robots[leader - n] if leader >= n else None
+    me.seen_at, me.told = sim.world.time, robot and robot.says
+    me.seen_place = robot.place if robot else int(bodies.place[leader])
 
 
 def mark(sim, kind, nth=1):
@@ -235,7 +232,7 @@ def as_drawn(floors, building, scenario, rng):
         bodies.place[i], bodies.floor[i], bodies.pace[i] = p, cell[0], WALKING_SPEED
         for array in (bodies.position, bodies.target, bodies.anchor):
             array[i] = nav.centres[p]
-        world.minds[i].rank = i / len(bodies)
+        bodies.rank[i] = i / len(bodies)
     for robot, cell in zip(world.robots, found(floors, "R"), strict=True):
         robot.place = int(np.ravel_multi_index(cell, building.kind.shape))
         robot.position = nav.centres[robot.place]

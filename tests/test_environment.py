@@ -191,7 +191,7 @@ def test_an_action_near_a_stairwell_means_the_stairwell():
     environment.step(idle(environment) | {"robot_2": spot})
     robot = environment.simulation.world.robots[2]
     assert robot.destination.tolist() == list(well.centre)
-    assert robot.instruction is Instruction.THIS_STAIRWELL
+    assert robot.says.instruction is Instruction.THIS_STAIRWELL
 
 
 def test_a_robot_whose_action_is_nan_keeps_its_destination():

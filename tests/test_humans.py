@@ -1,6 +1,7 @@
 """People: Algorithms 1 and 2 branch by branch, and the words they leave open."""
 
 from collections import deque
+from copy import copy
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from movies import (
     mind,
     play,
     play_until,
+    shipped,
     stage,
     view,
 )
@@ -35,8 +37,23 @@ from reference.paper import (
     STUCK_SECONDS,
     STUCK_WAIT_SECONDS,
     WALKING_SPEED,
+    Scenario,
 )
-from reference.world import NOBODY, NOWHERE, Aim, Fate, Goal, Instruction, Mind, Mode
+from reference.perception import Surroundings, look
+from reference.simulation import Simulation
+from reference.workshop.strategies import FIRES
+from reference.workshop.strategies.robots import Sweep
+from reference.world import (
+    NOBODY,
+    NOWHERE,
+    Aim,
+    Fate,
+    Goal,
+    Instruction,
+    Mind,
+    Mode,
+    Said,
+)
 
 SOON = 0.8  # seconds: everybody thinks again within this time
 
@@ -124,11 +141,12 @@ INSTRUCTED = """
 
 
 def say(sim, robot, instruction, which=0):
-    """Send a robot to a way out of its floor, with an instruction that fits."""
+    """Let a robot say an instruction about the way out of its floor that fits."""
     kind = Kind.EXIT if instruction is Instruction.THIS_EXIT else Kind.ENTRANCE
     marks = [m for m in sim.building.landmarks if m.floor == robot.floor]
-    there = [m.position for m in marks if m.kind is kind]
-    robot.instruction, robot.destination = instruction, np.array(there[which])
+    ways = [m.index for m in marks if m.kind is kind]
+    told = instruction is not Instruction.FOLLOW_ME
+    robot.says = Said(instruction, ways[which] if told else NOWHERE)
 
 
 @pytest.mark.paper("B5", "Alg. 1:7-8")
@@ -579,11 +597,11 @@ PAIR = """
 @pytest.mark.parametrize(
     ("change", "suits"),
     [
-        (lambda p, q: None, True),
-        (lambda p, q: setattr(q, "rank", p.rank - 1), False),
-        (lambda p, q: setattr(q, "mode", Mode.FOLLOWER), False),
-        (lambda p, q: setattr(q, "goal", Goal(Aim.DIRECTION, 0, 0)), False),
-        (lambda p, q: p.doors.clear(), False),
+        (lambda sim: None, True),
+        (lambda sim: sim.world.bodies.rank.put(1, -1), False),
+        (lambda sim: sim.world.bodies.leader.put(1, 0), False),
+        (lambda sim: sim.world.bodies.landmark.put(1, NOWHERE), False),
+        (lambda sim: mind(sim, "p").doors.clear(), False),
     ],
     ids=["suitable", "outranked", "follows", "explores", "to the farther door"],
 )
@@ -593,7 +611,7 @@ def test_a_human_suits_who_leads_outranks_me_and_heads_where_i_want(change, suit
     lead(sim, "p", "q")
     decide(sim, "q")
     passed(sim, "p", mark(sim, Kind.DOOR))
-    change(mind(sim, "p"), mind(sim, "q"))
+    change(sim)
     decide(sim, "p")
     assert mind(sim, "p").leader == (body("q") if suits else NOBODY)
 
@@ -798,7 +816,7 @@ def test_a_direction_that_begins_to_burn_is_given_up():
 @pytest.mark.paper("B6", "chosen")
 def test_a_door_passed_twice_is_remembered_once():
     """As the one passed last."""
-    me = Mind(person=0, rank=0.0, doors=deque([4, 5], maxlen=3), trail=[4, 5])
+    me = Mind(deque([4, 5], maxlen=3), trail=[4, 5])
     pass_landmark(me, 4, beyond=9)
     assert (list(me.doors), me.trail) == ([5, 4], [4, 5, 4])
 
@@ -806,7 +824,7 @@ def test_a_door_passed_twice_is_remembered_once():
 @pytest.mark.paper("B6", "chosen")
 def test_a_follower_passes_a_door_after_its_leader():
     """It remembers the door, but is not made to walk on into the room."""
-    me = Mind(0, 0.0, deque(maxlen=2), mode=Mode.FOLLOWER, goal=Goal(Aim.LEADER, 1))
+    me = Mind(deque(maxlen=2), mode=Mode.FOLLOWER, goal=Goal(Aim.LEADER, 1))
     pass_landmark(me, 4, beyond=9)
     assert (list(me.doors), me.trail, me.goal) == ([4], [4], Goal(Aim.LEADER, 1))
 
@@ -942,3 +960,58 @@ def test_nobody_knows_the_map():
         play(sim, 4)
         paths.append(sim.world.bodies.position[0])
     assert np.array_equal(*paths)
+
+
+@pytest.mark.paper("B3")
+@pytest.mark.parametrize("fire", ["random", "greedy"])
+def test_what_is_out_of_sight_changes_no_decision(fire):
+    """People, robots, flames and doors elsewhere are altered; all decide as before."""
+    scene = Scenario(people=60)
+    sim = Simulation(shipped("museum"), scene, Sweep(), FIRES[fire](), seed=1)
+    rng = np.random.default_rng(0)
+    while sim.world.time < 60:
+        for _ in range(20):
+            sim.step()
+        for i in np.flatnonzero(sim.world.bodies.walking)[::2].tolist():
+            same, other = twin(sim), twin(sim)
+            alter_elsewhere(other, i, rng)
+            assert look_and_think(same, i) == look_and_think(other, i)
+
+
+def twin(sim):
+    """A simulation with a world of its own."""
+    other = copy(sim)
+    other.world = sim.world.copy()
+    return other
+
+
+def look_and_think(sim, i):
+    """Let human i decide once, and nothing else; all that they remember then."""
+    views = look(sim.world, Surroundings.of(sim.world, sim.sight), np.array([i]))
+    sim._people_decide(np.array([i]), views)
+    return sim.world.minds[i]
+
+
+def alter_elsewhere(sim, i, rng):
+    """Change whatever can change where no ray of human i arrives."""
+    world, bodies, p = sim.world, sim.world.bodies, sim.world.bodies.place[i]
+    ends = [way.place for way in sim.sight.open[p]]
+    seen = (sim.sight.sees.reached_from(p), sim.sight.hits[:, p], ends, [p])
+    hidden = np.ones(sim.navigation.places, dtype=bool)
+    hidden[np.concatenate(seen).astype(int)] = False
+    for door in range(len(world.burnt)):
+        cells = sim.building.landmark.ravel() == door
+        world.burnt[door] ^= bool(hidden[cells].all())
+    flip = hidden & (rng.random(len(hidden)) < 0.5)
+    for array in (world.flames.burning, world.flames.harm):
+        array.ravel()[flip] = array.ravel()[flip] == 0
+    away = np.flatnonzero(hidden[bodies.place] | ~bodies.walking)
+    for j in away.tolist():
+        other = world.minds[j]
+        other.mode, other.goal = Mode.FOLLOWER, Goal(Aim.LANDMARK, 0)
+        bodies.mode[j], bodies.leader[j], bodies.landmark[j] = 0, rng.integers(60), 0
+    bodies.position[away] += 0.1
+    bodies.fate[away[::2]] = Fate.DEAD
+    for robot in world.robots:
+        if hidden[robot.place]:
+            say(sim, robot, Instruction.THIS_EXIT)

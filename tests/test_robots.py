@@ -137,7 +137,7 @@ def test_a_decision_updates_destination_and_instruction():
     for _ in range(2):
         play(sim, DECISION_SECONDS)
         robot = sim.world.robots[1]
-        told.append((tuple(robot.destination), robot.instruction))
+        told.append((tuple(robot.destination), robot.says.instruction))
     centre = sim.building.stairwells[0].centre
     assert told[0] == (centre, Instruction.THIS_STAIRWELL)
     assert told[1] == ((2.5, 0.5), Instruction.FOLLOW_ME)

@@ -58,7 +58,7 @@ while simulation.world.time < 30:
     history.append(drawing.tally(simulation.world))
 for robot in simulation.world.robots:
     led = len(followers_of(simulation.world, robot))
-    print(f"floor {robot.floor + 1}: leads {led}, says {robot.instruction.name}")
+    print(f"floor {robot.floor + 1}: leads {led}, says {robot.says.instruction.name}")
 #> floor 1: leads 4, says THIS_EXIT
 #> floor 1: leads 3, says FOLLOW_ME
 #> floor 2: leads 2, says FOLLOW_ME
