@@ -192,6 +192,26 @@ def test_a_path_too_long_is_told_in_a_short_sentence(command, capsys):
     assert len(message) < 500
 
 
+@pytest.mark.parametrize("path", ["pipe", "/dev/zero"])
+@pytest.mark.parametrize(
+    "command",
+    [
+        "check PATH",
+        "evacuate --building tiny --robots PATH",
+        "evaluate --building tiny --episodes 1 --workers 0 --ruler PATH",
+        "train --robots PATH",
+        "train --settings PATH",
+        "curves PATH",
+    ],
+)
+def test_a_pipe_and_a_device_are_no_files(command, path, capsys):
+    """Nobody waits for their end: it may never come."""
+    os.mkfifo("pipe")
+    status, message = refusal(capsys, *command.replace("PATH", path).split())
+    assert status == 1
+    assert path in message
+
+
 @pytest.mark.parametrize(
     ("options", "status", "hint"),
     [

@@ -97,8 +97,15 @@ def told(error: Exception) -> str:
     return f"{where}cannot be read or written ({error.strerror})."
 
 
+def refuse_no_file(path: Path) -> None:
+    """Raises InputError for a device or a pipe, which may never end, and a folder."""
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path}: is a folder, a device or a pipe. Name a file.")
+
+
 def read_text(path: Path, most: int = 1 << 22, errors: str = "strict") -> str:
     """Read a text of at most so many bytes. Raises ValueError, OSError."""
+    refuse_no_file(path)
     with path.open("rb") as file:
         content = file.read(most + 1)
     if len(content) > most:

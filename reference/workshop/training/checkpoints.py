@@ -23,7 +23,7 @@ from reference.learning.rollouts import Learned
 from reference.learning.settings import SIDES, SettingsError, Side, TrainerSettings
 from reference.paper import InputError
 from reference.simulation import Simulation
-from reference.workshop.files import write_whole
+from reference.workshop.files import refuse_no_file, write_whole
 from reference.workshop.landmarks import landmarks_for
 from reference.workshop.plain import checked, mapping, record_from
 from reference.workshop.training.presets import Settings
@@ -137,6 +137,7 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
         if (found := newest(path)) is None:
             raise CheckpointError(f"{path}: there is no checkpoint in this folder.")
         path = found
+    refuse_no_file(path)
     with path.open("rb") as file:
         if file.read(len(MAGIC)) != MAGIC:
             raise CheckpointError(

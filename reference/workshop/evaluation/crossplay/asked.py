@@ -22,7 +22,7 @@ from reference.paper import ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
 from reference.workshop.evaluation.contestants import WORST, contestant
 from reference.workshop.evaluation.crossplay.records import Key, Match
-from reference.workshop.files import about, read_json, write_whole
+from reference.workshop.files import about, read_json, refuse_no_file, write_whole
 from reference.workshop.plain import record_from
 from reference.workshop.runs import (
     ContradictionError,
@@ -305,6 +305,7 @@ def _file(word: str) -> File | None:
         if (found := newest(path)) is None:
             raise RunError(f"{path}: there is no checkpoint in this folder.")
         path = found
+    refuse_no_file(path)
     pinned = word.removesuffix(named) + str(path)
     return File(pinned, str(path), _digest(path))
 
