@@ -196,7 +196,6 @@ def test_a_path_too_long_is_told_in_a_short_sentence(command, capsys):
 @pytest.mark.parametrize(
     "command",
     [
-        "check PATH",
         "evacuate --building tiny --robots PATH",
         "evaluate --building tiny --episodes 1 --workers 0 --ruler PATH",
         "train --robots PATH",
