@@ -83,11 +83,12 @@ def _bodies(
     """Bodies in these places, with a pace drawn for each."""
     n = len(place)
     pace = rng.normal(WALKING_SPEED, WALKING_SPREAD, n)
+    slowest, fastest = WALKING_SPEED + np.array([-2, 2]) * WALKING_SPREAD
     return Bodies(
         position=position,
         floor=place // building.kind[0].size,
         place=place,
-        pace=np.clip(pace, 0.7 * WALKING_SPEED, 1.3 * WALKING_SPEED),
+        pace=np.clip(pace, slowest, fastest),
         health=np.full(n, HEALTH),
         fate=np.full(n, Fate.INSIDE, dtype=np.int8),
         mode=np.full(n, Mode.FOLLOWER, dtype=np.int8),

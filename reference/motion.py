@@ -2,11 +2,12 @@
 
 Clauses: A7, F8.  Speed falls with the gap ahead, as in the collision-free speed model
 of Tordeux, Chraibi and Seyfried (2016); people keep to the right of who comes towards
-them.
+them and turn their shoulders; whoever is held up tries another small step.
 
     n      bodies;  k  pairs of near ones, each counted both ways (i looks at j)
     e_i    unit vector i means to walk along;  v_i  its speed, m/s
     s      metres from the edge of i to the edge of j
+    room   (k,) metres that the middles of i and j keep apart
 """
 
 from collections.abc import Callable
@@ -17,10 +18,11 @@ from scipy.spatial import cKDTree
 from reference.paper import BODY_RADIUS
 
 DIAMETER = 2 * BODY_RADIUS
+SHOULDERS = 0.25  # [A7, chosen] metres: people who meet turn sideways, as deep as that
 NEAR = 1.6  # [A7, chosen] metres: farther neighbours need not be heeded
-GAP_SECONDS = 0.8  # [A7, chosen] the time gap T: v = s / T
+GAP_SECONDS = 0.6  # [A7, chosen] the time gap T: v = s / T
 PUSH, PUSH_RANGE = 1.5, 0.2  # [A7, chosen] how strongly and from how far others repel
-ASIDE = 0.22
+ASIDE = 0.3
 """[A7, chosen] metres right of the target that people walk: two streams fit a door."""
 
 KEEP_RIGHT = 0.6  # [A7, chosen] sideways pull while somebody comes towards me
@@ -28,6 +30,16 @@ IDLE = 0.05  # [A7, chosen] m/s: who means to walk no faster stands ...
 GIVE_WAY = 0.6  # [A7, chosen] m/s: ... and steps aside for who walks at them
 
 PUSHES = 3  # [A7, chosen] rounds in which a crowd passes pushes on
+
+HELD_UP = 0.1  # [A7, chosen] m/s: who gets ahead more slowly is held up ...
+SHUFFLE = 0.3  # [A7, chosen] m/s: ... and tries a step at this speed ...
+SHUFFLE_TURN = 2.2
+"""[A7, chosen] ... at most so many radians off the way: a little backwards too, since
+arches of people before a door dissolve only if somebody makes room ..."""
+
+SHUFFLE_RIGHT = 1.0
+"""[A7, chosen] ... turned to the right by so much if somebody comes towards them: two
+crowds that meet sort themselves into lanes."""
 
 Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k, 2) positions of (k,) bodies -> (k,) bool: may they stand there?"""
@@ -42,26 +54,59 @@ def step(
     pace: np.ndarray,
     seconds: float,
     free: Free,
+    rng: np.random.Generator,
 ) -> np.ndarray:
     """Move n bodies on by one tick; their new positions, (n, 2) metres.
 
     position, target: (n, 2) metres; floor: (n,); pace: (n,) m/s.
     """
+    e, far, v = _heading(position, target, pace, seconds)
+    near = max(NEAR, DIAMETER + 2 * float(pace.max(initial=0)) * seconds)
+    i, j = _pairs(position, floor, near)
+    if not len(i):
+        return _not_into_walls(position, position + e * (v * seconds)[:, None], free)
+    yields = (far[i] > far[j]) | ((far[i] == far[j]) & (i > j))
+    to_j, apart = _directions(position[j] - position[i])
+    facing = (_along(e[i], e[j]) < -0.5) & (far[i] + far[j] > apart + DIAMETER)
+    room = np.where(facing, SHOULDERS, DIAMETER)
+    turned, v = _heed_neighbours(position, e, v, yields, i, j)
+    wished = position + turned * (v * seconds)[:, None]
+    moved = _not_into_walls(position, wished, free)
+    pushed = _not_into_walls(moved, _pushed_apart(moved, i, j), free)
+    moved = _not_into_each_other(position, pushed, yields, i, j, room)
+    held_up = (far > IDLE) & (_along(moved - position, e) < HELD_UP * seconds)
+    meets = np.zeros(len(e), bool)
+    meets[i[facing & (_along(e[i], to_j) > 0)]] = True
+    tried = moved.copy()
+    tried[held_up] += SHUFFLE * seconds * _shuffle(e[held_up], meets[held_up], rng)
+    tried = _not_into_walls(moved, tried, free)
+    by_me = held_up[i]
+    i, j, room = i[by_me], j[by_me], room[by_me]
+    return _not_into_each_other(moved, tried, np.ones_like(i, bool), i, j, room)
+
+
+def alone(
+    position: np.ndarray,
+    floor: np.ndarray,
+    target: np.ndarray,
+    pace: np.ndarray,
+    seconds: float,
+    free: Free,
+    rng: np.random.Generator,
+) -> np.ndarray:
+    """Move n ghosts, each as if alone in the building; the same as `step` otherwise."""
+    e, _, v = _heading(position, target, pace, seconds)
+    return _not_into_walls(position, position + e * (v * seconds)[:, None], free)
+
+
+def _heading(
+    position: np.ndarray, target: np.ndarray, pace: np.ndarray, seconds: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """e, metres to go and v of bodies that nobody hinders; they keep to the right."""
     e, far = _directions(target - position)
     aside = np.stack([e[:, 1], -e[:, 0]], axis=1) * np.where(far > 1, ASIDE, 0)[:, None]
     e, far = _directions(target + aside - position)
-    v = np.minimum(pace, far / seconds)
-    near = max(NEAR, DIAMETER + 2 * float(pace.max(initial=0)) * seconds)
-    i, j = _pairs(position, floor, near)
-    yields = (far[i] > far[j]) | ((far[i] == far[j]) & (i > j))
-    if len(i):
-        e, v = _heed_neighbours(position, e, v, yields, i, j)
-    wished = position + e * (v * seconds)[:, None]
-    moved = _not_into_walls(position, wished, free)
-    if not len(i):
-        return moved
-    pushed = _not_into_walls(moved, _pushed_apart(moved, i, j), free)
-    return _not_into_each_other(position, pushed, yields, i, j)
+    return e, far, np.minimum(pace, far / seconds)
 
 
 def _directions(off: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -100,10 +145,10 @@ def _heed_neighbours(
     at_me = _along(e[j], to_j) < -0.5
     towards = _along(e[i], to_j) > 0.5
     push = PUSH * np.exp(-s / PUSH_RANGE) * (at_me | ~standing[i])
-    right = KEEP_RIGHT * (at_me & towards)
-    n = len(e)
-    x = np.bincount(i, right * e[i, 1] - push * to_j[:, 0], n)
-    y = np.bincount(i, -right * e[i, 0] - push * to_j[:, 1], n)
+    right = np.zeros(len(e))
+    right[i[at_me & towards]] = KEEP_RIGHT
+    x = right * e[:, 1] - np.bincount(i, push * to_j[:, 0], len(e))
+    y = -right * e[:, 0] - np.bincount(i, push * to_j[:, 1], len(e))
     meant = np.where(standing[:, None], 0, e)
     turned, strength = _directions(meant + np.stack([x, y], axis=1))
     v = np.where(standing, np.minimum(strength, 1) * GIVE_WAY, v)
@@ -152,16 +197,24 @@ def _pushed_apart(moved: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray
     return moved
 
 
+def _shuffle(e: np.ndarray, meets: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """(k, 2) unit vectors about e at random, more to the right if somebody comes."""
+    angle = rng.uniform(-SHUFFLE_TURN, SHUFFLE_TURN, len(e)) - SHUFFLE_RIGHT * meets
+    x, y, cos, sin = *e.T, np.cos(angle), np.sin(angle)
+    return np.stack([x * cos - y * sin, x * sin + y * cos], axis=1)
+
+
 def _not_into_each_other(
     position: np.ndarray,
     moved: np.ndarray,
     yields: np.ndarray,
     i: np.ndarray,
     j: np.ndarray,
+    room: np.ndarray,
 ) -> np.ndarray:
     """Keep in place who yields, of two who would overlap; then both, if need be."""
     before = position[i] - position[j]
-    room = np.minimum(DIAMETER, np.sqrt(_along(before, before))) - 1e-9
+    room = np.minimum(room, np.sqrt(_along(before, before))) - 1e-9
     moved = moved.copy()
     while True:
         off = moved[i] - moved[j]

@@ -12,7 +12,15 @@ from typing import Any
 
 FLOORS = 3  # [A1]
 BODY_SIZE = 40  # [A1] cells on each side of the main body seen from above
-STAIRS_SECONDS = 12.0  # [A3, chosen] a storey: 16 m of flight at 1.35 m/s
+FLIGHT = 12.0  # [A3, chosen] metres of stairs and landing: a storey of 4 m, 30 degrees
+STAIRS_SPEED = (
+    0.8  # [A3, chosen] m/s, mean, as IMO MSC.1/Circ.1533 has it: 0.64 to 1.07
+)
+STAIRS_SECONDS = FLIGHT / STAIRS_SPEED  # of a mean walker; F8 counts none of them
+
+DOOR_FLOW, STAIRS_FLOW = 1.3, 1.1
+"""[A5, chosen] people per second and metre of width that doors and exits, and entrances
+to stairs down, take in at most: the same circular's maximum specific flows."""
 
 # -- People (Appendix B and F) ------------------------------------------------------
 
@@ -28,8 +36,8 @@ RAYS = 360
 """[B1, chosen] rays around a human: a door 4 m along the wall one stands at fills 2
 degrees, so every degree has one; with fewer, people in corners see no way out."""
 
-WALKING_SPEED = 1.35  # [F8, chosen] metres per second, the mean over people
-WALKING_SPREAD = 0.1  # [F8, chosen] standard deviation of people's speeds, m/s
+WALKING_SPEED = 1.34  # [F8, chosen] m/s, the mean over people: Weidmann (1993)
+WALKING_SPREAD = 0.26  # [F8, chosen] m/s, their standard deviation: Weidmann, too
 BODY_RADIUS = 0.2  # [A7, chosen] metres: two people can pass each other in a door
 DOORS_REMEMBERED = 2  # [B6, chosen] of those passed: people under stress circle
 STUCK_METRES = 1.0  # [B5, chosen] stuck: moved less than this ...
@@ -157,6 +165,7 @@ class Scenario:
     time_limit: float = 240.0  # s: people inside then are neither saved nor dead
     sight_range: float = SIGHT_RANGE  # metres [B2]
     doors_remembered: int = DOORS_REMEMBERED  # [B6]
+    ghosts: bool = False  # do people walk through each other? what crowding costs
     frames_per_tick: int = FRAMES_PER_TICK
     decision_seconds: float = DECISION_SECONDS
 

@@ -36,7 +36,7 @@ from reference.sight import Sight, sight_of
 from reference.strategies import FireStrategy, NoFire, NoRobots, RobotStrategy
 from reference.world import NOBODY, NOWHERE, Aim, Fate, Source, World
 
-PURPOSES = ("people", "flames", "fire", "robots", "elsewhere")
+PURPOSES = ("people", "flames", "fire", "robots", "elsewhere", "bodies")
 """A random generator each: two runs may differ in one and share the rest."""
 
 
@@ -107,6 +107,7 @@ class Simulation:
         self._flame_ticks = max(1, round(paper.FLAME_SECONDS / self.tick))
         self._next_ignition = inf
         self._surroundings = Surroundings.of(self.world, self.sight)
+        self._full_until = np.zeros(len(building.landmarks))  # s, of doors and the like
         self._turn = np.arange(len(self.world.bodies)) % paper.RECONSIDER_TICKS
         self._due = np.ones(len(self.world.bodies), dtype=bool)
 
@@ -165,7 +166,7 @@ class Simulation:
         other = copy(self)
         other.world = self.world.copy()
         other.events = self.events.copy()
-        other._due = self._due.copy()
+        other._due, other._full_until = self._due.copy(), self._full_until.copy()
         other.rng, other.robot_strategy, other.fire_strategy = deepcopy(
             (self.rng, self.robot_strategy, self.fire_strategy)
         )
@@ -254,27 +255,48 @@ class Simulation:
         guided = np.flatnonzero(marks >= 0)
         target[guided] = nav.centres[nav.waypoint[marks[guided], before[guided]]]
         position, pace, free = bodies.position[who], bodies.pace[who], self._free(who)
-        moved = motion.step(position, floor, target, pace, self.tick, free)
+        walk = motion.alone if self.scenario.ghosts else motion.step
+        rng = self.rng["bodies"]
+        moved = walk(position, floor, target, pace, self.tick, free, rng)
         bodies.position[who] = self.walked_to = moved
         bodies.place[who] = place = nav.places_at(floor, moved)
         self._notice_stuck(who, target)
         mark = self._marks[place]
         touched = np.flatnonzero((mark >= 0) & (mark != self._marks[before]))
+        self._fill_doors(mark[touched])
         return list(zip(who[touched].tolist(), before[touched].tolist(), strict=True))
 
     def _free(self, who: np.ndarray) -> motion.Free:
-        """Tell where bodies may stand: not in walls, and the careful not in flames."""
+        """Tell where bodies may go: not in walls, full doors, or flames if careful."""
         nav, bodies = self.navigation, self.world.bodies
         burning = self.world.flames.burning.ravel()
         in_flames = burning[bodies.place[who]]
         fearless = in_flames | (bodies.reckless[who] > self.world.time)
-        floor = bodies.floor[who]
+        floor, inside = bodies.floor[who], self._marks[bodies.place[who]]
+        full = self._full_until > self.world.time + 1e-9
 
         def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
             place = nav.places_at(floor[which], position)
-            return nav.walkable[place] & (~burning[place] | fearless[which])
+            mark = self._marks[place]
+            room = (mark < 0) | (mark == inside[which]) | ~full[mark]
+            return room & nav.walkable[place] & (~burning[place] | fearless[which])
 
         return free
+
+    def _fill_doors(self, entered: np.ndarray) -> None:
+        """Let nobody else into doors, entrances and exits that are full for now [A5].
+
+        entered: (k,) landmarks that people have just come upon. Ghosts fill nothing.
+        """
+        if self.scenario.ghosts or not len(entered):
+            return
+        marks, people = np.unique(entered, return_counts=True)
+        for mark, count in zip(marks.tolist(), people.tolist(), strict=True):
+            way = self.building.landmarks[mark]
+            stairs_down = mark in self.building.entrances
+            flow = paper.STAIRS_FLOW if stairs_down else paper.DOOR_FLOW
+            since = max(self._full_until[mark], self.world.time)
+            self._full_until[mark] = since + count / (flow * way.width)
 
     def _notice_stuck(self, who: np.ndarray, target: np.ndarray) -> None:
         """Find who is stuck; they ignore flames for a while, then try anew [B5]."""

@@ -14,7 +14,7 @@ from reference.building import Stairwell
 from reference.humans import arrive
 from reference.motion import DIAMETER
 from reference.navigation import navigation_of
-from reference.paper import STAIRS_SECONDS
+from reference.paper import STAIRS_SECONDS, WALKING_SPEED
 from reference.world import NOBODY, NOWHERE, World
 
 
@@ -24,7 +24,7 @@ def enter(world: World, i: int, entrance: int) -> None:
     nav, k = navigation_of(building), building.stairwell_of[entrance]
     cells = nav.places_of(int(bodies.floor[i]), building.stairwells[k].cells)
     bodies.stairwell[i], bodies.leader[i], bodies.landmark[i] = k, NOBODY, NOWHERE
-    bodies.stairs_until[i] = world.time + STAIRS_SECONDS
+    bodies.stairs_until[i] = world.time + _seconds(world, i)
     bodies.place[i] = cells[i % len(cells)]
     bodies.position[i] = nav.centres[bodies.place[i]]
 
@@ -40,10 +40,15 @@ def descend(world: World, i: int) -> int | None:
         bodies.floor[i] -= 1
         bodies.place[i] -= world.building.kind[0].size
         if bodies.floor[i] > well.lowest:
-            bodies.stairs_until[i] += STAIRS_SECONDS
+            bodies.stairs_until[i] += _seconds(world, i)
             return int(bodies.floor[i])
     _step_out(world, i, well)
     return None
+
+
+def _seconds(world: World, i: int) -> float:
+    """Time for one storey: on stairs, too, some are faster than others."""
+    return STAIRS_SECONDS * WALKING_SPEED / float(world.bodies.pace[i])
 
 
 def _step_out(world: World, i: int, well: Stairwell) -> None:

@@ -8,12 +8,24 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from movies import drawn, fire_named, lead, play, robots_named, shipped, show, stage
+from movies import (
+    built,
+    drawn,
+    fire_named,
+    lead,
+    play,
+    play_until,
+    robots_named,
+    shipped,
+    show,
+    stage,
+)
 
 from reference.building import Kind
 from reference.events import Died, DoorBurnt, Evacuated, LeftFloor
+from reference.motion import SHOULDERS
 from reference.paper import (
-    BODY_RADIUS,
+    DOOR_FLOW,
     FIXED_PENALTY,
     FRAMES_PER_SECOND,
     HEALTH,
@@ -84,12 +96,12 @@ def nobody_is_in_a_wall(sim, now):
 
 
 def nobody_is_in_anybody(sim, now):
-    """People on the same floor keep two radii between their middles."""
+    """Middles keep apart, those of people who meet by the depth of a body."""
     who = sim.world.bodies.walking
     at = now["position"][who] + 1e3 * now["floor"][who, None]
     off = at[:, None] - at
     far = np.hypot(off[..., 0], off[..., 1]) + 9 * np.eye(len(at))
-    assert far.min(initial=9) > 2 * BODY_RADIUS - 1e-6
+    assert far.min(initial=9) > SHOULDERS - 1e-6
 
 
 def everybody_has_one_end(sim):
@@ -274,9 +286,9 @@ def test_another_future_leaves_this_one_alone():
     assert str(sim.run()) == str(untouched.run()) and sim.events == untouched.events
 
 
-def test_without_a_fire_there_is_only_one_future():
-    """People draw nothing on the way, and neither does sweep."""
-    sim = ahead(fire="none")
+def test_without_a_fire_and_a_crowd_there_is_only_one_future():
+    """Minds draw nothing on the way, and neither does sweep."""
+    sim = ahead(fire="none", ghosts=True)
     other = sim.another_future(1)
     assert str(sim.run()) == str(other.run()) and sim.events == other.events
 
@@ -519,6 +531,45 @@ def test_people_wait_on_the_stairs_until_the_entrance_is_free():
     people.pace[0] = WALKING_SPEED
     play(sim, 3)
     assert people.walking[1] and people.floor[1] == 0
+
+
+@pytest.mark.paper("A3", "chosen")
+def test_the_slow_take_longer_on_the_stairs():
+    """STAIRS_SECONDS at the mean pace, twice that at half of it."""
+    seconds = []
+    for pace in (WALKING_SPEED, WALKING_SPEED / 2):
+        sim = stage(LANDING.replace("p", "."))
+        sim.world.bodies.pace[0] = pace
+        play_until(sim, lambda sim=sim: sim.world.bodies.stairwell[0] >= 0)
+        seconds.append(sim.world.bodies.stairs_until[0] - sim.world.time)
+    assert seconds == pytest.approx([STAIRS_SECONDS, 2 * STAIRS_SECONDS], abs=sim.tick)
+
+
+PARLOUR = """
+    ###########
+    #.........#
+    #.........#
+    #.........E
+    #.........E
+    #.........#
+    #.........#
+    ###########
+    """
+
+
+@pytest.mark.paper("A5", "chosen")
+def test_an_exit_lets_a_limited_flow_through():
+    """DOOR_FLOW people per second and metre; ghosts pass it as they come."""
+    seconds = []
+    for ghosts in (False, True):
+        scene = Scenario(people=48, sight_range=14, ghosts=ghosts)
+        sim = Simulation(built(PARLOUR), scene)
+        sim.run()
+        times = [e.time for e in sim.events if isinstance(e, Evacuated)]
+        assert len(times) == 48
+        seconds.append(times[-1] - times[0])
+    least = 47 / (2 * DOOR_FLOW) - sim.tick
+    assert seconds[0] >= least > 1.5 * seconds[1]
 
 
 @pytest.mark.paper("A6")

@@ -122,9 +122,10 @@ def _bare_speed(simulation: Simulation, seconds: float) -> float:
         return navigation.walkable[navigation.places_at(floor[who], spots)]
 
     aim, ticks = np.roll(position, 1, axis=0), round(seconds / tick)
+    rng = simulation.rng["bodies"]
     start = perf_counter()
     for _ in range(ticks):
-        position = motion.step(position, floor, aim, bodies.pace, tick, free)
+        position = motion.step(position, floor, aim, bodies.pace, tick, free, rng)
     return len(bodies) * ticks * tick / (perf_counter() - start)
 
 

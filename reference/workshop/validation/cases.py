@@ -18,7 +18,7 @@ import numpy as np
 from reference import motion
 from reference.beginning import beginning
 from reference.building import Building, load
-from reference.paper import WALKING_SPEED, WALKING_SPREAD, Scenario
+from reference.paper import FLIGHT, WALKING_SPEED, WALKING_SPREAD, Scenario
 from reference.workshop.validation.crowd import (
     TICK,
     Crowd,
@@ -37,7 +37,6 @@ LEAST_FLOW, MOST_FLOW = 0.6, 1.33
 
 MOST_DOWN = 1.1  # people per metre and second on stairs down: IMO
 SLOWEST_DOWN, FASTEST_DOWN = 0.64, 1.07  # m/s down stairs: IMO
-FLIGHT = 16.0  # [A3, chosen] metres of stairs from a storey to the next
 CONGESTED = 3.5  # people per square metre: IMO
 MEAN_SPEED, SPREAD = 1.34, 0.26  # m/s: Weidmann (1993)
 BESIDE = 0.2  # m/s: about as far as other published curves are from Weidmann's
@@ -132,7 +131,8 @@ def speed_in_ring(density: float, seed: int) -> float:
         near = np.flatnonzero(np.abs(again[:, 0] - length / 2) < length / 2 + 4)
         at, floor = again[near], np.zeros(len(near), int)
         target = at + np.array([40.0, 0.0])
-        moved = motion.step(at, floor, target, pace[near % n], TICK, _in_ring)[:n]
+        moved = motion.step(at, floor, target, pace[near % n], TICK, _in_ring, rng)
+        moved = moved[:n]
         walked.append((moved - position)[:, 0].mean() / TICK)
         position = moved % [length, inf]
     return float(np.mean(walked[round(10 / TICK) :]))
