@@ -138,8 +138,9 @@ def look(world: World, surroundings: Surroundings, who: np.ndarray) -> list[View
     views, start = [], 0
     own = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
     for end, (place, rank, since) in zip(ends, _rows(*own), strict=True):
-        met = sight.landmarks[place]
-        ways = {m: hit for m, hit in met.items() if m not in useless}
+        ways = sight.landmarks[place]
+        if not useless.isdisjoint(ways):
+            ways = {m: hit for m, hit in ways.items() if m not in useless}
         near = dict(zip(seen[start:end], where[start:end], strict=True))
         views.append(View(world.time, place, rank, since, ways, near, surroundings))
         start = end
@@ -162,7 +163,7 @@ def _show_people(
     """Enter who leads in the views; rows, j: as `_pairs`."""
     bodies, n = world.bodies, len(world.bodies)
     rows, j = rows[j < n], j[j < n]
-    followers = np.zeros((len(who), n + len(world.robots) + 1), dtype=np.int64)
+    followers = np.zeros((len(who), n + len(world.robots) + 1), dtype=np.int16)
     np.add.at(followers, (rows, bodies.leader[j]), 1)  # the last column: of nobody
     meets = sight.meets[bodies.place[who[rows]], bodies.landmark[j]]
     lead = meets & (bodies.leader[j] == NOBODY)
