@@ -212,10 +212,9 @@ def disconnect(me: Mind, observe: View) -> Goal:
 
 def towards_leader(me: Mind, observe: View) -> Goal:
     """Walk to where the leader was seen last, but not into them [B5, Alg. 1:6]."""
-    if me.leader in observe.bodies:
-        _, metres = observe.bodies[me.leader]
-        if metres < paper.FOLLOW_DISTANCE:
-            return Goal(Aim.LEADER, me.leader)
+    seen = observe.where(me.leader)
+    if seen is not None and seen[1] < paper.FOLLOW_DISTANCE:
+        return Goal(Aim.LEADER, me.leader)
     return Goal(Aim.LEADER, me.leader, me.seen_place)
 
 
@@ -261,9 +260,9 @@ def remember(me: Mind, observe: View) -> None:
 
 def _remember_leader(me: Mind, observe: View) -> None:
     """Note when and where the leader is seen and what it says, if it is in sight."""
-    if me.leader in observe.bodies:
-        me.seen_at, me.told = observe.time, observe.robots.get(me.leader)
-        me.seen_place, _ = observe.bodies[me.leader]
+    if (seen := observe.where(me.leader)) is not None:
+        me.seen_at, me.seen_place = observe.time, seen[0]
+        me.told = observe.robots.get(me.leader)
 
 
 def pass_landmark(me: Mind, landmark: int, beyond: int) -> None:

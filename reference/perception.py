@@ -59,7 +59,7 @@ class View:
     halted_since            s, since when their body has not got ahead
     landmarks               intact doors, ways down and exits that rays meet, by index,
                             the nearest first
-    bodies                  people and robots in sight: their place and metres away
+    bodies, places, metres  people and robots in sight, where each is, how far away
     leading                 people in sight who lead to a landmark in sight
     robots                  in sight, the nearest first, and what they say
     """
@@ -69,10 +69,19 @@ class View:
     rank: float
     halted_since: float
     landmarks: dict[int, Hit]
-    bodies: dict[int, tuple[int, float]]
+    bodies: list[int]
+    places: list[int]
+    metres: list[float]
     _around: Surroundings
     leading: list[Leading] = field(default_factory=list)
     robots: dict[int, Said] = field(default_factory=dict)
+
+    def where(self, body: int) -> tuple[int, float] | None:
+        """Place and distance (m) of a body, None if it is not in sight."""
+        if body not in self.bodies:
+            return None
+        k = self.bodies.index(body)
+        return self.places[k], self.metres[k]
 
     @property
     def burnt(self) -> frozenset[int]:
@@ -133,16 +142,17 @@ def look(world: World, surroundings: Surroundings, who: np.ndarray) -> list[View
     """What each of these people sees; who: (k,) people walking on a floor."""
     bodies, sight, useless = world.bodies, surroundings.sight, surroundings.useless
     rows, j, places, metres = _pairs(world, sight, who)
-    seen, where = j.tolist(), list(_rows(places, metres))
+    seen, there, far = j.tolist(), places.tolist(), metres.tolist()
     ends = np.searchsorted(rows, np.arange(len(who)), "right").tolist()
     views, start = [], 0
-    own = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
-    for end, (place, rank, since) in zip(ends, _rows(*own), strict=True):
+    me = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
+    for end, (place, rank, since) in zip(ends, _rows(*me), strict=True):
         ways = sight.landmarks[place]
         if not useless.isdisjoint(ways):
             ways = {m: hit for m, hit in ways.items() if m not in useless}
-        near = dict(zip(seen[start:end], where[start:end], strict=True))
-        views.append(View(world.time, place, rank, since, ways, near, surroundings))
+        own = slice(start, end)
+        them = seen[own], there[own], far[own]
+        views.append(View(world.time, place, rank, since, ways, *them, surroundings))
         start = end
     _show_people(world, sight, who, views, rows, j)
     robots = np.flatnonzero(j >= len(bodies))
@@ -163,12 +173,12 @@ def _show_people(
     """Enter who leads in the views; rows, j: as `_pairs`."""
     bodies, n = world.bodies, len(world.bodies)
     rows, j = rows[j < n], j[j < n]
-    followers = np.zeros((len(who), n + len(world.robots) + 1), dtype=np.int16)
-    np.add.at(followers, (rows, bodies.leader[j]), 1)  # the last column: of nobody
-    meets = sight.meets[bodies.place[who[rows]], bodies.landmark[j]]
-    lead = meets & (bodies.leader[j] == NOBODY)
-    rows, j = rows[lead], j[lead]
-    facts = j, bodies.landmark[j], bodies.rank[j], followers[rows, j]
+    leader, heading = bodies.leader[j], bodies.landmark[j]
+    m = n + len(world.robots) + 1  # NOBODY is counted just before body 0
+    followers = np.bincount(rows * m + leader + 1, minlength=m * len(who))
+    lead = sight.meets[bodies.place[who[rows]], heading] & (leader == NOBODY)
+    rows, j, heading = rows[lead], j[lead], heading[lead]
+    facts = j, heading, bodies.rank[j], followers[rows * m + j + 1]
     for row, shown in zip(rows.tolist(), _rows(*facts), strict=True):
         views[row].leading.append(Leading(*shown))
 

@@ -202,13 +202,13 @@ class Simulation:
         minds, bodies = [self.world.minds[i] for i in who.tolist()], self.world.bodies
         for me, view in zip(minds, views, strict=True):
             think(me, view)
-        bodies.mode[who] = [me.mode for me in minds]
+        bodies.mode[who] = [int(me.mode) for me in minds]
         bodies.leader[who] = [me.leader for me in minds]
-        goals = np.array([me.goal for me in minds], dtype=np.int64)
-        aim, which, place = goals.reshape(-1, 3).T
-        bodies.landmark[who] = np.where(aim == Aim.LANDMARK, which, NOWHERE)
-        stays = (place == NOWHERE)[:, None]
-        there = self.navigation.centres[place]
+        goals = [me.goal for me in minds]
+        marks = [g.which if g.aim is Aim.LANDMARK else NOWHERE for g in goals]
+        place = np.array([goal.place for goal in goals], dtype=np.int64)
+        there, stays = self.navigation.centres[place], (place == NOWHERE)[:, None]
+        bodies.landmark[who] = marks
         bodies.target[who] = np.where(stays, bodies.position[who], there)
 
     def _strategies_decide(self) -> list[Destination | None]:

@@ -190,6 +190,21 @@ def test_this_exit_means_the_one_the_robot_goes_to(which, nearer):
     assert (decide(sim, "p").aim is Aim.LANDMARK) is nearer
 
 
+@pytest.mark.paper("B5", "Alg. 1:8")
+@pytest.mark.paper("B3")
+@pytest.mark.parametrize("heard", [False, True])
+def test_an_instruction_is_heard_only_in_sight_and_remembered(heard):
+    """The robot is behind the wall; p, who sees the exit, knows what it said before."""
+    sim = stage("#######\n#.R...#\n###+###\n#p....E\n#######", sight_range=7)
+    robot = sim.world.robots[0]
+    for seen in (heard, not heard):
+        say(sim, robot, Instruction.THIS_EXIT if seen else Instruction.FOLLOW_ME)
+        if seen is heard:
+            follow(sim, "p", robot.body)
+    assert robot.body not in view(sim, "p").bodies
+    assert (decide(sim, "p").aim is Aim.LANDMARK) is heard
+
+
 APART = """
     ###############
     #p............#
@@ -972,7 +987,7 @@ def test_what_is_out_of_sight_changes_no_decision(fire):
     while sim.world.time < 60:
         for _ in range(20):
             sim.step()
-        for i in np.flatnonzero(sim.world.bodies.walking)[::2].tolist():
+        for i in np.flatnonzero(sim.world.bodies.walking)[::3].tolist():
             same, other = twin(sim), twin(sim)
             alter_elsewhere(other, i, rng)
             assert look_and_think(same, i) == look_and_think(other, i)
