@@ -143,7 +143,7 @@ def _in_ring(position: np.ndarray, who: np.ndarray) -> np.ndarray:
 
 
 def fundamental_diagram(seed: int) -> tuple[bool, Numbers]:
-    """Mean speed, m/s, by people per square metre."""
+    """Mean speed, m/s, by people per m²."""
     speed = {each: speed_in_ring(each, seed) for each in DENSITIES}
     falls = all(one >= other for one, other in pairwise(speed.values()))
     near = all(abs(v - weidmann(d)) < BESIDE for d, v in speed.items() if d <= 4)
@@ -167,12 +167,12 @@ def passages(gate: str, width: int, seed: int) -> np.ndarray:
 
 
 def exits(seed: int) -> tuple[bool, Numbers]:
-    """People per metre and second through an exit, by its width."""
+    """People per metre and second, by width of an exit."""
     return within(_flows("E", seed), LEAST_FLOW, MOST_FLOW)
 
 
 def doors(seed: int) -> tuple[bool, Numbers]:
-    """People per metre and second through an inner door, by its width."""
+    """People per metre and second, by width of an inner door."""
     return within(_flows("+", seed), LEAST_FLOW, MOST_FLOW)
 
 
@@ -181,7 +181,7 @@ def _flows(gate: str, seed: int) -> Numbers:
 
 
 def large_room(seed: int) -> tuple[bool, Numbers]:
-    """Seconds until a thousand have left by four exits, or by two."""
+    """Seconds in which a thousand leave a large room."""
     four, seconds = "#######E################E#######", []
     for south in (four, "#" * 32):
         building = built([four, *20 * ["#" + "." * 30 + "#"], south])
@@ -192,7 +192,7 @@ def large_room(seed: int) -> tuple[bool, Numbers]:
 
 
 def bottleneck(seed: int) -> tuple[bool, Numbers]:
-    """People per square metre before a corridor of 1 m and an exit after it."""
+    """People per m² before a 1 m corridor, and its exit."""
     wide = "#..........#####..........#"
     rows = [wide if k != 5 else "#" + "." * 25 + "E" for k in range(10)]
     building = built(["#" * 27, *rows, "#" * 27])
@@ -233,7 +233,7 @@ def bend(width: int, leg: int) -> Building:
 
 
 def corner(seed: int) -> tuple[bool, Numbers]:
-    """Twenty people round a corner: arrived, and seen in walls."""
+    """Twenty people turn left: arrived, and seen in walls."""
     building = bend(2, 10)
     world = people(building, seed, (20, (0, slice(11, 13), slice(1, 8))))
     crowd, walkable, walls = Crowd(world), building.walkable.ravel(), 0
@@ -246,7 +246,7 @@ def corner(seed: int) -> tuple[bool, Numbers]:
 
 
 def large_corner(seed: int) -> tuple[bool, Numbers]:
-    """Seconds of 150 round a corner, and straight along its sides."""
+    """Seconds of 150 people round a corner, and straight."""
     width, leg = 5, 20
 
     def seconds(building: Building, top: int) -> float:
@@ -287,7 +287,7 @@ def descents(count: int, seed: int) -> np.ndarray:
 
 
 def stairs(seed: int) -> tuple[bool, Numbers]:
-    """Down stairs: m/s alone and in a crowd; its people per metre and second."""
+    """Down stairs: m/s alone, m/s and flow of a crowd."""
     alone, many = descents(1, seed), descents(100, seed)
     slow, fast = sorted(float(FLIGHT / np.mean(t[1] - t[0])) for t in (alone, many))
     down = flow(many[1]) / 2
@@ -296,7 +296,7 @@ def stairs(seed: int) -> tuple[bool, Numbers]:
 
 
 def before_stairs(seed: int) -> tuple[bool, Numbers]:
-    """People per square metre where a room ends, and before stairs."""
+    """People per m² where a room ends, and before stairs."""
     building = down()
     world = people(building, seed, (150, (1, slice(1, 6), slice(1, 9))))
     room, foot = (1, slice(2, 4), slice(7, 9)), (1, slice(2, 4), slice(19, 21))
@@ -307,7 +307,7 @@ def before_stairs(seed: int) -> tuple[bool, Numbers]:
 
 
 def everybody_knows(seed: int) -> tuple[bool, Numbers]:
-    """Percent out alive of the paper's building, by people in it."""
+    """Percent out alive who know the way, by their number."""
     share = {}
     for count in CROWDS:
         rng = np.random.default_rng(seed)
@@ -339,7 +339,7 @@ CASES = {
     "counterflow": Case("IMO 8", "rises", counterflow),
     "congestion": Case("ISO 16, IMO 11", f"{CONGESTED} or more", before_stairs),
     "stairs": Case("RiMEA 3, IMO 3", DOWN, stairs),
-    "everybody": Case("[chosen]", "100", everybody_knows),
+    "everybody": Case("our own", "100", everybody_knows),
 }
 NOT_MODELLED = {
     "RiMEA 2, IMO 2": ("stairs up", "nobody walks up"),
