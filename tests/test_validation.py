@@ -7,6 +7,7 @@ import pytest
 from pages import overlaps
 
 from reference.__main__ import main
+from reference.navigation import navigation_of
 from reference.workshop.drawing import validation as drawing
 from reference.workshop.validation.cases import CASES, NOT_MODELLED, measured, weidmann
 from reference.workshop.validation.crowd import (
@@ -47,9 +48,10 @@ def test_a_crowd_leaves_and_nobody_dies():
 
 
 def test_people_stand_apart_where_they_are_put():
-    """Four to a square metre, each with half a metre to the next."""
+    """Four to a square metre, each with half a metre to the next, in their cells."""
     world = people(built(ROOM), 0, (8, (0, slice(1, 2), slice(2, 4))))
-    x = world.bodies.position
+    x, centres = world.bodies.position, navigation_of(world.building).centres
+    assert np.abs(x - centres[world.bodies.place]) == pytest.approx(0.25)
     gaps = np.hypot(*(x[:, None] - x).T)[np.triu_indices(8, 1)]
     assert gaps.min() == pytest.approx(0.5)
     assert np.ptp(x, axis=0) == pytest.approx([1.5, 0.5])
