@@ -48,6 +48,7 @@ WORKSHOP = (
     "workshop.plain",  # records from plain data, checked by their types
     "workshop.runs",  # begin one in a folder, or go on with it
     "workshop.workers",  # who does the jobs, here or in other processes
+    "workshop.traffic",  # who comes past where on the way out
     "workshop.strategies",  # hand-written robots and fires, by name
     "workshop.decoding",  # from observations back to points
     "workshop.landmarks",  # what a pointer head chooses among
@@ -82,3 +83,7 @@ WORKSHOP = (
 READING_ORDER = BOOK + WORKSHOP
 
 __version__ = "0.4.0"
+
+GAME = 2
+"""Grows when rules or numbers of the game change: what was learned in another game is
+not played, and what was measured in it is not gone on with."""

@@ -6,7 +6,7 @@ from trainings import TINY, begun, tiny
 from reference.paper import Scenario
 from reference.workshop.evaluation import contestants
 from reference.workshop.evaluation.contestants import NAMES, Evacuation, contestant
-from reference.workshop.evaluation.worst_case import BusiestWay, WorstCase
+from reference.workshop.evaluation.worst_case import WorstCase
 from reference.workshop.evaluation.worst_case.critic import CriticFire
 from reference.workshop.evaluation.worst_case.perturbed import EPSILON, PerturbedRobots
 from reference.workshop.strategies import SCRIPTS
@@ -33,10 +33,9 @@ def test_a_scripts_name_is_the_strategy_of_that_name(side):
 
 @pytest.mark.paper("F4", "chosen")
 def test_worst_case_is_the_fire_that_looks_ahead():
-    """Each time another one; `busiest` is the rule it follows after that."""
+    """Each time another one."""
     one, other = (contestant("worst-case", "fire") for _ in range(2))
     assert isinstance(one, WorstCase) and one is not other
-    assert isinstance(contestant("busiest", "fire"), BusiestWay)
 
 
 @pytest.mark.parametrize(

@@ -275,7 +275,7 @@ def test_it_is_said_who_plays_in_another_scenario_than_its_own(run, tmp_path):
         trained(begun(short, fixed={"fire": "random"}), other, rounds=0)
     robots = (str(run), str(other), "sweep")
     assert unlike_training(begin(Asked(robots))) == [
-        f"the robots {other} learned with time_limit 20.0 (here 30.0), "
+        f"the robots {other} learned with time_limit 20.0 (here 40.0), "
         "sight_range 7.0 (here 5.0)"
     ]
     assert unlike_training(begin(Asked(robots[:1]))) == []
@@ -441,6 +441,7 @@ def test_refuses_a_folder_that_is_used_unless_told_to_go_on():
         ("evaluation.json", "[" * 9999, "is no JSON object"),
         ("evaluation.json", "many", "people is 'many': it must be a whole number"),
         ("evaluation.json", None, "was written by version 0.0.1"),
+        ("evaluation.json", "game 1", "was written by version .* of game 1, this is"),
         ("runs.csv", "robots,fire\n", "is no table of these runs"),
         ("runs.csv", None, "row is damaged"),
     ],
@@ -455,6 +456,8 @@ def test_refuses_files_that_are_not_its_own(file, text, message):
         text = text.replace(f'"{version}"', '"0.0.1"')
     if text == "many":
         text = path.read_text().replace('"people": 4', '"people": "many"')
+    if text == "game 1":
+        text = json.dumps(json.loads(path.read_text()) | {"game": 1})
     path.write_text(text)
     with pytest.raises(ValueError, match=message):
         evaluate(resume(Asked(), Path("out")), Path("out"), InProcess())

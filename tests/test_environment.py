@@ -262,16 +262,16 @@ def asked(environment):
 
 
 @pytest.mark.paper("D2")
-def test_the_fires_action_is_read_at_every_third_decision():
-    """From the third on: numbers 2, 5, 8, ..., and infos say so a step before."""
+def test_the_fires_action_is_read_at_every_fifth_decision():
+    """From the third on: numbers 2, 7, 12, ..., and infos say so a step before."""
     environment = game("paper", people=40)
     read, told = [], []
-    for number in range(12):
+    for number in range(13):
         before = len(asked(environment))
         infos = environment.step(ablaze(environment))[-1]
         read += [number] * (len(asked(environment)) - before)
         told += [number + 1] * int(infos[FIRE]["acts"])
-    assert read == told == [2, 5, 8, 11]
+    assert read == told == [2, 7, 12]
     first, *others = asked(environment)
     assert isinstance(first, FireLit) and first.time == 10.0
     assert all(isinstance(event, FireRefused) for event in others)  # it burns there
@@ -320,7 +320,7 @@ def test_every_robot_is_paid_what_the_group_earns():
 def test_the_fire_is_paid_what_the_robots_lose_less_its_penalties():
     """A refused fire costs it something, in training."""
     environment = game("paper", people=20)
-    rewards = [step[1][FIRE] for step in episode(environment, seed=6)[1:]]
+    rewards = [step[1][FIRE] for step in episode(environment, 6, actions=6)[1:]]
     events = environment.simulation.events
     assert sum(rewards) == pytest.approx(fire_reward(events))
     assert any(isinstance(event, FireRefused) for event in events)

@@ -28,9 +28,10 @@ from reference.paper import (
     Scenario,
 )
 from reference.simulation import Simulation
+from reference.stairs import enter
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import FIRES
-from reference.workshop.strategies.fires import GreedyFire
+from reference.workshop.strategies.fires import BusiestFire, CloserFire, GreedyFire
 from reference.workshop.strategies.robots import Sweep
 from reference.world import Flames, Source
 
@@ -575,3 +576,68 @@ def test_a_greedy_fire_strikes_on_the_way_of_people():
     play(sim, 1)
     decision = GreedyFire().decide(sim.world, np.random.default_rng(0))
     assert sim.building.cell(*decision[1:]) in {(5, 4), (5, 5), (5, 6)}
+
+
+@pytest.mark.paper("D2", "chosen")
+def test_a_busiest_fire_strikes_where_most_must_come_past():
+    """Nearest to the way out: just outside the exit's clearance."""
+    sim = stage(
+        """
+        #################
+        #......#........#
+        #pqr...+........E
+        #..s...#........#
+        #################
+        """
+    )
+    decision = BusiestFire().decide(sim.world, np.random.default_rng(0))
+    assert sim.building.cell(*decision[1:]) == (2, 11)
+
+
+@pytest.mark.paper("D2", "chosen")
+def test_a_busiest_fire_counts_who_comes_from_above():
+    """One is upstairs and one on the stairs, both of whom p on the ground joins."""
+    sim = stage(
+        """
+           ##############
+        ####.....p......#
+        #AA+............E
+        ####............#
+           ##############
+
+           ##############
+        ####..........qr#
+        #AA+............#
+        ####............#
+           ##############
+        """
+    )
+    enter(sim.world, body("r"), mark(sim, Kind.ENTRANCE, 2))
+    decision = BusiestFire().decide(sim.world, np.random.default_rng(0))
+    assert (decision[0], *sim.building.cell(*decision[1:])) == (0, 2, 11)
+
+
+@pytest.mark.paper("D2", "chosen")
+def test_a_closer_fire_closes_exits_first_then_entrances():
+    """The nearest cell that can burn; then it begins anew."""
+    sim = stage(PROTECTED.replace("o", "."))
+    way_out, upstairs = mark(sim, Kind.EXIT), mark(sim, Kind.ENTRANCE, 2)
+    for way in (way_out, upstairs, way_out):
+        decision = CloserFire().decide(sim.world, np.random.default_rng(0))
+        assert sim.navigation.place(*decision) in rim(sim.building, way)
+        sim.world.flames.sources.append(Source(*decision, 0.0))
+
+
+@pytest.mark.paper("D6", "chosen")
+@pytest.mark.parametrize("fire", FIRES)
+def test_nothing_ever_burns_where_all_cells_are_protected(fire):
+    """Scripted fires decide nothing; whoever decides is refused, in both modes."""
+    sim = stage("######\n#p...E\n######", fire=fire)
+    assert not fuel(sim.building).any()
+    sim.run()
+    assert not [e for e in sim.events if isinstance(e, FireLit | FireRefused)]
+    rng, place = np.random.default_rng(0), (0, *sim.building.metres(1, 2))
+    for training, reason in ((True, "protected"), (False, "no free place left")):
+        scenario = Scenario(training=training)
+        refused = Generator(sim.building, scenario, rng).generate(sim.world, place)
+        assert refused.reason == reason

@@ -69,7 +69,7 @@ def test_the_presets_take_ever_more_decisions():
     names = ("tiny", "laptop", "paper")
     assert [preset(n).robots.max_steps for n in names] == [600, 750_000, 10_000_000]
     ratios = [preset(n).robots.max_steps / preset(n).fire.max_steps for n in names]
-    assert ratios == [10, 25, 20]
+    assert ratios == [20, 25, 20]
 
 
 def test_small_presets_choose_landmarks_and_the_paper_s_two_numbers():

@@ -363,7 +363,7 @@ def test_evacuate_notes_who_learned_in_another_scenario(run, tmp_path, capsys):
     trained(begun(short, fixed={"robots": "sweep"}), tmp_path / "fire", rounds=0)
     assert status("evacuate", "--robots", run, "--fire", "fire", "--json") == 0
     out, err = capsys.readouterr()
-    assert "note: the fire fire learned with time_limit 20.0 (here 30.0)" in err
+    assert "note: the fire fire learned with time_limit 20.0 (here 40.0)" in err
     assert json.loads(out)["people"] == 6
 
 

@@ -18,13 +18,12 @@ TINY = plan_of(load("tiny"))
 def tiny(**changes) -> Settings:
     """Preset tiny, yet smaller; `robots` and `fire` are rows of theirs.
 
-    A round is two episodes of half a minute: about 48 decisions of robots, 4 of the
-    fire. Both sides' buffers are full then; robots are over after 3 rounds, the fire
-    after 4.
+    A round is two episodes of 40 s: about 64 decisions of robots, 4 of the fire. Both
+    sides' buffers are full then; robots are over after 3 rounds, the fire after 4.
     """
     settings = preset("tiny")
     small = {"hidden_units": 8, "num_epoch": 1}
-    robots = {"batch_size": 16, "buffer_size": 30, "max_steps": 130}
+    robots = {"batch_size": 16, "buffer_size": 40, "max_steps": 180}
     robots |= {"summary_freq": 40, "checkpoint_interval": 40}
     fire = {"batch_size": 2, "buffer_size": 3, "max_steps": 16}
     fire |= {"summary_freq": 4, "checkpoint_interval": 4}
@@ -33,7 +32,7 @@ def tiny(**changes) -> Settings:
             settings.robots, **small | robots | changes.pop("robots", {})
         ),
         "fire": replace(settings.fire, **small | fire | changes.pop("fire", {})),
-        "scenario": replace(settings.scenario, time_limit=30.0),
+        "scenario": replace(settings.scenario, time_limit=40.0),
         "episodes_per_job": 1,
         "imitation_episodes": 2,
         "imitation_epochs": 1,

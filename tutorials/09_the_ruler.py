@@ -17,6 +17,7 @@ from reference.evaluation.bounds import (
 )
 from reference.evaluation.difficulty import HARDEST, difficulty
 from reference.evaluation.score import PAPER, score_of_runs
+from reference.flames import rim
 from reference.workshop.drawing import ruler as pictures
 from reference.workshop.drawing.page import save
 from reference.workshop.evaluation import crossplay
@@ -53,20 +54,20 @@ for reward in (-12000, 0, 10000, 14000, 15000):
 # Eq. 8 adds h²/(kα²), so that little reward under a hard fire can be worth as much as
 # more under an easy one. How the paper computes h is lost; here it is the share of
 # their ways out that people lose, for how long, whoever guides them [F11]. All it needs
-# is when each cell begins to burn.
+# is when each cell begins to burn. Exits do not; flames all around close them [D7].
 
 burnt = np.full(institute.kind.shape, np.inf)
 print(f"nothing burns: {difficulty(institute, burnt):.0f}")
 for name in ("1/exit-1", "1/exit-2"):
     mark = next(m for m in institute.landmarks if m.id == name)
-    burnt[mark.floor, mark.cells[:, 0], mark.cells[:, 1]] = 60.0
-    print(f"{name} burns too from 60 s on: {difficulty(institute, burnt):.0f}")
+    burnt.ravel()[rim(institute, mark.index)] = 60.0
+    print(f"{name} is closed too from 60 s on: {difficulty(institute, burnt):.0f}")
 at_once = np.zeros_like(burnt)
 print(f"everything burns from the start: {difficulty(institute, at_once):.0f}")
 print(f"the most there is: {HARDEST:.0f}")
 #> nothing burns: 0
-#> 1/exit-1 burns too from 60 s on: 971
-#> 1/exit-2 burns too from 60 s on: 2697
+#> 1/exit-1 is closed too from 60 s on: 971
+#> 1/exit-2 is closed too from 60 s on: 2697
 #> everything burns from the start: 3853
 #> the most there is: 3853
 

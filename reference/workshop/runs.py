@@ -93,13 +93,14 @@ def refuse_used(folder: Path, instead: str = OR_RESUME) -> None:
         raise RunError(f"{folder}: is not empty. {instead}")
 
 
-def refuse_version(path: Path, version: object) -> None:
-    """Raises RunError for what another version wrote."""
-    if version != reference.__version__:
+def refuse_version(path: Path, version: object, game: object = reference.GAME) -> None:
+    """Raises RunError for what another version wrote, or one with another game."""
+    if (version, game) != (reference.__version__, reference.GAME):
         raise RunError(
-            f"{path}: was written by version {version!s:.40}, this is "
-            f"{reference.__version__}, in which runs may end otherwise. Go on with the "
-            "version that wrote it, or begin anew in another folder."
+            f"{path}: was written by version {version!s:.40} of game {game!s:.40}, "
+            f"this is {reference.__version__} of game {reference.GAME}, in which runs "
+            "may end otherwise. Go on with the version that wrote it, or begin anew in "
+            "another folder."
         )
 
 

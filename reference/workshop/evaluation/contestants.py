@@ -3,7 +3,7 @@
 Clauses: C7, D2, F4.  torch is loaded only when a checkpoint is named.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import lru_cache
@@ -14,22 +14,20 @@ from reference.building import building_of
 from reference.learning.settings import Side, did_you_mean
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.evaluation.worst_case import BusiestWay, WorstCase
+from reference.workshop.evaluation.worst_case import WorstCase
 from reference.workshop.strategies import SCRIPTS
 
-WORST, BUSIEST, CRITIC, PERTURBED = "worst-case", "busiest", "critic:", "perturbed:"
+WORST, CRITIC, PERTURBED = "worst-case", "critic:", "perturbed:"
 
 NAMES: dict[Side, tuple[str, ...]] = {
     "robots": (*SCRIPTS["robots"], "FILE", f"{PERTURBED}FILE", f"{PERTURBED}EPS:FILE"),
-    "fire": (*SCRIPTS["fire"], BUSIEST, WORST, "FILE", f"{CRITIC}FILE"),
+    "fire": (*SCRIPTS["fire"], WORST, "FILE", f"{CRITIC}FILE"),
 }
 """All words there are, for people: FILE is a checkpoint or the folder of a training.
 
-`busiest` is the fire beside the busiest ways, `worst-case` the one that looks ahead,
-`critic:` the one that asks the critic of a checkpoint's robots; `perturbed:` are robots
-whose observations are off by up to EPS metres."""
-
-SEARCHING: dict[str, Callable[[], Any]] = {BUSIEST: BusiestWay, WORST: WorstCase}
+`worst-case` is the fire that looks ahead, `critic:` the one that asks the critic of a
+checkpoint's robots; `perturbed:` are robots whose observations are off by up to EPS
+metres."""
 
 
 @dataclass(frozen=True)
@@ -71,8 +69,8 @@ def contestant(text: str, side: Side, sample: bool = False) -> Any:
     refuse_unknown(text, side, NAMES[side])
     if text in SCRIPTS[side]:
         return SCRIPTS[side][text]()
-    if side == "fire" and text in SEARCHING:
-        return SEARCHING[text]()
+    if side == "fire" and text == WORST:
+        return WorstCase()
     if side == "fire" and text.startswith(CRITIC):
         from reference.workshop.evaluation.worst_case.critic import CriticFire
 

@@ -18,6 +18,7 @@ from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.workshop.decoding import decode_fire
 from reference.workshop.landmarks import shared
+from reference.workshop.traffic import landmark_places, traffic
 
 FLAMES_BESIDE, FLAMES_FAR = 3, 15  # cells: sides of squares in which flames count
 NEAREST_CELLS = 80  # room cells around a landmark that are looked at for a free one
@@ -183,8 +184,9 @@ class FireView:
         Around a landmark itself, not around the cell beside it that may burn: people
         enter a clearance from all sides.
         """
-        shape, traffic = self.now.building.kind.shape, Traffic(self.now)
-        marks = shared.landmark_places(self.now.building)
+        now, shape = self.now, self.now.building.kind.shape
+        found = traffic(now.building, now.place[now.walking], now.on_stairs, now.cost)
+        marks = landmark_places(now.building)
         middle = self.place.copy()
         middle[: len(marks)] = [places[0] for places in marks]
 
@@ -192,69 +194,10 @@ class FireView:
             around = ndimage.maximum_filter(count.reshape(shape), (1, 3, 3))
             return around.ravel()[middle]
 
-        self.cross, self.come = busiest(traffic.cross), busiest(traffic.come)
-        people = np.maximum(traffic.cross + traffic.come, 1)
-        self.ahead, self.out = busiest(traffic.ahead / people), traffic.out
-
-
-# -- Ways out -----------------------------------------------------------------------
-
-
-@lru_cache(maxsize=8)
-def feet_below(building: Building) -> dict[int, int]:
-    """Of each place of an entrance that leads down, the foot of its stairwell."""
-    places, feet = shared.landmark_places(building), shared.stairwell_feet(building)
-    return {
-        p: int(feet[well])
-        for m, well in building.stairwell_of.items()
-        if building.landmarks[m].leads_out
-        for p in places[m].tolist()
-    }
-
-
-class Traffic:
-    """Walk everyone along their cheapest way out; count traffic per place.
-
-    cross, come  (places,) people of this floor and from above who come past
-    ahead        (places,) metres they have to go till there, summed
-    out          (places,) metres to the cheapest way out, at most FAR
-    """
-
-    def __init__(self, now: shared.Snapshot):
-        self.now, self.nav = now, navigation_of(now.building)
-        self.cross, self.come, self.ahead = np.zeros((3, self.nav.places))
-        self.out = np.full(self.nav.places, shared.FAR)
-        landing = feet_below(now.building)
-        coming = shared.stairwell_feet(now.building)[now.on_stairs].tolist()
-        for floor in reversed(range(self.nav.floors)):
-            d, after = self._ways(floor)
-            own = now.people_on(floor)[1].tolist()
-            other = [p for p in coming if p // self.nav.floor_size == floor]
-            for starts, count in ((own, self.cross), (other, self.come)):
-                ends = [self._walk(p, d, after, count) for p in starts]
-                coming += [landing[p] for p in ends if p in landing]
-
-    def _ways(self, floor: int) -> tuple[np.ndarray, dict[int, int]]:
-        """(places,) metres to the cheapest way out; from where to where one walks."""
-        goals = shared.ways_out(self.now.building, floor)
-        d, after = self.nav.shortest(goals, self.now.cost_on(floor))
-        start = floor * self.nav.floor_size
-        part = slice(start, start + self.nav.floor_size)
-        self.out[part] = np.minimum(d[part], shared.FAR)
-        return d, dict(enumerate(after[part].tolist(), start))
-
-    def _walk(
-        self, p: int, d: np.ndarray, after: dict[int, int], count: np.ndarray
-    ) -> int:
-        """Count one human along their way out; where it ends."""
-        chain = [p]
-        while after[p] != p:
-            p = after[p]
-            chain.append(p)
-        if len(chain) > 1:
-            count[chain] += 1
-            self.ahead[chain] += np.minimum(d[chain[0]] - d[chain], shared.FAR)
-        return p
+        self.cross, self.come = busiest(found.cross), busiest(found.come)
+        people = np.maximum(found.cross + found.come, 1)
+        self.ahead = np.minimum(busiest(found.ahead / people), shared.FAR)
+        self.out = np.minimum(found.out, shared.FAR)
 
 
 # -- Cells to burn ------------------------------------------------------------------

@@ -20,6 +20,7 @@ from reference.robots import AT_EXIT, Destination, actual_target, instruction_fo
 from reference.workshop.decoding import decode
 from reference.workshop.landmarks import shared
 from reference.workshop.strategies.robots import before_stairwell
+from reference.workshop.traffic import ways_out
 from reference.world import Instruction
 
 FLAMES_AROUND = 7  # cells: side of the square in which a robot counts flames
@@ -125,7 +126,7 @@ class RobotView:
         self.people = now.people_on(floor)
         cost = now.cost_on(floor)
         each = [self.nav.distances([p], cost) for p in self.me[1].tolist()]
-        out = self.nav.distances(shared.ways_out(now.building, floor), cost)
+        out = self.nav.distances(ways_out(now.building, floor), cost)
         ways = np.minimum(each, shared.FAR)
         self._assign_people(ways, options.scenario.sight_range)
         self._choose()

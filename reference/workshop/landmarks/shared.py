@@ -16,7 +16,7 @@ from scipy import ndimage
 
 from reference.building import Building, Kind
 from reference.flames import cells_beside, fuel, walking_cost
-from reference.navigation import Navigation, navigation_of
+from reference.navigation import Navigation
 from reference.paper import Scenario
 from reference.workshop.decoding import Scene, burning
 from reference.workshop.strategies.robots import GROUP_RADIUS
@@ -162,28 +162,6 @@ def group_centres(near: np.ndarray, count: np.ndarray) -> list[int]:
         centres.append(int(np.argmax(np.where(left, size, -1.0))))
         left &= ~near[centres[-1]]
     return centres
-
-
-@lru_cache(maxsize=8)
-def landmark_places(building: Building) -> list[np.ndarray]:
-    """Places of each landmark."""
-    nav = navigation_of(building)
-    return [nav.places_of(mark.floor, mark.cells) for mark in building.landmarks]
-
-
-def ways_out(building: Building, floor: int) -> np.ndarray:
-    """Places of all ways out of a floor."""
-    places = landmark_places(building)
-    ways = [places[m] for m in building.ways_out(floor)]
-    return np.concatenate([np.zeros(0, dtype=int), *ways])
-
-
-@lru_cache(maxsize=8)
-def stairwell_feet(building: Building) -> np.ndarray:
-    """(stairwells,) the place where people come out of each."""
-    entrances = [well.entrances[well.lowest][0] for well in building.stairwells]
-    places = landmark_places(building)
-    return np.array([places[m][0] for m in entrances], dtype=int)
 
 
 @lru_cache(maxsize=8)

@@ -17,7 +17,7 @@ from reference.strategies import (
     RandomRobots,
     RobotStrategy,
 )
-from reference.workshop.strategies.fires import GreedyFire
+from reference.workshop.strategies.fires import BusiestFire, CloserFire, GreedyFire
 from reference.workshop.strategies.robots import Patrol, Sweep
 
 ROBOTS: dict[str, type[RobotStrategy]] = {
@@ -30,6 +30,8 @@ FIRES: dict[str, type[FireStrategy]] = {
     "none": NoFire,
     "random": RandomFire,
     "greedy": GreedyFire,
+    "closer": CloserFire,
+    "busiest": BusiestFire,
 }
 SCRIPTS: Mapping[Side, Mapping[str, Callable[[], Any]]] = {
     "robots": ROBOTS,

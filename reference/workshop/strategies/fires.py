@@ -1,15 +1,17 @@
 """Scripted fires beyond the simplest; to add one, see the folder's `__init__`.
 
-Clauses: D2, D6.
+Clauses: D2, D6, F4.
 
     p   place
 """
 
 import numpy as np
 
+from reference.building import Kind
 from reference.fire import Decision, decision_at, free_places
 from reference.navigation import navigation_of
 from reference.strategies import RandomFire
+from reference.workshop.traffic import traffic
 from reference.world import World
 
 
@@ -35,3 +37,41 @@ class GreedyFire:
             chain = nav.walk(p, mark) if mark >= 0 else nav.straight(p, int(goal[0]))
             np.add.at(traffic, list(set(chain)), 1)
         return traffic
+
+
+class CloserFire:
+    """Closes the ways out in turn: exits first, then entrances, the nearest free cell.
+
+    Entrances to stairs that lead down, those of the lowest floor first.
+    """
+
+    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
+        """Choose by the number of sources so far; a random cell where none is free."""
+        marks = (mark for mark in world.building.landmarks if mark.leads_out)
+        ways = sorted(marks, key=lambda mark: (mark.kind is not Kind.EXIT, mark.floor))
+        way = ways[len(world.flames.sources) % len(ways)].index
+        metres = navigation_of(world.building).distance[way]
+        metres = np.where(free_places(world), metres, np.inf)
+        if np.isinf(metres).all():
+            return RandomFire().decide(world, rng)
+        return decision_at(world, int(metres.argmin()))
+
+
+class BusiestFire:
+    """Closes what most people must come past: lights the cell that they will cross.
+
+    Of cells that equally many cross on their cheapest ways to the outside, the one
+    nearest to the way out.
+    """
+
+    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
+        """Choose among all free cells; a random one if nobody is to cross any."""
+        bodies = world.bodies
+        stairs = bodies.stairwell[bodies.inside & (bodies.stairwell >= 0)]
+        walking = bodies.place[bodies.walking]
+        found = traffic(world.building, walking, stairs, world.flames.cost)
+        people = (found.cross + found.come) * free_places(world)
+        if not people.any():
+            return RandomFire().decide(world, rng)
+        most = np.flatnonzero(people == people.max())
+        return decision_at(world, most[found.out[most].argmin()])

@@ -1,8 +1,8 @@
 """Checkpoints: a whole training in one file, written whole or not at all.
 
 Clauses: E3, E6.  A file holds tensors and plain data alone, and loading it never
-executes code.  It knows its building, scenario and version, and says so where it does
-not belong.
+executes code.  It knows its building, scenario, game and version, and says so where it
+does not belong.
 """
 
 import os
@@ -166,6 +166,11 @@ def _checked(content: object, path: Path) -> Checkpoint:
             f"{content.get('version')!s:.40}); this is {reference.__version__}, "
             f"which reads format {FORMAT}. Use the version that wrote it."
         )
+    if content.get("game") != reference.GAME:
+        raise CheckpointError(
+            f"{path}: has learned another game than this one, whose rules have changed "
+            f"since version {content.get('version')!s:.40}; train anew."
+        )
     try:
         return _checkpoint(content)
     except (KeyError, TypeError, AttributeError, ValueError) as why:
@@ -184,6 +189,7 @@ def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
     return {
         "kind": KIND,
         "format": FORMAT,
+        "game": reference.GAME,
         "version": checkpoint.version,
         "task": {
             **{f.name: getattr(task, f.name) for f in fields(Task)},

@@ -155,8 +155,8 @@ def _tiny() -> Settings:
     net |= {"learning_rate": 3e-3, "keep_checkpoints": 3}
     robots = {"batch_size": 32, "buffer_size": 64, "max_steps": 600}
     robots |= {"checkpoint_interval": 200, "summary_freq": 100}
-    fire = {"batch_size": 4, "buffer_size": 8, "max_steps": 60}
-    fire |= {"checkpoint_interval": 20, "summary_freq": 10}
+    fire = {"batch_size": 2, "buffer_size": 4, "max_steps": 30}
+    fire |= {"checkpoint_interval": 10, "summary_freq": 5}
     paper = _paper()
     return Settings(
         preset="tiny",

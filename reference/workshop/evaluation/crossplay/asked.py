@@ -332,6 +332,7 @@ def write(evaluation: Evaluation, folder: Path) -> None:
     building, plan, scenario = evaluation.arena
     content = {
         "version": reference.__version__,
+        "game": reference.GAME,
         "building": building,
         **{name: getattr(evaluation, name) for name in PLAIN},
         "files": {word: file._asdict() for word, file in evaluation.files.items()},
@@ -353,7 +354,8 @@ def read(path: Path) -> Evaluation:
             "to begin, or name the folder of one."
         )
     content = read_json(path)
-    refuse_version(path, content.pop("version", "unknown"))
+    version, game = content.pop("version", "unknown"), content.pop("game", 1)
+    refuse_version(path, version, game)
     arena = {name: content.pop(name, None) for name in Arena._fields}
     found = record_from(Evaluation, {**content, "arena": arena}, str(path))
     with about(path):

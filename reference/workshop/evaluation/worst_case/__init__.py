@@ -13,4 +13,4 @@ Eq. 6's R_w, everybody dies, is below all of them: see `bounds`.  `critic` and
 """
 
 from reference.workshop.evaluation.worst_case.look_ahead import WorstCase
-from reference.workshop.evaluation.worst_case.placements import BusiestWay, placements
+from reference.workshop.evaluation.worst_case.placements import placements

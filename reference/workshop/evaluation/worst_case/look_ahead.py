@@ -13,8 +13,9 @@ from reference.fire import Decision
 from reference.game.rewards import group_reward
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.evaluation.worst_case.placements import BusiestWay, placements
+from reference.workshop.evaluation.worst_case.placements import placements
 from reference.workshop.evaluation.worst_case.value_estimate import value_estimate
+from reference.workshop.strategies.fires import BusiestFire
 from reference.world import World
 
 CHOICES, HORIZON = 4, 60.0
@@ -35,7 +36,7 @@ class WorstCase:
 
     [F4, Eq. 5, chosen] Each of the busiest placements is simulated up to a horizon,
     with the robots' own strategy; what comes after is a `value_estimate`. Later fires
-    follow a rule, beside the `BusiestWay`: without them it would never take the first
+    follow a rule, as `BusiestFire` does: without them it would never take the first
     of two exits. All placements share the seed of their future, so that they are
     compared under the same chances; it is a fresh one, so that the fire does not know
     how flames will really spread. The least of such values is too low by nature: `gap`
@@ -82,11 +83,10 @@ class WorstCase:
         return Foreseen(reward + rest, placement)
 
 
-class FirstAt(BusiestWay):
-    """A fire at one place, or not at all, in its next turn; then beside busy ways."""
+class FirstAt(BusiestFire):
+    """A fire at one place, or not at all, in its next turn; then on busy ways."""
 
     def __init__(self, placement: Decision | None):
-        super().__init__()
         self.first = [placement]
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:

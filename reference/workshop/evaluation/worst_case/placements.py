@@ -1,4 +1,4 @@
-"""Placements for a fire, the busiest ways first, and a fire that takes the first.
+"""Placements for a fire, those beside the busiest ways first.
 
 Clauses: D2, D6, F4.
 """
@@ -8,12 +8,10 @@ from functools import lru_cache
 import numpy as np
 
 from reference.building import Building
-from reference.fire import Decision
+from reference.fire import Decision, occupied
 from reference.game.environment import fire_decision
 from reference.game.observations import fire_vector, grid
 from reference.paper import Scenario
-from reference.simulation import Simulation
-from reference.strategies import RandomFire
 from reference.workshop.landmarks.of_fire import FIRE_FEATURES, FireOptions
 from reference.world import World
 
@@ -37,28 +35,10 @@ def placements(world: World, scenario: Scenario) -> list[Decision]:
     crossing = options.features[0][:, CROSS].sum(axis=1)
     busiest = there[np.argsort(-crossing[there], kind="stable")]
     places = options.places[0][busiest]
-    return list(dict.fromkeys(fire_decision(world.building, p) for p in places))
+    found = dict.fromkeys(fire_decision(world.building, p) for p in places)
+    return [place for place in found if not occupied(world, *place)]
 
 
 @lru_cache(maxsize=8)
 def _options(building: Building, scenario: Scenario) -> FireOptions:
     return FireOptions(building, scenario)
-
-
-class BusiestWay:
-    """A fire beside what most people have to come past: first the ways out, mostly.
-
-    [F4, chosen] Nearly as bad as the worst that is known, for a thousandth of the cost.
-    """
-
-    def __init__(self) -> None:
-        self._scenario = Scenario()
-
-    def watch(self, now: Simulation) -> None:
-        """Keep the scenario."""
-        self._scenario = now.scenario
-
-    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
-        """Take the first placement; a random cell if nobody is inside."""
-        choice = placements(world, self._scenario)
-        return choice[0] if choice else RandomFire().decide(world, rng)

@@ -22,7 +22,7 @@ from reference.paper import (
     STAIRS_SECONDS,
     WALKING_SPEED,
 )
-from reference.workshop.landmarks.shared import landmark_places, stairwell_feet
+from reference.workshop.traffic import landmark_places, stairwell_feet
 from reference.world import World
 
 SEARCH = 3.0

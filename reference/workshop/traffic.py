@@ -1,0 +1,89 @@
+"""Traffic: who comes past where on the cheapest way to the outside.
+
+Clauses: A3, A7.
+
+    p  place;  d  metres to the nearest way out of the floor
+"""
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from reference.building import Building
+from reference.navigation import navigation_of
+
+
+class Traffic(NamedTuple):
+    """Who comes past each place, (places,) each.
+
+    cross, come  people of this floor, and from above
+    ahead        metres they have to go till there, summed
+    out          metres to the cheapest way out of the floor, inf where there is none
+    """
+
+    cross: np.ndarray
+    come: np.ndarray
+    ahead: np.ndarray
+    out: np.ndarray
+
+
+def traffic(
+    building: Building, walking: np.ndarray, stairs: np.ndarray, cost: np.ndarray
+) -> Traffic:
+    """Walk everyone along their cheapest ways out, floor by floor and down the stairs.
+
+    walking  (n,) places of people on floors
+    stairs   (m,) stairwells of people on stairs
+    cost     metres that a metre counts as, (floors, rows, cols)
+    """
+    nav, wells = navigation_of(building), _wells(building)
+    feet = stairwell_feet(building)
+    found, coming = Traffic(*np.zeros((4, nav.places))), feet[stairs]
+    for floor in reversed(range(building.floors)):
+        d, after = nav.shortest(ways_out(building, floor), cost)
+        here = slice(floor * nav.floor_size, (floor + 1) * nav.floor_size)
+        found.out[here] = d[here]
+        for people, count in ((walking, found.cross), (coming, found.come)):
+            at = people[(people // nav.floor_size == floor) & np.isfinite(d[people])]
+            start = d[at]
+            while len(at):
+                np.add.at(count, at, 1)
+                np.add.at(found.ahead, at, start - d[at])
+                walks = after[at] != at
+                entered = wells[at[~walks]]
+                coming = np.append(coming, feet[entered[entered >= 0]])
+                start, at = start[walks], after[at[walks]]
+    return found
+
+
+@lru_cache(maxsize=8)
+def landmark_places(building: Building) -> list[np.ndarray]:
+    """Places of each landmark."""
+    nav = navigation_of(building)
+    return [nav.places_of(mark.floor, mark.cells) for mark in building.landmarks]
+
+
+def ways_out(building: Building, floor: int) -> np.ndarray:
+    """Places of all ways out of a floor."""
+    places = landmark_places(building)
+    ways = [places[m] for m in building.ways_out(floor)]
+    return np.concatenate([np.zeros(0, dtype=int), *ways])
+
+
+@lru_cache(maxsize=8)
+def stairwell_feet(building: Building) -> np.ndarray:
+    """(stairwells,) the place where people come out of each."""
+    entrances = [well.entrances[well.lowest][0] for well in building.stairwells]
+    places = landmark_places(building)
+    return np.array([places[m][0] for m in entrances], dtype=int)
+
+
+@lru_cache(maxsize=8)
+def _wells(building: Building) -> np.ndarray:
+    """(places,) the stairwell that an entrance leads down, -1 elsewhere."""
+    well = np.full(building.kind.size, -1)
+    for mark, index in building.stairwell_of.items():
+        if building.landmarks[mark].leads_out:
+            well[landmark_places(building)[mark]] = index
+    return well
