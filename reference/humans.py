@@ -75,7 +75,7 @@ def _still_crossing(me: Mind, observe: View) -> bool:
     return (
         me.goal.aim is Aim.THRESHOLD
         and observe.place != me.goal.place
-        and me.goal.place not in observe.flames
+        and not observe.burns([me.goal.place])
         and not stuck(me, observe)
     )
 
@@ -251,7 +251,7 @@ def remember(me: Mind, observe: View) -> None:
     way back that are seen destroyed; and where the leader is.
     """
     me.patches.add(observe.patch)
-    if me.goal.aim is Aim.DIRECTION and me.goal.place in observe.flames:
+    if me.goal.aim is Aim.DIRECTION and observe.burns([me.goal.place]):
         me.patches.add(me.goal.which)
     if burnt := observe.burnt:
         me.trail = [door for door in me.trail if door not in burnt]

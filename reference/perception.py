@@ -6,7 +6,7 @@ a ray reaches people, robots and flames is asked anew, for all who are about to 
     i   who looks;  j  a body in sight;  k  number of a ray
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -118,12 +118,17 @@ class View:
     def passable(self, landmark: int) -> bool:
         """Is there no flame in sight on the straight way to a landmark in view?"""
         fire, sight = self._around.burning, self._around.sight
-        return not fire or fire.isdisjoint(sight.line(self.place, landmark)[0])
+        return not fire or not self.burns(sight.line(self.place, landmark)[0])
 
     def safe(self, landmark: int) -> bool:
         """Is there none beside it either?"""
         fire, sight = self._around.burning, self._around.sight
-        return not fire or fire.isdisjoint(sight.line(self.place, landmark)[1])
+        return not fire or not self.burns(sight.line(self.place, landmark)[1])
+
+    def burns(self, places: Iterable[int]) -> bool:
+        """Is there a flame in sight in any of these places?"""
+        alight = self._around.burning.intersection(places)
+        return bool(alight & self._around.sight.seen(self.place)) if alight else False
 
     def towards(self, goal: Goal) -> tuple[float, float] | None:
         """Unit vector to a goal in sight or remembered, None when one is there."""

@@ -142,17 +142,17 @@ class Sight:
         return self._seen[p]
 
     def line(self, p: int, landmark: int) -> tuple[frozenset[int], frozenset[int]]:
-        """Places seen from p on the line to a landmark in view; these and beside it."""
+        """Places on the line from p to a landmark in view, and these or beside them."""
         key = (p, landmark)
         if key not in self._lines:
             marks, centres = self.building.landmark.ravel(), self.navigation.centres
-            met = self.hits[self.hits[:, p] >= 0, p]
+            met = np.unique(self.hits[self.hits[:, p] >= 0, p])
             ends = met[marks[met] == landmark].tolist()
             end = min(ends, key=lambda q: dist(centres[q], centres[p]))
             on = {p, *self.navigation.straight(p, end)}
             steps = (0, 1, -1, self.navigation.cols, -self.navigation.cols)
             beside = {q + step for q in on for step in steps}
-            self._lines[key] = (self.seen(p) & on, self.seen(p) & beside)
+            self._lines[key] = frozenset(on), frozenset(beside)
         return self._lines[key]
 
     def cast(self, p: int, k: int) -> Hit | None:
