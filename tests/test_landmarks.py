@@ -283,6 +283,17 @@ def test_everybodys_way_out_crosses_the_only_exit():
     assert cross.max() == 1.0
 
 
+@pytest.mark.paper("D6", "chosen")
+def test_a_fire_is_offered_the_cell_of_a_clearances_rim_that_most_come_past():
+    """Straight before E, where p and q come from the door; others are a bit nearer."""
+    sim = stage(BOARD)
+    options = fire_of(sim)
+    exit_ = options.features[0, :, int(FireOption.EXIT)] > 0
+    (place,) = options.places[0, exit_]
+    _, x, y = fire_decision(sim.building, place)
+    assert sim.building.cell(x, y) == (3, 18)
+
+
 def test_people_upstairs_come_past_the_exits_downstairs():
     """Before anybody has moved, all who are above will cross some exit below."""
     sim = Simulation(shipped("paper"), seed=2, fire=RandomFire(), robots=Sweep())

@@ -18,9 +18,10 @@ from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.workshop.decoding import decode_fire
 from reference.workshop.landmarks import shared
-from reference.workshop.traffic import landmark_places, traffic
+from reference.workshop.traffic import Traffic, landmark_places, traffic
 
 FLAMES_BESIDE, FLAMES_FAR = 3, 15  # cells: sides of squares in which flames count
+ABOUT_AS_NEAR = 1.0  # metres: of cells that are, a busier one does more harm
 NEAREST_CELLS = 80  # room cells around a landmark that are looked at for a free one
 
 
@@ -74,36 +75,49 @@ class FireOptions:
         self.kind, self.size = np.array(kind), len(kind)
         self.features = len(FIRE_FEATURES)
         self.beside = _beside(building)
+        marks = np.arange(len(self.beside))[:, None]
+        self.metres = self.navigation.distance[marks, self.beside]
         self.rims = [rim(building, m.index) for m in building.landmarks if m.leads_out]
         self.steps = _steps_around(shared.GROUP_RADIUS)
+        self.far = np.hypot(*self.steps.T)
 
     def __call__(self, vectors: np.ndarray, cells: np.ndarray) -> shared.Options:
         """vectors (1, V), the fire's; cells, the grid."""
         scene = decode_fire(vectors[0], self.building, self.scenario)
         now = shared.Snapshot(self.navigation, self.scenario, scene, cells)
-        place, action_mask = self._places(now)
-        features = shared.evaluate(FIRE_TABLE, FireView(self, now, place))
+        walking = now.place[now.walking]
+        passing = traffic(self.building, walking, now.on_stairs, now.cost)
+        place, action_mask = self._places(now, passing)
+        features = shared.evaluate(FIRE_TABLE, FireView(self, now, place, passing))
         features[~action_mask] = 0
         if not action_mask.any():  # everything is taken: it does not matter which
             action_mask[0] = True
         actions = self._actions(place)
         return shared.Options(actions[None], features[None], action_mask[None])
 
-    def _places(self, now: shared.Snapshot) -> tuple[np.ndarray, np.ndarray]:
+    def _places(
+        self, now: shared.Snapshot, passing: Traffic
+    ) -> tuple[np.ndarray, np.ndarray]:
         """(K,) the cell of each option, and (K,) bool whether it is there.
+
+        Of the nearest free cells the one that most people come past: around a clearance
+        many are as near.
 
         [D6, chosen] Only floors on which, or above which, somebody is: there is
         nobody to harm on others, and robots whose work is done stand there unseen.
         """
         place, there = np.zeros(self.size, dtype=int), np.zeros(self.size, dtype=bool)
         centres, L, free = self._group_centres(now), len(self.beside), now.free_rooms()
-        for start, candidates in (
-            (0, self.beside),
-            (L, self._around(centres)),
-            (L + shared.GROUPS, self._around(now.robot_place)),
+        people = 1 + passing.cross + passing.come
+        for start, candidates, metres in (
+            (0, self.beside, self.metres),
+            (L, self._around(centres), self.far),
+            (L + shared.GROUPS, self._around(now.robot_place), self.far),
         ):
             part, k = slice(start, start + len(candidates)), np.arange(len(candidates))
-            first = free[candidates].argmax(axis=1)
+            d = np.where(free[candidates], metres, np.inf)
+            near = d <= d.min(axis=1, keepdims=True) + ABOUT_AS_NEAR
+            first = (near * people[candidates]).argmax(axis=1)
             place[part] = candidates[k, first]
             there[part] = free[place[part]]
         return place, there
@@ -147,7 +161,13 @@ class FireView:
     burning, open         (floors,) cells;  mean of here_open over the ways out
     """
 
-    def __init__(self, options: FireOptions, now: shared.Snapshot, place: np.ndarray):
+    def __init__(
+        self,
+        options: FireOptions,
+        now: shared.Snapshot,
+        place: np.ndarray,
+        passing: Traffic,
+    ):
         """place: (K,) the cell of each option."""
         self.nav, self.now = options.navigation, now
         self.kind, self.place = options.kind, place
@@ -158,7 +178,7 @@ class FireView:
         self.burning = now.burning.sum(axis=(1, 2))
         self.flames_beside = now.flames_around(FLAMES_BESIDE)
         self._find_open(options.rims)
-        self._count_traffic()
+        self._count(passing)
 
     def _distances(self, at: np.ndarray, on: np.ndarray) -> np.ndarray:
         """(K, m) metres to points at, (m, 2), on floors, (m,)."""
@@ -178,15 +198,13 @@ class FireView:
         ]
         self.open = np.array([m.mean() if len(m) else 0.0 for m in of_floor])
 
-    def _count_traffic(self) -> None:
+    def _count(self, passing: Traffic) -> None:
         """Count who comes past: through one of the 3 x 3 cells around.
 
         Around a landmark itself, not around the cell beside it that may burn: people
         enter a clearance from all sides.
         """
-        now, shape = self.now, self.now.building.kind.shape
-        found = traffic(now.building, now.place[now.walking], now.on_stairs, now.cost)
-        marks = landmark_places(now.building)
+        shape, marks = self.now.burning.shape, landmark_places(self.now.building)
         middle = self.place.copy()
         middle[: len(marks)] = [places[0] for places in marks]
 
@@ -194,10 +212,10 @@ class FireView:
             around = ndimage.maximum_filter(count.reshape(shape), (1, 3, 3))
             return around.ravel()[middle]
 
-        self.cross, self.come = busiest(found.cross), busiest(found.come)
-        people = np.maximum(found.cross + found.come, 1)
-        self.ahead = np.minimum(busiest(found.ahead / people), shared.FAR)
-        self.out = np.minimum(found.out, shared.FAR)
+        self.cross, self.come = busiest(passing.cross), busiest(passing.come)
+        people = np.maximum(passing.cross + passing.come, 1)
+        self.ahead = np.minimum(busiest(passing.ahead / people), shared.FAR)
+        self.out = np.minimum(passing.out, shared.FAR)
 
 
 # -- Cells to burn ------------------------------------------------------------------

@@ -27,8 +27,8 @@ from reference.world import World
 
 SEARCH = 3.0
 """[F4, chosen] metres walked for one of the shortest way: people search, robots fetch
-and queues form. With 3 the estimate is right on average for `sweep`, within 500 points
-of 8000, over moments of random, greedy and exit-burning fires."""
+and queues form. With 3 the estimate was right on average for `sweep`, within 500 points
+of 8000, over moments of random, greedy and exit-burning fires, when exits burnt."""
 
 SOON = 30.0
 """[F4, chosen] seconds: people meet the flames as they will be so much later."""
