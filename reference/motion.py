@@ -2,7 +2,8 @@
 
 Clauses: A7, F8.  Speed falls with the gap ahead, as in the collision-free speed model
 of Tordeux, Chraibi and Seyfried (2016); people keep to the right of who comes towards
-them and turn their shoulders; whoever is held up tries another small step.
+them and turn their shoulders; whoever is held up, or stands in the way of others and
+cannot make room, tries another small step at random.
 
     n      bodies;  k  pairs of near ones, each counted both ways (i looks at j)
     e_i    unit vector i means to walk along;  v_i  its speed, m/s
@@ -74,14 +75,15 @@ def step(
     moved = _not_into_walls(position, wished, free)
     pushed = _not_into_walls(moved, _pushed_apart(moved, i, j), free)
     moved = _not_into_each_other(position, pushed, yields, i, j, room)
-    held_up = (far > IDLE) & (_along(moved - position, e) < HELD_UP * seconds)
+    e = np.where((far > IDLE)[:, None], e, turned)
+    held_up = e.any(axis=1) & (_along(moved - position, e) < HELD_UP * seconds)
     meets = np.zeros(len(e), bool)
     meets[i[facing & (_along(e[i], to_j) > 0)]] = True
     tried = moved.copy()
-    tried[held_up] += SHUFFLE * seconds * _shuffle(e[held_up], meets[held_up], rng)
+    tried[held_up] += SHUFFLE * seconds * _about(e[held_up], meets[held_up], rng)
     tried = _not_into_walls(moved, tried, free)
-    by_me = held_up[i]
-    i, j, room = i[by_me], j[by_me], room[by_me]
+    mine = held_up[i]
+    i, j, room = i[mine], j[mine], room[mine]
     return _not_into_each_other(moved, tried, np.ones_like(i, bool), i, j, room)
 
 
@@ -197,8 +199,8 @@ def _pushed_apart(moved: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray
     return moved
 
 
-def _shuffle(e: np.ndarray, meets: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """(k, 2) unit vectors about e at random, more to the right if somebody comes."""
+def _about(e: np.ndarray, meets: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Draw (k, 2) directions about e, more to the right where somebody comes."""
     angle = rng.uniform(-SHUFFLE_TURN, SHUFFLE_TURN, len(e)) - SHUFFLE_RIGHT * meets
     x, y, cos, sin = *e.T, np.cos(angle), np.sin(angle)
     return np.stack([x * cos - y * sin, x * sin + y * cos], axis=1)

@@ -22,6 +22,10 @@ FOLLOWER_GAP, CROWD_GAP = 1.2, 0.4
 """[C7, chosen] metres: a robot waits while its n followers are on average farther
 behind than FOLLOWER_GAP + CROWD_GAP * sqrt(n); the root, since a crowd fills a disc."""
 
+DOORWAY = 2.0
+"""[C7, chosen] metres on foot: so near a door a robot does not wait, since those who
+follow it would stand in the doorway and on both sides."""
+
 AT_EXIT = 2.5  # [C7, chosen] metres: a destination so near an exit means "this exit"
 
 
@@ -70,6 +74,8 @@ def speed_while_leading(robot: Robot, world: World) -> float:
     """
     followers = followers_of(world, robot) if robot.way else ()
     if not len(followers):
+        return ROBOT_SPEED
+    if navigation_of(world.building).distance[:, robot.place].min() < DOORWAY:
         return ROBOT_SPEED
     off = world.bodies.position[followers] - robot.position
     gap = np.hypot(off[:, 0], off[:, 1]).sum() / len(followers)

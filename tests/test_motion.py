@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from reference import motion
 from reference.paper import BODY_RADIUS, WALKING_SPEED, Scenario
+from reference.workshop.validation.crowd import Crowd, built, people
 
 TICK = Scenario().tick
 TOUCHING = 2 * BODY_RADIUS - 1e-6
@@ -144,13 +145,45 @@ def test_two_streams_pass_each_other_in_a_corridor():
     assert (track[-1, :10, 0] > 20).all() and (track[-1, 10:, 0] < 0).all()
 
 
-def jostle(start, aim, ticks, free):
-    """Positions at every tick of a crowd whose paces differ."""
-    pace = np.clip(np.random.default_rng(0).normal(1.34, 0.26, len(start)), 0.8, 1.9)
-    return walk(start, aim, ticks, free, pace)
+def test_people_who_meet_turn_their_shoulders():
+    """In a corridor where two abreast would overlap they pass each other."""
+    track = walk([[0, 0.1], [4, -0.1]], [[9, 0], [-9, 0]], 60, corridor(0.38))
+    assert track[-1, 0, 0] > 4 and track[-1, 1, 0] < 0
+    assert motion.SHOULDERS - 1e-6 < min(gaps(at)[0] for at in track) < TOUCHING
 
 
-def doorway(at):
-    """May a body stand there: two rooms of 10 m, a door of 1 m between at x = 0."""
-    x, y = np.abs(at).T
-    return (y < 5) & (x < 10) & ((x > 0.5) | (y < 0.5))
+def test_chance_moves_only_who_is_held_up():
+    """Whoever walks freely walks the same way, however the others shuffle."""
+    start = np.array([[0.0, 0], [9.8, 0], [9.3, 0]])
+    aim, floor = np.array([[-40.0, 0], [40, 0], [40, 0]]), np.zeros(3, int)
+    ends = []
+    for seed in range(2):
+        at, rng = start, np.random.default_rng(seed)
+        for _ in range(5):
+            pace = np.full(3, WALKING_SPEED)
+            at = motion.step(at, floor, aim, pace, TICK, lambda p, _: p[:, 0] < 10, rng)
+        ends.append(at)
+    assert np.array_equal(ends[0][0], ends[1][0])
+    assert not np.array_equal(ends[0][1], ends[1][1])
+
+
+def test_ghosts_walk_through_each_other():
+    """As straight and as fast as if nobody were there; but not through walls."""
+    start, aim = np.array([[0.0, 0], [2, 0]]), np.array([[9.0, 0], [-9, 0]])
+    floor, pace, rng = np.zeros(2, int), np.full(2, 1.0), np.random.default_rng(0)
+    at = start
+    for _ in range(20):
+        at = motion.alone(at, floor, aim, pace, TICK, lambda p, _: p[:, 0] < 3, rng)
+    assert at[0, 0] == pytest.approx(3, abs=TICK) and at[1, 0] < -1.9
+
+
+@pytest.mark.paper("A7", "chosen")
+def test_two_crowds_pass_each_other_in_a_door():
+    """Twenty each way through one metre, in less time than a minute and a half."""
+    room, wall = "......", "###############"
+    rows = [f"E{room}+{room}E", *3 * [f"#{room}#{room}#"]]
+    building = built([wall, *rows, wall])
+    west, east = sorted(building.exits, key=lambda m: building.landmarks[m].position)
+    sides = [(20, (0, slice(1, 5), slice(first, first + 6))) for first in (1, 8)]
+    crowd = Crowd(people(building, 0, *sides), [east] * 20 + [west] * 20, limit=90)
+    assert crowd.run().evacuated == 40

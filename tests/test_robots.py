@@ -21,7 +21,7 @@ from movies import (
 from reference.building import Kind
 from reference.events import Evacuated
 from reference.paper import DECISION_SECONDS, NEAR_STAIRWELL, ROBOT_SPEED, Scenario
-from reference.robots import actual_target, instruction_for
+from reference.robots import DOORWAY, actual_target, instruction_for
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire, RandomRobots
 from reference.workshop.strategies import ROBOTS
@@ -125,6 +125,18 @@ def test_a_robot_waits_for_followers_who_are_far_behind():
     sim.world.bodies.pace[:] = 0
     follow(sim, "p", sim.world.robots[0].body)
     assert play(sim, 1) == drawn("############\n#p....R....E\n############")
+
+
+@pytest.mark.paper("C7", "Alg. 3:2, chosen")
+def test_a_robot_does_not_wait_beside_a_door():
+    """There its followers would stand in the doorway; it goes on, and waits beyond."""
+    sim = stage("##############\n#p..R+.......E\n##############", robots=Send(5.5, 0.5))
+    sim.world.bodies.pace[:] = 0
+    follow(sim, "p", sim.world.robots[0].body)
+    play(sim, 3)
+    door, robot = sim.building.landmarks[0], sim.world.robots[0]
+    beyond = robot.position[0] - door.position[0]
+    assert beyond == pytest.approx(DOORWAY, abs=0.5)
 
 
 @pytest.mark.paper("C7", "Alg. 3:3-5")
@@ -384,6 +396,16 @@ def test_sweeping_robots_fetch_the_largest_group_not_yet_guided():
     )
     x, _ = Sweep().decide(sim.world, sim.world.robots, sim.rng["robots"])[0]
     assert x > 5
+
+
+@pytest.mark.parametrize(("full", "first"), [(1, "way out"), (15, "q")])
+def test_sweeping_robots_lead_no_more_than_can_pass_doors(full, first, monkeypatch):
+    """With as many as that they go to the way out, else first to who is nearby."""
+    monkeypatch.setattr(Sweep, "FULL", full)
+    sim = stage("##################\n#....q..pR.......E\n##################")
+    follow(sim, "p", sim.world.robots[0].body)
+    x, _ = Sweep().decide(sim.world, sim.world.robots, sim.rng["robots"])[0]
+    assert (x > 7) == (first == "way out")
 
 
 def test_sweeping_robots_share_the_groups():

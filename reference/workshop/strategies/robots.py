@@ -48,6 +48,7 @@ class Sweep:
     """
 
     AT_HAND = 2.0  # [C7, chosen] metres: so near it, people follow or will not
+    FULL = 15  # [C7, chosen] people led: more would wait over 12 s before every door
     TRIP = 5.0  # [C7, chosen] metres that each way out costs besides, to come back
 
     def decide(
@@ -70,7 +71,7 @@ class Sweep:
         heads, groups = groups_of(world, robot.floor, lost)
         far = d[world.bodies.place[heads]] >= self.AT_HAND
         heads, groups = heads[far], groups[far]
-        if len(heads):
+        if len(heads) and led < self.FULL:
             place = world.bodies.place[heads]
             on = nav.distance[out] if out is not None else np.zeros(nav.places)
             rate = (led + groups.sum(axis=1)) / (self.TRIP + d[place] + on[place])
