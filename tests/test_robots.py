@@ -23,9 +23,15 @@ from reference.events import Evacuated
 from reference.paper import DECISION_SECONDS, NEAR_STAIRWELL, ROBOT_SPEED, Scenario
 from reference.robots import DOORWAY, actual_target, instruction_for
 from reference.simulation import Simulation
+from reference.stairs import enter
 from reference.strategies import NoFire, NoRobots, RandomFire, RandomRobots
 from reference.workshop.strategies import ROBOTS
-from reference.workshop.strategies.robots import Patrol, Sweep
+from reference.workshop.strategies.robots import (
+    Escort,
+    Patrol,
+    Sweep,
+    before_stairwell,
+)
 from reference.world import Instruction
 
 UPSTAIRS = """
@@ -398,13 +404,14 @@ def test_sweeping_robots_fetch_the_largest_group_not_yet_guided():
     assert x > 5
 
 
+@pytest.mark.parametrize("robots", [Sweep(), Escort()])
 @pytest.mark.parametrize(("full", "first"), [(1, "way out"), (15, "q")])
-def test_sweeping_robots_lead_no_more_than_can_pass_doors(full, first, monkeypatch):
+def test_robots_lead_no_more_than_can_pass_doors(full, first, robots, monkeypatch):
     """With as many as that they go to the way out, else first to who is nearby."""
-    monkeypatch.setattr(Sweep, "FULL", full)
+    monkeypatch.setattr("reference.workshop.strategies.robots.FULL", full)
     sim = stage("##################\n#....q..pR.......E\n##################")
     follow(sim, "p", sim.world.robots[0].body)
-    x, _ = Sweep().decide(sim.world, sim.world.robots, sim.rng["robots"])[0]
+    x, _ = robots.decide(sim.world, sim.world.robots, sim.rng["robots"])[0]
     assert (x > 7) == (first == "way out")
 
 
@@ -440,9 +447,90 @@ def test_sweeping_robots_lead_people_where_risk_is_least():
         assert sim.building.cell(x, 0.5)[1] == column
 
 
+def decided(robots, sim):
+    """Column of the cell that the last robot of a scene is sent to."""
+    x, _ = robots.decide(sim.world, sim.world.robots, sim.rng["robots"])[-1]
+    return sim.building.cell(x, 0.5)[1]
+
+
+@pytest.mark.paper("C7")
+@pytest.mark.parametrize("robots", [Sweep(), Escort()])
+def test_idle_robots_wait_before_stairs_that_end_on_their_floor(robots):
+    """People still come down B in the east, which ends here; A goes on down."""
+    sim = stage(
+        """
+           #########
+        ####.......#
+        #AA+...R...E
+        ####.......#
+           #########
+
+           #########
+        ####.......####
+        #AA+...R...+BB#
+        ####.......####
+           #########
+
+           #########
+        ####.......####
+        #AA+...R...+BB#
+        ####.......####
+           #########
+        """
+    )
+    here = [robot for robot in sim.world.robots if robot.floor == 1]
+    there = robots.decide(sim.world, here, sim.rng["robots"])
+    assert there == [before_stairwell(sim.building, 1, 1)]
+
+
+TWO_STAIRS = """
+       ############
+    ####...*.......####
+    #AA+...*.......+BB#
+    ####...*....R..####
+       ######E#####
+
+       ############
+    ####...........####
+    #AA+....pR.....+BB#
+    ####...........####
+       ############
+    """
+
+
+@pytest.mark.paper("C7")
+def test_an_escort_counts_the_way_from_the_foot_of_the_stairs():
+    """Down the farther stairs in the east, when the ground floor burns in the west."""
+    for flames, column in (("*", 15), (".", 3)):
+        sim = stage(TWO_STAIRS.replace("*", flames))
+        follow(sim, "p", sim.world.robots[1].body)
+        assert decided(Escort(), sim) == column
+
+
+@pytest.mark.paper("C7")
+def test_an_escort_fetches_only_who_is_near_its_way():
+    """With p and q it turns back for r who is 3 m away, not for r who is 11 m away."""
+    for metres, column in ((3, 15), (11, 0)):
+        row = f"E..........pRq{'.' * (metres - 2)}r".ljust(25, ".") + "#"
+        sim = stage("\n".join(["#" * 26, row, "#" * 26]))
+        for letter in "pq":
+            follow(sim, letter, sim.world.robots[0].body)
+        assert decided(Escort(), sim) == column
+
+
+@pytest.mark.paper("C7")
+def test_an_escort_waits_at_the_foot_for_people_on_the_stairs():
+    """Nobody is on its floor yet; p will be in some seconds."""
+    sim = stage(UPSTAIRS)
+    enter(sim.world, 0, sim.building.stairwells[0].entrances[1][0])
+    to = Escort().decide(sim.world, sim.world.robots, sim.rng["robots"])[0]
+    assert to == before_stairwell(sim.building, 0, 0)
+
+
 @pytest.mark.slow
 @pytest.mark.paper("C7")
-def test_sweeping_saves_people_that_nobody_would_have_guided():
+@pytest.mark.parametrize("robots", ["sweep", "escort"])
+def test_guides_save_people_whom_nobody_would_have_guided(robots):
     """On the paper's floors, random fire, the same two runs."""
     building = shipped("paper")
     saved = {
@@ -452,9 +540,9 @@ def test_sweeping_saves_people_that_nobody_would_have_guided():
             .evacuated
             for seed in range(2)
         )
-        for name in ("none", "sweep")
+        for name in ("none", robots)
     }
-    assert saved["sweep"] > saved["none"]
+    assert saved[robots] > saved["none"]
 
 
 @pytest.mark.paper("A7")

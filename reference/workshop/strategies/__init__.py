@@ -18,13 +18,14 @@ from reference.strategies import (
     RobotStrategy,
 )
 from reference.workshop.strategies.fires import BusiestFire, CloserFire, GreedyFire
-from reference.workshop.strategies.robots import Patrol, Sweep
+from reference.workshop.strategies.robots import Escort, Patrol, Sweep
 
 ROBOTS: dict[str, type[RobotStrategy]] = {
     "none": NoRobots,
     "random": RandomRobots,
     "patrol": Patrol,
     "sweep": Sweep,
+    "escort": Escort,
 }
 FIRES: dict[str, type[FireStrategy]] = {
     "none": NoFire,

@@ -2,21 +2,36 @@
 
 Clauses: C5, C7.
 
-    p   place;  d  metres on foot
+    p   place;  d  metres on foot;  lost  people whom no robot has or is sent to yet
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
+from math import inf
+from typing import NamedTuple
 
 import numpy as np
 
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
-from reference.paper import NEAR_STAIRWELL
+from reference.paper import (
+    NEAR_STAIRWELL,
+    ROBOT_SPEED,
+    STAIRS_SECONDS,
+    WALKING_SPEED,
+)
 from reference.robots import Destination, flame_cost
+from reference.workshop.traffic import landmark_places, stairwell_feet
 from reference.world import NOBODY, Robot, World
 
 GROUP_RADIUS = 4.0  # [C7, chosen] metres: who stands so near is of the same group
+AT_HAND = 2.0  # [C7, chosen] metres: so near a robot, people follow it or will not
+FULL = 15  # [C7, chosen] people led: more would wait over 12 s before every door
+TRIP = 5.0  # [C7, chosen] metres that each way out costs besides, to come back
+STAIRS_METRES = STAIRS_SECONDS * WALKING_SPEED  # a storey, to people
+SOON, SOON_COST = 5.0, 4.0
+"""[C7, chosen] metres on foot from flames within which a metre counts for more, and how
+much more beside them: flames come about so far while one walks 25 s."""
 
 
 class Patrol:
@@ -47,10 +62,6 @@ class Sweep:
     given up at the next decision.
     """
 
-    AT_HAND = 2.0  # [C7, chosen] metres: so near it, people follow or will not
-    FULL = 15  # [C7, chosen] people led: more would wait over 12 s before every door
-    TRIP = 5.0  # [C7, chosen] metres that each way out costs besides, to come back
-
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> list[Destination | None]:
@@ -68,20 +79,15 @@ class Sweep:
         nav = navigation_of(world.building)
         d = nav.distances([robot.place], flame_cost(world, robot.floor))
         out = self._way_out(world, robot, d)
-        heads, groups = groups_of(world, robot.floor, lost)
-        far = d[world.bodies.place[heads]] >= self.AT_HAND
-        heads, groups = heads[far], groups[far]
-        if len(heads) and led < self.FULL:
-            place = world.bodies.place[heads]
-            on = nav.distance[out] if out is not None else np.zeros(nav.places)
-            rate = (led + groups.sum(axis=1)) / (self.TRIP + d[place] + on[place])
-            best = int(np.argmax(rate))
-            if not led or rate[best] > led / (self.TRIP + d[on == 0].min()):
-                lost[groups[best]] = False
-                return _metres(world.bodies.position[heads[best]])
+        on = nav.distance[out] if out is not None else np.zeros(nav.places)
+        choice, here = fetches(world, robot, d, lost), float(d[on == 0].min())
+        best = most_per_metre(choice, led, on, here, inf)
+        if best is not None:
+            lost[best.people] = False
+            return best.to
         if out is not None and led:
             return world.building.landmarks[out].position
-        return self._station(world, robot)
+        return station(world, robot)
 
     @staticmethod
     def _way_out(world: World, robot: Robot, d: np.ndarray) -> int | None:
@@ -90,18 +96,148 @@ class Sweep:
         marks = building.ways_out(robot.floor)
         return min(marks, key=lambda m: d[nav.distance[m] == 0].min(), default=None)
 
-    @staticmethod
-    def _station(world: World, robot: Robot) -> Destination | None:
-        """Before the busiest stairwell, where people still come down."""
-        building, bodies = world.building, world.bodies
-        coming = bodies.stairwell[bodies.inside & (bodies.stairwell >= 0)]
-        ends = [well.lowest == robot.floor for well in building.stairwells]
-        wells = np.flatnonzero(ends).tolist()
-        if not wells:
-            return None
-        counts = [int((coming == k).sum()) for k in wells]
-        k = wells[int(np.argmax(counts))] if any(counts) else robot.team % len(wells)
-        return before_stairwell(building, robot.floor, k)
+
+class Escort:
+    """Leads people out at once by the safest way, and fetches only who is near it.
+
+    A way is counted to the outside, stairs and lower floors included, and metres near
+    flames count more, since flames grow: so upper floors empty into the stairs below
+    which the house is safe. Those who follow make a detour for others only if it is a
+    few metres for each of them. Who comes down the stairs is awaited at their foot.
+    """
+
+    DETOUR = 16.0
+    """[C7, chosen] metres that those led may go, all together, for each one fetched:
+    five go 3 m for one, 16 m for five. Without a bound fewer people got out."""
+
+    def decide(
+        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
+    ) -> list[Destination | None]:
+        """Let robots choose in turn, each among the groups the others left over."""
+        guide, outside = guided_by(world), metres_outside(world)
+        lost = unguided(world) | (world.bodies.inside & ~world.bodies.walking)
+        return [
+            self._one(world, robot, int((guide == robot.body).sum()), lost, outside)
+            for robot in robots
+        ]
+
+    def _one(
+        self,
+        world: World,
+        robot: Robot,
+        led: int,
+        lost: np.ndarray,
+        outside: np.ndarray,
+    ) -> Destination | None:
+        """Choose for one robot; take the group it chooses out of `lost`."""
+        way = int(outside[:, robot.place].argmin())
+        on = outside[way] if led else outside.min(axis=0)
+        nav, here = navigation_of(world.building), float(on[robot.place])
+        d = nav.distances([robot.place], flame_cost(world, robot.floor))
+        choice = fetches(world, robot, d, lost)
+        best = most_per_metre(choice, led, on, here, self.DETOUR)
+        if best is not None:
+            lost[best.people] = False
+            return best.to
+        if led:
+            return world.building.landmarks[way].position
+        return station(world, robot)
+
+
+class Fetch(NamedTuple):
+    """People to fetch, (n,) bool; where they are; metres till a robot has them."""
+
+    people: np.ndarray
+    place: int
+    to: Destination
+    metres: float
+
+
+def fetches(
+    world: World, robot: Robot, d: np.ndarray, lost: np.ndarray
+) -> Iterator[Fetch]:
+    """Groups of lost people on a robot's floor, and on the stairs down to it."""
+    nav, bodies, floor = navigation_of(world.building), world.bodies, robot.floor
+    heads, groups = groups_of(world, floor, lost & bodies.walking)
+    for head, group in zip(heads.tolist(), groups, strict=True):
+        p = int(bodies.place[head])
+        if d[p] >= AT_HAND:
+            yield Fetch(group, p, _metres(bodies.position[head]), float(d[p]))
+    storeys = bodies.floor - floor - 1
+    seconds = bodies.stairs_until - world.time + storeys * STAIRS_SECONDS
+    for k in stairs_that_end(world.building, floor):
+        to = before_stairwell(world.building, floor, k)
+        p, coming = nav.place(floor, *to), lost & (bodies.stairwell == k)
+        for last in np.unique(seconds[coming]).tolist():
+            until = max(float(d[p]), last * ROBOT_SPEED)
+            yield Fetch(coming & (seconds <= last), p, to, until)
+
+
+def most_per_metre(
+    choice: Iterable[Fetch], led: int, on: np.ndarray, here: float, detour: float
+) -> Fetch | None:
+    """Whom to fetch so that most people per metre get out; None: first those led.
+
+    on: (places,) metres from there to the way out; here: from where the robot is.
+    detour: metres that those led may go, all together, for each one fetched.
+    """
+    best, most = None, led / (TRIP + here)
+    for fetch in choice if led < FULL else ():
+        more, out = int(fetch.people.sum()), float(on[fetch.place])
+        rate = (led + more) / (TRIP + fetch.metres + out)
+        extra = fetch.metres + out - here
+        if rate > most and (not led or led * extra <= detour * more):
+            best, most = fetch, rate
+    return best
+
+
+def metres_outside(world: World) -> np.ndarray:
+    """(landmarks, places) metres to the outside by each way out, inf by no way out.
+
+    The stairs and the way on from their foot included; risk counts as metres.
+    """
+    nav, building = navigation_of(world.building), world.building
+    outside = np.full((len(building.landmarks), nav.places), np.inf)
+    cost, feet = risk(world), stairwell_feet(building)
+    for mark in building.landmarks:  # the lowest floor first
+        if mark.leads_out:
+            below = 0.0
+            if mark.index in building.stairwell_of:
+                k = building.stairwell_of[mark.index]
+                storeys = mark.floor - building.stairwells[k].lowest
+                below = outside[:, feet[k]].min() + storeys * STAIRS_METRES
+            goals = landmark_places(building)[mark.index]
+            outside[mark.index] = nav.distances(goals, cost) + below
+    return outside
+
+
+def risk(world: World) -> np.ndarray | None:
+    """(places,) metres that a metre counts as, where flames are or will be soon.
+
+    None without flames.
+    """
+    nav, flames = navigation_of(world.building), world.flames
+    cost = flames.cost.ravel()
+    for floor, burning in enumerate(flames.burning):
+        d = nav.distances(np.flatnonzero(burning) + floor * nav.floor_size)
+        cost = np.maximum(cost, 1 + SOON_COST * np.maximum(1 - d / SOON, 0))
+    return cost if flames.burning.any() else None
+
+
+def station(world: World, robot: Robot) -> Destination | None:
+    """Before the busiest stairwell, where people still come down."""
+    wells = stairs_that_end(world.building, robot.floor)
+    if not wells:
+        return None
+    coming = world.bodies.stairwell[world.bodies.inside]
+    counts = [int((coming == k).sum()) for k in wells]
+    k = int(np.argmax(counts)) if any(counts) else robot.team % len(wells)
+    return before_stairwell(world.building, robot.floor, wells[k])
+
+
+def stairs_that_end(building: Building, floor: int) -> list[int]:
+    """Indices of the stairwells from which people come out on a floor."""
+    return [k for k, well in enumerate(building.stairwells) if well.lowest == floor]
 
 
 def groups_of(
