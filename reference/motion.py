@@ -70,20 +70,24 @@ def step(
     to_j, apart = _directions(position[j] - position[i])
     facing = (_along(e[i], e[j]) < -0.5) & (far[i] + far[j] > apart + DIAMETER)
     room = np.where(facing, SHOULDERS, DIAMETER)
-    turned, v = _heed_neighbours(position, e, v, yields, i, j)
+    turned, v = _heed_neighbours(e, v, yields, i, j, to_j, apart)
     wished = position + turned * (v * seconds)[:, None]
     moved = _not_into_walls(position, wished, free)
-    pushed = _not_into_walls(moved, _pushed_apart(moved, i, j), free)
+    pushed = _pushed_apart(moved, i, j)
+    if pushed is not moved:
+        pushed = _not_into_walls(moved, pushed, free)
     moved = _not_into_each_other(position, pushed, yields, i, j, room)
     e = np.where((far > IDLE)[:, None], e, turned)
-    held_up = e.any(axis=1) & (_along(moved - position, e) < HELD_UP * seconds)
-    meets = np.zeros(len(e), bool)
-    meets[i[facing & (_along(e[i], to_j) > 0)]] = True
-    tried = moved.copy()
-    tried[held_up] += SHUFFLE * seconds * _about(e[held_up], meets[held_up], rng)
-    tried = _not_into_walls(moved, tried, free)
+    held_up = (_along(moved - position, e) < HELD_UP * seconds) & e.any(axis=1)
+    if not held_up.any():
+        return moved
     mine = held_up[i]
     i, j, room = i[mine], j[mine], room[mine]
+    meets = np.zeros(len(e), bool)
+    meets[i[facing[mine] & (_along(e[i], to_j[mine]) > 0)]] = True
+    tried = moved.copy()
+    tried[held_up] += SHUFFLE * seconds * _about(e[held_up], meets[held_up], rng)
+    tried = np.where(free(tried, np.arange(len(e)))[:, None], tried, moved)
     return _not_into_each_other(moved, tried, np.ones_like(i, bool), i, j, room)
 
 
@@ -130,19 +134,19 @@ def _pairs(
 
 
 def _heed_neighbours(
-    position: np.ndarray,
     e: np.ndarray,
     v: np.ndarray,
     yields: np.ndarray,
     i: np.ndarray,
     j: np.ndarray,
+    to_j: np.ndarray,
+    apart: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Turn directions away from neighbours, and slow down to keep the gap ahead.
 
     Of two who are in each other's way only one waits.
     """
-    to_j, far = _directions(position[j] - position[i])
-    s = far - DIAMETER
+    s = apart - DIAMETER
     standing = v < IDLE
     at_me = _along(e[j], to_j) < -0.5
     towards = _along(e[i], to_j) > 0.5
@@ -155,7 +159,7 @@ def _heed_neighbours(
     turned, strength = _directions(meant + np.stack([x, y], axis=1))
     v = np.where(standing, np.minimum(strength, 1) * GIVE_WAY, v)
     ahead = _along(turned[i], to_j)
-    aside = np.abs(turned[i, 0] * to_j[:, 1] - turned[i, 1] * to_j[:, 0]) * far
+    aside = np.abs(turned[i, 0] * to_j[:, 1] - turned[i, 1] * to_j[:, 0]) * apart
     front = (ahead > 0) & (aside < DIAMETER)
     half = len(i) // 2
     mutual = np.concatenate([front[half:], front[:half]])
@@ -187,15 +191,18 @@ def _not_into_walls(position: np.ndarray, wished: np.ndarray, free: Free) -> np.
 
 
 def _pushed_apart(moved: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-    """Push each of two who overlap back by half: so people slide round each other."""
-    moved = moved.copy()
+    """Push each of two who overlap back by half, so that people slide round each other.
+
+    Without any overlap, `moved` itself.
+    """
     for _ in range(PUSHES):
         off, far = _directions(moved[i] - moved[j])
         half = np.maximum(DIAMETER - far, 0) / 2
         if not half.any():
             break
-        moved[:, 0] += np.bincount(i, half * off[:, 0], len(moved))
-        moved[:, 1] += np.bincount(i, half * off[:, 1], len(moved))
+        x = np.bincount(i, half * off[:, 0], len(moved))
+        y = np.bincount(i, half * off[:, 1], len(moved))
+        moved = moved + np.stack([x, y], axis=1)
     return moved
 
 

@@ -405,7 +405,7 @@ def test_sweeping_robots_fetch_the_largest_group_not_yet_guided():
 
 
 @pytest.mark.parametrize("robots", [Sweep(), Escort()])
-@pytest.mark.parametrize(("full", "first"), [(1, "way out"), (15, "q")])
+@pytest.mark.parametrize(("full", "first"), [(1, "way out"), (10, "q")])
 def test_robots_lead_no_more_than_can_pass_doors(full, first, robots, monkeypatch):
     """With as many as that they go to the way out, else first to who is nearby."""
     monkeypatch.setattr("reference.workshop.strategies.robots.FULL", full)

@@ -26,7 +26,7 @@ from reference.world import NOBODY, Robot, World
 
 GROUP_RADIUS = 4.0  # [C7, chosen] metres: who stands so near is of the same group
 AT_HAND = 2.0  # [C7, chosen] metres: so near a robot, people follow it or will not
-FULL = 15  # [C7, chosen] people led: more would wait over 12 s before every door
+FULL = 10  # [C7, chosen] people led: more would wait over 8 s before every door
 TRIP = 5.0  # [C7, chosen] metres that each way out costs besides, to come back
 STAIRS_METRES = STAIRS_SECONDS * WALKING_SPEED  # a storey, to people
 SOON, SOON_COST = 5.0, 4.0
