@@ -223,7 +223,7 @@ def test_a_pipe_and_a_device_are_no_files(command, path, capsys):
         (["--episodes", "9" * 30], 2, "9' is not a whole number from 1 to 1000000"),
         (["--seed", "9" * 5000], 2, "... is not a whole number from 0 to"),
         (["--robots", "a" * 300], 2, "aaa... is no file and names nobody"),
-        (["--building", "a/" * 3000], 1, "a/a/a..."),
+        (["--building", "a/" * 3000], 1, "a/a/... File name too long"),
         (["--building", "caf\udce9.txt"], 2, "'caf\\udce9.txt' is not UTF-8"),
         (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),
         (["--fire", "hot"], 2, "'hot' is no file and names nobody"),

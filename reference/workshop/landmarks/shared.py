@@ -8,6 +8,7 @@ Clauses: C1, C3, D1, D6.
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -23,6 +24,8 @@ from reference.workshop.strategies.robots import GROUP_RADIUS
 
 FAR = 100.0  # metres: whatever is farther, or cannot be reached, counts as so far
 GROUPS = 8  # at most so many groups of people, on a floor or, for the fire, in all
+BORDER = 1e-3
+"""Metres: float32 cannot tell in which of two cells a robot is that stands between."""
 
 FeatureTable = Mapping[str, Callable[[Any], ArrayLike]]
 """Features of an option by name: the formula of each, given a side's view."""
@@ -76,7 +79,8 @@ class Snapshot:
         self, nav: Navigation, scenario: Scenario, scene: Scene, cells: np.ndarray
     ):
         """scene: one agent's, not a batch; cells: the grid."""
-        building = self.building = nav.building
+        self._nav, building = nav, nav.building
+        self.building = building
         self.everybody = max(1, sum(scenario.start_counts(building.floors)))
         self.time = scene.time.item() / scenario.time_limit
         self.at, self.floor, self.place = _present(nav, scene.humans)
@@ -108,7 +112,8 @@ class Snapshot:
         free = (self.building.kind == Kind.FLOOR) & fuel(self.building) & ~self.burning
         free = (free & at_stake[:, None, None]).ravel()
         free[self.place] = False
-        free[self.robot_place] = False
+        for off in product((-BORDER, BORDER), repeat=2):
+            free[self._nav.places_at(self.robot_floor, self.robots + off)] = False
         return free
 
     def flames_around(self, side: int) -> np.ndarray:
