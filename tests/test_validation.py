@@ -9,19 +9,24 @@ from pages import overlaps
 from reference.__main__ import main
 from reference.navigation import navigation_of
 from reference.workshop.drawing import validation as drawing
-from reference.workshop.validation.cases import CASES, NOT_MODELLED, measured, weidmann
+from reference.workshop.validation.cases import (
+    CASES,
+    NOT_MODELLED,
+    Case,
+    measured,
+    weidmann,
+)
 from reference.workshop.validation.crowd import (
     Crowd,
     built,
     densest,
     flow,
-    out,
     people,
     times,
 )
 
-FAST = ("corridor", "speeds", "corner", "stairs", "exit", "door")
-LONG = ("density", "large-room", "counterflow", "everybody")
+FAST = ("corridor", "speeds", "corner", "stairs", "doors", "large-room")
+LONG = ("fundamental-diagram", "counterflow", "everybody-knows")
 ROOM = ["#######", "#.....E", "#######"]
 
 
@@ -62,9 +67,9 @@ def test_a_goal_is_walked_to_though_another_is_nearer():
     building = built(["#######", "E.....E", "#######"])
     world = people(building, 0, (1, (0, slice(1, 2), slice(1, 2))))
     east = max(building.landmarks, key=lambda mark: mark.position).index
-    (near,) = times(Crowd(world), out)
+    (near,) = times(Crowd(world))
     world = people(building, 0, (1, (0, slice(1, 2), slice(1, 2))))
-    (far,) = times(Crowd(world, [east]), out)
+    (far,) = times(Crowd(world, [east]))
     assert far > near + 2
 
 
@@ -102,13 +107,14 @@ def test_the_command_prints_a_table_with_what_is_not_modelled(capsys):
 
 def test_a_case_that_fails_is_no_error(capsys, monkeypatch):
     """It is a measurement: exit status 0, the verdict says it."""
-    failing = CASES["corridor"]._replace(measure=lambda seed: (False, {"s": np.inf}))
+    failing = Case("RiMEA 1", "30", lambda seed: (False, {"s": np.inf}), "it is icy")
     monkeypatch.setitem(CASES, "corridor", failing)
     assert main(["validate", "--only", "corridor", "--json"]) == 0
     (row,) = json.loads(capsys.readouterr().out)["cases"]
     assert row["verdict"] == "fails" and row["measured"] == {"s": None}
     assert main(["validate", "--only", "corridor"]) == 0
-    assert "fails 3/3" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "fails 3/3" in told and "s: never (it is icy)" in told
 
 
 def test_refuses_a_case_that_does_not_exist(capsys):

@@ -3,7 +3,6 @@
 import json
 import sys
 from argparse import Namespace
-from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
@@ -17,53 +16,47 @@ HEAD = ("verdict", "case", "what", "accepted", "measured")
 
 def validate(arguments: Namespace) -> None:
     """Measures standard pedestrian cases; exit status 0 also where a case fails."""
-    seed = arguments.seed or 0
+    seed, folder = arguments.seed or 0, arguments.out
     seeds, names = range(seed, seed + RUNS), arguments.only or list(CASES)
-    if arguments.out:
-        arguments.out.mkdir(parents=True, exist_ok=True)
+    if folder:
+        folder.mkdir(parents=True, exist_ok=True)
     progress = tqdm(names, unit="case", disable=None, leave=False)
     rows = [measured(name, seeds) for name in progress]
-    absent = [
-        {"source": source, "what": what, "reason": reason}
-        for source, (what, reason) in NOT_MODELLED.items()
-    ]
     if arguments.json:
+        absent = [
+            dict(zip(("source", "what", "why"), a, strict=True)) for a in NOT_MODELLED
+        ]
         print(json.dumps({"seeds": [*seeds], "cases": rows, "not_modelled": absent}))
     else:
-        _tell(rows, absent)
-    if arguments.out:
-        _draw(arguments.out, seed)
+        _tell(rows)
+    if folder:
+        from reference.workshop.drawing import save, validation
+
+        save(validation.diagram(seed), folder / "fundamental-diagram.png")
+        save(validation.door(seed), folder / "door.png")
+        print(f"the pictures are in {folder}", file=sys.stderr)
 
 
-def _tell(rows: list[dict[str, Any]], absent: list[dict[str, str]]) -> None:
+def _tell(rows: list[dict[str, Any]]) -> None:
     """Print the table, as wide as its words."""
-    lines = [HEAD]
-    for row in rows:
-        verdict = f"fails {row['failed']}/{RUNS}" if row["failed"] else "passes"
-        words = (row[name] for name in ("source", "what", "accepted"))
-        lines.append((verdict, *words, _shown(row["measured"])))
-    for row in absent:
-        lines.append(("not modelled", row["source"], row["what"], row["reason"], ""))
+    lines = [HEAD, *map(_line, rows)]
+    lines += [
+        ("not modelled", source, what, why, "") for source, what, why in NOT_MODELLED
+    ]
     wide = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for line in lines:
-        cells = (word.ljust(w) for word, w in zip(line, wide, strict=True))
-        print("  ".join(cells).rstrip())
+        print("  ".join(map(str.ljust, line, wide)).rstrip())
 
 
-def _shown(numbers: dict[str, float | None]) -> str:
-    """Write numbers with their names."""
-    words = {k: "never" if v is None else f"{v:.3g}" for k, v in numbers.items()}
-    return ", ".join(f"{name}: {word}" for name, word in words.items())
-
-
-def _draw(folder: Path, seed: int) -> None:
-    """Draw what two of the cases measured."""
-    from reference.workshop import drawing
-    from reference.workshop.drawing import validation
-
-    drawing.save(validation.diagram(seed), folder / "fundamental-diagram.png")
-    drawing.save(validation.door(seed), folder / "door.png")
-    print(f"the pictures are in {folder}", file=sys.stderr)
+def _line(row: dict[str, Any]) -> tuple[str, ...]:
+    """Write a case in words: its verdict, what was measured, and why it fails."""
+    verdict = f"fails {row['failed']}/{RUNS}" if row["failed"] else "passes"
+    words = {
+        k: "never" if v is None else f"{v:.3g}" for k, v in row["measured"].items()
+    }
+    numbers = ", ".join(f"{name}: {word}" for name, word in words.items())
+    why = f" ({row['why']})" if row["why"] else ""
+    return verdict, row["source"], row["what"], row["accepted"], numbers + why
 
 
 VALIDATE_OPTIONS: options.Table = {
@@ -73,4 +66,6 @@ VALIDATE_OPTIONS: options.Table = {
     "--out": options.path("FOLDER", "draw the fundamental diagram and a door's flow"),
 }
 
-VALIDATE = Command(validate, VALIDATE_OPTIONS, "validate --only density door --out out")
+VALIDATE = Command(
+    validate, VALIDATE_OPTIONS, "validate --only corridor doors --out out"
+)

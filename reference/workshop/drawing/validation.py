@@ -17,18 +17,18 @@ WINDOW = 5  # seconds over which a flow is taken
 def diagram(seed: int) -> Figure:
     """Draw speed and flow by density, beside Weidmann's curve."""
     page = sheet("The fundamental diagram: walking in a crowd", 9.2, 4.6)
-    speed, flow = page.subplots(1, 2)
-    curve = np.linspace(0.1, cases.DENSITIES[-1] + 0.5, 200)
-    ours = {d: cases.speed_in_ring(d, seed) for d in cases.DENSITIES}
+    dots = np.array(cases.DENSITIES)
+    curve = np.linspace(0.1, dots[-1] + 0.5, 200)
+    ours = np.array([cases.speed_in_ring(d, seed) for d in cases.DENSITIES])
     theirs = np.array([cases.weidmann(d) for d in curve])
+    speed, flow = page.subplots(1, 2)
     low, high = np.maximum(theirs - cases.BESIDE, 0), theirs + cases.BESIDE
     band = f"within {cases.BESIDE} m/s of it"
     speed.fill_between(curve, low, high, color=FAINT, alpha=0.18, lw=0, label=band)
-    for axes, factor, dots in ((speed, 1, [*ours]), (flow, curve, [*ours])):
-        axes.plot(curve, theirs * factor, **THEIRS, label="Weidmann (1993)")
-        times = [d if axes is flow else 1 for d in dots]
-        measured = [ours[d] * by for d, by in zip(dots, times, strict=True)]
-        axes.plot(dots, measured, **OURS, label="measured, in a ring of 20 m × 4 m")
+    for axes, power in ((speed, 0), (flow, 1)):
+        axes.plot(curve, theirs * curve**power, **THEIRS, label="Weidmann (1993)")
+        name = "measured, in a ring of 20 m × 4 m"
+        axes.plot(dots, ours * dots**power, **OURS, label=name)
         axes.set(xlim=(0, curve[-1]), xlabel="people per square metre")
         axes.set_ylim(bottom=0)
         axes.grid()
@@ -41,7 +41,7 @@ def diagram(seed: int) -> Figure:
 def door(seed: int) -> Figure:
     """Draw how many pass an inner door of one metre, over time."""
     when = cases.passages("+", 1, seed)
-    when = when[np.isfinite(when)]
+    mean, when = cases.flow(when), when[np.isfinite(when)]
     page = sheet(f"An inner door of 1 m: {len(when)} of 100 people pass", 9.2, 4.2)
     axes = page.subplots()
     edges = np.arange(0, when.max() + 2 * WINDOW, WINDOW)
@@ -49,10 +49,8 @@ def door(seed: int) -> Figure:
     name = f"people per second, over {WINDOW} s"
     axes.stairs(passed, edges, color=OURS["color"], lw=1.9, label=name)
     axes.axhline(cases.MOST_FLOW, **THEIRS, label="the most that IMO 4 allows")
-    mean = cases.flow(when)
-    axes.axhline(
-        mean, color=TEXT, lw=1, ls=":", label=f"from first to last: {mean:.2f}"
-    )
+    name = f"from first to last: {mean:.2f}"
+    axes.axhline(mean, color=TEXT, lw=1, ls=":", label=name)
     axes.set(xlim=(0, edges[-1]), xlabel="seconds", ylabel="people per second")
     axes.set_ylim(bottom=0)
     axes.grid(axis="y")

@@ -38,8 +38,7 @@ class Crowd(Simulation):
 
     def __init__(self, world: World, goals: Sequence[int] = (), limit: float = 300.0):
         """Begin with a world; limit: s."""
-        scenario = replace(BARE, time_limit=limit)
-        super().__init__(world.building, scenario, world=world)
+        super().__init__(world.building, replace(BARE, time_limit=limit), world=world)
         self._goals = np.array(goals)
 
     def step(self) -> list[Event]:
@@ -63,10 +62,10 @@ class Crowd(Simulation):
 
 def built(*floors: Sequence[str]) -> Building:
     """Build floors from their rows, the lowest first."""
-    text = [f"building: case\nsize: {len(floors[0][0])} x {len(floors[0])}"]
+    text = f"building: case\nsize: {len(floors[0][0])} x {len(floors[0])}"
     for number, rows in enumerate(floors, 1):
-        text += [f"floor {number}:", *rows]
-    return Building(parse("\n".join(text)))
+        text += "\n".join(["", f"floor {number}:", *rows])
+    return Building(parse(text))
 
 
 def people(building: Building, seed: int, *groups: tuple[int, Spot]) -> World:
@@ -92,7 +91,12 @@ def places(building: Building, spot: Spot) -> np.ndarray:
     return np.flatnonzero(chosen)
 
 
-def times(crowd: Crowd, past: Past) -> np.ndarray:
+def gone(bodies: Bodies) -> np.ndarray:
+    """Who has left the building?"""
+    return ~bodies.inside
+
+
+def times(crowd: Crowd, past: Past = gone) -> np.ndarray:
     """Run until everybody is past something; (n,) s at which, inf for never."""
     bodies = crowd.world.bodies
     when = np.full(len(bodies), inf)
@@ -100,11 +104,6 @@ def times(crowd: Crowd, past: Past) -> np.ndarray:
         crowd.step()
         when[np.isinf(when) & past(bodies)] = crowd.world.time
     return when
-
-
-def out(bodies: Bodies) -> np.ndarray:
-    """Who has left the building?"""
-    return ~bodies.inside
 
 
 def east_of(building: Building, col: int) -> Past:
