@@ -82,7 +82,7 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
-__version__ = "0.4.0"
+__version__ = "0.5.0"
 
 GAME = 2
 """Grows when rules or numbers of the game change: what was learned in another game is

@@ -13,9 +13,7 @@ from typing import Any
 FLOORS = 3  # [A1]
 BODY_SIZE = 40  # [A1] cells on each side of the main body seen from above
 FLIGHT = 12.0  # [A3, chosen] metres of stairs and landing: a storey of 4 m, 30 degrees
-STAIRS_SPEED = (
-    0.8  # [A3, chosen] m/s, mean, as IMO MSC.1/Circ.1533 has it: 0.64 to 1.07
-)
+STAIRS_SPEED = 0.8  # [A3, chosen] m/s, mean; IMO MSC.1/Circ.1533: 0.64 to 1.07
 STAIRS_SECONDS = FLIGHT / STAIRS_SPEED  # of a mean walker; F8 counts none of them
 
 DOOR_FLOW, STAIRS_FLOW = 1.3, 1.1

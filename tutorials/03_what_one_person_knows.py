@@ -56,11 +56,11 @@ while not simulation.done:
         memory = list(mind.doors)
         names = [museum.landmarks[door].id for door in memory]
         print(f"{simulation.world.time:6.1f} s  remembers {' and '.join(names)}")
-#>    1.2 s  remembers 1/door-1
-#>   20.2 s  remembers 1/door-1 and 1/door-2
-#>   27.4 s  remembers 1/door-2 and 1/door-4
-#>   36.2 s  remembers 1/door-4 and 1/door-7
-#>   43.4 s  remembers 1/door-7 and 1/door-10
+#>    1.4 s  remembers 1/door-1
+#>   19.4 s  remembers 1/door-1 and 1/door-2
+#>   27.2 s  remembers 1/door-2 and 1/door-4
+#>   36.8 s  remembers 1/door-4 and 1/door-7
+#>   44.4 s  remembers 1/door-7 and 1/door-10
 
 # %% And with a map
 # `navigation` knows the shortest way. People do not.
@@ -70,7 +70,7 @@ walked = np.hypot(*np.diff(path, axis=0).T).sum()
 print("got out" if simulation.outcome().evacuated else "did not get out")
 #> got out
 print(f"walked {walked:.0f} m")
-#> walked 62 m
+#> walked 60 m
 print(f"shortest way {simulation.navigation.distance[way_out, place]:.0f} m")
 #> shortest way 47 m
 print(f"saw {len(known) / museum.walkable.sum():.0%} of the floor")
