@@ -109,8 +109,8 @@ def test_a_single_run_has_no_interval():
         (["a/run", "b/run"], ["a\nrun", "b\nrun"]),
         (["out/run/checkpoint-000120.pt"], ["run\ncheckpoint-000120"]),
         (["critic:out/run", "out/run"], ["critic:\nrun", "run"]),
-        (["an-exceedingly-long-folder"], ["an-exceed…ng-folder"]),
-        (["x" * 30, "x" * 31], [f"{'x' * 9}…{'x' * 9} ({k})" for k in (1, 2)]),
+        (["an-exceedingly-long-folder"], ["an-exceedin…-long-folder"]),
+        (["x" * 30, "x" * 31], [f"{'x' * 11}…{'x' * 12} ({k})" for k in (1, 2)]),
     ],
 )
 def test_names_are_short_and_all_different(given, short):

@@ -38,7 +38,7 @@ LINES: tuple[tuple[str, Any], ...] = (
 """Colours of Okabe and Ito, which every eye tells apart, each with its dashes."""
 
 STEP = 1.0  # seconds between two points of a curve
-LONGEST = 19  # letters in a line of a name
+LONGEST = 24  # letters in a line of a name
 
 
 def names(words: Sequence[str]) -> list[str]:
