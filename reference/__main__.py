@@ -116,8 +116,8 @@ class Parser(ArgumentParser):
 def _parser() -> Parser:
     top = Parser(
         prog="python -m reference",
-        description="One evacuation of the paper's building, the best robots against "
-        "the best fire;\na summary, and an animation in evacuation.gif.",
+        description="One evacuation of the paper's building, the best guide against "
+        "the strongest fire;\na summary, and an animation in evacuation.gif.",
         epilog="example:\n  python -m reference --seed 7",
         formatter_class=Formatter,
     )
@@ -127,8 +127,8 @@ def _parser() -> Parser:
         json=False,
         run=evacuation.evacuate,
         building="paper",
-        robots="sweep",
-        fire="greedy",
+        robots="escort",
+        fire="busiest",
         people=PEOPLE,
         episodes=1,
         sample=False,

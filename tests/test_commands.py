@@ -248,13 +248,13 @@ def test_refuses_an_mp4_where_ffmpeg_is_missing(capsys, monkeypatch):
 
 
 def test_the_main_job_is_an_evacuation_of_the_best_against_the_best(monkeypatch):
-    """`python -m reference` alone: sweep, greedy fire, evacuation.gif."""
+    """`python -m reference` alone: escort, fire busiest, evacuation.gif."""
     asked = []
     monkeypatch.setattr("reference.workshop.commands.evacuation.evacuate", asked.append)
     assert main([]) == 0
     words = vars(asked[0])
     assert (words["building"], words["people"], words["episodes"]) == ("paper", 40, 1)
-    assert (words["robots"], words["fire"]) == ("sweep", "greedy")
+    assert (words["robots"], words["fire"]) == ("escort", "busiest")
     assert str(words["animate"]) == "evacuation.gif"
 
 
