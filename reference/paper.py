@@ -17,8 +17,8 @@ STAIRS_SPEED = 0.8  # [A3, chosen] m/s, mean; IMO MSC.1/Circ.1533: 0.64 to 1.07
 STAIRS_SECONDS = FLIGHT / STAIRS_SPEED  # of a mean walker; F8 counts none of them
 
 DOOR_FLOW, STAIRS_FLOW = 1.3, 1.1
-"""[A5, chosen] people per second and metre of width that doors and exits, and entrances
-to stairs down, take in at most: the same circular's maximum specific flows."""
+"""[A5, chosen] people per second and metre of width that doors and exits, and stairwell
+entrances, take in at most: the same circular's maximum specific flows."""
 
 # -- People (Appendix B and F) ------------------------------------------------------
 

@@ -183,9 +183,8 @@ class Simulation:
         flames, rng = other.world.flames, other.rng["flames"]
         other.spread = self.spread.resampled(flames, other.world.time, rng)
         other._next_ignition = other.world.time
-        other.generator = Generator(
-            self.building, self.scenario, other.rng["elsewhere"]
-        )
+        rng = other.rng["elsewhere"]
+        other.generator = Generator(self.building, self.scenario, rng)
         return other
 
     # -- SENSE and DECIDE -----------------------------------------------------------
@@ -293,8 +292,8 @@ class Simulation:
         marks, people = np.unique(entered, return_counts=True)
         for mark, count in zip(marks.tolist(), people.tolist(), strict=True):
             way = self.building.landmarks[mark]
-            stairs_down = mark in self.building.entrances
-            flow = paper.STAIRS_FLOW if stairs_down else paper.DOOR_FLOW
+            entrance = way.kind is Kind.ENTRANCE
+            flow = paper.STAIRS_FLOW if entrance else paper.DOOR_FLOW
             since = max(self._full_until[mark], self.world.time)
             self._full_until[mark] = since + count / (flow * way.width)
 

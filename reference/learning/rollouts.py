@@ -8,6 +8,7 @@ Both heads end in the environment's action, numbers in [−1, 1].
     A    numbers of the environment's action;  V, K, E, O, F  as in `networks`
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -166,12 +167,12 @@ def _sizes(side: Side, building: Building, scenario: Scenario, options: Any) -> 
     )
 
 
-class Recorded:
-    """Who makes a player for one side, whose decisions become trajectories."""
+class Recorded(ABC):
+    """A side whose decisions become trajectories."""
 
+    @abstractmethod
     def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
-        """A new one."""
-        raise NotImplementedError
+        """Make a new player of this side."""
 
 
 @dataclass(frozen=True)

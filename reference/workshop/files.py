@@ -18,6 +18,24 @@ from reference.paper import InputError
 
 
 @contextmanager
+def _explained(path: Path, what: str) -> Iterator[None]:
+    """Put the system's errors into words for people; others are in words already."""
+    try:
+        yield
+    except OSError as error:
+        if error.strerror is None:
+            raise
+        raise OSError(f"{path}: {what.format(error.strerror)}") from error
+
+
+UNWRITTEN = (
+    "cannot be written ({}); what was there before is as it was. Make room, or take "
+    "another folder."
+)
+UNMADE = "cannot be made ({}). Name another folder."
+
+
+@contextmanager
 def replacing(path: Path) -> Iterator[Path]:
     """A partial file beside the path that takes its place when the block is done.
 
@@ -25,16 +43,10 @@ def replacing(path: Path) -> Iterator[Path]:
     """
     partial = path.with_name(f".{path.stem}-{os.getpid()}-part{path.suffix}")
     try:
-        partial.touch()
-        yield partial
-        os.replace(partial, path)
-    except OSError as error:
-        if error.strerror is None:  # it was told for people already
-            raise
-        raise OSError(
-            f"{path}: cannot be written ({error.strerror}); what was there before is "
-            "as it was. Make room, or take another folder."
-        ) from error
+        with _explained(path, UNWRITTEN):
+            partial.touch()
+            yield partial
+            os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
 
@@ -49,12 +61,8 @@ def write_whole(path: Path, content: bytes | memoryview) -> None:
 
 def make_folder(folder: Path) -> None:
     """Make the folder, if there is none. Raises OSError with a message for people."""
-    try:
+    with _explained(folder, UNMADE):
         folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OSError(
-            f"{folder}: cannot be made ({error.strerror}). Name another folder."
-        ) from error
 
 
 @contextmanager
@@ -67,15 +75,10 @@ def making_folder(folder: Path) -> Iterator[Path]:
     whole = folder.resolve()
     partial = whole.with_name(f".{whole.name}-{os.getpid()}-part")
     try:
-        make_folder(partial)
-        yield partial
-        os.replace(partial, whole)
-    except OSError as error:
-        if error.strerror is None:  # it was told for people already
-            raise
-        raise OSError(
-            f"{folder}: cannot be made ({error.strerror}). Name another folder."
-        ) from error
+        with _explained(folder, UNMADE):
+            partial.mkdir(parents=True, exist_ok=True)
+            yield partial
+            os.replace(partial, whole)
     finally:
         rmtree(partial, ignore_errors=True)
 
