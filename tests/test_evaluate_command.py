@@ -126,7 +126,6 @@ def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
         (["--sample"], 2, "--sample goes with a checkpoint"),
         (["--people", "100000"], 1, "fit"),
         (["--episodes", str(10**12)], 2, "is not a whole number from 1 to 1000000"),
-        (["--episodes", "1", "--baseline", "sweep"], 1, "runs make no ruler"),
     ],
 )
 def test_refuses_an_evaluation_that_cannot_be(options, status, hint, capsys, tmp_path):
@@ -137,6 +136,20 @@ def test_refuses_an_evaluation_that_cannot_be(options, status, hint, capsys, tmp
     found, message = refusal(capsys, *words)
     assert (found, hint in message) == (status, True), message
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.paper("F12")
+def test_a_baseline_that_makes_no_ruler_costs_the_score_alone(tmp_path, capsys):
+    """The table stands without E, and a sentence says why; so it is for programs."""
+    small = ["--episodes", "1", "--baseline", "sweep"]
+    facts = evaluated(capsys, *small, "--out", "eval")
+    assert facts["ruler"] is facts["cells"][0]["score"] is None
+    assert not (tmp_path / "eval/ruler.json").exists()
+    assert (tmp_path / "eval/matrix.png").exists()
+    assert main(["evaluate", *SMALL, "--workers", "0", *small]) == 0
+    _, heads, _, why = capsys.readouterr().out.splitlines()
+    assert "reward R" in heads and "score E" not in heads
+    assert "no E, since no ruler comes of sweep: 1 runs make no ruler" in why
 
 
 # -- agree and gap ------------------------------------------------------------------

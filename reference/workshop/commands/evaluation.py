@@ -13,7 +13,7 @@ from typing import Any
 
 from reference.building import building_of
 from reference.evaluation.bounds import best_reward, critical_points
-from reference.evaluation.score import PAPER, Ruler
+from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
@@ -40,18 +40,25 @@ def evaluate(arguments: Namespace) -> None:
 def _evaluate(evaluation: crossplay.Evaluation, arguments: Namespace) -> None:
     """Play what is missing, then write and print what it comes to."""
     noted(evaluation)
-    given = _given(arguments, evaluation)
+    ruler = _given(arguments, evaluation)
     records = _played(evaluation, arguments)
-    ruler = given or _calibrated(arguments.baseline, evaluation, records)
+    try:
+        ruler = ruler or _calibrated(arguments.baseline, evaluation, records)
+        note = _explained(arguments, ruler)
+    except RulerError as error:
+        note = f"no E, since no ruler comes of {arguments.baseline}: {error}"
     cells = crossplay.cells(records, ruler)
     if arguments.out:
         _keep(arguments.out, evaluation, ruler, cells, records)
     if arguments.json:
         print(json.dumps(crossplay.as_json(evaluation, ruler, cells)))
+        if not ruler:
+            print(note, file=sys.stderr)
     else:
         print(evaluation.about())
-        print(crossplay.table(cells))
-        print(_explained(arguments, ruler))
+        shown = [name for name in crossplay.HEADINGS if ruler or name != "score"]
+        print(crossplay.table(cells, shown))
+        print(f"[95 % bootstrap intervals over runs]  {note}")
 
 
 def _evaluation(arguments: Namespace) -> crossplay.Evaluation:
@@ -108,25 +115,27 @@ def _played(
 def _keep(
     folder: Path,
     evaluation: crossplay.Evaluation,
-    ruler: Ruler,
+    ruler: Ruler | None,
     cells: Sequence[crossplay.Cell],
     records: Sequence[crossplay.Record],
 ) -> None:
-    """Write tables, the ruler and four pictures beside the runs."""
+    """Write tables and pictures beside the runs; the ruler and its two, if any."""
     from reference.workshop.drawing import crossplay as played
     from reference.workshop.drawing import page
     from reference.workshop.drawing import ruler as rulers
 
-    building = building_of(evaluation.arena.plan)
-    best = best_reward(building, evaluation.arena.people)
     crossplay.write(folder, evaluation, ruler, cells)
-    write_whole(folder / RULER, ruler.as_json().encode())
-    for name, figure in (
-        ("ruler.png", rulers.curve(ruler, best)),
-        ("scores.png", rulers.contours(ruler, _readings(cells))),
-        ("matrix.png", played.matrix(cells)),
-        ("evacuations.png", played.curves(records)),
-    ):
+    pictures = {
+        "matrix.png": played.matrix(cells),
+        "evacuations.png": played.curves(records),
+    }
+    if ruler:
+        building = building_of(evaluation.arena.plan)
+        best = best_reward(building, evaluation.arena.people)
+        write_whole(folder / RULER, ruler.as_json().encode())
+        pictures["ruler.png"] = rulers.curve(ruler, best)
+        pictures["scores.png"] = rulers.contours(ruler, _readings(cells))
+    for name, figure in pictures.items():
         page.save(figure, folder / name)
     print(f"tables and pictures are in {folder}", file=sys.stderr)
 
@@ -149,10 +158,7 @@ def _explained(arguments: Namespace, ruler: Ruler) -> str:
         whose = f"calibrated so that {arguments.baseline} scores 1 over its fires"
     else:
         whose = f"read from {arguments.ruler}" if arguments.ruler else "the paper's"
-    return (
-        "[95 % bootstrap intervals over runs]  "
-        f"E by a ruler {whose}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
-    )
+    return f"E by a ruler {whose}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
 
 
 EVALUATE_OPTIONS: options.Table = {

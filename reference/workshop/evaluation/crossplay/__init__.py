@@ -21,6 +21,7 @@ from reference.workshop.evaluation.crossplay.asked import (
 from reference.workshop.evaluation.crossplay.playing import evacuation_of, evaluate
 from reference.workshop.evaluation.crossplay.records import Match, Record, read
 from reference.workshop.evaluation.crossplay.results import (
+    HEADINGS,
     Cell,
     as_json,
     cells,

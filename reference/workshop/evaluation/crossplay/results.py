@@ -26,8 +26,8 @@ from reference.workshop.runs import RunError
 class Cell:
     """One match: n runs, and each figure's mean, low and high, in units of `Record`.
 
-    score            E by one ruler for all [F9, Eq. 8]; None where the mean reward or
-                     an end of its interval lies off that ruler
+    score            E by one ruler for all [F9, Eq. 8]; None without a ruler, and where
+                     the mean reward or an end of its interval lies off it
     evacuation_time  and mean_health: over the runs in which somebody got out, None if
                      there are none
     """
@@ -46,7 +46,7 @@ class Cell:
 FIGURES = tuple(field.name for field in fields(Cell))[3:]
 
 
-def cells(records: Iterable[Record], ruler: Ruler) -> list[Cell]:
+def cells(records: Iterable[Record], ruler: Ruler | None) -> list[Cell]:
     """Average every match that has runs, in the order in which they appear."""
     matches: dict[Match, list[Record]] = {}
     for record in records:
@@ -54,7 +54,7 @@ def cells(records: Iterable[Record], ruler: Ruler) -> list[Cell]:
     return [_cell(match, runs, ruler) for match, runs in matches.items()]
 
 
-def _cell(match: Match, runs: list[Record], ruler: Ruler) -> Cell:
+def _cell(match: Match, runs: list[Record], ruler: Ruler | None) -> Cell:
     rows = np.array([(run.reward, run.difficulty) for run in runs])
     return Cell(
         *match,
@@ -62,7 +62,7 @@ def _cell(match: Match, runs: list[Record], ruler: Ruler) -> Cell:
         survival=of_mean([run.survival for run in runs]),
         reward=of_mean(rows[:, 0]),
         difficulty=of_mean(rows[:, 1]),
-        score=_score(rows, ruler),
+        score=_score(rows, ruler) if ruler else None,
         evacuation_time=_mean_if_any(run.evacuation_time for run in runs),
         mean_health=_mean_if_any(run.mean_health for run in runs),
     )
@@ -128,16 +128,16 @@ MEANS = ("evacuation_time", "mean_health")  # they stand without their intervals
 NOTE = "-: nobody got out, or the reward lies off the ruler of E"
 
 
-def table(cells: Sequence[Cell]) -> str:
+def table(cells: Sequence[Cell], names: Sequence[str] = tuple(HEADINGS)) -> str:
     """Write a line for each match: means with their 95 % intervals, or means alone."""
     columns = [
         _column("robots", [cell.robots for cell in cells], "<"),
         _column("fire", [cell.fire for cell in cells], "<"),
         _column("runs", [f"{cell.n:,}" for cell in cells]),
-        *(_column(head, _figures(cells, name)) for name, head in HEADINGS.items()),
+        *(_column(HEADINGS[name], _figures(cells, name)) for name in names),
     ]
     lines = ["  ".join(line).rstrip() for line in zip(*columns, strict=True)]
-    missing = any(None in vars(cell).values() for cell in cells)
+    missing = any(getattr(cell, name) is None for cell in cells for name in names)
     return "\n".join([*lines, NOTE] if missing else lines)
 
 
@@ -178,7 +178,7 @@ def formatted(value: float, figure: str) -> str:
 
 
 def as_json(
-    evaluation: Evaluation, ruler: Ruler, cells: Iterable[Cell]
+    evaluation: Evaluation, ruler: Ruler | None, cells: Iterable[Cell]
 ) -> dict[str, Any]:
     """Describe what was evaluated, by which ruler, and the cells' figures by name."""
     return {
@@ -186,7 +186,7 @@ def as_json(
         "people": evaluation.arena.people,
         "seeds": list(evaluation.seeds),
         "sample": evaluation.sample,
-        "ruler": asdict(ruler),
+        "ruler": asdict(ruler) if ruler else None,
         "cells": [_plain(cell) for cell in cells],
     }
 
@@ -198,7 +198,7 @@ def _plain(cell: Cell) -> dict[str, Any]:
 
 
 def write(
-    folder: Path, evaluation: Evaluation, ruler: Ruler, cells: Sequence[Cell]
+    folder: Path, evaluation: Evaluation, ruler: Ruler | None, cells: Sequence[Cell]
 ) -> None:
     """Write cells.csv and cells.json into the evaluation's folder. Raises OSError."""
     ends = [f"{name}_{end}" for name in FIGURES for end in Interval._fields]
