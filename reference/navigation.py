@@ -22,6 +22,9 @@ from reference.building import Building
 LOOK_AHEAD = 6
 """[A7, chosen] metres over which a way is pulled straight at once."""
 
+KEPT_WAYS, KEPT_COSTS = 512, 64
+"""Answers that are kept: the last searches and weighted steps; some 25 MB in all."""
+
 NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
 
 
@@ -79,13 +82,16 @@ class StraightLines:
             if d_row**2 + d_col**2 <= reach**2:
                 self.table[:, k] = _clear(free, ends, d_row, d_col, strict).ravel()
 
-    def reaches(self, p: np.ndarray, q: np.ndarray) -> np.ndarray:
-        """(k,) bool: does the line from place p to place q of the same floor arrive?"""
+    def reaches(self, p: np.ndarray | int, q: np.ndarray | int) -> np.ndarray:
+        """(k,) bool: does the line from place p to place q of the same floor arrive?
+
+        Of one pair of whole numbers, one bool.
+        """
         d_row = q // self.cols - p // self.cols
         d_col = q % self.cols - p % self.cols
-        near = (np.abs(d_row) <= self.reach) & (np.abs(d_col) <= self.reach)
+        near = (abs(d_row) <= self.reach) & (abs(d_col) <= self.reach)
         k = (d_row + self.reach) * self.side + d_col + self.reach
-        return near & self.table[p, np.where(near, k, 0)]
+        return near & self.table[p, near * k]
 
     def reached_from(self, p: int) -> np.ndarray:
         """(k,) places that a straight line from p reaches, p among them."""
@@ -124,11 +130,15 @@ class Navigation:
         self.walkable = building.walkable.ravel()
         row, col = np.divmod(np.arange(self.places) % self.floor_size, self.cols)
         self.centres = np.stack(building.metres(row, col), axis=1)
+        free = np.flatnonzero(self.walkable)
+        ends = np.arange(1, self.floors) * self.floor_size
+        self._free = np.split(free, np.searchsorted(free, ends))
         self.clear = StraightLines(
             building.walkable, building.walkable, LOOK_AHEAD, strict=True
         )
         self._steps = [self._steps_of(floor) for floor in range(self.floors)]
-        self._weighted: dict[int, tuple[np.ndarray, csr_matrix]] = {}
+        self._found = lru_cache(KEPT_WAYS)(self._search)
+        self._dear = lru_cache(KEPT_COSTS)(self._made_dear)
         goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]
         self.distance = np.full((len(goals), self.places), np.inf)
         self.waypoint = np.zeros((len(goals), self.places), dtype=np.int32)
@@ -175,8 +185,7 @@ class Navigation:
 
     def nearest_free(self, floor: int, x: float, y: float) -> int:
         """The walkable place of a floor whose centre is nearest to any point."""
-        part = self._part(floor)
-        free = np.flatnonzero(self.walkable[part]) + part.start
+        free = self._free[floor]
         off = self.centres[free] - (x, y)
         return int(free[np.argmin((off**2).sum(axis=1))])
 
@@ -223,15 +232,24 @@ class Navigation:
         if len(goals):
             floor = int(goals[0]) // self.floor_size
             part = self._part(floor)
-            steps = self._steps[floor] if cost is None else self._dear(floor, cost)
-            d[part], before, _ = dijkstra(
-                steps,
-                indices=goals - part.start,
-                min_only=True,
-                return_predecessors=True,
-            )
-            after[part] = np.where(before < 0, after[part], before + part.start)
+            price = None if cost is None else cost.ravel()[part].tobytes()
+            d[part], after[part] = self._found(floor, price, *goals.tolist())
         return d, after
+
+    def _search(
+        self, floor: int, price: bytes | None, *goals: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """`shortest` on one floor, (floor_size,) each; price: bytes of its costs."""
+        part = self._part(floor)
+        steps = self._steps[floor] if price is None else self._dear(floor, price)
+        d, before, _ = dijkstra(
+            steps,
+            indices=np.array(goals) - part.start,
+            min_only=True,
+            return_predecessors=True,
+        )
+        here = np.arange(self.floor_size)
+        return d, (np.where(before < 0, here, before) + part.start).astype(np.int32)
 
     def _to_landmark(self, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """(places,) metres to the nearest goal, (places,) the place to walk at."""
@@ -244,17 +262,12 @@ class Navigation:
                 return d, waypoint.astype(np.int32)
             waypoint = np.where(longer, further, waypoint)
 
-    def _dear(self, floor: int, cost: np.ndarray) -> csr_matrix:
-        """The steps of a floor, each as long as its dearer end makes it.
-
-        The last answer is kept, since all robots ask about the same flames.
-        """
-        if floor not in self._weighted or self._weighted[floor][0] is not cost:
-            dear, price = self._steps[floor].copy(), cost.ravel()[self._part(floor)]
-            start = np.repeat(np.arange(self.floor_size), np.diff(dear.indptr))
-            dear.data *= np.maximum(price[start], price[dear.indices])
-            self._weighted[floor] = cost, dear
-        return self._weighted[floor][1]
+    def _made_dear(self, floor: int, price: bytes) -> csr_matrix:
+        """The steps of a floor, each as long as its dearer end makes it."""
+        dear, cost = self._steps[floor].copy(), np.frombuffer(price)
+        start = np.repeat(np.arange(self.floor_size), np.diff(dear.indptr))
+        dear.data *= np.maximum(cost[start], cost[dear.indices])
+        return dear
 
     def straight(self, p: int, q: int) -> list[int]:
         """The places on the straight line from p to q of the same floor, p left out."""
@@ -278,7 +291,7 @@ class Navigation:
             return chain[1:] or chain
         corners = [chain[0]]
         for here, there in pairwise(chain):
-            if not self.clear.reaches(np.array([corners[-1]]), np.array([there]))[0]:
+            if not self.clear.reaches(corners[-1], there):
                 corners.append(here)
         return [*corners[1:], chain[-1]]
 
