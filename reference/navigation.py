@@ -276,15 +276,6 @@ class Navigation:
         floor = np.full(len(points), p // self.floor_size)
         return self.places_at(floor, points).tolist()
 
-    def walk(self, p: int, landmark: int) -> list[int]:
-        """The places one walks over from p to a landmark, p left out."""
-        chain: list[int] = []
-        while 0 < self.distance[landmark, p] < np.inf:
-            waypoint = int(self.waypoint[landmark, p])
-            chain += self.straight(p, waypoint)
-            p = waypoint
-        return chain
-
     def _pulled(self, chain: list[int], cost: np.ndarray | None) -> list[int]:
         """The corners that remain of a chain of neighbouring places."""
         if cost is not None:  # a straight line might graze what the way avoids

@@ -9,6 +9,7 @@ from hypothesis import given
 from movies import GRIDS, built, shipped, walled
 
 from reference.navigation import navigation_of
+from reference.workshop.traffic import walk
 
 pytestmark = pytest.mark.paper("A7")
 
@@ -79,7 +80,7 @@ def test_walking_at_the_aim_leads_to_the_landmark_without_leaving_the_floor(name
     for mark in nav.building.landmarks:
         reached = np.flatnonzero(np.isfinite(nav.distance[mark.index]))
         for p in reached[:: len(reached) // 20].tolist():
-            chain = [p, *nav.walk(p, mark.index)]
+            chain = [p, *walk(nav, p, mark.index)]
             assert nav.walkable[chain].all()
             assert nav.building.landmark.ravel()[chain[-1]] == mark.index
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from reference.building import Building
-from reference.navigation import navigation_of
+from reference.navigation import Navigation, navigation_of
 
 
 class Traffic(NamedTuple):
@@ -55,6 +55,16 @@ def traffic(
                 coming = np.append(coming, feet[entered[entered >= 0]])
                 start, at = start[walks], after[at[walks]]
     return found
+
+
+def walk(nav: Navigation, p: int, landmark: int) -> list[int]:
+    """List the places one walks over from p to a landmark, p left out."""
+    chain: list[int] = []
+    while 0 < nav.distance[landmark, p] < np.inf:
+        waypoint = int(nav.waypoint[landmark, p])
+        chain += nav.straight(p, waypoint)
+        p = waypoint
+    return chain
 
 
 @lru_cache(maxsize=8)

@@ -11,7 +11,7 @@ from reference.building import Kind
 from reference.fire import Decision, decision_at, free_places
 from reference.navigation import navigation_of
 from reference.strategies import RandomFire
-from reference.workshop.traffic import traffic
+from reference.workshop.traffic import traffic, walk
 from reference.world import World
 
 
@@ -34,7 +34,7 @@ class GreedyFire:
         for i in np.flatnonzero(bodies.walking).tolist():
             mark, p = int(bodies.landmark[i]), int(bodies.place[i])
             goal = nav.places_at(bodies.floor[i : i + 1], bodies.target[i : i + 1])
-            chain = nav.walk(p, mark) if mark >= 0 else nav.straight(p, int(goal[0]))
+            chain = walk(nav, p, mark) if mark >= 0 else nav.straight(p, int(goal[0]))
             np.add.at(traffic, list(set(chain)), 1)
         return traffic
 

@@ -14,12 +14,7 @@ import numpy as np
 
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
-from reference.paper import (
-    NEAR_STAIRWELL,
-    ROBOT_SPEED,
-    STAIRS_SECONDS,
-    WALKING_SPEED,
-)
+from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED, STAIRS_SECONDS, WALKING_SPEED
 from reference.robots import Destination, flame_cost
 from reference.workshop.traffic import landmark_places, stairwell_feet
 from reference.world import NOBODY, Robot, World
@@ -62,11 +57,13 @@ class Sweep:
     given up at the next decision.
     """
 
+    DETOUR = inf
+
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> list[Destination | None]:
         """Let robots choose in turn, each among the groups the others left over."""
-        guide, lost = guided_by(world), unguided(world)
+        guide, lost = guided_by(world), self._lost(world)
         return [
             self._one(world, robot, int((guide == robot.body).sum()), lost)
             for robot in robots
@@ -78,26 +75,29 @@ class Sweep:
         """Choose for one robot; take the group it chooses out of `lost`."""
         nav = navigation_of(world.building)
         d = nav.distances([robot.place], flame_cost(world, robot.floor))
-        out = self._way_out(world, robot, d)
-        on = nav.distance[out] if out is not None else np.zeros(nav.places)
-        choice, here = fetches(world, robot, d, lost), float(d[on == 0].min())
-        best = most_per_metre(choice, led, on, here, inf)
+        way, on, here = self._way_out(world, robot, d, led)
+        choice = fetches(world, robot, d, lost)
+        best = most_per_metre(choice, led, on, here, self.DETOUR)
         if best is not None:
             lost[best.people] = False
             return best.to
-        if out is not None and led:
-            return world.building.landmarks[out].position
-        return station(world, robot)
+        return world.building.landmarks[way].position if led else station(world, robot)
 
-    @staticmethod
-    def _way_out(world: World, robot: Robot, d: np.ndarray) -> int | None:
-        """The exit or entrance with the least risky way, flames counted as metres."""
-        nav, building = navigation_of(world.building), world.building
-        marks = building.ways_out(robot.floor)
-        return min(marks, key=lambda m: d[nav.distance[m] == 0].min(), default=None)
+    def _lost(self, world: World) -> np.ndarray:
+        """(n,) bool: whom robots may fetch."""
+        return unguided(world)
+
+    def _way_out(
+        self, world: World, robot: Robot, d: np.ndarray, led: int
+    ) -> tuple[int, np.ndarray, float]:
+        """The least risky landmark, (places,) metres to it, and from the robot."""
+        nav = navigation_of(world.building)
+        ways = world.building.ways_out(robot.floor)
+        here, way = min((float(d[nav.distance[way] == 0].min()), way) for way in ways)
+        return way, nav.distance[way], here
 
 
-class Escort:
+class Escort(Sweep):
     """Leads people out at once by the safest way, and fetches only who is near it.
 
     A way is counted to the outside, stairs and lower floors included, and metres near
@@ -113,35 +113,21 @@ class Escort:
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> list[Destination | None]:
-        """Let robots choose in turn, each among the groups the others left over."""
-        guide, outside = guided_by(world), metres_outside(world)
-        lost = unguided(world) | (world.bodies.inside & ~world.bodies.walking)
-        return [
-            self._one(world, robot, int((guide == robot.body).sum()), lost, outside)
-            for robot in robots
-        ]
+        """Look for the ways to the outside, then decide as `Sweep` does."""
+        self._outside = metres_outside(world)
+        return super().decide(world, robots, rng)
 
-    def _one(
-        self,
-        world: World,
-        robot: Robot,
-        led: int,
-        lost: np.ndarray,
-        outside: np.ndarray,
-    ) -> Destination | None:
-        """Choose for one robot; take the group it chooses out of `lost`."""
-        way = int(outside[:, robot.place].argmin())
-        on = outside[way] if led else outside.min(axis=0)
-        nav, here = navigation_of(world.building), float(on[robot.place])
-        d = nav.distances([robot.place], flame_cost(world, robot.floor))
-        choice = fetches(world, robot, d, lost)
-        best = most_per_metre(choice, led, on, here, self.DETOUR)
-        if best is not None:
-            lost[best.people] = False
-            return best.to
-        if led:
-            return world.building.landmarks[way].position
-        return station(world, robot)
+    def _lost(self, world: World) -> np.ndarray:
+        """(n,) bool: also those who come down the stairs."""
+        return unguided(world) | (world.bodies.inside & ~world.bodies.walking)
+
+    def _way_out(
+        self, world: World, robot: Robot, d: np.ndarray, led: int
+    ) -> tuple[int, np.ndarray, float]:
+        """As for `Sweep`, but to the outside; without anybody led, by any way."""
+        way = int(self._outside[:, robot.place].argmin())
+        on = self._outside[way] if led else self._outside.min(axis=0)
+        return way, on, float(on[robot.place])
 
 
 class Fetch(NamedTuple):
