@@ -274,11 +274,11 @@ def test_it_is_said_who_plays_in_another_scenario_than_its_own(run, tmp_path):
     with one_thread():
         trained(begun(short, fixed={"fire": "random"}), other, rounds=0)
     robots = (str(run), str(other), "sweep")
-    assert unlike_training(begin(Asked(robots))) == [
+    assert list(unlike_training(begin(Asked(robots)))) == [
         f"the robots {other} learned with time_limit 20.0 (here 40.0), "
         "sight_range 7.0 (here 5.0)"
     ]
-    assert unlike_training(begin(Asked(robots[:1]))) == []
+    assert list(unlike_training(begin(Asked(robots[:1])))) == []
 
 
 def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp_path):

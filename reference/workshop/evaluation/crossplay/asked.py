@@ -13,7 +13,7 @@ from dataclasses import asdict, dataclass, field, replace
 from itertools import product
 from os.path import exists
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import reference
 from reference.building import building_of, load, plan_of
@@ -57,7 +57,8 @@ class Asked:
     sample: bool | None = None
 
 
-class Arena(NamedTuple):
+@dataclass(frozen=True)
+class Arena:
     """Where all matches are played: building by name and as text, and scenario."""
 
     building: str
@@ -70,7 +71,8 @@ class Arena(NamedTuple):
         return sum(self.scenario.start_counts(building_of(self.plan).floors))
 
 
-class File(NamedTuple):
+@dataclass(frozen=True)
+class File:
     """The checkpoint that a word names: the word with its path, and its content."""
 
     word: str
@@ -194,6 +196,10 @@ def _once(words: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(words))
 
 
+def _sides(robots: Iterable[str], fires: Iterable[str]) -> list[tuple[Side, str]]:
+    return [*(("robots", word) for word in robots), *(("fire", word) for word in fires)]
+
+
 # -- Where they meet ----------------------------------------------------------------
 
 Trained = dict[tuple[Side, str], Any]
@@ -231,10 +237,8 @@ def _trained(
     robots: tuple[str, ...], fires: tuple[str, ...], files: Mapping[str, File]
 ) -> Trained:
     """Load the learned policies, robots first."""
-    sides: list[tuple[Side, str]] = [("robots", word) for word in robots]
-    sides += [("fire", word) for word in fires]
     found = {}
-    for side, word in sides:
+    for side, word in _sides(robots, fires):
         with _named(side, word):
             made = contestant(files[word].word if word in files else word, side)
         if hasattr(made, "refuse_elsewhere"):
@@ -249,26 +253,20 @@ def _refuse_misfits(trained: Trained, arena: Arena) -> None:
             player.refuse_elsewhere(building_of(arena.plan), arena.scenario)
 
 
-def unlike_training(evaluation: Evaluation) -> list[str]:
+def unlike_training(evaluation: Evaluation) -> Iterator[str]:
     """A line for each checkpoint that learned in another scenario than it plays in.
 
     It may: where people start, how far they see and the time limit are no matter of a
-    network's shape. Where several meet, though, only the first is in its own.
-    Raises as `begin` for a checkpoint that has gone since.
+    network's shape. Raises as `begin` for a checkpoint that has gone since.
     """
     here = asdict(evaluation.arena.scenario)
     trained = _trained(evaluation.robots, evaluation.fires, evaluation.files)
-    lines = []
     for (side, word), player in trained.items():
         there = asdict(player.scenario_to_evaluate())
-        other = [
-            f"{name} {there[name]} (here {here[name]})"
-            for name in there
-            if here[name] != there[name]
-        ]
+        other = [name for name in there if here[name] != there[name]]
         if other:
-            lines.append(f"the {side} {word} learned with {', '.join(other)}")
-    return lines
+            told = (f"{name} {there[name]} (here {here[name]})" for name in other)
+            yield f"the {side} {word} learned with {', '.join(told)}"
 
 
 @contextmanager
@@ -285,10 +283,8 @@ def _named(side: Side, word: str) -> Iterator[None]:
 
 def _files(robots: tuple[str, ...], fires: tuple[str, ...]) -> dict[str, File]:
     """Pin each word that names a checkpoint to the file that it means now."""
-    words = [word for word in robots if word not in SCRIPTS["robots"]]
-    words += [word for word in fires if word not in (*SCRIPTS["fire"], WORST)]
-    found = {word: _file(word) for word in words}
-    return {word: file for word, file in found.items() if file}
+    named = [w for side, w in _sides(robots, fires) if w not in (*SCRIPTS[side], WORST)]
+    return {word: file for word in named if (file := _file(word))}
 
 
 def _file(word: str) -> File | None:
@@ -329,21 +325,10 @@ def _refuse_changed(file: File) -> None:
 
 def write(evaluation: Evaluation, folder: Path) -> None:
     """Write the evaluation into its folder, whole or not at all. Raises OSError."""
-    building, plan, scenario = evaluation.arena
-    content = {
-        "version": reference.__version__,
-        "game": reference.GAME,
-        "building": building,
-        **{name: getattr(evaluation, name) for name in PLAIN},
-        "files": {word: file._asdict() for word, file in evaluation.files.items()},
-        "scenario": asdict(scenario),
-        "plan": plan,
-    }
+    written_by = {"version": reference.__version__, "game": reference.GAME}
+    content = written_by | asdict(evaluation)
     text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
     write_whole(folder / ABOUT, text.encode())
-
-
-PLAIN = ("robots", "fires", "seed", "episodes", "sample")
 
 
 def read(path: Path) -> Evaluation:
@@ -356,8 +341,7 @@ def read(path: Path) -> Evaluation:
     content = read_json(path)
     version, game = content.pop("version", "unknown"), content.pop("game", 1)
     refuse_version(path, version, game)
-    arena = {name: content.pop(name, None) for name in Arena._fields}
-    found = record_from(Evaluation, {**content, "arena": arena}, str(path))
+    found = record_from(Evaluation, content, str(path))
     with about(path):
         _refuse_crowds(found.arena)
     return found

@@ -209,7 +209,7 @@ def write(
 
 def _row(cell: Cell) -> dict[str, Any]:
     """A cell's row of the CSV table: no columns for a figure that there is not."""
-    plain = _plain(cell)
-    figures = {name: plain.pop(name) or {} for name in FIGURES}
-    ends = {f"{f}_{end}": v for f, found in figures.items() for end, v in found.items()}
-    return plain | ends
+    row = _plain(cell)
+    for name in FIGURES:
+        row |= {f"{name}_{end}": v for end, v in (row.pop(name) or {}).items()}
+    return row
