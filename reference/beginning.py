@@ -10,16 +10,10 @@ from math import inf
 
 import numpy as np
 
+from reference import paper
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
-from reference.paper import (
-    BODY_RADIUS,
-    HEALTH,
-    WALKING_SPEED,
-    WALKING_SPREAD,
-    InputError,
-    Scenario,
-)
+from reference.paper import WALKING_SPEED, WALKING_SPREAD, InputError, Scenario
 from reference.world import (
     NOBODY,
     NOWHERE,
@@ -41,7 +35,7 @@ def beginning(
     Raises ValueError for more people than fit and for rooms that do not exist.
     """
     place = _starting_places(building, scenario, rng)
-    jitter = rng.uniform(-1, 1, (len(place), 2)) * (0.5 - BODY_RADIUS)
+    jitter = rng.uniform(-1, 1, (len(place), 2)) * (0.5 - paper.BODY_RADIUS)
     position = navigation_of(building).centres[place] + jitter
     return with_people_at(building, scenario, place, position, rng)
 
@@ -53,8 +47,11 @@ def with_people_at(
     position: np.ndarray,
     rng: np.random.Generator,
 ) -> World:
-    """The world at 0 s with people in these places, (n,), at these metres, (n, 2)."""
-    bodies = _bodies(building, place, position, rng)
+    """The world at 0 s with people in these places, (n,), at these metres, (n, 2).
+
+    They begin as followers without a leader: Alg. 1:3 makes them leaders at once.
+    """
+    doors, bodies = scenario.doors_remembered, _bodies(building, place, position, rng)
     shape = building.kind.shape
     calm = (np.full(shape, inf), np.zeros(shape, bool), np.zeros(shape), np.ones(shape))
     return World(
@@ -62,7 +59,7 @@ def with_people_at(
         time=0.0,
         occupancy=occupancy(bodies, building.floors),
         bodies=bodies,
-        minds=_minds(len(bodies), scenario.doors_remembered),
+        minds=[Mind(deque(maxlen=doors), Mode.FOLLOWER) for _ in place],
         robots=_robots(building, scenario.robots_per_floor, len(bodies)),
         flames=Flames(*calm, sources=[]),
         burnt=np.zeros(len(building.landmarks), dtype=bool),
@@ -89,7 +86,7 @@ def _bodies(
         floor=place // building.kind[0].size,
         place=place,
         pace=np.clip(pace, slowest, fastest),
-        health=np.full(n, HEALTH),
+        health=np.full(n, paper.HEALTH),
         fate=np.full(n, Fate.INSIDE, dtype=np.int8),
         mode=np.full(n, Mode.FOLLOWER, dtype=np.int8),
         landmark=np.full(n, NOWHERE),
@@ -134,11 +131,6 @@ def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
         if room not in known:
             raise InputError(f"no room {room!r} in {building.title!r}")
     return np.flatnonzero(np.isin(building.area.ravel(), [known[r] for r in rooms]))
-
-
-def _minds(n: int, doors: int) -> list[Mind]:
-    """Begin with followers without a leader: Alg. 1:3 makes them leaders at once."""
-    return [Mind(deque(maxlen=doors), Mode.FOLLOWER) for _ in range(n)]
 
 
 def _robots(building: Building, per_floor: int, people: int) -> list[Robot]:

@@ -7,11 +7,11 @@ Clauses: D2, D3, D4, D5, D6.
 """
 
 from math import floor as floor_of
-from typing import NamedTuple
 
 import numpy as np
 
 from reference.building import Building, Kind
+from reference.events import FireRefused
 from reference.flames import fuel
 from reference.navigation import navigation_of
 from reference.paper import Scenario
@@ -32,15 +32,6 @@ def snapped(x: float) -> float:
     return below + 0.5
 
 
-class Refused(NamedTuple):
-    """A decision that yields no fire, and in training a penalty [D6]."""
-
-    floor: int
-    x: float
-    y: float
-    reason: str
-
-
 class Generator:
     """The fire source generator: Eqs. 2-3, and rule D6 in both modes.
 
@@ -54,21 +45,21 @@ class Generator:
         self.sources, self.training = scenario.sources, scenario.training
         self.order = rng.permutation(building.kind.size)
 
-    def generate(self, world: World, decision: Decision) -> Source | Refused:
+    def generate(self, world: World, decision: Decision) -> Source | FireRefused:
         """The source that follows from a decision, or why there is none [D6].
 
         In training an occupied place yields no fire; else another free place burns.
         """
         floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
         if len(world.flames.sources) >= self.sources:
-            return Refused(floor, x, y, "no sources left")
+            return FireRefused(world.time, floor, x, y, "no sources left")
         occupant = occupied(world, floor, x, y)
         if occupant and self.training:
-            return Refused(floor, x, y, occupant)
+            return FireRefused(world.time, floor, x, y, occupant)
         if occupant:
             free = free_places(world)[self.order]
             if not free.any():
-                return Refused(floor, x, y, "no free place left")
+                return FireRefused(world.time, floor, x, y, "no free place left")
             floor, x, y = decision_at(world, self.order[free.argmax()])
         return Source(floor, x, y, world.time)
 

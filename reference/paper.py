@@ -34,7 +34,9 @@ RAYS = 360
 """[B1, chosen] rays around a human: a door 4 m along the wall one stands at fills 2
 degrees, so every degree has one; with fewer, people in corners see no way out."""
 
+LOSS_PER_SECOND = HEALTH_RATE * FRAMES_PER_SECOND  # [F7] rate and framesp of Eq. 7
 WALKING_SPEED = 1.34  # [F8, chosen] m/s, the mean over people: Weidmann (1993)
+STAIRS_METRES = STAIRS_SECONDS * WALKING_SPEED  # that a storey counts as
 WALKING_SPREAD = 0.26  # [F8, chosen] m/s, their standard deviation: Weidmann, too
 BODY_RADIUS = 0.2  # [A7, chosen] metres: two people can pass each other in a door
 DOORS_REMEMBERED = 2  # [B6, chosen] of those passed: people under stress circle

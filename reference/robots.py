@@ -10,10 +10,10 @@ from math import dist
 
 import numpy as np
 
-from reference.building import Building
+from reference.building import Building, Kind
 from reference.navigation import Navigation, navigation_of
 from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED
-from reference.world import Instruction, Robot, Said, World
+from reference.world import FOLLOW_ME, Instruction, Robot, Said, World
 
 Destination = tuple[float, float]
 """X_r, Y_r in metres [C5]."""
@@ -101,32 +101,25 @@ def actual_target(
     return x, y
 
 
-def instruction_for(
-    building: Building, floor: int, target: tuple[float, float]
-) -> Instruction:
-    """What to tell people on the way to a target [C7, Alg. 3:5].
-
-    Nobody is sent into a stairwell that does not lead down.
-    """
-    if any(target == s.centre and s.leads_down(floor) for s in building.stairwells):
-        return Instruction.THIS_STAIRWELL
-    exits = (building.landmarks[mark] for mark in building.exits)
-    if any(e.floor == floor and dist(e.position, target) <= AT_EXIT for e in exits):
-        return Instruction.THIS_EXIT
-    return Instruction.FOLLOW_ME
-
-
 def said_on_the_way(
     building: Building, floor: int, target: tuple[float, float]
 ) -> Said:
-    """The instruction for a target, and what "this" means: the nearest [C7, chosen]."""
-    instruction = instruction_for(building, floor, target)
-    if instruction is Instruction.FOLLOW_ME:
-        return Said(instruction)
-    exits = instruction is Instruction.THIS_EXIT
-    of_kind = building.exits if exits else building.entrances
-    ways = (m for m in building.landmarks if m.floor == floor and m.index in of_kind)
-    return Said(instruction, min(ways, key=lambda m: dist(m.position, target)).index)
+    """What to tell people on the way to a target [C7, Alg. 3:5].
+
+    Nobody is sent into a stairwell that does not lead down. What "this" means is the
+    nearest exit, or stairwell entrance [C7, chosen].
+    """
+    here = [mark for mark in building.landmarks if mark.floor == floor]
+    entrances = [mark for mark in here if mark.kind is Kind.ENTRANCE]
+    exits = [mark for mark in here if mark.kind is Kind.EXIT]
+    if any(target == s.centre and s.leads_down(floor) for s in building.stairwells):
+        instruction, marks = Instruction.THIS_STAIRWELL, entrances
+    elif any(dist(mark.position, target) <= AT_EXIT for mark in exits):
+        instruction, marks = Instruction.THIS_EXIT, exits
+    else:
+        return FOLLOW_ME
+    nearest = min(marks, key=lambda mark: dist(mark.position, target))
+    return Said(instruction, nearest.index)
 
 
 def planned_way(robot: Robot, world: World, target: Destination) -> list[int]:

@@ -21,7 +21,6 @@ from reference.events import (
     Evacuated,
     Event,
     FireLit,
-    FireRefused,
     LeftFloor,
 )
 from reference.fire import Generator
@@ -239,7 +238,7 @@ class Simulation:
             self._next_ignition = self.world.time
             self._record(FireLit, result.floor, result.x, result.y)
         else:
-            self._record(FireRefused, *result)
+            self.events.append(result)
 
     # -- MOVE -----------------------------------------------------------------------
 

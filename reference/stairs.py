@@ -14,7 +14,7 @@ from reference.building import Stairwell
 from reference.humans import arrive
 from reference.motion import DIAMETER
 from reference.navigation import navigation_of
-from reference.paper import STAIRS_SECONDS, WALKING_SPEED
+from reference.paper import STAIRS_METRES
 from reference.world import NOBODY, NOWHERE, World
 
 
@@ -48,7 +48,7 @@ def descend(world: World, i: int) -> int | None:
 
 def _seconds(world: World, i: int) -> float:
     """Time for one storey: on stairs, too, some are faster than others."""
-    return STAIRS_SECONDS * WALKING_SPEED / float(world.bodies.pace[i])
+    return STAIRS_METRES / float(world.bodies.pace[i])
 
 
 def _step_out(world: World, i: int, well: Stairwell) -> None:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from reference.building import Building, Graph, burn, intact
+from reference.building import Building, Graph, burn
 
 NOBODY = -1
 NOWHERE = -1
@@ -204,7 +204,7 @@ class World:
     def graph(self) -> Graph:
         """The building's graph of rooms without the doors that have burnt [A6]."""
         doors = [self.building.landmarks[k].id for k in np.flatnonzero(self.burnt)]
-        return intact(burn(self.building.graph, doors))
+        return burn(self.building.graph, doors)
 
     def people_at_or_above(self, floor: int) -> int:
         """How many people inside are on a floor or still come through it [C8]."""

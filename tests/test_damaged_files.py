@@ -5,6 +5,7 @@ import json
 import random
 import shutil
 from collections.abc import Callable
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 from zipfile import ZipFile
@@ -202,7 +203,7 @@ def whole(tmp_path_factory):
     asked = Asked(("none",), ("none", "random"), "tiny", people=2, episodes=1)
     (folder / "evaluation").mkdir()
     evaluate(begin(asked), folder / "evaluation", InProcess())
-    (folder / "ruler.json").write_text(PAPER.as_json())
+    (folder / "ruler.json").write_text(json.dumps(asdict(PAPER)))
     (folder / "locked").mkdir()
     (folder / "locked" / ".lock").write_text("12345")
     (folder / "locked" / "notes.txt").touch()

@@ -13,7 +13,7 @@ from scipy.stats import ks_2samp
 
 from reference.building import Kind
 from reference.events import DoorBurnt, FireLit, FireRefused
-from reference.fire import Generator, Refused, occupied, snapped
+from reference.fire import Generator, occupied, snapped
 from reference.flames import Spread, fuel, rim
 from reference.paper import (
     BURN_LOSS,
@@ -131,7 +131,7 @@ def test_refuses_an_occupied_place_in_training(what):
     """No fire, and the reason in one word."""
     sim = stage(BOARD, training=True)
     result = generated(sim, spot(sim, what), sim.rng["fire"])
-    assert isinstance(result, Refused)
+    assert isinstance(result, FireRefused)
     assert result.reason == what
 
 
@@ -215,7 +215,7 @@ def test_refuses_when_no_place_is_free_at_all():
     sim = stage("####\n#*pE\n####", training=False)
     decision = (0, *sim.building.metres(1, 1))
     result = generated(sim, decision, sim.rng["fire"])
-    assert isinstance(result, Refused)
+    assert isinstance(result, FireRefused)
 
 
 @pytest.mark.paper("D4")
@@ -525,7 +525,7 @@ def test_refuses_another_source_when_none_is_left():
     sim = stage("#######\n#*p...E\n#######", sources=1)
     decision = (0, *sim.building.metres(1, 4))
     result = generated(sim, decision, sim.rng["fire"])
-    assert isinstance(result, Refused) and result.reason == "no sources left"
+    assert isinstance(result, FireRefused) and result.reason == "no sources left"
 
 
 @pytest.mark.paper("D2")

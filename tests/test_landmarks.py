@@ -7,12 +7,13 @@ import pytest
 from movies import fire_named, robots_named, shipped, stage
 
 from reference.building import Kind
-from reference.fire import Generator, Refused
+from reference.events import FireRefused
+from reference.fire import Generator
 from reference.game.environment import destination, fire_decision
 from reference.game.observations import fire_vector, grid, robot_vectors
 from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.robots import actual_target, instruction_for
+from reference.robots import actual_target, said_on_the_way
 from reference.simulation import Simulation
 from reference.strategies import NoRobots, RandomFire
 from reference.workshop.landmarks.of_fire import FIRE_FEATURES, FireOption, FireOptions
@@ -165,7 +166,7 @@ def test_a_way_out_is_what_people_are_told(name, kind, told):
         floor = sim.world.robots[g].floor
         aim = destination(sim.building, options.places[g, k])
         target = actual_target(sim.building, floor, *aim)
-        assert instruction_for(sim.building, floor, target) is told
+        assert said_on_the_way(sim.building, floor, target).instruction is told
 
 
 @pytest.mark.paper("C6", "Eq. 1")
@@ -177,7 +178,7 @@ def test_an_exit_beside_a_stairwell_is_meant_from_its_far_side():
     options = robots_of(sim)
     (place,) = options.places[of_kind(options, RobotOption.EXIT)]
     target = actual_target(sim.building, 0, *destination(sim.building, place))
-    assert instruction_for(sim.building, 0, target) is Instruction.THIS_EXIT
+    assert said_on_the_way(sim.building, 0, target).instruction is Instruction.THIS_EXIT
 
 
 @pytest.mark.parametrize("name", BUILDINGS)
@@ -264,7 +265,7 @@ def test_a_fire_breaks_out_wherever_it_is_offered(name):
             if any(sim.world.occupancy):
                 decision = fire_decision(sim.building, action)
                 source = generator.generate(sim.world, decision)
-                assert not isinstance(source, Refused)
+                assert not isinstance(source, FireRefused)
 
 
 @pytest.mark.paper("D6")

@@ -21,7 +21,7 @@ from movies import (
 from reference.building import Kind
 from reference.events import Evacuated
 from reference.paper import DECISION_SECONDS, NEAR_STAIRWELL, ROBOT_SPEED, Scenario
-from reference.robots import DOORWAY, actual_target, instruction_for
+from reference.robots import DOORWAY, actual_target, said_on_the_way
 from reference.simulation import Simulation
 from reference.stairs import enter
 from reference.strategies import NoFire, NoRobots, RandomFire, RandomRobots
@@ -259,7 +259,7 @@ def test_the_instruction_goes_with_the_destination(floor, where, instruction):
         "exit": next(building.landmarks[m].position for m in building.exits),
         "middle": (0.0, 0.0),
     }
-    assert instruction_for(building, floor, targets[where]) is instruction
+    assert said_on_the_way(building, floor, targets[where]).instruction is instruction
 
 
 # -- Robots among people and flames -------------------------------------------------

@@ -1,7 +1,7 @@
 """The ruler: what the paper prints of it, how it is calibrated, what it refuses."""
 
 import json
-from dataclasses import replace
+from dataclasses import asdict, replace
 from math import nextafter
 
 import numpy as np
@@ -17,7 +17,6 @@ from reference.evaluation.score import (
     base_and_control,
     calibrated,
     from_runs,
-    score_of_runs,
     weight,
 )
 from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
@@ -135,11 +134,11 @@ def test_runs_of_a_baseline_make_a_ruler():
     ruler = from_runs(rewards, difficulties, *POINTS)
     order = np.argsort(difficulties)
     easy, hard = (
-        score_of_runs(ruler, rewards[part], difficulties[part])
+        ruler.score(rewards[part].mean(), difficulties[part].mean())
         for part in (order[:30], order[-30:])
     )
     assert easy == pytest.approx(hard)
-    assert score_of_runs(ruler, rewards, difficulties) == pytest.approx(1)
+    assert ruler.score(rewards.mean(), difficulties.mean()) == pytest.approx(1)
 
 
 @pytest.mark.paper("F12")
@@ -148,11 +147,11 @@ def test_a_baseline_that_met_several_fires_scores_one_on_their_mean():
     (rewards, difficulties), fires = baseline(90), ["none", "random", "greedy"] * 30
     by_fire = from_runs(rewards, difficulties, *POINTS, fires)
     at_once = from_runs(rewards, difficulties, *POINTS)
-    cells = [(rewards[k::3], difficulties[k::3]) for k in range(3)]
-    scores = [score_of_runs(by_fire, *cell) for cell in cells]
+    cells = [(rewards[k::3].mean(), difficulties[k::3].mean()) for k in range(3)]
+    scores = [by_fire.score(*cell) for cell in cells]
     assert np.mean(scores) == pytest.approx(1)
     assert min(scores) > 0.8 and max(scores) < 1.2
-    assert min(score_of_runs(at_once, *cell) for cell in cells) > 1.3
+    assert min(at_once.score(*cell) for cell in cells) > 1.3
 
 
 @pytest.mark.paper("F12")
@@ -191,8 +190,8 @@ def test_a_ruler_may_be_made_for_another_number_of_people():
 def test_robots_that_fail_half_the_time_do_not_score_as_their_lucky_half():
     """14000 and -12000 are 1000 on average, and score as that. The mean of both scores
     is fifty times as much, more than what 11000 every time scores."""
-    rewards, difficulties = [14_000, -12_000], [0, 0]
-    fair = score_of_runs(PAPER, rewards, difficulties)
+    rewards = [14_000, -12_000]
+    fair = PAPER.score(np.mean(rewards), 0)
     of_scores = np.mean([PAPER.score(reward, 0) for reward in rewards])
     assert fair == PAPER.score(1000, 0) == pytest.approx(0.00606, abs=1e-5)
     assert of_scores == pytest.approx(50 * fair, rel=0.01)
@@ -205,7 +204,7 @@ def test_a_mean_of_scores_is_never_below_the_score_of_the_means(runs):
     """Jensen: E is convex in R and in h, so that it would pay to be unreliable."""
     rewards, difficulties = np.transpose(runs)
     of_scores = PAPER.score(rewards, difficulties).mean()
-    assert of_scores >= score_of_runs(PAPER, rewards, difficulties) * (1 - 1e-9)
+    assert of_scores >= PAPER.score(rewards.mean(), difficulties.mean()) * (1 - 1e-9)
 
 
 @given(REWARDS, REWARDS, DIFFICULTIES, DIFFICULTIES)
@@ -304,7 +303,7 @@ def test_refuses_cases_that_cannot_count_as_equal(one, other):
 @pytest.mark.parametrize(
     ("rewards", "difficulties", "why"),
     [
-        ([], [], "at least one run"),
+        ([], [], "0 runs make no ruler"),
         ([1.0] * 6, [1.0] * 5, "6 rewards and 5 difficulties"),
         ([1.0] * 5, [1.0] * 5, "5 runs make no ruler: give at least 6"),
         ([*range(6)], [1000] * 6, "fires that differ more"),
@@ -342,13 +341,13 @@ def test_a_ruler_goes_through_a_file_unchanged(tmp_path):
     """To the last digit."""
     path = tmp_path / "ruler.json"
     ruler = from_runs(*baseline(30), *POINTS)
-    path.write_text(ruler.as_json())
+    path.write_text(json.dumps(asdict(ruler)))
     assert read_ruler(path) == ruler
 
 
 def written(**changes):
     """The paper's ruler as a file holds it, but for some entries."""
-    return json.dumps(json.loads(PAPER.as_json()) | changes)
+    return json.dumps(asdict(PAPER) | changes)
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import networkx as nx
 
-from reference.building import burn, intact, load
+from reference.building import burn, load
 from reference.workshop import drawing
 
 # %% Rooms are nodes, doors are edges
@@ -21,8 +21,8 @@ print(graph)
 print(graph.nodes["1/coins"])
 #> {'name': 'coins', 'kind': 'room', 'floor': 0, 'area': 25}
 door = graph.edges["1/coins", "1/greece", "1/door-1"]
-print(door["kind"], door["state"], door["width"], "m wide", round(door["length"]), "m")
-#> door intact 1 m wide 9 m
+print(door["kind"], door["width"], "m wide", round(door["length"]), "m")
+#> door 1 m wide 9 m
 
 # %% The shortest way out of a room
 # An edge is as long as the way from the middle of one room, through the door, to the
@@ -38,13 +38,13 @@ print(f"farthest from outside is {farthest}, {metres[farthest]:.0f} m")
 #> farthest from outside is 1/coins, 61 m
 
 # %% What burning a door cuts off
-# Flames destroy a door that they touch [A6]. `burn` marks doors in a copy of the graph,
-# `intact` leaves them out; who cannot reach the outside then is cut off.
+# Flames destroy a door that they touch [A6]. `burn` leaves doors out of the graph; who
+# cannot reach the outside then is cut off.
 
 
 def cut_off(*doors: str) -> set[str]:
     """Rooms from which there is no way out once these doors have burnt."""
-    left = intact(burn(graph, doors))
+    left = burn(graph, doors)
     return set(left) - nx.node_connected_component(left, "outside")
 
 

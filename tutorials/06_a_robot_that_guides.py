@@ -8,7 +8,7 @@ from math import dist
 from pathlib import Path
 
 from reference.building import load
-from reference.robots import actual_target, followers_of, instruction_for
+from reference.robots import actual_target, followers_of, said_on_the_way
 from reference.simulation import Simulation
 from reference.strategies import NoRobots, RandomFire
 from reference.workshop import drawing
@@ -23,7 +23,7 @@ institute = load("paper")
 x, y = institute.stairwells[0].centre
 for metres in (3, 9):
     target = actual_target(institute, 1, x, y + metres)
-    said = instruction_for(institute, 1, target).name
+    said = said_on_the_way(institute, 1, target).instruction.name
     print(f"{metres} m north of the stairwell's middle: to {target}, {said}")
 #> 3 m north of the stairwell's middle: to (-7.0, -21.5), THIS_STAIRWELL
 #> 9 m north of the stairwell's middle: to (-7.0, -12.5), FOLLOW_ME

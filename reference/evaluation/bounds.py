@@ -12,31 +12,18 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from reference import paper
 from reference.beginning import beginning
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
-from reference.paper import (
-    BEST_POINT,
-    FIXED_PENALTY,
-    FIXED_REWARD,
-    FRAMES_PER_SECOND,
-    HEALTH,
-    HEALTH_RATE,
-    PEOPLE,
-    WALKING_SPEED,
-    WORST_POINT,
-    Scenario,
-)
-
-LOSS_PER_SECOND = FRAMES_PER_SECOND * HEALTH_RATE
-"""[F7] health a second: framesp and rate of Eq. 7 multiply the seconds."""
+from reference.paper import FIXED_REWARD, HEALTH, PEOPLE, Scenario
 
 DIGITS = 2  # [F12, chosen] of an estimate, as the paper rounds its own
 
 
 def worst_reward(people: int = PEOPLE) -> float:
     """R_w: everybody dies [F4, Eq. 6] [F5]; -12000 for the paper's forty."""
-    return -FIXED_PENALTY * people
+    return -paper.FIXED_PENALTY * people
 
 
 def best_reward(building: Building, people: int = PEOPLE) -> float:
@@ -52,7 +39,8 @@ def losses(building: Building) -> tuple[float, ...]:
 
     loss = seconds × frames per second × rate: Eq. 7 as printed divides by the product.
     """
-    return tuple(way / WALKING_SPEED * LOSS_PER_SECOND for way in mean_ways(building))
+    lost = paper.LOSS_PER_SECOND
+    return tuple(way / paper.WALKING_SPEED * lost for way in mean_ways(building))
 
 
 def mean_ways(building: Building) -> tuple[float, ...]:
@@ -95,7 +83,10 @@ def critical_points(
     start = beginning(building, scenario or Scenario(), np.random.default_rng(0))
     best = best_reward_carried(losses(building), start.occupancy)
     worst = worst_reward(sum(start.occupancy))
-    return (_rounded(worst), WORST_POINT[1]), (_rounded(best), BEST_POINT[1])
+    return (_rounded(worst), paper.WORST_POINT[1]), (
+        _rounded(best),
+        paper.BEST_POINT[1],
+    )
 
 
 def _rounded(reward: float) -> float:

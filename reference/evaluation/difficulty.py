@@ -17,24 +17,14 @@ from scipy.sparse.csgraph import dijkstra
 
 from reference.building import Building
 from reference.flames import fuel, rim
-from reference.paper import (
-    ALPHA,
-    BETA,
-    FLAME_SECONDS,
-    FRAMES_PER_SECOND,
-    HEALTH,
-    HEALTH_RATE,
-    STAIRS_SECONDS,
-    WALKING_SPEED,
-    K,
-)
+from reference.paper import ALPHA, BETA, FLAME_SECONDS, HEALTH, LOSS_PER_SECOND, K
 from reference.simulation import Simulation
 from reference.world import World
 
 HARDEST = ALPHA * sqrt(K * BETA)
 """[F10, chosen] 3853: no way out was ever open, so E = 1 whatever the reward."""
 
-HEALTH_LASTS = HEALTH / (HEALTH_RATE * FRAMES_PER_SECOND)
+HEALTH_LASTS = HEALTH / LOSS_PER_SECOND
 """[F11, chosen] T, 200 s: what burns later finds nobody inside."""
 
 MOMENTS = round(HEALTH_LASTS / FLAME_SECONDS)
@@ -142,11 +132,10 @@ def _links(building: Building) -> tuple[np.ndarray, np.ndarray]:
     """
     areas, first = building.area_of, len(building.areas)
     links: dict[tuple[int, int, int], float] = {}
-    for one, other, key, kind in building.ways.edges(keys=True, data="kind"):
+    for one, other, key, edge in building.ways.edges(keys=True, data=True):
         start, end = areas[one], areas.get(other)
-        if kind == "stairs":
-            length = STAIRS_SECONDS * WALKING_SPEED
-            links[start.index, areas[other].index, start.index] = length
+        if edge["kind"] == "stairs":
+            links[start.index, areas[other].index, start.index] = edge["length"]
             continue
         mark = building.landmark_of[key]
         node = first + mark.index

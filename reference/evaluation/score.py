@@ -8,7 +8,6 @@ paper's; `calibrated` makes one as the paper did, `from_runs` from a baseline's 
     E   the score: e′ / β;              α, b, c, k, β   the ruler's constants
 """
 
-import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from math import isfinite, log
@@ -99,10 +98,6 @@ class Ruler:
             raise RulerError(f"reward {reward:g} alone scores above 1: {below}")
         return ((β - y) * k) ** 0.5 * α
 
-    def as_json(self) -> str:
-        """The constants by name, for a file."""
-        return json.dumps(asdict(self), indent=2) + "\n"
-
 
 def _check(value: float | np.ndarray, what: str, low: float, high: float) -> None:
     """Raise RulerError for values that are not finite or not between low and high."""
@@ -184,7 +179,10 @@ def from_runs(
     Take runs against weak and strong fires alike. Raises RulerError for fewer than
     FEWEST_RUNS, and where the hard third did not CLEARLY earn less than the easy one.
     """
-    R, h = _runs(rewards, difficulties)
+    R, h = np.asarray(rewards, dtype=float), np.asarray(difficulties, dtype=float)
+    if R.shape != h.shape or not np.isfinite([R, h]).all():
+        what = f"{R.size} rewards and {h.size} difficulties"
+        raise RulerError(f"{what}: give one finite number of each for each run")
     if len(R) < FEWEST_RUNS:
         raise RulerError(f"{len(R)} runs make no ruler: give at least {FEWEST_RUNS}")
     ranked, third = np.sort(h), len(h) // 3
@@ -203,27 +201,6 @@ def from_runs(
     parts = [np.array(fires) == name for name in np.unique(fires)]
     β = np.mean([ruler.unscaled(*_mean(R[part], h[part])) for part in parts])
     return replace(ruler, beta=float(β))
-
-
-def score_of_runs(
-    ruler: Ruler, rewards: Sequence[float], difficulties: Sequence[float]
-) -> float:
-    """E of some runs: that of their mean reward and mean difficulty [F9, chosen].
-
-    E is convex in both, so that a mean of E's would reward whoever is unreliable.
-    """
-    return ruler.score(*_mean(*_runs(rewards, difficulties)))
-
-
-def _runs(
-    rewards: Sequence[float], difficulties: Sequence[float]
-) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) rewards and (n,) difficulties, n at least 1, all finite, or RulerError."""
-    R, h = np.asarray(rewards, dtype=float), np.asarray(difficulties, dtype=float)
-    if R.shape != h.shape or not R.size or not np.isfinite([R, h]).all():
-        what = f"{R.size} rewards and {h.size} difficulties"
-        raise RulerError(f"{what}: give one finite number of each for at least one run")
-    return R, h
 
 
 def _mean(R: np.ndarray, h: np.ndarray) -> Case:

@@ -21,7 +21,7 @@ import networkx as nx
 import numpy as np
 from scipy import ndimage
 
-from reference.paper import STAIRS_SECONDS, WALKING_SPEED
+from reference.paper import STAIRS_METRES
 
 STAIRWELLS = "ABCD"
 OUTSIDE = "outside"
@@ -141,13 +141,13 @@ class Plan:
         graph.add_node(OUTSIDE, name=OUTSIDE, kind=OUTSIDE)
         for n, storey in enumerate(self.storeys, 1):
             graph.add_edges_from(_edges(n, storey))
-        length = STAIRS_SECONDS * WALKING_SPEED
         for letter in STAIRWELLS:
             floors = range(1, len(self.storeys) + 1)
             mine = [n for n in floors if f"{n}/{letter}" in graph]
             for low, up in pairwise(mine):
-                key, facts = f"{letter}:{low}-{up}", _facts("stairs", 1, length)
-                graph.add_edge(f"{low}/{letter}", f"{up}/{letter}", key, **facts)
+                facts = {"kind": "stairs", "width": 1, "length": STAIRS_METRES}
+                ends = f"{low}/{letter}", f"{up}/{letter}", f"{letter}:{low}-{up}"
+                graph.add_edge(*ends, **facts)
         return graph
 
     @cached_property
@@ -193,12 +193,9 @@ def _edges(n: int, storey: Storey) -> Iterator[tuple[str, str, str, dict[str, ob
         if gate.kind == "exit":
             half[OUTSIDE] = 0.0
         for one, other in combinations(half, 2):
-            facts = _facts(gate.kind, len(gate.cells), half[one] + half[other])
-            yield one, other, f"{n}/{gate.name}", facts
-
-
-def _facts(kind: str, width: int, length: float) -> dict[str, object]:
-    return {"kind": kind, "width": width, "length": length, "state": "intact"}
+            facts = {"kind": gate.kind, "width": len(gate.cells)}
+            length = half[one] + half[other]
+            yield one, other, f"{n}/{gate.name}", facts | {"length": length}
 
 
 def pieces(mask: np.ndarray) -> list[np.ndarray]:

@@ -129,6 +129,12 @@ def read_json(path: Path) -> dict[str, Any]:
     raise InputError(f"{path}: is no JSON object, or is damaged. Name another file.")
 
 
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write an object for `read_json`, whole or not at all. Raises OSError."""
+    text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+    write_whole(path, text.encode())
+
+
 # -- Tables -------------------------------------------------------------------------
 
 Made = TypeVar("Made")

@@ -7,6 +7,7 @@ import json
 import sys
 from argparse import Namespace
 from collections.abc import Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from reference.workshop.commands.common import (
     workforce,
 )
 from reference.workshop.evaluation import crossplay
-from reference.workshop.files import write_whole
+from reference.workshop.files import write_json
 from reference.workshop.runs import ContradictionError, held
 
 RULER = "ruler.json"
@@ -132,7 +133,7 @@ def _keep(
     if ruler:
         building = building_of(evaluation.arena.plan)
         best = best_reward(building, evaluation.arena.people)
-        write_whole(folder / RULER, ruler.as_json().encode())
+        write_json(folder / RULER, asdict(ruler))
         pictures["ruler.png"] = rulers.curve(ruler, best)
         pictures["scores.png"] = rulers.contours(ruler, _readings(cells))
     for name, figure in pictures.items():

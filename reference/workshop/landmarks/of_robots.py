@@ -16,7 +16,7 @@ from reference.building import Building, Kind, Landmark
 from reference.game.observations import to_normalised
 from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.robots import AT_EXIT, Destination, actual_target, instruction_for
+from reference.robots import AT_EXIT, Destination, actual_target, said_on_the_way
 from reference.workshop.decoding import decode
 from reference.workshop.landmarks import shared
 from reference.workshop.strategies.robots import before_stairwell
@@ -249,6 +249,7 @@ def _at_exit(building: Building, exit_: Landmark) -> Destination:
     near = points[np.argsort(off, kind="stable")[: int((off <= AT_EXIT).sum())]]
     for point in [exit_.position, *((float(x), float(y)) for x, y in near)]:
         target = actual_target(building, exit_.floor, *point)
-        if instruction_for(building, exit_.floor, target) is Instruction.THIS_EXIT:
+        said = said_on_the_way(building, exit_.floor, target)
+        if said.instruction is Instruction.THIS_EXIT:
             return point
     return exit_.position

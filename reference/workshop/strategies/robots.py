@@ -14,7 +14,7 @@ import numpy as np
 
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
-from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED, STAIRS_SECONDS, WALKING_SPEED
+from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED, STAIRS_METRES, STAIRS_SECONDS
 from reference.robots import Destination, flame_cost
 from reference.workshop.traffic import landmark_places, stairwell_feet
 from reference.world import NOBODY, Robot, World
@@ -23,7 +23,6 @@ GROUP_RADIUS = 4.0  # [C7, chosen] metres: who stands so near is of the same gro
 AT_HAND = 2.0  # [C7, chosen] metres: so near a robot, people follow it or will not
 FULL = 10  # [C7, chosen] people led: more would wait over 8 s before every door
 TRIP = 5.0  # [C7, chosen] metres that each way out costs besides, to come back
-STAIRS_METRES = STAIRS_SECONDS * WALKING_SPEED  # a storey, to people
 SOON, SOON_COST = 5.0, 4.0
 """[C7, chosen] metres on foot from flames within which a metre counts for more, and how
 much more beside them: flames come about so far while one walks 25 s."""

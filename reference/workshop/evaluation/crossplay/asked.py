@@ -6,7 +6,6 @@ is pinned to the newest checkpoint in it, though more may come while runs are pl
 """
 
 import hashlib
-import json
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
@@ -22,7 +21,7 @@ from reference.paper import ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
 from reference.workshop.evaluation.contestants import WORST, contestant
 from reference.workshop.evaluation.crossplay.records import Key, Match
-from reference.workshop.files import about, read_json, refuse_no_file, write_whole
+from reference.workshop.files import about, read_json, refuse_no_file, write_json
 from reference.workshop.plain import record_from
 from reference.workshop.runs import (
     ContradictionError,
@@ -326,9 +325,7 @@ def _refuse_changed(file: File) -> None:
 def write(evaluation: Evaluation, folder: Path) -> None:
     """Write the evaluation into its folder, whole or not at all. Raises OSError."""
     written_by = {"version": reference.__version__, "game": reference.GAME}
-    content = written_by | asdict(evaluation)
-    text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-    write_whole(folder / ABOUT, text.encode())
+    write_json(folder / ABOUT, written_by | asdict(evaluation))
 
 
 def read(path: Path) -> Evaluation:

@@ -5,7 +5,6 @@ score E is that of the mean reward and the mean difficulty, never a mean of scor
 convex, so that a mean of scores would reward whoever is unreliable.
 """
 
-import json
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
@@ -17,7 +16,7 @@ from reference.evaluation.score import Ruler, RulerError, from_runs
 from reference.workshop.evaluation.crossplay.asked import Evaluation
 from reference.workshop.evaluation.crossplay.records import Match, Record
 from reference.workshop.evaluation.intervals import Interval, of_mean, of_means
-from reference.workshop.files import Table, read_json, write_whole
+from reference.workshop.files import Table, read_json, write_json
 from reference.workshop.plain import record_from
 from reference.workshop.runs import RunError
 
@@ -69,7 +68,7 @@ def _cell(match: Match, runs: list[Record], ruler: Ruler | None) -> Cell:
 
 
 def _score(rows: np.ndarray, ruler: Ruler) -> Interval | None:
-    """E of the means of (n, 2) rewards and difficulties, drawn together."""
+    """E of the means of (n, 2) rewards and difficulties [F9, chosen]."""
     try:
         return of_means(ruler.score, rows)
     except RulerError:
@@ -103,7 +102,7 @@ def ruler_of(
 
 
 def read_ruler(path: Path) -> Ruler:
-    """Read a ruler from a file that holds its `as_json`.
+    """Read a ruler from a file that holds its constants by name.
 
     Raises ValueError for anything else, OSError for a file that cannot be read.
     """
@@ -203,8 +202,7 @@ def write(
     """Write cells.csv and cells.json into the evaluation's folder. Raises OSError."""
     ends = [f"{name}_{end}" for name in FIGURES for end in Interval._fields]
     Table(folder / "cells.csv", ["robots", "fire", "n", *ends], map(_row, cells))
-    content = json.dumps(as_json(evaluation, ruler, cells), indent=2) + "\n"
-    write_whole(folder / "cells.json", content.encode())
+    write_json(folder / "cells.json", as_json(evaluation, ruler, cells))
 
 
 def _row(cell: Cell) -> dict[str, Any]:

@@ -9,19 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from reference import paper
 from reference.building import Building
 from reference.flames import cells_beside
 from reference.navigation import navigation_of
-from reference.paper import (
-    BURN_LOSS,
-    FIXED_PENALTY,
-    FIXED_REWARD,
-    FRAMES_PER_SECOND,
-    HEALTH_RATE,
-    HEAT_LOSS,
-    STAIRS_SECONDS,
-    WALKING_SPEED,
-)
+from reference.paper import FIXED_PENALTY, FIXED_REWARD, LOSS_PER_SECOND
 from reference.workshop.traffic import landmark_places, stairwell_feet
 from reference.world import World
 
@@ -33,7 +25,7 @@ of 8000, over moments of random, greedy and exit-burning fires, when exits burnt
 SOON = 30.0
 """[F4, chosen] seconds: people meet the flames as they will be so much later."""
 
-STOREY_LOSS = HEALTH_RATE * FRAMES_PER_SECOND * STAIRS_SECONDS
+STOREY_LOSS = LOSS_PER_SECOND * paper.STAIRS_SECONDS
 
 
 class Losses(NamedTuple):
@@ -75,8 +67,7 @@ def losses_of_people(world: World, who: np.ndarray) -> Losses:
     place[down] = stairwell_feet(building)[well[down]]
     mine = Losses(*(field[place] for field in losses))
     lowest = np.array([well.lowest for well in building.stairwells], dtype=int)
-    waits = (bodies.stairs_until[who[down]] - world.time).clip(0)
-    wait = HEALTH_RATE * FRAMES_PER_SECOND * waits
+    wait = LOSS_PER_SECOND * (bodies.stairs_until[who[down]] - world.time).clip(0)
     more = bodies.floor[who[down]] - lowest[well[down]] - 1
     mine.off_floor[down] = wait
     mine.outside[down] += wait + STOREY_LOSS * more
@@ -117,10 +108,9 @@ def _on_foot(building: Building, floor: int, burning: bytes) -> tuple[np.ndarray
     flames = np.zeros(shape, dtype=bool)
     flames[floor] = np.frombuffer(burning, dtype=bool).reshape(shape[1:])
     hot = cells_beside(building, flames)
-    harm = np.select([flames, hot], [BURN_LOSS, HEAT_LOSS], 0.0)
-    per_second = HEALTH_RATE * FRAMES_PER_SECOND * SEARCH + harm
+    harm = np.select([flames, hot], [paper.BURN_LOSS, paper.HEAT_LOSS], 0.0)
+    cost = (LOSS_PER_SECOND * SEARCH + harm) / paper.WALKING_SPEED
     nav = navigation_of(building)
     part = slice(floor * nav.floor_size, (floor + 1) * nav.floor_size)
-    cost = per_second / WALKING_SPEED
     places, ways = landmark_places(building), building.ways_out(floor)
     return tuple(nav.distances(places[mark], cost)[part] for mark in ways)
