@@ -4,7 +4,6 @@ Clauses: F4, F8, B7, D7.  Everybody is assumed to take the cheapest way out: cru
 a hundredth of the cost of simulating the rest.  Losses are health points.
 """
 
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -77,40 +76,23 @@ def losses_of_people(world: World, who: np.ndarray) -> Losses:
 
 def losses_of_places(building: Building, burning: np.ndarray) -> Losses:
     """Find every place's cheapest way out; burning: (floors, rows, cols) bool."""
-    size = building.kind[0].size
-    losses = Losses(*np.full((3, building.kind.size), np.inf))
-    losses.storeys[:] = 0
-    for floor in range(building.floors):
-        here = Losses(*(field[floor * size : (floor + 1) * size] for field in losses))
-        on_foot = _on_foot(building, floor, burning[floor].tobytes())
-        for mark, first in zip(building.ways_out(floor), on_foot, strict=True):
-            last, storeys = first, 0
-            if mark not in building.exits:
-                well = building.stairwell_of[mark]
-                foot = stairwell_feet(building)[well]
-                storeys = floor - building.stairwells[well].lowest
-                last = first + (STOREY_LOSS * storeys + losses.outside[foot])
-                storeys += int(losses.storeys[foot])
-            better = last < here.outside
-            here.off_floor[better] = first[better]
-            here.outside[better] = last[better]
-            here.storeys[better] = storeys
-    return losses
-
-
-@lru_cache(maxsize=32)
-def _on_foot(building: Building, floor: int, burning: bytes) -> tuple[np.ndarray, ...]:
-    """For each way out of a floor, what is lost on foot till there, (size,) each.
-
-    Kept, since from one placement to the next most floors burn alike.
-    """
-    shape = building.kind.shape
-    flames = np.zeros(shape, dtype=bool)
-    flames[floor] = np.frombuffer(burning, dtype=bool).reshape(shape[1:])
-    hot = cells_beside(building, flames)
-    harm = np.select([flames, hot], [paper.BURN_LOSS, paper.HEAT_LOSS], 0.0)
+    nav, feet = navigation_of(building), stairwell_feet(building)
+    beside = cells_beside(building, burning)
+    harm = np.select([burning, beside], [paper.BURN_LOSS, paper.HEAT_LOSS], 0.0)
     cost = (LOSS_PER_SECOND * SEARCH + harm) / paper.WALKING_SPEED
-    nav = navigation_of(building)
-    part = slice(floor * nav.floor_size, (floor + 1) * nav.floor_size)
-    places, ways = landmark_places(building), building.ways_out(floor)
-    return tuple(nav.distances(places[mark], cost)[part] for mark in ways)
+    losses = Losses(*np.full((3, nav.places), np.inf))
+    losses.storeys[:] = 0
+    for mark in building.landmarks:  # the lowest floor first
+        if mark.leads_out:
+            first = nav.distances(landmark_places(building)[mark.index], cost)
+            last, storeys = first, 0
+            if mark.index in building.stairwell_of:
+                well = building.stairwell_of[mark.index]
+                storeys = mark.floor - building.stairwells[well].lowest
+                last = first + (STOREY_LOSS * storeys + losses.outside[feet[well]])
+                storeys += int(losses.storeys[feet[well]])
+            better = last < losses.outside
+            losses.off_floor[better] = first[better]
+            losses.outside[better] = last[better]
+            losses.storeys[better] = storeys
+    return losses
