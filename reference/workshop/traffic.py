@@ -67,6 +67,32 @@ def walk(nav: Navigation, p: int, landmark: int) -> list[int]:
     return chain
 
 
+def ways_outside(
+    building: Building, cost: np.ndarray | None, storey: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Count what it costs to leave by each landmark: to there, and to the outside.
+
+    From the foot of stairs one goes on by the cheapest way. (landmarks, places) both,
+    inf where a landmark does not lead out; (landmarks,) storeys walked down.
+    cost: of a metre, (places,) or (floors, rows, cols), None for 1;  storey: of one
+    """
+    nav, feet = navigation_of(building), stairwell_feet(building)
+    on_foot, outside = np.full((2, len(building.landmarks), nav.places), np.inf)
+    storeys = np.zeros(len(building.landmarks), dtype=int)
+    for mark in building.landmarks:  # the lowest floor first
+        k, below = mark.index, 0.0
+        if mark.leads_out:
+            on_foot[k] = nav.distances(landmark_places(building)[k], cost)
+            if k in building.stairwell_of:
+                well = building.stairwell_of[k]
+                on = outside[:, feet[well]].argmin()
+                down = mark.floor - building.stairwells[well].lowest
+                below = outside[on, feet[well]] + down * storey
+                storeys[k] = down + storeys[on]
+            outside[k] = on_foot[k] + below
+    return on_foot, outside, storeys
+
+
 @lru_cache(maxsize=8)
 def landmark_places(building: Building) -> list[np.ndarray]:
     """Places of each landmark."""

@@ -16,7 +16,7 @@ from reference.building import Building, Kind
 from reference.navigation import navigation_of
 from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED, STAIRS_METRES, STAIRS_SECONDS
 from reference.robots import Destination, flame_cost
-from reference.workshop.traffic import landmark_places, stairwell_feet
+from reference.workshop.traffic import ways_outside
 from reference.world import NOBODY, Robot, World
 
 GROUP_RADIUS = 4.0  # [C7, chosen] metres: who stands so near is of the same group
@@ -113,7 +113,7 @@ class Escort(Sweep):
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> list[Destination | None]:
         """Look for the ways to the outside, then decide as `Sweep` does."""
-        self._outside = metres_outside(world)
+        _, self._outside, _ = ways_outside(world.building, risk(world), STAIRS_METRES)
         return super().decide(world, robots, rng)
 
     def _lost(self, world: World) -> np.ndarray:
@@ -174,26 +174,6 @@ def most_per_metre(
         if rate > most and (not led or led * extra <= detour * more):
             best, most = fetch, rate
     return best
-
-
-def metres_outside(world: World) -> np.ndarray:
-    """(landmarks, places) metres to the outside by each way out, inf by no way out.
-
-    The stairs and the way on from their foot included; risk counts as metres.
-    """
-    nav, building = navigation_of(world.building), world.building
-    outside = np.full((len(building.landmarks), nav.places), np.inf)
-    cost, feet = risk(world), stairwell_feet(building)
-    for mark in building.landmarks:  # the lowest floor first
-        if mark.leads_out:
-            below = 0.0
-            if mark.index in building.stairwell_of:
-                k = building.stairwell_of[mark.index]
-                storeys = mark.floor - building.stairwells[k].lowest
-                below = outside[:, feet[k]].min() + storeys * STAIRS_METRES
-            goals = landmark_places(building)[mark.index]
-            outside[mark.index] = nav.distances(goals, cost) + below
-    return outside
 
 
 def risk(world: World) -> np.ndarray | None:

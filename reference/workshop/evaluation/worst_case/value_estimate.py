@@ -11,9 +11,8 @@ import numpy as np
 from reference import paper
 from reference.building import Building
 from reference.flames import cells_beside
-from reference.navigation import navigation_of
 from reference.paper import FIXED_PENALTY, FIXED_REWARD, LOSS_PER_SECOND
-from reference.workshop.traffic import landmark_places, stairwell_feet
+from reference.workshop.traffic import stairwell_feet, ways_outside
 from reference.world import World
 
 SEARCH = 3.0
@@ -76,23 +75,10 @@ def losses_of_people(world: World, who: np.ndarray) -> Losses:
 
 def losses_of_places(building: Building, burning: np.ndarray) -> Losses:
     """Find every place's cheapest way out; burning: (floors, rows, cols) bool."""
-    nav, feet = navigation_of(building), stairwell_feet(building)
     beside = cells_beside(building, burning)
     harm = np.select([burning, beside], [paper.BURN_LOSS, paper.HEAT_LOSS], 0.0)
     cost = (LOSS_PER_SECOND * SEARCH + harm) / paper.WALKING_SPEED
-    losses = Losses(*np.full((3, nav.places), np.inf))
-    losses.storeys[:] = 0
-    for mark in building.landmarks:  # the lowest floor first
-        if mark.leads_out:
-            first = nav.distances(landmark_places(building)[mark.index], cost)
-            last, storeys = first, 0
-            if mark.index in building.stairwell_of:
-                well = building.stairwell_of[mark.index]
-                storeys = mark.floor - building.stairwells[well].lowest
-                last = first + (STOREY_LOSS * storeys + losses.outside[feet[well]])
-                storeys += int(losses.storeys[feet[well]])
-            better = last < losses.outside
-            losses.off_floor[better] = first[better]
-            losses.outside[better] = last[better]
-            losses.storeys[better] = storeys
-    return losses
+    on_foot, outside, storeys = ways_outside(building, cost, STOREY_LOSS)
+    best = outside.argmin(axis=0)
+    here = best, np.arange(len(best))
+    return Losses(on_foot[here], outside[here], storeys[best])
