@@ -72,6 +72,7 @@ WORKSHOP = (
     "workshop.evaluation.agreement",  # h beside a simulated measure
     "workshop.evaluation.gap",  # is a critic to be believed?
     "workshop.evaluation.crossplay",  # robots x fires x seeds
+    "workshop.experiment",  # arms x seeds x tests, from one file
     "workshop.recording",  # trajectories that PedPy reads
     "workshop.validation",  # standard cases of pedestrian dynamics
     "workshop.bench",  # how fast all of it runs

@@ -30,6 +30,7 @@ from reference.workshop.commands import (
     checks,
     evacuation,
     evaluation,
+    experiment,
     options,
     speed,
     training,
@@ -47,6 +48,7 @@ COMMANDS = {
     "gap": checks.GAP,
     "train": training.TRAIN,
     "curves": training.CURVES,
+    "experiment": experiment.EXPERIMENT,
     "validate": validation.VALIDATE,
     "bench": speed.BENCH,
 }

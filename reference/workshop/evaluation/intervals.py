@@ -22,6 +22,9 @@ CONFIDENCE = 0.95
 """[F12, chosen] intervals hold the true figure in so many of all experiments."""
 
 
+TRIMMED = 0.25  # [F12, chosen] share that an interquartile mean drops at either end
+
+
 class Interval(NamedTuple):
     """A figure of all runs, and the ends of its interval, low <= high."""
 
@@ -48,6 +51,45 @@ def of_means(statistic: Callable[..., np.ndarray], rows: np.ndarray) -> Interval
     whole, drawn = _means(rows)
     low, high = _ends(statistic(*drawn.T))
     return Interval(float(statistic(*whole[:, None])[0]), float(low), float(high))
+
+
+def iqm(values: np.ndarray) -> np.ndarray:
+    """The interquartile mean over the last axis: that of the middle half.
+
+    A quarter is dropped at either end, rounded down: of five values one each, of three
+    none.
+    """
+    n = values.shape[-1]
+    cut = int(TRIMMED * n)
+    return np.sort(values, axis=-1)[..., cut : n - cut].mean(axis=-1)
+
+
+def of_trainings(values: np.ndarray, other: np.ndarray | None = None) -> Interval:
+    """Bootstrap the interquartile mean over training runs, or a difference of two.
+
+    values, other: (trainings, episodes); a column is one seed in both. The unit is the
+    training: trainings are drawn, and for all of them alike the seeds of episodes, so
+    that what these share cancels in a difference. Of few trainings the interval is too
+    narrow: where trainings differ and episodes hardly do, it held the truth in 74, 90
+    and 92 of 100 simulated experiments with three, five and ten trainings.
+    Raises ValueError for no values.
+    """
+    rng = np.random.default_rng(1)
+    whole, drawn = _iqms(values, rng)
+    if other is not None:
+        less = _iqms(other, rng)
+        whole, drawn = whole - less[0], drawn - less[1]
+    low, high = _ends(drawn)
+    return Interval(float(whole), float(low), float(high))
+
+
+def _iqms(
+    values: np.ndarray, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray]:
+    """IQM of an arm, and (B,) of B samples of its trainings and their episodes."""
+    whole, drawn = _means(values.T)
+    which = rng.integers(len(values), size=drawn.shape)
+    return iqm(whole), iqm(np.take_along_axis(drawn, which, axis=1))
 
 
 def band(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -121,10 +121,14 @@ def save(checkpoint: Checkpoint, path: Path) -> None:
 
     Raises OSError, with a message for people.
     """
+    write_whole(path, packed(checkpoint))
+
+
+def packed(checkpoint: Checkpoint) -> bytes:
+    """A checkpoint's file as bytes, for another machine."""
     memory = BytesIO()
     torch.save(_plain(checkpoint), memory)
-    with memory.getbuffer() as content:
-        write_whole(path, content)
+    return memory.getvalue()
 
 
 def load(path: str | os.PathLike[str]) -> Checkpoint:

@@ -36,6 +36,7 @@ class Settings:
     switch_every         ... each for so many rounds
     random_fires         share of the jobs in which random fire stands in for one that
                          learns: robots easily overfit to a single adversary
+    past_fires           the same, of fires that this one was earlier in the training
     imitation_episodes   if a strategy is imitated first: how many of its episodes,
     imitation_epochs     how many times through them, and for how many rounds after
     critic_rounds        that the critic alone learns what the imitator is worth
@@ -50,6 +51,7 @@ class Settings:
     schedule: Annotated[str, Row(choices=("together", "alternate"))] = "together"
     switch_every: int = 5
     random_fires: Annotated[float, Row(low=0, high=1)] = 0.0
+    past_fires: Annotated[float, Row(low=0, high=1)] = 0.0
     imitation_episodes: int = 256
     imitation_epochs: int = 10
     critic_rounds: Annotated[int, Row(low=0)] = 5
@@ -60,6 +62,11 @@ class Settings:
             raise SettingsError(
                 "fire: trainer_type is 'poca', but there is one fire: a group of one "
                 "has nobody to share credit with; write ppo, as Table II does"
+            )
+        if self.random_fires + self.past_fires > 1:
+            raise SettingsError(
+                "random_fires and past_fires are shares of the same jobs: lower one, "
+                "so that together they are 1 at most"
             )
         if not self.scenario.training:
             raise SettingsError(
@@ -92,6 +99,18 @@ def _number(value: Any, kind: Any) -> Any:
     except ValueError:
         return value
     return int(real) if kind is int and real.is_integer() else real
+
+
+def changed(base: Settings, rows: Any, where: str) -> Settings:
+    """Replace rows of whole settings; robots, fire and scenario hold rows of their own.
+
+    where: they stand, for messages. Raises SettingsError.
+    """
+    rows = mapping(rows, where)
+    for name in ("robots", "fire", "scenario"):
+        if name in rows:
+            rows[name] = _changed(getattr(base, name), rows[name], f"{where}: {name}")
+    return _changed(base, rows, where)
 
 
 # -- Presets ------------------------------------------------------------------------

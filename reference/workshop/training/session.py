@@ -10,11 +10,12 @@ from statistics import mean
 from typing import Any
 
 import numpy as np
+import torch
 
 from reference.building import building_of
 from reference.learning.adversarial import learn, learner_for, player_of
 from reference.learning.ppo import Learner
-from reference.learning.rollouts import Episode, Job
+from reference.learning.rollouts import Episode, Job, Learned
 from reference.learning.settings import SIDES, SettingsError, Side
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
@@ -32,8 +33,12 @@ from reference.workshop.training.summaries import (
 )
 from reference.workshop.workers import memory
 
-LEARNERS, ROUNDS, DEMONSTRATIONS = 0, 1, 2  # what seeds are for
+LEARNERS, ROUNDS, DEMONSTRATIONS, PAST = range(4)  # what seeds are for
 EPISODE = 2**20  # bytes of one, more or less
+PAST_EVERY, MOST_PAST = 5, 10
+"""[E6, chosen] rounds between two fires that are remembered, and how many of them; when
+there are more every second is forgotten, and the rounds between two doubled."""
+
 FACTS = (*OF_EPISODES.values(), "fire_reward")  # of an episode
 
 
@@ -42,6 +47,7 @@ class Training:
 
     round  rounds that are over;  episodes  that were learned from;  latest  means of
     the last round's facts;  imitated  whether copying, if asked for, is over
+    past  weights of the fire as it was, oldest first, one every `past_every` rounds
     """
 
     def __init__(self, task: Task):
@@ -66,6 +72,8 @@ class Training:
         self.round = self.episodes = 0
         self.imitated = task.imitate is None
         self.latest: dict[str, float] = {}
+        self.past: list[dict[str, torch.Tensor]] = []
+        self.past_every = PAST_EVERY
 
     # -- Whose turn it is -----------------------------------------------------------
 
@@ -106,9 +114,10 @@ class Training:
         sides = ", ".join(f"{side} {who}" for side, who in self._who().items())
         ends = ((who.settings.max_steps, who.steps) for who in self.learners.values())
         left = sum(max(0, end - steps) for end, steps in ends)
-        share = self.settings.random_fires
-        if share and len(self.learners) == len(SIDES):
-            sides += f" but for {share:.0%} random fires"
+        shares = {"random": self.settings.random_fires}
+        shares["past"] = self.settings.past_fires
+        if len(self.learners) == len(SIDES):
+            sides += "".join(f", {s:.0%} {of} fires" for of, s in shares.items() if s)
         title = building_of(self.task.plan).title
         return f"{title}: {sides}, seed {self.task.seed}; {left:,} decisions to go"
 
@@ -149,22 +158,51 @@ class Training:
         count = s.jobs_per_round * s.episodes_per_job
         seeds = seeds_of(self.task.seed, ROUNDS, self.round, count)
         robots, learned = (self._player(side) for side in SIDES)
-        jobs, first = [], self.round * s.jobs_per_round
-        for k, chunk in enumerate(_chunks(seeds, s.episodes_per_job), first):
-            fire = RandomFire() if self._random_fire(k) else learned
+        fires = {"learned": learned, "random": RandomFire()}
+        jobs = []
+        for k, chunk in enumerate(_chunks(seeds, s.episodes_per_job), self._first):
+            name = self._fire(k)
+            fire = self._past_fire(k, learned) if name == "past" else fires[name]
             jobs.append(Job(self.task.plan, s.scenario, robots, fire, chunk))
         return jobs
 
-    def _random_fire(self, job: int) -> bool:
-        """Whether random fire stands in for the one that learns [E6, chosen].
+    @property
+    def _first(self) -> int:
+        """The number of the round's first job among all of the training."""
+        return self.round * self.settings.jobs_per_round
 
-        In `random_fires` of all jobs, evenly spread, while the robots learn: against
-        one adversary alone they would learn its habits, or from a strong one nothing.
+    def _fire(self, job: int) -> str:
+        """Who lights a job's fires: "learned", or who stands in [E6, chosen].
+
+        "random" fire in `random_fires` of all jobs, "past" ones in `past_fires`, evenly
+        spread, while the robots learn: against one adversary alone they would learn its
+        habits, or from a strong one nothing.
         """
         if "fire" not in self.learners or "robots" not in self.learning():
-            return False
-        share = self.settings.random_fires
-        return int((job + 1) * share) > int(job * share)
+            return "learned"
+        share, past = self.settings.random_fires, self.settings.past_fires
+        if int((job + 1) * share) > int(job * share):
+            return "random"
+        others = job - int(job * share)  # of the jobs before, those without random fire
+        share = past / (1 - share) if past else 0.0
+        due = int((others + 1) * share) > int(others * share)
+        return "past" if due and self.past else "learned"
+
+    def _past_fire(self, job: int, learned: Learned) -> Learned:
+        """One of the fires that are remembered, drawn for a job."""
+        (seed,) = seeds_of(self.task.seed, PAST, job, 1)
+        weights = self.past[seed % len(self.past)]
+        copies = {name: tensor.numpy().copy() for name, tensor in weights.items()}
+        return replace(learned, weights=copies)
+
+    def _remember(self) -> None:
+        """Remember the fire as it is, if that is asked for and due."""
+        if not self.settings.past_fires or self.round % self.past_every:
+            return
+        weights = self.learners["fire"].actor.state_dict()
+        self.past.append({name: tensor.clone() for name, tensor in weights.items()})
+        if len(self.past) > MOST_PAST:
+            self.past, self.past_every = self.past[1::2], 2 * self.past_every
 
     def _player(self, side: Side) -> Any:
         """Who plays a side; networks as copies, which do not change while they play."""
@@ -183,6 +221,7 @@ class Training:
         Raises SettingsError if in their first round they had nothing to decide.
         """
         phase, facts = self.phase, [episode.facts for episode in episodes]
+        episodes = self._without_past(episodes)
         self.episodes += len(episodes)
         self.latest = {name: mean(f[name] for f in facts) for name in facts[0]}
         when = {"round": self.round + 1, "episodes": self.episodes, "phase": phase}
@@ -198,7 +237,17 @@ class Training:
             summary.add(_facts(episodes, side), update)
             rows.append(summary.row(learner.steps, when))
         self.round += 1
+        self._remember()
         return [row for row in rows if row is not None]
+
+    def _without_past(self, episodes: Sequence[Episode]) -> list[Episode]:
+        """The round's episodes; the fire learns nothing from those of another one."""
+        size = self.settings.episodes_per_job
+        jobs = (self._first + k // size for k in range(len(episodes)))
+        return [
+            replace(episode, fire=None) if self._fire(job) == "past" else episode
+            for job, episode in zip(jobs, episodes, strict=False)
+        ]
 
     # -- Imitation ------------------------------------------------------------------
 
@@ -228,6 +277,8 @@ class Training:
     def checkpoint(self) -> Checkpoint:
         """Save everything that is needed to go on."""
         learners = {side: state_of(who) for side, who in self.learners.items()}
+        if self.past:
+            learners["fire"] |= {"past": self.past, "past_every": self.past_every}
         progress = {
             "episodes": self.episodes,
             "imitated": self.imitated,
@@ -245,12 +296,25 @@ class Training:
             for side, learner in training.learners.items():
                 restore(learner, checkpoint.learners[side])
                 training.summaries[side].load(progress["summaries"][side])
+            training._restore_past(checkpoint.learners.get("fire", {}))
             training.round = checkpoint.round
             training.episodes = checked("episodes", progress["episodes"], int)
             training.imitated = checked("imitated", progress["imitated"], bool)
             latest = checked("latest", progress["latest"], dict[str, float])
             training.latest = {name: latest[name] for name in FACTS if latest}
         return training
+
+    def _restore_past(self, state: dict[str, Any]) -> None:
+        """Remember the fires of a checkpoint. Raises ValueError for other networks."""
+        self.past = checked("past", state.get("past", []), list)
+        every = checked("past_every", state.get("past_every", PAST_EVERY), int)
+        self.past_every = max(1, every)
+        for weights in self.past:
+            now = self.learners["fire"].actor.state_dict()
+            if {n: t.shape for n, t in weights.items()} != {
+                n: t.shape for n, t in now.items()
+            }:
+                raise ValueError("a past fire's network is of another shape")
 
 
 def _refuse_too_large(task: Task) -> None:

@@ -24,6 +24,7 @@ from reference.workshop.evaluation.crossplay.results import (
     HEADINGS,
     Cell,
     as_json,
+    as_plain,
     cells,
     mean_and_interval,
     read_ruler,

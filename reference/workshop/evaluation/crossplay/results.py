@@ -186,11 +186,12 @@ def as_json(
         "seeds": list(evaluation.seeds),
         "sample": evaluation.sample,
         "ruler": asdict(ruler) if ruler else None,
-        "cells": [_plain(cell) for cell in cells],
+        "cells": [as_plain(cell) for cell in cells],
     }
 
 
-def _plain(cell: Cell) -> dict[str, Any]:
+def as_plain(cell: Cell) -> dict[str, Any]:
+    """A cell's figures by name, each with the ends of its interval."""
     return {
         k: v._asdict() if isinstance(v, Interval) else v for k, v in vars(cell).items()
     }
@@ -207,7 +208,7 @@ def write(
 
 def _row(cell: Cell) -> dict[str, Any]:
     """A cell's row of the CSV table: no columns for a figure that there is not."""
-    row = _plain(cell)
+    row = as_plain(cell)
     for name in FIGURES:
         row |= {f"{name}_{end}": v for end, v in (row.pop(name) or {}).items()}
     return row

@@ -1,0 +1,120 @@
+"""Results: what the tests of an experiment come to, arm by arm.
+
+Clauses: F9, F12.  The unit is the training: intervals are of interquartile means over
+an arm's trainings, see `of_trainings`; E is that of a training's mean reward and mean
+difficulty.  Robots written by hand count as one training.
+
+    T  trainings of an arm;  N  episodes, each from a seed of its own
+"""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cached_property
+
+import numpy as np
+
+from reference.building import building_of
+from reference.evaluation.bounds import critical_points
+from reference.evaluation.score import PAPER, Ruler, RulerError
+from reference.workshop.evaluation.crossplay import Cell, Record, cells, ruler_of
+from reference.workshop.evaluation.intervals import Interval, of_trainings
+from reference.workshop.experiment.asked import BEST, Experiment
+from reference.workshop.runs import RunError
+
+OWN = "own fire"  # the one that a team has learned with
+RANDOM = "random"
+
+
+class Results:
+    """Tests by arm (or robots written by hand) and kind of fire.
+
+    runs  by row and column of the matrix, all that were played
+    """
+
+    def __init__(self, experiment: Experiment, records: Sequence[Record]):
+        self.experiment = experiment
+        self.runs: dict[tuple[str, str], list[Record]] = defaultdict(list)
+        for run in records:
+            self.runs[arm_of(run.robots), self._column(run)].append(run)
+
+    def _column(self, run: Record) -> str:
+        """A fire's kind: by name, or whether it learned with these robots."""
+        if run.fire not in self.experiment.trainings:
+            return run.fire
+        return OWN if run.fire == run.robots else f"{arm_of(run.fire)}'s fires"
+
+    def values(self, row: str, column: str, figure: str) -> np.ndarray:
+        """(T, N) a figure of a row's trainings; means where there are several fires."""
+        found: dict[str, dict[int, list[float]]] = defaultdict(
+            lambda: defaultdict(list)
+        )
+        for run in self.runs[row, column]:
+            found[run.robots][run.seed].append(getattr(run, figure))
+        return np.array(
+            [[np.mean(of[seed]) for seed in sorted(of)] for of in found.values()]
+        )
+
+    @cached_property
+    def ruler(self) -> Ruler | None:
+        """The ruler on which the baseline scores 1; None if none comes of its runs."""
+        if (baseline := self.experiment.test.baseline) is None:
+            return PAPER
+        arena = self.experiment.arena
+        points = critical_points(building_of(arena.plan), arena.scenario)
+        try:
+            return ruler_of(sum(self.runs.values(), []), baseline, *points)
+        except (RulerError, RunError):
+            return None
+
+    def cells(self) -> list[Cell]:
+        """The matrix: every row against every column."""
+        return [self._cell(*where, runs) for where, runs in self.runs.items()]
+
+    def _cell(self, row: str, column: str, runs: Sequence[Record]) -> Cell:
+        ruler, named = self.ruler, (replace(r, robots=row, fire=column) for r in runs)
+        (cell,) = cells(named, ruler)
+        survival, reward, difficulty = (
+            self.values(row, column, figure)
+            for figure in ("survival", "reward", "difficulty")
+        )
+        score = cell.score
+        if ruler and len(reward) > 1:
+            try:
+                scores = ruler.score(reward.mean(axis=1), difficulty.mean(axis=1))
+                score = of_trainings(np.asarray(scores)[:, None])
+            except RulerError:
+                score = None
+        return replace(
+            cell,
+            survival=of_trainings(survival),
+            reward=of_trainings(reward),
+            difficulty=of_trainings(difficulty),
+            score=score,
+        )
+
+    # -- Differences ----------------------------------------------------------------
+
+    def more_saved(self, one: str, other: str, column: str) -> Interval | None:
+        """Survivors of one less the other's under the same fires; None without any."""
+        pair = [(row, column) for row in (one, other)]
+        if not all(key in self.runs for key in pair):
+            return None
+        return of_trainings(*(self.values(*key, "survival") for key in pair))
+
+    def lost(self, row: str) -> np.ndarray:
+        """(T, N) approximate exploitability: survivors under random fire less those
+        under the best response."""
+        random, best = (self.values(row, fire, "survival") for fire in (RANDOM, BEST))
+        return random - best
+
+    @property
+    def exploitable(self) -> list[str]:
+        """The rows of which `lost` is known."""
+        rows = dict.fromkeys(row for row, _ in self.runs)
+        return [r for r in rows if {(r, RANDOM), (r, BEST)} <= self.runs.keys()]
+
+
+def arm_of(team: str) -> str:
+    """The arm of a team, without its training's seed."""
+    return team.rpartition("-")[0] or team

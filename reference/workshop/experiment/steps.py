@@ -1,0 +1,229 @@
+"""The steps of an experiment: which jobs there are, what each needs, what it leaves.
+
+Clauses: E6, F12.  A step is done when its file is there; it can be done when the files
+that it needs are.  So nothing is done twice, and whoever goes on goes on here.
+
+    trainings/TEAM/    of an arm and a seed: checkpoint, curve, log
+    responses/TEAM-K/  the K-th fire that learned against the frozen team
+    choices/           that fire's evacuations, by which the strongest is chosen
+    tests/             evacuations of every team against every fire
+"""
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from statistics import mean
+from typing import Any
+
+from tqdm import tqdm
+
+from reference.learning.rollouts import Learned
+from reference.learning.settings import Side
+from reference.workshop.evaluation.contestants import WORST
+from reference.workshop.evaluation.crossplay import Match, Record, records
+from reference.workshop.experiment.asked import BEST, Experiment
+from reference.workshop.experiment.jobs import DONE, Fit, Trial, fit, trial
+from reference.workshop.files import make_folder, write_whole
+from reference.workshop.strategies import FIRES, ROBOTS
+from reference.workshop.training.checkpoints import Task, load, newest, packed
+from reference.workshop.training.session import Training
+from reference.workshop.workers import POLL
+
+
+@dataclass(frozen=True)
+class Step:
+    """One job: `work` on what `job` gives, anywhere; then `keep` the result, here.
+
+    made  the file that is there when it is done;  needs  files that it needs
+    """
+
+    name: str
+    made: Path
+    needs: tuple[Path, ...]
+    work: Callable[[Any], Any]
+    job: Callable[[], Any]
+    keep: Callable[[Any], None]
+
+
+class Plan:
+    """The steps of an experiment in a folder; here: it is the workers' folder too."""
+
+    def __init__(self, experiment: Experiment, folder: Path, here: bool):
+        self.experiment, self.folder, self.here = experiment, folder, here
+
+    def steps(self) -> Iterator[Step]:
+        """All steps there are, done or not."""
+        experiment, response = self.experiment, self.experiment.best_response
+        for team, task in experiment.trainings.items():
+            folder = self.training(team)
+            yield self._training(folder, (), partial(_given, task), "robots")
+        for team in experiment.teams if response else ():
+            for k in range(response.seeds if response else 0):
+                yield self._response(team, k)
+                yield self._test(team, str(k), experiment.choices)
+        for fire, episodes in experiment.fires.items():
+            first = experiment.test.seed
+            for team in experiment.teams:
+                yield self._test(team, fire, range(first, first + episodes))
+
+    # -- Where things are -----------------------------------------------------------
+
+    def training(self, team: str) -> Path:
+        """The folder of a team's training."""
+        return self.folder / "trainings" / team
+
+    def response(self, team: str, number: int | str) -> Path:
+        """The folder of a fire that learned against a team."""
+        return self.folder / "responses" / f"{team}-{number}"
+
+    def test(self, team: str, fire: str) -> Path:
+        """The table of a team's evacuations; fire: a number for a choice's."""
+        kind = "choices" if fire.isdecimal() else "tests"
+        return self.folder / kind / f"{team} {fire}.csv"
+
+    def records(self, fires: tuple[str, ...] | None = None) -> list[Record]:
+        """All evacuations of tests that are there."""
+        experiment = self.experiment
+        words = experiment.fires if fires is None else fires
+        pairs = [(team, fire) for team in experiment.teams for fire in words]
+        return [run for pair in pairs for run in records.read(self.test(*pair))]
+
+    def strongest(self, team: str) -> Path:
+        """The folder of the response that costs a team most, on the choices' seeds."""
+        assert self.experiment.best_response is not None
+        numbers = map(str, range(self.experiment.best_response.seeds))
+        tables = {k: records.read(self.test(team, k)) for k in numbers}
+        rewards = {k: mean(run.reward for run in runs) for k, runs in tables.items()}
+        return self.response(team, min(rewards, key=rewards.__getitem__))
+
+    # -- Steps ----------------------------------------------------------------------
+
+    def _training(
+        self,
+        folder: Path,
+        needs: tuple[Path, ...],
+        task: Callable[[], Task],
+        side: Side,
+    ) -> Step:
+        """A training in a folder; task: made when what it needs is there."""
+
+        def job() -> Fit:
+            beginning = packed(Training(task()).checkpoint())
+            return Fit(beginning, side, str(folder) if self.here else None)
+
+        def keep(files: dict[str, bytes]) -> None:
+            make_folder(folder)
+            for name, content in files.items():
+                write_whole(folder / name, content)
+
+        name = f"{folder.parent.name}/{folder.name}"
+        return Step(name, folder / DONE, needs, fit, job, keep)
+
+    def _response(self, team: str, number: int) -> Step:
+        def task() -> Task:
+            return self.experiment.response(self._robots(team), number)
+
+        folder, needs = self.response(team, number), self._needed(team)
+        return self._training(folder, needs, task, "fire")
+
+    def _test(self, team: str, fire: str, seeds: range) -> Step:
+        path = self.test(team, fire)
+        needs = self._needed(team) + self._needed_fire(team, fire)
+
+        def job() -> Trial:
+            found: dict[Side, bytes] = {}
+            if team not in ROBOTS:
+                found["robots"] = _checkpoint(self.training(team))
+            if folder := self._fire(team, fire):
+                found["fire"] = _checkpoint(folder)
+            return Trial(self.experiment.arena, Match(team, fire), seeds, found)
+
+        def keep(runs: list[Record]) -> None:
+            make_folder(path.parent)
+            records.table_of(path, runs)
+
+        return Step(f"{path.parent.name}/{path.stem}", path, needs, trial, job, keep)
+
+    def _robots(self, team: str) -> Learned | str:
+        return team if team in ROBOTS else load(self.training(team)).player("robots")
+
+    def _fire(self, team: str, fire: str) -> Path | None:
+        """The folder of the fire that a team meets; None for one that is a script."""
+        if fire in FIRES or fire == WORST:
+            return None
+        if fire == BEST:
+            return self.strongest(team)
+        return self.response(team, fire) if fire.isdecimal() else self.training(fire)
+
+    def _needed(self, team: str) -> tuple[Path, ...]:
+        return () if team in ROBOTS else (self.training(team) / DONE,)
+
+    def _needed_fire(self, team: str, fire: str) -> tuple[Path, ...]:
+        response = self.experiment.best_response
+        if fire == BEST and response:
+            return tuple(self.test(team, str(k)) for k in range(response.seeds))
+        folder = self._fire(team, fire)
+        return (folder / DONE,) if folder else ()
+
+
+def _given(task: Task) -> Task:
+    return task
+
+
+def _checkpoint(folder: Path) -> bytes:
+    path = newest(folder)
+    assert path is not None
+    return path.read_bytes()
+
+
+# -- Doing them ---------------------------------------------------------------------
+
+
+def perform(
+    steps: list[Step],
+    executor: Executor,
+    width: Callable[[], int],
+    stop: Callable[[], bool],
+) -> dict[str, str]:
+    """Do all steps, each as soon as what it needs is there; what failed, and why.
+
+    width: how many jobs may be under way. What needs a step that failed is left out.
+    Raises BrokenExecutor for a worker that has died.
+    """
+    left = [step for step in steps if not step.made.exists()]
+    running: dict[Future[Any], Step] = {}
+    failed: dict[str, str] = {}
+    done = len(steps) - len(left)
+    with tqdm(total=len(steps), initial=done, unit="job", disable=None) as bar:
+        while not stop():
+            while len(running) < width() and (step := _ready(left)):
+                left.remove(step)
+                try:
+                    running[executor.submit(step.work, step.job())] = step
+                except KeyboardInterrupt:  # in this process
+                    if not stop():
+                        raise
+            if not running:
+                break
+            finished, _ = wait(running, POLL, FIRST_COMPLETED)
+            for future in finished:
+                step = running.pop(future)
+                try:
+                    step.keep(future.result())
+                    bar.update()
+                except BrokenExecutor:
+                    raise
+                except Exception as error:
+                    failed[step.name] = f"{type(error).__name__}: {error}"
+                    tqdm.write(f"{step.name}: {failed[step.name]}")
+    for future in running:
+        future.cancel()
+    return failed
+
+
+def _ready(steps: list[Step]) -> Step | None:
+    """The first step that can be done now."""
+    ready = (step for step in steps if all(path.exists() for path in step.needs))
+    return next(ready, None)
