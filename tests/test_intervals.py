@@ -1,15 +1,20 @@
 """Bootstrap intervals: what they hold, how often, and what they refuse."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import stats
 
 from reference.evaluation.score import PAPER
 from reference.workshop.evaluation.intervals import (
     band,
+    iqm,
     of_mean,
     of_means,
+    of_trainings,
 )
 
 NUMBERS = st.floats(-1e6, 1e6)
@@ -84,6 +89,53 @@ def test_an_interval_is_the_same_again():
     """A table does not change from one look at it to the next."""
     values = np.random.default_rng(3).normal(0, 1, 50)
     assert of_mean(values) == of_mean(values)
+
+
+# -- Training runs ------------------------------------------------------------------
+
+
+@given(values=st.lists(NUMBERS, min_size=1, max_size=12))
+def test_the_interquartile_mean_is_that_of_the_middle_half(values):
+    """scipy trims the same quarter at either end."""
+    expected = stats.trim_mean(values, 0.25)
+    assert iqm(np.array(values)) == pytest.approx(expected, abs=1e-6)
+
+
+def trainings(rng, number=10, mean=0.5):
+    """(number, 30) trainings that differ more than the episodes of one do."""
+    seeds = rng.normal(0, 0.2, 30)
+    return mean + rng.normal(0, 0.1, (number, 1)) + seeds + rng.normal(0, 0.05, 30)
+
+
+@pytest.mark.paper("F12")
+def test_ten_trainings_hold_the_truth_where_their_episodes_alone_do_not():
+    """The unit is the training run; three are too few, as the docstring says."""
+    share = partial(share_that_hold, 0.5, experiments=100)
+    assert share(lambda values: of_mean(values.ravel()), trainings) < 0.7
+    assert share(of_trainings, trainings) > 0.88
+    assert share(of_trainings, partial(trainings, number=3)) < 0.97
+
+
+def test_the_difference_of_two_arms_does_not_suffer_from_seeds_they_share():
+    """Hard seeds are hard for both; the truth is held, and told more narrowly."""
+
+    def both(rng):
+        seeds = rng.normal(0, 0.5, 30)
+        return [seeds + m + rng.normal(0, 0.02, (10, 30)) for m in (0.6, 0.5)]
+
+    share = share_that_hold(0.1, lambda pair: of_trainings(*pair), both, 100)
+    assert share > 0.88
+    one, other = both(np.random.default_rng(0))
+    apart, together = of_trainings(one), of_trainings(one, other)
+    assert together.high - together.low < 0.1 * (apart.high - apart.low)
+
+
+def test_one_training_that_failed_does_not_decide():
+    """Of five, the worst and the best are left out."""
+    values = np.full((5, 10), 0.8)
+    values[2] = 0.0
+    assert of_trainings(values).mean == pytest.approx(0.8)
+    assert of_trainings(values).low < 0.8
 
 
 # -- Refusals -----------------------------------------------------------------------

@@ -5,6 +5,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import pytest
+import torch
 from trainings import TINY, begun, equal, tiny, trained
 
 from reference.learning.adversarial import learner_for, player_of
@@ -12,7 +13,8 @@ from reference.learning.networks import one_thread
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES, SettingsError
 from reference.strategies import RandomFire, RandomRobots
-from reference.workshop.training.checkpoints import load, newest
+from reference.workshop.training import session
+from reference.workshop.training.checkpoints import CheckpointError, load, newest
 from reference.workshop.training.loop import train
 from reference.workshop.training.session import Training, seeds_of
 from reference.workshop.training.summaries import COLUMNS, Board, Summary, table_until
@@ -192,6 +194,67 @@ def test_random_fire_stands_in_for_a_share_of_the_jobs():
     assert fires == [False, False, False, True] * 2
     training.learners["robots"].steps = tiny().robots.max_steps
     assert all(not isinstance(job.fire, RandomFire) for job in training.jobs())
+
+
+@pytest.mark.paper("E6")
+def test_past_fires_stand_in_for_a_share_of_the_other_jobs(monkeypatch):
+    """Evenly spread, as soon as there are any; the fire learns nothing from them."""
+    monkeypatch.setattr(session, "PAST_EVERY", 1)
+    training = begun(tiny(random_fires=0.25, past_fires=0.5))
+    first = training.jobs()
+    assert not training.past
+    training.learn([episode for job in first for episode in play(job)])
+    (then,) = training.past
+    names = []
+    for training.round in range(4, 8):
+        names += [training._fire(2 * training.round + k) for k in range(2)]
+    assert sorted(names) == ["learned"] * 2 + ["past"] * 4 + ["random"] * 2
+    assert names[:4] == names[4:]
+    training.round = 4
+    jobs = training.jobs()
+    which = names[:2].index("past")
+    weights = jobs[which].fire.weights
+    assert equal(
+        then, {name: torch.as_tensor(array) for name, array in weights.items()}
+    )
+    episodes = [episode for job in jobs for episode in play(job)]
+    without = training._without_past(episodes)
+    learned = [episode.fire is not None for episode in without]
+    assert learned == [name == "learned" for name in names[:2]]
+
+
+def test_the_pool_of_past_fires_stays_small_and_evenly_spread(monkeypatch):
+    """When there are too many, every second goes, and they come half as often."""
+    monkeypatch.setattr(session, "PAST_EVERY", 1)
+    monkeypatch.setattr(session, "MOST_PAST", 3)
+    training = begun(tiny(past_fires=0.5))
+    weight = next(iter(training.learners["fire"].actor.parameters()))
+    for training.round in range(1, 9):
+        weight.data.fill_(training.round)
+        training._remember()
+    kept = [float(next(iter(past.values())).mean()) for past in training.past]
+    assert (kept, training.past_every) == ([4, 8], 4)
+
+
+@pytest.mark.slow
+def test_a_training_with_past_fires_goes_on_as_if_never_interrupted(
+    tmp_path, monkeypatch
+):
+    """The pool is in the checkpoint; other networks in it are refused."""
+    monkeypatch.setattr(session, "PAST_EVERY", 1)
+    settings = tiny(past_fires=0.5)
+    apart, at_once = tmp_path / "apart", tmp_path / "at once"
+    trained(begun(settings), apart, rounds=2)
+    resumed = Training.resumed(load(apart))
+    assert len(resumed.past) == 2
+    trained(resumed, apart)
+    trained(begun(settings), at_once)
+    assert equal(load(apart).learners, load(at_once).learners)
+    assert rows(apart) == rows(at_once)
+    broken = load(apart)
+    broken.learners["fire"]["past"][0].popitem()
+    with pytest.raises(CheckpointError, match="networks do not fit"):
+        Training.resumed(broken)
 
 
 def test_who_has_not_played_has_nothing_to_tell():

@@ -11,6 +11,7 @@ from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 
@@ -63,7 +64,7 @@ class Results:
         arena = self.experiment.arena
         points = critical_points(building_of(arena.plan), arena.scenario)
         try:
-            return ruler_of(sum(self.runs.values(), []), baseline, *points)
+            return ruler_of(list(chain(*self.runs.values())), baseline, *points)
         except (RulerError, RunError):
             return None
 

@@ -1,0 +1,202 @@
+"""Experiments: one file of arms, seeds and budgets, done as jobs by anybody."""
+
+import json
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+import pytest
+from clauses import ROOT
+
+from reference.__main__ import main
+from reference.learning.settings import SettingsError
+from reference.workshop.experiment import steps
+from reference.workshop.experiment.asked import BEST, Experiment, read
+from reference.workshop.experiment.results import OWN
+from reference.workshop.experiment.steps import Plan, perform
+from reference.workshop.plain import record_from
+from reference.workshop.runs import RunError
+from reference.workshop.workers import InProcess, workers
+
+FILES = ROOT / "tutorials" / "experiments"
+SMALL = {
+    "arms": {"learning": {}, "ppo": {"robots": {"trainer_type": "ppo"}}},
+    "decisions": 20,
+    "preset": "tiny",
+    "building": "tiny",
+    "seeds": [3],
+    "settings": {
+        "episodes_per_job": 1,
+        "jobs_per_round": 1,
+        "scenario": {"time_limit": 20.0},
+        "robots": {"hidden_units": 8, "num_epoch": 1},
+        "fire": {"hidden_units": 8, "num_epoch": 1},
+    },
+    "test": {"fires": ["random"], "robots": ["sweep"], "episodes": 2},
+}
+
+
+def small(**changes) -> Experiment:
+    """Two arms, one training each, and six evacuations."""
+    return record_from(Experiment, SMALL | changes, "small")
+
+
+def performed(experiment, folder, executor=None, width=1, stop=lambda: False, **plan):
+    """Do what is missing; what failed."""
+    plan = Plan(experiment, folder, **{"here": True, **plan})
+    return perform(list(plan.steps()), executor or InProcess(), lambda: width, stop)
+
+
+def tables(folder: Path) -> dict[str, bytes]:
+    """Everything that says how an experiment came out."""
+    found = [*folder.glob("tests/*"), *folder.glob("*/*/summaries.csv")]
+    return {str(path.relative_to(folder)): path.read_bytes() for path in found}
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """The small experiment, done in this process."""
+    folder = tmp_path_factory.mktemp("whole")
+    assert performed(small(), folder) == {}
+    return folder
+
+
+# -- Jobs ---------------------------------------------------------------------------
+
+
+def test_what_is_done_is_not_done_again(whole):
+    """No job is submitted."""
+    before = tables(whole)
+    assert performed(small(), whole, executor=object()) == {}
+    assert tables(whole) == before
+    assert len(before) == 5
+
+
+def test_a_worker_without_our_disk_gives_the_same(whole, tmp_path):
+    """What comes back through the future is enough."""
+    with ThreadPoolExecutor(1) as executor:
+        assert performed(small(), tmp_path, executor, here=False) == {}
+    assert tables(tmp_path) == tables(whole)
+
+
+def test_whoever_stopped_goes_on_where_it_was(whole, tmp_path):
+    """Only jobs under way are lost; the end is the same."""
+    looks = iter(range(100))
+    performed(small(), tmp_path, stop=lambda: next(looks) > 1)
+    begun = tables(tmp_path)
+    assert 0 < len(begun) < 5
+    performed(small(), tmp_path)
+    assert tables(tmp_path) == tables(whole)
+
+
+def test_a_job_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypatch):
+    """What needs it is left out."""
+
+    def broken(job):
+        if "ppo" in job.folder:
+            raise RuntimeError("no more")
+        return fit(job)
+
+    fit = steps.fit
+    monkeypatch.setattr(steps, "fit", broken)
+    failed = performed(small(), tmp_path)
+    assert failed == {"trainings/ppo-3": "RuntimeError: no more"}
+    assert sorted(path.stem for path in tmp_path.glob("tests/*")) == [
+        "learning-3 random",
+        "sweep random",
+    ]
+
+
+@pytest.mark.slow
+def test_a_pool_gives_the_same(whole, tmp_path):
+    """However many processes there are."""
+    with workers(2) as executor:
+        assert performed(small(), tmp_path, executor, width=2) == {}
+    assert tables(tmp_path) == tables(whole)
+
+
+@pytest.mark.slow
+@pytest.mark.paper("E6")
+@pytest.mark.paper("F12")
+def test_the_tiny_experiment_makes_every_part(tmp_path, capsys):
+    """By the command: the matrix with its own and others' fires and best responses."""
+    command = ["experiment", str(FILES / "tiny.toml"), "--out", str(tmp_path / "new")]
+    assert main([*command, "--workers", "0", "--json"]) == 0
+    cells = json.loads(capsys.readouterr().out)["cells"]
+    fires = {cell["fire"] for cell in cells if cell["robots"] == "learning"}
+    assert fires == {"random", OWN, "learning's fires", BEST}
+    assert {cell["robots"] for cell in cells} == {
+        "random_fire",
+        "learning",
+        "none",
+        "sweep",
+    }
+    assert main(command) == 1  # it is there
+    assert main([*command, "--resume"]) == 0
+
+
+# -- Files --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("file", sorted(FILES.glob("*.toml")), ids=lambda f: f.name)
+def test_the_files_that_ship_can_be_read(file):
+    """And every arm has the same budget."""
+    experiment = read(file)
+    steps = {experiment.of_arm(arm)[0].robots.max_steps for arm in experiment.arms}
+    assert steps == {experiment.decisions}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"armz": {}}, "Did you mean 'arms'"),
+        ({"arms": {}}, "at least one arm"),
+        ({"arms": {"a": {"fire": "bussiest"}}}, "Did you mean 'busiest'"),
+        ({"arms": {"a": {"robots": {"gama": 1}}}}, "Did you mean 'gamma'"),
+        ({"arms": {"a": {"scenario": {}}}}, "scenario is everybody's"),
+        ({"arms": {"sweep": {}}}, "no arm's name"),
+        ({"arms": {"../a": {}}}, "no arm's name"),
+        ({"arms": {"a": 3}}, "must be"),
+        ({"seeds": [-1]}, "upwards"),
+        ({"seeds": 3}, "must be a list"),
+        ({"decisions": 0}, "upwards"),
+        ({"decisions": "many"}, "whole number"),
+        ({"preset": "laptob"}, "Did you mean 'laptop'"),
+        ({"test": {"fires": ["learnin"]}}, "Did you mean 'learning'"),
+        ({"test": {"robots": ["sweeep"]}}, "Did you mean 'sweep'"),
+        ({"test": {"baseline": "patrol"}}, "baseline"),
+        ({"compare": [["learning"]]}, "two in each pair"),
+        ({"compare": [["learning", "nobody"]]}, "'nobody' is unknown"),
+        ({"best_response": {}}, "decisions is missing"),
+    ],
+)
+def test_refuses_what_no_experiment_can_be_made_of(changes, message):
+    """With what is wrong, and what may have been meant."""
+    with pytest.raises(SettingsError, match=message):
+        small(**changes)
+
+
+def test_refuses_a_file_that_is_no_toml(tmp_path, capsys):
+    """In one message, before anything is written."""
+    path = tmp_path / "x.toml"
+    path.write_text("arms = [")
+    assert main(["experiment", str(path), "--out", str(tmp_path / "out")]) == 1
+    assert "this is no TOML" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_refuses_to_go_on_with_another_experiment(tmp_path):
+    """More seeds and arms may be asked for; nothing that was begun may change."""
+    from reference.workshop.experiment.asked import begin, refuse_changed
+
+    begin(small(), tmp_path)
+    more = {"arms": {**SMALL["arms"], "third": {}}, "seeds": [3, 4]}
+    refuse_changed(small(**more), tmp_path)
+    for changes in (
+        {"decisions": 30},
+        {"test": {"fires": ["random"], "episodes": 3}},
+        {"arms": {"learning": {"random_fires": 0.5}}},
+    ):
+        with pytest.raises(RunError, match="was asked for"):
+            refuse_changed(small(**changes), tmp_path)
+    with pytest.raises(RunError, match="no experiment"):
+        refuse_changed(small(), tmp_path / "elsewhere")
