@@ -8,11 +8,10 @@ Clauses: A1, A2, A3, A4, A6 and the coordinates of A8.
 """
 
 from collections import defaultdict
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property, lru_cache
-from itertools import count
 from typing import TypeAlias
 
 import networkx as nx
@@ -126,11 +125,6 @@ class Building:
         """Rooms, stairwells and the outside, joined by doors, exits and stairs."""
         return self.plan.graph
 
-    @property
-    def ways(self) -> nx.MultiDiGraph:
-        """The graph as people walk it: out by exits, down by stairs [A3]."""
-        return self.plan.ways
-
     @cached_property
     def area_of(self) -> dict[str, Area]:
         """The room or stairwell that a node of the graph stands for, by its id."""
@@ -194,7 +188,7 @@ class Building:
 
     def metres(self, row: float, col: float) -> tuple[float, float]:
         """Centre of a cell, metres east and north of the origin."""
-        return col + 0.5 - self.origin[1], self.origin[0] - row - 0.5
+        return col + 0.5 - self.origin[1], self.origin[0] - (row + 0.5)
 
     def cell(self, x: float, y: float) -> tuple[int, int]:
         """Row and column of the cell around a point."""
@@ -205,37 +199,29 @@ class Building:
     @cached_property
     def areas(self) -> tuple[Area, ...]:
         """Rooms and stairwells, floor by floor."""
-        return tuple(
-            Area(index, name, part.name, part.kind, floor, cells, self._middle(cells))
-            for index, floor, name, part, cells in self._parts("areas")
-        )
+        found = []
+        for index, (n, name, part) in enumerate(self.plan.parts("areas")):
+            place = n - 1, part.cells - 1, self._middle(part)
+            found.append(Area(index, name, part.name, part.kind, *place))
+        return tuple(found)
 
     @cached_property
     def landmarks(self) -> tuple[Landmark, ...]:
         """Doors, entrances and exits, floor by floor."""
         kinds = self.graph.nodes(data="kind")
         into = {node for node, kind in kinds if kind != "room"}
-        out = {key for _, end, key in self.ways.edges(keys=True) if end in into}
+        out = {key for _, end, key in self.plan.ways.edges(keys=True) if end in into}
         sides: dict[str, dict[str, None]] = defaultdict(dict)  # in the graph's order
         for one, other, key in self.graph.edges(keys=True):
             sides[key] |= {one: None, other: None}
         found = []
-        for index, floor, name, gate, cells in self._parts("gates"):
-            place = floor, cells, self._middle(cells), tuple(sides[name])
+        for index, (n, name, gate) in enumerate(self.plan.parts("gates")):
+            place = n - 1, gate.cells - 1, self._middle(gate), tuple(sides[name])
             found.append(Landmark(index, name, KINDS[gate.kind], *place, name in out))
         return tuple(found)
 
-    def _parts(self, what: str) -> Iterator[tuple[int, int, str, Part, np.ndarray]]:
-        """Number all areas or gates: index, floor, id, the part and its cells."""
-        index = count()
-        for floor, storey in enumerate(self.plan.storeys):
-            for part in getattr(storey, what):
-                name = f"{floor + 1}/{part.name}"
-                yield next(index), floor, name, part, part.cells - 1
-
-    def _middle(self, cells: np.ndarray) -> tuple[float, float]:
-        row, col = cells.mean(axis=0) + 0.5
-        return float(col - self.origin[1]), float(self.origin[0] - row)
+    def _middle(self, part: Part) -> tuple[float, float]:
+        return self.metres(*(part.cells - 1).mean(axis=0).tolist())
 
     @cached_property
     def stairwells(self) -> tuple[Stairwell, ...]:
@@ -266,14 +252,10 @@ class Building:
         return frozenset(m.index for m in self.landmarks if m.kind is Kind.EXIT)
 
     @cached_property
-    def entrances(self) -> frozenset[int]:
-        """Indices of the stairwell entrances among the landmarks."""
-        return frozenset(self.stairwell_of)
-
-    @cached_property
     def dead_ends(self) -> frozenset[int]:
         """Indices of the entrances whose stairs do not go down."""
-        return frozenset(m for m in self.entrances if not self.landmarks[m].leads_out)
+        entrances = (self.landmarks[mark] for mark in self.stairwell_of)
+        return frozenset(mark.index for mark in entrances if not mark.leads_out)
 
     def ways_out(self, floor: int) -> list[int]:
         """Landmarks that lead off a floor: exits, and entrances to stairs down."""

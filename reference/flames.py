@@ -69,7 +69,7 @@ def fuel(building: Building) -> np.ndarray:
     Room cells and doors, but for those within PROTECTED_METRES on foot of an exit or
     stairwell entrance [D6, D7, chosen].
     """
-    ways = [*building.exits, *building.entrances]
+    ways = [*building.exits, *building.stairwell_of]
     metres = navigation_of(building).distance[ways].min(axis=0, initial=inf)
     unprotected = (metres > paper.PROTECTED_METRES).reshape(building.kind.shape)
     return np.isin(building.kind, (Kind.FLOOR, Kind.DOOR)) & unprotected

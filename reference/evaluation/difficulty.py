@@ -125,14 +125,14 @@ def arrival_of(simulation: Simulation) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def _links(building: Building) -> tuple[np.ndarray, np.ndarray]:
-    """Cut the edges of `building.ways` at their landmarks; k halves.
+    """Cut the edges of `building.plan.ways` at their landmarks; k halves.
 
     (3, k) the nodes where each starts and ends, and the area in which it lies; (k,) its
     metres. Nodes are areas by their index, after them landmarks.
     """
     areas, first = building.area_of, len(building.areas)
     links: dict[tuple[int, int, int], float] = {}
-    for one, other, key, edge in building.ways.edges(keys=True, data=True):
+    for one, other, key, edge in building.plan.ways.edges(keys=True, data=True):
         start, end = areas[one], areas.get(other)
         if edge["kind"] == "stairs":
             links[start.index, areas[other].index, start.index] = edge["length"]

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations, pairwise
 from math import dist
+from typing import Literal
 
 import networkx as nx
 import numpy as np
@@ -126,6 +127,11 @@ class Plan:
     height: int
     storeys: tuple[Storey, ...]
 
+    def parts(self, what: Literal["areas", "gates"]) -> list[tuple[int, str, Part]]:
+        """Parts of all floors: floor from 1 upwards, id in the graph, and the part."""
+        floors = enumerate(self.storeys, 1)
+        return [(n, f"{n}/{p.name}", p) for n, s in floors for p in getattr(s, what)]
+
     @cached_property
     def graph(self) -> nx.MultiGraph:
         """Rooms, stairwells and the outside, joined by doors, entrances, exits, stairs.
@@ -134,13 +140,12 @@ class Plan:
         the middle of the door to the middle of the other (metres).
         """
         graph = nx.MultiGraph()
-        for n, storey in enumerate(self.storeys, 1):
-            for a in storey.areas:
-                facts = {"kind": a.kind, "floor": n - 1, "area": len(a.cells)}
-                graph.add_node(f"{n}/{a.name}", name=a.name, **facts)
+        for n, name, area in self.parts("areas"):
+            facts = {"kind": area.kind, "floor": n - 1, "area": len(area.cells)}
+            graph.add_node(name, name=area.name, **facts)
         graph.add_node(OUTSIDE, name=OUTSIDE, kind=OUTSIDE)
-        for n, storey in enumerate(self.storeys, 1):
-            graph.add_edges_from(_edges(n, storey))
+        for n, name, gate in self.parts("gates"):
+            graph.add_edges_from(_edges(n, name, gate))
         for letter in STAIRWELLS:
             floors = range(1, len(self.storeys) + 1)
             mine = [n for n in floors if f"{n}/{letter}" in graph]
@@ -184,18 +189,15 @@ class Plan:
         return nx.subgraph_view(both, filter_edge=walked)
 
 
-def _edges(n: int, storey: Storey) -> Iterator[tuple[str, str, str, dict[str, object]]]:
-    """Join the areas beside each gate of floor n, two by two."""
-    for gate in storey.gates:
-        middle, half = gate.cells.mean(axis=0), {}
-        for side in gate.sides:
-            half[f"{n}/{side.name}"] = dist(side.cells.mean(axis=0), middle)
-        if gate.kind == "exit":
-            half[OUTSIDE] = 0.0
-        for one, other in combinations(half, 2):
-            facts = {"kind": gate.kind, "width": len(gate.cells)}
-            length = half[one] + half[other]
-            yield one, other, f"{n}/{gate.name}", facts | {"length": length}
+def _edges(n: int, name: str, gate: Part) -> Iterator[tuple[str, str, str, dict]]:
+    """Join the areas beside a gate of floor n, two by two."""
+    middle = gate.cells.mean(axis=0)
+    half = {f"{n}/{s.name}": dist(s.cells.mean(axis=0), middle) for s in gate.sides}
+    if gate.kind == "exit":
+        half[OUTSIDE] = 0.0
+    for one, other in combinations(half, 2):
+        facts = {"kind": gate.kind, "width": len(gate.cells)}
+        yield one, other, name, facts | {"length": half[one] + half[other]}
 
 
 def pieces(mask: np.ndarray) -> list[np.ndarray]:
