@@ -35,12 +35,14 @@ class Part:
 
     kind     "room", "stairwell"; "door", "entrance" or "exit"
     cells    (k, 2) rows and columns
+    words    of a room, what is written in it, and where; its first cell without any
     sides    of a gate, the areas beside it;  outside  is a blank beside it, too?
     """
 
     name: str
     kind: str
     cells: np.ndarray
+    words: tuple[tuple[str, Cell], ...] = ()
     sides: tuple["Part", ...] = ()
     outside: bool = False
 
@@ -80,26 +82,21 @@ class Storey:
         return area
 
     @cached_property
-    def words(self) -> dict[int, list[tuple[str, Cell]]]:
-        """What is written in each room, and where; in the order of the page."""
-        found: dict[int, list[tuple[str, Cell]]] = defaultdict(list)
-        area = self.area.tolist()
-        for row, line in enumerate(self.rows, 1):
-            for word in re.finditer("[a-z]+", line):
-                column = word.start() + 1
-                found[area[row][column]].append((word[0], (row, column)))
-        return found
-
-    @cached_property
     def areas(self) -> tuple[Part, ...]:
         """Rooms, then stairwells, each in reading order."""
+        words: dict[int, list[tuple[str, Cell]]] = defaultdict(list)
+        for row, line in enumerate(self.rows, 1):
+            for word in re.finditer("[a-z]+", line):
+                cell = row, word.start() + 1
+                words[int(self.area[cell])].append((word[0], cell))
         found = []
         for index, cells in enumerate(pieces(self.area + 1)):
-            sign = str(self.signs[tuple(cells[0])])
-            kind = "stairwell" if sign in STAIRWELLS else "room"
-            words = self.words.get(index, [(f"room-{index + 1}", cells[0])])
-            name = sign if kind == "stairwell" else words[0][0]
-            found.append(Part(name, kind, cells))
+            name = str(self.signs[tuple(cells[0])])
+            if name in STAIRWELLS:
+                found.append(Part(name, "stairwell", cells))
+            else:
+                mine = words[index] or [(f"room-{index + 1}", cells[0])]
+                found.append(Part(mine[0][0], "room", cells, tuple(mine)))
         return tuple(found)
 
     @cached_property
@@ -114,7 +111,7 @@ class Storey:
                 kind = "exit" if sign == "E" else "entrance" if stairs else "door"
                 name = f"{kind}-{len(found[kind]) + 1}"
                 outside = bool((self.signs[around] == " ").any())
-                found[kind].append(Part(name, kind, cells, tuple(sides), outside))
+                found[kind].append(Part(name, kind, cells, (), tuple(sides), outside))
         return (*found["door"], *found["entrance"], *found["exit"])
 
 
@@ -154,16 +151,6 @@ class Plan:
                 ends = f"{low}/{letter}", f"{up}/{letter}", f"{letter}:{low}-{up}"
                 graph.add_edge(*ends, **facts)
         return graph
-
-    @cached_property
-    def room_of(self) -> dict[str, tuple[int, int]]:
-        """Floor number and index of the room that a node of the graph stands for."""
-        return {
-            f"{n}/{area.name}": (n, index)
-            for n, storey in enumerate(self.storeys, 1)
-            for index, area in enumerate(storey.areas)
-            if area.kind == "room"
-        }
 
     @cached_property
     def ways(self) -> nx.MultiDiGraph:

@@ -13,15 +13,7 @@ from scipy import ndimage
 
 from reference.floorplan.mistakes import Finding
 from reference.floorplan.page import Drawing, Page
-from reference.floorplan.plan import (
-    OUTSIDE,
-    STAIRWELLS,
-    Cell,
-    Part,
-    Plan,
-    Storey,
-    pieces,
-)
+from reference.floorplan.plan import OUTSIDE, STAIRWELLS, Part, Plan, Storey, pieces
 
 # -- Stage 4: one floor -------------------------------------------------------------
 
@@ -112,11 +104,12 @@ def _opening(storey: Storey, letter: str, around: np.ndarray) -> tuple[int, ...]
 
 def _names(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
     seen: set[str] = set()
-    for index, ((name, cell), *others) in storey.words.items():
+    for room in (area for area in storey.areas if area.kind == "room"):
+        (name, cell), *others = room.words
         for other, place in others:
-            what = f"'{other}' is a second name in {storey.areas[index]}"
+            what = f"'{other}' is a second name in {room}"
             hint = "Keep one word on one row, or draw a wall between the two."
-            yield drawing.finding(place, what, _as_stairs(storey, index) or hint)
+            yield drawing.finding(place, what, _as_stairs(room) or hint)
         if name in seen:
             what = f"two rooms on {drawing.label} are called '{name}'"
             yield drawing.finding(cell, what, "Write another name here.")
@@ -141,9 +134,8 @@ def _ways_off(plan: Plan, page: Page) -> Iterator[Finding]:
         parts = [part for part in nx.connected_components(here) if part != {OUTSIDE}]
         shut = [part for part in parts if all(kinds[node] == "room" for node in part)]
         for part in shut if len(shut) < len(parts) else []:  # else `_ways_out` tells
-            area, drawing, cell, stairs = _first_room(plan, page, part)
-            hint = stairs or "Type '+' in its wall, towards a room with a way out."
-            yield drawing.finding(cell, f"nobody can leave {area}", hint)
+            hint = "Type '+' in its wall, towards a room with a way out."
+            yield _in_first_room(plan, page, part, "nobody can leave {}", hint)
 
 
 def _ways_out(plan: Plan, page: Page) -> Iterator[Finding]:
@@ -151,39 +143,28 @@ def _ways_out(plan: Plan, page: Page) -> Iterator[Finding]:
     ways = plan.ways
     lost = ways.subgraph(set(ways) - nx.ancestors(ways, OUTSIDE) - {OUTSIDE})
     for part in nx.weakly_connected_components(lost):
-        area, drawing, cell, stairs = _first_room(plan, page, part)
-        what = f"no way leads from {area} to an exit"
         hint = "Type 'E' in an outer wall here, or draw stairs down: nobody walks up."
-        yield drawing.finding(cell, what, stairs or hint)
+        yield _in_first_room(plan, page, part, "no way leads from {} to an exit", hint)
 
 
-def _first_room(
-    plan: Plan, page: Page, part: set[str]
-) -> tuple[Part, Drawing, Cell, str]:
-    """The first room of some, its drawing, the cell to show, a hint at stairs.
-
-    One that looks like a stairwell comes before the others.
-    """
-    rooms = sorted(plan.room_of[node] for node in part if node in plan.room_of)
-    stairs = ((n, i) for n, i in rooms if _as_stairs(plan.storeys[n - 1], i))
-    n, index = next(stairs, rooms[0])
-    storey = plan.storeys[n - 1]
-    area, hint = storey.areas[index], _as_stairs(storey, index)
-    words = storey.words.get(index, [(area.name, area.cells[0])])
-    return area, page.drawing_of(n), words[0][1], hint
+def _in_first_room(
+    plan: Plan, page: Page, part: set[str], what: str, hint: str
+) -> Finding:
+    """A mistake in the first of some rooms; one that looks like stairs comes first."""
+    areas = [(n, area) for n, name, area in plan.parts("areas") if name in part]
+    rooms = [(n, area) for n, area in areas if area.kind == "room"]
+    n, room = min(rooms, key=lambda found: not _as_stairs(found[1]))
+    cell, stairs = room.words[0][1], _as_stairs(room)
+    return page.drawing_of(n).finding(cell, what.format(room), stairs or hint)
 
 
-def _as_stairs(storey: Storey, index: int) -> str:
+def _as_stairs(room: Part) -> str:
     """A hint at capitals for a room that is full of a stairwell's small letter."""
-    area = storey.areas[index]
-    letter = area.name[0]
-    if letter.upper() not in STAIRWELLS or not _filled(storey, area.cells, letter):
+    letter = room.name[0]
+    full = "".join(word for word, _ in room.words) == letter * len(room.cells)
+    if not full or letter.upper() not in STAIRWELLS:
         return ""
-    return f"Write '{storey.words[index][0][0].upper()}' if this is a stairwell."
-
-
-def _filled(storey: Storey, cells: np.ndarray, sign: str) -> bool:
-    return bool((storey.signs[tuple(cells.T)] == sign).all())
+    return f"Write '{room.name.upper()}' if this is a stairwell."
 
 
 def _some_exit(plan: Plan, page: Page) -> Iterator[Finding]:
@@ -200,8 +181,8 @@ def _shafts(plan: Plan, page: Page) -> Iterator[Finding]:
         if len(mine) == 1:
             what = f"stairwell {letter} is on floor {mine[0]} only"
             hint = "Draw it on the next floor as well, or take it out."
-            small, here = letter.lower(), cells[mine[0]]
-            for floor in [n for n, s in storeys if _filled(s, here, small)]:
+            small, here = letter.lower(), tuple(cells[mine[0]].T)
+            for floor in [n for n, s in storeys if (s.signs[here] == small).all()]:
                 hint = f"Write '{letter}' for '{small}' on floor {floor} too."
             yield page.drawing_of(mine[0]).finding(cells[mine[0]][0], what, hint)
         for lower, upper in pairwise(mine):
