@@ -24,7 +24,7 @@ from os import PathLike
 from pathlib import Path
 
 from reference.floorplan import page, semantics, syntax
-from reference.floorplan.mistakes import MOST, Finding, FloorPlanError, Mistake
+from reference.floorplan.mistakes import MOST, FloorPlanError, Mistake
 from reference.floorplan.plan import Plan, Storey
 
 __all__ = ["FloorPlanError", "Plan", "Storey", "find", "parse", "read", "to_text"]
@@ -34,10 +34,10 @@ def parse(text: str, path: str = "<text>") -> Plan:
     """Read the drawing in a text, called `path` in messages. Raises FloorPlanError."""
     sheet = page.sort(text.removeprefix("\ufeff"))
     for checks in syntax.STAGES:
-        _refuse((found for check in checks for found in check(sheet)), sheet, path)
+        _refuse((found for check in checks for found in check(sheet)), path)
     plan = _plan(sheet)
     for stage in semantics.STAGES:
-        _refuse((found for check in stage for found in check(plan, sheet)), sheet, path)
+        _refuse((found for check in stage for found in check(plan, sheet)), path)
     return plan
 
 
@@ -104,18 +104,14 @@ def _decoded(raw: bytes, path: str) -> str:
         wide = raw.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) or raw[:4].count(0) == 2
         what = "this is UTF-16, not plain text" if wide else "this is not plain text"
         hint, last = "Save the file as plain text (ASCII).", sheet.lines[-1]
-        _refuse([last.finding(what, hint, len(last.written))], sheet, path)
+        _refuse([last.mistake(what, hint, len(last.written))], path)
     return text
 
 
-def _refuse(findings: Iterable[Finding], sheet: page.Page, path: str) -> None:
+def _refuse(found: Iterable[Mistake], path: str) -> None:
     """Raise FloorPlanError with all that a stage has found, if anything."""
-    mistakes = tuple(
-        Mistake(path, line, column, sheet.lines[line - 1].written, what, hint)
-        for line, column, what, hint in sorted(set(islice(findings, MOST)))
-    )
-    if mistakes:
-        raise FloorPlanError(mistakes)
+    if mistakes := sorted(set(islice(found, MOST))):
+        raise FloorPlanError(path, mistakes)
 
 
 def _plan(sheet: page.Page) -> Plan:

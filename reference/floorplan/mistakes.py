@@ -8,6 +8,7 @@ school.txt:7:13: there is a hole in the outer wall
 
 import re
 import unicodedata
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from reference.paper import InputError
@@ -17,37 +18,33 @@ MOST = 1000  # looked for: somebody who drew them all wants the first
 LONGEST = 400  # characters of a line that are shown, the mistake among them
 QUOTED = 80  # characters of a line that are repeated in a sentence
 
-Finding = tuple[int, int, str, str]
-"""Line, column, what is wrong, and a hint; both places count from 1."""
 
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, order=True)
 class Mistake:
     """What is wrong, where, and one thing to do; line and column count from 1."""
 
-    path: str
     line: int
     column: int
-    written: str
     what: str
     hint: str
+    written: str
 
     def __str__(self) -> str:
-        """`path:line:column: what`, the line as written, a caret, the hint."""
-        place = f"{self.path}:{self.line}:{self.column}"
+        """`line:column: what`, the line as written, a caret, the hint."""
         start = max(0, self.column - LONGEST)
         line = _CONTROL.sub("?", self.written[start : start + LONGEST])
         before = line[: self.column - 1 - start].ljust(self.column - 1 - start)
         caret = "".join(map(_blank_for, before)) + "^"
         shown = "\n".join(f"    {text}".rstrip() for text in (line, caret))
+        place = f"{self.line}:{self.column}"
         return f"{place}: {self.what}\n{shown}\n    hint: {self.hint}"
 
 
 class FloorPlanError(InputError):
     """A drawing with mistakes, all of one stage; its text is the whole page."""
 
-    def __init__(self, mistakes: tuple[Mistake, ...]) -> None:
-        page = [str(mistake) for mistake in mistakes[:SHOWN]]
+    def __init__(self, path: str, mistakes: Sequence[Mistake]) -> None:
+        page = [f"{path}:{mistake}" for mistake in mistakes[:SHOWN]]
         if len(mistakes) > SHOWN:
             least = "at least " if len(mistakes) == MOST else ""
             page.append(f"… and {least}{len(mistakes) - SHOWN} more")

@@ -14,7 +14,7 @@ from difflib import get_close_matches
 from functools import cached_property
 from itertools import chain, starmap
 
-from reference.floorplan.mistakes import Finding
+from reference.floorplan.mistakes import Mistake
 
 MOST_FLOORS = 30  # [A1, chosen] ten times the paper's
 MOST_CELLS = 200  # [A1, chosen] in a row or a column: five times the paper's
@@ -55,13 +55,13 @@ class Line:
             return self.code
         return _ALIKE.sub(lambda sign: _MEANT[sign[0]], self.code)
 
-    def finding(self, what: str, hint: str, column: int = 1) -> Finding:
+    def mistake(self, what: str, hint: str, column: int = 1) -> Mistake:
         """A mistake in this line."""
-        return self.number, column, what, hint
+        return Mistake(self.number, column, what, hint, self.written)
 
-    def finding_in_value(self, what: str, hint: str) -> Finding:
+    def mistake_in_value(self, what: str, hint: str) -> Mistake:
         """A mistake behind the colon."""
-        return self.finding(what, hint, len(self.code) - len(self.value) + 1)
+        return self.mistake(what, hint, len(self.code) - len(self.value) + 1)
 
 
 @dataclass(frozen=True)
@@ -78,10 +78,10 @@ class Drawing:
         first, last = self.numbers[0], self.numbers[-1]
         return f"floor {first}" if first == last else f"floors {first}-{last}"
 
-    def finding(self, cell: Iterable[int], what: str, hint: str) -> Finding:
+    def mistake(self, cell: Iterable[int], what: str, hint: str) -> Mistake:
         """A mistake at a cell: row and column, counted from 1."""
         row, column = map(int, cell)
-        return self.rows[row - 1].finding(what, hint, column)
+        return self.rows[row - 1].mistake(what, hint, column)
 
 
 @dataclass(frozen=True)

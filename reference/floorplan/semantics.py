@@ -11,7 +11,7 @@ import networkx as nx
 import numpy as np
 from scipy import ndimage
 
-from reference.floorplan.mistakes import Finding
+from reference.floorplan.mistakes import Mistake
 from reference.floorplan.page import Drawing, Page
 from reference.floorplan.plan import OUTSIDE, STAIRWELLS, Part, Plan, Storey, pieces
 
@@ -20,24 +20,24 @@ from reference.floorplan.plan import OUTSIDE, STAIRWELLS, Part, Plan, Storey, pi
 MOST_PARTS = 5_000  # [A1, chosen] a hundred times the paper's; fits 16-bit indices
 
 
-def _parts(plan: Plan, page: Page) -> Iterator[Finding]:
+def _parts(plan: Plan, page: Page) -> Iterator[Mistake]:
     def parts(sign: str) -> int:
         return sum(ndimage.label(storey.signs == sign)[1] for storey in plan.storeys)
 
     rooms = sum(ndimage.label(storey.rooms)[1] for storey in plan.storeys)
     if max(rooms + sum(map(parts, STAIRWELLS)), parts("+") + parts("E")) > MOST_PARTS:
         what = f"a building has at most {MOST_PARTS} rooms and as many doors"
-        yield page.drawings[0].heading.finding(what, "Draw fewer of them.")
+        yield page.drawings[0].heading.mistake(what, "Draw fewer of them.")
 
 
-def _outer_wall(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
+def _outer_wall(storey: Storey, drawing: Drawing) -> Iterator[Mistake]:
     outside = storey.signs == " "
     wall = ~(outside | storey.rooms)
     gap = outside & _between(wall) & ndimage.binary_dilation(storey.rooms)
     hole = storey.rooms & ndimage.binary_dilation(outside & ~gap)
     for cells in pieces(gap) + pieces(hole):
         what = "there is a hole in the outer wall"
-        yield drawing.finding(cells[0], what, "Type '#' here.")
+        yield drawing.mistake(cells[0], what, "Type '#' here.")
 
 
 def _between(wall: np.ndarray) -> np.ndarray:
@@ -46,35 +46,35 @@ def _between(wall: np.ndarray) -> np.ndarray:
     return both[0] | both[1]
 
 
-def _doors(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
+def _doors(storey: Storey, drawing: Drawing) -> Iterator[Mistake]:
     for door in (gate for gate in storey.gates if gate.kind != "exit"):
         if door.outside:
             hint = "Type 'E' for an exit, or '#' for a wall."
-            yield drawing.finding(door.cells[0], "this door leads outside", hint)
+            yield drawing.mistake(door.cells[0], "this door leads outside", hint)
         elif len(door.sides) < 2 or all(s.kind == "stairwell" for s in door.sides):
             beside = f"only {door.sides[0]}" if len(door.sides) == 1 else "no room"
             what = f"this door leads nowhere: {beside} is beside it"
             hint = "Put it in the wall between two rooms, or type '#' here."
-            yield drawing.finding(door.cells[0], what, hint)
+            yield drawing.mistake(door.cells[0], what, hint)
 
 
-def _exits(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
+def _exits(storey: Storey, drawing: Drawing) -> Iterator[Mistake]:
     for gate in (gate for gate in storey.gates if gate.kind == "exit"):
         if not gate.outside:
             what = "this exit does not lead outside"
             hint = "Put it in the outer wall, or type '+' for a door."
-            yield drawing.finding(gate.cells[0], what, hint)
+            yield drawing.mistake(gate.cells[0], what, hint)
         elif not gate.sides:
             hint = "Put it in the outer wall of a room, or type '#' here."
-            yield drawing.finding(gate.cells[0], "this exit leads out of no room", hint)
+            yield drawing.mistake(gate.cells[0], "this exit leads out of no room", hint)
 
 
-def _stairwells(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
+def _stairwells(storey: Storey, drawing: Drawing) -> Iterator[Mistake]:
     seen: set[str] = set()
     for well in (area for area in storey.areas if area.kind == "stairwell"):
         if well.name in seen:
             hint = "Join the parts, or give this one another letter."
-            yield drawing.finding(well.cells[0], f"{well} is in two parts", hint)
+            yield drawing.mistake(well.cells[0], f"{well} is in two parts", hint)
             continue
         seen.add(well.name)
         around = ndimage.binary_dilation(storey.signs == well.name)
@@ -85,11 +85,11 @@ def _stairwells(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
             entrance = ", or '+' for an entrance" if storey.rooms[opening] else ""
             last = np.array(storey.signs.shape) - 2
             cell = np.clip(opening, 1, last)
-            yield drawing.finding(cell, what, f"Type '#' here{entrance}.")
+            yield drawing.mistake(cell, what, f"Type '#' here{entrance}.")
         elif "+" not in storey.signs[around]:
             hint = "Type '+' in its wall, where a room is behind it."
             what = f"{well} has no entrance on {drawing.label}"
-            yield drawing.finding(well.cells[0], what, hint)
+            yield drawing.mistake(well.cells[0], what, hint)
 
 
 def _opening(storey: Storey, letter: str, around: np.ndarray) -> tuple[int, ...] | None:
@@ -102,31 +102,31 @@ def _opening(storey: Storey, letter: str, around: np.ndarray) -> tuple[int, ...]
     return tuple(found[0].tolist()) if len(found) else None
 
 
-def _names(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
+def _names(storey: Storey, drawing: Drawing) -> Iterator[Mistake]:
     seen: set[str] = set()
     for room in (area for area in storey.areas if area.kind == "room"):
         (name, cell), *others = room.words
         for other, place in others:
             what = f"'{other}' is a second name in {room}"
             hint = "Keep one word on one row, or draw a wall between the two."
-            yield drawing.finding(place, what, _as_stairs(room) or hint)
+            yield drawing.mistake(place, what, _as_stairs(room) or hint)
         if name in seen:
             what = f"two rooms on {drawing.label} are called '{name}'"
-            yield drawing.finding(cell, what, "Write another name here.")
+            yield drawing.mistake(cell, what, "Write another name here.")
         seen.add(name)
 
 
-def _some_room(storey: Storey, drawing: Drawing) -> Iterator[Finding]:
+def _some_room(storey: Storey, drawing: Drawing) -> Iterator[Mistake]:
     if not storey.rooms.any():
         hint = "Draw its floor with '.' between the walls."
         what = f"no room is drawn on {drawing.label}"
-        yield drawing.heading.finding(what, hint)
+        yield drawing.heading.mistake(what, hint)
 
 
 # -- Stage 5: the graph of rooms ----------------------------------------------------
 
 
-def _ways_off(plan: Plan, page: Page) -> Iterator[Finding]:
+def _ways_off(plan: Plan, page: Page) -> Iterator[Mistake]:
     """Find rooms without a way to an exit or a stairwell, on floors that have any."""
     floors, kinds = plan.graph.nodes(data="floor"), plan.graph.nodes(data="kind")
     for floor in range(len(plan.storeys)):
@@ -138,7 +138,7 @@ def _ways_off(plan: Plan, page: Page) -> Iterator[Finding]:
             yield _in_first_room(plan, page, part, "nobody can leave {}", hint)
 
 
-def _ways_out(plan: Plan, page: Page) -> Iterator[Finding]:
+def _ways_out(plan: Plan, page: Page) -> Iterator[Mistake]:
     """Find rooms without a way to an exit: people only walk down."""
     ways = plan.ways
     lost = ways.subgraph(set(ways) - nx.ancestors(ways, OUTSIDE) - {OUTSIDE})
@@ -149,13 +149,13 @@ def _ways_out(plan: Plan, page: Page) -> Iterator[Finding]:
 
 def _in_first_room(
     plan: Plan, page: Page, part: set[str], what: str, hint: str
-) -> Finding:
+) -> Mistake:
     """A mistake in the first of some rooms; one that looks like stairs comes first."""
     areas = [(n, area) for n, name, area in plan.parts("areas") if name in part]
     rooms = [(n, area) for n, area in areas if area.kind == "room"]
     n, room = min(rooms, key=lambda found: not _as_stairs(found[1]))
     cell, stairs = room.words[0][1], _as_stairs(room)
-    return page.drawing_of(n).finding(cell, what.format(room), stairs or hint)
+    return page.drawing_of(n).mistake(cell, what.format(room), stairs or hint)
 
 
 def _as_stairs(room: Part) -> str:
@@ -167,13 +167,13 @@ def _as_stairs(room: Part) -> str:
     return f"Write '{room.name.upper()}' if this is a stairwell."
 
 
-def _some_exit(plan: Plan, page: Page) -> Iterator[Finding]:
+def _some_exit(plan: Plan, page: Page) -> Iterator[Mistake]:
     if not plan.graph.degree(OUTSIDE):
         hint = "Type 'E' in the outer wall of a room on floor 1."
-        yield page.drawings[0].heading.finding("the building has no exit", hint)
+        yield page.drawings[0].heading.mistake("the building has no exit", hint)
 
 
-def _shafts(plan: Plan, page: Page) -> Iterator[Finding]:
+def _shafts(plan: Plan, page: Page) -> Iterator[Mistake]:
     storeys = list(enumerate(plan.storeys, 1))
     for letter in STAIRWELLS:
         mine = [n for n, _ in storeys if f"{n}/{letter}" in plan.graph]
@@ -184,25 +184,25 @@ def _shafts(plan: Plan, page: Page) -> Iterator[Finding]:
             small, here = letter.lower(), tuple(cells[mine[0]].T)
             for floor in [n for n, s in storeys if (s.signs[here] == small).all()]:
                 hint = f"Write '{letter}' for '{small}' on floor {floor} too."
-            yield page.drawing_of(mine[0]).finding(cells[mine[0]][0], what, hint)
+            yield page.drawing_of(mine[0]).mistake(cells[mine[0]][0], what, hint)
         for lower, upper in pairwise(mine):
             below, above, drawing = cells[lower], cells[upper], page.drawing_of(upper)
             if upper > lower + 1:
                 what = f"stairwell {letter} goes from floor {lower} to floor {upper}"
                 hint = f"Draw it on floor {lower + 1} too, or use another letter here."
-                yield drawing.finding(above[0], what, hint)
+                yield drawing.mistake(above[0], what, hint)
             elif not np.array_equal(below, above):
                 (top, left), (bottom, right) = below.min(axis=0), below.max(axis=0)
                 where = f"row {top}, column {left} to row {bottom}, column {right}"
                 what = f"stairwell {letter} is not above itself on floor {lower}"
-                yield drawing.finding(above[0], what, f"Draw it as there: {where}.")
+                yield drawing.mistake(above[0], what, f"Draw it as there: {where}.")
 
 
-Check = Callable[[Plan, Page], Iterator[Finding]]
+Check = Callable[[Plan, Page], Iterator[Mistake]]
 
 
-def _on_each(*checks: Callable[[Storey, Drawing], Iterator[Finding]]) -> Check:
-    def on_each(plan: Plan, page: Page) -> Iterator[Finding]:
+def _on_each(*checks: Callable[[Storey, Drawing], Iterator[Mistake]]) -> Check:
+    def on_each(plan: Plan, page: Page) -> Iterator[Mistake]:
         for drawing in page.drawings:
             for check in checks:
                 yield from check(plan.storeys[drawing.numbers[0] - 1], drawing)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from itertools import pairwise
 from math import inf
 
-from reference.floorplan.mistakes import Finding, clip
+from reference.floorplan.mistakes import Mistake, clip
 from reference.floorplan.page import (
     FLOOR_KEY,
     MOST_CELLS,
@@ -26,19 +26,19 @@ from reference.floorplan.page import (
 # -- Stage 1: the page --------------------------------------------------------------
 
 
-def _length(page: Page) -> Iterator[Finding]:
+def _length(page: Page) -> Iterator[Mistake]:
     if not page.whole:
         what = f"a file has at most {MOST_LINES} lines and {MOST_SIGNS} characters"
-        yield page.lines[-1].finding(what, "Take notes out, or draw less.")
+        yield page.lines[-1].mistake(what, "Take notes out, or draw less.")
 
 
-def _nothing(page: Page) -> Iterator[Finding]:
+def _nothing(page: Page) -> Iterator[Mistake]:
     if not any(line.code for line in page.lines):
         hint = "Write 'building: NAME', 'size: 30 x 9', 'floor 1:' and a drawing."
-        yield page.lines[0].finding("nothing is drawn here", hint)
+        yield page.lines[0].mistake("nothing is drawn here", hint)
 
 
-def _headings(page: Page) -> Iterator[Finding]:
+def _headings(page: Page) -> Iterator[Mistake]:
     floor = 1
     for drawing in page.drawings:
         if drawing.numbers:
@@ -60,7 +60,7 @@ def _headings(page: Page) -> Iterator[Finding]:
         else:
             hint = "Type ';' in front of it to make it a note."
         floor += bool(drawing.rows)
-        yield line.finding(what, hint)
+        yield line.mistake(what, hint)
 
 
 def _mended(line: Line, floor: int) -> str:
@@ -74,7 +74,7 @@ def _mended(line: Line, floor: int) -> str:
     return f"Write '{meant}'."
 
 
-def _settings(page: Page) -> Iterator[Finding]:
+def _settings(page: Page) -> Iterator[Mistake]:
     below = min((d.heading.number for d in page.drawings if d.numbers), default=inf)
     unread = any(not drawing.numbers for drawing in page.drawings)
     silent = unread or not any(line.code for line in page.lines)
@@ -85,20 +85,20 @@ def _settings(page: Page) -> Iterator[Finding]:
     for key, lines in page.settings.items():
         if not lines and not silent:
             what = f"the building has no '{key}' line"
-            yield page.lines[0].finding(what, hints[key])
+            yield page.lines[0].mistake(what, hints[key])
         for line in lines[1:]:
             hint = "Take one of the two lines out."
-            yield line.finding(f"'{key}' is written twice", hint)
+            yield line.mistake(f"'{key}' is written twice", hint)
         if lines and lines[0].number > below:
             hint = "Move this line above the first floor."
-            yield lines[0].finding(f"'{key}' stands below a floor", hint)
+            yield lines[0].mistake(f"'{key}' stands below a floor", hint)
 
 
-def _values(page: Page) -> Iterator[Finding]:
+def _values(page: Page) -> Iterator[Mistake]:
     for line in page.settings["building:"]:
         if not line.value:
             hint = "Write one: 'building: Tiny office'."
-            yield line.finding_in_value("the building has no name", hint)
+            yield line.mistake_in_value("the building has no name", hint)
     for line in page.settings["size:"]:
         size = SIZE_VALUE.fullmatch(line.value)
         what = "this size cannot be read: it is columns x rows"
@@ -106,7 +106,7 @@ def _values(page: Page) -> Iterator[Finding]:
             continue
         if size:
             what = f"a drawing has 1 to {MOST_CELLS} columns and 1 to {MOST_CELLS} rows"
-        yield line.finding_in_value(what, _write_size(page))
+        yield line.mistake_in_value(what, _write_size(page))
 
 
 def _write_size(page: Page, where: str = "") -> str:
@@ -115,19 +115,19 @@ def _write_size(page: Page, where: str = "") -> str:
     return f"Draw at most {MOST_CELLS} columns and {MOST_CELLS} rows."
 
 
-def _floor_numbers(page: Page) -> Iterator[Finding]:
+def _floor_numbers(page: Page) -> Iterator[Mistake]:
     """The first only: what follows it may well be right once that is mended."""
     last = 0
     for drawing in [] if page.strays else page.drawings:
         if not drawing.numbers:
             return
         if drawing.numbers[0] != last + 1:
-            yield drawing.heading.finding(*_misnumbered(page, drawing.numbers[0], last))
+            yield drawing.heading.mistake(*_misnumbered(page, drawing.numbers[0], last))
             return
         last = drawing.numbers[-1]
         if last > MOST_FLOORS:
             what = f"a building has at most {MOST_FLOORS} floors"
-            yield drawing.heading.finding(what, "Draw fewer floors.")
+            yield drawing.heading.mistake(what, "Draw fewer floors.")
             return
 
 
@@ -144,28 +144,28 @@ def _misnumbered(page: Page, number: int, last: int) -> tuple[str, str]:
     return f"{here} {wrong}", f"Write '{following}:', or draw {following} first."
 
 
-def _misplaced(page: Page) -> Iterator[Finding]:
+def _misplaced(page: Page) -> Iterator[Mistake]:
     if page.strays:
         hint = "Write 'floor 1:' above the drawing; a note begins with ';'."
-        yield page.strays[0].finding("this row stands before any floor", hint)
+        yield page.strays[0].mistake("this row stands before any floor", hint)
     elif not page.drawings and any(page.settings.values()):
         last = [line for line in page.lines if line.code][-1]
         hint = "Write 'floor 1:' below, and its rows under it."
-        yield last.finding("no floor is drawn", hint)
+        yield last.mistake("no floor is drawn", hint)
     for drawing in page.drawings:
         if drawing.numbers and not drawing.rows:
             what = f"nothing is drawn for {drawing.label}"
-            yield drawing.heading.finding(what, "Draw its rows below this line.")
+            yield drawing.heading.mistake(what, "Draw its rows below this line.")
 
 
-def _blanks(page: Page) -> Iterator[Finding]:
+def _blanks(page: Page) -> Iterator[Mistake]:
     blank = {line.number for line in page.lines if not line.written.strip(" \t")}
     for drawing in page.drawings:
         for above, below in pairwise(drawing.rows):
             if between := blank.intersection(range(above.number, below.number)):
                 hint = "Take it out, or write a heading such as 'floor 2:' here."
                 line = page.lines[min(between) - 1]
-                yield line.finding("a blank line cuts this drawing in two", hint)
+                yield line.mistake("a blank line cuts this drawing in two", hint)
 
 
 # -- Stage 2: characters ------------------------------------------------------------
@@ -175,7 +175,7 @@ _FOREIGN = re.compile(r"[^\t -~]+")  # anywhere, also in a note
 _LOOKS_LIKE = dict.fromkeys("|-_=/\\*%@", "#") | dict.fromkeys(",:'`", ".")
 
 
-def _unknown_signs(page: Page) -> Iterator[Finding]:
+def _unknown_signs(page: Page) -> Iterator[Mistake]:
     for row in page.rows:
         for sign in _UNKNOWN.finditer(row.code):
             what = f"'{sign[1]}' has no meaning in a drawing"
@@ -185,10 +185,10 @@ def _unknown_signs(page: Page) -> Iterator[Finding]:
             if sign[1] == "\t":
                 what = "there is a tab in the drawing"
                 hint = "Type blanks instead: a tab has no fixed width."
-            yield row.finding(what, hint, sign.start() + 1)
+            yield row.mistake(what, hint, sign.start() + 1)
 
 
-def _foreign_signs(page: Page) -> Iterator[Finding]:
+def _foreign_signs(page: Page) -> Iterator[Mistake]:
     rows = {row.number for row in page.rows}
     for line in page.lines:
         for signs in _FOREIGN.finditer(line.written.rstrip(" \t")):
@@ -199,7 +199,7 @@ def _foreign_signs(page: Page) -> Iterator[Finding]:
             name = unicodedata.name(sign, f"U+{ord(sign):04X}")
             what = f"{name} is not a plain ASCII sign"
             hint = _instead(plain) or "Take it out."
-            yield line.finding(what, hint, signs.start() + 1)
+            yield line.mistake(what, hint, signs.start() + 1)
 
 
 def _instead(sign: str) -> str:
@@ -228,7 +228,7 @@ _MIXED = re.compile(
 )
 
 
-def _capitals(page: Page) -> Iterator[Finding]:
+def _capitals(page: Page) -> Iterator[Mistake]:
     for row in page.rows:
         for word in _MIXED.finditer(row.code):
             name = word["name"]
@@ -241,17 +241,17 @@ def _capitals(page: Page) -> Iterator[Finding]:
                 hint = (
                     f"Write '{clip(name.lower())}'; stairwells and exits stand apart."
                 )
-                yield row.finding(what, hint, start + capital.start())
+                yield row.mistake(what, hint, start + capital.start())
             elif strange:
                 what = f"no stairwell is called '{strange[0]}'"
                 hint = "Type 'A', 'B', 'C' or 'D' for a stairwell, 'E' for an exit."
-                yield row.finding(what, hint, start + strange.start())
+                yield row.mistake(what, hint, start + strange.start())
 
 
 # -- Stage 3: shape -----------------------------------------------------------------
 
 
-def _wide_rows(page: Page) -> Iterator[Finding]:
+def _wide_rows(page: Page) -> Iterator[Mistake]:
     width, height = page.size
     widest = max(len(row.code) for row in page.rows)
     for row in page.rows:
@@ -259,10 +259,10 @@ def _wide_rows(page: Page) -> Iterator[Finding]:
             what = f"this row has {len(row.code)} columns, the size says {width}"
             wider = f", or write 'size: {widest} x {height}'"
             hint = f"Shorten it{wider if widest <= MOST_CELLS else ''}."
-            yield row.finding(what, hint, width + 1)
+            yield row.mistake(what, hint, width + 1)
 
 
-def _number_of_rows(page: Page) -> Iterator[Finding]:
+def _number_of_rows(page: Page) -> Iterator[Mistake]:
     width, height = page.size
     for drawing in page.drawings:
         rows, count = drawing.rows, len(drawing.rows)
@@ -270,18 +270,18 @@ def _number_of_rows(page: Page) -> Iterator[Finding]:
         what = f"this drawing has {_counted(count)}, the size says {height}"
         if count < height:
             hint = f"Draw {_counted(height - count)} more{resize}."
-            yield drawing.heading.finding(what, hint)
+            yield drawing.heading.mistake(what, hint)
         elif count > height:
             resize = resize if count <= MOST_CELLS else ""
             hint = f"Take {_counted(count - height)} out{resize}."
-            yield rows[height].finding(what, hint)
+            yield rows[height].mistake(what, hint)
 
 
 def _counted(rows: int) -> str:
     return "1 row" if rows == 1 else f"{rows} rows"
 
 
-Check = Callable[[Page], Iterator[Finding]]
+Check = Callable[[Page], Iterator[Mistake]]
 
 STAGES: tuple[tuple[Check, ...], ...] = (
     (_length,),
