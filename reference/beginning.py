@@ -9,6 +9,7 @@ from collections import deque
 from math import inf
 
 import numpy as np
+from numpy.random import Generator as Rng
 
 from reference import paper
 from reference.building import Building, Kind
@@ -27,9 +28,7 @@ from reference.world import (
 )
 
 
-def beginning(
-    building: Building, scenario: Scenario, rng: np.random.Generator
-) -> World:
+def beginning(building: Building, scenario: Scenario, rng: Rng) -> World:
     """The world at 0 s; rng places the people and gives them pace and rank.
 
     Raises ValueError for more people than fit and for rooms that do not exist.
@@ -45,7 +44,7 @@ def with_people_at(
     scenario: Scenario,
     place: np.ndarray,
     position: np.ndarray,
-    rng: np.random.Generator,
+    rng: Rng,
 ) -> World:
     """The world at 0 s with people in these places, (n,), at these metres, (n, 2).
 
@@ -72,10 +71,7 @@ def occupancy(bodies: Bodies, floors: int) -> list[int]:
 
 
 def _bodies(
-    building: Building,
-    place: np.ndarray,
-    position: np.ndarray,
-    rng: np.random.Generator,
+    building: Building, place: np.ndarray, position: np.ndarray, rng: Rng
 ) -> Bodies:
     """Bodies in these places, with a pace drawn for each."""
     n = len(place)
@@ -101,9 +97,7 @@ def _bodies(
     )
 
 
-def _starting_places(
-    building: Building, scenario: Scenario, rng: np.random.Generator
-) -> np.ndarray:
+def _starting_places(building: Building, scenario: Scenario, rng: Rng) -> np.ndarray:
     """(n,) distinct places [B8], so many on each floor or all in some rooms."""
     if scenario.rooms:
         free = {"in these rooms": _cells_of_rooms(building, scenario.rooms)}

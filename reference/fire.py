@@ -9,6 +9,7 @@ Clauses: D2, D3, D4, D5, D6.
 from math import floor as floor_of
 
 import numpy as np
+from numpy.random import Generator as Rng
 
 from reference.building import Building, Kind
 from reference.events import FireRefused
@@ -39,9 +40,7 @@ class Generator:
     is the first free one in an order drawn once. So fires meet all robots alike.
     """
 
-    def __init__(
-        self, building: Building, scenario: Scenario, rng: np.random.Generator
-    ):
+    def __init__(self, building: Building, scenario: Scenario, rng: Rng):
         self.sources, self.training = scenario.sources, scenario.training
         self.order = rng.permutation(building.kind.size)
 

@@ -9,6 +9,7 @@ from functools import lru_cache
 from math import inf
 
 import numpy as np
+from numpy.random import Generator as Rng
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
@@ -25,7 +26,7 @@ class Spread:
     earliest time that a chain of delays from any source reaches it.
     """
 
-    def __init__(self, building: Building, rng: np.random.Generator):
+    def __init__(self, building: Building, rng: Rng):
         self.building, self.delays = building, _delays(building, rng)
 
     def ignite(self, flames: Flames, source: Source) -> None:
@@ -35,9 +36,7 @@ class Spread:
         flames.arrival = np.minimum(flames.arrival, source.time + delay)
         flames.sources.append(source)
 
-    def resampled(
-        self, flames: Flames, time: float, rng: np.random.Generator
-    ) -> "Spread":
+    def resampled(self, flames: Flames, time: float, rng: Rng) -> "Spread":
         """Draw another future of the same fire, given what burns at a time (s).
 
         [D7, chosen] Exponential delays have no memory: what is left of one is
@@ -101,7 +100,7 @@ def walking_cost(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
     return np.select([burning, beside], [paper.BURN_COST, paper.HEAT_COST], 1.0)
 
 
-def _delays(building: Building, rng: np.random.Generator) -> csr_matrix:
+def _delays(building: Building, rng: Rng) -> csr_matrix:
     """(places, places) seconds for every border that flames can pass [D7].
 
     Both cells must be `fuel`; doors take longer.

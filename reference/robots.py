@@ -18,6 +18,9 @@ from reference.world import FOLLOW_ME, Instruction, Robot, Said, World
 Destination = tuple[float, float]
 """X_r, Y_r in metres [C5]."""
 
+Destinations = list[Destination | None]
+"""Of robots, in their order; None: it keeps the old one."""
+
 FOLLOWER_GAP, CROWD_GAP = 1.2, 0.4
 """[C7, chosen] metres: a robot waits while its n followers are on average farther
 behind than FOLLOWER_GAP + CROWD_GAP * sqrt(n); the root, since a crowd fills a disc."""

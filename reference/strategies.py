@@ -7,36 +7,33 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
+from numpy.random import Generator as Rng
 
 from reference.building import Building, Kind
 from reference.fire import Decision
 from reference.flames import fuel
-from reference.robots import Destination
+from reference.robots import Destination, Destinations
 from reference.world import Robot, World
 
 
 class RobotStrategy(Protocol):
     """Decides where the robots go next [C7]."""
 
-    def decide(
-        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
-    ) -> list[Destination | None]:
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """The next destination of each of these robots; None keeps the old one."""
 
 
 class FireStrategy(Protocol):
     """Decides where fires break out [D2]."""
 
-    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
+    def decide(self, world: World, rng: Rng) -> Decision | None:
         """Floor and metres of the next source, or None for none."""
 
 
 class NoRobots:
     """No robots at all."""
 
-    def decide(
-        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
-    ) -> list[Destination | None]:
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Decide nothing."""
         return [None] * len(robots)
 
@@ -44,9 +41,7 @@ class NoRobots:
 class RandomRobots:
     """Each robot walks to a random room cell of its floor."""
 
-    def decide(
-        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
-    ) -> list[Destination | None]:
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Draw uniformly from the floor's room cells."""
         building = world.building
         rooms = building.kind == Kind.FLOOR
@@ -56,14 +51,14 @@ class RandomRobots:
 class NoFire:
     """Nothing ever burns."""
 
-    def decide(self, world: World, rng: np.random.Generator) -> None:
+    def decide(self, world: World, rng: Rng) -> None:
         """Decide nothing."""
 
 
 class RandomFire:
     """A fire breaks out in a random unprotected room cell of a random floor."""
 
-    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
+    def decide(self, world: World, rng: Rng) -> Decision | None:
         """Draw the floor first, then one of its cells; None where nothing can burn."""
         building = world.building
         cells = fuel(building) & (building.kind == Kind.FLOOR)
@@ -74,8 +69,6 @@ class RandomFire:
         return (floor, *_random_cell(building, cells[floor], rng))
 
 
-def _random_cell(
-    building: Building, cells: np.ndarray, rng: np.random.Generator
-) -> Destination:
+def _random_cell(building: Building, cells: np.ndarray, rng: Rng) -> Destination:
     """The middle, in metres, of one of these cells, (rows, cols) bool."""
     return building.metres(*rng.choice(np.argwhere(cells)).tolist())

@@ -11,11 +11,12 @@ from math import inf
 from typing import NamedTuple
 
 import numpy as np
+from numpy.random import Generator as Rng
 
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
 from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED, STAIRS_METRES, STAIRS_SECONDS
-from reference.robots import Destination, flame_cost
+from reference.robots import Destination, Destinations, flame_cost
 from reference.workshop.traffic import ways_outside
 from reference.world import NOBODY, Robot, World
 
@@ -34,9 +35,7 @@ class Patrol:
     def __init__(self) -> None:
         self._stops: dict[int, list[Destination]] = {}
 
-    def decide(
-        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
-    ) -> list[Destination | None]:
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Choose the next stop once the last is reached."""
         return [self._next(world, robot) for robot in robots]
 
@@ -58,9 +57,7 @@ class Sweep:
 
     DETOUR = inf
 
-    def decide(
-        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
-    ) -> list[Destination | None]:
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Let robots choose in turn, each among the groups the others left over."""
         guide, lost = guided_by(world), self._lost(world)
         return [
@@ -109,9 +106,7 @@ class Escort(Sweep):
     """[C7, chosen] metres that those led may go, all together, for each one fetched:
     four go 2 m for one, 8 m for four. With 16 m 4 % fewer got out under `busiest`."""
 
-    def decide(
-        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
-    ) -> list[Destination | None]:
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Look for the ways to the outside, then decide as `Sweep` does."""
         _, self._outside, _ = ways_outside(world.building, risk(world), STAIRS_METRES)
         return super().decide(world, robots, rng)

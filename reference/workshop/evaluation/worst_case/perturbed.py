@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
+from numpy.random import Generator as Rng
 
 from reference.building import Building
 from reference.game.observations import grid, robot_layout, robots_at_work
@@ -81,16 +82,14 @@ class PerturbedRobots(LearnedRobots):
             )
         self.critic = critic
 
-    def _emitted(
-        self, vectors: np.ndarray, world: World, rng: np.random.Generator
-    ) -> np.ndarray:
+    def _emitted(self, vectors: np.ndarray, world: World, rng: Rng) -> np.ndarray:
         """(G, 2) what they do when deceived; without deception what they would do."""
         if not self.epsilon:
             return super()._emitted(vectors, world, rng)
         truth = Moment(vectors, grid(world), robots_at_work(world))
         return self.attack(truth, rng).emitted
 
-    def attack(self, truth: Moment, rng: np.random.Generator) -> Attack:
+    def attack(self, truth: Moment, rng: Rng) -> Attack:
         """Search, robot by robot, for the observations of lowest value."""
         emitted, values = self._evaluate(truth, truth.vectors[None])
         plain = float(values[0])
@@ -104,7 +103,7 @@ class PerturbedRobots(LearnedRobots):
                 worst = Attack(seen[k], emitted[k], float(values[k]), plain)
         return worst
 
-    def _perturbed(self, vector: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    def _perturbed(self, vector: np.ndarray, rng: Rng) -> np.ndarray:
         """(K, V) corners of the ball around a vector (V,), cut off at the drawing."""
         delta = rng.choice([-self.epsilon, self.epsilon], (self.tries, len(vector)))
         layout = robot_layout(self.building, self.scenario)
