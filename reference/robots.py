@@ -91,9 +91,7 @@ def followers_of(world: World, robot: Robot) -> np.ndarray:
     return (world.bodies.leader == robot.body).nonzero()[0]
 
 
-def actual_target(
-    building: Building, floor: int, x: float, y: float
-) -> tuple[float, float]:
+def actual_target(building: Building, floor: int, x: float, y: float) -> Destination:
     """(X_r', Y_r'): the middle of a stairwell if one is near, else (X_r, Y_r).
 
     [C6, Eq. 1], reconstructed; "near" is NEAR_STAIRWELL.
@@ -104,9 +102,7 @@ def actual_target(
     return x, y
 
 
-def said_on_the_way(
-    building: Building, floor: int, target: tuple[float, float]
-) -> Said:
+def said_on_the_way(building: Building, floor: int, target: Destination) -> Said:
     """What to tell people on the way to a target [C7, Alg. 3:5].
 
     Nobody is sent into a stairwell that does not lead down. What "this" means is the

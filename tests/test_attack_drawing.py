@@ -8,7 +8,7 @@ from pages import overlaps, words
 from reference.paper import Scenario
 from reference.workshop.drawing import attack
 from reference.workshop.evaluation.contestants import Evacuation
-from reference.workshop.evaluation.gap import Cost, Result, Trial, harm
+from reference.workshop.evaluation.gap import Cost, Result, Trial, gap
 
 FIRES = ("random", "greedy", "critic:out/robots-0/checkpoint-000245.pt", "worst-case")
 COSTS = [Cost(n, 240.0 * n) for n in range(1, 9)]
@@ -23,20 +23,20 @@ def results(count=12, fires=FIRES, foreseen=-900.0):
     def one(level):
         harms = {fire: 500.0 * k for k, fire in enumerate(fires)}
         rewards = {f: tuple(level - h - rng.normal(0, 50, 4)) for f, h in harms.items()}
-        return Result(trial, rewards, (level,) * 4, level + foreseen)
+        return Result(trial, rewards | {"none": (level,) * 4}, level + foreseen)
 
     return [one(level) for level in rng.uniform(-5000, 5000, count)]
 
 
 @pytest.mark.paper("F4", "chosen")
 def test_each_fire_has_a_row_with_its_harm_and_interval():
-    """Of the mean over moments, as `harm` tells it; a faint dot for each moment."""
+    """Of the mean over moments, as `gap` tells it; a faint dot for each moment."""
     found = results()
     left, _ = attack.figure(found, COSTS).axes
     bars = [line for line in left.lines if line.get_linewidth() == 3]
     assert len(bars) == len(FIRES)
     for row, (bar, fire) in enumerate(zip(bars, FIRES, strict=True)):
-        mean, low, high = harm(found, fire)
+        mean, low, high = gap(found, "none", fire)
         assert bar.get_xdata().tolist() == pytest.approx([low, mean, high])
         assert set(bar.get_ydata()) == {row}
     dots = [line for line in left.lines if line.get_marker() == "."]

@@ -17,7 +17,6 @@ from reference.workshop.evaluation.gap import (
     Trial,
     cost,
     gap,
-    harm,
     moment_of,
     optimism,
     placement_of,
@@ -44,7 +43,7 @@ def found():
 def made(unlit=(10.0, 20.0), foreseen=None, **rewards):
     """A result of which only the rewards matter."""
     rewards = {word.replace("_", "-"): values for word, values in rewards.items()}
-    return Result(trial(*rewards), rewards, unlit, foreseen)
+    return Result(trial(*rewards), rewards | {"none": unlit}, foreseen)
 
 
 # -- One moment ---------------------------------------------------------------------
@@ -65,8 +64,9 @@ def test_every_fire_is_asked_at_the_same_moment():
 def test_a_fire_that_does_not_break_out_does_no_harm(found):
     """It is re-scored in the same futures as no fire at all."""
     assert {len(rewards) for rewards in found.rewards.values()} == {2}
-    assert found.rewards["none"] == found.unlit != found.rewards["greedy"]
-    assert harm([found], "none") == (0, 0, 0)
+    without = rescore(trial("greedy"))
+    assert found.rewards["none"] == without.rewards["none"] != found.rewards["greedy"]
+    assert gap([found], "none", "greedy").mean != 0
 
 
 @pytest.mark.paper("F4", "chosen")
@@ -127,7 +127,7 @@ def test_figures_are_means_over_futures_then_over_moments():
         made(unlit=(30, 30), greedy=(6, 8), random=(20, 20)),
     ]
     assert gap(results, "random", "greedy").mean == pytest.approx((10 + 13) / 2)
-    assert harm(results, "greedy").mean == pytest.approx((13 + 23) / 2)
+    assert gap(results, "none", "greedy").mean == pytest.approx((13 + 23) / 2)
 
 
 @pytest.mark.paper("F4", "chosen")
@@ -147,7 +147,7 @@ def test_the_least_of_noisy_values_is_too_low():
 def test_refuses_to_sum_up_nothing():
     """No moment, no figure."""
     with pytest.raises(ValueError, match="at least one value"):
-        harm([], "greedy")
+        gap([], "none", "greedy")
 
 
 # -- Cost ---------------------------------------------------------------------------

@@ -105,7 +105,7 @@ def _facts(
     return {
         "robots": arguments.robots,
         "moments": len(results),
-        **{f"harm of {fire}": gaps.harm(results, fire) for fire in fires},
+        **{f"harm of {fire}": gaps.gap(results, "none", fire) for fire in fires},
         **{
             f"{fire} leaves more than {WORST}": gaps.gap(results, fire, WORST)
             for fire in fires

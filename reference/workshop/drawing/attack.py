@@ -16,7 +16,7 @@ from reference.workshop.drawing.crossplay import names
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import FAINT, TEXT, foot, sheet, write_numbers
 from reference.workshop.evaluation.contestants import WORST
-from reference.workshop.evaluation.gap import Cost, Result, harm, harms
+from reference.workshop.evaluation.gap import Cost, Result, gap, gaps
 from reference.workshop.evaluation.intervals import of_mean
 
 FORESEEN = "#1b5e9e"
@@ -43,9 +43,9 @@ def figure(results: Sequence[Result], costs: Sequence[Cost]) -> Figure:
 def _draw_harms(axes: Axes, results: Sequence[Result], fires: Sequence[str]) -> None:
     """Draw a row for each fire: a dot a moment, and the mean with its interval."""
     for row, fire in enumerate(fires):
-        each = harms(results, fire)
+        each = gaps(results, "none", fire)
         spread = row + np.linspace(-0.22, 0.22, len(each))[np.argsort(np.argsort(each))]
-        mean, low, high = harm(results, fire)
+        mean, low, high = gap(results, "none", fire)
         bar = axes.plot([low, mean, high], [row] * 3, "-o", color=EMBER, lw=3, ms=8)
         bar[0].set(markevery=[1], zorder=3, label="mean and 95 % interval")
         axes.plot(each, spread, ".", ms=4, c=FAINT, alpha=0.5, label="one moment")
@@ -64,9 +64,8 @@ def _draw_harms(axes: Axes, results: Sequence[Result], fires: Sequence[str]) -> 
 
 def _foreseen(results: Sequence[Result]) -> list[float]:
     """Harm that looking ahead expected of its own choice, at each moment."""
-    return [
-        float(np.mean(a.unlit)) - a.foreseen for a in results if a.foreseen is not None
-    ]
+    both = ((np.mean(result.rewards["none"]), result.foreseen) for result in results)
+    return [float(unlit) - foreseen for unlit, foreseen in both if foreseen is not None]
 
 
 def _draw_costs(axes: Axes, costs: Sequence[Cost]) -> None:

@@ -53,14 +53,12 @@ class Trial:
 class Result:
     """The rewards that each fire's placement leaves.
 
-    rewards   by fire, K: from the moment on
-    unlit     K: the same if no fire breaks out at this turn
+    rewards   by fire, K: from the moment on; by "none" if no fire breaks out then
     foreseen  what `worst-case` expected of its placement, None if it was not asked
     """
 
     trial: Trial
     rewards: dict[str, tuple[float, ...]]
-    unlit: tuple[float, ...]
     foreseen: float | None
 
 
@@ -89,18 +87,18 @@ def rescore(trial: Trial) -> Result | None:
     if now is None:
         return None
     fires = {word: contestant(word, "fire") for word in trial.fires}
-    placements = {word: placement_of(fire, now) for word, fire in fires.items()}
+    placements: dict[str, Decision | None] = {"none": None}
+    placements |= {word: placement_of(fire, now) for word, fire in fires.items()}
     seeds = np.random.SeedSequence((trial.evacuation.seed, trial.before))
     drawn = seeds.generate_state(trial.futures).tolist()
     futures = [now.another_future(seed) for seed in drawn]
     scored = {
         place: tuple(_reward(future, place) for future in futures)
-        for place in {None, *placements.values()}
+        for place in set(placements.values())
     }
     return Result(
         trial,
         rewards={word: scored[place] for word, place in placements.items()},
-        unlit=scored[None],
         foreseen=fires[WORST].foreseen[0].reward if WORST in fires else None,
     )
 
@@ -146,20 +144,17 @@ def _reward(future: Simulation, placement: Decision | None) -> float:
 # -- Averages over moments ----------------------------------------------------------
 
 
-def harm(results: Sequence[Result], fire: str) -> Interval:
-    """Average `harms`. Like all averages here, raises ValueError for no results."""
-    return of_mean(harms(results, fire))
-
-
-def harms(results: Sequence[Result], fire: str) -> np.ndarray:
-    """(M,) how much reward a fire costs, compared with no fire at this turn."""
-    unlit = np.array([np.mean(result.unlit) for result in results])
-    return unlit - _means(results, fire)
-
-
 def gap(results: Sequence[Result], one: str, other: str) -> Interval:
-    """How much more reward one fire leaves than another at the same moments."""
-    return of_mean(_means(results, one) - _means(results, other))
+    """How much more reward one fire leaves than another; "none" before it: its harm.
+
+    Raises ValueError for no results.
+    """
+    return of_mean(gaps(results, one, other))
+
+
+def gaps(results: Sequence[Result], one: str, other: str) -> np.ndarray:
+    """(M,) the same at each moment, a mean over its futures."""
+    return _means(results, one) - _means(results, other)
 
 
 def optimism(results: Sequence[Result]) -> Interval:
@@ -169,7 +164,6 @@ def optimism(results: Sequence[Result]) -> Interval:
 
 
 def _means(results: Sequence[Result], fire: str) -> np.ndarray:
-    """(M,) over the futures of each moment."""
     return np.array([np.mean(result.rewards[fire]) for result in results])
 
 
