@@ -1,6 +1,7 @@
 """Experiments: one file of arms, seeds and budgets, done as jobs by anybody."""
 
 import json
+import re
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -9,13 +10,16 @@ from clauses import ROOT
 
 from reference.__main__ import main
 from reference.learning.settings import SettingsError
-from reference.workshop.experiment import steps
+from reference.paper import InputError
+from reference.workshop import workers as workforce
+from reference.workshop.evaluation.crossplay import Record
+from reference.workshop.experiment import page, steps
 from reference.workshop.experiment.asked import BEST, Experiment, read
-from reference.workshop.experiment.results import OWN
+from reference.workshop.experiment.results import OWN, Results
 from reference.workshop.experiment.steps import Plan, perform
 from reference.workshop.plain import record_from
 from reference.workshop.runs import RunError
-from reference.workshop.workers import InProcess, workers
+from reference.workshop.workers import InProcess, cluster, workers
 
 FILES = ROOT / "tutorials" / "experiments"
 SMALL = {
@@ -115,13 +119,40 @@ def test_a_pool_gives_the_same(whole, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("default:::(distributed|dask|tornado)")
+def test_a_dask_cluster_of_two_processes_gives_the_same(whole, tmp_path):
+    """Which has no disk of ours."""
+    distributed = pytest.importorskip("distributed")
+    local = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": None}
+    with (
+        distributed.LocalCluster(**local) as machines,
+        cluster(machines.scheduler_address) as (executor, width),
+    ):
+        assert width() == 4
+        plan = {"executor": executor, "width": 4, "here": False}
+        assert performed(small(), tmp_path, **plan) == {}
+    assert tables(tmp_path) == tables(whole)
+
+
+def test_refuses_a_cluster_that_does_not_answer(monkeypatch):
+    """Or Dask that is not there; in one message."""
+    monkeypatch.setattr(workforce, "ANSWER", 0.2)
+    with (
+        pytest.raises(InputError, match=r"no Dask scheduler answers|is not installed"),
+        cluster("tcp://127.0.0.1:9"),
+    ):
+        pytest.fail("it answered")
+
+
+@pytest.mark.slow
 @pytest.mark.paper("E6")
 @pytest.mark.paper("F12")
 def test_the_tiny_experiment_makes_every_part(tmp_path, capsys):
     """By the command: the matrix with its own and others' fires and best responses."""
     command = ["experiment", str(FILES / "tiny.toml"), "--out", str(tmp_path / "new")]
     assert main([*command, "--workers", "0", "--json"]) == 0
-    cells = json.loads(capsys.readouterr().out)["cells"]
+    told = json.loads(capsys.readouterr().out)
+    cells, text = told["cells"], (tmp_path / "new" / "page.md").read_text()
     fires = {cell["fire"] for cell in cells if cell["robots"] == "learning"}
     assert fires == {"random", OWN, "learning's fires", BEST}
     assert {cell["robots"] for cell in cells} == {
@@ -130,8 +161,88 @@ def test_the_tiny_experiment_makes_every_part(tmp_path, capsys):
         "none",
         "sweep",
     }
+    assert told["answer"] in text
+    pictures = re.findall(r"\]\(([^)]+)\)", text)
+    assert len(pictures) == 6
+    assert all((tmp_path / "new" / name).stat().st_size > 5_000 for name in pictures)
     assert main(command) == 1  # it is there
-    assert main([*command, "--resume"]) == 0
+    again = [*command, "--resume", "--page", str(tmp_path / "RESULTS.md")]
+    assert main(again) == 0
+    assert "](new/matrix.png)" in (tmp_path / "RESULTS.md").read_text()
+
+
+# -- Results ------------------------------------------------------------------------
+
+COMPARED = {
+    "seeds": [0, 1, 2],
+    "compare": [["learning", "ppo"]],
+    "test": {"fires": ["random", "learning"], "robots": ["none", "sweep"]},
+    "best_response": {"decisions": 9},
+}
+
+
+def run(robots, fire, seed, survival):
+    """The record of an evacuation of ten people."""
+    out = round(10 * survival)
+    rest = (10, out, 10 - out, 0, survival, 100.0 * out, 50.0, 9.0, 8.0, 80.0, 90.0)
+    return Record(robots, fire, seed, *rest, times=tuple(range(out)))
+
+
+def outcome(best):
+    """Tests in which 80 % survive random fire, and of each arm so many its best one."""
+    return Results(
+        small(**COMPARED),
+        [
+            run(f"{arm}-{k}", fire, seed, share + 0.1 * (k % 2))
+            for arm, response in best.items()
+            for k in range(3)
+            for seed in range(20)
+            for fire, share in (("random", 0.8), (BEST, response), ("learning-1", 0.6))
+        ],
+    )
+
+
+def test_an_arm_has_a_row_and_a_kind_of_fire_a_column():
+    """Its own fire stands beside those of other trainings; intervals are over arms."""
+    results = outcome({"learning": 0.5, "ppo": 0.3})
+    cells = {(cell.robots, cell.fire): cell for cell in results.cells()}
+    assert [fire for robots, fire in cells if robots == "learning"] == [
+        "random",
+        "learning's fires",
+        OWN,
+        BEST,
+    ]
+    assert cells["learning", OWN].n == 20
+    assert cells["learning", "learning's fires"].n == 40
+    random = cells["learning", "random"].survival
+    assert random == pytest.approx((2.5 / 3, 0.8, 0.9))
+    assert results.values("ppo", BEST, "survival").shape == (3, 20)
+
+
+@pytest.mark.parametrize(
+    ("best", "words"),
+    [
+        ((0.6, 0.3), "30.0 [23.3, 36.7] percent points more than `ppo`: it is better"),
+        ((0.6, 0.3), "loses 30.0 [30.0, 30.0] points less: it is more robust"),
+        ((0.3, 0.6), "loses -30.0 [-30.0, -30.0] points less: it is less robust"),
+        ((0.5, 0.5), "cannot be told apart"),
+        ((0.5, 0.5), "This is preliminary: 3 trainings an arm."),
+    ],
+)
+def test_the_answer_is_what_the_intervals_say(best, words):
+    """Above 0, below 0 or around it; preliminary with fewer than five trainings."""
+    results = outcome(dict(zip(("learning", "ppo"), best, strict=True)))
+    assert words in page.answer(results)
+    assert page.answer(results) in page.page(results, [("a picture", "a.png")])
+
+
+def test_without_best_responses_there_is_no_answer():
+    """And no exploitability; the matrix is there all the same."""
+    results = Results(small(), [run("learning-3", "random", k, 0.5) for k in range(4)])
+    text = page.page(results, [])
+    assert "There is no answer" in text
+    assert "exploitability" not in text
+    assert "| `learning` | 50.0 [50.0, 50.0] |" in text
 
 
 # -- Files --------------------------------------------------------------------------

@@ -119,7 +119,7 @@ def test_nothing_is_imported_that_is_not_declared():
         re.match(r"\w+", name)[0] for name in PROJECT["project"]["dependencies"]
     }
     extras = PROJECT["project"]["optional-dependencies"]
-    for extra in ("pettingzoo", "tensorboard", "yaml"):
+    for extra in ("pettingzoo", "tensorboard", "yaml", "cluster"):
         declared |= {re.match(r"\w+", name)[0] for name in extras[extra]}
     declared |= {"PIL", "yaml"}  # matplotlib's own, and PyYAML's other name
     names = {name.split(".")[0] for path in MODULES.values() for name in imported(path)}

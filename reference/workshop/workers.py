@@ -1,7 +1,7 @@
 """Workers: do jobs in other processes, or in this one.
 
-Clause: E6.  Any `concurrent.futures.Executor` will do; here are a pool of processes
-and this process itself.
+Clause: E6.  Any `concurrent.futures.Executor` will do; here are a pool of processes,
+a Dask cluster and this process itself.
 """
 
 import os
@@ -17,9 +17,12 @@ from queue import Empty, SimpleQueue
 from threading import Lock, Thread
 from typing import Any, TypeVar
 
+from reference.paper import InputError
+
 STOPS = (signal.SIGINT, signal.SIGTERM)  # what asks a command to end; not its workers
 
 POLL = 0.2  # seconds between two looks at whether to stop
+ANSWER = 10  # seconds in which a scheduler answers
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}
 """Environment of a worker: numpy and torch read it when they are loaded."""
@@ -107,14 +110,39 @@ class InProcess(Executor):
     ) -> Future[Made]:
         """Do a job before returning."""
         future: Future[Made] = Future()
+        before, InProcess.busy = InProcess.busy, True
         try:
-            InProcess.busy = True
             future.set_result(fn(*args, **kwargs))
         except Exception as error:
             future.set_exception(error)
         finally:
-            InProcess.busy = False
+            InProcess.busy = before
         return future
+
+
+@contextmanager
+def cluster(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
+    """A Dask scheduler's workers, and how many jobs to have under way there.
+
+    Needs the extra `cluster`. Raises InputError without it, or where nobody answers.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InputError(
+            "Dask is not installed: pip install dask distributed, or leave --cluster "
+            "out."
+        ) from error
+    try:
+        client = Client(address, timeout=ANSWER)
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(f"{address}: no Dask scheduler answers. Start one.") from error
+    with client:
+        executor = client.get_executor(pure=False)
+        try:
+            yield executor, lambda: max(1, 2 * sum(client.nthreads().values()))
+        finally:
+            executor.shutdown(wait=False)
 
 
 @contextmanager

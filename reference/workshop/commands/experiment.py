@@ -1,4 +1,4 @@
-"""The command experiment: arms, seeds and tests from a file, as jobs.
+"""The command experiment: arms, seeds and tests from a file, as jobs; then a page.
 
 Clauses: E6, F12.
 """
@@ -7,17 +7,23 @@ import json
 import os
 import sys
 from argparse import Namespace
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+from reference.paper import InputError
 from reference.workshop.commands import options
-from reference.workshop.commands.common import Command, quoted, workforce
+from reference.workshop.commands.common import Command, ctrl_c, quoted, workforce
+from reference.workshop.files import write_whole
 from reference.workshop.runs import RunError, held
+from reference.workshop.workers import cluster
 
 
 def experiment(arguments: Namespace) -> None:
-    """Trains and tests the arms of an experiment's file; what they come to."""
+    """Trains and tests the arms of an experiment's file, and writes a page about it."""
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
     if arguments.out is None:
         arguments.out = Path("out") / arguments.file.stem
@@ -38,47 +44,136 @@ def _asked(arguments: Namespace) -> Any:
     return found
 
 
+# -- Jobs ---------------------------------------------------------------------------
+
+
 def _performed(asked: Any, arguments: Namespace) -> dict[str, str]:
     """Do what is missing; which steps failed, and why."""
     from reference.workshop.experiment import asked as files
     from reference.workshop.experiment.steps import Plan, perform
 
     files.begin(asked, arguments.out)
-    steps = list(Plan(asked, arguments.out, here=True).steps())
+    steps = list(Plan(asked, arguments.out, here=not arguments.cluster).steps())
     again = (
         f"python -m reference experiment {quoted(arguments.file)} --resume "
         f"--out {quoted(arguments.out)}"
     )
     about = f"{len(asked.trainings)} trainings, {len(steps)} jobs in all"
-    with workforce(arguments.workers, about, again) as (executor, stop):
-        failed = perform(steps, executor, lambda: max(1, arguments.workers), stop)
+    with _hands(arguments, about, again) as (executor, width, stop):
+        failed = perform(steps, executor, width, stop)
         if stop():
             raise KeyboardInterrupt(f"stopped; go on with:\n  {again}")
     return failed
 
 
+@contextmanager
+def _hands(
+    arguments: Namespace, about: str, again: str
+) -> Iterator[tuple[Executor, Callable[[], int], Callable[[], bool]]]:
+    """Who does the jobs, how many at once, and whether Ctrl-C was pressed."""
+    if arguments.cluster:
+        print(f"{about}; cluster {arguments.cluster}", file=sys.stderr)
+        with ctrl_c() as stop, cluster(arguments.cluster) as (executor, width):
+            yield executor, width, stop
+    else:
+        count = arguments.workers
+        with workforce(count, about, f"Go on with: {again}") as (executor, stop):
+            yield executor, lambda: max(1, count), stop
+
+
+# -- The page -----------------------------------------------------------------------
+
+
 def _tell(asked: Any, arguments: Namespace) -> None:
-    """Print the matrix of all tests that are there."""
+    """Write page and pictures of all tests that are there; print the answer."""
     from reference.workshop.evaluation import crossplay
+    from reference.workshop.experiment.page import answer, page
     from reference.workshop.experiment.results import Results
     from reference.workshop.experiment.steps import Plan
 
-    records = Plan(asked, arguments.out, here=True).records()
-    if not records:
+    plan = Plan(asked, arguments.out, here=True)
+    if not (records := plan.records()):
         return
-    cells = Results(asked, records).cells()
+    results = Results(asked, records)
+    path = arguments.page or arguments.out / "page.md"
+    pictures = [
+        (told, Path(os.path.relpath(file, path.parent)).as_posix())
+        for told, file in _pictures(plan, results)
+    ]
+    write_whole(path, page(results, pictures).encode())
     if arguments.json:
-        print(json.dumps({"cells": [crossplay.as_plain(cell) for cell in cells]}))
+        cells = [crossplay.as_plain(cell) for cell in results.cells()]
+        print(json.dumps({"answer": answer(results), "cells": cells}))
     else:
-        print(crossplay.table(cells))
-    print(f"everything is in {arguments.out}", file=sys.stderr)
+        print(crossplay.table(results.cells()))
+        print(answer(results))
+    print(f"the page is {path}", file=sys.stderr)
+
+
+def _pictures(plan: Any, results: Any) -> Iterator[tuple[str, Path]]:
+    """Draw the matrix, the curves and the films: what each shows, and its file."""
+    from reference.workshop.drawing import page
+    from reference.workshop.drawing.crossplay import matrix
+    from reference.workshop.drawing.experiment import survivors
+    from reference.workshop.experiment.results import arm_of
+
+    yield (
+        "Survivors of all arms under all fires",
+        page.save(matrix(results.cells()), plan.folder / "matrix.png"),
+    )
+    for name, title, side, owner in (
+        ("trainings", "Survivors while robots learned", "robots", arm_of),
+        ("responses", "Survivors while best responses learned", "fire", _opponent),
+    ):
+        if arms := _curves(plan.folder / name, owner):
+            figure = survivors(title, arms, side)
+            yield title, page.save(figure, plan.folder / f"{name}.png")
+    if results.exploitable:
+        yield from _films(plan, results)
+
+
+def _opponent(response: str) -> str:
+    """The arm that a best response learned against."""
+    from reference.workshop.experiment.results import arm_of
+
+    return arm_of(response.rpartition("-")[0])
+
+
+def _curves(folder: Path, owner: Callable[[str], str]) -> dict[str, list[Any]]:
+    """The curves of finished trainings in a folder, by their owner."""
+    from reference.workshop.drawing.runs import read
+    from reference.workshop.experiment.jobs import DONE
+
+    found: dict[str, list[Any]] = {}
+    for done in sorted(folder.glob(f"*/{DONE}")):
+        with suppress(InputError):  # too short to draw
+            found.setdefault(owner(done.parent.name), []).append(read(done.parent))
+    return found
+
+
+def _films(plan: Any, results: Any) -> Iterable[tuple[str, Path]]:
+    """Film nobody, the best by hand and a team that learned, under one fire."""
+    from reference.workshop.drawing import film
+    from reference.workshop.experiment.results import telling
+
+    for team, evacuation in telling(results, plan):
+        path = plan.folder / f"film {team}.gif".replace(" ", "-")
+        if not path.exists():
+            film.animate(evacuation.simulation(), path)
+        yield f"`{team}`, seed {evacuation.seed}, under the same best response", path
 
 
 EXPERIMENT_OPTIONS: options.Table = {
     "file": options.path("FILE", "what to train and test, in TOML"),
     **options.WORKERS,
+    "--cluster": {
+        "metavar": "ADDRESS",
+        "help": "a Dask scheduler whose workers do it instead, such as "
+        "tcp://10.0.0.1:8786",
+    },
     "--out": options.path("DIR", "default: out/ and FILE's name"),
     "--resume": options.flag("go on in DIR; more seeds and arms may be asked for"),
+    "--page": options.path("FILE", "where the page goes; default: DIR/page.md"),
 }
 
 EXPERIMENT = Command(

@@ -8,7 +8,7 @@ difficulty.  Robots written by hand count as one training.
 """
 
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from itertools import chain
@@ -18,9 +18,12 @@ import numpy as np
 from reference.building import building_of
 from reference.evaluation.bounds import critical_points
 from reference.evaluation.score import PAPER, Ruler, RulerError
+from reference.workshop.evaluation.contestants import WORST, Evacuation
 from reference.workshop.evaluation.crossplay import Cell, Record, cells, ruler_of
+from reference.workshop.evaluation.crossplay.asked import NOBODY
 from reference.workshop.evaluation.intervals import Interval, of_trainings
 from reference.workshop.experiment.asked import BEST, Experiment
+from reference.workshop.experiment.steps import Plan
 from reference.workshop.runs import RunError
 
 OWN = "own fire"  # the one that a team has learned with
@@ -69,8 +72,12 @@ class Results:
             return None
 
     def cells(self) -> list[Cell]:
-        """The matrix: every row against every column."""
-        return [self._cell(*where, runs) for where, runs in self.runs.items()]
+        """The matrix, column by column, those last that were made for a row."""
+        rows = dict.fromkeys(row for row, _ in self.runs)
+        last = (OWN, BEST, WORST)
+        columns = dict.fromkeys(c for _, c in self.runs if c not in last)
+        places = [(row, column) for column in (*columns, *last) for row in rows]
+        return [self._cell(*p, self.runs[p]) for p in places if p in self.runs]
 
     def _cell(self, row: str, column: str, runs: Sequence[Record]) -> Cell:
         ruler, named = self.ruler, (replace(r, robots=row, fire=column) for r in runs)
@@ -114,6 +121,28 @@ class Results:
         """The rows of which `lost` is known."""
         rows = dict.fromkeys(row for row, _ in self.runs)
         return [r for r in rows if {(r, RANDOM), (r, BEST)} <= self.runs.keys()]
+
+
+def telling(results: Results, plan: Plan) -> Iterator[tuple[str, Evacuation]]:
+    """An evacuation by nobody, by the best guide written by hand, and by learned ones.
+
+    All under the best response to the last, who are the first training of the first arm
+    that is compared, from the seed in which it leaves most nearly its mean alive.
+    """
+    experiment = results.experiment
+    arm = (*sum(experiment.compare, ()), *experiment.arms)[0]
+    team = next(t for t in experiment.teams if arm_of(t) == arm)
+    runs = [run for run in results.runs[arm, BEST] if run.robots == team]
+    mean = np.mean([run.survival for run in runs])
+    seed = min(runs, key=lambda run: abs(run.survival - mean)).seed
+    written = [row for row in experiment.test.robots if row != NOBODY]
+    written.sort(key=lambda row: results.values(row, RANDOM, "survival").mean())
+    fire, arena = str(plan.strongest(team)), experiment.arena
+    robots = {NOBODY: NOBODY} | {row: row for row in written[-1:]}
+    if team not in robots:
+        robots[team] = str(plan.training(team))
+    for name, word in robots.items():
+        yield name, Evacuation(arena.plan, arena.scenario, word, fire, seed)
 
 
 def arm_of(team: str) -> str:

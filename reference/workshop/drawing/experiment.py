@@ -1,0 +1,51 @@
+"""Learning curves of an experiment: a panel for each arm, a line for each training.
+
+Clause: E6.
+
+    x  decisions of the side that learns;  y  survivors, %
+"""
+
+from collections.abc import Mapping, Sequence
+from math import ceil
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from reference.workshop.drawing.crossplay import LINES
+from reference.workshop.drawing.curves import SMOOTHING, Line, mean_of, smooth
+from reference.workshop.drawing.page import foot, sheet, write_numbers
+from reference.workshop.drawing.runs import Run
+from reference.workshop.training.summaries import SURVIVAL
+
+COLUMNS = 4
+
+
+def survivors(title: str, arms: Mapping[str, Sequence[Run]], side: str) -> Figure:
+    """Draw survivors over a side's decisions, running means, arm by arm."""
+    rows, columns = ceil(len(arms) / COLUMNS), min(COLUMNS, len(arms))
+    figure = sheet(title, max(6.0, 2.8 * columns), 2.4 * rows + 1.2)
+    panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    colour = LINES[side == "fire"][0]
+    for axes, (arm, runs) in zip(panels.flat, arms.items(), strict=False):
+        lines = [_line(run, side) for run in runs]
+        for line in lines:
+            axes.plot(*line, color=colour, lw=0.8, alpha=0.5)
+        if len(lines) > 1:
+            axes.plot(*mean_of(lines), color=colour, lw=2)
+        axes.set(title=arm, ylim=(0, 100), xlabel=f"decisions of the {side}")
+        axes.grid(axis="y")
+        write_numbers(axes.xaxis)
+    for axes in panels.flat[len(arms) :]:
+        axes.remove()
+    for axes in panels[:, 0]:
+        axes.set_ylabel("survivors, %")
+    foot(figure, [], caption="thin: each training; bold: their mean")
+    return figure
+
+
+def _line(run: Run, side: str) -> Line:
+    """Running means of the episodes that a side has learned from."""
+    y = 100 * run.columns[SURVIVAL]
+    known = np.isfinite(y) & (run.columns["side"] == side)
+    x = run.columns["step"][known]
+    return x, smooth(x, y[known], run.part[known], SMOOTHING * x[-1])

@@ -1,0 +1,181 @@
+"""The results page of an experiment: tables, pictures, and an answer made of numbers.
+
+Clauses: F9, F12.  Every sentence that claims something follows from an interval: above
+0, below 0, or around it.
+"""
+
+from collections.abc import Iterable, Sequence
+
+from reference.building import building_of
+from reference.workshop.evaluation.crossplay import Cell, mean_and_interval
+from reference.workshop.evaluation.crossplay.results import formatted
+from reference.workshop.evaluation.intervals import Interval, of_trainings
+from reference.workshop.experiment.asked import BEST, LEARNS, Experiment
+from reference.workshop.experiment.results import RANDOM, Results
+
+ENOUGH = 5  # trainings of an arm; with fewer a result is preliminary
+NOTE = (
+    "Survivors in per cent: interquartile means over an arm's trainings, with 95 % "
+    "bootstrap intervals over trainings and evacuations; robots written by hand count "
+    "as one training."
+)
+TRAINERS = {"poca": "MA-POCA", "ppo": "PPO"}
+FIGURES = {"reward": "R", "difficulty": "h", "score": "E"}
+
+
+def page(results: Results, pictures: Sequence[tuple[str, str]]) -> str:
+    """The page in Markdown; pictures: what each shows, and its path."""
+    experiment, cells = results.experiment, results.cells()
+    fires = list(dict.fromkeys(cell.fire for cell in cells))
+    parts = [
+        f"# {experiment.question or 'An experiment'}",
+        answer(results),
+        "## What was done",
+        set_up(experiment),
+        "## Who beats whom",
+        _matrix(cells, fires, ("survival",)),
+        NOTE,
+        "Reward R, difficulty h and score E, each of a training's means:",
+        _matrix(cells, fires, tuple(FIGURES)),
+        *_exploitability(results),
+        *_differences(results, fires),
+        *(f"![{told}]({path})\n\n*{told}*" for told, path in pictures),
+        "## What would change our minds",
+        _doubts(experiment),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+# -- The answer ---------------------------------------------------------------------
+
+
+def answer(results: Results) -> str:
+    """Two sentences about the first two that are compared, and a caution."""
+    compare = results.experiment.compare
+    if not compare or not set(compare[0]) <= set(results.exploitable):
+        return "There is no answer: it takes two to compare, and their best responses."
+    one, other = compare[0]
+    saved = results.more_saved(one, other, BEST)
+    less = of_trainings(results.lost(other), results.lost(one))
+    assert saved is not None
+    told = (
+        f"Under a best response `{one}` saves {points(saved)} percent points more than "
+        f"`{other}`: {verdict(saved, 'it is better', 'it is worse')}. From random fire "
+        f"to a best response it loses {points(less)} points less: "
+        f"{verdict(less, 'it is more robust', 'it is less robust')}."
+    )
+    trainings = len(results.experiment.seeds)
+    if trainings < ENOUGH:
+        told += f" This is preliminary: {trainings} trainings an arm."
+    return told
+
+
+def verdict(interval: Interval, above: str, below: str) -> str:
+    """What an interval says about a difference."""
+    if interval.low > 0:
+        return above
+    return below if interval.high < 0 else "the two cannot be told apart"
+
+
+def points(interval: Interval) -> str:
+    """Format a difference of shares in percent points."""
+    mean, low, high = (100 * value for value in interval)
+    return f"{mean:.1f} [{low:.1f}, {high:.1f}]"
+
+
+# -- Parts --------------------------------------------------------------------------
+
+
+def set_up(experiment: Experiment) -> str:
+    """Describe the experiment in a paragraph."""
+    arms = "; ".join(f"`{arm}`: {_arm(experiment, arm)}" for arm in experiment.arms)
+    test, response = experiment.test, experiment.best_response
+    told = (
+        f"{building_of(experiment.arena.plan).title}, {experiment.arena.people} "
+        f"people, preset `{experiment.preset}`. Every training begins from scratch and "
+        f"has {experiment.decisions:,} decisions of the robots; seeds "
+        f"{', '.join(map(str, experiment.seeds))}. {arms}. Tests: mean actions, "
+        f"{test.episodes} evacuations from seed {test.seed:,} on, the same for all."
+    )
+    if test.looking_ahead:
+        told += f" The fire that looks ahead burns in {test.looking_ahead} of them."
+    if response:
+        told += (
+            f" Best response: {response.seeds} new fires, trained for "
+            f"{response.decisions:,} of their decisions against each frozen team; the "
+            f"strongest on {len(experiment.choices)} other seeds is kept."
+        )
+    return told
+
+
+def _arm(experiment: Experiment, arm: str) -> str:
+    """An arm in words."""
+    settings, fire = experiment.of_arm(arm)
+    trainer = TRAINERS[settings.robots.trainer_type]
+    told = f"{trainer} against the fire `{fire}`"
+    if fire == LEARNS:
+        told = f"{trainer} against a fire that learns"
+        shares = {"random": settings.random_fires, "its past": settings.past_fires}
+        told += "".join(f", {share:.0%} {of}" for of, share in shares.items() if share)
+    return told
+
+
+def _matrix(cells: Sequence[Cell], fires: list[str], figures: tuple[str, ...]) -> str:
+    found = {(cell.robots, cell.fire): cell for cell in cells}
+    rows = [
+        [f"`{row}`", *(_entry(found.get((row, fire)), figures) for fire in fires)]
+        for row in dict.fromkeys(cell.robots for cell in cells)
+    ]
+    return _table(["robots", *fires], rows)
+
+
+def _entry(cell: Cell | None, figures: tuple[str, ...]) -> str:
+    """One figure with its interval, or the means of several."""
+    if cell is None:
+        return "-"
+    if len(figures) == 1:
+        return " ".join(mean_and_interval(cell, figures[0])).strip()
+    known = ((name, getattr(cell, name)) for name in figures)
+    return ", ".join(f"{FIGURES[n]} {formatted(i.mean, n)}" for n, i in known if i)
+
+
+def _exploitability(results: Results) -> Iterable[str]:
+    """Survivors under random fire less those under the best response."""
+    if rows := results.exploitable:
+        yield "## Approximate exploitability"
+        yield (
+            f"Survivors under {RANDOM} fire less those under the best response, in "
+            "percent points of the same seeds: less is more robust."
+        )
+        lost = {row: of_trainings(results.lost(row)) for row in rows}
+        yield _table(["robots", "lost"], [[f"`{r}`", points(lost[r])] for r in rows])
+
+
+def _differences(results: Results, fires: list[str]) -> Iterable[str]:
+    """How many more the first of each pair saves than the second."""
+    if compare := results.experiment.compare:
+        yield "## Differences"
+        yield "Survivors of the first less the second's, percent points, same seeds:"
+        rows = []
+        for one, other in compare:
+            found = (results.more_saved(one, other, fire) for fire in fires)
+            rows.append(
+                [f"`{one}` − `{other}`", *(points(i) if i else "-" for i in found)]
+            )
+        yield _table(["pair", *fires], rows)
+
+
+def _doubts(experiment: Experiment) -> str:
+    trainings = len(experiment.seeds)
+    return (
+        f"* More trainings: intervals over {trainings} are too narrow, and five or "
+        "ten may tell otherwise.\n"
+        "* A stronger adversary: a best response is as strong as its training; is its "
+        "curve flat?\n"
+        "* Another budget, building or crowd: nothing here says that the order stays."
+    )
+
+
+def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
