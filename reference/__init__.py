@@ -52,8 +52,6 @@ WORKSHOP = (
     "workshop.strategies",  # hand-written robots and fires, by name
     "workshop.decoding",  # from observations back to points
     "workshop.landmarks",  # what a pointer head chooses among
-    "workshop.pixels",  # the world as a picture of cells
-    "workshop.zoo",  # the environment for those who have PettingZoo
     "workshop.training",  # trainings that are kept:
     "workshop.training.mlagents",  # ML-Agents' trainer files
     "workshop.training.presets",  # whole settings: tiny, laptop, paper
@@ -77,6 +75,7 @@ WORKSHOP = (
     "workshop.validation",  # standard cases of pedestrian dynamics
     "workshop.bench",  # how fast all of it runs
     "workshop.drawing",  # figures and animations
+    "workshop.zoo",  # the environment for those who have PettingZoo
     "workshop.commands",  # what each is asked, does and says
     "__main__",  # the command line
 )

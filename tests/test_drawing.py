@@ -415,7 +415,7 @@ def to_lab(light):
 def test_a_blitted_frame_is_the_frame_painted_anew(simulation):
     """Nothing of the frame before shines through."""
     used = Scene(simulation.building, 8, film.DPI)
-    paint, history = film._painter(used), []
+    paint, history = film.painter(used), []
     for _ in range(30):
         history.append(drawing.tally(simulation.world))
         used.show(simulation.world, history)
@@ -426,7 +426,7 @@ def test_a_blitted_frame_is_the_frame_painted_anew(simulation):
     used.show(simulation.world, history)
     fresh.show(simulation.world, history)
     last = paint()
-    np.testing.assert_array_equal(last, film._painter(fresh)())
+    np.testing.assert_array_equal(last, film.painter(fresh)())
 
 
 def test_the_curve_makes_room_for_a_long_evacuation(simulation):
@@ -444,7 +444,7 @@ def test_a_frame_costs_a_fraction_of_a_whole_page(simulation):
     """Blitting pays: walls, legend and axes are painted once."""
     scene = Scene(simulation.building, 8, film.DPI)
     scene.show(simulation.world, [drawing.tally(simulation.world)])
-    paint = film._painter(scene)
+    paint = film.painter(scene)
 
     def seconds():
         start = perf_counter()
@@ -477,7 +477,7 @@ def test_the_patches_of_a_gif_add_up_to_the_page(gif):
     path, simulation, _ = gif
     scene, world = Scene(simulation.building, 8, film.DPI), simulation.world
     scene.show(world, [drawing.tally(world)])
-    page = film._painter(scene)()[..., :3].astype(int)
+    page = film.painter(scene)()[..., :3].astype(int)
     with Image.open(path) as shown:
         shown.seek(shown.n_frames - 1)
         last = np.asarray(shown.convert("RGB")).astype(int)

@@ -6,7 +6,6 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgb
 from movies import fire_named, robots_named, shipped
 
 from reference.events import FireLit, FireRefused
@@ -16,8 +15,6 @@ from reference.game.rewards import fire_reward, group_reward
 from reference.paper import DECISION_SECONDS, Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop import pixels
-from reference.workshop.drawing import page
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import Patrol
 from reference.world import Fate, Instruction
@@ -510,64 +507,3 @@ def test_without_any_seed_every_environment_is_another():
     one, other = (Environment(shipped("tiny")) for _ in range(2))
     seen = [environment.reset()[0][FIRE]["vector"] for environment in (one, other)]
     assert not np.array_equal(*seen)
-
-
-# -- The picture --------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("name", ["tiny", "paper", "maze"])
-def test_the_picture_is_of_bytes_and_shows_all_floors(name):
-    """Side by side, with a gap of outside around each."""
-    environment = game(name)
-    picture = pixels.picture(environment.simulation.world)
-    floors, rows, cols = environment.building.kind.shape
-    cells = rows + 2 * pixels.GAP, floors * (cols + pixels.GAP) + pixels.GAP
-    assert picture.shape == (cells[0] * pixels.SIDE, cells[1] * pixels.SIDE, 3)
-    assert picture.dtype == np.uint8
-
-
-def test_the_picture_shows_people_robots_and_flames():
-    """Each has a colour of its own, where it is."""
-    environment = game("paper", people=3, fire="random", robots_per_floor=1)
-    for _ in range(12):
-        environment.step(idle(environment))
-    world = environment.simulation.world
-    picture = pixels.picture(world)
-    side, cols = pixels.SIDE, environment.building.kind.shape[2]
-
-    def colour(floor, x, y):
-        row, col = environment.building.cell(x, y)
-        top = (pixels.GAP + row) * side
-        left = (pixels.GAP + floor * (cols + pixels.GAP) + col) * side
-        cell = picture[top : top + side, left : left + side].reshape(-1, 3)
-        return {tuple(pixel) for pixel in cell.tolist()}
-
-    for robot in world.robots:
-        assert pixels.ROBOT in colour(robot.floor, *robot.position)
-    for source in world.flames.sources:
-        assert pixels.SOURCE in colour(source.floor, source.x, source.y)
-    floor, row, col = np.argwhere(world.flames.burning)[-1].tolist()
-    at = environment.building.metres(row, col)
-    assert {pixels.FLAME, pixels.EMBER} & colour(floor, *at)
-    person = np.flatnonzero(world.bodies.walking)[0]
-    floor, at = int(world.bodies.floor[person]), world.bodies.position[person]
-    assert pixels.INK in colour(floor, *at)
-
-
-def test_the_pictures_of_the_empty_building_do_not_change():
-    """What was painted over stays in the picture it was painted in."""
-    environment = game("paper", fire="random", people=20)
-    before = pixels.picture(environment.simulation.world)
-    for _ in range(10):
-        environment.step(idle(environment))
-    assert not np.array_equal(pixels.picture(environment.simulation.world), before)
-    environment.reset(0)
-    assert np.array_equal(pixels.picture(environment.simulation.world), before)
-
-
-@pytest.mark.paper("A4")
-def test_the_picture_has_the_colours_of_the_drawings():
-    """Doors are blue, entrances purple, exits green."""
-    for kind, colour in page.COLOURS.items():
-        wanted = [round(255 * part) for part in to_rgb(colour)]
-        assert list(pixels.COLOURS[kind]) == wanted

@@ -141,6 +141,18 @@ def test_refuses_to_be_imported_without_pettingzoo():
     assert "reference.game.environment" in message
 
 
+def test_a_picture_is_a_frame_of_the_film():
+    """Bytes, the same after the same seed, and another one a step later."""
+    environment = made(robots=Sweep())
+    environment.reset(seed=1)
+    before = environment.render()
+    environment.step({FIRE: np.zeros(3)})
+    assert not np.array_equal(environment.render(), before)
+    environment.reset(seed=1)
+    assert np.array_equal(environment.render(), before)
+    assert before.dtype == np.uint8 and before.shape[1:] == (1100, 3)
+
+
 def test_refuses_a_kind_of_picture_there_is_not():
     """There is one."""
     environment = zoo.ZooEnvironment("tiny", render_mode="human")

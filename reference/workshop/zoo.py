@@ -4,7 +4,8 @@ Clauses: none of its own.  It plays the same episodes as `Environment`, step by 
 and adds what frameworks ask for: spaces, pictures, and infos.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,7 +21,8 @@ from reference.game.environment import (
 )
 from reference.paper import Scenario
 from reference.strategies import FireStrategy, RobotStrategy
-from reference.workshop.pixels import picture
+from reference.workshop.drawing.evacuation import Scene, Tally, tally
+from reference.workshop.drawing.film import DPI, painter
 
 try:
     from gymnasium import spaces
@@ -68,6 +70,7 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
         self.render_mode = render_mode
         self.possible_agents = self.environment.possible_agents
         self.agents: list[str] = []
+        self._history: list[Tally] = []
         self.observation_spaces = {a: self._observed(a) for a in self.possible_agents}
         self.action_spaces = {
             a: spaces.Box(-1, 1, (action_size(a),)) for a in self.possible_agents
@@ -95,6 +98,7 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
     ) -> tuple[dict[str, Observation], dict[str, dict[str, float]]]:
         """Begin a new episode; see `Environment.reset`."""
         seen, infos = self.environment.reset(seed, options)
+        self._history.clear()
         return seen, self._with_outcome(infos)
 
     def step(self, actions: Mapping[str, Any]) -> Returns:
@@ -106,18 +110,28 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
         self, infos: dict[str, dict[str, float]]
     ) -> dict[str, dict[str, float]]:
         self.agents = self.environment.agents.copy()
-        outcome = self.environment.simulation.outcome()
+        simulation = self.environment.simulation
+        self._history.append(tally(simulation.world))
+        outcome = simulation.outcome()
         so_far = {name: float(getattr(outcome, name)) for name in SO_FAR}
         return {agent: info | so_far for agent, info in infos.items()}
 
     def render(self) -> np.ndarray:
-        """(height, width, 3) uint8: all floors side by side, the first one left.
+        """(height, width, 3) uint8: the same picture as a frame of a film.
 
         Raises ValueError for a render_mode that is not "rgb_array".
         """
         if self.render_mode not in (None, "rgb_array"):
             raise ValueError(f"no render_mode {self.render_mode!r}; there is rgb_array")
-        return picture(self.environment.simulation.world)
+        scene, paint = self._film
+        scene.show(self.environment.simulation.world, self._history)
+        return paint()[..., :3].copy()
+
+    @cached_property
+    def _film(self) -> tuple[Scene, Callable[[], np.ndarray]]:
+        scenario, building = self.environment.scenario, self.environment.building
+        scene = Scene(building, scenario.people, DPI)
+        return scene, painter(scene)
 
 
 parallel_env = ZooEnvironment  # as PettingZoo's modules call it

@@ -70,7 +70,7 @@ def animate(
     if target.suffix.lower() == ".mp4" and which("ffmpeg") is None:
         raise InputError(f"{target}: {NO_FFMPEG}")
     scene = Scene(simulation.building, len(simulation.world.bodies), DPI)
-    write, pixels = FORMATS[target.suffix.lower()], _painter(scene)
+    write, pixels = FORMATS[target.suffix.lower()], painter(scene)
     pace = seconds_per_frame / speed
     with replacing(target) as partial, write(partial, scene, pace) as add:
         history: list[Tally] = []
@@ -97,7 +97,7 @@ def _frames(simulation: Simulation, seconds: float, progress: bool) -> Iterator[
         bar.total = bar.n
 
 
-def _painter(scene: Scene) -> Callable[[], np.ndarray]:
+def painter(scene: Scene) -> Callable[[], np.ndarray]:
     """Make a function that paints the scene as it is: (rows, cols, 4) pixels.
 
     They are good until its next call.
