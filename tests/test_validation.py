@@ -39,7 +39,7 @@ ROOM = ["#######", "#.....E", "#######"]
 )
 def test_the_model_passes_standard_cases(name):
     """As the guidelines of RiMEA and IMO define them; `validate` shows all of them."""
-    row = measured(name, seeds=[0])
+    row = measured(name, seed=0, runs=1)
     assert row["verdict"] == "passes", row
 
 
@@ -47,7 +47,7 @@ def test_a_crowd_leaves_and_nobody_dies():
     """However long it takes."""
     building = built(ROOM)
     world = people(building, 0, (12, (0, slice(1, 2), slice(1, 6))))
-    crowd = Crowd(world)
+    crowd = Crowd(world, seed=0)
     assert crowd.run().evacuated == 12
     assert crowd.world.time < 60
 
@@ -67,9 +67,9 @@ def test_a_goal_is_walked_to_though_another_is_nearer():
     building = built(["#######", "E.....E", "#######"])
     world = people(building, 0, (1, (0, slice(1, 2), slice(1, 2))))
     east = max(building.landmarks, key=lambda mark: mark.position).index
-    (near,) = times(Crowd(world))
+    (near,) = times(Crowd(world, seed=0))
     world = people(building, 0, (1, (0, slice(1, 2), slice(1, 2))))
-    (far,) = times(Crowd(world, [east]))
+    (far,) = times(Crowd(world, 0, [east]))
     assert far > near + 2
 
 
@@ -84,7 +84,9 @@ def test_density_is_that_of_the_most_crowded_ten_seconds():
     """Two who wait 2 s in 2 m² are 0.2 per square metre."""
     building = built(ROOM)
     world = people(building, 0, (2, (0, slice(1, 2), slice(5, 6))))
-    found = densest(Crowd(world, limit=20), {"end": (0, slice(1, 2), slice(4, 6))})
+    found = densest(
+        Crowd(world, seed=0, limit=20), {"end": (0, slice(1, 2), slice(4, 6))}
+    )
     assert 0 < found["end"] < 0.2
 
 
@@ -112,9 +114,31 @@ def test_a_case_that_fails_is_no_error(capsys, monkeypatch):
     assert main(["validate", "--only", "corridor", "--json"]) == 0
     (row,) = json.loads(capsys.readouterr().out)["cases"]
     assert row["verdict"] == "fails" and row["measured"] == {"s": None}
+    assert row["never"] == {"s": 3}
     assert main(["validate", "--only", "corridor"]) == 0
     told = capsys.readouterr().out
-    assert "fails 3/3" in told and "s: never (it is icy)" in told
+    assert "fails 3/3" in told and "s: - (never in 3/3) (it is icy)" in told
+
+
+def test_people_who_never_get_through_are_counted_and_not_averaged(monkeypatch):
+    """A mean over the seeds that end, and how many do not: the verdict says it too."""
+    late = Case(
+        "IMO 8", "ends", lambda seed: (seed < 2, {"s": (4, 6, np.inf)[seed]}), ""
+    )
+    monkeypatch.setitem(CASES, "corridor", late)
+    row = measured("corridor", seed=0)
+    assert (row["measured"], row["never"]) == ({"s": 5}, {"s": 1})
+    assert (row["failed"], row["runs"], row["verdict"]) == (1, 3, "fails")
+
+
+def test_a_crowd_takes_its_random_steps_from_its_seed():
+    """The same people in the same places, another seed: another way through."""
+    building, ends = built(ROOM), []
+    for seed in (0, 0, 1):
+        crowd = Crowd(people(building, 0, (12, (0, slice(1, 2), slice(1, 6)))), seed)
+        crowd.run()
+        ends.append(crowd.world.bodies.position.tolist())
+    assert ends[0] == ends[1] != ends[2]
 
 
 def test_refuses_a_case_that_does_not_exist(capsys):

@@ -9,7 +9,7 @@ from tqdm import tqdm
 
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command
-from reference.workshop.validation.cases import CASES, NOT_MODELLED, RUNS, measured
+from reference.workshop.validation.cases import CASES, NOT_MODELLED, measured
 
 HEAD = ("verdict", "case", "what", "accepted", "measured")
 
@@ -17,16 +17,16 @@ HEAD = ("verdict", "case", "what", "accepted", "measured")
 def validate(arguments: Namespace) -> None:
     """Measures standard pedestrian cases; exit status 0 also where a case fails."""
     seed, folder = arguments.seed or 0, arguments.out
-    seeds, names = range(seed, seed + RUNS), arguments.only or list(CASES)
+    names = arguments.only or list(CASES)
     if folder:
         folder.mkdir(parents=True, exist_ok=True)
     progress = tqdm(names, unit="case", disable=None, leave=False)
-    rows = [measured(name, seeds) for name in progress]
+    rows = [measured(name, seed) for name in progress]
     if arguments.json:
         absent = [
             dict(zip(("source", "what", "why"), a, strict=True)) for a in NOT_MODELLED
         ]
-        print(json.dumps({"seeds": [*seeds], "cases": rows, "not_modelled": absent}))
+        print(json.dumps({"seed": seed, "cases": rows, "not_modelled": absent}))
     else:
         _tell(rows)
     if folder:
@@ -50,10 +50,12 @@ def _tell(rows: list[dict[str, Any]]) -> None:
 
 def _line(row: dict[str, Any]) -> tuple[str, ...]:
     """Write a case in words: its verdict, what was measured, and why it fails."""
-    verdict = f"fails {row['failed']}/{RUNS}" if row["failed"] else "passes"
-    words = {
-        k: "never" if v is None else f"{v:.3g}" for k, v in row["measured"].items()
-    }
+    verdict, runs = row["verdict"], row["runs"]
+    if row["failed"] and runs > 1:
+        verdict += f" {row['failed']}/{runs}"
+    words = {k: "-" if v is None else f"{v:.3g}" for k, v in row["measured"].items()}
+    for name, count in row["never"].items():
+        words[name] += f" (never in {count}/{runs})"
     numbers = ", ".join(f"{name}: {word}" for name, word in words.items())
     why = f" ({row['why']})" if row["why"] else ""
     return verdict, row["source"], row["what"], row["accepted"], numbers + why

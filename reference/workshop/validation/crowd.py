@@ -36,9 +36,12 @@ class Crowd(Simulation):
     goals: (n,) landmarks, on one floor
     """
 
-    def __init__(self, world: World, goals: Sequence[int] = (), limit: float = 300.0):
-        """Begin with a world; limit: s."""
-        super().__init__(world.building, replace(BARE, time_limit=limit), world=world)
+    def __init__(
+        self, world: World, seed: int, goals: Sequence[int] = (), limit: float = 300.0
+    ):
+        """Begin with a world; seed: of their random steps; limit: s."""
+        scenario = replace(BARE, time_limit=limit)
+        super().__init__(world.building, scenario, seed=seed, world=world)
         self._goals = np.array(goals)
 
     def step(self) -> list[Event]:
