@@ -2,13 +2,14 @@
 
 from itertools import combinations
 
+from matplotlib.axis import Axis
 from matplotlib.text import Text
 
 
 def words(figure):
     """All texts that can be seen: no labels of ticks that are out of view."""
     hidden = set()
-    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
+    for axis in figure.findobj(Axis):
         low, high = sorted(axis.get_view_interval())
         ticks = [t for t in axis.get_major_ticks() if not low <= t.get_loc() <= high]
         hidden.update(label for tick in ticks for label in (tick.label1, tick.label2))

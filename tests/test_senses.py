@@ -144,8 +144,7 @@ def labelled(places):
     axes = figure.add_axes((0, 0, 1, 1), xlim=(0, 70), ylim=(0, 70))
     axes.plot(*np.reshape(places, (-1, 2)).T, "o", ms=4, mew=0)
     marks = [str(k) for k in range(len(places))]
-    look = {"crowded": True, "fontsize": 6, "arrowprops": None}
-    page.write_labels(axes, places, marks, (3, 5), **look)
+    senses.write_marks(axes, places, marks)
     return axes.texts
 
 

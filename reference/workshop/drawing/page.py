@@ -5,9 +5,8 @@ page are inches, all places in a building metres, as in `building`.  Importing t
 module sets matplotlib's style.
 """
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import product
-from math import ceil, cos, log10, pi, sin
+from collections.abc import Iterable, Mapping, Sequence
+from math import ceil, log10
 from pathlib import Path
 from typing import Any
 
@@ -16,15 +15,12 @@ from matplotlib import style
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
-from matplotlib.backends.backend_agg import FigureCanvasAgg, RendererAgg
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure, FigureBase
 from matplotlib.image import AxesImage
-from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.patheffects import withStroke
-from matplotlib.text import Annotation, Text
 from matplotlib.ticker import MultipleLocator
 from matplotlib.transforms import Bbox
 
@@ -278,7 +274,7 @@ def paint(kind: np.ndarray, fade: float = 0.0) -> np.ndarray:
     return (ink * (1 - fade) + fade)[kind]
 
 
-# -- Numbers and labels -------------------------------------------------------------
+# -- Numbers ------------------------------------------------------------------------
 
 
 def number(value: float, digits: int = 10) -> str:
@@ -302,98 +298,3 @@ def write_numbers(*axis: Axis) -> None:
     """Label the ticks of an axis, or of several, by `number`."""
     for each in axis:
         each.set_major_formatter(lambda value, _: number(value))
-
-
-_TURNS = (0, 1, 0.5, 1.5, *(n / 8 for n in (1, 15, 7, 9, 2, 14, 6, 10, 3, 13, 5, 11)))
-"""Directions in which a label is tried, in half turns from the right."""
-
-_LABEL: Style = {
-    "textcoords": "offset points",
-    "ha": "center",
-    "va": "center",
-    "fontsize": 9,
-    "zorder": 6,
-    "path_effects": [withStroke(linewidth=3, foreground="white")],
-    "arrowprops": {"arrowstyle": "-", "lw": 0.8, "color": TEXT, "shrinkB": 6},
-}
-_NEAR = 15  # points; beyond it a line leads from a label to its point
-_CLEAR = 7  # points from a point to that line
-
-
-def write_labels(
-    axes: Axes,
-    points: Sequence[tuple[float, float]],
-    words: Sequence[str],
-    gaps: Sequence[float] = (7, 20, 36, 54, 76, 100),
-    crowded: bool = False,
-    **look: Any,
-) -> None:
-    """Write words beside points, each at the nearest place where it hides nothing.
-
-    Neither a line, a marker nor a text of the axes is hidden; where that cannot be, as
-    little as can be, or the word is left out if it is `crowded` there.  The page is
-    laid out now: all else must be on it.
-
-    points  in data;  gaps  from a point to its word, nearest first: in points
-    """
-    figure = axes.get_figure(root=True)
-    assert figure is not None
-    if isinstance(figure.get_layout_engine(), ConstrainedLayoutEngine):
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")  # what is placed stays
-    taken, dot = _taken(axes), figure.dpi / 72
-    for point, word in zip(points, words, strict=True):
-        text = axes.annotate(word, point, (0, 0), **_LABEL | look)
-        text.set_in_layout(False)
-        spot = axes.transData.transform(point)
-        places = list(_places(text, gaps, dot))
-        pixels = [_pixels(spot + covered, taken) for *_, covered in places]
-        hidden = [np.count_nonzero(taken[each]) for each in pixels]
-        best = int(np.argmin(hidden))
-        if crowded and hidden[best]:
-            text.remove()
-            continue
-        offset, far, _ = places[best]
-        text.set_position((offset[0], offset[1]))
-        if text.arrow_patch is not None:
-            text.arrow_patch.set_visible(far)
-        taken[pixels[best]] = True
-
-
-def _taken(axes: Axes) -> np.ndarray:
-    """(rows, cols) bool, upwards: pixels under a line or text, or beyond the axes."""
-    figure = axes.get_figure(root=True)
-    assert figure is not None
-    renderer = RendererAgg(*figure.bbox.size, figure.dpi)
-    for artist in (*axes.lines, *axes.texts):
-        artist.draw(renderer)
-    taken = np.asarray(renderer.buffer_rgba())[::-1, :, 3] > 0
-    left, low, right, high = map(int, axes.bbox.extents)
-    beyond = np.ones_like(taken)
-    beyond[low + 1 : high, left + 1 : right] = False
-    return taken | beyond
-
-
-def _pixels(points: np.ndarray, page: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Row and column of (k, 2) points on a page; at its edge for points beyond."""
-    col, row = np.clip(points.astype(int), 0, np.array(page.shape)[::-1] - 1).T
-    return row, col
-
-
-def _places(
-    text: Annotation, gaps: Sequence[float], dot: float
-) -> Iterator[tuple[np.ndarray, bool, np.ndarray]]:
-    """List places of a label: its offset in points, has it a line, and what it covers.
-
-    The last are (k, 2) pixels from the point: the label's box, and its line.
-    """
-    box = Text.get_window_extent(text)
-    half = np.array([box.width, box.height]) / 2 + dot
-    x, y = (np.append(np.arange(-h, h), h) for h in half)
-    inside = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    for gap, turn in product(gaps, _TURNS):
-        off = np.array([cos(pi * turn), sin(pi * turn)]) * (gap * dot + half)
-        far = np.hypot(*off)
-        line = off / far * np.arange(_CLEAR * dot, far)[:, None]
-        covered = np.vstack([inside + off, line]) if gap > _NEAR else inside + off
-        yield off / dot, gap > _NEAR, covered

@@ -22,6 +22,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MultipleLocator
+from matplotlib.transforms import Affine2D, Bbox
 
 from reference.building import Building, Kind
 from reference.game.observations import (
@@ -114,6 +115,7 @@ def _page(senses: Senses) -> Figure:
     count = f"{len(senses.vector)} numbers; its points, marked where there is room"
     points.suptitle(f"the vector: {count}", fontsize=10)
     page.foot(figure, _legend(senses))
+    figure.draw_without_rendering()
     for floor in range(floors):
         _draw_points(axes[floor], senses, floor)
     return figure
@@ -201,9 +203,31 @@ def _draw_points(axes: Axes, senses: Senses, floor: int) -> None:
     here = dots(senses, floor)
     for dot in here:
         axes.plot(dot.x, dot.y, ls="", clip_on=False, **_LOOKS[dot.look])
-    places, marks = [(dot.x, dot.y) for dot in here], [dot.mark for dot in here]
-    small: Style = {"fontsize": 6, "path_effects": (), "arrowprops": None}
-    page.write_labels(axes, places, marks, (3, 5, 7), crowded=True, **small)
+    write_marks(axes, [(dot.x, dot.y) for dot in here], [dot.mark for dot in here])
+
+
+def write_marks(
+    axes: Axes, spots: Sequence[tuple[float, float]], marks: Sequence[str]
+) -> None:
+    """Write a mark right of its point, left, above or below: where there is room.
+
+    The page must be laid out.  spots: in data
+    """
+    figure = axes.get_figure(root=True)
+    assert figure is not None
+    points = axes.transData.transform(np.reshape(spots, (-1, 2))) * 72 / figure.dpi
+    taken = [Bbox.from_bounds(x - 2, y - 2, 4, 4) for x, y in points]
+    inside = axes.bbox.transformed(Affine2D().scale(72 / figure.dpi))
+    small: Style = {"textcoords": "offset points", "fontsize": 6}
+    for spot, point, mark in zip(spots, points, marks, strict=True):
+        half = np.array((2.2 * len(mark), 3.2))
+        for x, y in ((1, 0), (-1, 0), (0, 1), (0, -1)) * (half + 4.5):
+            box = Bbox(np.add((-half, half), point)).translated(x, y)
+            free = not box.count_overlaps(taken)
+            if free and inside.count_contains(box.get_points()) == 2:
+                axes.annotate(mark, spot, (x, y), ha="center", va="center", **small)
+                taken.append(box)
+                break
 
 
 # -- The table ----------------------------------------------------------------------
