@@ -212,7 +212,7 @@ def disconnect(me: Mind, observe: View) -> Goal:
 
 def towards_leader(me: Mind, observe: View) -> Goal:
     """Walk to where the leader was seen last, but not into them [B5, Alg. 1:6]."""
-    seen = observe.where(me.leader)
+    seen = observe.bodies.get(me.leader)
     if seen is not None and seen[1] < paper.FOLLOW_DISTANCE:
         return Goal(Aim.LEADER, me.leader)
     return Goal(Aim.LEADER, me.leader, me.seen_place)
@@ -260,7 +260,7 @@ def remember(me: Mind, observe: View) -> None:
 
 def _remember_leader(me: Mind, observe: View) -> None:
     """Note when and where the leader is seen and what it says, if it is in sight."""
-    if (seen := observe.where(me.leader)) is not None:
+    if (seen := observe.bodies.get(me.leader)) is not None:
         me.seen_at, me.seen_place = observe.time, seen[0]
         me.told = observe.robots.get(me.leader)
 

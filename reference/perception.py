@@ -59,7 +59,7 @@ class View:
     halted_since            s, since when their body has not got ahead
     landmarks               intact doors, ways down and exits that rays meet, by index,
                             the nearest first
-    bodies, places, metres  people and robots in sight, where each is, how far away
+    bodies                  people and robots in sight: place and metres of each
     leading                 people in sight who lead to a landmark in sight
     robots                  in sight, the nearest first, and what they say
     """
@@ -69,19 +69,10 @@ class View:
     rank: float
     halted_since: float
     landmarks: dict[int, Hit]
-    bodies: list[int]
-    places: list[int]
-    metres: list[float]
+    bodies: dict[int, tuple[int, float]]
     _around: Surroundings
     leading: list[Leading] = field(default_factory=list)
     robots: dict[int, Said] = field(default_factory=dict)
-
-    def where(self, body: int) -> tuple[int, float] | None:
-        """Place and distance (m) of a body, None if it is not in sight."""
-        if body not in self.bodies:
-            return None
-        k = self.bodies.index(body)
-        return self.places[k], self.metres[k]
 
     @property
     def burnt(self) -> frozenset[int]:
@@ -147,7 +138,7 @@ def look(world: World, surroundings: Surroundings, who: np.ndarray) -> list[View
     """What each of these people sees; who: (k,) people walking on a floor."""
     bodies, sight, useless = world.bodies, surroundings.sight, surroundings.useless
     rows, j, places, metres = _pairs(world, sight, who)
-    seen, there, far = j.tolist(), places.tolist(), metres.tolist()
+    seen, spots = j.tolist(), list(_rows(places, metres))
     ends = np.searchsorted(rows, np.arange(len(who)), "right").tolist()
     views, start = [], 0
     me = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
@@ -155,9 +146,8 @@ def look(world: World, surroundings: Surroundings, who: np.ndarray) -> list[View
         ways = sight.landmarks[place]
         if not useless.isdisjoint(ways):
             ways = {m: hit for m, hit in ways.items() if m not in useless}
-        own = slice(start, end)
-        them = seen[own], there[own], far[own]
-        views.append(View(world.time, place, rank, since, ways, *them, surroundings))
+        them = dict(zip(seen[start:end], spots[start:end], strict=True))
+        views.append(View(world.time, place, rank, since, ways, them, surroundings))
         start = end
     _show_people(world, sight, who, views, rows, j)
     robots = np.flatnonzero(j >= len(bodies))
@@ -179,11 +169,12 @@ def _show_people(
     bodies, n = world.bodies, len(world.bodies)
     rows, j = rows[j < n], j[j < n]
     leader, heading = bodies.leader[j], bodies.landmark[j]
-    m = n + len(world.robots) + 1  # NOBODY is counted just before body 0
-    followers = np.bincount(rows * m + leader + 1, minlength=m * len(who))
+    m = n + len(world.robots)
+    followed = np.sort((rows * m + leader)[leader != NOBODY])
     lead = sight.meets[bodies.place[who[rows]], heading] & (leader == NOBODY)
     rows, j, heading = rows[lead], j[lead], heading[lead]
-    facts = j, heading, bodies.rank[j], followers[rows * m + j + 1]
+    first, last = (followed.searchsorted(rows * m + j, s) for s in ("left", "right"))
+    facts = j, heading, bodies.rank[j], last - first
     for row, shown in zip(rows.tolist(), _rows(*facts), strict=True):
         views[row].leading.append(Leading(*shown))
 
@@ -196,13 +187,16 @@ def _rows(*columns: np.ndarray) -> Iterator[tuple[Any, ...]]:
 def _pairs(world: World, sight: Sight, who: np.ndarray) -> tuple[np.ndarray, ...]:
     """Who sees whom, (pairs,) each: row of `who`, body seen, its place, metres away."""
     x, y, place, present = _everybody(world)
-    near_x = np.abs(x - x[who, None]) < sight.reach
-    near_y = np.abs(y - y[who, None]) < sight.reach
-    rows, j = np.nonzero(present & near_x & near_y)
+    row, col = np.array(np.divmod(place, sight.navigation.cols), dtype=np.int16)
+    near = np.abs(row - row[who, None]) <= sight.sees.reach  # small numbers: fast
+    near &= np.abs(col - col[who, None]) <= sight.sees.reach
+    rows, j = np.divmod(np.flatnonzero(near & present), len(x))
     i = who[rows]
-    seen = sight.sees.reaches(place[i], place[j]) & (i != j)
-    rows, i, j = rows[seen], i[seen], j[seen]
-    return rows, j, place[j], np.hypot(x[j] - x[i], y[j] - y[i])
+    off_x, off_y = x[j] - x[i], y[j] - y[i]
+    seen = np.maximum(np.abs(off_x), np.abs(off_y)) < sight.reach
+    seen &= sight.sees.reaches(place[i], place[j]) & (i != j)
+    j = j[seen]
+    return rows[seen], j, place[j], np.hypot(off_x[seen], off_y[seen])
 
 
 def _everybody(world: World) -> tuple[np.ndarray, ...]:
