@@ -66,9 +66,11 @@ def step(
     i, j = _pairs(position, floor, near)
     if not len(i):
         return _not_into_walls(position, position + e * (v * seconds)[:, None], free)
-    yields = (far[i] > far[j]) | ((far[i] == far[j]) & (i > j))
-    to_j, apart = _directions(position[j] - position[i])
-    facing = (_along(e[i], e[j]) < -0.5) & (far[i] + far[j] > apart + DIAMETER)
+    far_i, far_j = far[i], far[j]
+    yields = (far_i > far_j) | ((far_i == far_j) & (i > j))
+    to_j, apart = _directions(_off(position, i, j))
+    facing = _along(e.take(i, 0), e.take(j, 0)) < -0.5
+    facing &= far_i + far_j > apart + DIAMETER
     room = np.where(facing, SHOULDERS, DIAMETER)
     turned, v = _heed_neighbours(e, v, yields, i, j, to_j, apart)
     wished = position + turned * (v * seconds)[:, None]
@@ -84,10 +86,12 @@ def step(
     mine = held_up[i]
     i, j, room = i[mine], j[mine], room[mine]
     meets = np.zeros(len(e), bool)
-    meets[i[facing[mine] & (_along(e[i], to_j[mine]) > 0)]] = True
+    meets[i[facing[mine] & (_along(e.take(i, 0), to_j[mine]) > 0)]] = True
+    who = np.flatnonzero(held_up)
+    aside = moved[who] + SHUFFLE * seconds * _about(e[who], meets[who], rng)
+    fits = free(aside, who)
     tried = moved.copy()
-    tried[held_up] += SHUFFLE * seconds * _about(e[held_up], meets[held_up], rng)
-    tried = np.where(free(tried, np.arange(len(e)))[:, None], tried, moved)
+    tried[who[fits]] = aside[fits]
     return _not_into_each_other(moved, tried, np.ones_like(i, bool), i, j, room)
 
 
@@ -110,14 +114,14 @@ def _heading(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """e, metres to go and v of bodies that nobody hinders; they keep to the right."""
     e, far = _directions(target - position)
-    aside = np.stack([e[:, 1], -e[:, 0]], axis=1) * np.where(far > 1, ASIDE, 0)[:, None]
+    aside = _right_of(e) * np.where(far > 1, ASIDE, 0)[:, None]
     e, far = _directions(target + aside - position)
     return e, far, np.minimum(pace, far / seconds)
 
 
 def _directions(off: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """(n, 2) unit vectors, zero where there is no way to go, and (n,) lengths."""
-    far = np.sqrt(off[:, 0] ** 2 + off[:, 1] ** 2)
+    far = np.sqrt(_along(off, off))
     return off / np.maximum(far, 1e-9)[:, None], far
 
 
@@ -148,18 +152,17 @@ def _heed_neighbours(
     """
     s = apart - DIAMETER
     standing = v < IDLE
-    at_me = _along(e[j], to_j) < -0.5
-    towards = _along(e[i], to_j) > 0.5
+    at_me = _along(e.take(j, 0), to_j) < -0.5
+    towards = _along(e.take(i, 0), to_j) > 0.5
     push = PUSH * np.exp(-s / PUSH_RANGE) * (at_me | ~standing[i])
     right = np.zeros(len(e))
     right[i[at_me & towards]] = KEEP_RIGHT
-    x = right * e[:, 1] - np.bincount(i, push * to_j[:, 0], len(e))
-    y = -right * e[:, 0] - np.bincount(i, push * to_j[:, 1], len(e))
-    meant = np.where(standing[:, None], 0, e)
-    turned, strength = _directions(meant + np.stack([x, y], axis=1))
+    swerve = _right_of(e) * right[:, None] - _sums(i, push[:, None] * to_j, len(e))
+    turned, strength = _directions(np.where(standing[:, None], 0, e) + swerve)
     v = np.where(standing, np.minimum(strength, 1) * GIVE_WAY, v)
-    ahead = _along(turned[i], to_j)
-    aside = np.abs(turned[i, 0] * to_j[:, 1] - turned[i, 1] * to_j[:, 0]) * apart
+    turned_i = turned.take(i, 0)
+    ahead = _along(turned_i, to_j)
+    aside = np.abs(turned_i[:, 0] * to_j[:, 1] - turned_i[:, 1] * to_j[:, 0]) * apart
     front = (ahead > 0) & (aside < DIAMETER)
     half = len(i) // 2
     mutual = np.concatenate([front[half:], front[:half]])
@@ -171,6 +174,21 @@ def _heed_neighbours(
 def _along(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """(k,) dot products of (k, 2) vectors."""
     return one[:, 0] * other[:, 0] + one[:, 1] * other[:, 1]
+
+
+def _right_of(e: np.ndarray) -> np.ndarray:
+    """(n, 2) vectors turned to the right."""
+    return np.array([e[:, 1], -e[:, 0]]).T
+
+
+def _sums(i: np.ndarray, vectors: np.ndarray, n: int) -> np.ndarray:
+    """(n, 2) sums of the (k, 2) vectors of each i."""
+    return np.array([np.bincount(i, axis, n) for axis in vectors.T]).T
+
+
+def _off(points: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+    """(k, 2) metres from each i to its j."""
+    return points.take(j, 0) - points.take(i, 0)
 
 
 def _not_into_walls(position: np.ndarray, wished: np.ndarray, free: Free) -> np.ndarray:
@@ -196,13 +214,11 @@ def _pushed_apart(moved: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray
     Without any overlap, `moved` itself.
     """
     for _ in range(PUSHES):
-        off, far = _directions(moved[i] - moved[j])
+        off, far = _directions(_off(moved, j, i))
         half = np.maximum(DIAMETER - far, 0) / 2
         if not half.any():
             break
-        x = np.bincount(i, half * off[:, 0], len(moved))
-        y = np.bincount(i, half * off[:, 1], len(moved))
-        moved = moved + np.stack([x, y], axis=1)
+        moved = moved + _sums(i, half[:, None] * off, len(moved))
     return moved
 
 
@@ -210,7 +226,7 @@ def _about(e: np.ndarray, meets: np.ndarray, rng: np.random.Generator) -> np.nda
     """Draw (k, 2) directions about e, more to the right where somebody comes."""
     angle = rng.uniform(-SHUFFLE_TURN, SHUFFLE_TURN, len(e)) - SHUFFLE_RIGHT * meets
     x, y, cos, sin = *e.T, np.cos(angle), np.sin(angle)
-    return np.stack([x * cos - y * sin, x * sin + y * cos], axis=1)
+    return np.array([x * cos - y * sin, x * sin + y * cos]).T
 
 
 def _not_into_each_other(
@@ -222,11 +238,11 @@ def _not_into_each_other(
     room: np.ndarray,
 ) -> np.ndarray:
     """Keep in place who yields, of two who would overlap; then both, if need be."""
-    before = position[i] - position[j]
+    before = _off(position, i, j)
     room = np.minimum(room, np.sqrt(_along(before, before))) - 1e-9
     moved = moved.copy()
     while True:
-        off = moved[i] - moved[j]
+        off = _off(moved, i, j)
         clash = _along(off, off) < room**2
         if not clash.any():
             return moved
