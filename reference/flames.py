@@ -55,9 +55,10 @@ class Spread:
     def advance(self, flames: Flames, time: float) -> float:
         """Burn every cell whose time has come; return when the next one will (s)."""
         flames.burning = flames.arrival <= time
-        places = [flames.burning, cells_beside(self.building, flames.burning)]
-        flames.harm = np.select(places, [paper.BURN_LOSS, paper.HEAT_LOSS], 0.0)
-        flames.cost = walking_cost(*places)
+        burning, beside = flames.burning, cells_beside(self.building, flames.burning)
+        heat = np.where(beside, paper.HEAT_LOSS, 0.0)
+        flames.harm = np.where(burning, paper.BURN_LOSS, heat)
+        flames.cost = walking_cost(burning, beside)
         return float(flames.arrival[~flames.burning].min(initial=inf))
 
 
@@ -97,7 +98,8 @@ def cells_beside(building: Building, cells: np.ndarray) -> np.ndarray:
 
 def walking_cost(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
     """Metres that a metre in or beside flames counts as; arrays like `burning` [C5]."""
-    return np.select([burning, beside], [paper.BURN_COST, paper.HEAT_COST], 1.0)
+    heat = np.where(beside, paper.HEAT_COST, 1.0)
+    return np.where(burning, paper.BURN_COST, heat)
 
 
 def _delays(building: Building, rng: Rng) -> csr_matrix:

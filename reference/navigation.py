@@ -175,9 +175,8 @@ class Navigation:
     def places_at(self, floor: np.ndarray, position: np.ndarray) -> np.ndarray:
         """(n,) places of points inside the drawing; floor (n,), position (n, 2) m."""
         top, left = self.building.origin
-        row = top - 1 - np.floor(position[:, 1]).astype(np.int64)
-        col = left + np.floor(position[:, 0]).astype(np.int64)
-        return (floor * self.rows + row) * self.cols + col
+        right, up = np.floor(position).astype(np.int64).T
+        return (floor * self.rows + top - 1 - up) * self.cols + left + right
 
     def places_of(self, floor: int, cells: np.ndarray) -> np.ndarray:
         """(k,) places of (k, 2) rows and columns on one floor."""

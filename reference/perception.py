@@ -38,6 +38,13 @@ class Surroundings:
         burning = frozenset(np.flatnonzero(world.flames.burning).tolist())
         return cls(sight, burnt, burnt | sight.building.dead_ends, burning)
 
+    def landmarks(self, place: int) -> dict[int, Hit]:
+        """Doors, ways down and exits that rays from a place meet, but the useless."""
+        met = self.sight.landmarks[place]
+        if self.useless.isdisjoint(met):
+            return met
+        return {m: hit for m, hit in met.items() if m not in self.useless}
+
 
 class Leading(NamedTuple):
     """A human in sight who walks after nobody, to a landmark in sight [B6, chosen].
@@ -69,8 +76,8 @@ class View:
     rank: float
     halted_since: float
     landmarks: dict[int, Hit]
-    bodies: dict[int, tuple[int, float]]
     _around: Surroundings
+    bodies: dict[int, tuple[int, float]] = field(default_factory=dict)
     leading: list[Leading] = field(default_factory=list)
     robots: dict[int, Said] = field(default_factory=dict)
 
@@ -136,19 +143,14 @@ class View:
 
 def look(world: World, surroundings: Surroundings, who: np.ndarray) -> list[View]:
     """What each of these people sees; who: (k,) people walking on a floor."""
-    bodies, sight, useless = world.bodies, surroundings.sight, surroundings.useless
+    bodies, sight = world.bodies, surroundings.sight
+    views = [
+        View(world.time, *me, surroundings.landmarks(me[0]), surroundings)
+        for me in _rows(bodies.place[who], bodies.rank[who], bodies.anchor_time[who])
+    ]
     rows, j, places, metres = _pairs(world, sight, who)
-    seen, spots = j.tolist(), list(_rows(places, metres))
-    ends = np.searchsorted(rows, np.arange(len(who)), "right").tolist()
-    views, start = [], 0
-    me = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
-    for end, (place, rank, since) in zip(ends, _rows(*me), strict=True):
-        ways = sight.landmarks[place]
-        if not useless.isdisjoint(ways):
-            ways = {m: hit for m, hit in ways.items() if m not in useless}
-        them = dict(zip(seen[start:end], spots[start:end], strict=True))
-        views.append(View(world.time, place, rank, since, ways, them, surroundings))
-        start = end
+    for row, body, place, far in _rows(rows, j, places, metres):
+        views[row].bodies[body] = place, far
     _show_people(world, sight, who, views, rows, j)
     robots = np.flatnonzero(j >= len(bodies))
     robots = robots[metres[robots].argsort(kind="stable")]

@@ -54,6 +54,8 @@ class RobotAlgorithm:
     @staticmethod
     def _move(robot: Robot, nav: Navigation, metres: float) -> None:
         """Walk along the way, as far as the metres carry."""
+        if not robot.way or not metres:
+            return
         x, y = robot.position.tolist()
         while robot.way and metres > 0:
             to_x, to_y = nav.centres[robot.way[0]].tolist()

@@ -5,6 +5,7 @@ Clauses: A4, A5, A6, B4, B7, B8, C7, C8, D6, D7, F4.  The only writer of the wor
     i   a human;  mark  index of a landmark
 """
 
+from collections import Counter
 from copy import copy, deepcopy
 from dataclasses import dataclass, replace
 from math import inf, nan
@@ -106,7 +107,7 @@ class Simulation:
         self._flame_ticks = max(1, round(paper.FLAME_SECONDS / self.tick))
         self._next_ignition = inf
         self._surroundings = Surroundings.of(self.world, self.sight)
-        self._full_until = np.zeros(len(building.landmarks))  # s, of doors and the like
+        self._full_until = np.zeros(len(building.landmarks) + 1)  # s; the last: nowhere
         self._turn = np.arange(len(self.world.bodies)) % paper.RECONSIDER_TICKS
         self._due = np.ones(len(self.world.bodies), dtype=bool)
 
@@ -203,7 +204,8 @@ class Simulation:
         bodies.mode[who] = [int(me.mode) for me in minds]
         bodies.leader[who] = [me.leader for me in minds]
         goals = [me.goal for me in minds]
-        marks = [g.which if g.aim is Aim.LANDMARK else NOWHERE for g in goals]
+        landmark = Aim.LANDMARK
+        marks = [g.which if g.aim is landmark else NOWHERE for g in goals]
         place = np.array([goal.place for goal in goals], dtype=np.int64)
         there, stays = self.navigation.centres[place], (place == NOWHERE)[:, None]
         bodies.landmark[who] = marks
@@ -267,17 +269,16 @@ class Simulation:
     def _free(self, who: np.ndarray) -> motion.Free:
         """Tell where bodies may go: not in walls, full doors, or flames if careful."""
         nav, bodies = self.navigation, self.world.bodies
-        burning = self.world.flames.burning.ravel()
-        in_flames = burning[bodies.place[who]]
-        fearless = in_flames | (bodies.reckless[who] > self.world.time)
-        floor, inside = bodies.floor[who], self._marks[bodies.place[who]]
+        place, floor = bodies.place[who], bodies.floor[who]
+        unburnt, inside = ~self.world.flames.burning.ravel(), self._marks[place]
+        fearless = ~unburnt[place] | (bodies.reckless[who] > self.world.time)
         full = self._full_until > self.world.time + 1e-9
 
         def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
             place = nav.places_at(floor[which], position)
             mark = self._marks[place]
-            room = (mark < 0) | (mark == inside[which]) | ~full[mark]
-            return room & nav.walkable[place] & (~burning[place] | fearless[which])
+            room = ~full[mark] | (mark == inside[which])
+            return room & nav.walkable[place] & (unburnt[place] | fearless[which])
 
         return free
 
@@ -286,10 +287,9 @@ class Simulation:
 
         entered: (k,) landmarks that people have just come upon. Ghosts fill nothing.
         """
-        if self.scenario.ghosts or not len(entered):
+        if self.scenario.ghosts:
             return
-        marks, people = np.unique(entered, return_counts=True)
-        for mark, count in zip(marks.tolist(), people.tolist(), strict=True):
+        for mark, count in Counter(entered.tolist()).items():
             way = self.building.landmarks[mark]
             entrance = way.kind is Kind.ENTRANCE
             flow = paper.STAIRS_FLOW if entrance else paper.DOOR_FLOW
@@ -300,11 +300,11 @@ class Simulation:
         """Find who is stuck; they ignore flames for a while, then try anew [B5]."""
         bodies, time = self.world.bodies, self.world.time
         position = bodies.position[who]
-        moved = np.abs(position - bodies.anchor[who]).max(axis=1) > paper.STUCK_METRES
-        arrived = np.abs(target - position).max(axis=1) < paper.STUCK_METRES
+        moved = np.maximum(*np.abs(position - bodies.anchor[who]).T)
+        left = np.maximum(*np.abs(target - position).T)
         waited = time - bodies.anchor_time[who]
         anew = waited > paper.STUCK_SECONDS + paper.RECKLESS_SECONDS
-        ahead = who[moved | arrived | anew]
+        ahead = who[(moved > paper.STUCK_METRES) | (left < paper.STUCK_METRES) | anew]
         bodies.anchor[ahead] = bodies.position[ahead]
         bodies.anchor_time[ahead] = time
         halted = who[(waited > paper.STUCK_SECONDS) & (bodies.reckless[who] < time)]
