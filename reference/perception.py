@@ -144,9 +144,10 @@ class View:
 def look(world: World, surroundings: Surroundings, who: np.ndarray) -> list[View]:
     """What each of these people sees; who: (k,) people walking on a floor."""
     bodies, sight = world.bodies, surroundings.sight
+    me = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
     views = [
-        View(world.time, *me, surroundings.landmarks(me[0]), surroundings)
-        for me in _rows(bodies.place[who], bodies.rank[who], bodies.anchor_time[who])
+        View(world.time, p, rank, since, surroundings.landmarks(p), surroundings)
+        for p, rank, since in _rows(*me)
     ]
     rows, j, places, metres = _pairs(world, sight, who)
     for row, body, place, far in _rows(rows, j, places, metres):

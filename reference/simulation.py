@@ -293,7 +293,7 @@ class Simulation:
             way = self.building.landmarks[mark]
             entrance = way.kind is Kind.ENTRANCE
             flow = paper.STAIRS_FLOW if entrance else paper.DOOR_FLOW
-            since = max(self._full_until[mark], self.world.time)
+            since = max(float(self._full_until[mark]), self.world.time)
             self._full_until[mark] = since + count / (flow * way.width)
 
     def _notice_stuck(self, who: np.ndarray, target: np.ndarray) -> None:
