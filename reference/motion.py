@@ -75,8 +75,7 @@ def step(
     turned, v = _heed_neighbours(e, v, yields, i, j, to_j, apart)
     wished = position + turned * (v * seconds)[:, None]
     moved = _not_into_walls(position, wished, free)
-    pushed = _pushed_apart(moved, i, j)
-    if pushed is not moved:
+    if (pushed := _pushed_apart(moved, i, j)) is not moved:
         pushed = _not_into_walls(moved, pushed, free)
     moved = _not_into_each_other(position, pushed, yields, i, j, room)
     e = np.where((far > IDLE)[:, None], e, turned)
@@ -87,11 +86,10 @@ def step(
     i, j, room = i[mine], j[mine], room[mine]
     meets = np.zeros(len(e), bool)
     meets[i[facing[mine] & (_along(e.take(i, 0), to_j[mine]) > 0)]] = True
-    who = np.flatnonzero(held_up)
-    aside = moved[who] + SHUFFLE * seconds * _about(e[who], meets[who], rng)
-    fits = free(aside, who)
-    tried = moved.copy()
-    tried[who[fits]] = aside[fits]
+    tried, who = moved.copy(), np.flatnonzero(held_up)
+    tried[who] += SHUFFLE * seconds * _about(e[who], meets[who], rng)
+    barred = who[~free(tried[who], who)]
+    tried[barred] = moved[barred]
     return _not_into_each_other(moved, tried, np.ones_like(i, bool), i, j, room)
 
 
