@@ -27,6 +27,7 @@ BOOK = (
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE
     "game",  # what is learned:
     "game.observations",  # the 167 numbers and the grid
+    "game.moments",  # what a side is asked
     "game.environment",  # who decides when, what an action means, who leaves
     "learning",  # how:
     "learning.settings",  # rows of Tables I and II

@@ -18,8 +18,8 @@ from trainings import begun, equal, tiny
 from reference.building import load as load_building
 from reference.events import FireLit
 from reference.game.environment import Environment
+from reference.game.moments import Moment
 from reference.game.observations import robot_vectors
-from reference.learning.rollouts import Moment
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
@@ -321,15 +321,15 @@ def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path, off
     policy = LearnedRobots(path)
     alone = Simulation(office, SMALL, policy, RandomFire(), seed=7)
     environment = Environment(office, SMALL, fire=RandomFire())
-    seen, _ = environment.reset(seed=7)
+    environment.reset(seed=7)
     while environment.agents:
         world = environment.simulation.world
         vectors = robot_vectors(world, SMALL)
-        cells, alive = seen[environment.agents[0]]["grid"], np.ones(len(vectors), bool)
-        (emitted,), _ = policy.player.act([Moment(vectors, cells, alive)])
+        moment = Moment.of(world, vectors, np.ones(len(vectors), bool))
+        (emitted,), _ = policy.player.act([moment])
         names = [f"robot_{k}" for k in range(len(vectors))]
         actions = dict(zip(names, emitted, strict=True))
-        seen, *_ = environment.step({a: actions[a] for a in environment.agents})
+        environment.step({a: actions[a] for a in environment.agents})
     assert alone.run() == environment.simulation.outcome()
 
 

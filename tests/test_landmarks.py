@@ -10,7 +10,8 @@ from reference.building import Kind
 from reference.events import FireRefused
 from reference.fire import Generator
 from reference.game.environment import destination, fire_decision
-from reference.game.observations import fire_vector, grid, robot_vectors
+from reference.game.moments import Moment
+from reference.game.observations import fire_vector, robot_vectors
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.robots import actual_target, said_on_the_way
@@ -52,14 +53,19 @@ EXIT_BY_THE_STAIRS = """
 
 def robots_of(sim):
     """All robots' options now."""
-    options = RobotOptions(sim.building, sim.scenario)
-    return options(robot_vectors(sim.world, sim.scenario), grid(sim.world))
+    vectors = robot_vectors(sim.world, sim.scenario)
+    return RobotOptions(sim.building, sim.scenario)(moment_of(sim.world, vectors))
 
 
 def fire_of(sim):
     """The fire's options now."""
-    options = FireOptions(sim.building, sim.scenario)
-    return options(fire_vector(sim.world, sim.scenario)[None], grid(sim.world))
+    vectors = fire_vector(sim.world, sim.scenario)[None]
+    return FireOptions(sim.building, sim.scenario)(moment_of(sim.world, vectors))
+
+
+def moment_of(world, vectors):
+    """What a side's player is asked, if it observes these vectors."""
+    return Moment.of(world, vectors, np.ones(len(vectors), bool))
 
 
 def moments(name, every=10.0, robots="sweep", seed=3, **scenario):
@@ -104,8 +110,8 @@ class RobotScorer(Scorer):
     def decide(self, world, robots, rng):
         """Where the formula leads."""
         self.options = self.options or RobotOptions(world.building, self.scenario)
-        seen = robot_vectors(world, self.scenario), grid(world)
-        actions = self._best(self.options(*seen), ROBOT_FEATURES)
+        moment = moment_of(world, robot_vectors(world, self.scenario))
+        actions = self._best(self.options(moment), ROBOT_FEATURES)
         first = len(world.bodies)
         return [destination(world.building, actions[r.body - first]) for r in robots]
 
@@ -116,8 +122,8 @@ class FireScorer(Scorer):
     def decide(self, world, rng):
         """Where the formula strikes."""
         self.options = self.options or FireOptions(world.building, self.scenario)
-        seen = fire_vector(world, self.scenario)[None], grid(world)
-        actions = self._best(self.options(*seen), FIRE_FEATURES)
+        moment = moment_of(world, fire_vector(world, self.scenario)[None])
+        actions = self._best(self.options(moment), FIRE_FEATURES)
         return fire_decision(world.building, actions[0])
 
 
@@ -140,12 +146,30 @@ def test_robots_always_have_an_option_in_the_main_body(name):
     """At every decision, with finite features; whoever has left may only stay."""
     for sim in moments(name):
         options = robots_of(sim)
-        assert options.action_mask[:, 0].all()
+        assert options.action_mask[:, RobotOption.STAY].all()
         assert np.isfinite(options.features).all()
         assert np.abs(options.places).max(initial=0) <= 1
         assert np.abs(options.features).max(initial=0) <= 10
         at_work = [sim.world.people_at_or_above(r.floor) > 0 for r in sim.world.robots]
         assert (options.action_mask.sum(axis=1) > 1).tolist() == at_work
+
+
+@pytest.mark.paper("C7", "Alg. 3:3")
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_a_destination_that_is_kept_is_the_same_place_again(name):
+    """Keep is there exactly while under way, and leads where the robot goes already."""
+    kept = 0
+    for sim in moments(name):
+        options = robots_of(sim)
+        for k, robot in enumerate(sim.world.robots):
+            under_way = bool(robot.way) and robot.active
+            assert options.action_mask[k, RobotOption.KEEP] == under_way
+            if under_way:
+                spot = destination(sim.building, options.places[k, RobotOption.KEEP])
+                target = actual_target(sim.building, robot.floor, *spot)
+                assert target == pytest.approx(robot.destination, abs=1e-3)
+                kept += 1
+    assert kept
 
 
 @pytest.mark.paper("C6", "Eq. 1")
@@ -204,13 +228,13 @@ def test_every_room_and_every_way_out_of_a_floor_is_offered(name):
 def test_the_order_of_the_people_does_not_matter():
     """The same options, bit for bit, however the vector lists them."""
     sim = Simulation(shipped("paper"), seed=1, fire=RandomFire(), robots=Sweep())
-    vectors, cells = robot_vectors(sim.world, sim.scenario), grid(sim.world)
+    vectors = robot_vectors(sim.world, sim.scenario)
     people = vectors[:, :120].reshape(6, 40, 3)
     order = np.random.default_rng(0).permutation(40)
     other = vectors.copy()
     other[:, :120] = people[:, order].reshape(6, 120)
     options = RobotOptions(sim.building, sim.scenario)
-    one, two = options(vectors, cells), options(other, cells)
+    one, two = (options(moment_of(sim.world, seen)) for seen in (vectors, other))
     assert np.array_equal(one.places, two.places)
     assert np.array_equal(one.features, two.features)
 

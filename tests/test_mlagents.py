@@ -8,6 +8,7 @@ import pytest
 
 from reference.learning.settings import SettingsError, TrainerSettings, rows_of
 from reference.paper import TABLE_I
+from reference.workshop.training.mlagents import OWN_ROWS
 from reference.workshop.training.presets import preset, read_yaml
 
 yaml = pytest.importorskip("yaml")
@@ -147,7 +148,8 @@ def test_every_row_of_table_i_is_read_from_its_section(read):
                 section = section.setdefault(key, {})
             section[name] = TABLE_I[name]
     robots = read(yaml.safe_dump({"behaviors": {"Robot": nested}})).robots
-    assert replace(robots, head="gaussian") == preset("paper").robots
+    ours = {name: getattr(preset("paper").robots, name) for name in OWN_ROWS}
+    assert replace(robots, **ours) == preset("paper").robots
 
 
 # -- Refusing -----------------------------------------------------------------------

@@ -15,6 +15,7 @@ from lives import MIXED, SIZES
 from reference.learning.networks import (
     Actor,
     Encoder,
+    GaussianHead,
     GridEncoder,
     Normaliser,
     Options,
@@ -402,3 +403,31 @@ def test_the_critic_is_told_how_many_agents_are_there():
     assert shares == [-0.5, 0.0, 0.5, 1.0]
     assert critic(rows.vectors, rows.grids, alone).tolist() == [-0.5] * 4
     assert critic.state_dict()["most"] == 4
+
+
+@pytest.mark.paper("C7", "Alg. 3:3")
+@pytest.mark.parametrize("bonus", [0.0, 4.0])
+def test_commitment_is_a_bonus_for_the_first_option_alone(bonus):
+    """Its odds grow by e^bonus, those among the others stay; only where it is there."""
+    head, x, features = pointer()
+    mask = torch.ones(2, 5, dtype=torch.bool)
+    mask[1, 0] = False
+    before = head(x, Options(features, mask)).branches[0].probs
+    head.commitment = bonus
+    after = head(x, Options(features, mask)).branches[0].probs
+    odds = [(p[0, 0] / p[0, 1:].sum()).item() for p in (before, after)]
+    assert odds[1] == pytest.approx(odds[0] * math.exp(bonus), rel=1e-4)
+    assert torch.allclose(after[1], before[1])
+
+
+@pytest.mark.paper("C7", "Alg. 3:3")
+def test_a_gaussian_that_is_not_taken_says_nothing():
+    """Whoever keeps a destination has no log-probability of the numbers drawn."""
+    mask = torch.tensor([[True, True], [False, True]])
+    policy = GaussianHead(8, 2, (2,), 4.0)(
+        torch.randn(2, 8), Options(torch.zeros(2, 2, 0), mask)
+    )
+    keep, new = torch.tensor([0.3, 0.4, 0.0]), torch.tensor([0.3, 0.4, 1.0])
+    kept, taken = policy.log_probs(torch.stack([keep, new]))
+    assert kept[:2].tolist() == [0, 0] and kept[2] > -0.1  # e^4 to 1
+    assert taken[:2].abs().min() > 0 and taken[2] == 0  # nothing else was there

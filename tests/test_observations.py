@@ -453,6 +453,41 @@ def test_a_grid_belongs_to_whoever_asked_for_it():
     assert not observations.grid(calm.world)[3:6].any()
 
 
+# -- What is added for networks -----------------------------------------------------
+
+
+@pytest.mark.paper("C1")
+def test_a_summary_counts_what_the_observation_implies():
+    """People per floor, on stairs, at or above the observer; flames per floor."""
+    run = Simulation(shipped("paper"), Scenario(), Sweep(), RandomFire(), seed=2)
+    for _ in range(400):
+        run.step()
+    world, building = run.world, run.building
+    vectors = observations.robot_vectors(world, run.scenario)
+    cells = observations.grid(world)
+    told = observations.summary(vectors, cells, building, run.scenario)
+    bodies, floors = world.bodies, range(building.floors)
+    on = [int((bodies.walking & (bodies.floor == f)).sum()) for f in floors]
+    stairs = int((bodies.inside & ~bodies.walking).sum())
+    burning = [np.log1p(cells[building.floors + f].sum()) for f in floors]
+    assert stairs > 0 and max(burning) > 0
+    for k, robot in enumerate(world.robots):
+        above = world.people_at_or_above(robot.floor)
+        np.testing.assert_allclose(told[k], [*on, stairs, above, *burning], rtol=1e-6)
+
+
+@pytest.mark.paper("C7", "Alg. 3:3")
+def test_a_robot_remembers_where_it_goes_until_it_is_there():
+    """Normalised, and cut off at the main body like every action; nan on arrival."""
+    run = Simulation(shipped("paper"), Scenario(), Sweep(), seed=2)
+    assert np.isnan(observations.headed(run.world)).all()
+    run.step()
+    told = observations.headed(run.world)
+    for robot, spot in zip(run.world.robots, told, strict=True):
+        assert np.isnan(spot).all() == (not robot.way)
+    assert np.nanmax(np.abs(told)) <= 1
+
+
 # -- On the whole ------------------------------------------------------------------
 
 

@@ -4,10 +4,13 @@ import csv
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import torch
 from trainings import TINY, begun, equal, tiny, trained
 
+from reference.building import building_of
+from reference.game.observations import summary_size
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Job, play
@@ -480,3 +483,41 @@ def test_time_cuts_off_a_fire_only_while_it_has_sources_left(sources, follows):
     episodes = play(Job(TINY, scenario, RandomRobots(), player_of(made), (0, 1, 2)))
     cut = [e for e in episodes if e.facts["survival"] + e.facts["died"] / 6 < 1]
     assert cut and all(e.fire.alive[-1].item() is follows for e in cut)
+
+
+def first_round(**robots):
+    """The first job's episodes, played by robots with these rows."""
+    job = begun(tiny(robots=robots)).jobs()[0]
+    return play(job)
+
+
+@pytest.mark.paper("E3")
+def test_shaping_pays_learners_and_changes_no_episode():
+    """What is learned from differs, what is told of the episode does not."""
+    plain, shaped = first_round(shaping=0.0), first_round(shaping=300.0)
+    for one, other in zip(plain, shaped, strict=True):
+        assert one.facts == other.facts and one.robots.steps == other.robots.steps
+        more = other.robots.rewards - one.robots.rewards
+        assert (more >= 0).all() and (more > 0).any()
+        assert other.fire.rewards.tolist() == one.fire.rewards.tolist()
+
+
+@pytest.mark.paper("C7", "Alg. 3:3")
+@pytest.mark.parametrize("head", ["pointer", "gaussian"])
+def test_a_committed_robot_goes_on_until_it_is_there(head):
+    """It chooses anew exactly where it has arrived, whichever head it has."""
+    for episode in first_round(head=head, commitment=50.0):
+        robots, there = episode.robots, episode.robots.alive[:-1]
+        kept, under_way = robots.actions[..., -1] == 0, robots.action_mask[..., 0]
+        assert kept[there].tolist() == under_way[there].tolist()
+        assert 0 < under_way[there].sum() < there.sum()
+
+
+@pytest.mark.paper("C1")
+def test_networks_are_given_what_the_settings_add():
+    """Counts of the summary; then where a robot goes, and whether it does."""
+    plain = first_round(summary=False, own_state=False)[0].robots.vectors
+    added = first_round(summary=True, own_state=True)[0].robots.vectors
+    counts = summary_size(building_of(TINY))
+    assert added.shape[-1] == plain.shape[-1] + counts + 3
+    assert set(np.unique(added[..., -1])) == {0, 1}

@@ -8,6 +8,7 @@ import torch
 from movies import robots_named, shipped
 from trainings import begun, tiny
 
+from reference.game.moments import Moment
 from reference.game.observations import grid, robot_vectors
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
@@ -68,10 +69,12 @@ def test_a_value_is_what_the_learners_own_critic_says():
     world = moment(critic).world
     decision = placements(world, critic.scenario)[0]
     lit = imagined(world, decision)
+    everybody = np.ones(len(world.robots), dtype=bool)
+    seen = Moment.of(lit, robot_vectors(lit, critic.scenario), everybody)
     with torch.no_grad():
         value = learner.critic(
-            torch.from_numpy(robot_vectors(lit, critic.scenario))[None],
-            torch.from_numpy(grid(lit))[None],
+            torch.from_numpy(critic.player.seen(seen))[None],
+            torch.from_numpy(seen.grid)[None],
             torch.ones(1, len(world.robots), dtype=torch.bool),
         )
     told = critic.values(world, [decision])

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from movies import shipped
 from trainings import begun, tiny
 
-from reference.game.observations import grid, robot_vectors, robots_at_work
-from reference.learning.rollouts import Moment
+from reference.game.moments import Moment
+from reference.game.observations import robot_vectors, robots_at_work
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
@@ -44,7 +44,7 @@ def moment(robots, seconds, seed=1):
 def attacked(robots, world, seed=0):
     """What robots observe in truth, and the worst that was found."""
     seen = robot_vectors(world, robots.scenario)
-    truth = Moment(seen, grid(world), robots_at_work(world))
+    truth = Moment.of(world, seen, robots_at_work(world))
     return seen, robots.attack(truth, np.random.default_rng(seed))
 
 
@@ -84,7 +84,7 @@ def test_the_worst_that_is_found_is_what_the_robots_then_do(head):
     world = moment(robots, 12)
     _, worst = attacked(robots, world)
     alive = np.ones(len(worst.seen), dtype=bool)
-    (emitted,), _ = robots.player.act([Moment(worst.seen, grid(world), alive)])
+    (emitted,), _ = robots.player.act([Moment.of(world, worst.seen, alive)])
     np.testing.assert_allclose(emitted, worst.emitted, atol=1e-6)
 
 

@@ -231,6 +231,45 @@ def _nearest_first(world: World, humans: np.ndarray) -> np.ndarray:
     return np.lexsort((np.hypot(off[..., 0], off[..., 1]), rank), axis=1)
 
 
+def headed(world: World) -> np.ndarray:
+    """(R, 2) float32 normalised: where robots under way go to, nan for the others.
+
+    Their own last decision, cut off at the main body: said again, it is kept.
+    """
+    spots = [r.destination if r.way else (np.nan, np.nan) for r in world.robots]
+    metres = np.array(spots, dtype=np.float64).reshape(-1, 2)
+    return to_normalised(world.building, metres).clip(-1, 1).astype(np.float32)
+
+
+# -- What vectors and the grid imply ------------------------------------------------
+
+
+def summary_size(building: Building) -> int:
+    """Numbers of a `summary`."""
+    return 2 * building.floors + 2
+
+
+def summary(
+    vectors: np.ndarray, cells: np.ndarray, building: Building, scenario: Scenario
+) -> np.ndarray:
+    """(G, 2 floors + 2) float32: counts that robots' observations imply [C1, chosen].
+
+    People on each floor, then those outside the main body, on stairs; people at or
+    above the observer's floor; log(1 + cells in flames) of each floor.
+    """
+    layout, floors = robot_layout(building, scenario), np.arange(building.floors)
+    humans = layout.read(vectors, "humans")
+    storey = humans[..., 2].round()
+    stairs = (np.abs(to_normalised(building, humans[..., :2])) > 1).any(axis=-1)
+    here = (storey[..., None] == floors) & ~stairs[..., None]
+    own = layout.read(vectors, "robots")[:, 0, 2:].round()
+    above = (storey >= np.maximum(own, 0)).sum(axis=1)
+    burning = channels(cells, building, "fires").sum(axis=(1, 2), dtype=np.float64)
+    counts = [here.sum(axis=1), stairs.sum(axis=1)[:, None], above[:, None]]
+    flames = np.tile(np.log1p(burning), (len(vectors), 1))
+    return np.concatenate([*counts, flames], axis=1).astype(np.float32)
+
+
 @lru_cache(maxsize=64)
 def _observer_first(floor: tuple[int, ...]) -> np.ndarray:
     """(R, R) robots in the order in which each sees them: itself, its team, others."""

@@ -6,7 +6,17 @@ Clauses: F5, F8, D6, E5.
 from collections.abc import Iterable
 
 from reference.events import Died, Evacuated, Event, FireRefused, LeftFloor
-from reference.paper import FIRE_REFUSED_PENALTY, FIXED_PENALTY, FIXED_REWARD
+from reference.paper import (
+    FIRE_REFUSED_PENALTY,
+    FIXED_PENALTY,
+    FIXED_REWARD,
+    FRAMES_PER_SECOND,
+    HEALTH,
+    HEALTH_RATE,
+)
+
+HEALTH_SECONDS = HEALTH / (HEALTH_RATE * FRAMES_PER_SECOND)
+"""[B7] by then whoever is still inside has died, without any fire."""
 
 
 def group_reward(events: Iterable[Event]) -> float:
@@ -25,6 +35,20 @@ def group_reward(events: Iterable[Event]) -> float:
             case Died():
                 reward -= FIXED_PENALTY
     return reward
+
+
+def shaping(gone: int, time: float, seconds: float, gamma: float) -> float:
+    """Shape the reward of one decision by a potential: γΦ' − Φ, per unit of it [E3].
+
+    gone: people who left or died during the decision, which began at `time` and lasts
+    `seconds`; gamma: the discount γ.
+
+    [E3, chosen] Φ = −γ^k·(people inside), k decisions before health ends: the clock's
+    deaths, foreseen. The best policy stays the best (Ng, Harada and Russell 1999), but
+    deaths that only time has caused no longer drown what a decision has.
+    """
+    k = max(0.0, (HEALTH_SECONDS - time) / seconds)
+    return gone * gamma**k
 
 
 def fire_reward(events: Iterable[Event]) -> float:

@@ -32,7 +32,7 @@ class GroupDecision(Generic[Array]):
     actions    (G, K) float32, as a `Policy` stores them
     shown      (G, E) float32, what a critic is shown of them
     log_probs  (G, K) float32, when they were taken
-    features   (G, O, F), action_mask (G, O): a pointer head's options, or None
+    features   (G, O, F), action_mask (G, O): of a discrete choice, or None
     """
 
     vectors: Array
@@ -107,7 +107,7 @@ class Decisions(GroupDecision[Tensor]):
 
     @property
     def options(self) -> Options | None:
-        """What a pointer head chooses among."""
+        """What a discrete choice is among, if it has options of its own."""
         if self.features is None or self.action_mask is None:
             return None
         return Options(self.features, self.action_mask)

@@ -59,9 +59,9 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Options:
-    """A pointer head's options.
+    """What a discrete choice is among.
 
-    features (..., O, F);  action_mask (..., O) bool
+    features (..., O, F), F = 0 for a Gaussian head;  action_mask (..., O) bool
     """
 
     features: Tensor
@@ -200,8 +200,19 @@ class Policy:
     Actions are stored as (..., C + D) floats: raw samples, then indices.
     """
 
-    def __init__(self, mean: Tensor, log_sigma: Tensor, branches: Sequence[Tensor]):
-        """mean (..., C), log_sigma (C,), and for each branch its logits (..., n)."""
+    def __init__(
+        self,
+        mean: Tensor,
+        log_sigma: Tensor,
+        branches: Sequence[Tensor],
+        keeps: bool = False,
+    ):
+        """mean (..., C), log_sigma (C,), and for each branch its logits (..., n).
+
+        keeps: where the first branch takes option 0, the Gaussians' samples are not
+        used, and their probability is none of the action's.
+        """
+        self.keeps = keeps
         self.gaussian = Normal(
             mean, log_sigma.exp().expand_as(mean), validate_args=False
         )
@@ -210,7 +221,10 @@ class Policy:
     def log_probs(self, actions: Tensor) -> Tensor:
         """(..., C + D), one log-probability for every component [E3]."""
         C = self.gaussian.mean.shape[-1]
-        parts = [self.gaussian.log_prob(actions[..., :C])]
+        of_gaussians = self.gaussian.log_prob(actions[..., :C])
+        if self.keeps:
+            of_gaussians = of_gaussians * (actions[..., C : C + 1] > 0)
+        parts = [of_gaussians]
         for k, branch in enumerate(self.branches, start=C):
             parts.append(branch.log_prob(actions[..., k].long())[..., None])
         return torch.cat(parts, dim=-1)
@@ -243,20 +257,31 @@ class Policy:
 class GaussianHead(nn.Module):
     """The paper's head: unsquashed Gaussians, and discrete branches [C5] [D2].
 
-    The mean is a linear layer's, log sigma a free vector that begins at 0.
+    The mean is a linear layer's, log sigma a free vector that begins at 0. With
+    commitment the one branch is: keep the destination under way, or take this one.
     """
 
-    def __init__(self, hidden: int, continuous: int, branches: tuple[int, ...]):
+    def __init__(
+        self,
+        hidden: int,
+        continuous: int,
+        branches: tuple[int, ...],
+        commitment: float = 0.0,
+    ):
         super().__init__()
+        self.commitment = commitment
         self.mean = linear(hidden, continuous, MEAN_GAIN / sqrt(hidden))
         self.log_sigma = nn.Parameter(torch.zeros(continuous))
         self.branches = nn.ModuleList(
             linear(hidden, n, BRANCH_GAIN / sqrt(hidden)) for n in branches
         )
 
-    def forward(self, x: Tensor) -> Policy:
-        """From the body's (..., H)."""
-        return Policy(self.mean(x), self.log_sigma, [b(x) for b in self.branches])
+    def forward(self, x: Tensor, options: Options | None = None) -> Policy:
+        """From the body's (..., H); options: of the only branch, if it has a mask."""
+        logits = [branch(x) for branch in self.branches]
+        if options is not None:
+            logits = [_committed(logits[0], options, self.commitment)]
+        return Policy(self.mean(x), self.log_sigma, logits, options is not None)
 
 
 class PointerHead(nn.Module):
@@ -265,8 +290,9 @@ class PointerHead(nn.Module):
     The choice is one discrete branch; the option's coordinates are what is emitted.
     """
 
-    def __init__(self, hidden: int, features: int):
+    def __init__(self, hidden: int, features: int, commitment: float = 0.0):
         super().__init__()
+        self.commitment = commitment
         self.context = linear(hidden, hidden, 1 / sqrt(hidden))
         self.option = linear(features, hidden, 1 / sqrt(features))
         self.between = layers(hidden, hidden, 1)
@@ -276,8 +302,14 @@ class PointerHead(nn.Module):
         """From the body's (..., H) and (..., O, F) features."""
         both = self.context(x)[..., None, :] + self.option(options.features)
         scores = self.score(self.between(functional.silu(both)))[..., 0]
-        scores = scores.masked_fill(~options.action_mask, REFUSED)
+        scores = _committed(scores, options, self.commitment)
         return Policy(x[..., :0], x.new_zeros(0), [scores])
+
+
+def _committed(logits: Tensor, options: Options, bonus: float) -> Tensor:
+    """Mask options that are not there; the first, "keep", has a bonus [C7, chosen]."""
+    keep = torch.arange(logits.shape[-1]) == 0
+    return (logits + bonus * keep).masked_fill(~options.action_mask, REFUSED)
 
 
 class Actor(nn.Module):
@@ -287,10 +319,13 @@ class Actor(nn.Module):
         super().__init__()
         hidden = settings.hidden_units
         self.body = Body(sizes, settings)
-        self.pointer = PointerHead(hidden, sizes.features) if sizes.features else None
-        self.gaussian = None
-        if self.pointer is None:
-            self.gaussian = GaussianHead(hidden, sizes.continuous, sizes.branches)
+        self.pointer = self.gaussian = None
+        if sizes.features:
+            self.pointer = PointerHead(hidden, sizes.features, settings.commitment)
+        else:
+            self.gaussian = GaussianHead(
+                hidden, sizes.continuous, sizes.branches, settings.commitment
+            )
 
     def forward(
         self, vectors: Tensor, grids: Tensor, options: Options | None = None
@@ -299,6 +334,6 @@ class Actor(nn.Module):
         x = self.body(vectors, grids)
         if self.pointer is None:
             assert self.gaussian is not None
-            return self.gaussian(x)
+            return self.gaussian(x, options)
         assert options is not None
         return self.pointer(x, options)

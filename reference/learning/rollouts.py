@@ -10,7 +10,7 @@ Both heads end in the environment's action, numbers in [−1, 1].
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -20,14 +20,21 @@ from torch import Tensor
 from reference.building import Building, building_of
 from reference.events import FireRefused
 from reference.game.environment import Environment, action_size
-from reference.game.observations import fire_layout, grid_shape, robot_layout
-from reference.game.rewards import fire_reward
+from reference.game.moments import Choices, Moment
+from reference.game.observations import (
+    fire_layout,
+    grid_shape,
+    headed,
+    robot_layout,
+    summary,
+    summary_size,
+)
+from reference.game.rewards import fire_reward, shaping
 from reference.learning.experience import GroupDecision, Trajectory, trajectory_of
 from reference.learning.networks import RAW_LIMIT, Actor, Options, Policy, Sizes
 from reference.learning.settings import SIDES, Side, TrainerSettings
 from reference.paper import Scenario
 from reference.strategies import FireStrategy, RobotStrategy
-from reference.world import World
 
 PLAYER_STREAM: dict[Side, int] = {"robots": 1, "fire": 2}
 """Each side's actions have a generator of their own, beside the simulation's."""
@@ -39,26 +46,6 @@ Landmarks = Callable[[Building, Scenario], Any]
 
 
 # -- Who plays a side ---------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Moment:
-    """What a side has to decide upon in one episode.
-
-    vectors  (G, V) float32, of agents that have left what they saw last
-    grid     (channels, height, width) uint8, shared
-    alive    (G,) bool, who has not left
-    world    what is observed: not for networks
-    rng      what actions are sampled with; None: the mean or most likely action
-    seed     of the episode
-    """
-
-    vectors: np.ndarray
-    grid: np.ndarray
-    alive: np.ndarray
-    world: World | None = None
-    rng: np.random.Generator | None = None
-    seed: int = 0
 
 
 class Player:
@@ -73,9 +60,11 @@ class Player:
         landmarks: Landmarks | None = None,
     ):
         """landmarks: what makes a pointer head's options; None for the Gaussian one."""
-        self.side, self.building = side, building
+        self.side, self.building, self.scenario = side, building, scenario
+        self.settings = settings
         self.options = landmarks and landmarks(building, scenario)
-        self.sizes = _sizes(side, building, scenario, self.options)
+        self.keeps = settings.commitment > 0 and not self.options
+        self.sizes = self._sizes()
         self.actor = Actor(self.sizes, settings).eval()
 
     def load(self, weights: dict[str, Any]) -> None:
@@ -86,6 +75,17 @@ class Player:
         tensors = {name: torch.as_tensor(array) for name, array in weights.items()}
         self.actor.load_state_dict(tensors)
 
+    def seen(self, moment: Moment) -> np.ndarray:
+        """(G, V) float32: vectors, and what the settings add to them."""
+        vectors, s = moment.vectors, self.settings
+        parts = [vectors]
+        if s.summary:
+            parts.append(summary(vectors, moment.grid, self.building, self.scenario))
+        if s.own_state:
+            under_way = ~np.isnan(moment.headed[:, :1])
+            parts += [np.nan_to_num(moment.headed), under_way.astype(np.float32)]
+        return np.concatenate(parts, axis=1)
+
     @torch.no_grad()
     def act(
         self, moments: Sequence[Moment]
@@ -94,27 +94,28 @@ class Player:
 
         Returns (S, G, A) float32, the environment's actions, and what to record.
         """
-        found = [self.options(m.vectors, m.grid) for m in moments if self.options]
+        seen = [self.seen(m) for m in moments]
+        found = [choices for m in moments if (choices := self._choices(m))]
         options = found and Options(
-            _stacked([f.features for f in found]),
-            _stacked([f.action_mask for f in found]),
+            _stacked([choices.features for choices in found]),
+            _stacked([choices.action_mask for choices in found]),
         )
         policy = self.actor(
-            _stacked([m.vectors for m in moments]),
+            _stacked(seen),
             _stacked([m.grid for m in moments]),
             options or None,
         )
         actions = policy.act(_noise(moments, policy))
         raw, log_probs = actions.numpy(), policy.log_probs(actions).numpy()
-        if found:
-            places = np.stack([f.places for f in found])
+        if self.options:
+            places = np.stack([choices.places for choices in found])
             index = raw.astype(np.intp)[..., None]
             emitted = shown = np.take_along_axis(places, index, axis=2)[:, :, 0]
         else:
-            emitted, shown = self._emitted(raw), raw[..., :AXES]
+            emitted, shown = self._emitted(raw, moments)
         return emitted, [
             GroupDecision(
-                vectors=m.vectors,
+                vectors=seen[k],
                 grids=m.grid,
                 alive=m.alive,
                 actions=raw[k],
@@ -126,13 +127,46 @@ class Player:
             for k, m in enumerate(moments)
         ]
 
-    def _emitted(self, raw: np.ndarray) -> np.ndarray:
-        """Gaussians: clamp(a, −3, 3)/3 [E3]; the fire's branch, its floor, first."""
-        axes = raw[..., :AXES].clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT
-        if self.side == "robots":
-            return axes
-        floor = (2 * raw[..., AXES:] + 1) / self.building.floors - 1
-        return np.concatenate([floor, axes], axis=-1)
+    def _choices(self, moment: Moment) -> Choices | None:
+        """A pointer head's landmarks; for Gaussians "keep", if under way, and "new"."""
+        if self.options:
+            choices: Choices = self.options(moment)
+            return choices
+        if not self.keeps:
+            return None
+        under_way = ~np.isnan(moment.headed[:, 0])
+        none = np.zeros((len(under_way), 2, 0), dtype=np.float32)
+        return Choices(none, none, np.stack([under_way, under_way | True], axis=1))
+
+    def _emitted(
+        self, raw: np.ndarray, moments: Sequence[Moment]
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Gaussians: clamp(a, −3, 3)/3 [E3]; the fire's branch, its floor, first.
+
+        Also what a critic is shown, the raw numbers; a kept destination in both.
+        """
+        shown = raw[..., :AXES]
+        axes = shown.clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT
+        if self.side == "fire":
+            floor = (2 * raw[..., AXES:] + 1) / self.building.floors - 1
+            return np.concatenate([floor, axes], axis=-1), shown
+        if self.keeps:
+            kept, old = raw[..., AXES:] == 0, np.nan_to_num([m.headed for m in moments])
+            axes, shown = np.where(kept, old, axes), np.where(kept, old, shown)
+        return axes, shown
+
+    def _sizes(self) -> Sizes:
+        """What networks of this side see and say."""
+        building, scenario, s = self.building, self.scenario, self.settings
+        of_robots = self.side == "robots"
+        layout = robot_layout if of_robots else fire_layout
+        branches = (2,) * self.keeps if of_robots else (building.floors,)
+        added = summary_size(building) * s.summary + (AXES + 1) * s.own_state
+        sizes = Sizes(layout(building, scenario).size + added, grid_shape(building))
+        if not self.options:
+            return replace(sizes, continuous=AXES, branches=branches, shown=AXES)
+        emitted = AXES if of_robots else 1 + AXES
+        return replace(sizes, features=self.options.features, shown=emitted)
 
 
 def _stacked(arrays: Sequence[np.ndarray]) -> Tensor:
@@ -149,22 +183,6 @@ def _noise(moments: Sequence[Moment], policy: Policy) -> Tensor | None:
         gumbel = rng.gumbel(size=(agents, counts)).astype(np.float32)
         rows.append(np.concatenate([normal, gumbel], axis=1))
     return _stacked(rows) if rows else None
-
-
-def _sizes(side: Side, building: Building, scenario: Scenario, options: Any) -> Sizes:
-    """What networks of this side see and say; options: of a pointer head, or None."""
-    of_robots = side == "robots"
-    layout = robot_layout if of_robots else fire_layout
-    branches = () if of_robots else (building.floors,)
-    emitted = AXES if of_robots else 1 + AXES
-    return Sizes(
-        vector=layout(building, scenario).size,
-        grid=grid_shape(building),
-        continuous=0 if options else AXES,
-        branches=() if options else branches,
-        features=options.features if options else 0,
-        shown=emitted if options else AXES,
-    )
 
 
 class Recorded(ABC):
@@ -236,7 +254,7 @@ def play(job: Job) -> list[Episode]:
             players[side] = who.player(side, building, job.scenario)
         scripts.append(None if side in players else who)
     runs = [
-        _Run(Environment(building, job.scenario, *scripts), seed, tuple(players))
+        _Run(Environment(building, job.scenario, *scripts), seed, players)
         for seed in job.seeds
     ]
     while running := [run for run in runs if run.goes_on]:
@@ -255,8 +273,11 @@ def play(job: Job) -> list[Episode]:
 class _Run:
     """One episode on its way, and its sides' decisions and rewards."""
 
-    def __init__(self, environment: Environment, seed: int, sides: Sequence[Side]):
-        self.environment, self.seed = environment, seed
+    def __init__(
+        self, environment: Environment, seed: int, players: dict[Side, Player]
+    ):
+        self.environment, self.seed, self.players = environment, seed, players
+        sides = tuple(players)
         seen, self.infos = environment.reset(seed)
         self.agents = {side: _agents(environment, side) for side in sides}
         self.rngs = {s: np.random.default_rng([seed, PLAYER_STREAM[s]]) for s in sides}
@@ -283,12 +304,13 @@ class _Run:
 
     def moment(self, side: Side) -> Moment:
         """What the side's player is asked."""
-        there = set(self.environment.agents)
+        there, world = set(self.environment.agents), self.environment.simulation.world
         return Moment(
             self.vectors[side].copy(),
             self.grid,
             np.array([agent in there for agent in self.agents[side]]),
-            self.environment.simulation.world,
+            headed(world),
+            world,
             self.rngs[side],
             self.seed,
         )
@@ -303,6 +325,8 @@ class _Run:
 
     def step(self) -> None:
         """One step of the environment; rewards belong to the last decision."""
+        world = self.environment.simulation.world
+        time, inside = world.time, sum(world.occupancy)
         actions = {
             agent: self.actions.get(agent, np.zeros(action_size(agent), np.float32))
             for agent in self.environment.agents
@@ -316,14 +340,21 @@ class _Run:
             for k in there:
                 self.vectors[side][k] = seen[agents[k]]["vector"]
             if there and self.rewards[side]:
-                self.rewards[side][-1] += rewards[agents[there[0]]]
+                shaped = self._shaping(side, time, inside - sum(world.occupancy))
+                self.rewards[side][-1] += rewards[agents[there[0]]] + shaped
+
+    def _shaping(self, side: Side, time: float, gone: int) -> float:
+        """What a side's settings add to its reward of the decision since `time`."""
+        s, seconds = self.players[side].settings, self.environment.scenario
+        return s.shaping * shaping(gone, time, seconds.decision_seconds, s.gamma)
 
     def episode(self) -> Episode:
         """All of it, once it is over."""
         sides: dict[str, Trajectory | None] = {"robots": None, "fire": None}
         for side, decisions in self.decisions.items():
             if decisions:
-                last = {"vectors": self.vectors[side], "grids": self.grid}
+                seen = self.players[side].seen(self.moment(side))
+                last = {"vectors": seen, "grids": self.grid}
                 last["alive"] = decisions[-1].alive & self._cut_off(side)
                 sides[side] = trajectory_of(decisions, self.rewards[side], last)
         return Episode(seed=self.seed, facts=_facts(self.environment), **sides)

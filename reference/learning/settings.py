@@ -55,6 +55,15 @@ class TrainerSettings:
     head          ours: the paper's two floats, drawn from a Gaussian, or a "pointer"
                   that scores landmarks, the floats are the chosen one's
     reward_scale  ours: what rewards are multiplied with before they are learnt
+
+    The robots' own, all 0 or false in Table I [C7, E3, chosen]:
+
+    commitment    logit bonus of "keep the destination under way", an option of its own:
+                  a new policy would else turn round before it is anywhere
+    shaping       health points per human inside, of the potential that takes the clock
+                  out of the reward, see `shaped`
+    summary       networks are given counts that the observation implies, too
+    own_state     ... and where each robot is headed
     """
 
     trainer_type: Annotated[str, Row((), ("poca", "ppo"))]  # a group, or each alone
@@ -81,6 +90,10 @@ class TrainerSettings:
     summary_freq: int  # steps
     head: Annotated[str, Row(None, ("gaussian", "pointer"))] = "gaussian"
     reward_scale: Annotated[float, Row(None, low=ABOVE_0)] = REWARD_SCALE
+    commitment: Annotated[float, Row(None, low=0)] = 0.0
+    shaping: Annotated[float, Row(None, low=0)] = 0.0
+    summary: Annotated[bool, Row(None)] = False
+    own_state: Annotated[bool, Row(None)] = False
 
     def __post_init__(self) -> None:
         check_rows(self)

@@ -13,6 +13,7 @@ from scipy import ndimage
 
 from reference.building import Building, Kind
 from reference.flames import fuel, rim
+from reference.game.moments import Choices, Moment
 from reference.game.observations import to_normalised
 from reference.navigation import navigation_of
 from reference.paper import Scenario
@@ -81,10 +82,10 @@ class FireOptions:
         self.steps = _steps_around(shared.GROUP_RADIUS)
         self.far = np.hypot(*self.steps.T)
 
-    def __call__(self, vectors: np.ndarray, cells: np.ndarray) -> shared.Options:
-        """vectors (1, V), the fire's; cells, the grid."""
-        scene = decode_fire(vectors[0], self.building, self.scenario)
-        now = shared.Snapshot(self.navigation, self.scenario, scene, cells)
+    def __call__(self, moment: Moment) -> Choices:
+        """What there is for the only agent, the fire."""
+        scene = decode_fire(moment.vectors[0], self.building, self.scenario)
+        now = shared.Snapshot(self.navigation, self.scenario, scene, moment.grid)
         walking = now.place[now.walking]
         passing = traffic(self.building, walking, now.on_stairs, now.cost)
         place, action_mask = self._places(now, passing)
@@ -93,7 +94,7 @@ class FireOptions:
         if not action_mask.any():  # everything is taken: it does not matter which
             action_mask[0] = True
         actions = self._actions(place)
-        return shared.Options(actions[None], features[None], action_mask[None])
+        return Choices(actions[None], features[None], action_mask[None])
 
     def _places(
         self, now: shared.Snapshot, passing: Traffic

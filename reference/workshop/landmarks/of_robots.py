@@ -13,7 +13,8 @@ from functools import lru_cache
 import numpy as np
 
 from reference.building import Building, Kind, Landmark
-from reference.game.observations import to_normalised
+from reference.game.moments import Choices, Moment
+from reference.game.observations import from_normalised, to_normalised
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.robots import AT_EXIT, Destination, actual_target, said_on_the_way
@@ -23,6 +24,7 @@ from reference.workshop.strategies.robots import before_stairwell
 from reference.workshop.traffic import ways_out
 from reference.world import Instruction
 
+OWN = 2  # options of the robot itself: keep and stay
 FLAMES_AROUND = 7  # cells: side of the square in which a robot counts flames
 STEP = 5.0  # metres: ways are also given as log(1 + way / STEP), to be compared
 
@@ -30,12 +32,13 @@ STEP = 5.0  # metres: ways are also given as log(1 + way / STEP), to be compared
 class RobotOption(IntEnum):
     """What a robot can go to [C5, chosen]."""
 
-    STAY = 0  # where it is
-    ROOM = 1  # the middle of a room
-    STAIRWELL = 2  # one that leads down
-    LANDING = 3  # before one that ends here: people come out of it
-    EXIT = 4
-    GROUP = 5  # a person with people around
+    KEEP = 0  # the destination it has, while under way
+    STAY = 1  # where it is
+    ROOM = 2  # the middle of a room
+    STAIRWELL = 3  # one that leads down
+    LANDING = 4  # before one that ends here: people come out of it
+    EXIT = 5
+    GROUP = 6  # a person with people around
 
 
 ROBOT_TABLE: shared.FeatureTable = {
@@ -79,31 +82,33 @@ class RobotOptions:
         self.fixed = [
             fixed_options(building, floor) for floor in range(building.floors)
         ]
-        self.size = 1 + max(len(fixed.kind) for fixed in self.fixed) + shared.GROUPS
+        most = max(len(fixed.kind) for fixed in self.fixed)
+        self.size = OWN + most + shared.GROUPS
         self.features = len(ROBOT_FEATURES)
 
-    def __call__(self, vectors: np.ndarray, cells: np.ndarray) -> shared.Options:
-        """vectors (G, V), the robots of one world; cells, the grid they share.
+    def __call__(self, moment: Moment) -> Choices:
+        """What there is for the robots of one world.
 
         Whoever has left is told so by its own vector, and may only stay.
         """
+        vectors, headed = moment.vectors, moment.headed
         G, K = len(vectors), self.size
         places = np.zeros((G, K, 2), dtype=np.float32)
         features = np.zeros((G, K, self.features), dtype=np.float32)
-        action_mask = np.repeat(np.arange(K)[None] == 0, G, axis=0)
+        action_mask = np.repeat(np.arange(K)[None] == RobotOption.STAY, G, axis=0)
         own = decode(vectors, self.building, self.scenario).robots[:, :1].reshape(-1, 3)
         at_work = np.flatnonzero(own[:, 2] > -0.5)
         if len(at_work):
             scene = decode(vectors[at_work[0]], self.building, self.scenario)
-            now = shared.Snapshot(self.navigation, self.scenario, scene, cells)
+            now = shared.Snapshot(self.navigation, self.scenario, scene, moment.grid)
         for floor in np.unique(own[at_work, 2]).astype(int).tolist():
             g = at_work[own[at_work, 2] == floor]
-            view = RobotView(self, now, floor, own[g, :2].astype(np.float64))
+            view = RobotView(self, now, floor, own[g, :2].astype(float), headed[g])
             k = len(view.kind)
             places[g, :k] = to_normalised(self.building, view.target).clip(-1, 1)
             features[g, :k] = shared.evaluate(ROBOT_TABLE, view)
-            action_mask[g, :k] = True
-        return shared.Options(places, features, action_mask)
+            action_mask[g, 0], action_mask[g, 1:k] = ~np.isnan(headed[g, 0]), True
+        return Choices(places, features, action_mask)
 
 
 class RobotView:
@@ -117,9 +122,14 @@ class RobotView:
     """
 
     def __init__(
-        self, options: RobotOptions, now: shared.Snapshot, floor: int, me: np.ndarray
+        self,
+        options: RobotOptions,
+        now: shared.Snapshot,
+        floor: int,
+        me: np.ndarray,
+        headed: np.ndarray,
     ):
-        """me: (r, 2) metres."""
+        """me: (r, 2) metres; headed: as a `Moment` says."""
         self.nav, self.now, self.floor = options.navigation, now, floor
         self.fixed = options.fixed[floor]
         self.me = me, self.nav.places_at(np.full(len(me), floor), me)
@@ -129,7 +139,7 @@ class RobotView:
         out = self.nav.distances(ways_out(now.building, floor), cost)
         ways = np.minimum(each, shared.FAR)
         self._assign_people(ways, options.scenario.sight_range)
-        self._choose()
+        self._choose(headed)
         self._measure_ways(ways, np.minimum(out, shared.FAR))
         self._count_people()
         self.flames = now.flames_around(FLAMES_AROUND)
@@ -145,18 +155,26 @@ class RobotView:
         self.lost = np.logical_not(mine.any(axis=0))
         self.with_me = mine.sum(axis=1)[:, None]
 
-    def _choose(self) -> None:
-        """List options: stay, then those of the map, then groups of lost people."""
+    def _choose(self, headed: np.ndarray) -> None:
+        """List options: the robot's OWN, those of the map, groups of lost people."""
         near = shared.near_in_sight(self.nav, self.people, self.people)
         centres = shared.group_centres(near, self.lost)
         fixed, r = self.fixed, len(self.me[0])
-        kind = [RobotOption.STAY, *fixed.kind, *[RobotOption.GROUP] * len(centres)]
+        groups = [RobotOption.GROUP] * len(centres)
+        kind = [RobotOption.KEEP, RobotOption.STAY, *fixed.kind, *groups]
         metres, places = self.people
-        target = np.concatenate([fixed.target[:1], fixed.target, metres[centres]])
-        place = np.concatenate([fixed.place[:1], fixed.place, places[centres]])
+        target = np.concatenate([np.zeros((OWN, 2)), fixed.target, metres[centres]])
+        place = np.concatenate([np.zeros(OWN, int), fixed.place, places[centres]])
         self.kind = np.array(kind, dtype=int)
         self.target, self.place = (np.repeat(a[None], r, 0) for a in (target, place))
-        self.target[:, 0], self.place[:, 0] = self.me
+        self.target[:, :OWN], self.place[:, :OWN] = (a[:, None] for a in self.me)
+        for k in np.flatnonzero(~np.isnan(headed[:, 0])).tolist():
+            spot = from_normalised(self.now.building, headed[k]).tolist()
+            end = actual_target(self.now.building, self.floor, *spot)
+            self.target[k, 0], self.place[k, 0] = (
+                spot,
+                self.nav.nearest_free(self.floor, *end),
+            )
         self.off = self.target - self.me[0][:, None]
 
     def _measure_ways(self, ways: np.ndarray, out: np.ndarray) -> None:
@@ -179,7 +197,9 @@ class RobotView:
         self.lost_there = (there & self.lost).sum(axis=-1)
         mine = self.fixed.shaft
         self.on_stairs = np.zeros(k)
-        self.on_stairs[1 : 1 + len(mine)] = (mine[:, None] == self.now.on_stairs).sum(1)
+        self.on_stairs[OWN : OWN + len(mine)] = (
+            mine[:, None] == self.now.on_stairs
+        ).sum(1)
 
 
 # -- Options that do not change -----------------------------------------------------

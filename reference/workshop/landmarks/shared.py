@@ -6,7 +6,6 @@ Clauses: C1, C3, D1, D6.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
 from typing import Any
@@ -29,20 +28,6 @@ BORDER = 1e-3
 
 FeatureTable = Mapping[str, Callable[[Any], ArrayLike]]
 """Features of an option by name: the formula of each, given a side's view."""
-
-
-@dataclass(frozen=True)
-class Options:
-    """What agents choose among.
-
-    places       (G, K, A) float32, the action each option emits, in [-1, 1]
-    features     (G, K, F) float32, about 1
-    action_mask  (G, K) bool, False for padding; at least one is True in a row
-    """
-
-    places: np.ndarray
-    features: np.ndarray
-    action_mask: np.ndarray
 
 
 def one_hot(kinds: Mapping[str, Any]) -> FeatureTable:

@@ -15,6 +15,7 @@ import numpy as np
 import torch
 
 from reference.building import Building
+from reference.game.moments import Moment
 from reference.game.observations import to_normalised
 from reference.learning.experience import (
     Decisions,
@@ -24,7 +25,7 @@ from reference.learning.experience import (
 )
 from reference.learning.networks import RAW_LIMIT
 from reference.learning.ppo import Learner
-from reference.learning.rollouts import Moment, Player, Recorded
+from reference.learning.rollouts import Player, Recorded
 from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
 from reference.strategies import RobotStrategy
@@ -90,13 +91,13 @@ class _Teacher(Player):
         new, spots = ~np.isnan(wanted).any(axis=1), np.nan_to_num(wanted)
         actions, features, action_mask = spots * RAW_LIMIT, None, None
         if self.options is not None:
-            options = self.options(moment.vectors, moment.grid)
+            options = self.options(moment)
             features, action_mask = options.features, options.action_mask
             off = np.linalg.norm(options.places - spots[:, None], axis=-1)
             nearest = np.where(action_mask, off, np.inf).argmin(axis=1)
             actions = nearest[:, None].astype(np.float32)
         return GroupDecision(
-            vectors=moment.vectors,
+            vectors=self.seen(moment),
             grids=moment.grid,
             alive=new,
             actions=actions,

@@ -14,9 +14,10 @@ import numpy as np
 from reference.building import Building, building_of
 from reference.fire import Decision
 from reference.game.environment import destination, fire_decision
-from reference.game.observations import fire_vector, grid, robot_vectors
+from reference.game.moments import Moment
+from reference.game.observations import fire_vector, robot_vectors
 from reference.learning.networks import one_thread
-from reference.learning.rollouts import Learned, Moment
+from reference.learning.rollouts import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import Destination
@@ -114,9 +115,7 @@ class LearnedPolicy:
         """(G, A) actions in [−1, 1] for (G, V) observations."""
         alive = np.ones(len(vectors), dtype=bool)
         with one_thread():
-            moment = Moment(
-                vectors, grid(world), alive, world, rng if self.sample else None
-            )
+            moment = Moment.of(world, vectors, alive, rng if self.sample else None)
             emitted, _ = self.player.act([moment])
         return np.asarray(emitted[0])
 

@@ -14,7 +14,8 @@ import numpy as np
 import torch
 
 from reference.fire import Decision
-from reference.game.observations import grid, robot_vectors, robots_at_work
+from reference.game.moments import Moment
+from reference.game.observations import robot_vectors, robots_at_work
 from reference.learning.networks import one_thread
 from reference.learning.poca import GroupCritic
 from reference.learning.ppo import Critic
@@ -63,11 +64,16 @@ class CriticFire(LearnedPolicy):
 
         All in one call of the network.
         """
+        at_work = robots_at_work(world)
         worlds = [imagined(world, decision) for decision in choice]
-        seen = np.stack([robot_vectors(each, self.scenario) for each in worlds])
-        vectors = torch.from_numpy(seen)
-        grids = torch.from_numpy(np.stack([grid(each) for each in worlds]))
-        there = torch.from_numpy(np.tile(robots_at_work(world), (len(choice), 1)))
+        moments = [
+            Moment.of(each, robot_vectors(each, self.scenario), at_work)
+            for each in worlds
+        ]
+        seen = [self.player.seen(moment) for moment in moments]
+        vectors = torch.from_numpy(np.stack(seen))
+        grids = torch.from_numpy(np.stack([moment.grid for moment in moments]))
+        there = torch.from_numpy(np.tile(at_work, (len(choice), 1)))
         with one_thread(), torch.no_grad():
             if isinstance(self.critic, GroupCritic):
                 value = self.critic(vectors, grids, there)

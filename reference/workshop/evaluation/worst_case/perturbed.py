@@ -17,10 +17,10 @@ import torch
 from numpy.random import Generator as Rng
 
 from reference.building import Building
-from reference.game.observations import grid, robot_layout, robots_at_work
+from reference.game.moments import Moment
+from reference.game.observations import robot_layout, robots_at_work
 from reference.learning.networks import one_thread
 from reference.learning.poca import GroupCritic
-from reference.learning.rollouts import Moment
 from reference.paper import InputError, Scenario
 from reference.workshop.evaluation.worst_case.critic import critic_of
 from reference.workshop.training.checkpoints import CheckpointError
@@ -86,7 +86,7 @@ class PerturbedRobots(LearnedRobots):
         """(G, 2) what they do when deceived; without deception what they would do."""
         if not self.epsilon:
             return super()._emitted(vectors, world, rng)
-        truth = Moment(vectors, grid(world), robots_at_work(world))
+        truth = Moment.of(world, vectors, robots_at_work(world))
         return self.attack(truth, rng).emitted
 
     def attack(self, truth: Moment, rng: Rng) -> Attack:
@@ -122,7 +122,7 @@ class PerturbedRobots(LearnedRobots):
             shown = torch.from_numpy(np.stack([each.shown for each in decisions]))
             vectors, grids, alive = (
                 torch.from_numpy(part).expand(len(seen), *part.shape)
-                for part in (truth.vectors, truth.grid, truth.alive)
+                for part in (self.player.seen(truth), truth.grid, truth.alive)
             )
             _, b = self.critic.with_baselines(vectors, grids, alive, shown)
             values = b[:, torch.from_numpy(truth.alive)].mean(dim=1)

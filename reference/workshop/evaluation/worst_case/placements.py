@@ -10,7 +10,8 @@ import numpy as np
 from reference.building import Building
 from reference.fire import Decision, occupied
 from reference.game.environment import fire_decision
-from reference.game.observations import fire_vector, grid
+from reference.game.moments import Moment
+from reference.game.observations import fire_vector
 from reference.paper import Scenario
 from reference.workshop.landmarks.of_fire import FIRE_FEATURES, FireOptions
 from reference.world import World
@@ -29,8 +30,8 @@ def placements(world: World, scenario: Scenario) -> list[Decision]:
     """
     if not any(world.occupancy):
         return []
-    seen = fire_vector(world, scenario)[None], grid(world)
-    options = _options(world.building, scenario)(*seen)
+    moment = Moment.of(world, fire_vector(world, scenario)[None], np.ones(1, bool))
+    options = _options(world.building, scenario)(moment)
     there = np.flatnonzero(options.action_mask[0])
     crossing = options.features[0][:, CROSS].sum(axis=1)
     busiest = there[np.argsort(-crossing[there], kind="stable")]

@@ -1,0 +1,62 @@
+"""Moments and choices: what a side is asked, and what there is to choose among.
+
+Clauses: C1, C5, C7, D1, D2.  Whoever plays a side, a network or a teacher, decides upon
+a `Moment`; a head that does not draw two floats chooses among `Choices`.
+
+    G   agents of a side;  V  numbers of a vector;  A  numbers of an action
+    O   options of an agent;  F  features of an option
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reference.game.observations import grid, headed
+from reference.world import World
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What a side has to decide upon in one episode.
+
+    vectors  (G, V) float32, of agents that have left what they saw last
+    grid     (channels, height, width) uint8, shared
+    alive    (G,) bool, who has not left
+    headed   (G, 2) normalised, where robots under way go, nan for the others
+    world    what is observed: not for networks
+    rng      what actions are sampled with; None: the mean or most likely action
+    seed     of the episode
+    """
+
+    vectors: np.ndarray
+    grid: np.ndarray
+    alive: np.ndarray
+    headed: np.ndarray
+    world: World | None = None
+    rng: np.random.Generator | None = None
+    seed: int = 0
+
+    @classmethod
+    def of(
+        cls,
+        world: World,
+        vectors: np.ndarray,
+        alive: np.ndarray,
+        rng: np.random.Generator | None = None,
+    ) -> "Moment":
+        """What there is to decide in a world, outside of any episode."""
+        return cls(vectors, grid(world), alive, headed(world), world, rng)
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What agents choose among.
+
+    places       (G, O, A) float32, the action that each option emits, in [-1, 1]
+    features     (G, O, F) float32, about 1
+    action_mask  (G, O) bool, False for padding; at least one is True in a row
+    """
+
+    places: np.ndarray
+    features: np.ndarray
+    action_mask: np.ndarray
