@@ -17,7 +17,7 @@ from reference.fire import Decision
 from reference.game.moments import Moment
 from reference.game.observations import robot_vectors, robots_at_work
 from reference.learning.networks import one_thread
-from reference.learning.poca import GroupCritic
+from reference.learning.poca import LEARNERS, GroupCritic
 from reference.learning.ppo import Critic
 from reference.learning.settings import Side
 from reference.navigation import navigation_of
@@ -26,12 +26,6 @@ from reference.workshop.evaluation.worst_case.placements import placements
 from reference.workshop.training.checkpoints import CheckpointError, must_fit
 from reference.workshop.training.policies import CheckpointLike, LearnedPolicy
 from reference.world import Source, World
-
-CRITICS: dict[str, type[Critic] | type[GroupCritic]] = {
-    "ppo": Critic,
-    "poca": GroupCritic,
-}
-"""The robots' critics by `trainer_type`."""
 
 
 class CriticFire(LearnedPolicy):
@@ -93,7 +87,8 @@ def critic_of(robots: LearnedPolicy) -> Critic | GroupCritic:
             "Name the checkpoint of its robots."
         )
     settings = robots.learned.settings
-    critic = CRITICS[settings.trainer_type](robots.player.sizes, settings).eval()
+    learner = LEARNERS[settings.trainer_type](settings, robots.player.sizes, seed=0)
+    critic = learner.critic.eval()
     with must_fit("critic is not of the shape its settings tell"):
         critic.load_state_dict(learners["robots"]["critic"])
     return critic

@@ -4,8 +4,6 @@ Clauses: F4, F8, B7, D7.  Everybody is assumed to take the cheapest way out: cru
 a hundredth of the cost of simulating the rest.  Losses are health points.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 
 from reference import paper
@@ -25,17 +23,9 @@ SOON = 30.0
 
 STOREY_LOSS = LOSS_PER_SECOND * paper.STAIRS_SECONDS
 
-
-class Losses(NamedTuple):
-    """What the cheapest way out costs from n places, (n,) each; inf: no way.
-
-    off_floor  lost till the floor is left;  outside  lost till the building is left
-    storeys    walked down on it
-    """
-
-    off_floor: np.ndarray
-    outside: np.ndarray
-    storeys: np.ndarray
+Losses = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""What the cheapest way out costs from n places, (n,) each: lost till the floor is
+left, lost till the building is left (inf: no way), and storeys walked down on it."""
 
 
 def value_estimate(world: World) -> float:
@@ -46,34 +36,35 @@ def value_estimate(world: World) -> float:
     as stuck people do. Flames must be known that far: ask a simulation of its own
     future.
     """
-    who = np.flatnonzero(world.bodies.inside)
-    health, way = world.bodies.health[who], losses_of_people(world, who)
+    bodies = world.bodies
+    who = np.flatnonzero(bodies.inside)
+    health, (off_floor, outside, storeys) = bodies.health[who], _of_people(world, who)
     floors = np.arange(world.building.floors)
-    left = health[:, None] - way.off_floor[:, None] - STOREY_LOSS * floors
-    passed = np.where(floors < way.storeys[:, None], left, 0.0).clip(0)
-    end = health - way.outside
+    left = health[:, None] - off_floor[:, None] - STOREY_LOSS * floors
+    passed = np.where(floors < storeys[:, None], left, 0.0).clip(0)
+    end = health - outside
     got_out = np.where(end > 0, end + FIXED_REWARD, -FIXED_PENALTY)
     return float(passed.sum() + got_out.sum())
 
 
-def losses_of_people(world: World, who: np.ndarray) -> Losses:
+def _of_people(world: World, who: np.ndarray) -> Losses:
     """Look up what lies before these people, (n,); those on stairs come out first."""
     bodies, building = world.bodies, world.building
-    losses = losses_of_places(building, world.flames.arrival <= world.time + SOON)
+    everywhere = _of_places(building, world.flames.arrival <= world.time + SOON)
     place, well = bodies.place[who], bodies.stairwell[who]
     down = np.flatnonzero(well >= 0)
     place[down] = stairwell_feet(building)[well[down]]
-    mine = Losses(*(field[place] for field in losses))
+    off_floor, outside, storeys = (field[place] for field in everywhere)
     lowest = np.array([well.lowest for well in building.stairwells], dtype=int)
     wait = LOSS_PER_SECOND * (bodies.stairs_until[who[down]] - world.time).clip(0)
     more = bodies.floor[who[down]] - lowest[well[down]] - 1
-    mine.off_floor[down] = wait
-    mine.outside[down] += wait + STOREY_LOSS * more
-    mine.storeys[down] += more
-    return mine
+    off_floor[down] = wait
+    outside[down] += wait + STOREY_LOSS * more
+    storeys[down] += more
+    return off_floor, outside, storeys
 
 
-def losses_of_places(building: Building, burning: np.ndarray) -> Losses:
+def _of_places(building: Building, burning: np.ndarray) -> Losses:
     """Find every place's cheapest way out; burning: (floors, rows, cols) bool."""
     beside = cells_beside(building, burning)
     harm = np.select([burning, beside], [paper.BURN_LOSS, paper.HEAT_LOSS], 0.0)
@@ -81,4 +72,4 @@ def losses_of_places(building: Building, burning: np.ndarray) -> Losses:
     on_foot, outside, storeys = ways_outside(building, cost, STOREY_LOSS)
     best = outside.argmin(axis=0)
     here = best, np.arange(len(best))
-    return Losses(on_foot[here], outside[here], storeys[best])
+    return on_foot[here], outside[here], storeys[best]
