@@ -209,16 +209,14 @@ def test_several_seeds_are_thin_lines_with_their_mean_in_bold(run):
     assert sorted(lines) == [0.9, 0.9, 0.9, 2]
 
 
-def test_switches_of_phase_are_marked_in_every_panel(run):
-    """Five vertical lines for three turns of each side."""
+def test_phases_are_shaded_in_every_panel(run):
+    """Three turns of each side, each 30 episodes long."""
     figure = curves.figure([run("a", IN_TURN)])
     for title in curves.UNITS:
-        marks = [
-            x[0]
-            for x in (m.get_xdata() for m in panel(figure, title).lines)
-            if len(x) == 2 and x[0] == x[1]
-        ]
-        assert marks == [30, 60, 90, 120, 150]
+        spans = [patch.get_extents() for patch in panel(figure, title).patches]
+        across = panel(figure, title).transData.inverted().transform
+        starts = [across((span.x0, 0))[0] for span in spans]
+        assert starts == pytest.approx([0, 30, 60, 90, 120, 150], abs=1e-6)
 
 
 def test_the_fires_losses_are_not_drawn_while_it_does_not_learn(run):
@@ -232,9 +230,10 @@ def test_the_fires_losses_are_not_drawn_while_it_does_not_learn(run):
 def test_what_was_imitated_stands_before_the_first_episode(run):
     """It takes no episodes, so that it has a place of its own left of 0."""
     figure = curves.figure([run("a", IMITATED, imitation=3)])
-    name = next(text for text in words(figure) if text.get_text() == "imitation")
-    assert name.get_position()[0] < 0
     figure.draw_without_rendering()
+    bar = figure.axes[0].patches[0]
+    assert bar.get_label() == "phase imitation"
+    assert bar.get_x() < 0 == bar.get_x() + bar.get_width()
     assert "0" in [label.get_text() for label in figure.axes[-1].get_xticklabels()]
 
 

@@ -7,7 +7,6 @@ the time axis, while a decision of one is none of the other.
 """
 
 from collections.abc import Sequence
-from itertools import cycle
 from math import nan
 from typing import Any, NamedTuple
 
@@ -118,10 +117,9 @@ def with_gaps(x: np.ndarray, y: np.ndarray, part: np.ndarray) -> Line:
 
 # -- The page -----------------------------------------------------------------------
 
-_WIDTH, _PANEL, _STRIP, _REST = 11.0, 1.9, 0.26, 1.7  # inches
+_WIDTH, _PANEL, _REST = 11.0, 1.9, 1.7  # inches
 _LEAD_IN = 0.08  # of the time axis, for what went on before the first episode
-_LETTER = 0.0075  # of the time axis, in the name of a phase
-_GREYS = ("#e7ebf0", "#cbd3dc", "#aeb8c4", "#dfd6c4", "#c4b99f")  # dark on none is lost
+_GREYS = ("#e7ebf0", "#f0ebdf", "#d5dce4", "#e0d7c2", "#c3ccd6")  # of phases
 _MARKS: dict[str, dict[str, Any]] = {
     ROBOTS: {"marker": "D", "ms": 6},
     FIRE: {"marker": DROP, "ms": 10},
@@ -129,16 +127,13 @@ _MARKS: dict[str, dict[str, Any]] = {
 }
 
 
-Track = tuple[str, tuple[Phase, ...]]
-"""A strip above the panels: whose it is, "" for everybody's, and the phases."""
-
-
 def figure(runs: Sequence[Run]) -> Figure:
     """Draw reward, survivors, entropy and losses over the episodes played [E6].
 
     One run: its values faint, their running means bold. Several, such as seeds: the
-    running means of each thin, their mean bold. Phases stand in a strip above, where
-    there is more than one. Raises ValueError where there is nothing to draw.
+    running means of each thin, their mean bold. Phases are shaded, where there is more
+    than one and all runs have the same. Raises ValueError where there is nothing to
+    draw.
     """
     curves = [c for c in CURVES if any(len(points(run, c)[0]) for run in runs)]
     panels = list(dict.fromkeys(curve.panel for curve in curves))
@@ -146,70 +141,40 @@ def figure(runs: Sequence[Run]) -> Figure:
         raise InputError(
             "no rewards, entropies and losses to draw: train for longer first."
         )
-    tracks = _tracks(runs)
+    phases = _phases(runs)
     names = page.shortened(", ".join(run.name for run in runs), 70)
-    whole, strips, rest = _page(f"Learning curves: {names}", len(tracks), len(panels))
+    height = _PANEL * len(panels) + _REST
+    whole = page.sheet(f"Learning curves: {names}", _WIDTH, height)
+    look: dict[str, Any] = {"sharex": True, "squeeze": False}
+    rest = whole.subplots(len(panels), **look)[:, 0]
+    rest[-1].set_xlabel("episodes played by both sides")
+    whole.align_ylabels(rest)
     end = max(run.end for run in runs) or 1.0
-    early = any(each[0].end == 0 for _, each in tracks)
+    early = any(phase.end == 0 for phase in phases)
     rest[0].set_xlim(-_LEAD_IN * end if early else 0.0, end)
-    phases = dict.fromkeys(phase.name for _, each in tracks for phase in each)
-    shades = dict(zip(phases, cycle(_GREYS), strict=False))
-    for axes, track in zip(strips, tracks, strict=True):
-        _draw_strip(axes, track, shades)
     for axes, panel in zip(rest, panels, strict=True):
-        _draw_panel(axes, panel, tracks)
+        _draw_panel(axes, panel, phases)
     for curve in curves:
         found = [each for each in (points(run, curve) for run in runs) if len(each[0])]
         _draw_curve(rest[panels.index(curve.panel)], curve, found, SMOOTHING * end)
-    caption = _caption(runs, SMOOTHING * end, bool(tracks))
+    switches = any(len(run.phases) > 1 for run in runs)
+    caption = _caption(runs, SMOOTHING * end, switches)
     page.foot(whole, caption=caption, handlelength=2.8)
     return whole
 
 
-def _page(title: str, strips: int, panels: int) -> tuple[Figure, Any, Any]:
-    """Lay out strips and panels, one above another: the figure and all axes."""
-    heights = [_STRIP] * strips + [_PANEL] * panels
-    whole = page.sheet(title, _WIDTH, sum(heights) + _REST)
-    look: dict[str, Any] = {"sharex": True, "squeeze": False}
-    rows = whole.subplots(len(heights), height_ratios=heights, **look)[:, 0]
-    rows[-1].set_xlabel("episodes played by both sides")
-    whole.align_ylabels(rows[strips:])
-    return whole, rows[:strips], rows[strips:]
-
-
-def _tracks(runs: Sequence[Run]) -> list[Track]:
-    """List the strips: none where no run switches phase, else one for all or for each.
-
-    Runs of the same phases share one; they switch at nearly the same episodes, and it
-    shows the mean.
-    """
+def _phases(runs: Sequence[Run]) -> list[Phase]:
+    """Phases that all runs have, if more than one; the means of when they switch."""
     names = {tuple(phase.name for phase in run.phases) for run in runs}
-    if all(len(each) == 1 for each in names):
+    if len(names) > 1 or len(runs[0].phases) == 1:
         return []
-    if len(names) > 1:
-        return [(run.name, run.phases) for run in runs]
     ends = np.mean([[phase.end for phase in run.phases] for run in runs], axis=0)
     ends[-1] = max(run.end for run in runs)
-    return [("", tuple(map(Phase, *names, [0.0, *ends[:-1]], ends)))]
+    return list(map(Phase, *names, [0.0, *ends[:-1]], ends))
 
 
-def _draw_strip(axes: Axes, track: Track, shades: dict[str, str]) -> None:
-    """Draw the phases as a bar, each with its name where that fits."""
-    axes.spines[:].set_visible(False)
-    axes.tick_params(length=0, labelbottom=False)
-    axes.set_yticks([0.5], track[:1])
-    left, right = axes.get_xlim()
-    for name, start, end in track[1]:
-        start = start if end else left
-        bar = axes.broken_barh([(start, end - start)], (0, 1), color=shades[name])
-        bar.set(ec="white", label=f"phase {name}")
-        if len(name) * _LETTER < (end - start) / (right - left):
-            middle = (start + end) / 2
-            axes.text(middle, 0.45, name, fontsize=8, ha="center", va="center")
-
-
-def _draw_panel(axes: Axes, panel: str, tracks: Sequence[Track]) -> None:
-    """Draw title, scale, grid, and a line where a phase begins."""
+def _draw_panel(axes: Axes, panel: str, phases: Sequence[Phase]) -> None:
+    """Draw title, scale, grid, and the phases as shades."""
     axes.yaxis.set_major_locator(MaxNLocator(4))
     if panel == LOSSES:
         axes.set_yscale("log")
@@ -220,8 +185,11 @@ def _draw_panel(axes: Axes, panel: str, tracks: Sequence[Track]) -> None:
     axes.grid(axis="y")
     axes.set_title(panel)
     axes.set_ylabel(UNITS[panel], fontsize=8)
-    for phase in (phase for _, phases in tracks for phase in phases[1:]):
-        axes.axvline(phase.start, color=page.FAINT, lw=0.8, ls=(0, (3, 2)), zorder=0.5)
+    shades = dict(zip(dict.fromkeys(p.name for p in phases), _GREYS, strict=False))
+    left, _ = axes.get_xlim()
+    for name, start, end in phases:
+        bar = axes.axvspan(start if end else left, end, color=shades[name], lw=0)
+        bar.set(label=f"phase {name}", zorder=0)
 
 
 def _draw_curve(axes: Axes, curve: Curve, runs: Sequence[Found], window: float) -> None:

@@ -190,14 +190,10 @@ def _straight(
 
 
 def _graph_legend() -> list[Artist]:
+    dot: Style = {"ls": "", "ms": 7}
     looks: dict[str, Style] = {
-        "room": {"marker": "o", "ls": "", "color": page.TEXT, "ms": 7},
-        "stairwell": {
-            "marker": "s",
-            "ls": "",
-            "color": COLOURS[Kind.ENTRANCE],
-            "ms": 7,
-        },
+        "room": {"marker": "o", "color": page.TEXT, **dot},
+        "stairwell": {"marker": "s", "color": COLOURS[Kind.ENTRANCE], **dot},
     }
     for kind in (Kind.DOOR, Kind.ENTRANCE, Kind.EXIT):
         looks[page.MEANINGS[kind]] = {"color": COLOURS[kind], "lw": 2}

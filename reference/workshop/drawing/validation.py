@@ -15,25 +15,20 @@ WINDOW = 5  # seconds over which a flow is taken
 
 
 def diagram(seed: int) -> Figure:
-    """Draw speed and flow by density, beside Weidmann's curve."""
+    """Draw speed by density, beside Weidmann's curve."""
     page = sheet("The fundamental diagram: walking in a crowd", 9.2, 4.6)
-    dots = np.array(cases.DENSITIES)
-    curve = np.linspace(0.1, dots[-1] + 0.5, 200)
-    ours = np.array([cases.speed_in_ring(d, seed) for d in cases.DENSITIES])
+    axes = page.subplots()
+    curve = np.linspace(0.1, cases.DENSITIES[-1] + 0.5, 200)
+    ours = [cases.speed_in_ring(d, seed) for d in cases.DENSITIES]
     theirs = np.array([cases.weidmann(d) for d in curve])
-    speed, flow = page.subplots(1, 2)
     low, high = np.maximum(theirs - cases.BESIDE, 0), theirs + cases.BESIDE
     band = f"within {cases.BESIDE} m/s of it"
-    speed.fill_between(curve, low, high, color=FAINT, alpha=0.18, lw=0, label=band)
-    for axes, power in ((speed, 0), (flow, 1)):
-        axes.plot(curve, theirs * curve**power, **THEIRS, label="Weidmann (1993)")
-        name = "measured, in a ring of 20 m × 4 m"
-        axes.plot(dots, ours * dots**power, **OURS, label=name)
-        axes.set(xlim=(0, curve[-1]), xlabel="people per square metre")
-        axes.set_ylim(bottom=0)
-        axes.grid()
-    speed.set(ylabel="m/s", title="mean speed")
-    flow.set(ylabel="people per metre and second", title="flow")
+    axes.fill_between(curve, low, high, color=FAINT, alpha=0.18, lw=0, label=band)
+    axes.plot(curve, theirs, **THEIRS, label="Weidmann (1993)")
+    axes.plot(cases.DENSITIES, ours, **OURS, label="measured, in a ring of 20 m × 4 m")
+    axes.set(xlim=(0, curve[-1]), xlabel="people per square metre", ylabel="m/s")
+    axes.set_ylim(bottom=0)
+    axes.grid()
     foot(page)
     return page
 
