@@ -4,6 +4,7 @@ import fcntl
 import json
 import random
 import shutil
+import tomllib
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
@@ -28,6 +29,9 @@ from reference.workshop.evaluation.crossplay import (
     read_ruler,
     resume,
 )
+from reference.workshop.experiment import asked
+from reference.workshop.files import read_json
+from reference.workshop.plain import record_from
 from reference.workshop.runs import held
 from reference.workshop.training import starting
 from reference.workshop.training.policies import LearnedRobots
@@ -170,6 +174,14 @@ def _held(path: Path) -> None:
             pass
 
 
+def _parts(path: Path) -> None:
+    record_from(asked.Experiment, read_json(path), str(path))
+
+
+def _begun(path: Path) -> None:
+    asked.refuse_changed(asked.read(path.parents[1] / "tiny.toml"), path.parent)
+
+
 OURS = {
     "reference": {
         "Robot": {"head": "pointer"},
@@ -191,6 +203,11 @@ KINDS = {
     "checkpoint resumed": Kind(
         "run/checkpoint-000002.pt", _resumed, _from_torch, _torch, cases=50
     ),
+    "experiment": Kind("tiny.toml", asked.read, cases=50),
+    "experiment's parts": Kind("tiny.json", _parts, _from_json, _json, cases=50),
+    "experiment begun": Kind(
+        "experiment/experiment.json", _begun, _from_json, _json, "experiment", 30
+    ),
     "lock": Kind("locked/.lock", _held, named="locked"),
     "map": Kind("tiny.txt", load_building),
 }
@@ -200,14 +217,18 @@ KINDS = {
 def whole(tmp_path_factory):
     """A folder with a file of every kind, all whole."""
     folder = tmp_path_factory.mktemp("whole")
-    asked = Asked(("none",), ("none", "random"), "tiny", people=2, episodes=1)
+    few = Asked(("none",), ("none", "random"), "tiny", people=2, episodes=1)
     (folder / "evaluation").mkdir()
-    evaluate(begin(asked), folder / "evaluation", InProcess())
+    evaluate(begin(few), folder / "evaluation", InProcess())
     (folder / "ruler.json").write_text(json.dumps(asdict(PAPER)))
     (folder / "locked").mkdir()
     (folder / "locked" / ".lock").write_text("12345")
     (folder / "locked" / "notes.txt").touch()
     shutil.copy(ROOT / "floors" / "tiny.txt", folder)
+    shutil.copy(ROOT / "tutorials" / "experiments" / "tiny.toml", folder)
+    _json(tomllib.loads((folder / "tiny.toml").read_text()), folder / "tiny.json")
+    (folder / "experiment").mkdir()
+    asked.begin(asked.read(folder / "tiny.toml"), folder / "experiment")
     unity = _from_yaml(ROOT / "tests" / "trainers" / "unity.yaml")
     _yaml(unity | OURS, folder / "settings.yaml")
     with one_thread():

@@ -7,8 +7,10 @@ from pathlib import Path
 
 import pytest
 from clauses import ROOT
+from trainings import trained
 
 from reference.__main__ import main
+from reference.learning.networks import one_thread
 from reference.learning.settings import SettingsError
 from reference.paper import InputError
 from reference.workshop import workers as workforce
@@ -17,8 +19,11 @@ from reference.workshop.experiment import page, steps
 from reference.workshop.experiment.asked import BEST, Experiment, read
 from reference.workshop.experiment.results import OWN, Results
 from reference.workshop.experiment.steps import Plan, perform
+from reference.workshop.files import make_folder
 from reference.workshop.plain import record_from
 from reference.workshop.runs import RunError
+from reference.workshop.training.checkpoints import load
+from reference.workshop.training.session import Training
 from reference.workshop.workers import InProcess, cluster, workers
 
 FILES = ROOT / "tutorials" / "experiments"
@@ -90,6 +95,21 @@ def test_whoever_stopped_goes_on_where_it_was(whole, tmp_path):
     assert 0 < len(begun) < 5
     performed(small(), tmp_path)
     assert tables(tmp_path) == tables(whole)
+
+
+def test_a_training_under_way_goes_on_from_its_checkpoint(whole, tmp_path):
+    """Here at least, where its folder is the worker's."""
+    plan = Plan(small(), tmp_path, here=True)
+    job = next(plan.steps()).job()
+    folder = Path(job.folder)
+    make_folder(folder)
+    (folder / "checkpoint-000000.pt").write_bytes(job.beginning)
+    with one_thread():
+        trained(Training.resumed(load(folder)), folder, rounds=1)
+    assert load(folder).round == 1
+    steps.fit(job)
+    name = "trainings/learning-3/summaries.csv"
+    assert tables(tmp_path)[name] == tables(whole)[name]
 
 
 def test_a_job_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypatch):

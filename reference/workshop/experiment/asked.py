@@ -220,7 +220,7 @@ def read(path: Path) -> Experiment:
     """Read an experiment's file. Raises SettingsError, OSError."""
     try:
         content = tomllib.loads(read_text(path))
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise SettingsError(f"{path}: this is no TOML: {error}") from None
     return record_from(Experiment, content, str(path))
 

@@ -9,8 +9,10 @@ that it needs are.  So nothing is done twice, and whoever goes on goes on here.
     tests/             evacuations of every team against every fire
 """
 
+import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -26,6 +28,7 @@ from reference.workshop.evaluation.crossplay import Match, Record, records
 from reference.workshop.experiment.asked import BEST, Experiment
 from reference.workshop.experiment.jobs import DONE, Fit, Trial, fit, trial
 from reference.workshop.files import make_folder, write_whole
+from reference.workshop.runs import RunError
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.workshop.training.checkpoints import Task, load, newest, packed
 from reference.workshop.training.session import Training
@@ -83,18 +86,32 @@ class Plan:
         kind = "choices" if fire.isdecimal() else "tests"
         return self.folder / kind / f"{team} {fire}.csv"
 
-    def records(self, fires: tuple[str, ...] | None = None) -> list[Record]:
-        """All evacuations of tests that are there."""
-        experiment = self.experiment
-        words = experiment.fires if fires is None else fires
-        pairs = [(team, fire) for team in experiment.teams for fire in words]
-        return [run for pair in pairs for run in records.read(self.test(*pair))]
+    def records(self) -> list[Record]:
+        """All evacuations of tests that are there. Raises RunError for damaged ones."""
+        experiment, first = self.experiment, self.experiment.test.seed
+        return [
+            run
+            for team in experiment.teams
+            for fire, episodes in experiment.fires.items()
+            for run in self._runs(team, fire, range(first, first + episodes))
+        ]
+
+    def _runs(self, team: str, fire: str, seeds: range) -> list[Record]:
+        """The evacuations in one table, all of them or, where there is none, none."""
+        path = self.test(team, fire)
+        if not path.exists():
+            return []
+        runs = records.read(path)
+        if [records.key(run) for run in runs] != [(team, fire, seed) for seed in seeds]:
+            raise RunError(f"{path}: is damaged. Remove it, and go on with --resume.")
+        return runs
 
     def strongest(self, team: str) -> Path:
         """The folder of the response that costs a team most, on the choices' seeds."""
         assert self.experiment.best_response is not None
         numbers = map(str, range(self.experiment.best_response.seeds))
-        tables = {k: records.read(self.test(team, k)) for k in numbers}
+        seeds = self.experiment.choices
+        tables = {k: self._runs(team, k, seeds) for k in numbers}
         rewards = {k: mean(run.reward for run in runs) for k, runs in tables.items()}
         return self.response(team, min(rewards, key=rewards.__getitem__))
 
@@ -173,8 +190,8 @@ def _given(task: Task) -> Task:
 
 
 def _checkpoint(folder: Path) -> bytes:
-    path = newest(folder)
-    assert path is not None
+    if (path := newest(folder)) is None:
+        raise RunError(f"{folder}: its checkpoint is gone. Remove it to train anew.")
     return path.read_bytes()
 
 
@@ -200,27 +217,37 @@ def perform(
         while not stop():
             while len(running) < width() and (step := _ready(left)):
                 left.remove(step)
-                try:
+                with _noted(step, failed, stop):
                     running[executor.submit(step.work, step.job())] = step
-                except KeyboardInterrupt:  # in this process
-                    if not stop():
-                        raise
             if not running:
                 break
-            finished, _ = wait(running, POLL, FIRST_COMPLETED)
-            for future in finished:
+            for future in wait(running, POLL, FIRST_COMPLETED).done:
                 step = running.pop(future)
-                try:
+                with _noted(step, failed, stop):
                     step.keep(future.result())
                     bar.update()
-                except BrokenExecutor:
-                    raise
-                except Exception as error:
-                    failed[step.name] = f"{type(error).__name__}: {error}"
-                    tqdm.write(f"{step.name}: {failed[step.name]}")
+                    if bar.disable:
+                        print(f"done: {step.name}", file=sys.stderr)
     for future in running:
         future.cancel()
     return failed
+
+
+@contextmanager
+def _noted(
+    step: Step, failed: dict[str, str], stop: Callable[[], bool]
+) -> Iterator[None]:
+    """Note why a step failed; a worker that has died and Ctrl-C end everything."""
+    try:
+        yield
+    except BrokenExecutor:
+        raise
+    except KeyboardInterrupt:  # in this process
+        if not stop():
+            raise
+    except Exception as error:
+        failed[step.name] = f"{type(error).__name__}: {error}"
+        tqdm.write(f"failed: {step.name}: {failed[step.name]}", file=sys.stderr)
 
 
 def _ready(steps: list[Step]) -> Step | None:
