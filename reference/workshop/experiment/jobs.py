@@ -7,23 +7,29 @@ any process of any machine can do them.
 import json
 from collections.abc import Mapping
 from contextlib import ExitStack, redirect_stderr
+from copy import deepcopy
 from dataclasses import asdict, dataclass, field
+from io import BytesIO
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
+from reference.building import building_of
 from reference.learning.networks import one_thread
-from reference.learning.settings import Side
-from reference.workshop.evaluation.contestants import Evacuation
+from reference.learning.settings import SIDES, Side
+from reference.simulation import Simulation
+from reference.workshop.evaluation.contestants import contestant
 from reference.workshop.evaluation.crossplay import Arena, Match, Record
-from reference.workshop.evaluation.crossplay.playing import play
-from reference.workshop.files import make_folder, write_whole
-from reference.workshop.training.checkpoints import load, newest
+from reference.workshop.evaluation.crossplay.playing import recorded
+from reference.workshop.files import make_folder
+from reference.workshop.training.checkpoints import Checkpoint, load, newest, unpacked
 from reference.workshop.training.loop import CLOCK, SUMMARIES, train
+from reference.workshop.training.policies import LearnedFire, LearnedRobots
 from reference.workshop.training.session import Training
 from reference.workshop.workers import InProcess
 
-BEGINNING, LOG, DONE = "checkpoint-000000.pt", "log.txt", "training.json"
-LEARNED = "learned.pt"
+LOG, DONE = "log.txt", "training.json"
+POLICIES: dict[Side, Any] = {"robots": LearnedRobots, "fire": LearnedFire}
 
 
 @dataclass(frozen=True)
@@ -48,9 +54,10 @@ def fit(job: Fit) -> dict[str, bytes]:
         make_folder(folder := Path(temporary))
         log = stack.enter_context((folder / LOG).open("a"))
         stack.enter_context(redirect_stderr(log))
-        if newest(folder) is None:
-            write_whole(folder / BEGINNING, job.beginning)
-        training = Training.resumed(load(folder))
+        there = newest(folder)
+        training = Training.resumed(
+            load(there) if there else _checkpoint(job.beginning)
+        )
         learner = training.learners[job.side]
         path = train(
             training,
@@ -78,14 +85,24 @@ class Trial:
 
 def trial(job: Trial) -> list[Record]:
     """Play all evacuations by mean actions; their records in the seeds' order."""
-    arena, words = job.arena, job.match._asdict()
-    with TemporaryDirectory() as folder, one_thread():
-        for side, content in job.learned.items():
-            path = Path(folder) / f"{side}.pt"
-            path.write_bytes(content)
-            words[side] = str(path)
-        runs = (
-            Evacuation(arena.plan, arena.scenario, **words, seed=seed)
+    building, scenario = building_of(job.arena.plan), job.arena.scenario
+    with one_thread():
+        players = [_player(job, side) for side in SIDES]
+        return [
+            recorded(
+                job.match,
+                seed,
+                Simulation(building, scenario, *deepcopy(players), seed),
+            )
             for seed in job.seeds
-        )
-        return [play((job.match, run)) for run in runs]
+        ]
+
+
+def _player(job: Trial, side: Side) -> Any:
+    if (content := job.learned.get(side)) is None:
+        return contestant(getattr(job.match, side), side)
+    return POLICIES[side](_checkpoint(content))
+
+
+def _checkpoint(content: bytes) -> Checkpoint:
+    return unpacked(BytesIO(content), Path("a checkpoint that came with a job"))

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields, replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 from zipfile import BadZipFile, ZipFile
 
 import torch
@@ -143,20 +143,23 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
         path = found
     refuse_no_file(path)
     with path.open("rb") as file:
-        if file.read(len(MAGIC)) != MAGIC:
-            raise CheckpointError(
-                f"{path}: is no checkpoint. Name one that train made."
-            )
-        try:
-            if (damaged := ZipFile(file).testzip()) is not None:  # torch does not look
-                raise BadZipFile(damaged)
-            file.seek(0)
-            content = torch.load(file, map_location="cpu", weights_only=True)
-        except Exception as error:  # torch tells damage in many ways
-            raise CheckpointError(
-                f"{path}: is damaged, or is no checkpoint. If train made it, name the "
-                "one before, or remove it to go on from there."
-            ) from error
+        return unpacked(file, path)
+
+
+def unpacked(file: BinaryIO, path: Path) -> Checkpoint:
+    """What `packed` made a file of; path: its name. Raises CheckpointError."""
+    if file.read(len(MAGIC)) != MAGIC:
+        raise CheckpointError(f"{path}: is no checkpoint. Name one that train made.")
+    try:
+        if (damaged := ZipFile(file).testzip()) is not None:  # torch does not look
+            raise BadZipFile(damaged)
+        file.seek(0)
+        content = torch.load(file, map_location="cpu", weights_only=True)
+    except Exception as error:  # torch tells damage in many ways
+        raise CheckpointError(
+            f"{path}: is damaged, or is no checkpoint. If train made it, name the "
+            "one before, or remove it to go on from there."
+        ) from error
     return _checked(content, path)
 
 

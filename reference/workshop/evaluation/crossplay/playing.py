@@ -11,6 +11,7 @@ from pathlib import Path
 from tqdm import tqdm
 
 from reference.evaluation.difficulty import difficulty_of, people_in
+from reference.simulation import Simulation
 from reference.workshop.evaluation.contestants import Evacuation
 from reference.workshop.evaluation.crossplay import asked
 from reference.workshop.evaluation.crossplay.asked import Evaluation
@@ -33,11 +34,15 @@ RUNS = "runs.csv"
 def play(job: tuple[Match, Evacuation]) -> Record:
     """Run an evacuation from beginning to end, and measure how hard its fire was."""
     match, evacuation = job
-    simulation = evacuation.simulation()
+    return recorded(match, evacuation.seed, evacuation.simulation())
+
+
+def recorded(match: Match, seed: int, simulation: Simulation) -> Record:
+    """Run a simulation to its end; its record."""
     people = people_in(simulation.world)
     simulation.run()
     difficulty = difficulty_of(simulation, people)
-    return record_of(match, evacuation.seed, simulation, difficulty)
+    return record_of(match, seed, simulation, difficulty)
 
 
 def evacuation_of(evaluation: Evaluation, run: Key) -> Evacuation:
