@@ -85,17 +85,15 @@ class Trial:
 
 def trial(job: Trial) -> list[Record]:
     """Play all evacuations by mean actions; their records in the seeds' order."""
-    building, scenario = building_of(job.arena.plan), job.arena.scenario
     with one_thread():
         players = [_player(job, side) for side in SIDES]
-        return [
-            recorded(
-                job.match,
-                seed,
-                Simulation(building, scenario, *deepcopy(players), seed),
-            )
-            for seed in job.seeds
-        ]
+        return [_evacuated(job, players, seed) for seed in job.seeds]
+
+
+def _evacuated(job: Trial, players: list[Any], seed: int) -> Record:
+    building, scenario = building_of(job.arena.plan), job.arena.scenario
+    robots, fire = deepcopy(players)  # they may remember
+    return recorded(job.match, seed, Simulation(building, scenario, robots, fire, seed))
 
 
 def _player(job: Trial, side: Side) -> Any:
