@@ -263,6 +263,12 @@ def test_without_best_responses_there_is_no_answer():
     assert "There is no answer" in text
     assert "exploitability" not in text
     assert "| `learning` | 50.0 [50.0, 50.0] |" in text
+    half = Results(
+        small(**COMPARED),
+        [run(f"learning-{k}", "random", 0, 0.5) for k in range(3)]
+        + [run(f"learning-{k}", BEST, 0, 0.5) for k in range(2)],
+    )
+    assert half.exploitable == []
 
 
 # -- Files --------------------------------------------------------------------------

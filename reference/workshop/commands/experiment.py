@@ -115,39 +115,32 @@ def _pictures(plan: Any, results: Any) -> Iterator[tuple[str, Path]]:
     from reference.workshop.drawing import page
     from reference.workshop.drawing.crossplay import matrix
     from reference.workshop.drawing.experiment import survivors
-    from reference.workshop.experiment.results import arm_of
 
     yield (
         "Survivors of all arms under all fires",
         page.save(matrix(results.cells()), plan.folder / "matrix.png"),
     )
-    for name, title, side, owner in (
-        ("trainings", "Survivors while robots learned", "robots", arm_of),
-        ("responses", "Survivors while best responses learned", "fire", _opponent),
+    for name, title, side in (
+        ("trainings", "Survivors while robots learned", "robots"),
+        ("responses", "Survivors while best responses learned", "fire"),
     ):
-        if arms := _curves(plan.folder / name, owner):
+        if arms := _curves(plan.folder / name):
             figure = survivors(title, arms, side)
             yield title, page.save(figure, plan.folder / f"{name}.png")
     if results.exploitable:
         yield from _films(plan, results)
 
 
-def _opponent(response: str) -> str:
-    """The arm that a best response learned against."""
-    from reference.workshop.experiment.results import arm_of
-
-    return arm_of(response.rpartition("-")[0])
-
-
-def _curves(folder: Path, owner: Callable[[str], str]) -> dict[str, list[Any]]:
-    """The curves of finished trainings in a folder, by their owner."""
+def _curves(folder: Path) -> dict[str, list[Any]]:
+    """The curves of finished trainings in a folder, by their arm."""
     from reference.workshop.drawing.runs import read
     from reference.workshop.experiment.jobs import DONE
+    from reference.workshop.experiment.results import arm_of
 
     found: dict[str, list[Any]] = {}
     for done in sorted(folder.glob(f"*/{DONE}")):
         with suppress(InputError):  # too short to draw
-            found.setdefault(owner(done.parent.name), []).append(read(done.parent))
+            found.setdefault(arm_of(done.parent.name), []).append(read(done.parent))
     return found
 
 

@@ -186,15 +186,21 @@ class Experiment:
         return Arena(self.building, plan_of(load(self.building)), scenario)
 
     @property
-    def fires(self) -> dict[str, int]:
-        """Each fire that every team meets, and in how many evacuations."""
-        test = self.test
+    def responses(self) -> range:
+        """The numbers of the fires that learn against each team."""
+        return range(self.best_response.seeds if self.best_response else 0)
+
+    @property
+    def fires(self) -> dict[str, range]:
+        """Each fire that every team meets, and the seeds of these evacuations."""
+        test, first = self.test, self.test.seed
         words = [word for word in test.fires if word in FIRES]
         arms = [word for word in test.fires if word not in FIRES]
         words += [f"{arm}-{seed}" for arm in arms for seed in self.seeds]
-        words += [BEST] * (self.best_response is not None)
-        ahead = {WORST: test.looking_ahead} if test.looking_ahead else {}
-        return dict.fromkeys(words, test.episodes) | ahead
+        words += [BEST] if self.responses else []
+        found = dict.fromkeys(words, range(first, first + test.episodes))
+        ahead = range(first, first + test.looking_ahead)
+        return found | ({WORST: ahead} if ahead else {})
 
     @property
     def choices(self) -> range:

@@ -118,9 +118,10 @@ class Results:
 
     @property
     def exploitable(self) -> list[str]:
-        """The rows of which `lost` is known."""
-        rows = dict.fromkeys(row for row, _ in self.runs)
-        return [r for r in rows if {(r, RANDOM), (r, BEST)} <= self.runs.keys()]
+        """The rows of which `lost` is known: every team has met both fires."""
+        teams = {where: {r.robots for r in runs} for where, runs in self.runs.items()}
+        rows = [row for row, fire in teams if fire == BEST]
+        return [r for r in rows if teams.get((r, RANDOM)) == teams[r, BEST]]
 
 
 def telling(results: Results, plan: Plan) -> Iterator[tuple[str, Evacuation]]:
@@ -146,5 +147,5 @@ def telling(results: Results, plan: Plan) -> Iterator[tuple[str, Evacuation]]:
 
 
 def arm_of(team: str) -> str:
-    """The arm of a team, without its training's seed."""
-    return team.rpartition("-")[0] or team
+    """The arm of a team, or of a fire that learned against it: without numbers."""
+    return team.partition("-")[0]

@@ -15,6 +15,7 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
+from itertools import product
 from pathlib import Path
 from statistics import mean
 from typing import Any
@@ -58,18 +59,15 @@ class Plan:
 
     def steps(self) -> Iterator[Step]:
         """All steps there are, done or not."""
-        experiment, response = self.experiment, self.experiment.best_response
+        experiment = self.experiment
         for team, task in experiment.trainings.items():
             folder = self.training(team)
             yield self._training(folder, (), partial(_given, task), "robots")
-        for team in experiment.teams if response else ():
-            for k in range(response.seeds if response else 0):
-                yield self._response(team, k)
-                yield self._test(team, str(k), experiment.choices)
-        for fire, episodes in experiment.fires.items():
-            first = experiment.test.seed
-            for team in experiment.teams:
-                yield self._test(team, fire, range(first, first + episodes))
+        for team, k in product(experiment.teams, experiment.responses):
+            yield self._response(team, k)
+            yield self._test(team, str(k), experiment.choices)
+        for (fire, seeds), team in product(experiment.fires.items(), experiment.teams):
+            yield self._test(team, fire, seeds)
 
     # -- Where things are -----------------------------------------------------------
 
@@ -88,12 +86,11 @@ class Plan:
 
     def records(self) -> list[Record]:
         """All evacuations of tests that are there. Raises RunError for damaged ones."""
-        experiment, first = self.experiment, self.experiment.test.seed
         return [
             run
-            for team in experiment.teams
-            for fire, episodes in experiment.fires.items()
-            for run in self._runs(team, fire, range(first, first + episodes))
+            for team in self.experiment.teams
+            for fire, seeds in self.experiment.fires.items()
+            for run in self._runs(team, fire, seeds)
         ]
 
     def _runs(self, team: str, fire: str, seeds: range) -> list[Record]:
@@ -108,12 +105,12 @@ class Plan:
 
     def strongest(self, team: str) -> Path:
         """The folder of the response that costs a team most, on the choices' seeds."""
-        assert self.experiment.best_response is not None
-        numbers = map(str, range(self.experiment.best_response.seeds))
-        seeds = self.experiment.choices
-        tables = {k: self._runs(team, k, seeds) for k in numbers}
-        rewards = {k: mean(run.reward for run in runs) for k, runs in tables.items()}
-        return self.response(team, min(rewards, key=rewards.__getitem__))
+
+        def reward(number: int) -> float:
+            runs = self._runs(team, str(number), self.experiment.choices)
+            return mean(run.reward for run in runs)
+
+        return self.response(team, min(self.experiment.responses, key=reward))
 
     # -- Steps ----------------------------------------------------------------------
 
@@ -178,9 +175,8 @@ class Plan:
         return () if team in ROBOTS else (self.training(team) / DONE,)
 
     def _needed_fire(self, team: str, fire: str) -> tuple[Path, ...]:
-        response = self.experiment.best_response
-        if fire == BEST and response:
-            return tuple(self.test(team, str(k)) for k in range(response.seeds))
+        if fire == BEST:
+            return tuple(self.test(team, str(k)) for k in self.experiment.responses)
         folder = self._fire(team, fire)
         return (folder / DONE,) if folder else ()
 
