@@ -50,6 +50,7 @@ WORKSHOP = (
     "workshop.runs",  # begin one in a folder, or go on with it
     "workshop.workers",  # who does the jobs, here or in other processes
     "workshop.traffic",  # who comes past where on the way out
+    "workshop.lockstep",  # many simulations tick together
     "workshop.strategies",  # hand-written robots and fires, by name
     "workshop.decoding",  # from observations back to points
     "workshop.landmarks",  # what a pointer head chooses among

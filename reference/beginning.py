@@ -27,6 +27,15 @@ from reference.world import (
     World,
 )
 
+PURPOSES = ("people", "flames", "fire", "robots", "elsewhere", "bodies")
+"""A random generator each: two runs may differ in one and share the rest."""
+
+
+def generators(seed: int) -> dict[str, np.random.Generator]:
+    """One random generator for each of PURPOSES."""
+    seeds = np.random.SeedSequence(seed).spawn(len(PURPOSES))
+    return dict(zip(PURPOSES, map(np.random.default_rng, seeds), strict=True))
+
 
 def beginning(building: Building, scenario: Scenario, rng: Rng) -> World:
     """The world at 0 s; rng places the people and gives them pace and rank.

@@ -61,11 +61,43 @@ def step(
 
     position, target: (n, 2) metres; floor: (n,); pace: (n,) m/s.
     """
+    pairs = neighbours(position, floor, pace, seconds)
+    if not pairs.size:
+        return alone(position, target, pace, seconds, free)
+
+    def turns(who: np.ndarray) -> np.ndarray:
+        return rng.uniform(-SHUFFLE_TURN, SHUFFLE_TURN, len(who))
+
+    return among(position, target, pace, seconds, free, pairs, turns)
+
+
+def alone(
+    position: np.ndarray,
+    target: np.ndarray,
+    pace: np.ndarray,
+    seconds: float,
+    free: Free,
+) -> np.ndarray:
+    """Move n bodies, each as if alone in the building; the same as `step` otherwise."""
+    e, _, v = _heading(position, target, pace, seconds)
+    return _not_into_walls(position, position + e * (v * seconds)[:, None], free)
+
+
+def among(
+    position: np.ndarray,
+    target: np.ndarray,
+    pace: np.ndarray,
+    seconds: float,
+    free: Free,
+    pairs: np.ndarray,
+    turns: Callable[[np.ndarray], np.ndarray],
+) -> np.ndarray:
+    """Move n bodies that heed their neighbours.
+
+    pairs: `neighbours`; turns: draws for (k,) bodies angles up to SHUFFLE_TURN.
+    """
     e, far, v = _heading(position, target, pace, seconds)
-    near = max(NEAR, DIAMETER + 2 * float(pace.max(initial=0)) * seconds)
-    i, j = _pairs(position, floor, near)
-    if not len(i):
-        return _not_into_walls(position, position + e * (v * seconds)[:, None], free)
+    i, j = np.concatenate(pairs), np.concatenate(pairs[::-1])  # each pair both ways
     far_i, far_j = far[i], far[j]
     yields = (far_i > far_j) | ((far_i == far_j) & (i > j))
     to_j, apart = _directions(_off(position, i, j))
@@ -87,24 +119,10 @@ def step(
     meets = np.zeros(len(e), bool)
     meets[i[facing[mine] & (_along(e.take(i, 0), to_j[mine]) > 0)]] = True
     tried, who = moved.copy(), np.flatnonzero(held_up)
-    tried[who] += SHUFFLE * seconds * _about(e[who], meets[who], rng)
+    tried[who] += SHUFFLE * seconds * _about(e[who], meets[who], turns(who))
     barred = who[~free(tried[who], who)]
     tried[barred] = moved[barred]
     return _not_into_each_other(moved, tried, np.ones_like(i, bool), i, j, room)
-
-
-def alone(
-    position: np.ndarray,
-    floor: np.ndarray,
-    target: np.ndarray,
-    pace: np.ndarray,
-    seconds: float,
-    free: Free,
-    rng: np.random.Generator,
-) -> np.ndarray:
-    """Move n ghosts, each as if alone in the building; the same as `step` otherwise."""
-    e, _, v = _heading(position, target, pace, seconds)
-    return _not_into_walls(position, position + e * (v * seconds)[:, None], free)
 
 
 def _heading(
@@ -123,16 +141,16 @@ def _directions(off: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return off / np.maximum(far, 1e-9)[:, None], far
 
 
-def _pairs(
-    position: np.ndarray, floor: np.ndarray, near: float
-) -> tuple[np.ndarray, np.ndarray]:
-    """(k,) and (k,) neighbours on the same floor, each pair both ways."""
+def neighbours(
+    position: np.ndarray, floor: np.ndarray, pace: np.ndarray, seconds: float
+) -> np.ndarray:
+    """(2, k) bodies on the same floor that are near each other, each pair once."""
     if len(position) < 2:
-        return np.empty(0, np.int64), np.empty(0, np.int64)
+        return np.empty((2, 0), np.int64)
+    near = max(NEAR, DIAMETER + 2 * float(pace.max()) * seconds)
     where = position + (floor * FLOOR_APART)[:, None]
     tree = cKDTree(where, balanced_tree=False, compact_nodes=False)
-    one, other = tree.query_pairs(near, output_type="ndarray").T
-    return np.concatenate([one, other]), np.concatenate([other, one])
+    return tree.query_pairs(near, output_type="ndarray").T
 
 
 def _heed_neighbours(
@@ -220,9 +238,9 @@ def _pushed_apart(moved: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray
     return moved
 
 
-def _about(e: np.ndarray, meets: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Draw (k, 2) directions about e, more to the right where somebody comes."""
-    angle = rng.uniform(-SHUFFLE_TURN, SHUFFLE_TURN, len(e)) - SHUFFLE_RIGHT * meets
+def _about(e: np.ndarray, meets: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """(k, 2) directions turned away from e, more to the right where somebody comes."""
+    angle = angle - SHUFFLE_RIGHT * meets
     x, y, cos, sin = *e.T, np.cos(angle), np.sin(angle)
     return np.array([x * cos - y * sin, x * sin + y * cos]).T
 

@@ -6,7 +6,7 @@ a ray reaches people, robots and flames is asked anew, for all who are about to 
     i   who looks;  j  a body in sight;  k  number of a ray
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from reference.paper import RAYS
 from reference.sight import Direction, Hit, Sight
-from reference.world import NOBODY, NOWHERE, Aim, Goal, Said, World
+from reference.world import NOBODY, NOWHERE, Aim, Bodies, Goal, Said, World
 
 
 @dataclass(frozen=True)
@@ -141,43 +141,53 @@ class View:
         return (x / far, y / far) if far else None
 
 
-def look(world: World, surroundings: Surroundings, who: np.ndarray) -> list[View]:
-    """What each of these people sees; who: (k,) people walking on a floor."""
-    bodies, sight = world.bodies, surroundings.sight
-    me = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
-    views = [
-        View(world.time, p, rank, since, surroundings.landmarks(p), surroundings)
-        for p, rank, since in _rows(*me)
-    ]
-    rows, j, places, metres = _pairs(world, sight, who)
+def look(
+    worlds: Sequence[World],
+    surroundings: Sequence[Surroundings],
+    bodies: Bodies,
+    who: np.ndarray,
+) -> list[View]:
+    """What each of these people sees.
+
+    worlds: one, or several of as many people and robots; surroundings: theirs;
+    bodies: of all in a row; who: (k,) of these, walking on a floor.
+    """
+    sight, n = surroundings[0].sight, len(worlds[0].bodies)
+    world, me = np.divmod(who, n)
+    rows, j, places, metres = _pairs(worlds, sight, world, me)
+    mine = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
+    views = []
+    for k, place, rank, since in _rows(world, *mine):
+        time, around = worlds[k].time, surroundings[k]
+        views.append(View(time, place, rank, since, around.landmarks(place), around))
     for row, body, place, far in _rows(rows, j, places, metres):
         views[row].bodies[body] = place, far
-    _show_people(world, sight, who, views, rows, j)
-    robots = np.flatnonzero(j >= len(bodies))
+    people, robots = np.flatnonzero(j < n), np.flatnonzero(j >= n)
+    i = world[rows[people]] * n + j[people]
+    _show_people(bodies, sight, who, views, rows[people], i, j[people])
     robots = robots[metres[robots].argsort(kind="stable")]
-    for row, body in _rows(rows[robots], j[robots]):
-        views[row].robots[body] = world.robots[body - len(bodies)].says
+    for row, k, body in _rows(rows[robots], world[rows[robots]], j[robots]):
+        views[row].robots[body] = worlds[k].robots[body - n].says
     return views
 
 
 def _show_people(
-    world: World,
+    bodies: Bodies,
     sight: Sight,
     who: np.ndarray,
     views: list[View],
     rows: np.ndarray,
-    j: np.ndarray,
+    i: np.ndarray,
+    own: np.ndarray,
 ) -> None:
-    """Enter who leads in the views; rows, j: as `_pairs`."""
-    bodies, n = world.bodies, len(world.bodies)
-    rows, j = rows[j < n], j[j < n]
-    leader, heading = bodies.leader[j], bodies.landmark[j]
-    m = n + len(world.robots)
+    """Enter who leads in the views; rows, i: who sees whom; own: i in its world."""
+    leader, heading = bodies.leader[i], bodies.landmark[i]
+    m = len(bodies) + int(leader.max(initial=0)) + 1  # more than all of own and leader
     followed = np.sort((rows * m + leader)[leader != NOBODY])
     lead = sight.meets[bodies.place[who[rows]], heading] & (leader == NOBODY)
-    rows, j, heading = rows[lead], j[lead], heading[lead]
-    first, last = (followed.searchsorted(rows * m + j, s) for s in ("left", "right"))
-    facts = j, heading, bodies.rank[j], last - first
+    rows, i, own, heading = rows[lead], i[lead], own[lead], heading[lead]
+    first, last = (followed.searchsorted(rows * m + own, s) for s in ("left", "right"))
+    facts = own, heading, bodies.rank[i], last - first
     for row, shown in zip(rows.tolist(), _rows(*facts), strict=True):
         views[row].leading.append(Leading(*shown))
 
@@ -187,19 +197,24 @@ def _rows(*columns: np.ndarray) -> Iterator[tuple[Any, ...]]:
     return zip(*(column.tolist() for column in columns), strict=True)
 
 
-def _pairs(world: World, sight: Sight, who: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Who sees whom, (pairs,) each: row of `who`, body seen, its place, metres away."""
-    x, y, place, present = _everybody(world)
+def _pairs(
+    worlds: Sequence[World], sight: Sight, world: np.ndarray, me: np.ndarray
+) -> tuple[np.ndarray, ...]:
+    """Who sees whom, (pairs,) each: row of `me`, body seen, its place, metres away.
+
+    me: (k,) people; world: (k,) which of the worlds each is in.
+    """
+    x, y, place, present = map(np.array, zip(*map(_everybody, worlds), strict=True))
     row, col = np.array(np.divmod(place, sight.navigation.cols), dtype=np.int16)
-    near = np.abs(row - row[who, None]) <= sight.sees.reach  # small numbers: fast
-    near &= np.abs(col - col[who, None]) <= sight.sees.reach
-    rows, j = np.divmod(np.flatnonzero(near & present), len(x))
-    i = who[rows]
-    off_x, off_y = x[j] - x[i], y[j] - y[i]
+    near = np.abs(row[world] - row[world, me, None]) <= sight.sees.reach
+    near &= np.abs(col[world] - col[world, me, None]) <= sight.sees.reach  # all small
+    rows, j = np.divmod(np.flatnonzero(near & present[world]), place.shape[1])
+    i, k = me[rows], world[rows]
+    here, there = place[k, i], place[k, j]
+    off_x, off_y = x[k, j] - x[k, i], y[k, j] - y[k, i]
     seen = np.maximum(np.abs(off_x), np.abs(off_y)) < sight.reach
-    seen &= sight.sees.reaches(place[i], place[j]) & (i != j)
-    j = j[seen]
-    return rows[seen], j, place[j], np.hypot(off_x[seen], off_y[seen])
+    seen &= sight.sees.reaches(here, there) & (i != j)
+    return rows[seen], j[seen], there[seen], np.hypot(off_x[seen], off_y[seen])
 
 
 def _everybody(world: World) -> tuple[np.ndarray, ...]:
@@ -223,7 +238,8 @@ def rays(world: World, sight: Sight, person: int) -> list[Hit | None]:
     For pictures and tests: the simulation uses `look`. People, robots and flames are
     met by the ray at their middle; flames in sight hide the door that they burn.
     """
-    view = look(world, Surroundings.of(world, sight), np.array([person]))[0]
+    around = Surroundings.of(world, sight)
+    view = look([world], [around], world.bodies, np.array([person]))[0]
     bodies, robots, centres = world.bodies, world.robots, sight.navigation.centres
     things = [("fire", p, centres[p]) for p in sorted(view.flames)]
     people = (j for j in view.bodies if j not in view.robots)

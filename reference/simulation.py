@@ -14,7 +14,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from reference import motion, paper, stairs
-from reference.beginning import beginning, occupancy
+from reference.beginning import beginning, generators, occupancy
 from reference.building import Building, Kind
 from reference.events import (
     Died,
@@ -24,7 +24,7 @@ from reference.events import (
     FireLit,
     LeftFloor,
 )
-from reference.fire import Generator
+from reference.fire import Generator, fire_acts
 from reference.flames import Spread
 from reference.game.rewards import group_reward
 from reference.humans import pass_landmark, think
@@ -36,8 +36,8 @@ from reference.sight import Sight, sight_of
 from reference.strategies import FireStrategy, NoFire, NoRobots, RobotStrategy
 from reference.world import NOBODY, NOWHERE, Aim, Fate, Source, World
 
-PURPOSES = ("people", "flames", "fire", "robots", "elsewhere", "bodies")
-"""A random generator each: two runs may differ in one and share the rest."""
+Touched = list[tuple[int, int]]
+"""People who have come upon a landmark, and the places they came from."""
 
 
 @dataclass(frozen=True)
@@ -88,20 +88,18 @@ class Simulation:
         self.tick = self.scenario.tick
         self.navigation: Navigation = navigation_of(building)
         self.sight: Sight = sight_of(building, self.scenario.sight_range)
-        self.rng = _generators(seed)
+        self.rng = generators(seed)
         self.robot_strategy: RobotStrategy = robots or NoRobots()
         self.fire_strategy: FireStrategy = fire or NoFire()
         self._marks, self._areas = building.landmark.ravel(), building.area.ravel()
         if isinstance(self.robot_strategy, NoRobots):
             self.scenario = replace(self.scenario, robots_per_floor=0)
         self.spread = Spread(building, self.rng["flames"])
-        people = self.rng["people"]
-        self.world = world or beginning(building, self.scenario, people)
+        self.world = world or beginning(building, self.scenario, self.rng["people"])
         self.algorithm = RobotAlgorithm()
         self.generator = Generator(building, self.scenario, self.rng["elsewhere"])
         self.events: list[Event] = []
-        self.ticks = 0
-        self.person_seconds = 0.0
+        self.ticks, self.person_seconds = 0, 0.0
         self.walked_to = np.empty((0, 2))
         self.decision_ticks = round(self.scenario.decision_seconds / self.tick)
         self._flame_ticks = max(1, round(paper.FLAME_SECONDS / self.tick))
@@ -126,7 +124,7 @@ class Simulation:
             self.fire_strategy.watch(self.copy())
         # SENSE
         who = np.flatnonzero(self._due & self.world.bodies.walking)
-        views = look(self.world, self._surroundings, who) if len(who) else []
+        views = look([self.world], [self._surroundings], self.world.bodies, who)
         # DECIDE
         self._people_decide(who, views)
         destinations = self._strategies_decide()
@@ -136,6 +134,7 @@ class Simulation:
         touched = self._people_move()
         # BURN
         self._burn()
+        self._lose_health()
         # SETTLE
         self._settle(touched)
         return self.events[already:]
@@ -179,7 +178,7 @@ class Simulation:
         with fresh delays, and strategies draw from fresh generators.
         """
         other = self.copy()
-        other.rng = _generators(seed)
+        other.rng = generators(seed)
         flames, rng = other.world.flames, other.rng["flames"]
         other.spread = self.spread.resampled(flames, other.world.time, rng)
         other._next_ignition = other.world.time
@@ -244,7 +243,7 @@ class Simulation:
 
     # -- MOVE -----------------------------------------------------------------------
 
-    def _people_move(self) -> list[tuple[int, int]]:
+    def _people_move(self) -> Touched:
         """Walk one tick; who has come upon a landmark, and from which place [A5]."""
         bodies, nav = self.world.bodies, self.navigation
         who = np.flatnonzero(bodies.walking)
@@ -254,17 +253,23 @@ class Simulation:
         marks, target = bodies.landmark[who], bodies.target[who]
         guided = np.flatnonzero(marks >= 0)
         target[guided] = nav.centres[nav.waypoint[marks[guided], before[guided]]]
-        position, pace, free = bodies.position[who], bodies.pace[who], self._free(who)
-        walk = motion.alone if self.scenario.ghosts else motion.step
-        rng = self.rng["bodies"]
-        moved = walk(position, floor, target, pace, self.tick, free, rng)
-        bodies.position[who] = self.walked_to = moved
+        bodies.position[who] = self.walked_to = moved = self._walk(who, target)
         bodies.place[who] = place = nav.places_at(floor, moved)
         self._notice_stuck(who, target)
         mark = self._marks[place]
-        touched = np.flatnonzero((mark >= 0) & (mark != self._marks[before]))
-        self._fill_doors(mark[touched])
-        return list(zip(who[touched].tolist(), before[touched].tolist(), strict=True))
+        upon = np.flatnonzero((mark >= 0) & (mark != self._marks[before]))
+        touched = list(zip(who[upon].tolist(), before[upon].tolist(), strict=True))
+        self._fill_doors(touched)
+        return touched
+
+    def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
+        """(k, 2) metres where these people get to in a tick."""
+        bodies, rng, free = self.world.bodies, self.rng["bodies"], self._free(who)
+        position, floor = bodies.position[who], bodies.floor[who]
+        pace = bodies.pace[who]
+        if self.scenario.ghosts:
+            return motion.alone(position, target, pace, self.tick, free)
+        return motion.step(position, floor, target, pace, self.tick, free, rng)
 
     def _free(self, who: np.ndarray) -> motion.Free:
         """Tell where bodies may go: not in walls, full doors, or flames if careful."""
@@ -282,13 +287,14 @@ class Simulation:
 
         return free
 
-    def _fill_doors(self, entered: np.ndarray) -> None:
+    def _fill_doors(self, touched: Touched) -> None:
         """Let nobody else into doors, entrances and exits that are full for now [A5].
 
-        entered: (k,) landmarks that people have just come upon. Ghosts fill nothing.
+        touched: people who have just come upon them. Ghosts fill nothing.
         """
-        if self.scenario.ghosts:
+        if self.scenario.ghosts or not touched:
             return
+        entered = self._marks[self.world.bodies.place[[i for i, _ in touched]]]
         for mark, count in Counter(entered.tolist()).items():
             way = self.building.landmarks[mark]
             entrance = way.kind is Kind.ENTRANCE
@@ -313,21 +319,24 @@ class Simulation:
     # -- BURN -----------------------------------------------------------------------
 
     def _burn(self) -> None:
-        """Advance the clock; spread flames, burn doors, lower health [A6] [B7] [D7]."""
+        """Advance the clock; spread flames and burn doors [A6] [D7]."""
         self.ticks += 1
-        world, bodies = self.world, self.world.bodies
+        world = self.world
         world.time = self.ticks * self.tick
         self.person_seconds += self.tick * sum(world.occupancy)
         if world.time >= self._next_ignition and self.ticks % self._flame_ticks == 0:
             self._next_ignition = self.spread.advance(world.flames, world.time)
             self._burn_doors()
             self._surroundings = Surroundings.of(world, self.sight)
-        bodies.health -= (
-            paper.HEALTH_RATE * self.scenario.frames_per_tick * bodies.inside
-        )
-        if world.flames.sources:
+
+    def _lose_health(self) -> None:
+        """Lower everybody's health, and more in and beside flames [B7]."""
+        bodies, flames = self.world.bodies, self.world.flames
+        rate = paper.HEALTH_RATE * self.scenario.frames_per_tick
+        bodies.health -= rate * bodies.inside
+        if flames.sources:
             walking = np.flatnonzero(bodies.walking)
-            harm = world.flames.harm.ravel()[bodies.place[walking]]
+            harm = flames.harm.ravel()[bodies.place[walking]]
             bodies.health[walking] -= harm * self.tick
 
     def _burn_doors(self) -> None:
@@ -340,7 +349,7 @@ class Simulation:
 
     # -- SETTLE ---------------------------------------------------------------------
 
-    def _settle(self, touched: list[tuple[int, int]]) -> None:
+    def _settle(self, touched: Touched) -> None:
         """Settle deaths, triggers and stairs; tell whose turn it is to think next."""
         bodies = self.world.bodies
         dead = np.flatnonzero((bodies.health <= 0) & bodies.inside).tolist()
@@ -348,7 +357,7 @@ class Simulation:
             bodies.health[i] = 0.0
             self._leave(i, Fate.DEAD)
             self._record(Died, i, int(bodies.floor[i]))
-        self._due = self._turn == self.ticks % paper.RECONSIDER_TICKS
+        self._due[:] = self._turn == self.ticks % paper.RECONSIDER_TICKS
         for i, before in touched:
             if bodies.fate[i] == Fate.INSIDE:
                 self._touch(i, before, int(self._marks[bodies.place[i]]))
@@ -385,15 +394,3 @@ class Simulation:
 
     def _record(self, event: type[Event], *facts: object) -> None:
         self.events.append(event(self.world.time, *facts))
-
-
-def _generators(seed: int) -> dict[str, np.random.Generator]:
-    """One random generator for each of PURPOSES."""
-    seeds = np.random.SeedSequence(seed).spawn(len(PURPOSES))
-    return dict(zip(PURPOSES, map(np.random.default_rng, seeds), strict=True))
-
-
-def fire_acts(number: int) -> bool:
-    """Is the fire's action read at the robots' decision of this number, from 0? [D2]"""
-    since_first = number - paper.FIRE_FIRST_DECISION
-    return since_first >= 0 and since_first % paper.FIRE_EVERY_DECISIONS == 0

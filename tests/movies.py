@@ -129,7 +129,9 @@ def mind(sim, letter):
 def view(sim, letter):
     """What the human with a letter sees now."""
     surroundings = Surroundings.of(sim.world, sim.sight)
-    return look(sim.world, surroundings, np.array([body(letter)]))[0]
+    return look(
+        [sim.world], [surroundings], sim.world.bodies, np.array([body(letter)])
+    )[0]
 
 
 def decide(sim, letter):

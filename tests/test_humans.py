@@ -1002,7 +1002,8 @@ def twin(sim):
 
 def look_and_think(sim, i):
     """Let human i decide once, and nothing else; all that they remember then."""
-    views = look(sim.world, Surroundings.of(sim.world, sim.sight), np.array([i]))
+    around = Surroundings.of(sim.world, sim.sight)
+    views = look([sim.world], [around], sim.world.bodies, np.array([i]))
     sim._people_decide(np.array([i]), views)
     return sim.world.minds[i]
 

@@ -71,7 +71,8 @@ def test_people_see_each_other_exactly_where_there_is_a_line_of_sight():
     )
     bodies = sim.world.bodies
     who = np.arange(0, 200, 10)
-    views = look(sim.world, Surroundings.of(sim.world, sim.sight), who)
+    around = Surroundings.of(sim.world, sim.sight)
+    views = look([sim.world], [around], sim.world.bodies, who)
     for i, seen in zip(who.tolist(), views, strict=True):
         off = np.abs(bodies.position - bodies.position[i]).max(axis=1)
         near = [j for j in np.flatnonzero(off < SIGHT_RANGE).tolist() if j != i]

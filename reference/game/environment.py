@@ -18,12 +18,12 @@ import numpy as np
 
 from reference.building import Building
 from reference.events import Event
-from reference.fire import Decision
+from reference.fire import Decision, fire_acts
 from reference.game import observations
 from reference.game.rewards import fire_reward, group_reward
 from reference.paper import Scenario
 from reference.robots import Destination
-from reference.simulation import Simulation, fire_acts
+from reference.simulation import Simulation
 from reference.strategies import FireStrategy, RobotStrategy
 from reference.world import Robot, World
 
@@ -101,6 +101,14 @@ class AgentFire:
 # -- The environment ----------------------------------------------------------------
 
 
+def until_next_decision(simulations: Sequence[Simulation]) -> None:
+    """Run the ticks of each up to its next decision or its end, one after the other."""
+    for simulation in simulations:
+        for _ in range(simulation.decision_ticks):
+            if not simulation.done:
+                simulation.step()
+
+
 class Environment:
     """One building and one scenario, episode after episode.
 
@@ -165,14 +173,34 @@ class Environment:
         the agent, for an action that is missing or is none, and RuntimeError before
         the first reset.
         """
+        self.take(actions)
+        if not self.agents:
+            return {}, {}, {}, {}, {}
+        until_next_decision([self.simulation])
+        return self.told()
+
+    def take(self, actions: Mapping[str, Any]) -> None:
+        """Begin a step, to be played on and then `told`. Raises as `step` does."""
         if self._seeds is None:
             raise RuntimeError("call reset() before step()")
-        there = self.agents
-        if not there:
-            return {}, {}, {}, {}, {}
-        self._take(actions)
-        events = self._until_next_decision()
+        self._already = len(self.simulation.events)
+        robots = self.simulation.world.robots
+        for agent in actions.keys() - set(self.possible_agents):
+            raise ValueError(f"there is no agent {agent!r}")
+        for agent in self.agents:
+            if agent not in actions:
+                raise ValueError(f"{agent} is still there, but has no action")
+            action = _checked(agent, actions[agent])
+            if agent == FIRE:
+                self._agent_fire.chosen = fire_decision(self.building, action)
+            else:
+                body = robots[self._robot_agents.index(agent)].body
+                self._agent_robots.chosen[body] = destination(self.building, action)
+
+    def told(self) -> Returns:
+        """End a step: what `step` returns."""
         self.decision += 1
+        there, events = self.agents, self.simulation.events[self._already :]
         terminations, truncations = self._ends(there)
         self.agents = [a for a in there if not (terminations[a] or truncations[a])]
         return (
@@ -196,29 +224,6 @@ class Environment:
             seed,
         )
         self.decision = 0
-
-    def _take(self, actions: Mapping[str, Any]) -> None:
-        """Hand the agents' actions to their strategies."""
-        for agent in actions.keys() - set(self.possible_agents):
-            raise ValueError(f"there is no agent {agent!r}")
-        robots = self.simulation.world.robots
-        for agent in self.agents:
-            if agent not in actions:
-                raise ValueError(f"{agent} is still there, but has no action")
-            action = _checked(agent, actions[agent])
-            if agent == FIRE:
-                self._agent_fire.chosen = fire_decision(self.building, action)
-            else:
-                body = robots[self._robot_agents.index(agent)].body
-                self._agent_robots.chosen[body] = destination(self.building, action)
-
-    def _until_next_decision(self) -> list[Event]:
-        """Run the ticks up to the next decision or the end; their events."""
-        events: list[Event] = []
-        for _ in range(self.simulation.decision_ticks):
-            if not self.simulation.done:
-                events += self.simulation.step()
-        return events
 
     def _ends(self, agents: list[str]) -> tuple[dict[str, bool], dict[str, bool]]:
         """Tell who is terminated and who is truncated [C8]."""

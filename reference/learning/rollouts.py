@@ -19,7 +19,11 @@ from torch import Tensor
 
 from reference.building import Building, building_of
 from reference.events import FireRefused
-from reference.game.environment import Environment, action_size
+from reference.game.environment import (
+    Environment,
+    action_size,
+    until_next_decision,
+)
 from reference.game.moments import Choices, Moment
 from reference.game.observations import (
     fire_layout,
@@ -34,12 +38,16 @@ from reference.learning.experience import GroupDecision, Trajectory, trajectory_
 from reference.learning.networks import RAW_LIMIT, Actor, Options, Policy, Sizes
 from reference.learning.settings import SIDES, Side, TrainerSettings
 from reference.paper import Scenario
+from reference.simulation import Simulation
 from reference.strategies import FireStrategy, RobotStrategy
 
 PLAYER_STREAM: dict[Side, int] = {"robots": 1, "fire": 2}
 """Each side's actions have a generator of their own, beside the simulation's."""
 
 AXES = 2  # [C5] [D2] two continuous numbers: x and y
+
+Advance = Callable[[Sequence[Simulation]], None]
+"""Runs simulations up to their next decision or their end, in whatever order."""
 
 Landmarks = Callable[[Building, Scenario], Any]
 """Makes, for a building, what turns observations into options of a pointer head."""
@@ -243,7 +251,7 @@ class Episode:
     facts: dict[str, float]
 
 
-def play(job: Job) -> list[Episode]:
+def play(job: Job, advance: Advance = until_next_decision) -> list[Episode]:
     """All episodes of a job, in the order of their seeds."""
     building = building_of(job.plan)
     players: dict[Side, Player] = {}
@@ -266,7 +274,10 @@ def play(job: Job) -> list[Episode]:
                 ):
                     run.choose(side, actions, decision)
         for run in running:
-            run.step()
+            run.act()
+        advance([run.environment.simulation for run in running])
+        for run in running:
+            run.see()
     return [run.episode() for run in runs]
 
 
@@ -318,21 +329,26 @@ class _Run:
     def choose(
         self, side: Side, actions: np.ndarray, decision: GroupDecision[np.ndarray]
     ) -> None:
-        """Record a decision, not rewarded yet; it is carried out in `step`."""
+        """Record a decision, not rewarded yet; it is carried out in `act`."""
         self.decisions[side].append(decision)
         self.rewards[side].append(0.0)
         self.actions.update(zip(self.agents[side], actions, strict=True))
 
-    def step(self) -> None:
-        """One step of the environment; rewards belong to the last decision."""
+    def act(self) -> None:
+        """Begin a step of the environment with what was chosen."""
         world = self.environment.simulation.world
-        time, inside = world.time, sum(world.occupancy)
+        self.before = world.time, sum(world.occupancy)
         actions = {
             agent: self.actions.get(agent, np.zeros(action_size(agent), np.float32))
             for agent in self.environment.agents
         }
+        self.environment.take(actions)
         self.actions = {}
-        seen, rewards, _, truncations, self.infos = self.environment.step(actions)
+
+    def see(self) -> None:
+        """End the step; its rewards belong to the last decision."""
+        (time, inside), world = self.before, self.environment.simulation.world
+        seen, rewards, _, truncations, self.infos = self.environment.told()
         self.truncated = any(truncations.values())
         self.grid = self._grid(seen)
         for side, agents in self.agents.items():

@@ -20,7 +20,7 @@ from reference.learning.settings import SIDES, Side
 from reference.simulation import Simulation
 from reference.workshop.evaluation.contestants import contestant
 from reference.workshop.evaluation.crossplay import Arena, Match, Record
-from reference.workshop.evaluation.crossplay.playing import recorded
+from reference.workshop.evaluation.crossplay.playing import parts, recorded
 from reference.workshop.files import make_folder
 from reference.workshop.training.checkpoints import Checkpoint, load, newest, unpacked
 from reference.workshop.training.loop import CLOCK, SUMMARIES, train
@@ -87,13 +87,17 @@ def trial(job: Trial) -> list[Record]:
     """Play all evacuations by mean actions; their records in the seeds' order."""
     with one_thread():
         players = [_player(job, side) for side in SIDES]
-        return [_evacuated(job, players, seed) for seed in job.seeds]
+        return [
+            record
+            for seeds in parts(job.seeds)
+            for record in recorded([_set_up(job, players, seed) for seed in seeds])
+        ]
 
 
-def _evacuated(job: Trial, players: list[Any], seed: int) -> Record:
+def _set_up(job: Trial, players: list[Any], seed: int) -> tuple[Match, int, Simulation]:
     building, scenario = building_of(job.arena.plan), job.arena.scenario
     robots, fire = deepcopy(players)  # they may remember
-    return recorded(job.match, seed, Simulation(building, scenario, robots, fire, seed))
+    return job.match, seed, Simulation(building, scenario, robots, fire, seed)
 
 
 def _player(job: Trial, side: Side) -> Any:

@@ -17,6 +17,7 @@ from tqdm import tqdm
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Episode, Job, play
 from reference.workshop.files import Table, make_folder
+from reference.workshop.lockstep import together
 from reference.workshop.training import checkpoints
 from reference.workshop.training.session import Training
 from reference.workshop.training.summaries import (
@@ -79,7 +80,7 @@ def train(
 def _played(job: Job) -> list[Episode]:
     """`play`, with sums in the same order in a worker as here."""
     with one_thread():
-        return play(job)
+        return play(job, together)
 
 
 # -- What is written ----------------------------------------------------------------

@@ -50,6 +50,7 @@ class Crowd(Simulation):
         self._choose()
         touched = self._people_move()
         self._burn()
+        self._lose_health()
         self._settle(touched)
         return self.events[already:]
 

@@ -1,12 +1,14 @@
-"""Play robots × fires × seeds: every run is a job of its own, for any executor.
+"""Play robots × fires × seeds: a few runs are a job, for any executor.
 
 Clause: F12.  Runs of one seed have the same people in the same places, and the same
 randomness of the fire, whoever guides: they are paired.
 """
 
-from collections.abc import Callable
+import os
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
+from typing import TypeVar
 
 from tqdm import tqdm
 
@@ -26,23 +28,35 @@ from reference.workshop.evaluation.crossplay.records import (
     table_of,
 )
 from reference.workshop.files import make_folder
+from reference.workshop.lockstep import to_the_end
 from reference.workshop.workers import as_done
 
 RUNS = "runs.csv"
 
 
-def play(job: tuple[Match, Evacuation]) -> Record:
-    """Run an evacuation from beginning to end, and measure how hard its fire was."""
-    match, evacuation = job
-    return recorded(match, evacuation.seed, evacuation.simulation())
+MOST_RUNS = 16  # in lockstep
+
+Run = TypeVar("Run")
 
 
-def recorded(match: Match, seed: int, simulation: Simulation) -> Record:
-    """Run a simulation to its end; its record."""
-    people = people_in(simulation.world)
-    simulation.run()
-    difficulty = difficulty_of(simulation, people)
-    return record_of(match, seed, simulation, difficulty)
+def play(jobs: Sequence[tuple[Match, Evacuation]]) -> list[Record]:
+    """Run evacuations from beginning to end; measure how hard their fires were."""
+    return recorded([(match, who.seed, who.simulation()) for match, who in jobs])
+
+
+def recorded(runs: Sequence[tuple[Match, int, Simulation]]) -> list[Record]:
+    """Run simulations to their end, given match and seed; their records."""
+    people = [people_in(simulation.world) for _, _, simulation in runs]
+    to_the_end([simulation for _, _, simulation in runs])
+    return [
+        record_of(match, seed, run, difficulty_of(run, there))
+        for (match, seed, run), there in zip(runs, people, strict=True)
+    ]
+
+
+def parts(runs: Sequence[Run]) -> list[Sequence[Run]]:
+    """Split runs into those that go in lockstep."""
+    return [runs[k : k + MOST_RUNS] for k in range(0, len(runs), MOST_RUNS)]
 
 
 def evacuation_of(evaluation: Evaluation, run: Key) -> Evacuation:
@@ -79,14 +93,16 @@ def evaluate(
     done = {key(record): record for record in there}
     left = [run for run in evaluation.runs if run not in done]
     jobs = [(Match(*run[:2]), evacuation_of(evaluation, run)) for run in left]
-    played = as_done(executor, play, jobs, stop)
+    size = max(1, min(MOST_RUNS, len(jobs) // (os.cpu_count() or 1)))
     total, already = len(evaluation.runs), len(evaluation.runs) - len(left)
-    for _, record in tqdm(
-        played, total=total, initial=already, unit="run", disable=None, leave=False
-    ):
-        done[key(record)] = record
-        if table:
-            table.append([row_of(record)])
+    with tqdm(
+        total=total, initial=already, unit="run", disable=None, leave=False
+    ) as bar:
+        for _, played in as_done(executor, play, parts(jobs), stop):
+            done |= {key(record): record for record in played}
+            if table:
+                table.append([row_of(record) for record in played])
+            bar.update(len(played))
     records = [done[run] for run in evaluation.runs if run in done]
     if folder and len(records) == total:
         table_of(folder / RUNS, records)

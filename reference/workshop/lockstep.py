@@ -1,0 +1,218 @@
+"""Lockstep: tick many simulations of one building together, each as if alone.
+
+Clauses: A5, A7, B3, B7, C7.  The people of all worlds are one crowd in shared arrays,
+so that one look-up serves them all; minds, robots' ways, flames and events stay with
+the single simulations, whose results this equals to the last bit.
+
+    K   worlds;  n  people and R robots of each
+    i   a row of the crowd: n times the number of a world + a person's own number
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import fields, replace
+from itertools import groupby, pairwise
+
+import numpy as np
+
+from reference import motion, paper
+from reference.events import Event
+from reference.paper import ROBOT_SPEED
+from reference.perception import look
+from reference.robots import CROWD_GAP, FOLLOWER_GAP, RobotAlgorithm
+from reference.simulation import Simulation, Touched, Watcher
+from reference.world import Bodies, Robot, World
+
+CERTAIN = 1e-6
+"""Metres within which sums in another order agree: what is closer is asked again."""
+
+
+def together(runs: Sequence[Simulation]) -> None:
+    """Run simulations to their next decision or their end, those alike in lockstep."""
+    alike = defaultdict(list)
+    for run in runs:
+        if not run.done:
+            alike[run.building, run.scenario, run.ticks].append(run)
+    for some in alike.values():
+        crowd = Crowd(some) if len(some) > 1 else some[0]
+        for _ in range(crowd.decision_ticks):
+            if not crowd.done:
+                crowd.step()
+
+
+def to_the_end(runs: Sequence[Simulation]) -> None:
+    """Run simulations to their end."""
+    while any(not run.done for run in runs):
+        together(runs)
+
+
+class Crowd(Simulation):
+    """Simulations of one building, scenario and time as one with the people of all."""
+
+    def __init__(self, runs: Sequence[Simulation]):
+        """runs: from now on their bodies are parts of this one's."""
+        self.__dict__.update(vars(runs[0]))  # the building, its tables and the clock
+        self.runs, self.n = runs, len(self._due)
+        self.worlds = worlds = [run.world for run in runs]
+        arrays = {
+            part.name: np.concatenate([getattr(w.bodies, part.name) for w in worlds])
+            for part in fields(Bodies)
+        }
+        minds = [mind for world in worlds for mind in world.minds]
+        robots = [robot for world in worlds for robot in world.robots]
+        bodies = Bodies(**arrays)
+        self.world = replace(self.world, bodies=bodies, minds=minds, robots=robots)
+        self._turn = np.tile(self._turn, len(runs))
+        self._due = np.concatenate([run._due for run in runs])
+        self._full_until = np.stack([run._full_until for run in runs])
+        for k, run in enumerate(runs):
+            own = slice(k * self.n, (k + 1) * self.n)
+            run.world.bodies = Bodies(**{name: a[own] for name, a in arrays.items()})
+            run._due, run._full_until = self._due[own], self._full_until[k]
+        self._ends = self.n * np.arange(len(runs) + 1)
+        self._around = [run._surroundings for run in runs]
+        self._burning = np.stack([w.flames.burning.ravel() for w in worlds])
+        self._harm = np.stack([w.flames.harm.ravel() for w in worlds])
+
+    @property
+    def done(self) -> bool:
+        """All of them are."""
+        return all(run.done for run in self.runs)
+
+    def step(self) -> list[Event]:
+        """Run one tick of all that are not done; events go to their own simulations."""
+        going = [run for run in self.runs if not run.done]
+        for run in going:
+            if run._fire_turn and isinstance(run.fire_strategy, Watcher):
+                run.fire_strategy.watch(run.copy())
+        # SENSE
+        bodies = self.world.bodies
+        who = np.flatnonzero(self._due & bodies.walking)
+        views = look(self.worlds, self._around, bodies, who)
+        # DECIDE
+        self._people_decide(who, views)
+        destinations = [run._strategies_decide() for run in going]
+        # MOVE
+        algorithm = _KnowsWhoWaits(self._may_wait())
+        for run, decided in zip(going, destinations, strict=True):
+            for robot, destination in zip(run.world.robots, decided, strict=True):
+                algorithm.act(robot, run.world, destination, self.tick)
+        touched = self._people_move()
+        # BURN
+        for run in going:
+            run._burn()
+        self._follow(going[0])
+        self._lose_health()
+        # SETTLE
+        self._settle(touched)
+        return []
+
+    # -- Of all at once what a simulation does for one world ------------------------
+
+    def _may_wait(self) -> set[int]:
+        """Robots, by id, whose followers may be too far behind."""
+        bodies, robots = self.world.bodies, self.world.robots
+        i = np.flatnonzero(bodies.leader >= self.n)
+        if not len(i):
+            return set()
+        team = len(self.worlds[0].robots)
+        r = i // self.n * team + bodies.leader[i] - self.n
+        at = np.array([robot.position for robot in robots])
+        off, count = bodies.position[i] - at[r], np.bincount(r, minlength=len(robots))
+        gap = np.bincount(r, np.hypot(off[:, 0], off[:, 1]), len(robots))
+        most = FOLLOWER_GAP + CROWD_GAP * count**0.5 - CERTAIN
+        behind = (gap > count * most) & (count > 0)
+        return {id(robots[r]) for r in np.flatnonzero(behind).tolist()}
+
+    def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
+        bodies, free = self.world.bodies, self._free(who)
+        position, floor = bodies.position[who], bodies.floor[who]
+        pace = bodies.pace[who]
+        parts = list(pairwise(who.searchsorted(self._ends).tolist()))
+        pairs = [
+            motion.neighbours(position[a:b], floor[a:b], pace[a:b], self.tick) + a
+            for a, b in parts
+        ]
+        lonely = [not part.size for part in pairs]
+        if self.scenario.ghosts or all(lonely):
+            return motion.alone(position, target, pace, self.tick, free)
+
+        def turns(held_up: np.ndarray) -> np.ndarray:
+            held = np.bincount(who[held_up] // self.n, minlength=len(self.runs))
+            limit, drawn = motion.SHUFFLE_TURN, [np.zeros(0)]
+            for run, count, idle in zip(self.runs, held.tolist(), lonely, strict=True):
+                rng = run.rng["bodies"]
+                turn = np.zeros(count) if idle else rng.uniform(-limit, limit, count)
+                drawn.append(turn)
+            return np.concatenate(drawn)
+
+        both = np.concatenate(pairs, axis=1)
+        moved = motion.among(position, target, pace, self.tick, free, both, turns)
+        if any(lonely):
+            by_oneself = np.repeat(lonely, [b - a for a, b in parts])
+            alone = motion.alone(position, target, pace, self.tick, free)
+            moved[by_oneself] = alone[by_oneself]
+        return moved
+
+    def _free(self, who: np.ndarray) -> motion.Free:
+        nav, bodies, time = self.navigation, self.world.bodies, self.world.time
+        world, floor, own = who // self.n, bodies.floor[who], bodies.place[who]
+        inside, full = self._marks[own], self._full_until > time + 1e-9
+        fearless = self._burning[world, own] | (bodies.reckless[who] > time)
+
+        def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
+            place, k = nav.places_at(floor[which], position), world[which]
+            mark, burning = self._marks[place], self._burning[k, place]
+            room = ~full[k, mark] | (mark == inside[which])
+            return room & nav.walkable[place] & (~burning | fearless[which])
+
+        return free
+
+    def _fill_doors(self, touched: Touched) -> None:
+        for run, own in self._by_world(touched):
+            run._fill_doors(own)
+
+    def _by_world(self, touched: Touched) -> Iterator[tuple[Simulation, Touched]]:
+        """Split by worlds, with people's own numbers; only worlds with any."""
+        for k, some in groupby(touched, lambda one: one[0] // self.n):
+            yield self.runs[k], [(i - k * self.n, before) for i, before in some]
+
+    def _follow(self, one: Simulation) -> None:
+        """Take over the clock, and flames that have moved."""
+        self.ticks, self.world.time = one.ticks, one.world.time
+        for k, run in enumerate(self.runs):
+            if run._surroundings is not self._around[k]:
+                self._around[k] = run._surroundings
+                self._burning[k] = run.world.flames.burning.ravel()
+                self._harm[k] = run.world.flames.harm.ravel()
+
+    def _lose_health(self) -> None:
+        bodies = self.world.bodies
+        rate = paper.HEALTH_RATE * self.scenario.frames_per_tick
+        bodies.health -= rate * bodies.inside
+        walking = np.flatnonzero(bodies.walking)
+        harm = self._harm[walking // self.n, bodies.place[walking]]
+        bodies.health[walking] -= harm * self.tick
+
+    def _settle(self, touched: Touched) -> None:
+        bodies = self.world.bodies
+        self._due[:] = self._turn == self.ticks % paper.RECONSIDER_TICKS
+        leaving = (bodies.health <= 0) & bodies.inside
+        leaving |= bodies.stairs_until <= self.world.time
+        own = {id(run): some for run, some in self._by_world(touched)}
+        eventful = leaving.reshape(len(self.runs), -1).any(axis=1).tolist()
+        for run, leaves in zip(self.runs, eventful, strict=True):
+            if leaves or id(run) in own:
+                run._settle(own.get(id(run), []))
+
+
+class _KnowsWhoWaits(RobotAlgorithm):
+    """Algorithm 3 that asks only robots which may have to wait whether they do."""
+
+    def __init__(self, may_wait: set[int]):
+        self.may_wait = may_wait
+
+    def speed(self, robot: Robot, world: World) -> float:
+        return (
+            super().speed(robot, world) if id(robot) in self.may_wait else ROBOT_SPEED
+        )

@@ -1,0 +1,108 @@
+"""Lockstep: many simulations tick together and nobody can tell."""
+
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+import pytest
+
+from reference.building import load
+from reference.floorplan import to_text
+from reference.learning.adversarial import learner_for, player_of
+from reference.learning.rollouts import Job, play
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.workshop.landmarks import landmarks_for
+from reference.workshop.lockstep import to_the_end, together
+from reference.workshop.strategies import SCRIPTS
+from reference.workshop.training.presets import preset
+
+
+def everything(run: Simulation) -> list[Any]:
+    """All that a simulation is at the end, down to its random generators."""
+    bodies, world = run.world.bodies, run.world
+    found: list[Any] = [repr(run.outcome()), run.ticks, run.person_seconds, world.minds]
+    found += [(type(e).__name__, *vars(e).values()) for e in run.events]
+    found += [getattr(bodies, part.name).tobytes() for part in fields(bodies)]
+    found += [world.flames.burning.tobytes(), world.burnt.tobytes()]
+    found += [run._full_until.tobytes()]
+    found += [(*r.position, r.place, r.active, r.says, r.way) for r in world.robots]
+    return [*found, *(rng.bit_generator.state for rng in run.rng.values())]
+
+
+def runs(name: str, robots: str, fire: str, **settings: Any) -> list[Simulation]:
+    """Four simulations of a building, ready to begin."""
+    building, scenario = load(name), Scenario(**settings)
+    sides = SCRIPTS["robots"][robots], SCRIPTS["fire"][fire]
+    return [
+        Simulation(building, scenario, *(side() for side in sides), seed)
+        for seed in range(4)
+    ]
+
+
+@pytest.mark.paper("A5")
+@pytest.mark.paper("A7")
+@pytest.mark.paper("B3")
+@pytest.mark.paper("B7")
+@pytest.mark.paper("C7")
+@pytest.mark.parametrize(
+    "name, robots, fire, settings",
+    [
+        ("paper", "sweep", "greedy", {"time_limit": 40.0}),
+        ("paper", "none", "none", {"time_limit": 20.0}),
+        ("tiny", "patrol", "random", {"people": 6}),
+        ("tiny", "random", "none", {"ghosts": True, "time_limit": 30.0}),
+    ],
+)
+def test_all_ends_as_if_each_had_been_alone(name, robots, fire, settings):
+    """To the last bit: people, minds, robots, flames, events and random numbers."""
+    single, together_ = (runs(name, robots, fire, **settings) for _ in range(2))
+    to_the_end(together_)
+    for run in single:
+        run.run()
+    assert [everything(run) for run in together_] == [everything(r) for r in single]
+    assert robots != "patrol" or len({run.ticks for run in single}) > 1
+
+
+def test_simulations_that_are_not_alike_run_beside_each_other():
+    """Other buildings, people or robots are other crowds, and the others go on."""
+    small, brief = {"people": 6, "time_limit": 30.0}, {"time_limit": 20.0}
+    mixed = [
+        runs("tiny", "sweep", "random", **small) + runs("tiny", "none", "none", **brief)
+        for _ in range(2)
+    ]
+    for run in mixed[0]:
+        run.run()
+    to_the_end(mixed[1])
+    assert [everything(run) for run in mixed[0]] == [everything(r) for r in mixed[1]]
+
+
+def test_a_fire_that_looks_ahead_finds_each_world_as_it_is():
+    """A copy of a simulation in lockstep is its own, and may run on alone."""
+    lone, some = (runs("tiny", "sweep", "random", time_limit=30.0) for _ in range(2))
+    together(some)
+    copies = [run.copy() for run in some]
+    to_the_end(some)
+    for run, copied in zip(lone, copies, strict=True):
+        run.run(), copied.run()
+    assert [everything(run) for run in copies] == [everything(run) for run in lone]
+
+
+@pytest.mark.parametrize("head", ["pointer", "gaussian"])
+def test_episodes_are_the_same_whoever_steps_the_worlds(head):
+    """Learned robots and fires: facts, and every number of the trajectories."""
+    settings, plan = preset("tiny"), to_text(load("tiny").plan)
+    sides: dict[str, Any] = {}
+    for side in ("robots", "fire"):
+        trainer = getattr(settings, side)
+        marks = landmarks_for(side, trainer) if head == "pointer" else None
+        made = learner_for(side, plan, settings.scenario, trainer, 0, marks)
+        sides[side] = player_of(made, marks)
+    job = Job(plan, settings.scenario, **sides, seeds=(1, 2, 3))
+    for one, other in zip(play(job), play(job, together), strict=True):
+        assert one.facts == other.facts
+        for side in sides:
+            path, other_path = getattr(one, side), getattr(other, side)
+            for part in fields(path):
+                pair = getattr(path, part.name), getattr(other_path, part.name)
+                assert np.array_equal(*pair), part.name
