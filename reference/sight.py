@@ -9,6 +9,7 @@ its threshold.
     k      number of a ray, counted counter-clockwise from east
 """
 
+import gc
 from dataclasses import dataclass
 from functools import lru_cache
 from math import dist
@@ -179,4 +180,6 @@ def _cells_along(angle: float, reach: float) -> list[tuple[int, int]]:
 @lru_cache(maxsize=8)
 def sight_of(building: Building, reach: float) -> Sight:
     """The sight tables of a building at one range, computed once."""
-    return Sight(building, reach)
+    tables = Sight(building, reach)
+    gc.freeze()  # they stay: to go through them again and again costs every tick
+    return tables

@@ -371,7 +371,7 @@ def test_bench_measures_the_world_both_learners_and_rollouts(capsys, brief):
     samples = facts["learner_samples_per_second"]
     assert set(samples) == {"poca", "ppo"}
     assert min(samples.values(), default=0) > 0
-    assert facts["decisions_per_second"] > 0
+    assert min(facts["decisions_per_second"].values()) > 0
 
 
 @pytest.mark.slow
@@ -382,7 +382,7 @@ def test_bench_prints_a_table_for_people(capsys, brief):
     assert title.endswith("one core, median of seeds 4 to 4")
     assert row.startswith("9 people, first 2 s  ")
     assert load.startswith("read, checked and prepared in ")
-    assert rollouts.startswith("rollouts: ")
+    assert rollouts.startswith("rollouts, robot decisions per second, one core: ")
     assert learners.startswith("learners, samples per second, all cores: poca ")
 
 

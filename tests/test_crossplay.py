@@ -32,6 +32,7 @@ from reference.workshop.evaluation.crossplay import (
     begin,
     cells,
     evaluate,
+    playing,
     resume,
     ruler_of,
     table,
@@ -72,10 +73,10 @@ class Counting(InProcess):
     def __init__(self):
         self.jobs = []
 
-    def submit(self, fn, /, job):
+    def submit(self, fn, /, part):
         """As `InProcess` does."""
-        self.jobs.append(job[1])
-        return super().submit(fn, job)
+        self.jobs += [evacuation for _, evacuation in part]
+        return super().submit(fn, part)
 
 
 def a_record(robots="sweep", fire="random", seed=0, **changes):
@@ -169,10 +170,11 @@ def test_torch_is_not_loaded_where_nobody_learned():
 # -- What is kept -------------------------------------------------------------------
 
 
-def test_what_is_over_is_kept_and_not_played_again(small):
+def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     """Stopped after two runs; then only the others are played, to the same end."""
+    monkeypatch.setattr(playing, "MOST_RUNS", 2)
     folder, whole = Path("stopped"), Path("whole")
-    looks = iter([False, False])
+    looks = iter([False])
     kept = evaluate(
         begin(SMALL, folder), folder, InProcess(), lambda: next(looks, True)
     )

@@ -29,6 +29,7 @@ from reference.paper import PEOPLE, Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.landmarks import landmarks_for
+from reference.workshop.lockstep import together
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.training.presets import preset
 
@@ -41,7 +42,8 @@ CASES = {
 """People, and seconds at which the clock stops; everybody is inside in the first 20."""
 
 BATCHES = 4  # minibatches of a measured update
-EPISODES = 8  # in lockstep, in one process with one thread
+EPISODES = 16  # in lockstep, in one process with one thread
+ROLLOUTS = ("paper", "laptop")  # presets: Gaussian heads, and the pointer heads of most
 
 
 def measure(name: str, seed: int) -> dict[str, Any]:
@@ -61,14 +63,16 @@ def measure(name: str, seed: int) -> dict[str, Any]:
         ]
         bare[case] = median(_bare_speed(run, seconds) for run in runs)
         speeds[case] = median(_speed(run, seconds) for run in runs)
-    learners = {side: _learner(side, building, seed) for side in SIDES}
+    learners = _learners("paper", building, seed)
     return {
         "building": name,
         "seed": seed,
         "person_seconds_per_second": speeds,
         "bare_step": bare,
         "load_seconds": median(loads),
-        "decisions_per_second": _decisions_per_second(building, learners, seed),
+        "decisions_per_second": {
+            name: _decisions_per_second(name, building, seed) for name in ROLLOUTS
+        },
         "learner_samples_per_second": {
             learner.settings.trainer_type: _samples_per_second(side, learner, building)
             for side, learner in learners.items()
@@ -90,8 +94,9 @@ def table(title: str, facts: dict[str, Any]) -> str:
             f"{f'{people} people, {what}':27}{speed:15,.0f}{bodies[case]:15,.0f}"
         )
     lines.append(f"read, checked and prepared in {facts['load_seconds']:.2f} s")
-    decisions = facts["decisions_per_second"]
-    lines.append(f"rollouts: {decisions:,.0f} robot decisions per second, one core")
+    decisions = facts["decisions_per_second"].items()
+    rollouts = ", ".join(f"preset {name} {count:,.0f}" for name, count in decisions)
+    lines.append(f"rollouts, robot decisions per second, one core: {rollouts}")
     samples = facts["learner_samples_per_second"]
     learners = ", ".join(f"{name} {count:,.0f}" for name, count in samples.items())
     lines.append(f"learners, samples per second, all cores: {learners}")
@@ -132,32 +137,32 @@ def _bare_speed(simulation: Simulation, seconds: float) -> float:
 # -- Learning -----------------------------------------------------------------------
 
 
-def _learner(side: Side, building: Building, seed: int) -> Learner:
-    """Make a new learner with the paper's settings."""
-    settings, plan = preset("paper"), to_text(building.plan)
-    trainer = getattr(settings, side)
-    marks = landmarks_for(side, trainer)
-    return learner_for(side, plan, settings.scenario, trainer, seed, marks)
+def _learners(name: str, building: Building, seed: int) -> dict[Side, Learner]:
+    """Make new learners with a preset's settings."""
+    settings, plan, made = preset(name), to_text(building.plan), {}
+    for side in SIDES:
+        trainer = getattr(settings, side)
+        marks = landmarks_for(side, trainer)
+        made[side] = learner_for(side, plan, settings.scenario, trainer, seed, marks)
+    return made
 
 
-def _decisions_per_second(
-    building: Building, learners: dict[Side, Learner], seed: int
-) -> float:
-    """Robot decisions of rollouts per second and core: both sides act by networks.
+def _decisions_per_second(name: str, building: Building, seed: int) -> float:
+    """Robot decisions of rollouts per second and core, as trainings with a preset go.
 
-    The world, the observations and the networks; new ones, which are in no hurry to
-    end an episode.
+    The world, the observations, landmarks and the networks of both sides; new ones,
+    which are in no hurry to end an episode.
     """
     sides: dict[str, Any] = {
         side: player_of(learner, landmarks_for(side, learner.settings))
-        for side, learner in learners.items()
+        for side, learner in _learners(name, building, seed).items()
     }
-    seeds, scenario = tuple(range(seed, seed + EPISODES)), preset("paper").scenario
+    seeds, scenario = tuple(range(seed, seed + EPISODES)), preset(name).scenario
     job = Job(to_text(building.plan), scenario, **sides, seeds=seeds)
     with one_thread():
-        play(replace(job, seeds=seeds[:1]))  # warm up
+        play(replace(job, seeds=seeds[:1]), together)  # warm up
         start = perf_counter()
-        played = play(job)
+        played = play(job, together)
         seconds = perf_counter() - start
     return sum(e.robots.steps for e in played if e.robots) / seconds
 

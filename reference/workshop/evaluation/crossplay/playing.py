@@ -4,7 +4,6 @@ Clause: F12.  Runs of one seed have the same people in the same places, and the 
 randomness of the fire, whoever guides: they are paired.
 """
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
@@ -93,7 +92,6 @@ def evaluate(
     done = {key(record): record for record in there}
     left = [run for run in evaluation.runs if run not in done]
     jobs = [(Match(*run[:2]), evacuation_of(evaluation, run)) for run in left]
-    size = max(1, min(MOST_RUNS, len(jobs) // (os.cpu_count() or 1)))
     total, already = len(evaluation.runs), len(evaluation.runs) - len(left)
     with tqdm(
         total=total, initial=already, unit="run", disable=None, leave=False
