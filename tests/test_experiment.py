@@ -278,8 +278,9 @@ def test_without_best_responses_there_is_no_answer():
 def test_the_files_that_ship_can_be_read(file):
     """And every arm has the same budget."""
     experiment = read(file)
-    steps = {experiment.of_arm(arm)[0].robots.max_steps for arm in experiment.arms}
-    assert steps == {experiment.decisions}
+    for settings, _ in map(experiment.of_arm, experiment.arms):
+        assert settings.robots.max_steps == experiment.decisions
+        assert settings.fire.max_steps >= experiment.decisions  # never before robots
 
 
 @pytest.mark.parametrize(

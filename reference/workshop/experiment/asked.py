@@ -122,10 +122,14 @@ class Experiment:
 
     @cached_property
     def base(self) -> Settings:
-        """The settings of all arms, before what each changes."""
-        made = changed(preset(self.preset), self.settings, "settings")
-        fires = round(made.fire.max_steps * self.decisions / made.robots.max_steps)
-        return replace(made, fire=replace(made.fire, max_steps=max(1, fires)))
+        """The settings of all arms, before what each changes.
+
+        [E6, chosen] A fire learns for as long as the robots do, and nearly as fast at
+        the end as at the beginning: one that had stopped would be no adversary.
+        """
+        made = preset(self.preset)
+        made = replace(made, fire=replace(made.fire, max_steps=self.decisions))
+        return changed(made, self.settings, "settings")
 
     def of_arm(self, arm: str) -> tuple[Settings, str]:
         """Settings of an arm's trainings, and who plays the fire, maybe LEARNS."""
