@@ -140,7 +140,8 @@ def _curves(folder: Path) -> dict[str, list[Any]]:
     found: dict[str, list[Any]] = {}
     for done in sorted(folder.glob(f"*/{DONE}")):
         with suppress(InputError):  # too short to draw
-            found.setdefault(arm_of(done.parent.name), []).append(read(done.parent))
+            run = read(done.parent)
+            found.setdefault(arm_of(run.name), []).append(run)
     return found
 
 

@@ -30,8 +30,7 @@ def survivors(title: str, arms: Mapping[str, Sequence[Run]], side: str) -> Figur
         lines = [_line(run, side) for run in runs]
         for line in lines:
             axes.plot(*line, color=colour, lw=0.8, alpha=0.5)
-        if len(lines) > 1:
-            axes.plot(*mean_of(lines), color=colour, lw=2)
+        axes.plot(*mean_of(lines), color=colour, lw=2)
         axes.set(title=arm, ylim=(0, 100), xlabel=f"decisions of the {side}")
         axes.grid(axis="y")
         write_numbers(axes.xaxis)
