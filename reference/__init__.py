@@ -64,6 +64,7 @@ WORKSHOP = (
     "workshop.training.summaries",  # what is written down on the way
     "workshop.training.session",  # who learns, and from what
     "workshop.training.starting",  # from the beginning, or from where it was left
+    "workshop.training.shipping",  # the policies that ship
     "workshop.training.loop",  # the adversarial loop, with files
     "workshop.evaluation",  # comparisons:
     "workshop.evaluation.intervals",  # bootstrap
@@ -84,7 +85,7 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
-__version__ = "0.5.0"
+__version__ = "0.6.0"
 
 GAME = 2
 """Grows when rules or numbers of the game change: what was learned in another game is

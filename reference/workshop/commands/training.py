@@ -22,7 +22,7 @@ from reference.workshop.commands.common import (
     writable,
 )
 from reference.workshop.runs import ContradictionError, held
-from reference.workshop.strategies import SCRIPTS
+from reference.workshop.strategies import LEARNED, SCRIPTS
 from reference.workshop.training.presets import PRESETS, Settings
 
 ROWS = rows_of(TrainerSettings) | rows_of(Settings)
@@ -129,8 +129,8 @@ TRAIN_OPTIONS: options.Table = {
     "--head": options.choice(
         ROWS["head"].choices, "of both policies; default: preset's"
     ),
-    **options.player("robots", NOTE, (*SCRIPTS["robots"], "FILE")),
-    **options.player("fire", NOTE, (*SCRIPTS["fire"], "FILE")),
+    **options.player("robots", NOTE, (*SCRIPTS["robots"], LEARNED, "FILE")),
+    **options.player("fire", NOTE, (*SCRIPTS["fire"], LEARNED, "FILE")),
     "--schedule": options.choice(
         ROWS["schedule"].choices, "both sides learn together, or in turn"
     ),

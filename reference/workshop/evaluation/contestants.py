@@ -15,13 +15,16 @@ from reference.learning.settings import Side, did_you_mean
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.evaluation.worst_case import WorstCase
-from reference.workshop.strategies import SCRIPTS
+from reference.workshop.strategies import LEARNED, SCRIPTS
 
 WORST, CRITIC, PERTURBED = "worst-case", "critic:", "perturbed:"
 
 NAMES: dict[Side, tuple[str, ...]] = {
-    "robots": (*SCRIPTS["robots"], "FILE", f"{PERTURBED}FILE", f"{PERTURBED}EPS:FILE"),
-    "fire": (*SCRIPTS["fire"], WORST, "FILE", f"{CRITIC}FILE"),
+    "robots": (
+        *(*SCRIPTS["robots"], LEARNED, "FILE"),
+        *(f"{PERTURBED}FILE", f"{PERTURBED}EPS:FILE"),
+    ),
+    "fire": (*SCRIPTS["fire"], LEARNED, WORST, "FILE", f"{CRITIC}FILE"),
 }
 """All words there are, for people: FILE is a checkpoint or the folder of a training.
 

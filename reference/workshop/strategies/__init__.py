@@ -6,6 +6,7 @@ every command knows it.
 """
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from reference.learning.settings import Side
@@ -39,3 +40,9 @@ SCRIPTS: Mapping[Side, Mapping[str, Callable[[], Any]]] = {
     "fire": FIRES,
 }
 """Hand-written strategies of each side."""
+
+LEARNED = "learned"
+"""Names, on both sides, the policies that ship ..."""
+
+SHIPPED = Path(__file__).with_name("learned.pt")
+"""... in this checkpoint of weights alone; `training.shipping` made it and says how."""

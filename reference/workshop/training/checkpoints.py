@@ -29,7 +29,7 @@ from reference.workshop.plain import checked, mapping, record_from
 from reference.workshop.training.presets import Settings
 
 KIND = "checkpoint of fire-rescue-reference"
-FORMAT = 1
+FORMAT = 2
 """Grows whenever observations, actions or networks come to mean something else."""
 
 MAGIC = b"PK\x03\x04"  # torch writes zip archives

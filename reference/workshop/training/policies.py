@@ -21,7 +21,7 @@ from reference.learning.rollouts import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import Destination
-from reference.workshop.strategies import SCRIPTS
+from reference.workshop.strategies import LEARNED, SCRIPTS, SHIPPED
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     CheckpointError,
@@ -164,7 +164,8 @@ def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
 
 
 def named_or_file(text: str, side: Side, sample: bool = False) -> Any:
-    """Load the policy in a checkpoint; give a hand-written strategy's name as it is."""
+    """Load a checkpoint's or the shipped policy; give a script's name as it is."""
     if text in SCRIPTS[side]:
         return text
-    return (LearnedRobots if side == "robots" else LearnedFire)(text, sample)
+    source = SHIPPED if text == LEARNED else text
+    return (LearnedRobots if side == "robots" else LearnedFire)(source, sample)
