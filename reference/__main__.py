@@ -38,6 +38,7 @@ from reference.workshop.commands import (
 )
 from reference.workshop.files import told
 from reference.workshop.runs import ContradictionError
+from reference.workshop.strategies import LEARNED
 
 COMMANDS = {
     "check": building.CHECK,
@@ -118,8 +119,8 @@ class Parser(ArgumentParser):
 def _parser() -> Parser:
     top = Parser(
         prog="python -m reference",
-        description="One evacuation of the paper's building, the best guide against "
-        "the strongest fire;\na summary, and an animation in evacuation.gif.",
+        description="One evacuation of the paper's building, robots that learned "
+        "against a fire that learned;\na summary, and an animation in evacuation.gif.",
         epilog="example:\n  python -m reference --seed 7",
         formatter_class=Formatter,
     )
@@ -129,8 +130,8 @@ def _parser() -> Parser:
         json=False,
         run=evacuation.evacuate,
         building="paper",
-        robots="escort",
-        fire="busiest",
+        robots=LEARNED,
+        fire=LEARNED,
         people=PEOPLE,
         episodes=1,
         sample=False,

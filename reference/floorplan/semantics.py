@@ -106,10 +106,11 @@ def _names(storey: Storey, drawing: Drawing) -> Iterator[Mistake]:
     seen: set[str] = set()
     for room in (area for area in storey.areas if area.kind == "room"):
         (name, cell), *others = room.words
+        hint = "Keep one word on one row, or draw a wall between the two."
+        hint = _as_stairs(room) or hint
         for other, place in others:
             what = f"'{other}' is a second name in {room}"
-            hint = "Keep one word on one row, or draw a wall between the two."
-            yield drawing.mistake(place, what, _as_stairs(room) or hint)
+            yield drawing.mistake(place, what, hint)
         if name in seen:
             what = f"two rooms on {drawing.label} are called '{name}'"
             yield drawing.mistake(cell, what, "Write another name here.")

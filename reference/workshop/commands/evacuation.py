@@ -13,6 +13,7 @@ from typing import Any
 from tqdm import tqdm
 
 from reference.building import Building, building_of
+from reference.learning.settings import SIDES
 from reference.simulation import Simulation
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
@@ -29,6 +30,7 @@ from reference.workshop.evaluation.crossplay import (
 )
 from reference.workshop.recording import record
 from reference.workshop.runs import refuse_used
+from reference.workshop.strategies import LEARNED
 
 SAME = ("building", "people", "seed", "episodes", "sample")
 """What is asked for by the names of `Asked`."""
@@ -108,6 +110,10 @@ def _summarise(
     first, last = runs[0]["seed"], runs[-1]["seed"]
     seeds = f"seed {first}" if first == last else f"seeds {first} to {last}"
     print(f"{building.title}: robots {facts['robots']}, fire {facts['fire']}, {seeds}")
+    for side in (side for side in SIDES if facts[side] == LEARNED):
+        from reference.workshop.training.shipping import about
+
+        print(f"learned {side}: {about(side)}")
     if len(runs) > 1:
         print(f"{'':18}{'mean':>10}{'lowest':>10}{'highest':>10}")
     for name in list(runs[0])[1:]:

@@ -14,10 +14,12 @@ from dataclasses import replace
 from typing import Any
 
 from reference.learning.rollouts import Learned
-from reference.learning.settings import SIDES
+from reference.learning.settings import SIDES, Side
 from reference.workshop.strategies import SHIPPED
 from reference.workshop.training.checkpoints import Checkpoint, load, save
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
+
+TRAINERS = {"poca": "MA-POCA", "ppo": "PPO"}
 
 
 def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
@@ -40,18 +42,32 @@ def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
 
 
 def how(checkpoint: Checkpoint) -> dict[str, Any]:
-    """What made a checkpoint: the options of its training, and how far it went."""
+    """What made a checkpoint: its training, how far it went, and against whom."""
     task = checkpoint.task
     steps = {side: state["steps"] for side, state in checkpoint.learners.items()}
-    fixed = {s: w if isinstance(w, str) else "a network" for s, w in task.fixed.items()}
+    named = {side: isinstance(who, str) for side, who in task.fixed.items()}
+    against = {s: task.fixed[s] if named[s] else "a network" for s in named}
     return {
         "preset": task.settings.preset,
-        "building": task.building,
         "seed": task.seed,
         "version": checkpoint.version,
         "decisions": steps,
-        "against": fixed,
+        "against": against,
+        "imitated": task.imitate,
     }
+
+
+def about(side: Side) -> str:
+    """Tell in a line how the shipped policy of a side was made."""
+    checkpoint = load(SHIPPED)
+    settings, made = getattr(checkpoint.task.settings, side), checkpoint.progress[side]
+    other = made["against"].get("fire" if side == "robots" else "robots", "a learner")
+    first = f"first copied {made['imitated']}, then " if made["imitated"] else ""
+    return (
+        f"{first}{TRAINERS[settings.trainer_type]}, "
+        f"{made['decisions'][side]:,} decisions against {other}, "
+        f"preset {made['preset']}, seed {made['seed']}, version {made['version']}"
+    )
 
 
 if __name__ == "__main__":

@@ -1,0 +1,70 @@
+"""What ships: robots and a fire that learned, by the name of learned."""
+
+import json
+
+import pytest
+import torch
+from trainings import begun, tiny, trained
+
+from reference.__main__ import main
+from reference.workshop.evaluation.contestants import contestant
+from reference.workshop.strategies import LEARNED, SHIPPED
+from reference.workshop.training.checkpoints import CheckpointError, load
+from reference.workshop.training.shipping import about, shipped
+
+
+def test_both_sides_ship_as_weights_alone_in_less_than_five_megabytes():
+    """Nobody learns any more; numbers of at most 32 bits; who made them is told."""
+    assert SHIPPED.stat().st_size < 5e6
+    checkpoint = load(SHIPPED)
+    assert not checkpoint.learners
+    for side in ("robots", "fire"):
+        weights = checkpoint.player(side).weights
+        assert all(
+            tensor.dtype != torch.float64 or "normaliser" in name
+            for name, tensor in weights.items()
+        )
+        assert contestant(LEARNED, side).learned.settings.head == "pointer"
+        made = checkpoint.progress[side]
+        assert f"{made['decisions'][side]:,} decisions" in about(side)
+
+
+def test_the_robots_of_one_training_and_the_fire_of_another_ship(tmp_path):
+    """The file's policies are those of the two checkpoints, to the last bit."""
+    robots = load(trained(begun(tiny(), fixed={"fire": "random"}), tmp_path / "robots"))
+    fire = load(trained(begun(tiny(), fixed={"robots": "sweep"}), tmp_path / "fire"))
+    both = shipped(robots, fire)
+    for side, source in (("robots", robots), ("fire", fire)):
+        here, there = both.player(side).weights, source.player(side).weights
+        assert here.keys() == there.keys()
+        assert all(torch.equal(here[name], there[name]) for name in there)
+    with pytest.raises(CheckpointError, match="nobody learned for the fire"):
+        shipped(robots, robots)
+
+
+def test_another_building_gets_a_clear_word(capsys):
+    """What was learned on one map is not played on another."""
+    assert main(["evacuate", "--robots", LEARNED, "--building", "tiny"]) == 1
+    assert "has learned Institute" in capsys.readouterr().err
+
+
+def test_the_summary_says_who_is_who(capsys):
+    """How each of the two was made."""
+    assert main(["evacuate", "--robots", LEARNED, "--fire", LEARNED]) == 0
+    told = capsys.readouterr().out
+    assert "learned robots: " in told and "learned fire: PPO, " in told
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("robots", "fire", "claimed"),
+    [(LEARNED, "random", 84.3), (LEARNED, LEARNED, 41.5), ("escort", LEARNED, 42.2)],
+)
+def test_the_policies_do_what_is_claimed(robots, fire, claimed, capsys):
+    """The first twenty of the evacuations in RESULTS.md, within their spread."""
+    command = (
+        f"evacuate --robots {robots} --fire {fire} --episodes 20 --seed 5000 --json"
+    )
+    assert main(command.split()) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert 100 * facts["evacuated"] / facts["people"] == pytest.approx(claimed, abs=8)
