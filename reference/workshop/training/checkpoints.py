@@ -167,13 +167,13 @@ def _checked(content: object, path: Path) -> Checkpoint:
     """Check kind and format of what was read; make a checkpoint of it."""
     if not isinstance(content, dict) or content.get("kind") != KIND:
         raise CheckpointError(f"{path}: is another program's file, not a checkpoint.")
-    if content.get("format") != FORMAT:
+    if not _is(content.get("format"), FORMAT):
         raise CheckpointError(
             f"{path}: is of format {content.get('format')!s:.40} (version "
             f"{content.get('version')!s:.40}); this is {reference.__version__}, "
             f"which reads format {FORMAT}. Use the version that wrote it."
         )
-    if content.get("game") != reference.GAME:
+    if not _is(content.get("game"), reference.GAME):
         raise CheckpointError(
             f"{path}: has learned another game than this one, whose rules have changed "
             f"since version {content.get('version')!s:.40}; train anew."
@@ -184,6 +184,11 @@ def _checked(content: object, path: Path) -> Checkpoint:
         raise CheckpointError(
             f"{path}: lacks a part or is damaged ({why!s:.200})."
         ) from why
+
+
+def _is(found: object, number: int) -> bool:
+    """Is it this number? A tensor, in a damaged file, is none."""
+    return type(found) is int and found == number
 
 
 # -- As plain data ------------------------------------------------------------------
