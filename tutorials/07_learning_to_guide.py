@@ -209,8 +209,8 @@ print(drawing.save(figure, "out/07_finishing_early.png"))
 
 # %% The robots that ship
 # Hundreds of thousands of decisions of the same game in the paper's building made the
-# robots called `learned`. Two evacuations each, with random fires: nobody guides, they
-# guide, a hand-written guide does.
+# robots called `learned`. Two evacuations each, with random fires: nobody guides, or
+# they do.
 
 paper = load("paper")
 
@@ -222,7 +222,7 @@ def alive(robots: str, fire: str) -> int:
     return sum(run.run().evacuated for run in runs)
 
 
-saved = {who: alive(who, "random") for who in ("none", "learned", "escort")}
+saved = {who: alive(who, "random") for who in ("none", "learned")}
 print("more than with nobody:", saved["learned"] > saved["none"])
 #> more than with nobody: True
 

@@ -220,7 +220,7 @@ print("ambush:", ambushed, "of", 8 * len(SEEDS), "get out")
 
 # %% The fire that ships
 # The fire called `learned` took 6,400 decisions in the paper's building, against the
-# guide `escort`. Two evacuations each: random fires, the best hand-written fire, it.
+# guide `escort`. Two evacuations each: random fires, and it.
 
 paper = load("paper")
 
@@ -232,8 +232,7 @@ def escaped(fire: str) -> int:
     return sum(run.run().evacuated for run in runs)
 
 
-left = {fire: escaped(fire) for fire in ("random", "busiest", "learned")}
-print("does more harm than random fires:", left["learned"] < left["random"])
+print("does more harm than random fires:", escaped("learned") < escaped("random"))
 #> does more harm than random fires: True
 
 # Over a hundred evacuations it leaves 42 % of `escort`'s people alive, `busiest` 45;

@@ -4,7 +4,7 @@ Clauses: C1, C5, C7, D1, D2.  Whoever plays a side, a network or a teacher, deci
 a `Moment`; a head that does not draw two floats chooses among `Choices`.
 
     G   agents of a side;  V  numbers of a vector;  A  numbers of an action
-    O   options of an agent;  F  features of an option
+    O   options of an agent;  F  features of an option;  R  robots, the fire's G is 1
 """
 
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Moment:
     vectors  (G, V) float32, of agents that have left what they saw last
     grid     (channels, height, width) uint8, shared
     alive    (G,) bool, who has not left
-    headed   (G, 2) normalised, where robots under way go, nan for the others
+    headed   (R, 2) normalised, where robots under way go, nan for the others
     world    what is observed: not for networks
     rng      what actions are sampled with; None: the mean or most likely action
     seed     of the episode

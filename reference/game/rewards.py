@@ -1,6 +1,6 @@
 """Rewards of the robots and of the fire: sums over events, in health points.
 
-Clauses: F5, F8, D6, E5.
+Clauses: B7, D6, E3, E5, F5, F8.
 """
 
 from collections.abc import Iterable

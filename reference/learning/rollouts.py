@@ -288,13 +288,13 @@ class _Run:
         self, environment: Environment, seed: int, players: dict[Side, Player]
     ):
         self.environment, self.seed, self.players = environment, seed, players
-        sides = tuple(players)
         seen, self.infos = environment.reset(seed)
-        self.agents = {side: _agents(environment, side) for side in sides}
-        self.rngs = {s: np.random.default_rng([seed, PLAYER_STREAM[s]]) for s in sides}
+        self.agents = {side: _agents(environment, side) for side in players}
+        streams = {side: PLAYER_STREAM[side] for side in players}
+        self.rngs = {s: np.random.default_rng([seed, k]) for s, k in streams.items()}
         self.decisions: dict[Side, list[GroupDecision[np.ndarray]]]
-        self.decisions = {side: [] for side in sides}
-        self.rewards: dict[Side, list[float]] = {side: [] for side in sides}
+        self.decisions = {side: [] for side in players}
+        self.rewards: dict[Side, list[float]] = {side: [] for side in players}
         self.actions: dict[str, np.ndarray] = {}
         self.vectors = {
             side: np.stack([seen[agent]["vector"] for agent in agents])

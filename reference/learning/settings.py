@@ -61,7 +61,7 @@ class TrainerSettings:
     commitment    logit bonus of "keep the destination under way", an option of its own:
                   a new policy would else turn round before it is anywhere
     shaping       health points per human inside, of the potential that takes the clock
-                  out of the reward, see `shaped`
+                  out of the reward, see `game.rewards.shaping`
     summary       networks are given counts that the observation implies, too
     own_state     ... and where each robot is headed
     """

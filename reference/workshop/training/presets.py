@@ -145,7 +145,7 @@ def _paper() -> Settings:
 
 
 def _laptop() -> Settings:
-    """[E1, E2, chosen] What learns visibly on two cores in about half an hour.
+    """[E1, E2, chosen] What learns visibly in less than an hour.
 
     A thirtieth of the paper's decisions, so ten times its learning rate, small
     minibatches and buffers (an update after each round, for the fire after several)
