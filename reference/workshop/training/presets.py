@@ -152,12 +152,13 @@ def _laptop() -> Settings:
     and half its width; pointer heads, since raw Gaussians need millions of decisions.
     Robots finish what they begin (commitment), the clock is taken out of their reward
     (shaping), and they look 33 decisions ahead instead of 10 (gamma). The entropy bonus
-    fades, so that the likeliest action becomes as good as a sampled one. Half of the
-    fires are random, since a learning one soon leaves nobody to learn from.
+    is a fifth and fades, so that the likeliest action becomes as good as a sampled one.
+    Half of the fires are random: a learning one soon leaves nobody to learn from.
     """
     net = {"hidden_units": 128, "num_layers": 2, "head": "pointer"}
     net |= {"learning_rate": 1e-3}
-    robots = {"batch_size": 512, "buffer_size": 2560, "beta_schedule": "linear"}
+    robots = {"batch_size": 512, "buffer_size": 2560}
+    robots |= {"beta": 1e-3, "beta_schedule": "linear"}
     robots |= {"commitment": 5.0, "shaping": 300.0, "gamma": 0.97}
     robots |= {"summary": True, "own_state": True}
     robots |= {"max_steps": 320_000, "summary_freq": 5000}
