@@ -5,6 +5,7 @@ import re
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import numpy as np
 import pytest
 from clauses import ROOT
 from trainings import trained
@@ -14,6 +15,8 @@ from reference.learning.networks import one_thread
 from reference.learning.settings import SettingsError
 from reference.paper import InputError
 from reference.workshop import workers as workforce
+from reference.workshop.drawing.experiment import last_gain
+from reference.workshop.drawing.runs import Run
 from reference.workshop.evaluation.crossplay import Record
 from reference.workshop.experiment import page, steps
 from reference.workshop.experiment.asked import BEST, Experiment, read
@@ -24,6 +27,7 @@ from reference.workshop.plain import record_from
 from reference.workshop.runs import RunError
 from reference.workshop.training.checkpoints import load
 from reference.workshop.training.session import Training
+from reference.workshop.training.summaries import SURVIVAL
 from reference.workshop.workers import InProcess, cluster, workers
 
 FILES = ROOT / "tutorials" / "experiments"
@@ -182,6 +186,7 @@ def test_the_tiny_experiment_makes_every_part(tmp_path, capsys):
         "sweep",
     }
     assert told["answer"] in text
+    assert "in their last fifth they still gained" in text
     pictures = re.findall(r"\]\(([^)]+)\)", text)
     assert len(pictures) == 6
     assert all((tmp_path / "new" / name).stat().st_size > 5_000 for name in pictures)
@@ -269,6 +274,22 @@ def test_without_best_responses_there_is_no_answer():
         + [run(f"learning-{k}", BEST, 0, 0.5) for k in range(2)],
     )
     assert half.exploitable == []
+
+
+@pytest.mark.paper("F12")
+def test_a_best_response_that_is_flat_gains_nothing_at_the_end():
+    """Survivors of the fourth fifth less the last's, of the fire's rows alone."""
+    falling = [0.9, 0.8, 0.7, 0.6, 0.6, 0.6, 0.5, 0.5, 0.4, 0.4]
+    assert last_gain([learned(falling)]).mean == pytest.approx(0.1)
+    assert last_gain([learned([0.5] * 7), learned(falling)]).mean == pytest.approx(0.05)
+    assert last_gain([learned([0.9, 0.5])]).mean == pytest.approx(0.4)
+
+
+def learned(survivors):
+    """The run of a fire that learned, with a row of the robots' between all of its."""
+    side = np.array(["fire", "robots"] * len(survivors))
+    columns = {"side": side, SURVIVAL: np.repeat(survivors, 2) + 9 * (side == "robots")}
+    return Run("a fire", np.zeros(len(side)), columns, ())
 
 
 # -- Files --------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager, suppress
 from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -114,7 +115,8 @@ def _pictures(plan: Any, results: Any) -> Iterator[tuple[str, Path]]:
     """Draw the matrix, the curves and the films: what each shows, and its file."""
     from reference.workshop.drawing import page
     from reference.workshop.drawing.crossplay import matrix
-    from reference.workshop.drawing.experiment import survivors
+    from reference.workshop.drawing.experiment import last_gain, survivors
+    from reference.workshop.experiment.page import points
 
     yield (
         "Survivors of all arms under all fires",
@@ -126,6 +128,9 @@ def _pictures(plan: Any, results: Any) -> Iterator[tuple[str, Path]]:
     ):
         if arms := _curves(plan.folder / name):
             figure = survivors(title, arms, side)
+            if side == "fire":
+                gain = points(last_gain(chain(*arms.values())))
+                title += f"; in their last fifth they still gained {gain} points"
             yield title, page.save(figure, plan.folder / f"{name}.png")
     if results.exploitable:
         yield from _films(plan, results)

@@ -5,7 +5,7 @@ Clause: E6.
     x  decisions of the side that learns;  y  survivors, %
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from math import ceil
 
 import numpy as np
@@ -15,6 +15,7 @@ from reference.workshop.drawing.crossplay import LINES
 from reference.workshop.drawing.curves import SMOOTHING, Line, mean_of, smooth
 from reference.workshop.drawing.page import foot, sheet, write_numbers
 from reference.workshop.drawing.runs import Run
+from reference.workshop.evaluation.intervals import Interval, of_mean
 from reference.workshop.training.summaries import SURVIVAL
 
 COLUMNS = 4
@@ -40,6 +41,21 @@ def survivors(title: str, arms: Mapping[str, Sequence[Run]], side: str) -> Figur
         axes.set_ylabel("survivors, %")
     foot(figure, [], caption="thin: each training; bold: their mean")
     return figure
+
+
+def last_gain(responses: Iterable[Run]) -> Interval:
+    """How much fires still gained at the end of their training.
+
+    Survivors in the fourth fifth of it less those in the last, the mean over fires.
+    """
+
+    def gain(run: Run) -> float:
+        survivors = run.columns[SURVIVAL][run.columns["side"] == "fire"]
+        fifth = max(1, len(survivors) // 5)
+        before, last = survivors[-2 * fifth : -fifth], survivors[-fifth:]
+        return float(before.mean() - last.mean())
+
+    return of_mean([gain(run) for run in responses])
 
 
 def _line(run: Run, side: str) -> Line:

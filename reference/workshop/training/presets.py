@@ -157,7 +157,7 @@ def _laptop() -> Settings:
     """
     net = {"hidden_units": 128, "num_layers": 2, "head": "pointer"}
     net |= {"learning_rate": 1e-3}
-    robots = {"batch_size": 512, "buffer_size": 2560}
+    robots: dict[str, Any] = {"batch_size": 512, "buffer_size": 2560}
     robots |= {"beta": 1e-3, "beta_schedule": "linear"}
     robots |= {"commitment": 5.0, "shaping": 300.0, "gamma": 0.97}
     robots |= {"summary": True, "own_state": True}
