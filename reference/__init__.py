@@ -85,8 +85,8 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
-__version__ = "0.6.0"
+__version__ = "0.7.0"
 
-GAME = 2
+GAME = 3
 """Grows when rules or numbers of the game change: what was learned in another game is
 not played, and what was measured in it is not gone on with."""

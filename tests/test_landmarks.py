@@ -19,7 +19,9 @@ from reference.simulation import Simulation
 from reference.strategies import NoRobots, RandomFire
 from reference.workshop.landmarks.of_fire import FIRE_FEATURES, FireOption, FireOptions
 from reference.workshop.landmarks.of_robots import (
+    OWN,
     ROBOT_FEATURES,
+    THERE,
     RobotOption,
     RobotOptions,
 )
@@ -87,7 +89,7 @@ def feature(options, name):
 
 def of_kind(options, kind):
     """(G, K) bool: options of robots that are of this kind."""
-    return options.action_mask & (feature(options, kind.name.lower()) > 0)
+    return feature(options, kind.name.lower()) > 0
 
 
 class Scorer:
@@ -146,7 +148,9 @@ def test_robots_always_have_an_option_in_the_main_body(name):
     """At every decision, with finite features; whoever has left may only stay."""
     for sim in moments(name):
         options = robots_of(sim)
-        assert options.action_mask[:, RobotOption.STAY].all()
+        offered = options.action_mask.sum(axis=1)
+        assert (offered > 0).all()
+        assert (options.action_mask[:, RobotOption.STAY] == (offered == 1)).all()
         assert np.isfinite(options.features).all()
         assert np.abs(options.places).max(initial=0) <= 1
         assert np.abs(options.features).max(initial=0) <= 10
@@ -170,6 +174,21 @@ def test_a_destination_that_is_kept_is_the_same_place_again(name):
                 assert target == pytest.approx(robot.destination, abs=1e-3)
                 kept += 1
     assert kept
+
+
+@pytest.mark.paper("C5")
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_where_a_robot_is_already_is_no_option(name):
+    """Nothing but to keep the destination leads less than THERE metres away."""
+    there = 0
+    for sim in moments(name):
+        options = robots_of(sim)
+        way = 20 * feature(options, "way")
+        at_work = options.action_mask.sum(axis=1) > 1
+        here = (way < THERE)[at_work][:, OWN:]
+        assert not options.action_mask[at_work][:, OWN:][here].any()
+        there += here.any(axis=1).sum()
+    assert there
 
 
 @pytest.mark.paper("C6", "Eq. 1")
@@ -206,7 +225,7 @@ def test_an_exit_beside_a_stairwell_is_meant_from_its_far_side():
 
 
 @pytest.mark.parametrize("name", BUILDINGS)
-def test_every_room_and_every_way_out_of_a_floor_is_offered(name):
+def test_every_room_and_every_way_out_of_a_floor_is_listed(name):
     """As many options as the map has, and every room by a cell of its own."""
     sim = Simulation(shipped(name), fire=RandomFire(), robots=Sweep())
     options, nav = robots_of(sim), navigation_of(sim.building)

@@ -1,6 +1,7 @@
-"""Landmarks a robot can go to: stay, rooms, ways out, groups of people.
+"""Landmarks a robot can go to: rooms, ways out, groups of people.
 
-Clauses: A3, A4, C5, C6, C7.
+Clauses: A3, A4, C5, C6, C7.  Where it is already is no option [C5, chosen]: what is
+likeliest there, "remain", would be so at each decision, and the robot stand for ever.
 
     k   options of one floor;  r  robots and m  people there
 """
@@ -26,6 +27,7 @@ from reference.world import Instruction
 
 OWN = 2  # options of the robot itself: keep and stay
 FLAMES_AROUND = 7  # cells: side of the square in which a robot counts flames
+THERE = 1.5  # [C5, chosen] metres on foot within which a robot is there already
 STEP = 5.0  # metres: ways are also given as log(1 + way / STEP), to be compared
 
 
@@ -33,7 +35,7 @@ class RobotOption(IntEnum):
     """What a robot can go to [C5, chosen]."""
 
     KEEP = 0  # the destination it has, while under way
-    STAY = 1  # where it is
+    STAY = 1  # where it is, if there is nowhere else to go
     ROOM = 2  # the middle of a room
     STAIRWELL = 3  # one that leads down
     LANDING = 4  # before one that ends here: people come out of it
@@ -73,7 +75,7 @@ ROBOT_FEATURES = tuple(ROBOT_TABLE)
 
 
 class RobotOptions:
-    """Options of all robots of a world: stay, rooms, ways out, groups of people."""
+    """Options of all robots of a world."""
 
     def __init__(self, building: Building, scenario: Scenario):
         """size K and features F follow from the building alone."""
@@ -107,7 +109,7 @@ class RobotOptions:
             k = len(view.kind)
             places[g, :k] = to_normalised(self.building, view.target).clip(-1, 1)
             features[g, :k] = shared.evaluate(ROBOT_TABLE, view)
-            action_mask[g, 0], action_mask[g, 1:k] = ~np.isnan(headed[g, 0]), True
+            action_mask[g, :k] = view.offered
         return Choices(places, features, action_mask)
 
 
@@ -118,6 +120,7 @@ class RobotView:
     kind    (k,);  target  (r, k, 2) metres;  place  (r, k)
     way     (r, k) metres on foot from each robot, flames counted;  out  (r, k) from
             there to the cheapest way out;  mate_way  (r, k) from the nearest mate
+    offered (r, k) bool, whether a robot may choose it
     lost    (m,) bool, people with no robot;  with_me  (r, 1) people
     """
 
@@ -141,6 +144,7 @@ class RobotView:
         self._assign_people(ways, options.scenario.sight_range)
         self._choose(headed)
         self._measure_ways(ways, np.minimum(out, shared.FAR))
+        self._offer(~np.isnan(headed[:, 0]))
         self._count_people()
         self.flames = now.flames_around(FLAMES_AROUND)
 
@@ -187,6 +191,12 @@ class RobotView:
         leads_out = np.isin(self.kind, (RobotOption.STAIRWELL, RobotOption.EXIT))
         way_out = np.where(leads_out, self.way, np.inf)
         self.best_out = leads_out & (way_out == way_out.min(axis=1, keepdims=True))
+
+    def _offer(self, under_way: np.ndarray) -> None:
+        """Offer what leads elsewhere, and to keep the destination under way."""
+        self.offered = self.way >= THERE
+        self.offered[:, RobotOption.KEEP] = under_way
+        self.offered[:, RobotOption.STAY] = ~self.offered.any(axis=1)
 
     def _count_people(self) -> None:
         """Count people at each option, (r, k), and in each stairwell, (k,)."""

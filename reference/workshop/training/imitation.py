@@ -30,6 +30,7 @@ from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
 from reference.strategies import RobotStrategy
 from reference.workshop.landmarks import landmarks_for
+from reference.workshop.landmarks.of_robots import RobotOption
 from reference.workshop.strategies import ROBOTS
 
 CLONING_RATE = 1e-3  # [C7, chosen] learning rate of the fit
@@ -87,14 +88,19 @@ class _Teacher(Player):
     def _recorded(
         self, moment: Moment, wanted: np.ndarray
     ) -> GroupDecision[np.ndarray]:
-        """Record actions as the head's: the nearest option, with log_probs of 0."""
+        """Record actions as the head's: the nearest option, with log_probs of 0.
+
+        To stay where one is teaches nothing where it is not offered.
+        """
         new, spots = ~np.isnan(wanted).any(axis=1), np.nan_to_num(wanted)
         actions, features, action_mask = spots * RAW_LIMIT, None, None
         if self.options is not None:
             options = self.options(moment)
             features, action_mask = options.features, options.action_mask
             off = np.linalg.norm(options.places - spots[:, None], axis=-1)
-            nearest = np.where(action_mask, off, np.inf).argmin(axis=1)
+            meant = action_mask | (np.arange(off.shape[1]) == RobotOption.STAY)
+            nearest = np.where(meant, off, np.inf).argmin(axis=1)
+            new &= action_mask[np.arange(len(new)), nearest]
             actions = nearest[:, None].astype(np.float32)
         return GroupDecision(
             vectors=self.seen(moment),
