@@ -193,7 +193,7 @@ def test_the_tiny_experiment_makes_every_part(tmp_path, capsys):
     assert main(command) == 1  # it is there
     again = [*command, "--resume", "--page", str(tmp_path / "RESULTS.md")]
     assert main(again) == 0
-    assert "](new/matrix.png)" in (tmp_path / "RESULTS.md").read_text()
+    assert "](RESULTS.pictures/matrix.png)" in (tmp_path / "RESULTS.md").read_text()
 
 
 # -- Results ------------------------------------------------------------------------

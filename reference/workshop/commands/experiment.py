@@ -18,7 +18,7 @@ from typing import Any
 from reference.paper import InputError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command, ctrl_c, quoted, workforce
-from reference.workshop.files import write_whole
+from reference.workshop.files import make_folder, write_whole
 from reference.workshop.runs import RunError, held
 from reference.workshop.workers import cluster
 
@@ -96,10 +96,13 @@ def _tell(asked: Any, arguments: Namespace) -> None:
     if not (records := plan.records()):
         return
     results = Results(asked, records)
-    path = arguments.page or arguments.out / "page.md"
+    path, folder = arguments.out / "page.md", arguments.out
+    if arguments.page:
+        path, folder = arguments.page, arguments.page.with_suffix(".pictures")
+        make_folder(folder)
     pictures = [
-        (told, Path(os.path.relpath(file, path.parent)).as_posix())
-        for told, file in _pictures(plan, results)
+        (told, file.relative_to(path.parent).as_posix())
+        for told, file in _pictures(plan, results, folder)
     ]
     write_whole(path, page(results, pictures).encode())
     if arguments.json:
@@ -111,8 +114,8 @@ def _tell(asked: Any, arguments: Namespace) -> None:
     print(f"the page is {path}", file=sys.stderr)
 
 
-def _pictures(plan: Any, results: Any) -> Iterator[tuple[str, Path]]:
-    """Draw the matrix, the curves and the films: what each shows, and its file."""
+def _pictures(plan: Any, results: Any, folder: Path) -> Iterator[tuple[str, Path]]:
+    """Draw matrix, curves and films into a folder: what each shows, and its file."""
     from reference.workshop.drawing import page
     from reference.workshop.drawing.crossplay import matrix
     from reference.workshop.drawing.experiment import last_gain, survivors
@@ -120,7 +123,7 @@ def _pictures(plan: Any, results: Any) -> Iterator[tuple[str, Path]]:
 
     yield (
         "Survivors of all arms under all fires",
-        page.save(matrix(results.cells()), plan.folder / "matrix.png"),
+        page.save(matrix(results.cells()), folder / "matrix.png"),
     )
     for name, title, side in (
         ("trainings", "Survivors while robots learned", "robots"),
@@ -131,9 +134,9 @@ def _pictures(plan: Any, results: Any) -> Iterator[tuple[str, Path]]:
             if side == "fire":
                 gain = points(last_gain(chain(*arms.values())))
                 title += f"; in their last fifth they still gained {gain} points"
-            yield title, page.save(figure, plan.folder / f"{name}.png")
+            yield title, page.save(figure, folder / f"{name}.png")
     if results.exploitable:
-        yield from _films(plan, results)
+        yield from _films(plan, results, folder)
 
 
 def _curves(folder: Path) -> dict[str, list[Any]]:
@@ -150,13 +153,13 @@ def _curves(folder: Path) -> dict[str, list[Any]]:
     return found
 
 
-def _films(plan: Any, results: Any) -> Iterable[tuple[str, Path]]:
+def _films(plan: Any, results: Any, folder: Path) -> Iterable[tuple[str, Path]]:
     """Film nobody, the best by hand and a team that learned, under one fire."""
     from reference.workshop.drawing import film
     from reference.workshop.experiment.results import telling
 
     for team, evacuation in telling(results, plan):
-        path = plan.folder / f"film {team}.gif".replace(" ", "-")
+        path = folder / f"film-{team}-{evacuation.seed}.gif"
         if not path.exists():
             film.animate(evacuation.simulation(), path)
         yield f"`{team}`, seed {evacuation.seed}, under the same best response", path
@@ -172,7 +175,11 @@ EXPERIMENT_OPTIONS: options.Table = {
     },
     "--out": options.path("DIR", "default: out/ and FILE's name"),
     "--resume": options.flag("go on in DIR; more seeds and arms may be asked for"),
-    "--page": options.path("FILE", "where the page goes; default: DIR/page.md"),
+    "--page": options.path(
+        "FILE",
+        "where the page goes, its pictures beside it into "
+        "NAME.pictures; default: DIR/page.md",
+    ),
 }
 
 EXPERIMENT = Command(
