@@ -25,6 +25,7 @@ from reference.workshop.landmarks.of_robots import (
     RobotOption,
     RobotOptions,
 )
+from reference.workshop.landmarks.shared import FAR
 from reference.workshop.strategies.robots import Sweep
 from reference.world import Instruction
 
@@ -189,6 +190,19 @@ def test_where_a_robot_is_already_is_no_option(name):
         assert not options.action_mask[at_work][:, OWN:][here].any()
         there += here.any(axis=1).sum()
     assert there
+
+
+def test_of_two_robots_that_stand_together_one_has_a_nearer_mate():
+    """They see the same, and would do the same for ever; the first of the team goes."""
+    sim = Simulation(shipped("paper"), fire=RandomFire(), robots=Sweep())
+    first, second = (r for r in sim.world.robots if r.floor == 0)
+    second.position, second.place = first.position.copy(), first.place
+    options = robots_of(sim)
+    listed = feature(options, "way")[0] < FAR / 20
+    nearer = feature(options, "mate_nearer") > 0
+    there = listed & (np.arange(len(listed)) >= OWN)
+    assert there.sum() > 5
+    assert not nearer[0, there].any() and nearer[1, there].all()
 
 
 @pytest.mark.paper("C6", "Eq. 1")

@@ -28,6 +28,7 @@ from reference.world import Instruction
 OWN = 2  # options of the robot itself: keep and stay
 FLAMES_AROUND = 7  # cells: side of the square in which a robot counts flames
 THERE = 1.5  # [C5, chosen] metres on foot within which a robot is there already
+TIE = 2.0  # metres: of two robots about as near the first of the team counts as nearer
 STEP = 5.0  # metres: ways are also given as log(1 + way / STEP), to be compared
 
 
@@ -65,7 +66,7 @@ ROBOT_TABLE: shared.FeatureTable = {
     "flames": lambda v: v.flames[v.place],  # share of the square around it
     "my_flames": lambda v: v.flames[v.me[1]][:, None],  # ... around me
     "mate_way": lambda v: v.mate_way / 20,  # metres from the nearest mate to it
-    "mate_nearer": lambda v: v.mate_way < v.way,
+    "mate_nearer": lambda v: v.mate_nearer,
     "best_out": lambda v: v.best_out,  # 1 for the way out that is cheapest from me
     "time": lambda v: v.now.time,  # share of the time limit
 }
@@ -120,6 +121,8 @@ class RobotView:
     kind    (k,);  target  (r, k, 2) metres;  place  (r, k)
     way     (r, k) metres on foot from each robot, flames counted;  out  (r, k) from
             there to the cheapest way out;  mate_way  (r, k) from the nearest mate
+    mate_nearer  (r, k) bool; of two that stand together only one has a nearer mate,
+            since they see the same and would else do the same
     offered (r, k) bool, whether a robot may choose it
     lost    (m,) bool, people with no robot;  with_me  (r, 1) people
     """
@@ -188,6 +191,8 @@ class RobotView:
         mates = ways[:, self.place]
         mates[r, r] = shared.FAR
         self.mate_way = mates.min(axis=0)
+        earlier = np.sign(r - r[:, None])[:, :, None]  # 1: than the robot that asks
+        self.mate_nearer = (mates - TIE * earlier < self.way).any(axis=0)
         leads_out = np.isin(self.kind, (RobotOption.STAIRWELL, RobotOption.EXIT))
         way_out = np.where(leads_out, self.way, np.inf)
         self.best_out = leads_out & (way_out == way_out.min(axis=1, keepdims=True))
