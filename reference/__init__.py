@@ -35,6 +35,7 @@ BOOK = (
     "learning.experience",  # trajectories and the buffer
     "learning.ppo",  # the fire's trainer
     "learning.poca",  # the robots' trainer, MA-POCA
+    "learning.players",  # a network plays a side
     "learning.rollouts",  # jobs: weights and seeds -> whole episodes
     "learning.adversarial",  # PLAY, LEARN: both sides
     "evaluation",  # how good are robots, given how hard the fire is:

@@ -8,16 +8,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from reference.building import building_of
+from reference.learning.players import Landmarks, Learned, Player
 from reference.learning.poca import LEARNERS
 from reference.learning.ppo import Learner, Summary
-from reference.learning.rollouts import (
-    Episode,
-    Job,
-    Landmarks,
-    Learned,
-    Player,
-    play,
-)
+from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
 from reference.strategies import FireStrategy, RobotStrategy

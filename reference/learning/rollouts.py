@@ -1,42 +1,28 @@
 """Rollouts: pure jobs from weights, scenario and seeds to whole episodes.
 
-Clauses: C5, C8, D2, E3, E6.  A job plays its episodes in lockstep, so that one call of
+Clauses: C8, E3, E6.  A job plays its episodes in lockstep, so that one call of
 a network serves all of them; an episode's randomness depends on its own seed alone.
-Both heads end in the environment's action, numbers in [−1, 1].
-
-    S    episodes played at once;  T  decisions of an episode;  G  agents of a side
-    A    numbers of the environment's action;  V, K, E, O, F  as in `networks`
 """
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import torch
-from torch import Tensor
 
-from reference.building import Building, building_of
+from reference.building import building_of
 from reference.events import FireRefused
 from reference.game.environment import (
     Environment,
     action_size,
     until_next_decision,
 )
-from reference.game.moments import Choices, Moment
-from reference.game.observations import (
-    fire_layout,
-    grid_shape,
-    headed,
-    robot_layout,
-    summary,
-    summary_size,
-)
+from reference.game.moments import Moment
+from reference.game.observations import headed
 from reference.game.rewards import fire_reward, shaping
 from reference.learning.experience import GroupDecision, Trajectory, trajectory_of
-from reference.learning.networks import RAW_LIMIT, Actor, Options, Policy, Sizes
-from reference.learning.settings import SIDES, Side, TrainerSettings
+from reference.learning.players import Player, Recorded
+from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import FireStrategy, RobotStrategy
@@ -44,182 +30,8 @@ from reference.strategies import FireStrategy, RobotStrategy
 PLAYER_STREAM: dict[Side, int] = {"robots": 1, "fire": 2}
 """Each side's actions have a generator of their own, beside the simulation's."""
 
-AXES = 2  # [C5] [D2] two continuous numbers: x and y
-
 Advance = Callable[[Sequence[Simulation]], None]
 """Runs simulations up to their next decision or their end, in whatever order."""
-
-Landmarks = Callable[[Building, Scenario], Any]
-"""Makes, for a building, what turns observations into options of a pointer head."""
-
-
-# -- Who plays a side ---------------------------------------------------------------
-
-
-class Player:
-    """One side's actor, with the map its options are on."""
-
-    def __init__(
-        self,
-        side: Side,
-        building: Building,
-        scenario: Scenario,
-        settings: TrainerSettings,
-        landmarks: Landmarks | None = None,
-    ):
-        """landmarks: what makes a pointer head's options; None for the Gaussian one."""
-        self.side, self.building, self.scenario = side, building, scenario
-        self.settings = settings
-        self.options = landmarks and landmarks(building, scenario)
-        self.keeps = settings.commitment > 0 and not self.options
-        self.sizes = self._sizes()
-        self.actor = Actor(self.sizes, settings).eval()
-
-    def load(self, weights: dict[str, Any]) -> None:
-        """Take over a learner's weights, tensors or arrays, by name.
-
-        Raises RuntimeError for another shape.
-        """
-        tensors = {name: torch.as_tensor(array) for name, array in weights.items()}
-        self.actor.load_state_dict(tensors)
-
-    def seen(self, moment: Moment) -> np.ndarray:
-        """(G, V) float32: vectors, and what the settings add to them."""
-        vectors, s = moment.vectors, self.settings
-        parts = [vectors]
-        if s.summary:
-            parts.append(summary(vectors, moment.grid, self.building, self.scenario))
-        if s.own_state:
-            under_way = ~np.isnan(moment.headed[:, :1])
-            parts += [np.nan_to_num(moment.headed), under_way.astype(np.float32)]
-        return np.concatenate(parts, axis=1)
-
-    @torch.no_grad()
-    def act(
-        self, moments: Sequence[Moment]
-    ) -> tuple[np.ndarray, list[GroupDecision[np.ndarray]]]:
-        """Decide at all these moments by one call of the network.
-
-        Returns (S, G, A) float32, the environment's actions, and what to record.
-        """
-        seen = [self.seen(m) for m in moments]
-        found = [choices for m in moments if (choices := self._choices(m))]
-        options = found and Options(
-            _stacked([choices.features for choices in found]),
-            _stacked([choices.action_mask for choices in found]),
-        )
-        policy = self.actor(
-            _stacked(seen),
-            _stacked([m.grid for m in moments]),
-            options or None,
-        )
-        actions = policy.act(_noise(moments, policy))
-        raw, log_probs = actions.numpy(), policy.log_probs(actions).numpy()
-        if self.options:
-            places = np.stack([choices.places for choices in found])
-            index = raw.astype(np.intp)[..., None]
-            emitted = shown = np.take_along_axis(places, index, axis=2)[:, :, 0]
-        else:
-            emitted, shown = self._emitted(raw, moments)
-        return emitted, [
-            GroupDecision(
-                vectors=seen[k],
-                grids=m.grid,
-                alive=m.alive,
-                actions=raw[k],
-                shown=shown[k],
-                log_probs=log_probs[k],
-                features=found[k].features if found else None,
-                action_mask=found[k].action_mask if found else None,
-            )
-            for k, m in enumerate(moments)
-        ]
-
-    def _choices(self, moment: Moment) -> Choices | None:
-        """A pointer head's landmarks; for Gaussians "keep", if under way, and "new"."""
-        if self.options:
-            choices: Choices = self.options(moment)
-            return choices
-        if not self.keeps:
-            return None
-        under_way = ~np.isnan(moment.headed[:, 0])
-        none = np.zeros((len(under_way), 2, 0), dtype=np.float32)
-        return Choices(none, none, np.stack([under_way, under_way | True], axis=1))
-
-    def _emitted(
-        self, raw: np.ndarray, moments: Sequence[Moment]
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """Gaussians: clamp(a, −3, 3)/3 [E3]; the fire's branch, its floor, first.
-
-        Also what a critic is shown, the raw numbers; a kept destination in both.
-        """
-        shown = raw[..., :AXES]
-        axes = shown.clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT
-        if self.side == "fire":
-            floor = (2 * raw[..., AXES:] + 1) / self.building.floors - 1
-            return np.concatenate([floor, axes], axis=-1), shown
-        if self.keeps:
-            kept, old = raw[..., AXES:] == 0, np.nan_to_num([m.headed for m in moments])
-            axes, shown = np.where(kept, old, axes), np.where(kept, old, shown)
-        return axes, shown
-
-    def _sizes(self) -> Sizes:
-        """What networks of this side see and say."""
-        building, scenario, s = self.building, self.scenario, self.settings
-        of_robots = self.side == "robots"
-        layout = robot_layout if of_robots else fire_layout
-        branches = (2,) * self.keeps if of_robots else (building.floors,)
-        added = summary_size(building) * s.summary + (AXES + 1) * s.own_state
-        sizes = Sizes(layout(building, scenario).size + added, grid_shape(building))
-        if not self.options:
-            return replace(sizes, continuous=AXES, branches=branches, shown=AXES)
-        emitted = AXES if of_robots else 1 + AXES
-        return replace(sizes, features=self.options.features, shown=emitted)
-
-
-def _stacked(arrays: Sequence[np.ndarray]) -> Tensor:
-    return torch.from_numpy(np.stack(arrays))
-
-
-def _noise(moments: Sequence[Moment], policy: Policy) -> Tensor | None:
-    """(S, G, C + sum n), each episode's from its own generator: see `Policy.act`."""
-    agents, continuous = policy.gaussian.mean.shape[-2:]
-    counts = sum(branch.logits.shape[-1] for branch in policy.branches)
-    rows = []
-    for rng in (m.rng for m in moments if m.rng is not None):
-        normal = rng.standard_normal((agents, continuous), dtype=np.float32)
-        gumbel = rng.gumbel(size=(agents, counts)).astype(np.float32)
-        rows.append(np.concatenate([normal, gumbel], axis=1))
-    return _stacked(rows) if rows else None
-
-
-class Recorded(ABC):
-    """A side whose decisions become trajectories."""
-
-    @abstractmethod
-    def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
-        """Make a new player of this side."""
-
-
-@dataclass(frozen=True)
-class Learned(Recorded):
-    """A side that a network plays: its settings, and weights as tensors by name.
-
-    landmarks  what makes a pointer head's options; None for the Gaussian one
-    """
-
-    settings: TrainerSettings
-    weights: dict[str, Any]
-    landmarks: Landmarks | None = None
-
-    def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
-        """A network with these weights. Raises RuntimeError for another shape."""
-        player = Player(side, building, scenario, self.settings, self.landmarks)
-        player.load(self.weights)
-        return player
-
-
-# -- Episodes -----------------------------------------------------------------------
 
 
 @dataclass(frozen=True)

@@ -28,7 +28,7 @@ from typing import Any
 
 import reference
 from reference.building import load, plan_of
-from reference.learning.rollouts import Learned
+from reference.learning.players import Learned
 from reference.learning.settings import SettingsError, TrainerSettings, unknown
 from reference.workshop.evaluation.contestants import WORST
 from reference.workshop.evaluation.crossplay import EPISODES, Arena

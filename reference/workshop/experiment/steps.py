@@ -22,7 +22,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from reference.learning.rollouts import Learned
+from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.workshop.evaluation.contestants import WORST
 from reference.workshop.evaluation.crossplay import Match, Record, records

@@ -19,7 +19,7 @@ import torch
 
 import reference
 from reference.building import Building, building_of
-from reference.learning.rollouts import Learned
+from reference.learning.players import Learned
 from reference.learning.settings import SIDES, SettingsError, Side, TrainerSettings
 from reference.paper import InputError
 from reference.simulation import Simulation

@@ -4,7 +4,7 @@ Clauses: C5, C7.  A named aid, never the default: what it teaches is not the pap
 The actor is fitted to what the strategy would have decided; afterwards the critic
 learns alone for some rounds, and then both go on as always.
 
-    G, O, A  as in `rollouts`
+    G, O, A  as in `players`
 """
 
 from collections.abc import Sequence
@@ -24,8 +24,8 @@ from reference.learning.experience import (
     decisions_of,
 )
 from reference.learning.networks import RAW_LIMIT
+from reference.learning.players import Player, Recorded
 from reference.learning.ppo import Learner
-from reference.learning.rollouts import Player, Recorded
 from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
 from reference.strategies import RobotStrategy

@@ -17,7 +17,7 @@ from reference.game.environment import destination, fire_decision
 from reference.game.moments import Moment
 from reference.game.observations import fire_vector, robot_vectors
 from reference.learning.networks import one_thread
-from reference.learning.rollouts import Learned
+from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import Destination

@@ -14,8 +14,9 @@ import torch
 
 from reference.building import building_of
 from reference.learning.adversarial import learn, learner_for, player_of
+from reference.learning.players import Learned
 from reference.learning.ppo import Learner
-from reference.learning.rollouts import Episode, Job, Learned
+from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, SettingsError, Side
 from reference.simulation import Simulation
 from reference.strategies import RandomFire

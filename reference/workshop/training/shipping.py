@@ -13,7 +13,7 @@ import sys
 from dataclasses import replace
 from typing import Any
 
-from reference.learning.rollouts import Learned
+from reference.learning.players import Learned
 from reference.learning.settings import SIDES, Side
 from reference.workshop.strategies import SHIPPED
 from reference.workshop.training.checkpoints import Checkpoint, load, save

@@ -11,7 +11,7 @@ from typing import Any
 import torch
 
 from reference.building import Building, load, plan_of
-from reference.learning.rollouts import Learned
+from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.workshop.files import about
