@@ -14,8 +14,10 @@ from multiprocessing import parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnContext, SpawnProcess
 from queue import Empty, SimpleQueue
-from threading import Lock, Thread
+from threading import Lock, RLock, Thread
 from typing import Any, TypeVar
+
+from tqdm import tqdm
 
 from reference.paper import InputError
 
@@ -200,6 +202,7 @@ def _at_work(fn: Callable[..., Made], /, *args: Any, **kwargs: Any) -> Made:
 def _begin_work(lifeline: Connection) -> None:
     for stop in STOPS:
         signal.signal(stop, signal.SIG_IGN)
+    tqdm.set_lock(RLock())  # its own, shared by processes, would be left behind
     Thread(target=_end_with, args=(lifeline,), daemon=True).start()
 
 
