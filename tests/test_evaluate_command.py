@@ -144,7 +144,13 @@ def test_a_baseline_that_makes_no_ruler_costs_the_score_alone(tmp_path, capsys):
     small = ["--episodes", "1", "--baseline", "sweep"]
     facts = evaluated(capsys, *small, "--out", "eval")
     assert facts["ruler"] is facts["cells"][0]["score"] is None
-    assert not (tmp_path / "eval/ruler.json").exists()
+    ruler = tmp_path / "eval/ruler.json"
+    assert not ruler.exists()
+    ruler.write_text("{}")  # of a table with other runs
+    again = ["evaluate", "--resume", "--out", "eval", "--workers", "0"]
+    assert main([*again, "--baseline", "sweep"]) == 0
+    assert not ruler.exists()
+    capsys.readouterr()
     assert (tmp_path / "eval/matrix.png").exists()
     assert main(["evaluate", *SMALL, "--workers", "0", *small]) == 0
     _, heads, _, why = capsys.readouterr().out.splitlines()
