@@ -200,6 +200,15 @@ def test_random_fire_stands_in_for_a_share_of_the_jobs():
 
 
 @pytest.mark.paper("E6")
+def test_a_fire_that_others_stand_in_for_waits_for_its_turn():
+    """A first round in which it lights nothing is no fault of the scenario."""
+    training = begun(tiny(random_fires=1.0))
+    rows = training.learn([e for job in training.jobs() for e in play(job)])
+    assert [row["side"] for row in rows] == ["robots"]
+    assert not training.learners["fire"].steps
+
+
+@pytest.mark.paper("E6")
 def test_past_fires_stand_in_for_a_share_of_the_other_jobs(monkeypatch):
     """Evenly spread, as soon as there are any; the fire learns nothing from them."""
     monkeypatch.setattr(session, "PAST_EVERY", 1)

@@ -222,6 +222,8 @@ class Training:
         Raises SettingsError if in their first round they had nothing to decide.
         """
         phase, facts = self.phase, [episode.facts for episode in episodes]
+        jobs = range(self._first, self._first + self.settings.jobs_per_round)
+        played = {"robots": True, "fire": "learned" in map(self._fire, jobs)}
         episodes = self._without_past(episodes)
         self.episodes += len(episodes)
         self.latest = {name: mean(f[name] for f in facts) for name in facts[0]}
@@ -230,7 +232,7 @@ class Training:
         for side in self.learning():
             learner, summary = self.learners[side], self.summaries[side]
             update = learn(side, learner, episodes, phase == "critic")
-            if not learner.steps:
+            if played[side] and not learner.steps:
                 raise SettingsError(
                     f"{side}: nothing to decide in {len(episodes)} episodes. Give the "
                     "scenario more time, people, robots or sources."
