@@ -101,10 +101,13 @@ def set_up(experiment: Experiment) -> str:
         told += f" The fire that looks ahead burns in {test.looking_ahead} of them."
     if response:
         told += (
-            f" Best response: {response.seeds} new fires, trained for "
-            f"{response.decisions:,} of their decisions against each frozen team; the "
-            f"strongest on {len(experiment.choices)} other seeds is kept."
+            f" Best response: a new fire, trained for {response.decisions:,} decisions "
+            "against the frozen team"
         )
+        if response.seeds > 1:
+            told += f"; of {response.seeds} the strongest on {len(experiment.choices)} "
+            told += "other seeds"
+        told += "."
     return told
 
 
