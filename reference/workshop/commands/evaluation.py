@@ -136,8 +136,8 @@ def _keep(
         write_json(folder / RULER, asdict(ruler))
         pictures["ruler.png"] = rulers.curve(ruler, best)
         pictures["scores.png"] = rulers.contours(ruler, _readings(cells))
-    for name in (RULER, "ruler.png", "scores.png"):
-        if not ruler:  # of fewer runs there may have been one
+    else:  # of fewer runs there may have been one
+        for name in (RULER, "ruler.png", "scores.png"):
             (folder / name).unlink(missing_ok=True)
     for name, figure in pictures.items():
         page.save(figure, folder / name)
