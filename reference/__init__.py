@@ -86,7 +86,7 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
-__version__ = "0.7.0"
+__version__ = "0.8.0"
 
 GAME = 3
 """Grows when rules or numbers of the game change: what was learned in another game is

@@ -280,6 +280,24 @@ def test_where_an_option_stands_in_the_list_does_not_matter():
     assert probs.std() > 0.02
 
 
+@pytest.mark.paper("C5")
+def test_without_context_options_are_all_that_a_pointer_looks_at():
+    """What is observed besides changes nothing; how an option looks does."""
+    sizes, features = replace(SIZES, continuous=0, features=4), torch.randn(2, 5, 4)
+    there = torch.ones(2, 5, dtype=torch.bool)
+    for context in (True, False):
+        actor = made(Actor, sizes, context=context)
+
+        def probs(seen, features, actor=actor):
+            grids = torch.full((2, *SIZES.grid), seen)
+            options = Options(features, there)
+            return actor(torch.full((2, 5), seen), grids, options).branches[0].probs
+
+        first = probs(0.0, features)
+        assert torch.equal(first, probs(1.0, features)) != context
+        assert not torch.allclose(first, probs(0.0, features + 1))
+
+
 # -- Critics ------------------------------------------------------------------------
 
 

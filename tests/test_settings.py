@@ -41,6 +41,7 @@ def test_the_preset_paper_is_the_two_tables_row_by_row():
     for settings, table in ((ROBOTS, TABLE_I), (FIRE, TABLE_II)):
         rows = asdict(settings)
         assert (rows.pop("head"), rows.pop("reward_scale")) == ("gaussian", 0.001)
+        assert rows.pop("context")
         assert not any(rows.pop(name) for name in OF_ROBOTS)
         assert rows == dict(table)
 
@@ -76,11 +77,11 @@ def test_every_preset_holds_the_rule_of_training(name):
 
 @pytest.mark.paper("E6")
 def test_the_presets_take_ever_more_decisions():
-    """Hundreds, 320,000, ten million; so many of them to one of the fire."""
+    """Hundreds, 480,000, ten million; so many of them to one of the fire."""
     names = ("tiny", "laptop", "paper")
-    assert [preset(n).robots.max_steps for n in names] == [600, 320_000, 10_000_000]
+    assert [preset(n).robots.max_steps for n in names] == [600, 480_000, 10_000_000]
     ratios = [preset(n).robots.max_steps / preset(n).fire.max_steps for n in names]
-    assert ratios == [20, 50, 20]
+    assert ratios == [20, 75, 20]
 
 
 def test_small_presets_choose_landmarks_and_the_paper_s_two_numbers():

@@ -288,22 +288,32 @@ class PointerHead(nn.Module):
     """Scores options by one small network that all of them share [C5, chosen].
 
     The choice is one discrete branch; the option's coordinates are what is emitted.
+    Without context it looks at the options' features alone.
     """
 
-    def __init__(self, hidden: int, features: int, commitment: float = 0.0):
+    def __init__(
+        self,
+        hidden: int,
+        features: int,
+        commitment: float = 0.0,
+        context: bool = True,
+    ):
         super().__init__()
         self.commitment = commitment
-        self.context = linear(hidden, hidden, 1 / sqrt(hidden))
+        self.context = linear(hidden, hidden, 1 / sqrt(hidden)) if context else None
         self.option = linear(features, hidden, 1 / sqrt(features))
         self.between = layers(hidden, hidden, 1)
         self.score = linear(hidden, 1, BRANCH_GAIN / sqrt(hidden))
 
-    def forward(self, x: Tensor, options: Options) -> Policy:
-        """From the body's (..., H) and (..., O, F) features."""
-        both = self.context(x)[..., None, :] + self.option(options.features)
+    def forward(self, x: Tensor | None, options: Options) -> Policy:
+        """From the body's (..., H), None without context, and (..., O, F) features."""
+        both = self.option(options.features)
+        if self.context is not None:
+            assert x is not None
+            both = self.context(x)[..., None, :] + both
         scores = self.score(self.between(functional.silu(both)))[..., 0]
         scores = _committed(scores, options, self.commitment)
-        return Policy(x[..., :0], x.new_zeros(0), [scores])
+        return Policy(both[..., 0, :0], both.new_zeros(0), [scores])
 
 
 def _committed(logits: Tensor, options: Options, bonus: float) -> Tensor:
@@ -317,11 +327,14 @@ class Actor(nn.Module):
 
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
-        hidden = settings.hidden_units
-        self.body = Body(sizes, settings)
+        hidden, context = settings.hidden_units, settings.context
         self.pointer = self.gaussian = None
+        looks = context or not sizes.features
+        self.body = Body(sizes, settings) if looks else None
         if sizes.features:
-            self.pointer = PointerHead(hidden, sizes.features, settings.commitment)
+            self.pointer = PointerHead(
+                hidden, sizes.features, settings.commitment, context
+            )
         else:
             self.gaussian = GaussianHead(
                 hidden, sizes.continuous, sizes.branches, settings.commitment
@@ -331,9 +344,9 @@ class Actor(nn.Module):
         self, vectors: Tensor, grids: Tensor, options: Options | None = None
     ) -> Policy:
         """(B, [G,] V), (B, channels, height, width) and, for a pointer, options."""
-        x = self.body(vectors, grids)
-        if self.pointer is None:
-            assert self.gaussian is not None
-            return self.gaussian(x, options)
-        assert options is not None
-        return self.pointer(x, options)
+        x = None if self.body is None else self.body(vectors, grids)
+        if self.pointer is not None:
+            assert options is not None
+            return self.pointer(x, options)
+        assert self.gaussian is not None and x is not None
+        return self.gaussian(x, options)

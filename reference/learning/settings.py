@@ -54,6 +54,8 @@ class TrainerSettings:
 
     head          ours: the paper's two floats, drawn from a Gaussian, or a "pointer"
                   that scores landmarks, the floats are the chosen one's
+    context       ours: a pointer looks at the observation, too, not at options alone;
+                  critics and Gaussians always do
     reward_scale  ours: what rewards are multiplied with before they are learnt
 
     The robots' own, all 0 or false in Table I [C7, E3, chosen]:
@@ -89,6 +91,7 @@ class TrainerSettings:
     time_horizon: int  # decisions of a trajectory, at most
     summary_freq: int  # steps
     head: Annotated[str, Row(None, ("gaussian", "pointer"))] = "gaussian"
+    context: Annotated[bool, Row(None)] = True
     reward_scale: Annotated[float, Row(None, low=ABOVE_0)] = REWARD_SCALE
     commitment: Annotated[float, Row(None, low=0)] = 0.0
     shaping: Annotated[float, Row(None, low=0)] = 0.0

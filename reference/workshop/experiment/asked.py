@@ -3,7 +3,7 @@
 Clauses: E6, F12.
 
     question = "Do robots learn more from a fire that learns?"
-    decisions = 320_000           # of the robots, in every training
+    decisions = 480_000           # of the robots, in every training
     seeds = [0, 1, 2]             # of each arm's trainings
     compare = [["learning", "random_fire"]]
     [arms.random_fire]
