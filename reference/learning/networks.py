@@ -329,8 +329,9 @@ class Actor(nn.Module):
         super().__init__()
         hidden, context = settings.hidden_units, settings.context
         self.pointer = self.gaussian = None
-        looks = context or not sizes.features
-        self.body = Body(sizes, settings) if looks else None
+        self.body = None
+        if context or not sizes.features:
+            self.body = Body(sizes, settings)
         if sizes.features:
             self.pointer = PointerHead(
                 hidden, sizes.features, settings.commitment, context

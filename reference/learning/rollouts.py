@@ -1,7 +1,7 @@
 """Rollouts: pure jobs from weights, scenario and seeds to whole episodes.
 
-Clauses: C8, E3, E6.  A job plays its episodes in lockstep, so that one call
-of a network serves all of them; an episode's randomness depends on its own seed alone.
+Clauses: C8, E3, E6.  A job plays its episodes in lockstep, so that one call of
+a network serves all of them; an episode's randomness depends on its own seed alone.
 """
 
 from collections.abc import Callable, Sequence

@@ -64,7 +64,7 @@ class TrainerSettings:
                   a new policy would else turn round before it is anywhere
     shaping       health points per human inside, of the potential that takes the clock
                   out of the reward, see `game.rewards.shaping`
-    summary       networks are given counts that the observation implies, too
+    summary       who looks at the observation is given counts that it implies, too
     own_state     ... and where each robot is headed
     """
 
