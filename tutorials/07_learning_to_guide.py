@@ -229,6 +229,6 @@ print("more than with nobody:", saved["learned"] > saved["none"])
 # These began by copying `escort`, then learned by MA-POCA against random fire. Over a
 # hundred evacuations each they are level with their teacher under every fire, above
 # `sweep` where ways close (`busiest`, 44 against 38 %), and behind it by 2 % where
-# nothing burns. Robots that learned from nothing are behind both: RESULTS.md. Watch:
+# nothing burns. Robots that learned from nothing come near: RESULTS.md. Watch:
 #
 #     python -m reference evacuate --robots learned --fire random --animate learned.gif
