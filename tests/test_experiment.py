@@ -10,6 +10,7 @@ import pytest
 from clauses import ROOT
 from trainings import trained
 
+import reference
 from reference.__main__ import main
 from reference.learning.networks import one_thread
 from reference.learning.settings import SettingsError
@@ -19,8 +20,14 @@ from reference.workshop.drawing.experiment import last_gain
 from reference.workshop.drawing.runs import Run
 from reference.workshop.evaluation.crossplay import Record
 from reference.workshop.experiment import page, steps
-from reference.workshop.experiment.asked import BEST, Experiment, read
-from reference.workshop.experiment.results import OWN, Results
+from reference.workshop.experiment.asked import (
+    BEST,
+    Experiment,
+    begin,
+    read,
+    refuse_changed,
+)
+from reference.workshop.experiment.results import OWN, Results, telling
 from reference.workshop.experiment.steps import Plan, perform
 from reference.workshop.files import make_folder
 from reference.workshop.plain import record_from
@@ -247,11 +254,14 @@ def test_an_arm_has_a_row_and_a_kind_of_fire_a_column():
 @pytest.mark.parametrize(
     ("best", "words"),
     [
-        ((0.6, 0.3), "30.0 [23.3, 36.7] percent points more than `ppo`: it is better"),
+        (
+            (0.6, 0.3),
+            "30.0 [23.3, 36.7] percentage points more than `ppo`: it is better",
+        ),
         ((0.6, 0.3), "loses 30.0 [30.0, 30.0] points less: it is more robust"),
         ((0.3, 0.6), "loses -30.0 [-30.0, -30.0] points less: it is less robust"),
         ((0.5, 0.5), "cannot be told apart"),
-        ((0.5, 0.5), "This is preliminary: 3 trainings an arm."),
+        ((0.5, 0.5), "This is preliminary: 3 trainings an arm,"),
     ],
 )
 def test_the_answer_is_what_the_intervals_say(best, words):
@@ -274,6 +284,19 @@ def test_without_best_responses_there_is_no_answer():
         + [run(f"learning-{k}", BEST, 0, 0.5) for k in range(2)],
     )
     assert half.exploitable == []
+    assert list(telling(half, Plan(half.experiment, Path(), here=True))) == []
+
+
+def test_the_page_says_what_an_arm_changes():
+    """Two arms that differ in one number are told apart."""
+    arms = {"short": {"robots": {"gamma": 0.9}}, "long": {"robots": {"gamma": 0.99}}}
+    told = page.set_up(small(arms=arms))
+    assert (
+        "`short`: MA-POCA against a fire that learns with `robots.gamma = 0.9`" in told
+    )
+    assert "`robots.gamma = 0.99`" in told
+    assert f"preset `tiny` of version {reference.__version__} with" in told
+    assert "`robots.hidden_units = 8`" in told
 
 
 @pytest.mark.paper("F12")
@@ -345,8 +368,6 @@ def test_refuses_a_file_that_is_no_toml(tmp_path, capsys):
 
 def test_refuses_to_go_on_with_another_experiment(tmp_path):
     """More seeds and arms may be asked for; nothing that was begun may change."""
-    from reference.workshop.experiment.asked import begin, refuse_changed
-
     begin(small(), tmp_path)
     more = {"arms": {**SMALL["arms"], "third": {}}, "seeds": [3, 4]}
     refuse_changed(small(**more), tmp_path)
@@ -357,5 +378,24 @@ def test_refuses_to_go_on_with_another_experiment(tmp_path):
     ):
         with pytest.raises(RunError, match="was asked for"):
             refuse_changed(small(**changes), tmp_path)
+    with pytest.raises(RunError, match="map differs"):
+        refuse_changed(small(building="paper"), tmp_path)
     with pytest.raises(RunError, match="no experiment"):
         refuse_changed(small(), tmp_path / "elsewhere")
+
+
+def test_remembers_arms_that_are_not_asked_for_now(tmp_path):
+    """And the best responses: whoever asks for them again asks for the same."""
+    begun = small(best_response={"decisions": 9})
+    one = {"arms": {"ppo": SMALL["arms"]["ppo"]}}
+    for asked in (begun, small(**one), begun):
+        if asked is not begun:
+            refuse_changed(asked, tmp_path)
+        begin(asked, tmp_path)
+    refuse_changed(begun, tmp_path)
+    other = {**SMALL["arms"], "learning": {"random_fires": 0.5}}
+    message = r"^arms\.learning\.random_fires: 0\.5 was asked for, but .* has 0\.0\."
+    with pytest.raises(RunError, match=message):
+        refuse_changed(small(arms=other), tmp_path)
+    with pytest.raises(RunError, match=r"^best_response\.decisions: 8 was asked for"):
+        refuse_changed(small(best_response={"decisions": 8}), tmp_path)

@@ -142,6 +142,35 @@ def test_the_least_of_noisy_values_is_too_low():
         for _ in range(30)
     ]
     assert optimism(results).low > 100
+    nowhere = made(worst_case=(1.0, 2.0), foreseen=None)
+    assert optimism([*results, nowhere]) == optimism(results)
+    assert optimism([nowhere]) is None
+
+
+NARROW = """building: Narrow
+size:     8 x 4
+
+floor 1: ground
+########
+E...#AA#
+E...+AA#
+########
+
+floor 2: up
+########
+#...#AA#
+#...+AA#
+########
+"""
+
+
+def test_where_no_fire_can_break_out_none_is_foreseen():
+    """Everywhere is too near to a door; the moment counts all the same."""
+    scenario = Scenario(people=12, sources=2)
+    (one,) = trials(NARROW, scenario, "none", ("worst-case",), [1])
+    found = rescore(one)
+    assert found.foreseen is None
+    assert found.rewards["worst-case"] == found.rewards["none"]
 
 
 def test_refuses_to_sum_up_nothing():

@@ -73,3 +73,14 @@ def test_a_run_that_writes_nothing_leaves_no_folder(tmp_path):
     with pytest.raises(RunError), held(tmp_path / "out", False, list):
         raise RunError("refused")
     assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_that_somebody_else_made_stays(tmp_path):
+    """Also where nothing was written into it; what the run made itself goes."""
+    theirs, ours = tmp_path / "theirs", tmp_path / "ours"
+    theirs.mkdir()
+    assert main(["train", "--resume", "--out", str(theirs)]) == 1
+    for folder in (theirs, ours):
+        with held(folder, False, list):
+            assert folder.is_dir()
+    assert theirs.is_dir() and not ours.exists()

@@ -25,9 +25,10 @@ from reference.workshop.training.presets import preset
 # %% Two robots, one of them finished early
 # Robot A, upstairs, can bring everybody down and be done: robots leave the game when
 # their floor is empty [C8]. Or it dawdles. Robot B stands at the exit and whatever it
-# does makes no difference. Three decisions; people got out pay at the second and third,
-# in thousands of health points. If A goes: 1, then 1 or 3, so 3 altogether on average.
-# If it dawdles: nothing, then 1. A tosses a coin; today it went, and luck brought 3.
+# does makes no difference. Three decisions; rewards for people who get out come after
+# the second and third, in thousands of health points. If A goes: 1, then 1 or 3, so 3
+# altogether on average. If it dawdles: nothing, then 1. A tosses a coin; today it went,
+# and luck brought 3.
 
 r = tensor([0.0, 1.0, 3.0])
 gamma, lambd = 1.0, 0.5  # the paper's are 0.9 and 0.95; these are easier by hand
@@ -99,7 +100,7 @@ print(drawing.save(figure, "out/07_advantages.png"))
 # %% From advantages to a loss
 # A buffer's advantages are normalised, then weigh the ratios rho of new to old
 # probability, each component of an action (x and y) on its own. Beyond 1 -+ 0.2 a ratio
-# is worth no more [E3]: where that counts, there is nothing to gain, and no gradient.
+# is worth no more [E3]: where the clipped one is the lesser, the gradient is zero.
 
 rho = tensor([[1.5, 1.0], [0.5, 1.1]], requires_grad=True)
 loss = ppo.policy_loss(rho.log(), torch.zeros(2, 2), tensor([1.0, -0.5]), epsilon=0.2)
@@ -228,7 +229,7 @@ print("more than with nobody:", saved["learned"] > saved["none"])
 
 # These began by copying `escort`, then learned by MA-POCA against random fire. Over a
 # hundred evacuations each they are level with their teacher under every fire, above
-# `sweep` where ways close (`busiest`, 44 against 38 %), and behind it by 2 % where
+# `sweep` where ways close (`busiest`, 44 against 38 %), and 2 points behind it where
 # nothing burns. Robots that learned from nothing come near: RESULTS.md. Watch:
 #
 #     python -m reference evacuate --robots learned --fire random --animate learned.gif

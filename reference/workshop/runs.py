@@ -4,7 +4,7 @@ Whoever goes on may ask for nothing else than what was begun, with the same vers
 """
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any, TypeVar
@@ -45,9 +45,9 @@ def held(
     if folder is None:
         yield start()
     elif not resume:
-        started = start()
+        started, ours = start(), not folder.exists()
         make_folder(folder)
-        with _lock(folder):
+        with _lock(folder, ours):
             refuse_used(folder)
             yield started
     else:
@@ -56,8 +56,11 @@ def held(
 
 
 @contextmanager
-def _lock(folder: Path) -> Iterator[None]:
-    """Lock a folder; the lock ends with the process, also with one that is killed."""
+def _lock(folder: Path, ours: bool = False) -> Iterator[None]:
+    """Lock a folder; the lock ends with the process, also with one that is killed.
+
+    ours: this run has made it, and takes it away if nothing was written.
+    """
     if fcntl is None:
         yield
         return
@@ -65,10 +68,10 @@ def _lock(folder: Path) -> Iterator[None]:
     with path.open("a+", errors="replace") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            ours = os.path.samestat(os.fstat(file.fileno()), path.stat())
+            held = os.path.samestat(os.fstat(file.fileno()), path.stat())
         except OSError:
-            ours = False
-        if not ours:
+            held = False
+        if not held:
             file.seek(0)
             raise RunError(
                 f"{folder}: process {file.read(20)} is at work in it. Wait for its "
@@ -81,8 +84,9 @@ def _lock(folder: Path) -> Iterator[None]:
             yield
         finally:
             path.unlink(missing_ok=True)
-            with suppress(OSError):  # nothing was written: leave nothing behind
-                folder.rmdir()
+            with suppress(OSError):
+                if ours:
+                    folder.rmdir()
 
 
 def refuse_used(folder: Path, instead: str = OR_RESUME) -> None:
@@ -116,6 +120,18 @@ def refuse_contradictions(run: str, asked: Iterable[tuple[str, Any, Any]]) -> No
                 f"{option}: {here} was asked for, but {run} has {there}. "
                 "Leave it out, or begin anew in another folder."
             )
+
+
+def rows_of_both(
+    here: Mapping[str, Any], there: Any, name: str
+) -> Iterator[tuple[str, Any, Any]]:
+    """Compare nested rows by their dotted names, for `refuse_contradictions`."""
+    for key, value in here.items():
+        other = there.get(key) if isinstance(there, Mapping) else None
+        if isinstance(value, Mapping):
+            yield from rows_of_both(value, other, f"{name}{key}.")
+        else:
+            yield name + key, value, other
 
 
 def building_asked(name: str | None, begun: str, plan: str) -> tuple[str, Any, Any]:

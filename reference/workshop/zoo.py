@@ -130,7 +130,7 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
     @cached_property
     def _film(self) -> tuple[Scene, Callable[[], np.ndarray]]:
         scenario, building = self.environment.scenario, self.environment.building
-        scene = Scene(building, scenario.people, DPI)
+        scene = Scene(building, sum(scenario.start_counts(building.floors)), DPI)
         return scene, painter(scene)
 
 

@@ -13,11 +13,12 @@ from typing import Any, TypeVar
 from tqdm import tqdm
 
 from reference.building import load, plan_of
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
-    ctrl_c,
+    counted,
+    workforce,
     writable,
 )
 from reference.workshop.evaluation import agreement as agreements
@@ -25,7 +26,7 @@ from reference.workshop.evaluation import gap as gaps
 from reference.workshop.evaluation.contestants import WORST, Evacuation
 from reference.workshop.evaluation.crossplay import Asked, begin
 from reference.workshop.evaluation.intervals import Interval
-from reference.workshop.workers import as_done, workers
+from reference.workshop.workers import as_done
 
 PICTURES = (".png", ".svg", ".pdf")
 MOMENTS = 40
@@ -39,7 +40,7 @@ Made = TypeVar("Made")
 
 
 def agree(arguments: Namespace) -> None:
-    """Compares h with what unguided people lose to the same fires."""
+    """Correlates a fire's difficulty h with the reward it costs unguided people."""
     if arguments.output:
         writable(arguments.output, PICTURES, "a picture")
     plan, seed = plan_of(load(arguments.building)), arguments.seed or 0
@@ -65,7 +66,7 @@ def agree(arguments: Namespace) -> None:
 
 
 def gap(arguments: Namespace) -> None:
-    """Re-scores where fires strike, a critic's choice too, on futures none has seen."""
+    """Plays the places that several fires choose to the end, in the same futures."""
     if arguments.output:
         writable(arguments.output, PICTURES, "a picture")
     fires = tuple(dict.fromkeys([*CHOOSERS, *(arguments.fire or ())]))
@@ -78,6 +79,8 @@ def gap(arguments: Namespace) -> None:
     trials = gaps.trials(arena.plan, arena.scenario, arguments.robots, fires, seeds)
     found = _done(gaps.rescore, list(trials), arguments, "moment")
     results = [result for result in found if result is not None]
+    if not results:
+        raise InputError("No evacuation lasts until the first fire. Take more people.")
     facts = _facts(arguments, fires, results)
     if arguments.output:
         from reference.workshop import drawing
@@ -122,7 +125,8 @@ def _done(
     unit: str,
 ) -> list[Made]:
     """Do all jobs, results in order, with a progress bar; Ctrl-C keeps nothing."""
-    with ctrl_c() as stop, workers(arguments.workers) as executor:
+    about = counted(len(jobs), f"{unit}s")
+    with workforce(arguments.workers, about) as (executor, stop):
         done = as_done(executor, work, jobs, stop)
         results = dict(
             tqdm(done, total=len(jobs), unit=unit, disable=None, leave=False)
@@ -153,6 +157,8 @@ def _tell(facts: dict[str, Any], arguments: Namespace, title: str) -> None:
 def _shown(value: Any) -> str:
     if isinstance(value, Interval):
         return f"{value.mean:8,.0f} [{value.low:,.0f}, {value.high:,.0f}]"
+    if value is None:
+        return f"{'-':>8}"
     return f"{value:8.2f}" if isinstance(value, float) else f"{value!s:>8}"
 
 

@@ -17,7 +17,13 @@ from typing import Any
 
 from reference.paper import InputError
 from reference.workshop.commands import options
-from reference.workshop.commands.common import Command, ctrl_c, quoted, workforce
+from reference.workshop.commands.common import (
+    Command,
+    ctrl_c,
+    quoted,
+    workforce,
+    writable,
+)
 from reference.workshop.files import make_folder, write_whole
 from reference.workshop.runs import RunError, held
 from reference.workshop.workers import cluster
@@ -28,6 +34,8 @@ def experiment(arguments: Namespace) -> None:
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
     if arguments.out is None:
         arguments.out = Path("out") / arguments.file.stem
+    if arguments.page:
+        writable(arguments.page, (".md",), "a page")
     with held(arguments.out, arguments.resume, partial(_asked, arguments)) as asked:
         failed = _performed(asked, arguments)
         _tell(asked, arguments)
@@ -135,8 +143,7 @@ def _pictures(plan: Any, results: Any, folder: Path) -> Iterator[tuple[str, Path
                 gain = points(last_gain(chain(*arms.values())))
                 title += f"; in their last fifth they still gained {gain} points"
             yield title, page.save(figure, folder / f"{name}.png")
-    if results.exploitable:
-        yield from _films(plan, results, folder)
+    yield from _films(plan, results, folder)
 
 
 def _curves(folder: Path) -> dict[str, list[Any]]:
@@ -160,13 +167,12 @@ def _films(plan: Any, results: Any, folder: Path) -> Iterable[tuple[str, Path]]:
 
     for team, evacuation in telling(results, plan):
         path = folder / f"film-{team}-{evacuation.seed}.gif"
-        if not path.exists():
-            film.animate(evacuation.simulation(), path)
+        film.animate(evacuation.simulation(), path)
         yield f"`{team}`, seed {evacuation.seed}, under the same best response", path
 
 
 EXPERIMENT_OPTIONS: options.Table = {
-    "file": options.path("FILE", "what to train and test, in TOML"),
+    "file": options.path("FILE", "what to train and test, its seeds too, in TOML"),
     **options.WORKERS,
     "--cluster": {
         "metavar": "ADDRESS",

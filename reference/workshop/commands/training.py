@@ -24,6 +24,7 @@ from reference.workshop.commands.common import (
 from reference.workshop.runs import ContradictionError, held
 from reference.workshop.strategies import LEARNED, SCRIPTS
 from reference.workshop.training.presets import PRESETS, Settings
+from reference.workshop.training.summaries import SUMMARIES
 
 ROWS = rows_of(TrainerSettings) | rows_of(Settings)
 
@@ -42,7 +43,7 @@ def train(arguments: Namespace) -> None:
         "wall_seconds": seconds,
         "decisions_per_second": (training.decisions - before) / seconds,
         "checkpoint": str(path),
-        "summaries": str(arguments.out / "summaries.csv"),
+        "summaries": str(arguments.out / SUMMARIES),
     }
     _tell_training(training, facts, arguments.json)
 

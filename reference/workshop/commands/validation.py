@@ -9,6 +9,7 @@ from tqdm import tqdm
 
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command
+from reference.workshop.files import make_folder
 from reference.workshop.validation.cases import CASES, NOT_MODELLED, measured
 
 HEAD = ("verdict", "case", "what", "accepted", "measured")
@@ -19,7 +20,7 @@ def validate(arguments: Namespace) -> None:
     seed, folder = arguments.seed or 0, arguments.out
     names = arguments.only or list(CASES)
     if folder:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_folder(folder)
     progress = tqdm(names, unit="case", disable=None, leave=False)
     rows = [measured(name, seed) for name in progress]
     if arguments.json:

@@ -13,10 +13,7 @@ import numpy as np
 
 from reference.paper import InputError
 from reference.workshop.files import number, read_table
-from reference.workshop.training.summaries import COLUMNS
-
-TABLE = "summaries.csv"
-"""Name of the table in the folder of a run."""
+from reference.workshop.training.summaries import COLUMNS, SUMMARIES
 
 _WORDS = ("side", "phase")
 
@@ -54,11 +51,11 @@ def read(path: str | Path) -> Run:
     A last line without its end is still being written and left out. Raises ValueError
     for a table that cannot be drawn, OSError where there is none.
     """
-    file = Path(path) / TABLE if Path(path).is_dir() else Path(path)
+    file = Path(path) / SUMMARIES if Path(path).is_dir() else Path(path)
     if not file.is_file():
         raise FileNotFoundError(
             f"{file}: there is no such table. Name the folder of a training, or the "
-            f"{TABLE} in it."
+            f"{SUMMARIES} in it."
         )
     rows = read_table(file, COLUMNS, _numbers)
     if max(Counter(row["side"] for row in rows).values(), default=0) < 2:
@@ -67,7 +64,7 @@ def read(path: str | Path) -> Run:
             "all. Train for longer, or set a smaller summary_freq."
         )
     rows.sort(key=lambda row: row["episodes"])
-    return _run(file.parent.name if file.name == TABLE else file.stem, rows)
+    return _run(file.parent.name if file.name == SUMMARIES else file.stem, rows)
 
 
 def _numbers(row: dict[str, str]) -> dict[str, Any]:

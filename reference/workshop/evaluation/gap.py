@@ -54,7 +54,8 @@ class Result:
     """The rewards that each fire's placement leaves.
 
     rewards   by fire, K: from the moment on; by "none" if no fire breaks out then
-    foreseen  what `worst-case` expected of its placement, None if it was not asked
+    foreseen  what `worst-case` expected of its placement; None if it was not asked,
+              or found no place for a fire
     """
 
     trial: Trial
@@ -96,10 +97,11 @@ def rescore(trial: Trial) -> Result | None:
         place: tuple(_reward(future, place) for future in futures)
         for place in set(placements.values())
     }
+    foreseen = fires[WORST].foreseen if WORST in fires else []
     return Result(
         trial,
         rewards={word: scored[place] for word, place in placements.items()},
-        foreseen=fires[WORST].foreseen[0].reward if WORST in fires else None,
+        foreseen=foreseen[0].reward if foreseen else None,
     )
 
 
@@ -157,10 +159,14 @@ def gaps(results: Sequence[Result], one: str, other: str) -> np.ndarray:
     return _means(results, one) - _means(results, other)
 
 
-def optimism(results: Sequence[Result]) -> Interval:
-    """How much more reward came than `worst-case` foresaw: it takes the least value."""
-    foreseen = np.array([result.foreseen for result in results], dtype=float)
-    return of_mean(_means(results, WORST) - foreseen)
+def optimism(results: Sequence[Result]) -> Interval | None:
+    """How much more reward came than `worst-case` foresaw: it takes the least value.
+
+    None where it foresaw nothing.
+    """
+    asked = [result for result in results if result.foreseen is not None]
+    foreseen = np.array([result.foreseen for result in asked], dtype=float)
+    return of_mean(_means(asked, WORST) - foreseen) if asked else None
 
 
 def _means(results: Sequence[Result], fire: str) -> np.ndarray:

@@ -35,7 +35,12 @@ from reference.workshop.evaluation.crossplay import EPISODES, Arena
 from reference.workshop.evaluation.crossplay.asked import NOBODY
 from reference.workshop.files import read_json, read_text, write_whole
 from reference.workshop.plain import mapping, record_from
-from reference.workshop.runs import RunError, refuse_contradictions, refuse_version
+from reference.workshop.runs import (
+    RunError,
+    refuse_contradictions,
+    refuse_version,
+    rows_of_both,
+)
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.presets import Settings, changed, preset
@@ -236,10 +241,17 @@ def read(path: Path) -> Experiment:
 
 
 def begin(experiment: Experiment, folder: Path) -> None:
-    """Note in a folder what the experiment is. Raises OSError."""
-    content = {"version": reference.__version__, "game": reference.GAME}
-    text = json.dumps(content | _fixed(experiment), indent=2)
-    write_whole(folder / ABOUT, text.encode())
+    """Note in a folder what the experiment is, beside what it was. Raises OSError.
+
+    An arm that is no longer asked for may be so again, and its trainings are there.
+    """
+    path, now = folder / ABOUT, _fixed(experiment)
+    if path.exists():
+        begun = read_json(path)
+        now["arms"] = mapping(begun.get("arms"), ABOUT) | now["arms"]
+        now["best_response"] = now["best_response"] or begun.get("best_response")
+    content = {"version": reference.__version__, "game": reference.GAME} | now
+    write_whole(path, json.dumps(content, indent=2).encode())
 
 
 def refuse_changed(experiment: Experiment, folder: Path) -> None:
@@ -253,11 +265,13 @@ def refuse_changed(experiment: Experiment, folder: Path) -> None:
     begun = read_json(path)
     refuse_version(path, begun.get("version"), begun.get("game"))
     now = json.loads(json.dumps(_fixed(experiment)))
-    there = mapping(begun.pop("arms", None), ABOUT)
-    arms = now.pop("arms")
-    pairs = [(name, now[name], begun.get(name)) for name in now]
-    pairs += [(f"arm {arm}", arms[arm], there.get(arm, arms[arm])) for arm in arms]
-    refuse_contradictions(f"the experiment in {folder}", pairs)
+    arms, known = now.pop("arms"), mapping(begun.get("arms"), ABOUT)
+    if now.pop("plan") != begun.get("plan"):
+        raise RunError(f"building: the map differs from that of {path}.")
+    if begun.get("best_response") is None:  # none was asked for yet
+        del now["best_response"]
+    now["arms"] = {arm: arms[arm] for arm in arms if arm in known}
+    refuse_contradictions(f"the experiment in {folder}", rows_of_both(now, begun, ""))
 
 
 def _fixed(experiment: Experiment) -> dict[str, Any]:

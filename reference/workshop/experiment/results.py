@@ -128,10 +128,13 @@ def telling(results: Results, plan: Plan) -> Iterator[tuple[str, Evacuation]]:
     """An evacuation by nobody, by the best guide written by hand, and by learned ones.
 
     All under the best response to the last, who are the first training of the first arm
-    that is compared, from the seed in which it leaves most nearly its mean alive.
+    that is compared and has one, from the seed in which it leaves most nearly its mean
+    alive. Nothing where no arm has.
     """
-    experiment = results.experiment
-    arm = (*sum(experiment.compare, ()), *experiment.arms)[0]
+    experiment, known = results.experiment, results.exploitable
+    arms = [*sum(experiment.compare, ()), *experiment.arms]
+    if (arm := next((arm for arm in arms if arm in known), None)) is None:
+        return
     team = next(t for t in experiment.teams if arm_of(t) == arm)
     runs = [run for run in results.runs[arm, BEST] if run.robots == team]
     mean = np.mean([run.survival for run in runs])

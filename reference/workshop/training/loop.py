@@ -24,6 +24,7 @@ from reference.workshop.training.summaries import (
     COLUMNS,
     OWN_REWARD,
     PRETRAINING,
+    SUMMARIES,
     SURVIVAL,
     TIMES,
     Board,
@@ -32,7 +33,7 @@ from reference.workshop.training.summaries import (
 )
 from reference.workshop.workers import in_order
 
-SUMMARIES, CLOCK = "summaries.csv", "times.csv"
+CLOCK = "times.csv"
 
 
 def train(

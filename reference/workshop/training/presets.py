@@ -147,12 +147,13 @@ def _paper() -> Settings:
 def _laptop() -> Settings:
     """[E1, E2, chosen] What learns visibly in less than an hour.
 
-    A twentieth of the paper's decisions, so ten times its learning rate, small
-    minibatches and buffers (an update after each round, for the fire after several)
-    and half its width; pointer heads, since raw Gaussians need millions of decisions.
+    Of the paper's decisions the robots have a twentieth, the fire a seventieth; so the
+    learning rate is higher, minibatches and buffers are small (an update after each
+    round, for the fire after several), layers half as wide, and heads are pointers,
+    since raw Gaussians need millions of decisions.
     Robots finish what they begin (commitment), the clock is taken out of their reward
     (shaping), they look 33 decisions ahead instead of 10 (gamma), and choose by what
-    their options are like alone, which is sooner learned (context). The entropy bonus
+    their options are like alone, which is sooner learned (context). Their entropy bonus
     is a fifth and fades, so that the likeliest action becomes as good as a sampled one.
     Half of the fires are random: a learning one soon leaves nobody to learn from.
     """

@@ -9,8 +9,9 @@ first and the fire of the second, with how they were made. `--robots learned` an
 `--fire learned` play them.
 """
 
-import sys
+from argparse import ArgumentParser
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 from reference.learning.players import Learned
@@ -71,5 +72,9 @@ def about(side: Side) -> str:
 
 
 if __name__ == "__main__":
-    save(shipped(*map(load, sys.argv[1:3])), SHIPPED)
+    parser = ArgumentParser(description=f"Write {SHIPPED.name} anew.")
+    for side in SIDES:
+        parser.add_argument(side, type=Path, help="a checkpoint, or its folder")
+    found = parser.parse_args()
+    save(shipped(load(found.robots), load(found.fire)), SHIPPED)
     print(SHIPPED, f"{SHIPPED.stat().st_size / 1e6:.1f} MB")

@@ -21,6 +21,7 @@ from reference.workshop.runs import (
     refuse_contradictions,
     refuse_used,
     refuse_version,
+    rows_of_both,
 )
 from reference.workshop.training.checkpoints import Task, newest
 from reference.workshop.training.checkpoints import load as load_checkpoint
@@ -146,7 +147,7 @@ def _asked_and_begun(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]
         alone = asked.robots or ("none" if task.fixed.get("robots") == "none" else None)
         as_begun = replace(asked, robots=alone)
         wanted = asdict(settings_of(as_begun, preset(settings.preset)))
-        yield from _flat(wanted, asdict(settings), "settings: ")
+        yield from rows_of_both(wanted, asdict(settings), "settings: ")
 
 
 def _same(who: str, side: Side, fixed: Learned | str) -> bool:
@@ -160,14 +161,3 @@ def _same(who: str, side: Side, fixed: Learned | str) -> bool:
     return here.keys() == there.keys() and all(
         torch.equal(here[name], there[name]) for name in there
     )
-
-
-def _flat(
-    here: dict[str, Any], there: dict[str, Any], name: str
-) -> Iterator[tuple[str, Any, Any]]:
-    """Every row of both by its dotted name."""
-    for key, value in here.items():
-        if isinstance(value, dict):
-            yield from _flat(value, there[key], f"{name}{key}.")
-        else:
-            yield name + key, value, there[key]

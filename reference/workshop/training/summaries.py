@@ -13,6 +13,9 @@ from reference.learning.settings import SettingsError, Side
 from reference.workshop.files import Table, read_table, whole
 from reference.workshop.plain import checked
 
+SUMMARIES = "summaries.csv"
+"""Name of the table in the folder of a training."""
+
 WHEN = ("side", "step", "round", "episodes", "phase")
 """Whose row; its side's decisions, rounds and episodes so far; who is learning."""
 

@@ -355,7 +355,7 @@ def led(count: int, ghosts: bool, seed: int) -> float:
 @case(
     "our own",
     f"200: at most {CROWDING} points apart, interval included [chosen]",
-    "open where the interval holds the bound, as with seeds 0 to 59",
+    "open where the interval holds the bound",
     runs=1,
 )
 def ghosts(seed: int) -> tuple[bool, Numbers]:

@@ -36,7 +36,7 @@ from reference.workshop.strategies import LEARNED, SCRIPTS, SHIPPED
 BUILDING, ROBOTS, FIRES = "paper", ("sweep",), ("random",)  # unless asked otherwise
 EPISODES = 100
 """[F12, chosen] runs of a match: half the width of survival's interval is then about
-3 percent points."""
+3 percentage points."""
 
 ABOUT = "evaluation.json"
 MOST_RUNS = 1_000_000
