@@ -62,7 +62,7 @@ def with_people_at(
     doors, bodies = scenario.doors_remembered, _bodies(building, place, position, rng)
     shape = building.kind.shape
     calm = (np.full(shape, inf), np.zeros(shape, bool), np.zeros(shape), np.ones(shape))
-    return World(
+    world = World(
         building=building,
         time=0.0,
         occupancy=occupancy(bodies, building.floors),
@@ -72,6 +72,9 @@ def with_people_at(
         flames=Flames(*calm, sources=[]),
         burnt=np.zeros(len(building.landmarks), dtype=bool),
     )
+    for robot in world.robots:
+        robot.active = world.people_at_or_above(robot.floor) > 0
+    return world
 
 
 def occupancy(bodies: Bodies, floors: int) -> list[int]:

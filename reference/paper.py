@@ -5,6 +5,7 @@ Stated numbers carry only their clause; chosen ones say why they are what they a
 """
 
 from dataclasses import dataclass
+from math import inf
 from types import MappingProxyType
 from typing import Any
 
@@ -35,6 +36,7 @@ RAYS = 360
 degrees, so every degree has one; with fewer, people in corners see no way out."""
 
 LOSS_PER_SECOND = HEALTH_RATE * FRAMES_PER_SECOND  # [F7] rate and framesp of Eq. 7
+HEALTH_SECONDS = HEALTH / LOSS_PER_SECOND  # [B7] 200 s: then everybody inside is dead
 WALKING_SPEED = 1.34  # [F8, chosen] m/s, the mean over people: Weidmann (1993)
 STAIRS_METRES = STAIRS_SECONDS * WALKING_SPEED  # that a storey counts as
 WALKING_SPREAD = 0.26  # [F8, chosen] m/s, their standard deviation: Weidmann, too
@@ -167,22 +169,23 @@ class Scenario:
     doors_remembered: int = DOORS_REMEMBERED  # [B6]
     ghosts: bool = False  # do people walk through each other? what crowding costs
     frames_per_tick: int = FRAMES_PER_TICK
-    decision_seconds: float = DECISION_SECONDS
+    decision_seconds: float = DECISION_SECONDS  # whole ticks; the fire's follow [D2]
 
     def __post_init__(self) -> None:
         counts = (self.people, self.robots_per_floor, self.sources)
         if min(counts) < 0 or min(self.people_per_floor or (0,)) < 0:
             raise InputError("people, robots and sources are counted from 0 upwards")
         for name, most in MOST.items():
-            if getattr(self, name) > most:
+            if not getattr(self, name) <= most:
                 raise InputError(f"{name} is at most {most:,}: ask for less")
         if not 1 <= self.frames_per_tick <= MOST_FRAMES_PER_TICK:
             raise InputError(f"a tick is 1 to {MOST_FRAMES_PER_TICK} frames")
-        if self.decision_seconds < self.tick:
-            raise InputError("there is at most one decision in a tick")
+        if not self.tick <= self.decision_seconds < inf:
+            raise InputError("decisions are a tick or more apart, and not for ever")
         if self.rooms and self.people_per_floor is not None:
             raise InputError("people start in rooms or per floor, not both")
-        if self.time_limit <= 0 or self.sight_range < 1 or self.doors_remembered < 1:
+        ranges = self.time_limit > 0, self.sight_range >= 1, self.doors_remembered >= 1
+        if not all(ranges):
             raise InputError("time limit > 0 s, sight >= 1 m, doors remembered >= 1")
 
     @property

@@ -241,7 +241,9 @@ def rays(world: World, sight: Sight, person: int) -> list[Hit | None]:
     around = Surroundings.of(world, sight)
     view = look([world], [around], world.bodies, np.array([person]))[0]
     bodies, robots, centres = world.bodies, world.robots, sight.navigation.centres
-    things = [("fire", p, centres[p]) for p in sorted(view.flames)]
+    off = {p: np.hypot(*(centres[p] - bodies.position[person])) for p in view.flames}
+    nearest_last = sorted(off, key=lambda p: (-off[p], p))
+    things = [("fire", p, centres[p]) for p in nearest_last]
     people = (j for j in view.bodies if j not in view.robots)
     things += [("human", j, bodies.position[j]) for j in people]
     things += [("robot", j, robots[j - len(bodies)].position) for j in view.robots]

@@ -52,7 +52,7 @@ class RobotAlgorithm:
         self._move(robot, navigation_of(world.building), speed * seconds)  # 7
 
     def speed(self, robot: Robot, world: World) -> float:
-        """`speed_while_leading`, for who knows a quicker way."""
+        """`speed_while_leading`; `workshop.lockstep` asks only who may have to wait."""
         return speed_while_leading(robot, world)
 
     @staticmethod

@@ -59,7 +59,7 @@ class Sight:
     """
 
     def __init__(self, building: Building, reach: float):
-        reach = min(reach, float(max(building.kind.shape)))  # nobody sees farther
+        reach = min(reach, float(np.hypot(*building.kind.shape[1:])))  # see no farther
         self.building, self.reach = building, reach
         self.navigation: Navigation = navigation_of(building)
         clear = np.isin(building.kind, (Kind.FLOOR, Kind.STAIRS))

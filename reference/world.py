@@ -182,7 +182,7 @@ class Flames:
 
 @dataclass
 class World:
-    """Everything at one instant; only the simulation writes to it."""
+    """Everything at one instant; only a simulation changes it, and what it calls."""
 
     building: Building
     time: float  # seconds since the evacuation began

@@ -12,7 +12,6 @@ from movies import built, robots_named, shipped, stage
 from reference.building import Kind, burn
 from reference.evaluation.difficulty import (
     HARDEST,
-    HEALTH_LASTS,
     MOMENTS,
     arrival_of,
     difficulty,
@@ -23,7 +22,7 @@ from reference.evaluation.difficulty import (
 from reference.evaluation.score import PAPER
 from reference.flames import Spread, fuel, rim
 from reference.floorplan.plan import OUTSIDE
-from reference.paper import FIRE_SOURCES, HEALTH, Scenario
+from reference.paper import FIRE_SOURCES, HEALTH, HEALTH_SECONDS, Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import ROBOTS
@@ -98,9 +97,9 @@ def test_the_hardest_fire_scores_1_whatever_the_reward():
 @given(share=st.integers(0, MOMENTS))
 def test_all_ways_cut_at_once_cost_the_health_that_is_left_then(share):
     """As a share of HARDEST, wherever people start."""
-    building, t = built(TWO_ROOMS), HEALTH_LASTS * share / MOMENTS
+    building, t = built(TWO_ROOMS), HEALTH_SECONDS * share / MOMENTS
     h = difficulty(building, np.full(building.kind.shape, t))
-    assert h == pytest.approx(HARDEST * (1 - t / HEALTH_LASTS))
+    assert h == pytest.approx(HARDEST * (1 - t / HEALTH_SECONDS))
 
 
 FLOORS = ["tiny", "paper", "tower"]
@@ -389,7 +388,7 @@ def test_a_fire_that_never_lights_anything_is_waited_for_no_longer_than_health()
     sim = Simulation(shipped("tiny"), Scenario(people=4), Sweep(), NoFire(), seed=1)
     sim.run()
     assert np.isinf(arrival_of(sim)).all()
-    assert HEALTH_LASTS == HEALTH / 0.5
+    assert HEALTH_SECONDS == HEALTH / 0.5
 
 
 # -- Refusals -----------------------------------------------------------------------

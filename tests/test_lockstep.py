@@ -1,6 +1,6 @@
 """Lockstep: many simulations tick together and nobody can tell."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from reference.learning.adversarial import learner_for, player_of
 from reference.learning.rollouts import Job, play
 from reference.paper import Scenario
 from reference.simulation import Simulation
+from reference.strategies import NoRobots, RandomFire
 from reference.workshop.landmarks import landmarks_for
 from reference.workshop.lockstep import to_the_end, together
 from reference.workshop.strategies import SCRIPTS
@@ -88,16 +89,39 @@ def test_a_fire_that_looks_ahead_finds_each_world_as_it_is():
     assert [everything(run) for run in copies] == [everything(run) for run in lone]
 
 
+def learned(side, settings, plan, scenario, head="pointer"):
+    """A new policy of one side."""
+    trainer = getattr(settings, side)
+    marks = landmarks_for(side, trainer) if head == "pointer" else None
+    return player_of(learner_for(side, plan, scenario, trainer, 0, marks), marks)
+
+
+def test_a_fire_plays_where_a_strategy_wants_no_robots():
+    """It is shown robots that have left, for it was made for a world with some."""
+    settings, plan = preset("tiny"), to_text(load("tiny").plan)
+    fire = learned("fire", settings, plan, settings.scenario)
+    (one,) = play(Job(plan, settings.scenario, NoRobots(), fire, seeds=(1,)))
+    assert one.robots is None and one.fire.alive[:-1].all()
+
+
+def test_who_has_nothing_to_do_from_the_beginning_decides_nothing():
+    """Robots of an upper floor on which nobody starts; the others' decisions count."""
+    settings, plan = preset("tiny"), to_text(load("tiny").plan)
+    scenario = replace(settings.scenario, people=6, people_per_floor=(6, 0))
+    robots = learned("robots", settings, plan, scenario)
+    (one,) = play(Job(plan, scenario, robots, RandomFire(), seeds=(1,)))
+    below = scenario.robots_per_floor
+    assert one.robots.alive[0, :below].all() and not one.robots.alive[:, below:].any()
+
+
 @pytest.mark.parametrize("head", ["pointer", "gaussian"])
 def test_episodes_are_the_same_whoever_steps_the_worlds(head):
     """Learned robots and fires: facts, and every number of the trajectories."""
     settings, plan = preset("tiny"), to_text(load("tiny").plan)
-    sides: dict[str, Any] = {}
-    for side in ("robots", "fire"):
-        trainer = getattr(settings, side)
-        marks = landmarks_for(side, trainer) if head == "pointer" else None
-        made = learner_for(side, plan, settings.scenario, trainer, 0, marks)
-        sides[side] = player_of(made, marks)
+    sides: dict[str, Any] = {
+        side: learned(side, settings, plan, settings.scenario, head)
+        for side in ("robots", "fire")
+    }
     job = Job(plan, settings.scenario, **sides, seeds=(1, 2, 3))
     for one, other in zip(play(job), play(job, together), strict=True):
         assert one.facts == other.facts

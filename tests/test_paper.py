@@ -1,6 +1,6 @@
 """The numbers: as printed where the appendix states them, else recomputed."""
 
-from math import pi
+from math import inf, nan, pi
 
 import pytest
 from hypothesis import given
@@ -183,6 +183,8 @@ def test_refuses_a_scenario_for_another_number_of_floors():
         {"frames_per_tick": 26},
         {"rooms": ("1/hall",), "people_per_floor": (1, 0, 0)},
         {"decision_seconds": 0.1},
+        {"decision_seconds": inf},
+        *({name: nan} for name in ("time_limit", "sight_range", "decision_seconds")),
         *({name: 10**9} for name in paper.MOST),
     ],
     ids=lambda wrong: next(iter(wrong)),

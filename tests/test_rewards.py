@@ -6,17 +6,13 @@ import pytest
 from movies import shipped
 
 from reference.events import Died, DoorBurnt, Evacuated, FireLit, FireRefused, LeftFloor
-from reference.game.rewards import (
-    HEALTH_SECONDS,
-    fire_reward,
-    group_reward,
-    shaping,
-)
+from reference.game.rewards import fire_reward, group_reward, shaping
 from reference.paper import (
     FIRE_REFUSED_PENALTY,
     FIXED_PENALTY,
     FIXED_REWARD,
     HEALTH,
+    HEALTH_SECONDS,
     PEOPLE,
 )
 from reference.simulation import Simulation

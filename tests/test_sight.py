@@ -100,6 +100,14 @@ def test_sight_is_limited_to_its_range(metres, seen):
     assert (body("q") in view(stage(board, sight_range=5), "p").bodies) is seen
 
 
+@pytest.mark.paper("B2")
+def test_who_sees_far_sees_from_corner_to_corner():
+    """In clear air: a hall's diagonal is longer than its sides."""
+    rows = ["#" * 22, "#p" + "." * 19 + "#", *["#" + "." * 20 + "#"] * 18]
+    board = "\n".join([*rows, "#" + "." * 19 + "qE", "#" * 22])
+    assert body("q") in view(stage(board, sight_range=100.0), "p").bodies
+
+
 @pytest.mark.paper("B1", "chosen")
 @pytest.mark.parametrize(("between", "seen"), [("+", []), (".", [1])])
 def test_nobody_sees_through_a_door(between, seen):
@@ -140,6 +148,15 @@ def test_a_ray_returns_what_it_hits(board, kind):
     hits = rays(sim.world, sim.sight, body("p"))
     assert kind in {hit.kind for hit in hits if hit}
     assert (hits[0].kind == kind) is (kind != "wall")
+
+
+@pytest.mark.paper("B1")
+@pytest.mark.parametrize("board", ["#p.**...E", "E...**.p#"])
+def test_a_ray_stops_at_the_nearest_flame(board):
+    """Whichever of them comes first in the numbering of places."""
+    sim = stage(f"#########\n{board}\n#########")
+    hits = rays(sim.world, sim.sight, body("p"))
+    assert {hit.distance for hit in hits if hit and hit.kind == "fire"} == {2.0}
 
 
 @pytest.mark.paper("B1")

@@ -17,18 +17,16 @@ from scipy.sparse.csgraph import dijkstra
 
 from reference.building import Building
 from reference.flames import fuel, rim
-from reference.paper import ALPHA, BETA, FLAME_SECONDS, HEALTH, LOSS_PER_SECOND, K
+from reference.paper import ALPHA, BETA, FLAME_SECONDS, HEALTH_SECONDS, K
 from reference.simulation import Simulation
 from reference.world import World
 
 HARDEST = ALPHA * sqrt(K * BETA)
 """[F10, chosen] 3853: no way out was ever open, so E = 1 whatever the reward."""
 
-HEALTH_LASTS = HEALTH / LOSS_PER_SECOND
-"""[F11, chosen] T, 200 s: what burns later finds nobody inside."""
-
-MOMENTS = round(HEALTH_LASTS / FLAME_SECONDS)
-"""[F11, chosen] from 0 to T, at which ways are compared: whenever flames move on."""
+MOMENTS = round(HEALTH_SECONDS / FLAME_SECONDS)
+"""[F11, chosen] from 0 to T = HEALTH_SECONDS, after which what burns finds nobody: ways
+are compared whenever flames move on."""
 
 
 def difficulty(
@@ -115,7 +113,7 @@ def arrival_of(simulation: Simulation) -> np.ndarray:
     """
     after = simulation.copy()
     world, sources = after.world, after.scenario.sources
-    while len(world.flames.sources) < sources and world.time < HEALTH_LASTS:
+    while len(world.flames.sources) < sources and world.time < HEALTH_SECONDS:
         after.step()
     return world.flames.arrival
 

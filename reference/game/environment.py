@@ -239,10 +239,10 @@ class Environment:
 
     def _observed(self, agents: list[str]) -> dict[str, Observation]:
         """What each of these agents observes now, in arrays of its own."""
-        world, scenario = self.simulation.world, self.scenario
-        vectors = {FIRE: observations.fire_vector(world, scenario)}
+        world = self.simulation.world
+        vectors = {FIRE: observations.fire_vector(world, self._asked)}
         if self._robot_agents:
-            rows = observations.robot_vectors(world, scenario)
+            rows = observations.robot_vectors(world, self._asked)
             vectors |= zip(self._robot_agents, rows, strict=True)
         grid = observations.grid(world)
         return {

@@ -10,13 +10,8 @@ from reference.paper import (
     FIRE_REFUSED_PENALTY,
     FIXED_PENALTY,
     FIXED_REWARD,
-    FRAMES_PER_SECOND,
-    HEALTH,
-    HEALTH_RATE,
+    HEALTH_SECONDS,
 )
-
-HEALTH_SECONDS = HEALTH / (HEALTH_RATE * FRAMES_PER_SECOND)
-"""[B7] by then whoever is still inside has died, without any fire."""
 
 
 def group_reward(events: Iterable[Event]) -> float:

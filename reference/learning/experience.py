@@ -55,9 +55,9 @@ class GroupDecision(Generic[Array]):
 class Trajectory(GroupDecision[np.ndarray]):
     """One side's decisions in one episode, stacked, and the rewards that followed.
 
-    vectors and grids have a row T more: what was observed last, for an agent that is
-    done its last observation; alive, too: who was cut off by time
-    with something left to decide.
+    vectors, grids and alive have T + 1 rows. The last is what was observed after the
+    last decision, of an agent that is done its last observation; alive[T] is who was
+    cut off by time with something left to decide, and is bootstrapped.
 
     rewards  (T,) of the group, or of the only agent; health points
     """
@@ -92,9 +92,9 @@ def trajectory_of(
 
 @dataclass(kw_only=True)
 class Decisions(GroupDecision[Tensor]):
-    """N group decisions in the buffer, valued: (N, G) each of
+    """The buffer's N group decisions, with what they were worth: (N, G) each.
 
-    values, baselines (MA-POCA's only), returns, advantages.
+    baselines are MA-POCA's only, else 0.
     """
 
     values: Tensor

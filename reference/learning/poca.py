@@ -219,7 +219,8 @@ class SelfAttention(nn.Module):
         """(B, G, H): row j is the group with agent j's action taken out.
 
         For each agent the set of all with their actions, f, but of that agent what it
-        sees alone, g; through the same attention.
+        sees alone, g; through the same attention. To be read: learners compute
+        `counterfactual_at_once`, which a test holds equal to it.
         """
         rows = []
         for j in range(f.shape[1]):

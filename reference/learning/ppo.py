@@ -127,7 +127,12 @@ def policy_loss(
 
 
 def value_loss(values: Tensor, returns: Tensor) -> Tensor:
-    """Mean (V − R)²: never clipped [E3]; both (M,)."""
+    """Mean (V − R)²; both (M,).
+
+    [E3] ML-Agents clips a value's change, but 0.29.0 reads the old value from the slot
+    of the returns, so that its clip does nothing. A baseline has a slot of its own, see
+    `poca.baseline_loss`.
+    """
     return (values - returns).square().mean()
 
 

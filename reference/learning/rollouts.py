@@ -122,16 +122,18 @@ class _Run:
 
     def acts(self, side: Side) -> bool:
         """Is what this side decides now read?"""
-        there = set(self.environment.agents)
-        return any(a in there and self.infos[a]["acts"] for a in self.agents[side])
+        return any(map(self._acts, self.agents[side]))
+
+    def _acts(self, agent: str) -> bool:
+        return agent in self.environment.agents and bool(self.infos[agent]["acts"])
 
     def moment(self, side: Side) -> Moment:
         """What the side's player is asked."""
-        there, world = set(self.environment.agents), self.environment.simulation.world
+        world, agents = self.environment.simulation.world, self.agents[side]
         return Moment(
             self.vectors[side].copy(),
             self.grid,
-            np.array([agent in there for agent in self.agents[side]]),
+            np.array([self._acts(agent) for agent in agents]),
             headed(world),
             world,
             self.rngs[side],
