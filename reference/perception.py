@@ -149,8 +149,9 @@ def look(
 ) -> list[View]:
     """What each of these people sees.
 
-    worlds: one, or several of as many people and robots; surroundings: theirs;
-    bodies: of all in a row; who: (k,) of these, walking on a floor.
+    worlds: one, to be read; `workshop.lockstep` has several of as many people and
+    robots; surroundings: theirs; bodies: of all in a row; who: (k,) of these, walking
+    on a floor.
     """
     sight, n = surroundings[0].sight, len(worlds[0].bodies)
     world, me = np.divmod(who, n)
@@ -180,7 +181,11 @@ def _show_people(
     i: np.ndarray,
     own: np.ndarray,
 ) -> None:
-    """Enter who leads in the views; rows, i: who sees whom; own: i in its world."""
+    """Enter who leads in the views; rows, i: who sees whom; own: i in its world.
+
+    followed: a sorted number for each sight of a follower, made of who looks and of who
+    is followed; as often as it is there, so many followers of that leader are seen.
+    """
     leader, heading = bodies.leader[i], bodies.landmark[i]
     m = len(bodies) + int(leader.max(initial=0)) + 1  # more than all of own and leader
     followed = np.sort((rows * m + leader)[leader != NOBODY])

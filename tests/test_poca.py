@@ -106,7 +106,7 @@ def made(seed=1, sizes=SIZES, **changes):
     with torch.no_grad():
         for p in [*learner.actor.parameters(), *learner.critic.parameters()]:
             p.add_(0.2 * torch.randn_like(p))
-    learner.observe([life("######", sizes=sizes, seed=7)])
+    learner.update_normalisers([life("######", sizes=sizes, seed=7)])
     return learner
 
 

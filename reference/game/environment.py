@@ -173,14 +173,14 @@ class Environment:
         the agent, for an action that is missing or is none, and RuntimeError before
         the first reset.
         """
-        self.take(actions)
+        self.begin_step(actions)
         if not self.agents:
             return {}, {}, {}, {}, {}
         until_next_decision([self.simulation])
-        return self.told()
+        return self.end_step()
 
-    def take(self, actions: Mapping[str, Any]) -> None:
-        """Begin a step, to be played on and then `told`. Raises as `step` does."""
+    def begin_step(self, actions: Mapping[str, Any]) -> None:
+        """Give the actions of a step, which `end_step` ends. Raises as `step` does."""
         if self._seeds is None:
             raise RuntimeError("call reset() before step()")
         self._already = len(self.simulation.events)
@@ -197,8 +197,8 @@ class Environment:
                 body = robots[self._robot_agents.index(agent)].body
                 self._agent_robots.chosen[body] = destination(self.building, action)
 
-    def told(self) -> Returns:
-        """End a step: what `step` returns."""
+    def end_step(self) -> Returns:
+        """End a step, played on since `begin_step`: what `step` returns."""
         self.decision += 1
         there, events = self.agents, self.simulation.events[self._already :]
         terminations, truncations = self._ends(there)

@@ -175,13 +175,13 @@ class Learner:
 
     def add(self, trajectories: Sequence[Trajectory]) -> None:
         """Add whole episodes: normalise, value them, count their steps."""
-        self.observe(trajectories)
+        self.update_normalisers(trajectories)
         for t in trajectories:
             self.buffer.add(self._valued(t))
             self.steps += t.steps
 
-    def observe(self, trajectories: Sequence[Trajectory]) -> None:
-        """Update the normalisers of both networks by every agent's observations."""
+    def update_normalisers(self, trajectories: Sequence[Trajectory]) -> None:
+        """Show both networks' normalisers what every agent observed."""
         networks = (self.actor, self.critic)
         modules = [module for network in networks for module in network.modules()]
         for normaliser in (m for m in modules if isinstance(m, Normaliser)):

@@ -156,13 +156,13 @@ class _Run:
             agent: self.actions.get(agent, np.zeros(action_size(agent), np.float32))
             for agent in self.environment.agents
         }
-        self.environment.take(actions)
+        self.environment.begin_step(actions)
         self.actions = {}
 
     def see(self) -> None:
         """End the step; its rewards belong to the last decision."""
         (time, inside), world = self.before, self.environment.simulation.world
-        seen, rewards, _, truncations, self.infos = self.environment.told()
+        seen, rewards, _, truncations, self.infos = self.environment.end_step()
         self.truncated = any(truncations.values())
         self.grid = self._grid(seen)
         for side, agents in self.agents.items():

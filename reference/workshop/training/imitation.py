@@ -122,7 +122,7 @@ def clone(
     The loss is the negative log-likelihood of what the teacher did. The normalisers
     see the demonstrations first.
     """
-    learner.observe(demonstrations)
+    learner.update_normalisers(demonstrations)
     everything = Decisions.joined([decisions_of(t) for t in demonstrations])
     taught = everything.rows(everything.alive.any(dim=1).nonzero()[:, 0])
     optimiser = torch.optim.Adam(learner.actor.parameters(), CLONING_RATE)
