@@ -8,6 +8,7 @@ a `Moment`; a head that does not draw two floats chooses among `Choices`.
 """
 
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -60,3 +61,15 @@ class Choices:
     places: np.ndarray
     features: np.ndarray
     action_mask: np.ndarray
+
+
+class Chooser(Protocol):
+    """Finds, on one map, what there is to choose among.
+
+    features  F, numbers of an option
+    """
+
+    features: int
+
+    def __call__(self, moment: Moment) -> Choices:
+        """Options of all agents of a side at one moment."""

@@ -16,7 +16,7 @@ import torch
 from torch import Tensor
 
 from reference.building import Building
-from reference.game.moments import Choices, Moment
+from reference.game.moments import Choices, Chooser, Moment
 from reference.game.observations import (
     fire_layout,
     grid_shape,
@@ -31,8 +31,8 @@ from reference.paper import Scenario
 
 AXES = 2  # [C5] [D2] two continuous numbers: x and y
 
-Landmarks = Callable[[Building, Scenario], Any]
-"""Makes, for a building, what turns observations into options of a pointer head."""
+Landmarks = Callable[[Building, Scenario], Chooser]
+"""Makes, for a building, what finds the options of a pointer head."""
 
 
 class Player:
@@ -117,8 +117,7 @@ class Player:
     def _choices(self, moment: Moment) -> Choices | None:
         """A pointer head's landmarks; for Gaussians "keep", if under way, and "new"."""
         if self.options:
-            choices: Choices = self.options(moment)
-            return choices
+            return self.options(moment)
         if not self.keeps:
             return None
         under_way = ~np.isnan(moment.headed[:, 0])
