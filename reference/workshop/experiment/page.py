@@ -127,7 +127,7 @@ def _arm(experiment: Experiment, arm: str) -> str:
     """An arm in words."""
     settings, fire = experiment.of_arm(arm)
     trainer = TRAINERS[settings.robots.trainer_type]
-    rows = {k: v for k, v in experiment.arms[arm].items() if v != fire}
+    rows = {k: v for k, v in experiment.arms[arm].items() if (k, v) != ("fire", fire)}
     whom = "a fire that learns" if fire == LEARNS else f"the fire `{fire}`"
     return f"{trainer} against {whom}{_changes(rows)}"
 
