@@ -220,8 +220,8 @@ def run(robots, fire, seed, survival):
     return Record(robots, fire, seed, *rest, times=tuple(range(out)))
 
 
-def outcome(best):
-    """Tests in which 80 % survive random fire, and of each arm so many its best one."""
+def outcome(best, random=0.8):
+    """Tests in which so many survive random fire, and of each arm its best response."""
     return Results(
         small(**COMPARED),
         [
@@ -229,7 +229,11 @@ def outcome(best):
             for arm, response in best.items()
             for k in range(3)
             for seed in range(20)
-            for fire, share in (("random", 0.8), (BEST, response), ("learning-1", 0.6))
+            for fire, share in (
+                ("random", random),
+                (BEST, response),
+                ("learning-1", 0.6),
+            )
         ],
     )
 
@@ -258,8 +262,8 @@ def test_an_arm_has_a_row_and_a_kind_of_fire_a_column():
             (0.6, 0.3),
             "30.0 [23.3, 36.7] percentage points more than `ppo`: it is better",
         ),
-        ((0.6, 0.3), "loses 30.0 [30.0, 30.0] points less: it is more robust"),
-        ((0.3, 0.6), "loses -30.0 [-30.0, -30.0] points less: it is less robust"),
+        ((0.6, 0.3), "loses 30.0 [30.0, 30.0] points less: it is less exploitable"),
+        ((0.3, 0.6), "loses -30.0 [-30.0, -30.0] points less: it is more exploitable"),
         ((0.5, 0.5), "cannot be told apart"),
         ((0.5, 0.5), "This is preliminary: 3 trainings an arm,"),
     ],
@@ -269,6 +273,16 @@ def test_the_answer_is_what_the_intervals_say(best, words):
     results = outcome(dict(zip(("learning", "ppo"), best, strict=True)))
     assert words in page.answer(results)
     assert page.answer(results) in page.page(results, [("a picture", "a.png")])
+
+
+def test_who_has_less_to_lose_is_not_called_more_robust():
+    """Half as many survive random fire, and equally few the best response."""
+    results = outcome({"ppo": 0.2})
+    for (_, fire), runs in outcome({"learning": 0.2}, random=0.4).runs.items():
+        results.runs["learning", fire] = runs
+    told = page.answer(results)
+    assert "points less: it is less exploitable. But under random fire `ppo`" in told
+    assert "points more: `learning` has less to lose, and is not more robust." in told
 
 
 def test_without_best_responses_there_is_no_answer():

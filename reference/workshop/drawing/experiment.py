@@ -27,12 +27,17 @@ def survivors(title: str, arms: Mapping[str, Sequence[Run]], side: str) -> Figur
     figure = sheet(title, max(6.0, 2.8 * columns), 2.4 * rows + 1.2)
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
     colour = LINES[side == "fire"][0]
-    for axes, (arm, runs) in zip(panels.flat, arms.items(), strict=False):
+    for k, (axes, (arm, runs)) in enumerate(
+        zip(panels.flat, arms.items(), strict=False)
+    ):
         lines = [_line(run, side) for run in runs]
         for line in lines:
             axes.plot(*line, color=colour, lw=0.8, alpha=0.5)
         axes.plot(*mean_of(lines), color=colour, lw=2)
-        axes.set(title=arm, ylim=(0, 100), xlabel=f"decisions of the {side}")
+        axes.set(title=arm, ylim=(0, 100))
+        if k + columns >= len(arms):  # nothing below
+            axes.set_xlabel(f"decisions of the {side}")
+            axes.tick_params(labelbottom=True)
         axes.grid(axis="y")
         write_numbers(axes.xaxis)
     for axes in panels.flat[len(arms) :]:

@@ -53,7 +53,11 @@ def page(results: Results, pictures: Sequence[tuple[str, str]]) -> str:
 
 
 def answer(results: Results) -> str:
-    """Two sentences about the first two that are compared, and a caution."""
+    """Two sentences about the first two that are compared, and cautions.
+
+    Who saves fewer under random fire has less to lose to another, and so is easily less
+    exploitable; that alone is no robustness.
+    """
     compare = results.experiment.compare
     if not compare or not set(compare[0]) <= set(results.exploitable):
         return (
@@ -65,12 +69,18 @@ def answer(results: Results) -> str:
     less = of_trainings(results.lost(other), results.lost(one))
     assert saved is not None
     better = verdict(saved, "it is better", "it is worse")
-    more_robust = verdict(less, "it is more robust", "it is less robust")
+    exploitable = verdict(less, "it is less exploitable", "it is more exploitable")
     told = (
         f"Under a best response `{one}` saves {points(saved)} percentage points more "
         f"than `{other}`: {better}. From random fire to a best response it loses "
-        f"{points(less)} points less: {more_robust}."
+        f"{points(less)} points less: {exploitable}."
     )
+    fewer = results.more_saved(other, one, RANDOM)
+    if fewer and fewer.low > 0 >= saved.low and less.low > 0:
+        told += (
+            f" But under random fire `{other}` saves {points(fewer)} points more: "
+            f"`{one}` has less to lose, and is not more robust."
+        )
     trainings = len(results.experiment.seeds)
     if trainings < ENOUGH:
         told += (
@@ -164,7 +174,7 @@ def _exploitability(results: Results) -> Iterable[str]:
         yield "## Approximate exploitability"
         yield (
             f"Survivors under {RANDOM} fire less those under the best response, in "
-            "percentage points of the same seeds: less is more robust."
+            "percentage points of the same seeds. Who saves few has little to lose."
         )
         lost = {row: of_trainings(results.lost(row)) for row in rows}
         yield _table(["robots", "lost"], [[f"`{r}`", points(lost[r])] for r in rows])
