@@ -85,7 +85,7 @@ def _still_crossing(me: Mind, observe: View) -> bool:
 
 def stuck(me: Mind, observe: View) -> bool:
     """Has one meant to move, yet got no farther for STUCK_SECONDS? [B5, chosen]"""
-    halted = observe.time - observe.halted_since > paper.STUCK_SECONDS
+    halted = observe.time - observe.halted_since > paper.STUCK_SECONDS + 1e-9
     return halted or observe.time < me.waits_until
 
 
@@ -251,7 +251,7 @@ def remember(me: Mind, observe: View) -> None:
     way back that are seen destroyed; and where the leader is.
     """
     me.patches.add(observe.patch)
-    if me.goal.aim is Aim.DIRECTION and observe.burns([me.goal.place]):
+    if me.goal.aim is Aim.DIRECTION and observe.burns_towards(me.goal.place):
         me.patches.add(me.goal.which)
     if burnt := observe.burnt:
         me.trail = [door for door in me.trail if door not in burnt]

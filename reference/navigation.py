@@ -270,10 +270,9 @@ class Navigation:
 
     def straight(self, p: int, q: int) -> list[int]:
         """The places on the straight line from p to q of the same floor, p left out."""
-        steps = int(4 * np.abs(self.centres[q] - self.centres[p]).max()) + 1
-        points = np.linspace(self.centres[p], self.centres[q], steps + 1)[1:]
-        floor = np.full(len(points), p // self.floor_size)
-        return self.places_at(floor, points).tolist()
+        d_row, d_col = q // self.cols - p // self.cols, q % self.cols - p % self.cols
+        through, _ = cells_crossed(d_row, d_col)
+        return [p + row * self.cols + col for row, col in through] + [q] * (p != q)
 
     def _pulled(self, chain: list[int], cost: np.ndarray | None) -> list[int]:
         """The corners that remain of a chain of neighbouring places."""

@@ -36,6 +36,7 @@ RAYS = 360
 degrees, so every degree has one; with fewer, people in corners see no way out."""
 
 LOSS_PER_SECOND = HEALTH_RATE * FRAMES_PER_SECOND  # [F7] rate and framesp of Eq. 7
+NO_HEALTH = 1e-9  # [B7, chosen] less is rounding: 1000 ticks of 0.1 leave 1e-12
 HEALTH_SECONDS = HEALTH / LOSS_PER_SECOND  # [B7] 200 s: then everybody inside is dead
 WALKING_SPEED = 1.34  # [F8, chosen] m/s, the mean over people: Weidmann (1993)
 STAIRS_METRES = STAIRS_SECONDS * WALKING_SPEED  # that a storey counts as

@@ -99,7 +99,7 @@ class View:
     def open(self) -> list[Direction]:
         """Directions whose rays return nothing, flames included [B2]."""
         ways = self._around.sight.open[self.place]
-        return [way for way in ways if way.place not in self._around.burning]
+        return [way for way in ways if not self.burns_towards(way.place)]
 
     @property
     def patch(self) -> int:
@@ -127,6 +127,12 @@ class View:
         """Is there a flame in sight in any of these places?"""
         alight = self._around.burning.intersection(places)
         return bool(alight & self._around.sight.seen(self.place)) if alight else False
+
+    def burns_towards(self, place: int) -> bool:
+        """Is there a flame in sight on the straight way to a place of this floor?"""
+        navigation = self._around.sight.navigation
+        fire = self._around.burning
+        return bool(fire) and self.burns(navigation.straight(self.place, place))
 
     def towards(self, goal: Goal) -> tuple[float, float] | None:
         """Unit vector to a goal in sight or remembered, None when one is there."""

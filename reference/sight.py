@@ -143,17 +143,20 @@ class Sight:
         return self._seen[p]
 
     def line(self, p: int, landmark: int) -> tuple[frozenset[int], frozenset[int]]:
-        """Places on the line from p to a landmark in view, and these or beside them."""
+        """Places on the line from p to a landmark in view, and these or beside them.
+
+        Without p: flames that one stands in bar no way out of them.
+        """
         key = (p, landmark)
         if key not in self._lines:
             marks, centres = self.building.landmark.ravel(), self.navigation.centres
             met = np.unique(self.hits[self.hits[:, p] >= 0, p])
             ends = met[marks[met] == landmark].tolist()
             end = min(ends, key=lambda q: dist(centres[q], centres[p]))
-            on = {p, *self.navigation.straight(p, end)}
+            on = frozenset(self.navigation.straight(p, end))
             steps = (0, 1, -1, self.navigation.cols, -self.navigation.cols)
             beside = {q + step for q in on for step in steps}
-            self._lines[key] = frozenset(on), frozenset(beside)
+            self._lines[key] = on, frozenset(beside - {p})
         return self._lines[key]
 
     def cast(self, p: int, k: int) -> Hit | None:

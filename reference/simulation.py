@@ -309,12 +309,14 @@ class Simulation:
         position = bodies.position[who]
         moved = np.maximum(*np.abs(position - bodies.anchor[who]).T)
         left = np.maximum(*np.abs(target - position).T)
-        waited = time - bodies.anchor_time[who]
+        arrived = (left < paper.STUCK_METRES) & (bodies.landmark[who] < 0)
+        waited = time - bodies.anchor_time[who] - 1e-9
         anew = waited > paper.STUCK_SECONDS + paper.RECKLESS_SECONDS
-        ahead = who[(moved > paper.STUCK_METRES) | (left < paper.STUCK_METRES) | anew]
-        bodies.anchor[ahead] = bodies.position[ahead]
-        bodies.anchor_time[ahead] = time
-        halted = who[(waited > paper.STUCK_SECONDS) & (bodies.reckless[who] < time)]
+        ahead = (moved > paper.STUCK_METRES) | arrived | anew
+        bodies.anchor[who[ahead]] = position[ahead]
+        bodies.anchor_time[who[ahead]] = time
+        calm = bodies.reckless[who] < time - 1e-9
+        halted = who[~ahead & calm & (waited > paper.STUCK_SECONDS)]
         bodies.reckless[halted] = time + paper.RECKLESS_SECONDS
 
     # -- BURN -----------------------------------------------------------------------
@@ -353,8 +355,8 @@ class Simulation:
     def _settle(self, touched: Touched) -> None:
         """Settle deaths, triggers and stairs; tell whose turn it is to think next."""
         bodies = self.world.bodies
-        dead = np.flatnonzero((bodies.health <= 0) & bodies.inside).tolist()
-        for i in dead:
+        dead = np.flatnonzero((bodies.health <= paper.NO_HEALTH) & bodies.inside)
+        for i in dead.tolist():
             bodies.health[i] = 0.0
             self._leave(i, Fate.DEAD)
             self._record(Died, i, int(bodies.floor[i]))
@@ -367,7 +369,7 @@ class Simulation:
             if (passed := stairs.descend(self.world, i)) is not None:
                 self._record(LeftFloor, i, passed, float(bodies.health[i]))
             self._due[i] = bodies.walking[i]
-        if dead or touched or landing:
+        if len(dead) or touched or landing:
             self.world.occupancy = occupancy(bodies, self.building.floors)
 
     def _touch(self, i: int, before: int, mark: int) -> None:

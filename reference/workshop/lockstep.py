@@ -197,7 +197,7 @@ class Crowd(Simulation):
     def _settle(self, touched: Touched) -> None:
         bodies = self.world.bodies
         self._due[:] = self._turn == self.ticks % paper.RECONSIDER_TICKS
-        leaving = (bodies.health <= 0) & bodies.inside
+        leaving = (bodies.health <= paper.NO_HEALTH) & bodies.inside
         leaving |= bodies.stairs_until <= self.world.time
         own = {id(run): some for run, some in self._by_world(touched)}
         eventful = leaving.reshape(len(self.runs), -1).any(axis=1).tolist()
