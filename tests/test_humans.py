@@ -33,6 +33,7 @@ from reference.paper import (
     LEADER_GRACE_SECONDS,
     LEADER_PAUSE_SECONDS,
     MOST_FOLLOWERS,
+    RECKLESS_SECONDS,
     STAIRS_SECONDS,
     STUCK_SECONDS,
     STUCK_WAIT_SECONDS,
@@ -496,6 +497,34 @@ def test_who_has_no_wish_to_move_is_not_stuck():
     assert sim.world.time - sim.world.bodies.anchor_time[0] < STUCK_SECONDS
 
 
+@pytest.mark.paper("B5", "stuck, chosen")
+def test_who_means_to_pass_a_door_gets_stuck_before_it_too():
+    """Less than STUCK_METRES away from it, and held up."""
+    sim = stage("########\n#..p+..E\n########")
+    lead(sim, "p")
+    play(sim, 0.2)
+    halt(sim, "p")
+    assert sim.world.bodies.landmark[0] == mark(sim, Kind.DOOR)
+    play(sim, STUCK_SECONDS + 0.6)
+    assert sim.world.bodies.reckless[0] > sim.world.time
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
+def test_recklessness_lasts_as_long_whenever_it_begins():
+    """Sums of ticks that round do not begin it a second time at its end."""
+    for begun in range(40):
+        sim = stage(BLOCKED, sight_range=10)
+        halt(sim, "p")
+        sim.ticks = begun * 7
+        sim.world.time = sim.ticks * sim.tick
+        sim.world.bodies.anchor_time[:] = sim.world.time
+        reckless = 0
+        for _ in range(round((STUCK_SECONDS + RECKLESS_SECONDS + 1) / sim.tick)):
+            sim.step()
+            reckless += sim.world.bodies.reckless[0] > sim.world.time + 1e-9
+        assert reckless == round(RECKLESS_SECONDS / sim.tick) - 1  # at ends of ticks
+
+
 # -- Desired, not yet visited -------------------------------------------------------
 
 TOWER = """
@@ -826,6 +855,29 @@ def test_a_direction_that_begins_to_burn_is_given_up():
     other = decide(sim, "p")
     assert other.aim is Aim.DIRECTION and other.which != goal.which
     assert goal.which in mind(sim, "p").patches
+
+
+@pytest.mark.paper("B2")
+def test_a_direction_behind_flames_is_none():
+    """They reach from wall to wall; the floor beyond them is in sight all the same."""
+    sim = stage("###########\n#p.*......E\n#..*......E\n###########", sight_range=6)
+    lead(sim, "p")
+    assert view(sim, "p").open == []
+    sim.world.flames.burning[:] = False
+    assert view(sim, "p").open != []
+
+
+@pytest.mark.paper("B6", "not yet visited, chosen")
+def test_who_stands_in_flames_may_still_leave():
+    """Only flames on the rest of the way bar a door."""
+    sim = stage("########\n#.p..+.E\n########")
+    place = sim.world.bodies.place[0]
+    sim.world.flames.burning.ravel()[place] = True
+    door = mark(sim, Kind.DOOR)
+    seen = view(sim, "p")
+    assert seen.passable(door) and seen.safe(door)
+    sim.world.flames.burning.ravel()[place + 1] = True
+    assert not view(sim, "p").passable(door)
 
 
 @pytest.mark.paper("B6", "chosen")

@@ -1,6 +1,6 @@
 """Walkable cells and shortest ways, against networkx on the same grid."""
 
-from itertools import pairwise
+from itertools import pairwise, product
 
 import networkx as nx
 import numpy as np
@@ -159,3 +159,21 @@ def test_a_building_may_be_smaller_than_anybody_looks_ahead():
     """Three cells and an exit."""
     nav = navigation_of(built("#####\n#...E\n#####"))
     assert nav.distance[0, nav.cols + 1] == 3
+
+
+@pytest.mark.paper("A7")
+def test_a_straight_line_is_the_places_it_crosses_in_order():
+    """Its own left out, each once, the last one the goal; none to where one is."""
+    nav = navigation_of(shipped("paper"))
+    p = nav.place(0, 5.5, 5.5)
+    row, col = divmod(p, nav.cols)
+    for d_row, d_col in product(range(-5, 6), repeat=2):
+        q = p + d_row * nav.cols + d_col
+        line = nav.straight(p, q)
+        assert p not in line and len(set(line)) == len(line)
+        assert line[-1:] == [q] * (p != q)
+        cells = {(a // nav.cols - row, a % nav.cols - col) for a in line}
+        for share in np.linspace(0.01, 0.99, 97):
+            point = share * np.array([d_row, d_col])
+            if (abs(point % 1 - 0.5) > 1e-9).all():  # on no border
+                assert tuple(point.round().astype(int).tolist()) in cells | {(0, 0)}
