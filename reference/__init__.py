@@ -86,8 +86,8 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
-__version__ = "0.8.0"
+__version__ = "0.9.0"
 
-GAME = 3
+GAME = 4
 """Grows when rules or numbers of the game change: what was learned in another game is
 not played, and what was measured in it is not gone on with."""
