@@ -167,7 +167,8 @@ def test_a_destination_that_is_kept_is_the_same_place_again(name):
     for sim in moments(name):
         options = robots_of(sim)
         for k, robot in enumerate(sim.world.robots):
-            under_way = bool(robot.way) and robot.active
+            at_work = sim.world.people_at_or_above(robot.floor) > 0
+            under_way = bool(robot.way) and at_work
             assert options.action_mask[k, RobotOption.KEEP] == under_way
             if under_way:
                 spot = destination(sim.building, options.places[k, RobotOption.KEEP])
