@@ -231,9 +231,11 @@ def act_on_instruction(me: Mind, observe: View, goal: Goal) -> Goal:
 def back_to_last_door(me: Mind, observe: View) -> Goal:
     """Go back through the door passed last, then the one before [B6, Alg. 2:17].
 
-    Without a door left to go back to, everything is forgotten and tried again from
-    the far end of the room.
+    Who still stands in it has turned back already. Without a door left to go back to,
+    everything is forgotten and tried again from the far end of the room.
     """
+    if me.trail and me.trail[-1] == observe.here:
+        me.trail.pop()
     if me.trail:
         return go_to(me.trail[-1])
     me.doors.clear()
@@ -282,9 +284,12 @@ def pass_landmark(me: Mind, landmark: int, beyond: int) -> None:
 
 
 def arrive(me: Mind, landmark: int, beyond: int) -> None:
-    """Forget the floor above; begin on this one as a leader who knows its entrance."""
+    """Forget the floor above; begin on this one as a leader who knows its entrance.
+
+    It is no door to go back by: nobody walks up.
+    """
     me.mode, me.leader = Mode.LEADER, NOBODY
-    me.trail.clear()
     me.doors.clear()
     me.patches.clear()
     pass_landmark(me, landmark, beyond)
+    me.trail.clear()

@@ -72,7 +72,7 @@ PROTECTED_METRES = 4.0
 keep ways out free of fuel, and two fires beside two exits would decide everything."""
 
 SPREAD_RATE = 0.08  # [D7, chosen] ignitions per second and border between two cells
-FLAME_SECONDS = 1.0  # [D7, chosen] flames are moved on once a second
+FLAME_SECONDS = 1.0  # [D7, chosen] once in so long flames move on, and new ones appear
 DOOR_DELAY_FACTOR = 3.0  # [D7, chosen] a closed way burns more slowly than a carpet
 BURN_LOSS = 10.0  # [B7, chosen] health lost per second inside flames
 HEAT_LOSS = 2.0  # [B7, chosen] health lost per second beside flames

@@ -82,13 +82,17 @@ class View:
     robots: dict[int, Said] = field(default_factory=dict)
 
     @property
+    def here(self) -> int:
+        """The door, entrance or exit that one stands in, or NOWHERE."""
+        return int(self._around.sight.building.landmark.flat[self.place])
+
+    @property
     def burnt(self) -> frozenset[int]:
         """Destroyed doors that rays meet, or that one stands in [A6]."""
         if not self._around.burnt:
             return self._around.burnt
-        here = int(self._around.sight.building.landmark.flat[self.place])
         met = self._around.sight.landmarks[self.place]
-        return self._around.burnt.intersection((here, *met))
+        return self._around.burnt.intersection((self.here, *met))
 
     @property
     def flames(self) -> frozenset[int]:

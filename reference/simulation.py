@@ -277,7 +277,7 @@ class Simulation:
         nav, bodies = self.navigation, self.world.bodies
         place, floor = bodies.place[who], bodies.floor[who]
         unburnt, inside = ~self.world.flames.burning.ravel(), self._marks[place]
-        fearless = ~unburnt[place] | (bodies.reckless[who] > self.world.time)
+        fearless = ~unburnt[place] | (bodies.reckless[who] > self.world.time - 1e-9)
         full = self._full_until > self.world.time + 1e-9
 
         def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
@@ -291,7 +291,8 @@ class Simulation:
     def _fill_doors(self, touched: Touched) -> None:
         """Let nobody else into doors, entrances and exits that are full for now [A5].
 
-        touched: people who have just come upon them. Ghosts fill nothing.
+        touched: people who have just come upon them. Ghosts fill nothing. A way that
+        became free within the last tick counts from then on, not from the tick's end.
         """
         if self.scenario.ghosts or not touched:
             return
@@ -300,7 +301,8 @@ class Simulation:
             way = self.building.landmarks[mark]
             entrance = way.kind is Kind.ENTRANCE
             flow = paper.STAIRS_FLOW if entrance else paper.DOOR_FLOW
-            since = max(float(self._full_until[mark]), self.world.time)
+            free, now = float(self._full_until[mark]), self.world.time
+            since = free if free > now - self.tick + 1e-9 else now
             self._full_until[mark] = since + count / (flow * way.width)
 
     def _notice_stuck(self, who: np.ndarray, target: np.ndarray) -> None:

@@ -787,6 +787,18 @@ def test_out_of_nested_dead_ends_one_walks_back_door_by_door():
 
 
 @pytest.mark.paper("B6", "Alg. 2:17, chosen")
+def test_who_turns_back_in_a_door_leaves_it():
+    """The door that one stands in is not walked to; the one before it is."""
+    sim = stage(CLOSETS)
+    lead(sim, "p")
+    outer, inner = mark(sim, Kind.DOOR, 2), mark(sim, Kind.DOOR)
+    passed(sim, "p", outer, inner)
+    (sim.world.bodies.place[0],) = np.flatnonzero(sim.building.landmark == inner)
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, outer)
+    assert mind(sim, "p").trail == [outer]
+
+
+@pytest.mark.paper("B6", "Alg. 2:17, chosen")
 def test_a_burnt_door_is_no_way_back():
     """The one before it is tried."""
     sim = stage(CLOSETS)
@@ -993,13 +1005,17 @@ def test_a_storey_of_stairs_takes_its_time():
 
 @pytest.mark.paper("B5", "chosen")
 def test_out_of_a_stairwell_people_look_again():
-    """As leaders who remember nothing but the entrance they came by."""
+    """As leaders who remember nothing but the entrance they came by.
+
+    They never go back to it: nobody walks up, and here nothing leads down.
+    """
     sim = stage(TOWER.replace("q", "."))
     me = mind(sim, "p")
     bodies = sim.world.bodies
     play_until(sim, lambda: not bodies.floor[0] and bodies.walking[0])
     assert (me.mode, me.leader) == (Mode.LEADER, NOBODY)
-    assert list(me.doors) == me.trail == [sim.building.stairwells[0].entrances[0][0]]
+    assert list(me.doors) == [sim.building.stairwells[0].entrances[0][0]]
+    assert not me.trail
 
 
 @pytest.mark.paper("B5", "chosen")
@@ -1011,7 +1027,7 @@ def test_out_of_a_stairwell_followers_are_leaders_without_a_way_back():
     me.mode, me.leader = Mode.FOLLOWER, 0
     play_until(sim, lambda: not bodies.floor[0] and bodies.walking[0])
     assert (me.mode, me.leader) == (Mode.LEADER, NOBODY)
-    assert me.trail == [sim.building.stairwells[0].entrances[0][0]]
+    assert not me.trail
 
 
 # -- What nobody knows --------------------------------------------------------------

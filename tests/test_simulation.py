@@ -583,6 +583,22 @@ def test_an_exit_lets_a_limited_flow_through():
     assert seconds[0] >= least > 1.5 * seconds[1]
 
 
+@pytest.mark.paper("A5", "chosen")
+@pytest.mark.parametrize("frames", [1, 10])
+def test_what_a_full_way_lets_through_hardly_hangs_on_the_tick(frames):
+    """It becomes free within a tick, and counts from then on."""
+    scene = Scenario(people=1, frames_per_tick=frames)
+    sim, through = Simulation(built(PARLOUR), scene), 0
+    door = sim.building.landmarks[0]
+    sim.world.bodies.place[0] = np.flatnonzero(sim.building.landmark == 0)[0]
+    for tick in range(round(60 / sim.tick)):
+        sim.world.time = tick * sim.tick
+        if sim._full_until[0] <= sim.world.time + 1e-9:
+            sim._fill_doors([(0, 0)])
+            through += 1
+    assert through == pytest.approx(60 * DOOR_FLOW * door.width, rel=0.02)
+
+
 @pytest.mark.paper("A6")
 def test_nobody_heads_for_a_burnt_door_that_they_see():
     """From the next thought on; the world's graph is without it."""

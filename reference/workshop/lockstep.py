@@ -158,7 +158,7 @@ class Crowd(Simulation):
         nav, bodies, time = self.navigation, self.world.bodies, self.world.time
         world, floor, own = who // self.n, bodies.floor[who], bodies.place[who]
         inside, full = self._marks[own], self._full_until > time + 1e-9
-        fearless = self._burning[world, own] | (bodies.reckless[who] > time)
+        fearless = self._burning[world, own] | (bodies.reckless[who] > time - 1e-9)
 
         def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
             place, k = nav.places_at(floor[which], position), world[which]
