@@ -81,8 +81,8 @@ print("sight  2 doors remembered  8 doors remembered")
 for metres in (3, 5, 10):
     print(f"{metres:3} m  {out(metres, 2):18}  {out(metres, 8):18}")
 #>   3 m                  11                  13
-#>   5 m                  39                  55
-#>  10 m                  21                  67
+#>   5 m                  35                  53
+#>  10 m                  21                  69
 
 # More is not always better. Whoever sees a door goes there and leaves the rest of the
 # room unexplored: people who see far and forget soon can walk in circles.

@@ -100,14 +100,14 @@ for cell in cells(records, PAPER):
     R, h, E = cell.reward.mean, cell.difficulty.mean, cell.score.mean
     print(f"{cell.robots:6} {cell.fire:6} R {R:6.0f}  h {h:4.0f}  E {E:.3f}")
 #> none   none   R   2007  h    0  E 0.009
-#> none   random R   -177  h 1521  E 0.160
-#> none   greedy R    124  h 1629  E 0.183
+#> none   random R   -167  h 1521  E 0.160
+#> none   greedy R    546  h 1508  E 0.158
 #> patrol none   R   2123  h    0  E 0.009
-#> patrol random R   1475  h 1521  E 0.163
-#> patrol greedy R    984  h 1518  E 0.161
+#> patrol random R   1711  h 1521  E 0.164
+#> patrol greedy R   1518  h 1612  E 0.182
 #> sweep  none   R   2163  h    0  E 0.009
-#> sweep  random R   1694  h 1521  E 0.164
-#> sweep  greedy R   1462  h 1470  E 0.153
+#> sweep  random R   1740  h 1521  E 0.164
+#> sweep  greedy R   1768  h 1573  E 0.175
 
 # %% The ruler does not fit
 # Forty people on three floors can earn 14000, twelve visitors of one floor cannot: E
@@ -124,16 +124,16 @@ for cell in cells(records, ruler):
     score, low, high = cell.score
     print(f"{cell.robots:6} {cell.fire:6} E {score:.2f} [{low:.2f}, {high:.2f}]")
 #> critical points: ((-3600.0, 0.1), (2300.0, 1000.0))
-#> b = 4.764, k = 0.00644, beta = 720
-#> none   none   E 0.88 [0.81, 0.95]
-#> none   random E 0.53 [0.42, 0.66]
-#> none   greedy E 0.62 [0.46, 0.82]
-#> patrol none   E 1.05 [0.99, 1.11]
-#> patrol random E 0.88 [0.67, 1.25]
-#> patrol greedy E 0.68 [0.50, 0.98]
-#> sweep  none   E 1.12 [1.07, 1.17]
-#> sweep  random E 1.04 [0.83, 1.39]
-#> sweep  greedy E 0.84 [0.64, 1.16]
+#> b = 4.764, k = 0.00722, beta = 774
+#> none   none   E 0.82 [0.75, 0.89]
+#> none   random E 0.44 [0.36, 0.55]
+#> none   greedy E 0.49 [0.38, 0.64]
+#> patrol none   E 0.98 [0.92, 1.03]
+#> patrol random E 0.93 [0.71, 1.21]
+#> patrol greedy E 0.84 [0.56, 1.24]
+#> sweep  none   E 1.04 [0.99, 1.08]
+#> sweep  random E 0.95 [0.77, 1.26]
+#> sweep  greedy E 1.01 [0.80, 1.35]
 
 # %% The picture
 # Where each pair lies, and the line along which everybody is as good as the baseline.
