@@ -1,9 +1,9 @@
 """Adversarial fire and rescue robots: an educational reference implementation.
 
-The package has two shelves. The book carries the paper and is meant to be read from
-front to back in the order below; the workshop, in the folder of that name, makes it
-practical. A test holds every import to it: a module imports only modules that stand
-before it, and no module of the book imports the workshop.
+The package has two parts. BOOK implements the paper; read it from front to back in the
+order below. WORKSHOP, the folder `workshop`, makes it practical. A test checks every
+import: a module imports only modules listed before it, and no module of the book
+imports the workshop.
 """
 
 BOOK = (
@@ -27,7 +27,7 @@ BOOK = (
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE
     "game",  # what is learned:
     "game.observations",  # the 167 numbers and the grid
-    "game.moments",  # what a side is asked
+    "game.moments",  # what a side decides upon, and its options
     "game.environment",  # who decides when, what an action means, who leaves
     "learning",  # how:
     "learning.settings",  # rows of Tables I and II
@@ -48,39 +48,39 @@ WORKSHOP = (
     "workshop",  # what makes the book practical:
     "workshop.files",  # files and tables, written whole or not at all
     "workshop.plain",  # records from plain data, checked by their types
-    "workshop.runs",  # begin one in a folder, or go on with it
-    "workshop.workers",  # who does the jobs, here or in other processes
-    "workshop.traffic",  # who comes past where on the way out
+    "workshop.runs",  # start a run in a folder, or resume it
+    "workshop.workers",  # do jobs here or in other processes
+    "workshop.traffic",  # how many people pass where on the way out
     "workshop.lockstep",  # many simulations tick together
     "workshop.strategies",  # hand-written robots and fires, by name
     "workshop.decoding",  # from observations back to points
-    "workshop.landmarks",  # what a pointer head chooses among
-    "workshop.training",  # trainings that are kept:
+    "workshop.landmarks",  # the options of a pointer head
+    "workshop.training",  # trainings, kept in files:
     "workshop.training.mlagents",  # ML-Agents' trainer files
     "workshop.training.presets",  # whole settings: tiny, laptop, paper
     "workshop.training.imitation",  # an option: copy a strategy first
     "workshop.training.states",  # learners as plain data
-    "workshop.training.checkpoints",  # files to go on from
+    "workshop.training.checkpoints",  # files to resume from
     "workshop.training.policies",  # a learned policy is a strategy
-    "workshop.training.summaries",  # what is written down on the way
+    "workshop.training.summaries",  # what a training writes down as it runs
     "workshop.training.session",  # who learns, and from what
-    "workshop.training.starting",  # from the beginning, or from where it was left
+    "workshop.training.starting",  # start a training, or resume it
     "workshop.training.shipping",  # the policies that ship
     "workshop.training.loop",  # the adversarial loop, with files
     "workshop.evaluation",  # comparisons:
     "workshop.evaluation.intervals",  # bootstrap
     "workshop.evaluation.worst_case",  # Eq. 5, the worst fires and the worst inputs
-    "workshop.evaluation.contestants",  # from a word to a strategy, and an evacuation
+    "workshop.evaluation.contestants",  # from a name to a strategy; who plays where
     "workshop.evaluation.agreement",  # h beside a simulated measure
-    "workshop.evaluation.gap",  # is a critic to be believed?
+    "workshop.evaluation.gap",  # fires' choices, re-scored in fresh futures
     "workshop.evaluation.crossplay",  # robots x fires x seeds
     "workshop.experiment",  # arms x seeds x tests, from one file
     "workshop.recording",  # trajectories that PedPy reads
     "workshop.validation",  # standard cases of pedestrian dynamics
     "workshop.bench",  # how fast all of it runs
     "workshop.drawing",  # figures and animations
-    "workshop.zoo",  # the environment for those who have PettingZoo
-    "workshop.commands",  # what each is asked, does and says
+    "workshop.zoo",  # the environment, for PettingZoo
+    "workshop.commands",  # what each command takes, does and prints
     "__main__",  # the command line
 )
 
@@ -89,5 +89,5 @@ READING_ORDER = BOOK + WORKSHOP
 __version__ = "0.9.0"
 
 GAME = 4
-"""Grows when rules or numbers of the game change: what was learned in another game is
-not played, and what was measured in it is not gone on with."""
+"""Increases when rules or numbers of the game change: policies learned in another game
+are refused, and runs begun in it are not resumed."""

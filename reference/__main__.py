@@ -1,14 +1,14 @@
-"""The command line: `python -m reference`, and under it check, draw, evacuate, ...
+"""The command line: `python -m reference` and its commands check, draw, evacuate, ...
 
-Numbers go to stdout, progress and notes to stderr. Exit status: 0 done, 1 the input or
-the run is at fault, 2 the command line is, 130 after Ctrl-C or SIGTERM.
+Numbers go to stdout, progress and notes to stderr. Exit status: 0 done, 1 wrong input
+or a failed run, 2 a wrong command line, 130 after Ctrl-C or SIGTERM.
 """
 
 import os
 import signal
 import sys
 
-if __name__ == "__main__":  # stopped while the rest is loaded: end at once, in silence
+if __name__ == "__main__":  # if stopped during the imports below: exit silently
     STOPS = [signal.SIGINT, signal.SIGTERM]  # unless told to ignore them, as nohup does
     STOPS = [stop for stop in STOPS if signal.getsignal(stop) != signal.SIG_IGN]
     for stop in STOPS:
@@ -56,7 +56,7 @@ COMMANDS = {
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line, by default this process's own; returns the exit status."""
+    """Run the command line, by default `sys.argv`; return the exit status."""
     try:
         try:
             arguments = _arguments(sys.argv[1:] if argv is None else argv)
@@ -67,7 +67,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _complain(str(stopped) or "stopped; nothing half-written is left", 130)
     except ContradictionError as error:
         return _complain(str(error), 2)
-    except BrokenPipeError:  # `| head -1`: whoever asked has read enough
+    except BrokenPipeError:  # `| head -1`: the reader has closed the pipe
         _drop_unprinted()
         return 1
     except (InputError, OSError) as error:  # other errors are ours: a traceback
@@ -86,7 +86,7 @@ def _arguments(words: Sequence[str]) -> Namespace:
 
 
 def _complain(message: str, status: int) -> int:
-    with suppress(OSError):  # nobody listens
+    with suppress(OSError):  # stderr is closed
         print(_shortened(message), file=sys.stderr)
     return status
 
@@ -98,7 +98,7 @@ def _shortened(message: str) -> str:
 
 
 def _drop_unprinted() -> None:
-    """Drop what cannot be printed: Python would try again, with noise, at exit."""
+    """Drop output that cannot be printed: Python would retry it loudly at exit."""
     try:
         print(end="", flush=True)
     except OSError:
@@ -109,10 +109,10 @@ def _drop_unprinted() -> None:
 
 
 class Parser(ArgumentParser):
-    """A parser that repeats no endless words."""
+    """A parser whose errors shorten endless words."""
 
     def error(self, message: str) -> NoReturn:
-        """Tell what is wrong and how the command is used; ends with status 2."""
+        """Print the error and the usage; exit with status 2."""
         super().error(_shortened(message))
 
 
@@ -158,7 +158,7 @@ def _parser() -> Parser:
 
 
 def _process() -> int:
-    """Run the command line in a process of its own, whatever it was begun with."""
+    """Run the command line as this process, even if its output is closed."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed: nobody listens
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115

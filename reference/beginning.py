@@ -38,7 +38,7 @@ def generators(seed: int) -> dict[str, np.random.Generator]:
 
 
 def beginning(building: Building, scenario: Scenario, rng: Rng) -> World:
-    """The world at 0 s; rng places the people and gives them pace and rank.
+    """Build the world at 0 s; rng draws people's places, pace and rank.
 
     Raises ValueError for more people than fit and for rooms that do not exist.
     """
@@ -55,7 +55,7 @@ def with_people_at(
     position: np.ndarray,
     rng: Rng,
 ) -> World:
-    """The world at 0 s with people in these places, (n,), at these metres, (n, 2).
+    """Build the world at 0 s: people in these places, (n,), at these metres, (n, 2).
 
     They begin as followers without a leader: Alg. 1:3 makes them leaders at once.
     """
@@ -110,7 +110,7 @@ def _bodies(
 
 
 def _starting_places(building: Building, scenario: Scenario, rng: Rng) -> np.ndarray:
-    """(n,) distinct places [B8], so many on each floor or all in some rooms."""
+    """Draw (n,) distinct places [B8], a count per floor or all in some rooms."""
     if scenario.rooms:
         free = {"in these rooms": _cells_of_rooms(building, scenario.rooms)}
         counts: tuple[int, ...] = (scenario.people,)

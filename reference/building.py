@@ -64,7 +64,7 @@ class Area:
 class Landmark:
     """A door, stairwell entrance or exit; cells: (k, 2) rows and columns.
 
-    leads_out: off its floor for good, an exit or an entrance to stairs that go down.
+    leads_out: is it an exit, or an entrance to stairs that go down?
     """
 
     index: int
@@ -104,7 +104,7 @@ class Stairwell:
 
 @dataclass(frozen=True, eq=False)
 class Building:
-    """What follows from a checked plan; arrays of cells are (floors, rows, cols)."""
+    """Facts computed from a checked plan; arrays of cells are (floors, rows, cols)."""
 
     plan: Plan
 
@@ -269,7 +269,7 @@ class Building:
 def burn(graph: Graph, doors: Collection[str]) -> Graph:
     """View a graph of rooms without the doors with these ids [A6].
 
-    [A6, chosen] A destroyed door is no way. Raises KeyError for an unknown id.
+    [A6, chosen] Nobody passes a destroyed door. Raises KeyError for an unknown id.
     """
     edges = [edge for edge in graph.edges(keys=True) if edge[2] in doors]
     if missing := set(doors) - {key for *_, key in edges}:
@@ -287,9 +287,9 @@ def load(name: str) -> Building:
 
 @lru_cache(maxsize=4)
 def building_of(plan: str) -> Building:
-    """Build from the text of a floor file, which is how it travels to other processes.
+    """Build from the text of a floor file; other processes are sent this text.
 
-    One object per drawing, since navigation and sight are kept with it.
+    One object per drawing, since navigation and sight are cached per object.
     """
     return Building(parse(plan))
 

@@ -42,8 +42,8 @@ def snapped(x: float) -> float:
 class Generator:
     """The fire source generator: Eqs. 2-3, and rule D6 in both modes.
 
-    [D6, chosen] Which other place burns does not depend on how often that happened: it
-    is the first free one in an order drawn once. So fires meet all robots alike.
+    [D6, chosen] If another place burns, it is the first free one in an order drawn
+    once, however often that has happened. So a fire treats all robots alike.
     """
 
     def __init__(self, building: Building, scenario: Scenario, rng: Rng):
@@ -51,9 +51,9 @@ class Generator:
         self.order = rng.permutation(building.kind.size)
 
     def generate(self, world: World, decision: Decision) -> Source | FireRefused:
-        """The source that follows from a decision, or why there is none [D6].
+        """Turn a decision into a source, or say why there is none [D6].
 
-        In training an occupied place yields no fire; else another free place burns.
+        In training an occupied place yields no fire; otherwise another free one burns.
         """
         floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
         if len(world.flames.sources) >= self.sources:

@@ -41,7 +41,7 @@ class Spread:
 
         [D7, chosen] Exponential delays have no memory: what is left of one is
         distributed like a new one. So fresh delays, begun now at the edge of what
-        burns, are exactly what is possible.
+        burns, have exactly the right distribution.
         """
         other = Spread(self.building, rng)
         arrival = flames.arrival.ravel()
@@ -97,7 +97,7 @@ def cells_beside(building: Building, cells: np.ndarray) -> np.ndarray:
 
 
 def walking_cost(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
-    """Metres that a metre in or beside flames counts as; arrays like `burning` [C5]."""
+    """Weight a metre in or beside flames for planning; arrays like `burning` [C5]."""
     heat = np.where(beside, paper.HEAT_COST, 1.0)
     return np.where(burning, paper.BURN_COST, heat)
 

@@ -2,7 +2,7 @@
 
 Clauses: B3, B4, B5, B6.  `Follower` and `Leader` are the paper's algorithms, to be read
 beside their printed lines; each call is one pass of the outermost loop, whose line 1
-("while not at exit") the simulation keeps.  Everything else here is what the algorithms
+("while not at exit") is the simulation's.  Everything else here is what the algorithms
 leave open: "stuck", "suitable leader", "desired" and the memory, each defined once.
 
     me       the Mind that thinks: "input parameters" and memory
@@ -80,11 +80,11 @@ def _still_crossing(me: Mind, observe: View) -> bool:
     )
 
 
-# -- The words that the algorithms leave open: questions, which change nothing --------
+# -- Terms that the algorithms leave open: questions, which change nothing -----------
 
 
 def stuck(me: Mind, observe: View) -> bool:
-    """Has one meant to move, yet got no farther for STUCK_SECONDS? [B5, chosen]"""
+    """Has this human tried to move without headway for STUCK_SECONDS? [B5, chosen]"""
     halted = observe.time - observe.halted_since > paper.STUCK_SECONDS + 1e-9
     return halted or observe.time < me.waits_until
 
@@ -96,10 +96,10 @@ def exit_in_view(observe: View) -> int | None:
 
 
 def desired(me: Mind, observe: View) -> int | None:
-    """The stair or door in view that one wants to go to, or None [B6, chosen].
+    """Find the stair or door in view to go to, or None [B6, chosen].
 
-    Intact, not passed lately, and no flame in sight on or beside the way. Stairs, if
-    they lead down, come before doors.
+    It is intact, not passed lately, and has no flame in sight on or beside the way.
+    Stairs that lead down come before doors.
     """
     ways = [m for m in observe.landmarks if m not in me.doors and observe.safe(m)]
     stairs = [m for m in ways if observe.landmarks[m].kind == "entrance"]
@@ -130,10 +130,10 @@ def _kept_or_nearest(me: Mind, observe: View, ways: list[int]) -> int | None:
 
 
 def suitable_leader(me: Mind, observe: View, wanted: int) -> int | None:
-    """The human in view worth following, or None [B6, chosen].
+    """Find the human in view worth following, or None [B6, chosen].
 
-    Who leads, walks where I want to go and outranks me, so that nobody follows in
-    circles; and whom fewer than MOST_FOLLOWERS in view follow.
+    They lead, walk where I want to go and have fewer than MOST_FOLLOWERS in view. They
+    outrank me, so that nobody follows in circles.
     """
     if observe.time < me.pause_until:
         return None
@@ -151,7 +151,7 @@ def leader_in_sight(me: Mind, observe: View) -> bool:
     """Is the leader in line of sight, or was it a moment ago? [B5, Alg. 1:5]
 
     A leader who turns a corner or passes a door is not lost for LEADER_GRACE_SECONDS:
-    one walks to where they were seen last [B5, chosen].
+    followers walk to where they saw them last [B5, chosen].
     """
     if me.leader in observe.bodies:
         return True
@@ -161,7 +161,7 @@ def leader_in_sight(me: Mind, observe: View) -> bool:
 
 
 def unexplored(me: Mind, observe: View) -> Goal | None:
-    """The unexplored direction that asks for the least turning, or None [B2].
+    """Find the unexplored direction that needs the least turning, or None [B2].
 
     A direction once taken is followed to its end.
     """
@@ -219,7 +219,7 @@ def towards_leader(me: Mind, observe: View) -> Goal:
 
 
 def act_on_instruction(me: Mind, observe: View, goal: Goal) -> Goal:
-    """Do what the robot one follows said when it was in sight last [B5, Alg. 1:8].
+    """Do what the followed robot said when last in sight [B5, Alg. 1:8].
 
     "Follow me" keeps the goal; "this stairwell" and "this exit" send people there as
     soon as they see it themselves, since they do not know the map [B3].
@@ -231,8 +231,8 @@ def act_on_instruction(me: Mind, observe: View, goal: Goal) -> Goal:
 def back_to_last_door(me: Mind, observe: View) -> Goal:
     """Go back through the door passed last, then the one before [B6, Alg. 2:17].
 
-    Who still stands in it has turned back already. Without a door left to go back to,
-    everything is forgotten and tried again from the far end of the room.
+    A human still in that door has turned back already and takes the one before.
+    With no door left, they forget all and start again from the far end of the room.
     """
     if me.trail and me.trail[-1] == observe.here:
         me.trail.pop()
@@ -247,10 +247,10 @@ def back_to_last_door(me: Mind, observe: View) -> Goal:
 
 
 def remember(me: Mind, observe: View) -> None:
-    """Take in what is seen, before any question is asked about it.
+    """Update the memory from the view, before the algorithm asks about it.
 
-    The patch of floor; that a direction burns, and so counts as tried; doors on the
-    way back that are seen destroyed; and where the leader is.
+    Add the patch of floor; count a direction that burns as tried; drop doors on the way
+    back that are seen destroyed; note where the leader is.
     """
     me.patches.add(observe.patch)
     if me.goal.aim is Aim.DIRECTION and observe.burns_towards(me.goal.place):
@@ -286,7 +286,7 @@ def pass_landmark(me: Mind, landmark: int, beyond: int) -> None:
 def arrive(me: Mind, landmark: int, beyond: int) -> None:
     """Forget the floor above; begin on this one as a leader who knows its entrance.
 
-    It is no door to go back by: nobody walks up.
+    Nobody goes back by this entrance: nobody walks up.
     """
     me.mode, me.leader = Mode.LEADER, NOBODY
     me.doors.clear()

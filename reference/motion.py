@@ -1,11 +1,11 @@
-"""Pedestrian dynamics: bodies walk at their targets without overlap, not into walls.
+"""Pedestrian dynamics: bodies walk to their targets, not into walls or each other.
 
 Clauses: A7, F8.  Speed falls with the gap ahead, as in the collision-free speed model
-of Tordeux, Chraibi and Seyfried (2016); people keep to the right of who comes towards
-them and turn their shoulders; whoever is held up, or stands in the way of others and
-cannot make room, tries another small step at random.
+of Tordeux, Chraibi and Seyfried (2016); people keep to the right of oncoming people
+and turn their shoulders; a body that is held up, or that stands in the way of others
+and cannot make room, tries a small random step.
 
-    n      bodies;  k  pairs of near ones, each counted both ways (i looks at j)
+    n      bodies;  k  pairs of neighbours, each counted both ways (i looks at j)
     e_i    unit vector i means to walk along;  v_i  its speed, m/s
     s      metres from the edge of i to the edge of j
     room   (k,) metres that the middles of i and j keep apart
@@ -20,19 +20,19 @@ from reference.paper import BODY_RADIUS
 
 DIAMETER = 2 * BODY_RADIUS
 SHOULDERS = 0.25  # [A7, chosen] metres: people who meet turn sideways, as deep as that
-NEAR = 1.6  # [A7, chosen] metres: farther neighbours need not be heeded
+NEAR = 1.6  # [A7, chosen] metres: neighbours farther away are ignored
 GAP_SECONDS = 0.6  # [A7, chosen] the time gap T: v = s / T
 PUSH, PUSH_RANGE = 1.5, 0.2  # [A7, chosen] how strongly and from how far others repel
 ASIDE = 0.3
-"""[A7, chosen] metres right of the target that people walk: two streams fit a door."""
+"""[A7, chosen] metres right of the target that people aim: two streams fit a door."""
 
 KEEP_RIGHT = 0.6  # [A7, chosen] sideways pull while somebody comes towards me
-IDLE = 0.05  # [A7, chosen] m/s: who means to walk no faster stands ...
-GIVE_WAY = 0.6  # [A7, chosen] m/s: ... and steps aside for who walks at them
+IDLE = 0.05  # [A7, chosen] m/s: bodies that mean to walk more slowly stand ...
+GIVE_WAY = 0.6  # [A7, chosen] m/s: ... and step aside for people who walk at them
 
 PUSHES = 3  # [A7, chosen] rounds in which a crowd passes pushes on
 
-HELD_UP = 0.1  # [A7, chosen] m/s: who gets ahead more slowly is held up ...
+HELD_UP = 0.1  # [A7, chosen] m/s: a body that advances more slowly is held up ...
 SHUFFLE = 0.3  # [A7, chosen] m/s: ... and tries a step at this speed ...
 SHUFFLE_TURN = 2.2
 """[A7, chosen] ... at most so many radians off the way: a little backwards too, since
@@ -57,7 +57,7 @@ def step(
     free: Free,
     rng: np.random.Generator,
 ) -> np.ndarray:
-    """Move n bodies on by one tick; their new positions, (n, 2) metres.
+    """Move n bodies by one tick; return their new positions, (n, 2) metres.
 
     position, target: (n, 2) metres; floor: (n,); pace: (n,) m/s.
     """
@@ -225,9 +225,9 @@ def _not_into_walls(position: np.ndarray, wished: np.ndarray, free: Free) -> np.
 
 
 def _pushed_apart(moved: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-    """Push each of two who overlap back by half, so that people slide round each other.
+    """Push overlapping bodies apart, each by half, so that they slide round each other.
 
-    Without any overlap, `moved` itself.
+    Returns `moved` itself if none overlap.
     """
     for _ in range(PUSHES):
         off, far = _directions(_off(moved, j, i))
@@ -253,7 +253,7 @@ def _not_into_each_other(
     j: np.ndarray,
     room: np.ndarray,
 ) -> np.ndarray:
-    """Keep in place who yields, of two who would overlap; then both, if need be."""
+    """Of two who would overlap, keep in place the one that yields; if need be, both."""
     before = _off(position, i, j)
     room = np.minimum(room, np.sqrt(_along(before, before))) - 1e-9
     moved = moved.copy()

@@ -20,18 +20,18 @@ from scipy.sparse.csgraph import dijkstra
 from reference.building import Building
 
 LOOK_AHEAD = 6
-"""[A7, chosen] metres over which a way is pulled straight at once."""
+"""[A7, chosen] metres: the longest line tried when a way is pulled straight."""
 
 KEPT_WAYS, KEPT_COSTS = 512, 64
-"""Answers that are kept: the last searches and weighted steps; some 25 MB in all."""
+"""Sizes of two caches: the last searches and weighted steps; some 25 MB in all."""
 
 NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
 
 
 def cells_crossed(d_row: int, d_col: int) -> tuple[list[tuple[int, int]], list[list]]:
-    """Cells that a straight line between two cell centres touches, ends left out.
+    """List the cells that a line between two cell centres touches, without its ends.
 
-    First those it runs through, in order; then, for every corner that it runs through
+    Returns the cells it runs through, in order; then, for every corner that it meets
     exactly, the two cells beside that corner.
     """
     through: list[tuple[int, int]] = []
@@ -39,7 +39,7 @@ def cells_crossed(d_row: int, d_col: int) -> tuple[list[tuple[int, int]], list[l
     row = col = 0
     down, right = (1 if d_row > 0 else -1), (1 if d_col > 0 else -1)
     while (row, col) != (d_row, d_col):
-        # the next border: (2 |row| + 1) / 2 |d_row| along the line, or so for columns
+        # the next border: (2 |row| + 1) / 2 |d_row| along the line; columns likewise
         turn = (2 * abs(row) + 1) * abs(d_col) - (2 * abs(col) + 1) * abs(d_row)
         if turn == 0:
             corners.append([(row + down, col), (row, col + right)])
@@ -62,17 +62,17 @@ def shifted(grid: np.ndarray, d_row: int, d_col: int) -> np.ndarray:
 
 
 class StraightLines:
-    """A table of the places that a straight line from every place reaches.
+    """A table of the places that a straight line from each place reaches.
 
-    `table[p, k]` answers for the k-th cell of a square of `2 * reach + 1` cells around
-    p, so that a question about any number of pairs is one look-up.
+    `table[p, k]` is for the k-th cell of the square around p that is `2 * reach + 1`
+    cells wide, so that one look-up answers for any number of pairs.
     """
 
     def __init__(self, free: np.ndarray, ends: np.ndarray, reach: float, strict: bool):
         """free, ends: (floors, rows, cols) bool, what the line may cross and end in.
 
-        At a corner that the line meets exactly, `strict` asks both cells beside it to
-        be free (a body must pass), otherwise one is enough (a glance slips through).
+        At a corner that the line meets exactly, `strict` requires both cells beside it
+        to be free (a body must pass); otherwise one is enough (for sight).
         """
         self.cols, self.reach = free.shape[2], int(reach)
         self.side = 2 * self.reach + 1
@@ -183,15 +183,15 @@ class Navigation:
         return (floor * self.rows + cells[:, 0]) * self.cols + cells[:, 1]
 
     def nearest_free(self, floor: int, x: float, y: float) -> int:
-        """The walkable place of a floor whose centre is nearest to any point."""
+        """Find the walkable place of a floor whose centre is nearest to a point."""
         free = self._free[floor]
         off = self.centres[free] - (x, y)
         return int(free[np.argmin((off**2).sum(axis=1))])
 
     def beyond(self, door: int, side: int) -> int:
-        """The place across a door cell from one of its sides (area index).
+        """Find the place across a door cell from one of its sides (area index).
 
-        The door cell itself where there is no other side.
+        Returns the door cell itself where there is no other side.
         """
         areas = self.building.area.ravel()
         around = (door + 1, door - 1, door + self.cols, door - self.cols)
@@ -262,7 +262,7 @@ class Navigation:
             waypoint = np.where(longer, further, waypoint)
 
     def _made_dear(self, floor: int, price: bytes) -> csr_matrix:
-        """The steps of a floor, each as long as its dearer end makes it."""
+        """Weight each step of a floor by the higher cost of its two ends."""
         dear, cost = self._steps[floor].copy(), np.frombuffer(price)
         start = np.repeat(np.arange(self.floor_size), np.diff(dear.indptr))
         dear.data *= np.maximum(cost[start], cost[dear.indices])
@@ -275,7 +275,7 @@ class Navigation:
         return [p + row * self.cols + col for row, col in through] + [q] * (p != q)
 
     def _pulled(self, chain: list[int], cost: np.ndarray | None) -> list[int]:
-        """The corners that remain of a chain of neighbouring places."""
+        """Pull a chain of neighbouring places straight; return its corners."""
         if cost is not None:  # a straight line might graze what the way avoids
             return chain[1:] or chain
         corners = [chain[0]]

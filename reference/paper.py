@@ -15,11 +15,11 @@ FLOORS = 3  # [A1]
 BODY_SIZE = 40  # [A1] cells on each side of the main body seen from above
 FLIGHT = 12.0  # [A3, chosen] metres of stairs and landing: a storey of 4 m, 30 degrees
 STAIRS_SPEED = 0.8  # [A3, chosen] m/s, mean; IMO MSC.1/Circ.1533: 0.64 to 1.07
-STAIRS_SECONDS = FLIGHT / STAIRS_SPEED  # of a mean walker; F8 counts none of them
+STAIRS_SECONDS = FLIGHT / STAIRS_SPEED  # of a mean walker; F8 does not count them
 
 DOOR_FLOW, STAIRS_FLOW = 1.3, 1.1
-"""[A5, chosen] people per second and metre of width that doors and exits, and stairwell
-entrances, take in at most: the same circular's maximum specific flows."""
+"""[A5, chosen] most people per second and metre of width, through doors and exits and
+through stairwell entrances: the same circular's maximum specific flows."""
 
 # -- People (Appendix B and F) ------------------------------------------------------
 
@@ -28,31 +28,31 @@ HEALTH = 100.0  # [B7] hp, at the start
 HEALTH_RATE = 0.01  # [B7] health lost per frame
 FRAMES_PER_SECOND = 50  # [F8, chosen] Unity's fixed step of 0.02 s reproduces Eq. 7
 FRAMES_PER_TICK = 10  # [F8, chosen] one tick of the simulation: 0.2 s, 0.1 health
-MOST_FRAMES_PER_TICK = 25  # [F8, chosen] in longer ones people step through walls
+MOST_FRAMES_PER_TICK = 25  # [F8, chosen] in longer ticks people step through walls
 SIGHT_RANGE = 5.0  # [B2, chosen] metres, in smoke: about as wide as a small office
 
 RAYS = 360
-"""[B1, chosen] rays around a human: a door 4 m along the wall one stands at fills 2
-degrees, so every degree has one; with fewer, people in corners see no way out."""
+"""[B1, chosen] rays around a human, one per degree: a door 4 m along the wall where one
+stands fills 2 degrees; with fewer rays, people in corners see no way out."""
 
 LOSS_PER_SECOND = HEALTH_RATE * FRAMES_PER_SECOND  # [F7] rate and framesp of Eq. 7
 NO_HEALTH = 1e-9  # [B7, chosen] less is rounding: 1000 ticks of 0.1 leave 1e-12
 HEALTH_SECONDS = HEALTH / LOSS_PER_SECOND  # [B7] 200 s: then everybody inside is dead
 WALKING_SPEED = 1.34  # [F8, chosen] m/s, the mean over people: Weidmann (1993)
-STAIRS_METRES = STAIRS_SECONDS * WALKING_SPEED  # that a storey counts as
+STAIRS_METRES = STAIRS_SECONDS * WALKING_SPEED  # that one storey adds to a way
 WALKING_SPREAD = 0.26  # [F8, chosen] m/s, their standard deviation: Weidmann, too
 BODY_RADIUS = 0.2  # [A7, chosen] metres: two people can pass each other in a door
-DOORS_REMEMBERED = 2  # [B6, chosen] of those passed: people under stress circle
+DOORS_REMEMBERED = 2  # [B6, chosen] last doors passed: people under stress circle
 STUCK_METRES = 1.0  # [B5, chosen] stuck: moved less than this ...
 STUCK_SECONDS = 8.0  # [B5, chosen] ... in this long, though meaning to move
 RECKLESS_SECONDS = 4.0  # [B5, chosen] the stuck then ignore flames for this long
 STUCK_WAIT_SECONDS = 2.0  # [B5, chosen] a stuck follower waits before Alg. 1:11
 MOST_FOLLOWERS = 5  # [B6, chosen] of one human: more would only stand in the way
-FOLLOW_DISTANCE = 0.6  # [B5, chosen] metres: followers stop so far from a leader
-LEADER_GRACE_SECONDS = 3.0  # [B5, chosen] a leader out of sight is forgiven so long
-LEADER_PAUSE_SECONDS = 5.0  # [B5, chosen] after losing one, before the next human
-RECONSIDER_TICKS = 3  # [B4, chosen] a mind thinks at least this often
-GOAL_HYSTERESIS = 3.0  # [B6, chosen] metres nearer before a goal is exchanged
+FOLLOW_DISTANCE = 0.6  # [B5, chosen] metres: followers stop this far from a leader
+LEADER_GRACE_SECONDS = 3.0  # [B5, chosen] a leader out of sight is kept this long
+LEADER_PAUSE_SECONDS = 5.0  # [B5, chosen] from losing one to the next human leader
+RECONSIDER_TICKS = 3  # [B4, chosen] a mind thinks once in this many ticks or less
+GOAL_HYSTERESIS = 3.0  # [B6, chosen] metres that a new goal must be nearer
 
 # -- Robots (Appendix C) ------------------------------------------------------------
 
@@ -68,17 +68,17 @@ FIRE_FIRST_DECISION = 2  # [D2, chosen] the first source appears at 10 s ...
 FIRE_EVERY_DECISIONS = 5  # [D2, chosen] ... 25 s apart: 8 last as long as health
 FIRE_REFUSED_PENALTY = 10.0  # [D6, chosen] "a certain reward" deducted, health points
 PROTECTED_METRES = 4.0
-"""[D6, D7, chosen] on foot around exits and stairwell entrances nothing burns: codes
-keep ways out free of fuel, and two fires beside two exits would decide everything."""
+"""[D6, D7, chosen] nothing burns this near, on foot, to exits and stairwell entrances:
+codes keep ways out free of fuel, and two fires beside two exits would decide all."""
 
 SPREAD_RATE = 0.08  # [D7, chosen] ignitions per second and border between two cells
-FLAME_SECONDS = 1.0  # [D7, chosen] once in so long flames move on, and new ones appear
-DOOR_DELAY_FACTOR = 3.0  # [D7, chosen] a closed way burns more slowly than a carpet
+FLAME_SECONDS = 1.0  # [D7, chosen] flames spread, and new ones appear, this often
+DOOR_DELAY_FACTOR = 3.0  # [D7, chosen] a closed door burns more slowly than a carpet
 BURN_LOSS = 10.0  # [B7, chosen] health lost per second inside flames
 HEAT_LOSS = 2.0  # [B7, chosen] health lost per second beside flames
 BURN_COST, HEAT_COST = 50.0, 4.0
-"""[C5, chosen] a metre in or beside flames counts as so many for who plans a way:
-robots do not burn, but those they lead do."""
+"""[C5, chosen] metres that a metre in or beside flames counts as in planning a way:
+robots do not burn, but the people they lead do."""
 
 # -- Rewards and evaluation (Appendix F) --------------------------------------------
 
@@ -135,7 +135,7 @@ TABLE_II: MappingProxyType[str, Any] = MappingProxyType(  # [E2, Tab. II] the fi
 
 
 class InputError(ValueError):
-    """What was asked for or given cannot be used; the message is meant for people."""
+    """Raised for input that cannot be used; its message is meant for people."""
 
 
 # -- One experiment -----------------------------------------------------------------
@@ -148,8 +148,8 @@ MOST = MappingProxyType(
         "sight_range": 100.0,
     }
 )
-"""[B2, B6, C2, chosen] more than any building has use for, a slip that would take hours
-or all memory; for people there is a limit already, the cells that are free."""
+"""[B2, B6, C2, chosen] upper limits: no building needs more, and a slip could take
+hours or all memory. People are limited already, by the free cells."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class Scenario:
     time_limit: float = 240.0  # s: people inside then are neither saved nor dead
     sight_range: float = SIGHT_RANGE  # metres [B2]
     doors_remembered: int = DOORS_REMEMBERED  # [B6]
-    ghosts: bool = False  # do people walk through each other? what crowding costs
+    ghosts: bool = False  # do people walk through each other? shows what crowding costs
     frames_per_tick: int = FRAMES_PER_TICK
     decision_seconds: float = DECISION_SECONDS  # whole ticks; the fire's follow [D2]
 

@@ -1,7 +1,7 @@
 """What one human sees now: their own rays and nothing else [B3].
 
-Clauses: A6, B1, B2, B3.  Walls and landmarks are looked up in the sight tables; whether
-a ray reaches people, robots and flames is asked anew, for all who are about to think.
+Clauses: A6, B1, B2, B3.  Walls and landmarks are looked up in the sight tables; which
+people, robots and flames are in sight is computed anew for all who are about to think.
 
     i   who looks;  j  a body in sight;  k  number of a ray
 """
@@ -19,10 +19,10 @@ from reference.world import NOBODY, NOWHERE, Aim, Bodies, Goal, Said, World
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What everybody's view is taken from until the fire moves again.
+    """What all views share until the fire moves again.
 
     burnt     landmarks destroyed [A6]
-    useless   these, and stairs that do not go down: a sign says so [B6, chosen]
+    useless   burnt, or stairs that do not go down: a sign says so [B6, chosen]
     burning   places in flames
     """
 
@@ -39,7 +39,7 @@ class Surroundings:
         return cls(sight, burnt, burnt | sight.building.dead_ends, burning)
 
     def landmarks(self, place: int) -> dict[int, Hit]:
-        """Doors, ways down and exits that rays from a place meet, but the useless."""
+        """Find the landmarks that rays from a place meet, without the useless ones."""
         met = self.sight.landmarks[place]
         if self.useless.isdisjoint(met):
             return met
@@ -47,9 +47,9 @@ class Surroundings:
 
 
 class Leading(NamedTuple):
-    """A human in sight who walks after nobody, to a landmark in sight [B6, chosen].
+    """A human in sight, following nobody, heading for a landmark in sight [B6, chosen].
 
-    Their walk shows the heading, their bearing the rank; followers are those in sight.
+    Their walk shows the heading, their bearing the rank; only followers in sight count.
     """
 
     body: int
@@ -62,8 +62,8 @@ class Leading(NamedTuple):
 class View:
     """What one human sees at one instant: "observe" in Algorithms 1 and 2.
 
-    time (s), place, rank   when, where and who the human is that looks
-    halted_since            s, since when their body has not got ahead
+    time (s), place, rank   of the human who looks
+    halted_since            s, when their body last made headway
     landmarks               intact doors, ways down and exits that rays meet, by index,
                             the nearest first
     bodies                  people and robots in sight: place and metres of each
@@ -101,7 +101,7 @@ class View:
 
     @property
     def open(self) -> list[Direction]:
-        """Directions whose rays return nothing, flames included [B2]."""
+        """Directions whose rays return nothing, not even flames [B2]."""
         ways = self._around.sight.open[self.place]
         return [way for way in ways if not self.burns_towards(way.place)]
 
@@ -112,7 +112,7 @@ class View:
 
     @property
     def far_end(self) -> Goal:
-        """The floor in sight that is farthest away."""
+        """The goal of walking to the farthest place in sight."""
         sight = self._around.sight
         place = sight.farthest[self.place]
         return Goal(Aim.DIRECTION, sight.patches[place], place)
@@ -123,7 +123,7 @@ class View:
         return not fire or not self.burns(sight.line(self.place, landmark)[0])
 
     def safe(self, landmark: int) -> bool:
-        """Is there none beside it either?"""
+        """Is there no flame in sight on or beside the straight way to a landmark?"""
         fire, sight = self._around.burning, self._around.sight
         return not fire or not self.burns(sight.line(self.place, landmark)[1])
 
@@ -157,11 +157,11 @@ def look(
     bodies: Bodies,
     who: np.ndarray,
 ) -> list[View]:
-    """What each of these people sees.
+    """Return what each of these people sees.
 
-    worlds: one, to be read; `workshop.lockstep` has several of as many people and
-    robots; surroundings: theirs; bodies: of all in a row; who: (k,) of these, walking
-    on a floor.
+    worlds: one, or several with equally many people and robots (`workshop.lockstep`);
+    surroundings: one per world; bodies: of all worlds in a row; who: (k,) of these
+    bodies, walking on a floor.
     """
     sight, n = surroundings[0].sight, len(worlds[0].bodies)
     world, me = np.divmod(who, n)
@@ -191,13 +191,13 @@ def _show_people(
     i: np.ndarray,
     own: np.ndarray,
 ) -> None:
-    """Enter who leads in the views; rows, i: who sees whom; own: i in its world.
+    """Add leaders to the views; rows, i: who sees whom; own: i in its world.
 
-    followed: a sorted number for each sight of a follower, made of who looks and of who
-    is followed; as often as it is there, so many followers of that leader are seen.
+    followed: sorted, one number per follower seen, made of viewer and leader; how
+    often it occurs is how many followers of that leader the viewer sees.
     """
     leader, heading = bodies.leader[i], bodies.landmark[i]
-    m = len(bodies) + int(leader.max(initial=0)) + 1  # more than all of own and leader
+    m = len(bodies) + int(leader.max(initial=0)) + 1  # above every own and leader
     followed = np.sort((rows * m + leader)[leader != NOBODY])
     lead = sight.meets[bodies.place[who[rows]], heading] & (leader == NOBODY)
     rows, i, own, heading = rows[lead], i[lead], own[lead], heading[lead]
@@ -251,7 +251,7 @@ def rays(world: World, sight: Sight, person: int) -> list[Hit | None]:
     """What every ray of one human returns; None is an unexplored direction [B1] [B2].
 
     For pictures and tests: the simulation uses `look`. People, robots and flames are
-    met by the ray at their middle; flames in sight hide the door that they burn.
+    met by the ray at their middle only; flames in sight hide a door that they burn.
     """
     around = Surroundings.of(world, sight)
     view = look([world], [around], world.bodies, np.array([person]))[0]

@@ -26,10 +26,10 @@ FOLLOWER_GAP, CROWD_GAP = 1.2, 0.4
 behind than FOLLOWER_GAP + CROWD_GAP * sqrt(n); the root, since a crowd fills a disc."""
 
 DOORWAY = 2.0
-"""[C7, chosen] metres on foot: so near a door a robot does not wait, since those who
-follow it would stand in the doorway and on both sides."""
+"""[C7, chosen] metres on foot: a robot this near a door, entrance or exit does not
+wait, since its followers would stand in the doorway and on both sides."""
 
-AT_EXIT = 2.5  # [C7, chosen] metres: a destination so near an exit means "this exit"
+AT_EXIT = 2.5  # [C7, chosen] metres: a destination this near an exit means "this exit"
 
 
 class RobotAlgorithm:
@@ -39,7 +39,7 @@ class RobotAlgorithm:
         self, robot: Robot, world: World, decision: Destination | None, seconds: float
     ) -> None:
         """One pass of the loop, `seconds` long."""
-        # "in this level": here or above, who come through it [C8]
+        # "in this level": people here, or above, who come through it [C8]
         robot.active = world.people_at_or_above(robot.floor) > 0  # 1
         if not robot.active:
             return
@@ -52,7 +52,7 @@ class RobotAlgorithm:
         self._move(robot, navigation_of(world.building), speed * seconds)  # 7
 
     def speed(self, robot: Robot, world: World) -> float:
-        """`speed_while_leading`; `workshop.lockstep` asks only who may have to wait."""
+        """Return `speed_while_leading`; `workshop.lockstep` saves needless calls."""
         return speed_while_leading(robot, world)
 
     @staticmethod
@@ -72,14 +72,14 @@ class RobotAlgorithm:
         place = nav.place(robot.floor, x, y)
         if nav.walkable[place]:
             robot.position, robot.place = np.array((x, y)), place
-        else:  # from beside its cell's middle round a corner: by the middle, then
+        else:  # it would cut a corner: go to its cell's middle first
             robot.way.insert(0, robot.place)
 
 
 def speed_while_leading(robot: Robot, world: World) -> float:
-    """Evacuate humans: the speed (m/s) that lets those who follow keep up [C7, chosen].
+    """Evacuate humans: return the speed (m/s) at which followers keep up [C7, chosen].
 
-    0 while it waits for them. Instructions are taken up by whoever sees the robot [B5].
+    0 while it waits for them. Followers who see the robot take up its instruction [B5].
     """
     followers = followers_of(world, robot) if robot.way else ()
     if not len(followers):
@@ -111,8 +111,8 @@ def actual_target(building: Building, floor: int, x: float, y: float) -> Destina
 def said_on_the_way(building: Building, floor: int, target: Destination) -> Said:
     """What to tell people on the way to a target [C7, Alg. 3:5].
 
-    Nobody is sent into a stairwell that does not lead down. What "this" means is the
-    nearest exit, or stairwell entrance [C7, chosen].
+    Nobody is sent into a stairwell that does not lead down. "This" is the exit or
+    stairwell entrance nearest to the target [C7, chosen].
     """
     here = [mark for mark in building.landmarks if mark.floor == floor]
     entrances = [mark for mark in here if mark.kind is Kind.ENTRANCE]

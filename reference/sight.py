@@ -1,9 +1,9 @@
 """What can be seen from where: rays of limited range, cast once per building.
 
-Clauses: B1, B2.  Walls do not move, so a ray in the loop of the simulation is a
+Clauses: B1, B2.  Walls do not move, so during a simulation a ray is a table
 look-up.  A ray returns the first thing it meets; doors, entrances and exits stop it too
-[B1, chosen: in the paper's engine triggers do], so nobody sees through a door but from
-its threshold.
+[B1, chosen: in the paper's engine triggers do], so only people standing
+in a door see through it.
 
     p, q   places (see navigation)
     k      number of a ray, counted counter-clockwise from east
@@ -22,7 +22,7 @@ from reference.navigation import Navigation, StraightLines, navigation_of, shift
 from reference.paper import RAYS
 
 PATCH = 4
-"""[B6, chosen] metres: directions that end in the same patch of floor are one."""
+"""[B6, chosen] metres: directions that end in the same patch of floor count as one."""
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Hit:
 class Direction(NamedTuple):
     """An unexplored direction: a ray that returns nothing [B2].
 
-    patch  of floor it leads to;  place  its last one;  unit  vector along it
+    patch  of floor it leads to;  place  its last place;  unit  vector along it
     """
 
     patch: int
@@ -52,9 +52,9 @@ class Sight:
     hits       (RAYS, places) the place a ray stops at, -1 where it returns nothing
     landmarks  per place, the nearest hit of each landmark that rays meet, by landmark,
                the nearest first
-    meets      (places, landmarks + 1) bool: is it in view? The last column: never
+    meets      (places, landmarks + 1) bool: in view? The last column is False
     open       per place, the directions whose rays return nothing, one per patch
-    farthest   per place, the place before the wall that is farthest away
+    farthest   per place, the last free place of its longest ray
     patches    per place, the patch of floor it lies in
     """
 
@@ -110,7 +110,7 @@ class Sight:
         return found
 
     def _open_directions(self, ends: np.ndarray) -> list[tuple[Direction, ...]]:
-        """Per place, where rays that meet nothing end; the first ray into each patch.
+        """List, per place, where rays that meet nothing end, one ray per patch.
 
         ends: (RAYS, places) the last free place that each ray passes.
         """
@@ -143,9 +143,9 @@ class Sight:
         return self._seen[p]
 
     def line(self, p: int, landmark: int) -> tuple[frozenset[int], frozenset[int]]:
-        """Places on the line from p to a landmark in view, and these or beside them.
+        """List places on the line from p to a landmark in view; and on or beside it.
 
-        Without p: flames that one stands in bar no way out of them.
+        Both without p: flames a human stands in do not bar the way out of them.
         """
         key = (p, landmark)
         if key not in self._lines:
@@ -184,5 +184,5 @@ def _cells_along(angle: float, reach: float) -> list[tuple[int, int]]:
 def sight_of(building: Building, reach: float) -> Sight:
     """The sight tables of a building at one range, computed once."""
     tables = Sight(building, reach)
-    gc.freeze()  # they stay: to go through them again and again costs every tick
+    gc.freeze()  # they stay: else the garbage collector scans them again and again
     return tables

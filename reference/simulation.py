@@ -1,7 +1,7 @@
 """One run of an evacuation, tick by tick: SENSE, DECIDE, MOVE, BURN, SETTLE.
 
-Clauses: A4, A5, A6, B4, B7, B8, C7, C8, D6, D7, F4.  It alone changes a world, by the
-modules before it.
+Clauses: A4, A5, A6, B4, B7, B8, C7, C8, D6, D7, F4.  Only this module changes a world,
+through the modules before it.
 
     i   a human;  mark  index of a landmark
 """
@@ -43,7 +43,7 @@ Touched = list[tuple[int, int]]
 
 @dataclass(frozen=True)
 class Outcome:
-    """How a run stands or ended; mean_health: of those who got out, nan for nobody."""
+    """Result of a run so far; mean_health: of those who got out, nan for nobody."""
 
     people: int
     evacuated: int
@@ -57,10 +57,10 @@ class Outcome:
 
 @runtime_checkable
 class Watcher(Protocol):
-    """A fire that looks ahead: before each of its turns it is given a copy of all."""
+    """A fire that looks ahead: before each turn it gets a copy of the simulation."""
 
     def watch(self, now: "Simulation") -> None:
-        """Look ahead in a copy, as the tick begins; give it another fire to run on."""
+        """Look ahead as the tick begins; give the copy another fire to run on."""
 
 
 class Simulation:
@@ -68,7 +68,7 @@ class Simulation:
 
     world   what exists now;  events  all that has happened
     tick    seconds of one step;  decision_ticks  ticks from one decision to the next
-    walked_to  (k, 2) metres where last tick's walkers came to, before stairs took any
+    walked_to  (k, 2) metres where last tick's walkers got to, before stairs took any
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class Simulation:
         seed: int = 0,
         world: World | None = None,
     ):
-        """Same seed and inputs, same run; without strategies, no robots and no fire.
+        """Set up a run. Same seed and inputs, same run; default: no robots and no fire.
 
         world: what exists at 0 s; else drawn as the scenario says.
         Raises ValueError for more people than fit.
@@ -119,7 +119,7 @@ class Simulation:
         return late or not any(self.world.occupancy)
 
     def step(self) -> list[Event]:
-        """Run one tick; the events in it."""
+        """Run one tick; return its events."""
         already = len(self.events)
         if self._fire_turn and isinstance(self.fire_strategy, Watcher):
             self.fire_strategy.watch(self.copy())
@@ -162,7 +162,7 @@ class Simulation:
         )
 
     def copy(self) -> "Simulation":
-        """A simulation that runs on like this one and leaves this one alone."""
+        """Copy the simulation; the copy runs on like this one, which stays as it is."""
         other = copy(self)
         other.world = self.world.copy()
         other.events = self.events.copy()
@@ -197,7 +197,7 @@ class Simulation:
         return left and not between and fire_acts(number)
 
     def _people_decide(self, who: np.ndarray, views: list[View]) -> None:
-        """Let these people think; then their bodies learn where to walk."""
+        """Let these people think; then copy their goals to their bodies."""
         minds, bodies = [self.world.minds[i] for i in who.tolist()], self.world.bodies
         for me, view in zip(minds, views, strict=True):
             think(me, view)
@@ -214,7 +214,7 @@ class Simulation:
     def _strategies_decide(self) -> list[Destination | None]:
         """Ask the robots' strategy at each decision, the fire's at every k-th.
 
-        Both see the same world. A destination for each robot, None to keep the old one.
+        Both see the same world. Returns a destination per robot; None keeps the old.
         """
         robots = self.world.robots
         decided: list[Destination | None] = [None] * len(robots)
@@ -245,7 +245,7 @@ class Simulation:
     # -- MOVE -----------------------------------------------------------------------
 
     def _people_move(self) -> Touched:
-        """Walk one tick; who has come upon a landmark, and from which place [A5]."""
+        """Walk one tick; return who stepped onto a landmark, and from where [A5]."""
         bodies, nav = self.world.bodies, self.navigation
         who = np.flatnonzero(bodies.walking)
         if not len(who):
@@ -289,9 +289,9 @@ class Simulation:
         return free
 
     def _fill_doors(self, touched: Touched) -> None:
-        """Let nobody else into doors, entrances and exits that are full for now [A5].
+        """Close the doors, entrances and exits just entered until they have room [A5].
 
-        touched: people who have just come upon them. Ghosts fill nothing. A way that
+        touched: people who have just stepped onto them. Ghosts fill nothing. A way that
         became free within the last tick counts from then on, not from the tick's end.
         """
         if self.scenario.ghosts or not touched:
@@ -355,7 +355,7 @@ class Simulation:
     # -- SETTLE ---------------------------------------------------------------------
 
     def _settle(self, touched: Touched) -> None:
-        """Settle deaths, triggers and stairs; tell whose turn it is to think next."""
+        """Settle deaths, triggers and stairs; set who thinks in the next tick."""
         bodies = self.world.bodies
         dead = np.flatnonzero((bodies.health <= paper.NO_HEALTH) & bodies.inside)
         for i in dead.tolist():

@@ -1,6 +1,6 @@
 """Stairs: people leave a floor, pass landings and come out at the lowest floor.
 
-Clauses: A3, F8.  On the stairs nobody is seen and nobody is in the way; what is narrow
+Clauses: A3, F8.  On the stairs nobody is seen and nobody is in the way; the bottleneck
 is the entrance at either end [A3, chosen].  Nobody walks up.
 
     i   person;  p  place;  k  stairwell
@@ -19,7 +19,7 @@ from reference.world import NOBODY, NOWHERE, World
 
 
 def enter(world: World, i: int, entrance: int) -> None:
-    """Take in a human who has touched an entrance whose stairs lead down."""
+    """Move a human who has touched an entrance onto its stairs, which lead down."""
     building, bodies = world.building, world.bodies
     nav, k = navigation_of(building), building.stairwell_of[entrance]
     cells = nav.places_of(int(bodies.floor[i]), building.stairwells[k].cells)
@@ -30,7 +30,7 @@ def enter(world: World, i: int, entrance: int) -> None:
 
 
 def descend(world: World, i: int) -> int | None:
-    """Bring a human one storey down; the floor whose landing is passed, if any.
+    """Bring a human one storey down; return the floor of a landing passed, if any.
 
     At the lowest floor the human steps out, or waits for a free place to do so.
     """
@@ -52,7 +52,7 @@ def _seconds(world: World, i: int) -> float:
 
 
 def _step_out(world: World, i: int, well: Stairwell) -> None:
-    """Step into an entrance cell that nobody stands in, and look again."""
+    """Step out into an entrance cell that nobody stands in, if there is one."""
     bodies, nav, floor = world.bodies, navigation_of(world.building), well.lowest
     others = bodies.position[bodies.walking & (bodies.floor == floor)]
     for mark in well.entrances[floor]:

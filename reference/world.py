@@ -49,7 +49,7 @@ class Aim(IntEnum):
 
 
 class Goal(NamedTuple):
-    """What a human sets off to: which one of its kind, or a place to walk at."""
+    """What a human sets off to: a kind, which one of it, or a place to walk to."""
 
     aim: Aim
     which: int = -1
@@ -84,14 +84,14 @@ class Bodies:
     pace: np.ndarray  # walking speed, m/s
     health: np.ndarray  # 100 at the start, dead at 0 [B7]
     fate: np.ndarray  # Fate
-    mode: np.ndarray  # Mode, as the mind has it
+    mode: np.ndarray  # Mode, copied from the mind
     landmark: np.ndarray  # landmark headed for, -1: walk straight at `target`
     target: np.ndarray  # metres
     leader: np.ndarray  # body followed, -1 for nobody
     stairwell: np.ndarray  # the one walked down, -1 when not on stairs
     stairs_until: np.ndarray  # s, when the next storey is reached; inf off the stairs
     rank: np.ndarray  # who leads whom when people meet: the higher rank [B6, chosen]
-    anchor: np.ndarray  # metres: last place that the body got ahead to [B5]
+    anchor: np.ndarray  # metres: where the body last made headway [B5]
     anchor_time: np.ndarray  # s: when it was there
     reckless: np.ndarray  # s: until then the body ignores flames [B5]
 
@@ -134,7 +134,7 @@ class Mind:
     pause_until: float = 0.0  # s: no new human leader before then
     waits_until: float = 0.0  # s: a stuck follower without leader waits till then
     goal: Goal = STAY  # where it has set off to
-    trail: list[int] = field(default_factory=list)  # doors to go back by, last one last
+    trail: list[int] = field(default_factory=list)  # doors to go back by, newest last
     patches: set[int] = field(default_factory=set)  # patches seen or tried [B2]
     facing: tuple[float, float] = (0.0, 0.0)  # unit vector of the last direction walked
 
@@ -171,7 +171,7 @@ class Source(NamedTuple):
 class Flames:
     """The fire; arrays are (floors, rows, cols)."""
 
-    arrival: np.ndarray  # s, when each cell begins to burn; inf: never, as now known
+    arrival: np.ndarray  # s, when each cell begins to burn; inf: never, so far
     burning: np.ndarray  # bool
     harm: np.ndarray  # health lost per second there, heat and flames [B7]
     cost: np.ndarray  # metres that a metre there counts as, when a way is planned
@@ -194,7 +194,7 @@ class World:
     burnt: np.ndarray  # (landmarks,) bool: doors that flames have destroyed [A6]
 
     def copy(self) -> "World":
-        """A copy that can run on without touching this one."""
+        """Copy the world; changing the copy leaves this one as it is."""
         other: World = _copied(self)
         other.minds = [mind.copy() for mind in self.minds]
         other.robots = [robot.copy() for robot in self.robots]
@@ -207,5 +207,5 @@ class World:
         return burn(self.building.graph, doors)
 
     def people_at_or_above(self, floor: int) -> int:
-        """How many people inside are on a floor or still come through it [C8]."""
+        """Count people inside on a floor or above it, who come through it [C8]."""
         return sum(self.occupancy[floor:])

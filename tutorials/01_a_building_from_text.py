@@ -1,7 +1,7 @@
 """Tutorial 1: a building from text.
 
-You learn to draw a building in any text editor, to read what is said about a mistake,
-and what becomes of the drawing: rooms with names, and a kind for every square metre.
+You learn to draw a building in any text editor, to read the message about a mistake,
+and what is made of the drawing: rooms with names, and a kind for every square metre.
 Run this file from the repository's root, whole or cell by cell.
 """
 
@@ -14,7 +14,7 @@ from reference.workshop import drawing
 # %% A floor is drawn, not described
 # A letter is a square metre: `#` wall, `.` floor, `+` a door [A2], `E` an exit [A4].
 # Small letters spell a room's name on its floor. The same capital, A to D, in the same
-# place of two floors is a stairwell, and a `+` that touches it is its entrance [A3].
+# place on two floors is a stairwell, and a `+` that touches it is its entrance [A3].
 
 HOUSE = """
 building: Doll's house
@@ -64,7 +64,7 @@ for mark in house.landmarks:
 #> 2/entrance-1 1 m wide, joins 2/bed and 2/A
 
 # %% Letters and metres
-# Places are told in metres, x to the east and y to the north of the middle of the
+# Positions are in metres, x to the east and y to the north of the middle of the
 # rooms [A8]. Rows and columns count from the drawing's upper left corner, from 0.
 
 x, y = house.metres(3, 7)
@@ -75,7 +75,7 @@ print("3 m further west there is", Kind(house.kind[0][house.cell(x - 3, y)]).nam
 
 # %% Mistakes are explained
 # Here the exit becomes a hole in the wall. The message says where to look, shows the
-# line, and asks for one thing. `python -m reference check FILE` says the same.
+# line, and asks for one thing. `python -m reference check FILE` prints the same.
 
 try:
     parse(HOUSE.replace("EE", ".."), "house.txt")

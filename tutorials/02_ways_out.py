@@ -1,7 +1,7 @@
 """Tutorial 2: ways out.
 
-You learn to ask a building questions. It is a graph, in which rooms are the nodes and
-doors the edges between them, so that networkx, a library of graphs, has the answers.
+You learn to ask a building questions. It is a graph: rooms are the nodes, and doors are
+the edges between them. So networkx, a library for graphs, has the answers.
 """
 
 from pathlib import Path
@@ -38,8 +38,8 @@ print(f"farthest from outside is {farthest}, {metres[farthest]:.0f} m")
 #> farthest from outside is 1/coins, 61 m
 
 # %% What burning a door cuts off
-# Flames destroy a door that they touch [A6]. `burn` leaves doors out of the graph; who
-# cannot reach the outside then is cut off.
+# Flames destroy a door that they touch [A6]. `burn` removes doors from the graph; a
+# room from which nobody can reach the outside then is cut off.
 
 
 def cut_off(*doors: str) -> set[str]:

@@ -43,9 +43,9 @@ print("sees", len(doors), "of", len(museum.landmarks), "doors and exits")
 #> sees 1 of 12 doors and exits
 
 # %% A way out, door by door
-# What follows is Algorithm 2 [B6] at work: to an exit in view, else to a door in view
-# that was not passed lately, else in an unexplored direction, else back. "Lately" is
-# as far back as the visitor remembers.
+# This is Algorithm 2 [B6] at work. The visitor goes to an exit in view, else to a door
+# in view that was not passed lately, else in an unexplored direction, else back.
+# "Lately" is as far back as the visitor remembers.
 
 path, known, memory = [], set(), []
 while not simulation.done:
@@ -98,6 +98,6 @@ print(drawing.save(figure, "out/03_one_visitor.png"))
 #> out/03_one_visitor.png
 
 # %% Exercise
-# How much does a visitor gain who remembers more doors? Repeat the walk for some seeds
+# How much does it help a visitor to remember more doors? Repeat the walk for some seeds
 # with 2 and with 8 doors.
 # Hint: Scenario(..., doors_remembered=8); `Simulation.run()` walks to the end at once.

@@ -27,9 +27,9 @@ print(len(bodies), "people, floor by floor", world.occupancy)
 
 # %% Leaders and followers
 # Everybody is in one of two modes [B4]. Leaders decide alone, like the visitor of the
-# last tutorial. Who sees somebody worth following becomes a follower [B6, Alg. 2:7];
-# who has lost that somebody leads again [B5, Alg. 1:11]. People follow people who
-# follow people: all who follow the same leader in the end are a group.
+# last tutorial. A leader who sees somebody to follow becomes a follower [B6, Alg. 2:7];
+# a follower who has lost that person leads again [B5, Alg. 1:11]. Followers may follow
+# other followers: all who follow the same leader in the end are a group.
 
 print("time  leaders  followers  largest group  on stairs  out")
 #> time  leaders  followers  largest group  on stairs  out
@@ -70,7 +70,7 @@ print(drawing.save(figure, "out/04_a_crowd.png"))
 
 
 def out(metres: float, doors: int, seeds: range = range(2)) -> int:
-    """How many get out, all seeds together."""
+    """Count who gets out, over all seeds."""
     rule = Scenario(sight_range=metres, doors_remembered=doors)
     runs = (Simulation(institute, rule, NoRobots(), NoFire(), seed) for seed in seeds)
     return sum(run.run().evacuated for run in runs)

@@ -29,8 +29,8 @@ for metres in (-9.2, -0.1, 0.0, 7.5):
 #>   7.5 m becomes   7.5 m
 
 # %% A fire of one's own
-# A strategy is any object that decides. This one says the same whenever it is asked; in
-# a scenario with one source it is asked once. Only a watchman is in the museum.
+# A strategy is any object that decides. This one always decides the same; in a scenario
+# with one source it is asked once. Only a watchman is in the museum.
 
 
 class Candle:
@@ -44,7 +44,7 @@ museum = load("museum")
 night = Simulation(museum, Scenario(people=1, sources=1), NoRobots(), Candle(), seed=2)
 
 # %% Where somebody stands, nothing is lit
-# In training an occupied place yields no fire, and costs whoever decided a penalty.
+# In training, the choice of an occupied place lights no fire and costs a penalty.
 # Otherwise the fire appears at a random free place instead [D6].
 
 place = 0, *night.world.bodies.position[0].tolist()
@@ -56,9 +56,9 @@ for training in (True, False):
 #> Source(floor=0, x=7.5, y=-6.5, time=0.0)
 
 # %% First passage
-# From a cell to its neighbour flames take a time that is drawn once and for all, longer
-# through doors. A cell burns when the quickest chain of such times reaches it [D7]: the
-# same sum that finds shortest ways.
+# Flames take a random time from a cell to its neighbour, drawn once and for all, longer
+# through doors. A cell burns when the quickest chain of such times reaches it [D7], as
+# in a search for shortest ways.
 
 graphs = {}  # seconds: the graph of rooms by then
 while night.world.time < 300:
@@ -73,8 +73,8 @@ for seconds in (30, 60, 120, 240):
 #> after 240 s 288 m2 burn
 
 # %% Burnt doors leave the graph
-# A door that flames touch is no way any more [A6]. The way out of the room with the
-# maps grows longer, up to infinity, and more and more rooms are cut off.
+# Nobody can pass a door that flames touched [A6]. The way out of the room with the maps
+# grows longer, up to infinity, and more and more rooms are cut off.
 
 for event in night.events:
     if isinstance(event, DoorBurnt):

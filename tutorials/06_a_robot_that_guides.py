@@ -15,9 +15,9 @@ from reference.workshop import drawing
 from reference.workshop.strategies.robots import Sweep, unguided
 
 # %% What a robot decides, and what comes of it
-# Two numbers, x and y: where to go next [C5]. Near a stairwell, its middle is meant:
-# Eq. 1 [C6]. The instruction goes with the destination [C7]: who follows the robot and
-# sees the stairwell then goes there alone.
+# Two numbers, x and y: where to go next [C5]. Near a stairwell, its middle is the
+# target: Eq. 1 [C6]. The instruction depends on the target [C7]: on the way to a
+# stairwell, followers who see it go there alone.
 
 institute = load("paper")
 x, y = institute.stairwells[0].centre
@@ -34,7 +34,7 @@ for metres in (3, 9):
 
 
 class Shepherd:
-    """Fetch who is nearest and lost; with three in tow, take the nearest way out."""
+    """Fetch the nearest lost person; with three followers, take the nearest way out."""
 
     def decide(self, world, robots, rng):
         return [self.goal(world, robot) for robot in robots]
@@ -72,8 +72,8 @@ print(drawing.save(figure, "out/06_shepherds.png"))
 #> out/06_shepherds.png
 
 # %% Is it any good?
-# The same seed means the same people, and a fire with the same plans: what differs is
-# the robots' doing.
+# The same seed means the same people, and a fire with the same plans. Only the robots
+# differ.
 
 SEEDS = range(4)
 fire = RandomFire()
@@ -87,7 +87,7 @@ for robots in (NoRobots(), Shepherd(), Sweep()):
 
 # %% Exercise
 # The shepherd measures as the crow flies, through walls and flames. Let it choose who
-# and what is nearest on foot, and how much is that worth?
+# and what is nearest on foot. How much does that gain?
 # Hint: `navigation_of(building).distances([robot.place], cost)` with
 # `cost = flame_cost(world, robot.floor)`, from reference.navigation and
 # reference.robots, are metres to every place, flames counted.

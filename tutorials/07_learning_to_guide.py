@@ -1,7 +1,7 @@
 """Tutorial 7: learning to guide.
 
-You learn what robots learn from: PPO's and MA-POCA's advantages, by numbers that fit on
-a sheet of paper, and what becomes of a robot whose work is done early under each.
+You learn what robots learn from: PPO's and MA-POCA's advantages, in numbers that fit on
+a sheet of paper, and what each of them teaches a robot that finishes its work early.
 """
 
 from dataclasses import replace
@@ -48,8 +48,8 @@ print("A", ppo_a.tolist(), " B", ppo_b.tolist())
 # B is praised for it.
 
 # %% Posthumous credit: what the group does next
-# MA-POCA's critic values the group: V. Who is done while mates go on is not worth 0 at
-# its end but V of what follows, here 3 [E1].
+# MA-POCA's critic values the group: V. For a robot that is done while its mates go on,
+# the value at its end is not 0 but V of what follows, here 3 [E1].
 
 V = tensor([2.0, 3.0, 2.0])
 R_a = poca.lambda_returns(r[:1], V[:1], V[1], gamma, lambd)
@@ -60,19 +60,19 @@ group_a, group_b = R_a - V[:1], R_b - V
 print("less V:   A", group_a.tolist(), " B", group_b.tolist())
 #> less V:   A [1.0]  B [1.25, 0.5, 1.0]
 
-# Returns less V are the advantages that `gae` finds in another way: B's have not moved.
+# Returns less V are the advantages that `gae` computes in another way: B's stay.
 
 # %% Counterfactual baselines: who was it?
-# Instead of V, each robot's own baseline is subtracted: what the group is worth to one
-# who knows what its mates did, but not what it did itself. A's: B makes no difference,
-# so 2 as before. B's: A went, so 3.
+# Instead of V, each robot's own baseline is subtracted: the value of the group, given
+# what its mates did, but not what it did itself. A's: B makes no difference, so 2 as
+# before. B's: A went, so 3.
 
 b_a, b_b = tensor([2.0]), tensor([3.0, 3.0, 2.0])
 poca_a, poca_b = R_a - b_a, R_b - b_b
 print("less b:   A", poca_a.tolist(), " B", poca_b.tolist())
 #> less b:   A [1.0]  B [0.25, 0.5, 1.0]
 
-# What is left to B is luck: today's 3 where 2 was to be expected.
+# What is left for B is luck: today's 3 where 2 was expected.
 
 # %% The picture
 
@@ -98,9 +98,9 @@ print(drawing.save(figure, "out/07_advantages.png"))
 #> out/07_advantages.png
 
 # %% From advantages to a loss
-# A buffer's advantages are normalised, then weigh the ratios rho of new to old
-# probability, each component of an action (x and y) on its own. Beyond 1 -+ 0.2 a ratio
-# is worth no more [E3]: where the clipped one is the lesser, the gradient is zero.
+# A buffer's advantages are normalised, then multiplied by the ratios rho of new to old
+# probability, one for each component of an action (x and y). Beyond 1 -+ 0.2 a ratio
+# gains nothing [E3]: where the clipped product is the lesser, the gradient is zero.
 
 rho = tensor([[1.5, 1.0], [0.5, 1.1]], requires_grad=True)
 loss = ppo.policy_loss(rho.log(), torch.zeros(2, 2), tensor([1.0, -0.5]), epsilon=0.2)
@@ -111,8 +111,8 @@ print([[round(x, 3) + 0.0 for x in row] for row in rho.grad.tolist()])
 #> [[0.0, -0.25], [0.0, 0.125]]
 
 # By hand: 1.2, 1.0, -0.4 and -0.55, their mean with the other sign. The critic's losses
-# are squares. A baseline is held back likewise: it may have moved from 2 to 2.5 on its
-# way to 3, but only 2.2 counts.
+# are squares. A baseline is clipped likewise: it has moved from 2 to 2.5 on its way to
+# 3, but only 2.2 counts.
 
 print(f"{ppo.value_loss(tensor([2.5]), tensor([3.0])).item():.2f}")
 #> 0.25
@@ -157,7 +157,7 @@ def play(actor, rng) -> Trajectory:
 
 
 def learn(kind, updates: int = 15) -> list[float]:
-    """How often A goes, update by update."""
+    """Train a learner; return how often A goes, update by update."""
     learner, rng, often = kind(settings, SIZES, seed=0), np.random.default_rng(0), []
     for _ in range(updates):
         episodes = [play(learner.actor, rng) for _ in range(40)]
@@ -168,7 +168,7 @@ def learn(kind, updates: int = 15) -> list[float]:
 
 
 # %% And break it on purpose
-# Against PPO, and against MA-POCA with one rule changed: who is done is worth nothing.
+# Against PPO, and against MA-POCA with one rule changed: a robot that is done gets 0.
 
 
 class Forgetful(poca.Learner):
@@ -209,9 +209,9 @@ print(drawing.save(figure, "out/07_finishing_early.png"))
 # Hint: `_values` returns both; `learner.buffer.parts` has an episode's `advantages`.
 
 # %% The robots that ship
-# Hundreds of thousands of decisions of the same game in the paper's building made the
-# robots called `learned`. Two evacuations each, with random fires: nobody guides, or
-# they do.
+# The robots called `learned` learned from hundreds of thousands of decisions in the
+# paper's building. Two evacuations each, with random fires: without guides, and with
+# them.
 
 paper = load("paper")
 
@@ -230,6 +230,6 @@ print("more than with nobody:", saved["learned"] > saved["none"])
 # These began by copying `escort`, then learned by MA-POCA against random fire. Over a
 # hundred evacuations each they are level with their teacher under every fire, above
 # `sweep` where ways close (`busiest`, 44 against 38 %), and 2 points behind it where
-# nothing burns. Robots that learned from nothing come near: RESULTS.md. Watch:
+# nothing burns. Robots that learned from scratch come near: RESULTS.md. Watch:
 #
 #     python -m reference evacuate --robots learned --fire random --animate learned.gif

@@ -33,7 +33,7 @@ torch.set_num_threads(1)  # networks as small as these are quickest on one core
 
 # %% A place to attack
 # Eight visitors, one robot that guides by the strategy `sweep`, and two fires. There is
-# one way out. In training rule D6 holds: where something is already, nothing is lit.
+# one way out. In training rule D6 holds: no fire is lit at an occupied place.
 
 PLAN = """
 building: Gallery
@@ -59,8 +59,8 @@ evening = Scenario(
 )
 
 # %% What it observes
-# Where everybody is [D1], and as 0 and 1 what the floor looks like: walls, flames, ways
-# out. In this game it is the only agent, and `sweep` its opponent.
+# Where everybody is [D1], and a grid of 0 and 1: walls, flames, ways out. In this game
+# the fire is the only agent, and `sweep` is its opponent.
 
 game = Environment(gallery, evening, robots=Sweep())
 seen, infos = game.reset(seed=0)
@@ -74,7 +74,7 @@ print(slot.what, "in normalised coordinates:", place.round(2))
 #> human 1: x, y, storey in normalised coordinates: [-0.27 -0.73]
 
 # All of it as a page, for the fire and for the robot: the grid, who is where, and what
-# each number says.
+# each number means.
 
 Path("out").mkdir(exist_ok=True)
 world = game.simulation.world
@@ -94,14 +94,14 @@ print("its first decision is read at", game.simulation.world.time, "s")
 #> its first decision is read at 10.0 s
 
 # %% What it gets
-# What the robots lose, less a penalty for what rule D6 refuses [D6]. Random fires are
-# what it has to beat, on evenings that it is not going to be trained on.
+# What the robots lose, less a penalty for each fire that rule D6 refuses [D6]. It must
+# beat random fires, on evenings that it is not trained on.
 
 SEEDS = range(1000, 1024)
 
 
 def scripted(fire) -> list[Simulation]:
-    """All those evenings with a fire that nobody trained."""
+    """Run all those evenings with a fire that nobody trained."""
     runs = [Simulation(gallery, evening, Sweep(), fire, seed) for seed in SEEDS]
     for run in runs:
         run.run()
@@ -109,7 +109,7 @@ def scripted(fire) -> list[Simulation]:
 
 
 def saved(runs: list[Simulation]) -> int:
-    """How many get out, all evenings together."""
+    """Count who gets out, over all evenings."""
     return sum(run.outcome().evacuated for run in runs)
 
 
@@ -122,9 +122,9 @@ print(f"the fire's reward for an evening: {reward:.0f}")
 #> the fire's reward for an evening: -306
 
 # %% Two heads, before any training
-# With the paper's Gaussian head a network says any numbers, and hits walls. A pointer
+# With the paper's Gaussian head a network emits any numbers, and hits walls. A pointer
 # head chooses among free cells beside doors, exits, people and robots, and emits the
-# coordinates of its choice: somebody has told it what may be worth burning.
+# coordinates of its choice: it is told what may be worth burning.
 
 table = replace(
     preset("tiny").fire,
@@ -134,20 +134,20 @@ table = replace(
 
 
 def beginner(head: str) -> ppo.Learner:
-    """A learner that has seen nothing yet."""
+    """Make an untrained learner."""
     settings = replace(table, head=head)
     marks = landmarks_for("fire", settings)
     return learner_for("fire", PLAN, evening, settings, seed=0, landmarks=marks)
 
 
 def evenings(learner: ppo.Learner, seeds: range) -> list[Episode]:
-    """Whole episodes against `sweep`, with samples of the learner's policy."""
+    """Play episodes against `sweep`, with actions sampled from the learner's policy."""
     fire = player_of(learner, landmarks_for("fire", learner.settings))
     return play(Job(PLAN, evening, Sweep(), fire, tuple(seeds)))
 
 
 def total(episodes: list[Episode], fact: str) -> int:
-    """A fact, all evenings together."""
+    """Sum a fact over all evenings."""
     return round(sum(episode.facts[fact] for episode in episodes))
 
 
@@ -161,7 +161,7 @@ for head in ("gaussian", "pointer"):
 # %% Training
 # Two hundred other evenings, twenty at a time, then the update of the last tutorial:
 # the adversarial loop, PLAY and LEARN. With two learners both would learn.
-# `python -m reference train` is the same for hours, with checkpoints.
+# `python -m reference train` does the same for hours, with checkpoints.
 
 learner, rewards = beginner("pointer"), []
 sides = {"robots": Sweep(), "fire": learner}
@@ -178,7 +178,7 @@ print("fewer get out than before training:", learned < out)
 #> fewer get out than before training: True
 
 # %% Where it strikes
-# Tiny differences add up, so that two machines learn differently: hence no number
+# Tiny differences add up, so two machines learn differently. So no number is printed
 # above; when this was written, 76 got out. Rings in the picture are fires before
 # training, discs after; their area is how often.
 
@@ -197,11 +197,11 @@ print(drawing.save(figure, "out/08_where_it_strikes.png"))
 #> out/08_where_it_strikes.png
 
 # %% What that proves
-# Here is a fire without a network: always as near to the exit as it can, on foot.
+# Here is a fire without a network. It always burns as near to the exit as it can.
 
 
 class Ambush:
-    """The free cell nearest to the way out."""
+    """Light the free cell that is nearest to the exit on foot."""
 
     def decide(self, world, rng):
         nav, (way_out,) = navigation_of(world.building), world.building.exits
@@ -220,7 +220,7 @@ print("ambush:", ambushed, "of", 8 * len(SEEDS), "get out")
 
 # %% The fire that ships
 # The fire called `learned` took 6,400 decisions in the paper's building, against the
-# guide `escort`. Two evacuations each: random fires, and it.
+# guide `escort`. Two evacuations each: against random fires, and against this one.
 
 paper = load("paper")
 
@@ -236,7 +236,7 @@ print("does more harm than random fires:", escaped("learned") < escaped("random"
 #> does more harm than random fires: True
 
 # Over a hundred evacuations it leaves 42 % of `escort`'s people alive, `busiest` 45;
-# of `sweep`'s, which it never met, 36 and 38; of those that nobody guides as many as
+# of `sweep`'s, which it never met, 36 and 38; of people without guides, as many as
 # `busiest` does: RESULTS.md has the table. Watch it take the ways out one by one:
 #
 #     python -m reference evacuate --robots escort --fire learned --animate learned.gif

@@ -38,7 +38,7 @@ print(f"R_w {worst_reward():,.0f}, R_b {best_reward(institute):,.0f}")
 # %% What a reward is worth
 # A point of reward is hard to win where everybody is saved already, so Eq. 4 counts it
 # on a scale that grows by the same factor every thousand points. Two points fix it: the
-# worst, and the one from which it is to "explode" [F2].
+# worst reward, and the one from which y should "explode" [F2].
 
 print(f"b = {PAPER.base:.4f}, 1/c = {1 / PAPER.control:.3f}")
 for reward in (-12000, 0, 10000, 14000, 15000):
@@ -71,10 +71,10 @@ print(f"the most there is: {HARDEST:.0f}")
 #> everything burns from the start: 3853
 #> the most there is: 3853
 
-# %% E, and why it is that of a mean
-# The sum, divided by what the paper's baseline reached, is E. It is convex: of two
-# guides with the same mean reward a mean of scores prefers the one who fails half of
-# the time. So the score of some runs is that of their mean reward and difficulty.
+# %% E, and why it is the score of means
+# E is the sum, divided by what the paper's baseline reached. It is convex: of two
+# guides with the same mean reward, a mean of scores prefers the one who fails half of
+# the time. So several runs are scored by their mean reward and mean difficulty.
 
 for rewards in ([10000, 10000], [15000, 5000]):
     alone = np.mean([PAPER.score(reward, 1000) for reward in rewards])
@@ -84,7 +84,7 @@ for rewards in ([10000, 10000], [15000, 5000]):
 #> [15000, 5000]: mean of scores 0.51, score of means 0.21
 
 # %% From runs to R, h and E
-# Everybody meets everybody, from the same seeds: the same people in the same places and
+# All robots meet all fires, with the same seeds: the same people in the same places and
 # the same fire. Here in a smaller building, with a few runs each so that it is quick.
 
 asked = Asked(
@@ -111,9 +111,9 @@ for cell in cells(records, PAPER):
 
 # %% The ruler does not fit
 # Forty people on three floors can earn 14000, twelve visitors of one floor cannot: E
-# hardly tells a good guide from none. A ruler wants calibrating [F12]. The two points
-# follow from the building; k from the baseline's runs, as the same robots deserve the
-# same score under easy fires and under hard ones; β so that they score 1 on average.
+# hardly tells a good guide from none. So calibrate the ruler [F12]. The building gives
+# the two points. The baseline's runs give k, as the same robots deserve the same score
+# under easy fires and under hard ones, and β, so that they score 1 on average.
 
 museum = building_of(evaluation.arena.plan)
 points = critical_points(museum, evaluation.arena.scenario)
@@ -137,7 +137,7 @@ for cell in cells(records, ruler):
 
 # %% The picture
 # Where each pair lies, and the line along which everybody is as good as the baseline.
-# Guides are to be compared under the same fire: h lifts all of them alike.
+# Compare guides under the same fire: h raises the score of all of them alike.
 
 readings = [
     pictures.Reading(

@@ -24,7 +24,7 @@ from reference.workshop.recording import record
 # command for it is `python -m reference evacuate --record FOLDER`.
 
 folder = Path("out/10_recording")
-rmtree(folder, ignore_errors=True)  # a recording takes the place of no other
+rmtree(folder, ignore_errors=True)  # a recording never overwrites another
 lunch = Scenario(people=100, rooms=("1/canteen",), sight_range=20)
 crowd = Simulation(load("paper"), lunch, seed=1)
 record(crowd, folder)
@@ -32,8 +32,8 @@ print(*sorted(path.name for path in folder.iterdir()))
 #> floor-1.sqlite floor-2.sqlite floor-3.sqlite
 
 # %% Nobody walks through walls
-# The walkable area is one polygon with holes. Who takes the stairs leaves the file of
-# one floor and comes into that of another, by the same id.
+# The walkable area is one polygon with holes. A person who takes the stairs leaves the
+# file of one floor and enters that of another, with the same id.
 
 ground = folder / "floor-1.sqlite"
 paths = pedpy.load_trajectory_from_jupedsim_sqlite(trajectory_file=ground)
@@ -57,9 +57,9 @@ print("all who left were counted:", passed.cumulative_pedestrians.max() == len(l
 #> all who left were counted: True
 
 # %% How density slows people down
-# The cell around a person is all floor that is nearer to that person than to others, at
-# most 1.5 m away (Voronoi). One person per area of the cell is the density that this
-# person feels. We ask once a second, before the exit.
+# A person's Voronoi cell is all floor that is nearer to that person than to others, at
+# most 1.5 m away. One person per area of the cell is the density that this person
+# feels. We measure it once a second, in front of the exit.
 
 some = paths.data[paths.data.frame % 5 == 0]
 cells = pedpy.compute_individual_voronoi_polygons(

@@ -1,8 +1,8 @@
 """Bounds of the reward: R_w when everybody dies, R_b by Eq. 7, and the critical points.
 
-Clauses: F4, F5, F6, F7, F8, F12.  Two upper bounds: Eq. 7 gives everybody every floor,
-each at full health; `best_reward_carried` starts people on their own floors and carries
-health over from floor to floor.
+Clauses: F4, F5, F6, F7, F8, F12.  Two upper bounds: Eq. 7 counts everybody on every
+floor, each at full health; `best_reward_carried` starts people on their own floors and
+carries health over from floor to floor.
 
     n     people;  hp  health at the start;  len  way to a floor's nearest way out, m
     loss  health lost on that way;  j  floor
@@ -18,7 +18,7 @@ from reference.building import Building, Kind
 from reference.navigation import navigation_of
 from reference.paper import FIXED_REWARD, HEALTH, PEOPLE, Scenario
 
-DIGITS = 2  # [F12, chosen] of an estimate, as the paper rounds its own
+DIGITS = 2  # [F12, chosen] significant digits of an estimate, like the paper's
 
 
 def worst_reward(people: int = PEOPLE) -> float:
@@ -58,7 +58,7 @@ def mean_ways(building: Building) -> tuple[float, ...]:
 
 
 def best_reward_carried(losses: Sequence[float], starters: Sequence[float]) -> float:
-    """Best reward when what is lost on one floor is missing on the next [F8].
+    """Compute the best reward if health lost on one floor is not restored [F8].
 
     losses: health lost on the way off each floor; starters: people who start there;
     both lowest first. For 25/3 on each of three floors: 14000 when all forty start on

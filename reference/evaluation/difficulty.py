@@ -1,7 +1,7 @@
 """Difficulty h of a fire: how much of people's ways out it takes, and how early.
 
-Clauses: A3, A6, D6, F10, F11.  The main text that defined h is lost; this one looks at
-the graph of rooms, doors and stairwells, and at when each cell begins to burn.
+Clauses: A3, A6, D6, F10, F11.  The main text that defined h is lost; this definition
+uses the graph of rooms, doors and stairwells, and when each cell begins to burn.
 
     h   difficulty, from 0 to HARDEST
     d   shortest way out, metres, inf where there is none;  d0  the same without fire
@@ -25,8 +25,8 @@ HARDEST = ALPHA * sqrt(K * BETA)
 """[F10, chosen] 3853: no way out was ever open, so E = 1 whatever the reward."""
 
 MOMENTS = round(HEALTH_SECONDS / FLAME_SECONDS)
-"""[F11, chosen] from 0 to T = HEALTH_SECONDS, after which what burns finds nobody: ways
-are compared whenever flames move on."""
+"""[F11, chosen] ways are compared whenever flames move on, from 0 to
+T = HEALTH_SECONDS: after that nobody has health left to lose."""
 
 
 def difficulty(
@@ -44,7 +44,7 @@ def difficulty(
     * the time from 0 to T, each moment weighted by the health left then: if all ways
       are cut at once at t, h is HARDEST · (1 - t/T).
 
-    Without fire x = 0; if no way is ever open x = 1. More fire, or earlier, never
+    Without fire x = 0; if no way is ever open x = 1. More or earlier fire never
     lowers h. The root is there because Eq. 8 squares h: on the paper's ruler the fire's
     part of E is x itself.
 
@@ -61,16 +61,16 @@ def difficulty(
 
 
 def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
-    """Share of its way out that each area has lost by then, (MOMENTS, areas) [F11].
+    """Compute the share of its way out that each area has lost, (MOMENTS, areas) [F11].
 
     A way that grows from d0 to d has lost 1 - d0/d: nothing if it is as before, half
-    if it is twice as long, all if it is cut. Flames do that so [F11, chosen]:
+    if it is twice as long, all if it is cut. Flames take ways as follows [F11, chosen]:
 
-    * a door is no way once a cell of it burns [A6];
-    * an exit, an entrance or a door that is protected is shut once all that can burn
-      around its clearance burns, but never for a room wholly inside a clearance;
-    * the way from a room's middle to its doors gets as much longer as the room has
-      become smaller: twice as long when half of it burns.
+    * a door is shut once a cell of it burns [A6];
+    * a protected exit, entrance or door is shut once everything that can burn around
+      its clearance burns, but never for a room wholly inside a clearance;
+    * the way from a room's middle to its doors grows as the room's free area shrinks:
+      it is twice as long when half of the room burns.
     """
     seconds = np.arange(MOMENTS) * FLAME_SECONDS
     free, shut = _free(building, arrival, seconds), _shut(building, arrival, seconds)
@@ -87,7 +87,7 @@ def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
     return 1 - np.divide(d0, d, out=np.ones_like(d), where=known)
 
 
-# -- What a run tells ---------------------------------------------------------------
+# -- Measuring a run ----------------------------------------------------------------
 
 
 def difficulty_of(simulation: Simulation, people: np.ndarray) -> float:
@@ -98,18 +98,18 @@ def difficulty_of(simulation: Simulation, people: np.ndarray) -> float:
 def people_in(world: World) -> np.ndarray:
     """Count people in each room and on each storey of the stairs, (areas,).
 
-    Whoever stands in a doorway counts nowhere; at the beginning nobody does.
+    People in doorways are not counted; at the beginning there are none.
     """
     areas = world.building.area.ravel()[world.bodies.place[world.bodies.inside]]
     return np.bincount(areas[areas >= 0], minlength=len(world.building.areas))
 
 
 def arrival_of(simulation: Simulation) -> np.ndarray:
-    """Run a copy until its last fire source; when each cell begins to burn [F11].
+    """Find when each cell begins to burn, once all fire sources are lit [F11].
 
     (floors, rows, cols) seconds, inf for never. Good robots end a run before the last
-    source, but h is not to depend on them: so a copy of the run goes on until the fire
-    has no sources left, or nobody would have any health.
+    source, but h must not depend on them: so a copy of the run goes on until the fire
+    has no sources left, or nobody could have any health left.
     """
     after = simulation.copy()
     world, sources = after.world, after.scenario.sources
@@ -123,10 +123,10 @@ def arrival_of(simulation: Simulation) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def _links(building: Building) -> tuple[np.ndarray, np.ndarray]:
-    """Cut the edges of `building.plan.ways` at their landmarks; k halves.
+    """Cut the edges of `building.plan.ways` at their landmarks into k halves.
 
-    (3, k) the nodes where each starts and ends, and the area in which it lies; (k,) its
-    metres. Nodes are areas by their index, after them landmarks.
+    Returns (3, k), the start node, end node and area of each half, and (k,), its
+    metres. Nodes are numbered: first all areas, then all landmarks.
     """
     areas, first = building.area_of, len(building.areas)
     links: dict[tuple[int, int, int], float] = {}
@@ -146,8 +146,8 @@ def _links(building: Building) -> tuple[np.ndarray, np.ndarray]:
 def _ways_out(building: Building, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Search from the exits against the links: metres, and the next node on the way.
 
-    length: (times, k) metres that the links have; returns (times, nodes) each. The
-    graphs of all times lie side by side in one: a next node counts on through them.
+    length: (times, k) metres of the links; returns (times, nodes) each. One big graph
+    holds the graphs of all times, and next nodes are numbered through all of it.
     """
     (start, end, _), times = _links(building)[0], len(length)
     areas, nodes = len(building.areas), len(building.areas) + len(building.landmarks)
@@ -163,9 +163,9 @@ def _ways_out(building: Building, length: np.ndarray) -> tuple[np.ndarray, np.nd
 
 @lru_cache(maxsize=8)
 def _passed(building: Building) -> np.ndarray:
-    """Share of an area's way out that lies in another area, (areas, areas).
+    """Compute the share of an area's way out that lies in each area, (areas, areas).
 
-    Of the shortest way without fire, in metres; rows sum to 1.
+    The way is the shortest without fire, in metres; rows sum to 1.
     """
     areas = len(building.areas)
     (d0,), (after,) = _ways_out(building, _links(building)[1][None])
@@ -186,7 +186,7 @@ def _free(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.nd
     """Share of each area's cells that do not burn, (times, areas)."""
     areas, times = len(building.areas), len(seconds)
     inside = building.area >= 0
-    since = np.searchsorted(seconds, arrival[inside])  # the first that sees it burn
+    since = np.searchsorted(seconds, arrival[inside])  # first moment that it burns
     counts = np.bincount(
         since * areas + building.area[inside], minlength=(times + 1) * areas
     )
@@ -195,7 +195,7 @@ def _free(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.nd
 
 
 def _shut(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.ndarray:
-    """Landmarks that nobody gets through any more, (times, nodes) bool."""
+    """Find landmarks that are shut, (times, nodes) bool."""
     first = len(building.areas)
     shut = np.zeros((len(seconds), first + len(building.landmarks)), dtype=bool)
     for node, (places, all_of_them) in enumerate(_passages(building), first):
@@ -206,7 +206,7 @@ def _shut(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.nd
 
 @lru_cache(maxsize=8)
 def _passages(building: Building) -> list[tuple[np.ndarray, bool]]:
-    """Places that shut each landmark when they burn, and whether all of them must."""
+    """List the places that shut each landmark by burning, and whether all must burn."""
     found = []
     for mark in building.landmarks:
         own = np.flatnonzero((building.landmark == mark.index) & fuel(building))
@@ -215,7 +215,7 @@ def _passages(building: Building) -> list[tuple[np.ndarray, bool]]:
 
 
 def _spread_evenly(building: Building) -> np.ndarray:
-    """Spread one person to a floor evenly over its rooms, (areas,)."""
+    """Spread one person per floor evenly over its rooms, (areas,)."""
     size = np.array([area.size * (area.kind == "room") for area in building.areas])
     floor = np.array([area.floor for area in building.areas])
     return size / np.bincount(floor, size)[floor]

@@ -18,9 +18,9 @@ import numpy as np
 from reference.paper import ALPHA, BEST_POINT, BETA, WORST_POINT, InputError, K
 
 LARGEST = 1e12
-"""[F9, chosen] neither part of e′ exceeds it, or the other would lose its digits."""
+"""[F9, chosen] limit of each part of e′: above it the other part loses its digits."""
 
-WIDEST = 1e100  # [F2, chosen] of b, c and 1/c, so that no power overflows
+WIDEST = 1e100  # [F2, chosen] limit of b, c and 1/c, so that no power overflows
 FEWEST_RUNS = 6  # [F12, chosen] two in each third
 CLEARLY = 2.0  # [F12, chosen] standard errors between easy and hard thirds: 95 %
 
@@ -135,7 +135,7 @@ def weight(one: Case, other: Case, base: float, control: float) -> float:
     """Solve for k, such that two cases score alike [F9].
 
     k = (h₂² − h₁²) / (α²(y₁ − y₂)); base, control: b and c of Eq. 4. Raises RulerError
-    unless the case of more reward is the one of less difficulty.
+    unless the case with more reward has less difficulty.
     """
     unit = Ruler(ALPHA, base, control, k=1.0, beta=1.0)
     (R_1, h_1), (R_2, h_2) = sorted((one, other), reverse=True)
@@ -174,7 +174,7 @@ def from_runs(
 
     The two equal cases are the means of the third of the runs with the easiest fires
     and of the third with the hardest: the same robots deserve the same score. β is the
-    mean, over the fires by name, of the e′ of each one's mean run.
+    mean, over the named fires, of e′ at each fire's mean reward and difficulty.
 
     Take runs against weak and strong fires alike. Raises RulerError for fewer than
     FEWEST_RUNS, and where the hard third did not CLEARLY earn less than the easy one.

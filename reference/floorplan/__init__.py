@@ -10,7 +10,7 @@ student can redraw it with any editor.
 
 A file says `building: NAME`, `size: COLUMNS x ROWS` and then, for each floor from 1
 upwards, `floor 1: NAME` above its drawing; `floor 2-3:` draws once and builds twice.
-Every drawing has all the rows, and something in each. Read on in `mistakes` (what one
+Every drawing has all the rows, none of them blank. Read on in `mistakes` (what one
 looks like), `page` and `syntax` (stages 1 to 3), `plan` (rooms and their graph) and
 `semantics` (stages 4 and 5).
 """
@@ -44,7 +44,7 @@ def parse(text: str, path: str = "<text>") -> Plan:
 def read(path: str | PathLike[str]) -> Plan:
     """Read the drawing in a file. Raises FloorPlanError, OSError if there is none.
 
-    A pipe is read to its end, a device without end as far as a drawing may go.
+    Reads no more than the largest drawing, even from a device without end.
     """
     try:
         with Path(path).open("rb") as text:
@@ -97,7 +97,7 @@ def _unreadable(path: str | PathLike[str], error: OSError) -> OSError:
 
 
 def _decoded(raw: bytes, path: str) -> str:
-    """Decode UTF-8; FloorPlanError at the first byte that stands in no text."""
+    """Decode UTF-8; FloorPlanError at the first byte that is not text."""
     text = raw.decode("utf-8", "replace")
     if bad := re.search("[\0\ufffd]", text):
         sheet = page.sort(text[: bad.end()])

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 from reference.paper import InputError
 
-SHOWN = 4  # mistakes on a page of them: more would hide the first
-MOST = 1000  # looked for: somebody who drew them all wants the first
+SHOWN = 4  # mistakes shown at once: more would hide the first
+MOST = 1000  # mistakes looked for: with so many, only the first help
 LONGEST = 400  # characters of a line that are shown, the mistake among them
 QUOTED = 80  # characters of a line that are repeated in a sentence
 
@@ -41,7 +41,7 @@ class Mistake:
 
 
 class FloorPlanError(InputError):
-    """A drawing with mistakes, all of one stage; its text is the whole page."""
+    """A drawing with mistakes, all of one stage; its text shows the first of them."""
 
     def __init__(self, path: str, mistakes: Sequence[Mistake]) -> None:
         page = [f"{path}:{mistake}" for mistake in mistakes[:SHOWN]]
@@ -61,7 +61,7 @@ _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f-\x9f]")
 
 
 def _blank_for(char: str) -> str:
-    """Blanks as wide as a character is on the screen; a tab stays one."""
+    """Return blanks as wide as a character on the screen; a tab stays a tab."""
     if char == "\t":
         return char
     if unicodedata.category(char) in ("Mn", "Me", "Cf"):

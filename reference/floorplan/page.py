@@ -50,7 +50,7 @@ class Line:
 
     @property
     def _plain(self) -> str:
-        """The code with signs that stage 2 will find fault with, as they were meant."""
+        """The code with look-alike signs, which stage 2 refuses, as they were meant."""
         if self.code.isascii():
             return self.code
         return _ALIKE.sub(lambda sign: _MEANT[sign[0]], self.code)
@@ -88,7 +88,7 @@ class Drawing:
 class Page:
     """The file sorted into its parts.
 
-    strays   rows before the first heading;  whole  is all of it here?
+    strays   rows before the first heading;  whole  False if the file was cut off
     """
 
     lines: tuple[Line, ...]

@@ -1,7 +1,7 @@
 """Find the rooms and doors of each floor, and join them to the graph of rooms.
 
 Clauses: A1 (unit cells), A2 (rooms, doors), A3 (stairwells, entrances), A4 (exits).
-What is found here once, the checks of a drawing and the building both read.
+Both the checks of a drawing and the building read what is found here.
 
     cell    row and column, counted from 1; row 0 and column 0 are a rim of outside
     area    a room, or a stairwell on one floor
@@ -35,8 +35,8 @@ class Part:
 
     kind     "room", "stairwell"; "door", "entrance" or "exit"
     cells    (k, 2) rows and columns
-    words    of a room, what is written in it, and where; its first cell without any
-    sides    of a gate, the areas beside it;  outside  is a blank beside it, too?
+    words    of a room, the names in it, and where; else its id and first cell
+    sides    of a gate, the areas beside it;  outside  is a blank beside it?
     """
 
     name: str
@@ -61,7 +61,7 @@ class Storey:
 
     @cached_property
     def signs(self) -> np.ndarray:
-        """(rows + 2, columns + 2) one character each, in a rim of outside."""
+        """(rows + 2, columns + 2) one character each, with a rim of outside."""
         rim = " " * len(self.rows[0])
         rows = np.array([f" {row} " for row in (rim, *self.rows, rim)])
         return rows.view("U1").reshape(len(rows), -1)
@@ -188,7 +188,7 @@ def _edges(n: int, name: str, gate: Part) -> Iterator[tuple[str, str, str, dict]
 
 
 def pieces(mask: np.ndarray) -> list[np.ndarray]:
-    """The (k, 2) cells of each part of a mask that hangs together, or of each label."""
+    """Find the (k, 2) cells of each connected part of a mask, or of each label."""
     labels = ndimage.label(mask)[0] if mask.dtype == bool else mask
     cells, label = np.argwhere(labels), labels[labels > 0]
     ends = np.cumsum(np.bincount(label)[1:])

@@ -93,9 +93,9 @@ def _stairwells(storey: Storey, drawing: Drawing) -> Iterator[Mistake]:
 
 
 def _opening(storey: Storey, letter: str, around: np.ndarray) -> tuple[int, ...] | None:
-    """The first cell where nothing parts a stairwell from what is around it.
+    """Find the first cell where nothing separates a stairwell from what is around it.
 
-    Two stairwells side by side are told once, at the first letter.
+    Two stairwells side by side are reported once, at the first letter.
     """
     closed = letter + "#+" + STAIRWELLS[: STAIRWELLS.index(letter)]
     found = np.argwhere(around & ~np.isin(storey.signs, list(closed)))
@@ -134,7 +134,7 @@ def _ways_off(plan: Plan, page: Page) -> Iterator[Mistake]:
         here = plan.graph.subgraph([node for node, n in floors if n in (floor, None)])
         parts = [part for part in nx.connected_components(here) if part != {OUTSIDE}]
         shut = [part for part in parts if all(kinds[node] == "room" for node in part)]
-        for part in shut if len(shut) < len(parts) else []:  # else `_ways_out` tells
+        for part in shut if len(shut) < len(parts) else []:  # else see `_ways_out`
             hint = "Type '+' in its wall, towards a room with a way out."
             yield _in_first_room(plan, page, part, "nobody can leave {}", hint)
 
@@ -218,5 +218,5 @@ STAGES: tuple[tuple[Check, ...], ...] = (
     (_some_exit, _shafts),
     (_ways_out,),
 )
-"""Ways are looked for where the rest of their stage is right: else one missing entrance
-would be told as many rooms that nobody can leave."""
+"""Ways are checked only once all before them is right: else one missing entrance would
+be reported as many rooms that nobody can leave."""

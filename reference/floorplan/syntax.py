@@ -116,7 +116,7 @@ def _write_size(page: Page, where: str = "") -> str:
 
 
 def _floor_numbers(page: Page) -> Iterator[Mistake]:
-    """The first only: what follows it may well be right once that is mended."""
+    """Report the first only: what follows may well be right once it is mended."""
     last = 0
     for drawing in [] if page.strays else page.drawings:
         if not drawing.numbers:

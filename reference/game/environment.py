@@ -1,8 +1,8 @@
 """The environment: robots and the fire as agents, one decision a step.
 
 Clauses: C1, C4, C5, C7, C8, D1, D2, D6, E5.  Methods are those of PettingZoo's parallel
-API.  A robot leaves when its floor and all above it are empty [C8].  In the end who
-is still there is terminated if nobody is inside any more, truncated if time is up.
+API.  A robot leaves when its floor and all above it are empty [C8].  At the end the
+remaining agents are terminated if nobody is inside any more, truncated if time is up.
 
     step        one decision of the robots, 5 s; the fire's action is read at every k-th
     agents      "robot_0", ..., "fire_0"; a side that a strategy plays is not among them
@@ -30,8 +30,8 @@ from reference.world import Robot, World
 FIRE = "fire_0"
 
 DECIMALS = 4
-"""[C5, chosen] of metres: so that in float32 an agent can say exactly what a strategy
-says, such as the middle of a door between two cells."""
+"""[C5, chosen] of metres: so in float32 an agent can name exactly the point that a
+strategy names, such as the middle of a door between two cells."""
 
 Observation = dict[str, np.ndarray]
 Returns = tuple[
@@ -48,7 +48,7 @@ Returns = tuple[
 
 
 def action_size(agent: str) -> int:
-    """Numbers of an action: a robot's x, y [C5]; the fire's floor, x, y [D2]."""
+    """Size of an action: a robot's x, y [C5]; the fire's floor, x, y [D2]."""
     return 3 if agent == FIRE else 2
 
 
@@ -58,9 +58,9 @@ def destination(building: Building, action: np.ndarray) -> Destination | None:
 
 
 def fire_decision(building: Building, action: np.ndarray) -> Decision:
-    """The fire's action, (3,) normalised, as a floor and metres [D2].
+    """Convert the fire's action, (3,) normalised, to a floor and metres [D2].
 
-    The floor is the share of [-1, 1] that the first number is in, from below.
+    [-1, 1] is cut into one equal share per floor; the first number lies in one of them.
     """
     share = (float(action[0].clip(-1, 1)) + 1) / 2
     floor = min(int(share * building.floors), building.floors - 1)
@@ -68,7 +68,7 @@ def fire_decision(building: Building, action: np.ndarray) -> Decision:
 
 
 def _metres(building: Building, action: np.ndarray) -> tuple[float, float]:
-    """Normalised x and y, cut off at the main body, in metres to DECIMALS."""
+    """Convert normalised x and y, clipped to the main body, to metres with DECIMALS."""
     metres = observations.from_normalised(building, action.clip(-1, 1))
     x, y = metres.astype(np.float64).round(DECIMALS).tolist()
     return x, y
@@ -102,7 +102,7 @@ class AgentFire:
 
 
 def until_next_decision(simulations: Sequence[Simulation]) -> None:
-    """Run the ticks of each up to its next decision or its end, one after the other."""
+    """Run each simulation to its next decision or its end, one after the other."""
     for simulation in simulations:
         for _ in range(simulation.decision_ticks):
             if not simulation.done:
@@ -116,7 +116,7 @@ class Environment:
     agents      who acts at the next step, of possible_agents
 
     An observation has a "vector" (`observations.robot_layout` or `.fire_layout`) and
-    the "grid", both float32.  An action is float32 in [-1, 1], cut off there: a robot's
+    the "grid", both float32.  An action is float32, clipped to [-1, 1]: a robot's
     is (2,) x, y, or all nan to keep the old destination; the fire's is (3,) a floor,
     x, y.  Robots are paid the group's reward, the fire its own [E5] [D6].  An agent's
     info `acts` is 1 if its next action is read and else 0.
@@ -155,8 +155,8 @@ class Environment:
     ) -> tuple[dict[str, Observation], dict[str, dict[str, float]]]:
         """Begin a new episode: observations and infos. Same seed, same episode.
 
-        Without a seed the next one follows from the last that was given, or from
-        nothing. There are no options. Raises ValueError for a negative seed.
+        Without a seed the next one is drawn from the last one given, or at random.
+        There are no options. Raises ValueError for a negative seed.
         """
         if seed is not None and seed < 0:
             raise ValueError(f"a seed is 0 or more, not {seed}")
@@ -170,7 +170,7 @@ class Environment:
         """Take one decision of all agents; play until the next one.
 
         Actions of agents that have left are ignored. Raises ValueError, which names
-        the agent, for an action that is missing or is none, and RuntimeError before
+        the agent, for an action that is missing or invalid, and RuntimeError before
         the first reset.
         """
         self.begin_step(actions)
@@ -198,7 +198,7 @@ class Environment:
                 self._agent_robots.chosen[body] = destination(self.building, action)
 
     def end_step(self) -> Returns:
-        """End a step, played on since `begin_step`: what `step` returns."""
+        """End a step, after the simulation has run on; return what `step` returns."""
         self.decision += 1
         there, events = self.agents, self.simulation.events[self._already :]
         terminations, truncations = self._ends(there)
@@ -233,7 +233,7 @@ class Environment:
         return terminations, dict.fromkeys(agents, done and inside)
 
     def _at_work(self) -> dict[str, bool]:
-        """Has an agent something to do? The fire has, as long as there are people."""
+        """Tell which agents have something to do; the fire always has."""
         robots = observations.robots_at_work(self.simulation.world).tolist()
         return {FIRE: True, **dict(zip(self._robot_agents, robots, strict=False))}
 
@@ -256,7 +256,7 @@ class Environment:
         return {agent: of_fire if agent == FIRE else of_group for agent in agents}
 
     def _infos(self, agents: list[str]) -> dict[str, dict[str, float]]:
-        """Tell whose next action is read: the fire's only at its turn, with sources."""
+        """Tell whose next action is read: the fire's at its turn, with sources left."""
         lit = len(self.simulation.world.flames.sources)
         acts = self._at_work()
         acts[FIRE] = lit < self.scenario.sources and fire_acts(self.decision)

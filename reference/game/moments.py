@@ -1,7 +1,7 @@
-"""Moments and choices: what a side is asked, and what there is to choose among.
+"""Moments and choices: what a side decides upon, and the options it has.
 
 Clauses: C1, C5, C7, D1, D2.  Whoever plays a side, a network or a teacher, decides upon
-a `Moment`; a head that does not draw two floats chooses among `Choices`.
+a `Moment`; a pointer head, not a Gaussian one, chooses among `Choices`.
 
     G   agents of a side;  V  numbers of a vector;  A  numbers of an action
     O   options of an agent;  F  features of an option;  R  robots, the fire's G is 1
@@ -20,11 +20,11 @@ from reference.world import World
 class Moment:
     """What a side has to decide upon in one episode.
 
-    vectors  (G, V) float32, of agents that have left what they saw last
+    vectors  (G, V) float32; for agents that have left, what they saw last
     grid     (channels, height, width) uint8, shared
     alive    (G,) bool, who has not left
     headed   (R, 2) normalised, where robots under way go, nan for the others
-    world    what is observed: not for networks
+    world    what is observed: networks do not read it
     rng      what actions are sampled with; None: the mean or most likely action
     seed     of the episode
     """
@@ -54,7 +54,7 @@ class Choices:
     """What agents choose among.
 
     places       (G, O, A) float32, the action that each option emits, in [-1, 1]
-    features     (G, O, F) float32, about 1
+    features     (G, O, F) float32, of size about 1
     action_mask  (G, O) bool, False for padding; at least one is True in a row
     """
 
@@ -64,9 +64,9 @@ class Choices:
 
 
 class Chooser(Protocol):
-    """Finds, on one map, what there is to choose among.
+    """Finds, on one map, the options of a side's agents.
 
-    features  F, numbers of an option
+    features  F, how many numbers describe an option
     """
 
     features: int

@@ -20,8 +20,8 @@ from reference.paper import Scenario
 from reference.world import World
 
 SENTINEL = (0.0, 0.0, -1.0)
-"""[C1, chosen] who is out or dead, robots whose work is done and fires not yet lit are
-in the middle, one storey below the ground: a place where nothing else can be."""
+"""[C1, chosen] the point of people out or dead, robots whose work is done and fires not
+yet lit: the middle, one storey below the ground, where nothing else can be."""
 
 GRID_KINDS = ("walls", "fires", "exits")
 """[C3, chosen] kinds of channels, in this order; each has one channel per floor."""
@@ -37,7 +37,7 @@ class Part(NamedTuple):
     """Rows of a vector that say the same kind of thing.
 
     rows       what each row says;  unit  of its numbers
-    low, high  what a row's numbers are never below and never above
+    low, high  bounds of a row's numbers
     """
 
     rows: Sequence[str]
@@ -183,7 +183,7 @@ def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
     """(V,) float32: points of all humans, then of all robots, by number [D1].
 
     [D1, chosen] They are normalised here, since Table II does not normalise. scenario:
-    the simulation's own, or one with robots where the world has none: SENTINEL.
+    the simulation's own; robots it has and the world has not are SENTINEL.
     """
     humans, robots = points(world)
     if not len(robots):
@@ -219,10 +219,10 @@ def robots_at_work(world: World) -> np.ndarray:
 
 
 def _nearest_first(world: World, humans: np.ndarray) -> np.ndarray:
-    """(R, n) people in the order in which each robot sees them [C4, chosen].
+    """Sort people for each robot, (R, n) indices [C4, chosen].
 
-    Its own floor, the floors above, whose people will come through, the floors below,
-    each time the next one first; SENTINEL last. Within a floor by distance in metres.
+    First its own floor, then those above, whose people will come through, then those
+    below; nearer floors first, SENTINEL last. Within a floor by distance in metres.
     """
     robots = _robot_points(world)
     off = humans - robots[:, None]
@@ -234,7 +234,7 @@ def _nearest_first(world: World, humans: np.ndarray) -> np.ndarray:
 def headed(world: World) -> np.ndarray:
     """(R, 2) float32 normalised: where robots under way go to, nan for the others.
 
-    Their own last decision, cut off at the main body: said again, it is kept.
+    Their own last decision, clipped to the main body: repeating it keeps it.
     """
     spots = [r.destination if r.way else (np.nan, np.nan) for r in world.robots]
     metres = np.array(spots, dtype=np.float64).reshape(-1, 2)
@@ -272,7 +272,7 @@ def summary(
 
 @lru_cache(maxsize=64)
 def _observer_first(floor: tuple[int, ...]) -> np.ndarray:
-    """(R, R) robots in the order in which each sees them: itself, its team, others."""
+    """Sort robots for each of them, (R, R) indices: itself, its team, others."""
     number = np.arange(len(floor))
     other_floor = np.not_equal.outer(floor, floor)
     not_me = number[:, None] != number

@@ -17,8 +17,8 @@ from reference.paper import (
 def group_reward(events: Iterable[Event]) -> float:
     """Reward of the robots as a group [E5] [F8, chosen].
 
-    Whoever leaves a floor alive pays their remaining health, whoever passes the exit
-    FixReward more, whoever dies costs Fixed Pen.
+    Each human who leaves a floor alive adds their remaining health, each who passes an
+    exit FixReward more; each who dies costs Fixed Pen.
     """
     reward = 0.0
     for event in events:
@@ -33,14 +33,14 @@ def group_reward(events: Iterable[Event]) -> float:
 
 
 def shaping(gone: int, time: float, seconds: float, gamma: float) -> float:
-    """Shape the reward of one decision by a potential: γΦ' − Φ, per unit of it [E3].
+    """Shape one decision's reward by a potential of weight 1: γΦ' − Φ [E3].
 
     gone: people who left or died during the decision, which began at `time` and lasts
     `seconds`; gamma: the discount γ.
 
-    [E3, chosen] Φ = −γ^k·(people inside), k decisions before health ends: the clock's
-    deaths, foreseen. The best policy stays the best (Ng, Harada and Russell 1999), but
-    deaths that only time has caused no longer drown what a decision has.
+    [E3, chosen] Φ = −γ^k·(people inside), k decisions before health ends: the deaths
+    that time alone will cause. The best policy stays the best (Ng, Harada and Russell
+    1999), but these deaths no longer hide the effect of a decision.
     """
     k = max(0.0, (HEALTH_SECONDS - time) / seconds)
     return gone * gamma**k

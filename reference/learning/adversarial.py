@@ -1,7 +1,7 @@
 """The adversarial loop: robots and fire play whole episodes, then each learns.
 
-Clauses: C1, D1, E1, E2, E6.  All of it in one process and without files; the workshop's
-training plays and learns by the same functions, and adds workers and checkpoints.
+Clauses: C1, D1, E1, E2, E6.  It runs in one process and writes no files.  The
+workshop's training uses the same functions and adds workers and checkpoints.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -24,10 +24,10 @@ def adversarial(
     rounds: Iterable[Sequence[int]],
     landmarks: dict[Side, Landmarks] | None = None,
 ) -> Iterator[list[Episode]]:
-    """Play and learn, round after round; give each round's episodes [E6].
+    """Play and learn, round after round; yield each round's episodes [E6].
 
-    plan: the text of a floor file; sides: who plays "robots" and "fire", and learns if
-    it is a learner; rounds: the seeds of each round's episodes.
+    plan: the text of a floor file; sides: who plays "robots" and "fire"; a `Learner`
+    also learns; rounds: the seeds of each round's episodes.
     """
     learners = {s: who for s, who in sides.items() if isinstance(who, Learner)}
     for seeds in rounds:
@@ -46,14 +46,14 @@ def adversarial(
 def learn(
     side: Side, learner: Learner, episodes: Sequence[Episode], critic_only: bool = False
 ) -> Summary:
-    """Add a side's trajectories; update if the buffer is full. What the update says."""
+    """Add a side's trajectories; if the buffer is full, update and summarise."""
     trajectories = (getattr(episode, side) for episode in episodes)
     learner.add([t for t in trajectories if t is not None])
     return learner.update(critic_only) if learner.ready else {}
 
 
 def player_of(learner: Learner, landmarks: Landmarks | None = None) -> Learned:
-    """The policy as it is now: a copy, which later updates do not change."""
+    """Copy the learner's policy; later updates do not change the copy."""
     tensors = learner.actor.state_dict().items()
     weights = {name: tensor.numpy().copy() for name, tensor in tensors}
     return Learned(learner.settings, weights, landmarks)
@@ -67,6 +67,6 @@ def learner_for(
     seed: int,
     landmarks: Landmarks | None = None,
 ) -> Learner:
-    """A side's new learner, by its settings' trainer type."""
+    """Make a side's new learner; `trainer_type` in the settings says which."""
     player = Player(side, building_of(plan), scenario, settings, landmarks)
     return LEARNERS[settings.trainer_type](settings, player.sizes, seed)

@@ -22,17 +22,17 @@ Array = TypeVar("Array", np.ndarray, Tensor)
 
 @dataclass(kw_only=True)
 class GroupDecision(Generic[Array]):
-    """What one side's agents saw and did at one moment; a player makes it.
+    """What one side's agents observed and did at one moment; a player records it.
 
-    A `Trajectory` and the buffer's `Decisions` are the same, stacked: T or N in front.
+    `Trajectory` and the buffer's `Decisions` stack these: T or N is the first axis.
 
     vectors    (G, V) float32, what each agent observes
     grids      (channels, height, width) uint8, shared by the agents
-    alive      (G,) bool, who decides
+    alive      (G,) bool, which agents decide
     actions    (G, K) float32, as a `Policy` stores them
-    shown      (G, E) float32, what a critic is shown of them
-    log_probs  (G, K) float32, when they were taken
-    features   (G, O, F), action_mask (G, O): of a discrete choice, or None
+    shown      (G, E) float32, the actions as a critic sees them
+    log_probs  (G, K) float32, of the actions when they were sampled
+    features   (G, O, F), action_mask (G, O): options of a discrete choice, or None
     """
 
     vectors: Array
@@ -45,7 +45,7 @@ class GroupDecision(Generic[Array]):
     action_mask: Array | None = None
 
     def columns(self) -> Iterator[tuple[str, Array]]:
-        """Name and array of every field that there is."""
+        """Yield the name and array of every field that is not None."""
         for field in fields(self):
             if (value := getattr(self, field.name)) is not None:
                 yield field.name, value
@@ -55,9 +55,9 @@ class GroupDecision(Generic[Array]):
 class Trajectory(GroupDecision[np.ndarray]):
     """One side's decisions in one episode, stacked, and the rewards that followed.
 
-    vectors, grids and alive have T + 1 rows. The last is what was observed after the
-    last decision, of an agent that is done its last observation; alive[T] is who was
-    cut off by time with something left to decide, and is bootstrapped.
+    vectors, grids and alive have T + 1 rows. The last row is observed after the last
+    decision; for an agent that is done, it is its last observation. alive[T] marks
+    agents that time cut off with something left to decide: they are bootstrapped.
 
     rewards  (T,) of the group, or of the only agent; health points
     """
@@ -79,7 +79,7 @@ def trajectory_of(
     rewards: Sequence[float],
     last: dict[str, np.ndarray],
 ) -> Trajectory:
-    """Stack decisions; last: row T of vectors, grids and alive."""
+    """Stack decisions into a trajectory; last: row T of vectors, grids and alive."""
     columns: dict[str, list[np.ndarray]] = {
         name: [getattr(decision, name) for decision in decisions]
         for name, _ in decisions[0].columns()
@@ -92,9 +92,9 @@ def trajectory_of(
 
 @dataclass(kw_only=True)
 class Decisions(GroupDecision[Tensor]):
-    """The buffer's N group decisions, with what they were worth: (N, G) each.
+    """The buffer's N group decisions and their learning targets, (N, G) each.
 
-    baselines are MA-POCA's only, else 0.
+    baselines are 0 without MA-POCA.
     """
 
     values: Tensor
@@ -107,19 +107,19 @@ class Decisions(GroupDecision[Tensor]):
 
     @property
     def options(self) -> Options | None:
-        """What a discrete choice is among, if it has options of its own."""
+        """Options of a discrete choice; None where no options were recorded."""
         if self.features is None or self.action_mask is None:
             return None
         return Options(self.features, self.action_mask)
 
     def rows(self, which: Tensor) -> "Decisions":
-        """Some of them; which: indices."""
+        """Select group decisions by their indices."""
         columns = self.columns()
         return Decisions(**{name: x.index_select(0, which) for name, x in columns})
 
     @staticmethod
     def joined(parts: "Sequence[Decisions]") -> "Decisions":
-        """One after the other."""
+        """Concatenate parts in their order."""
         names = [name for name, _ in parts[0].columns()]
         return Decisions(
             **{name: torch.cat([getattr(p, name) for p in parts]) for name in names}
@@ -127,7 +127,7 @@ class Decisions(GroupDecision[Tensor]):
 
 
 def decisions_of(t: Trajectory) -> Decisions:
-    """A trajectory's decisions, not valued yet: zeros."""
+    """Convert a trajectory to decisions; values, advantages and so on are still 0."""
     seen_and_done = {
         name: torch.from_numpy(array[: len(t)])
         for name, array in t.columns()
@@ -140,10 +140,10 @@ def decisions_of(t: Trajectory) -> Decisions:
 
 
 def segments(alive: np.ndarray, horizon: int) -> Iterator[tuple[int, int, list[int]]]:
-    """First decision, the one after the last, and which agents: trajectories [E3].
+    """Cut each agent's decisions into segments of at most `horizon` [E3].
 
-    alive: (T + 1, G). Each agent's decisions, cut every `horizon` of them; agents that
-    decide from and to the same moment come together.
+    alive: (T + 1, G). Yields a segment's first decision, the one after its last, and
+    all agents that share this segment.
     """
     lives = alive[:-1].sum(axis=0)
     for first in range(0, int(lives.max(initial=0)), horizon):
@@ -154,7 +154,7 @@ def segments(alive: np.ndarray, horizon: int) -> Iterator[tuple[int, int, list[i
 
 
 class Buffer:
-    """Decisions until there are more than `size` steps."""
+    """Collect decisions until there are more than `size` steps."""
 
     def __init__(self, size: int):
         self.size = size
@@ -170,11 +170,11 @@ class Buffer:
         return len(self) > self.size
 
     def add(self, decisions: Decisions) -> None:
-        """Behind what is there."""
+        """Append decisions."""
         self.parts.append(decisions)
 
     def emptied(self) -> Decisions:
-        """All of it; the buffer is empty then."""
+        """Return all decisions and empty the buffer."""
         everything = Decisions.joined(self.parts)
         self.parts = []
         return everything
@@ -183,14 +183,14 @@ class Buffer:
 def minibatches(
     decisions: Decisions, batch_size: int, rng: torch.Generator, epochs: int = 1
 ) -> Iterator[Decisions]:
-    """Shuffled minibatches of whole group decisions, about batch_size steps each.
+    """Shuffle group decisions into minibatches of about batch_size steps each.
 
-    In an epoch as many as there are whole batches of steps; the tail is dropped. The
+    An epoch has as many as there are whole batches of steps; the tail is dropped. The
     original shuffles single agents' rows; for a group of one this is the same [E3,
-    chosen]. A batch smaller than the group still holds one decision of it.
+    chosen]. A batch smaller than the group still holds one group decision.
 
-    Grids become the floats that convolutions want, channels last, all in one place:
-    a minibatch's grids hold until the next one (new memory costs more than the copy).
+    Grids become floats, channels last, for the convolutions. All minibatches reuse one
+    array for them: grids are valid until the next minibatch (allocating costs more).
     """
     steps = int(decisions.alive.sum())
     size = max(1, len(decisions) * batch_size // max(1, steps))

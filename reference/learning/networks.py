@@ -5,7 +5,7 @@ with one difference: whatever the agents of a group share is computed once [E3, 
 
     B    group decisions in a batch;  G  agents of the group;  V  numbers an agent sees
     C    continuous components of an action;  D  discrete branches;  K = C + D
-    H    hidden units;  E  numbers a critic is shown of an action
+    H    hidden units;  E  numbers of an action that a critic sees
     O    options a pointer head chooses among;  F  features of an option
 """
 
@@ -21,11 +21,11 @@ from torch.nn import functional
 
 from reference.learning.settings import TrainerSettings
 
-MOST_DEVIATIONS = 5.0  # [E4] normalised inputs are cut off there
+MOST_DEVIATIONS = 5.0  # [E4] normalised inputs are clipped there
 RELU_GAIN = 1.41  # [E3] of the layer after the convolutions
 MEAN_GAIN, BRANCH_GAIN = 0.2, 0.1  # [E3] a new policy hardly prefers anything
-RAW_LIMIT = 3.0  # [E3] a raw continuous action is cut off there, then divided by it
-REFUSED = -1e9  # the score of an option that is not there
+RAW_LIMIT = 3.0  # [E3] a raw continuous action is clipped to ±this, then divided by it
+REFUSED = -1e9  # the score of a masked option
 
 
 @contextmanager
@@ -46,7 +46,7 @@ class Sizes:
     vector      numbers an agent observes;  grid  (channels, height, width)
     continuous  Gaussian components;  branches  options of each discrete branch
     features    of an option, 0 without a pointer head
-    shown       numbers a critic is shown of an action
+    shown       numbers of an action that a critic sees
     """
 
     vector: int
@@ -59,7 +59,7 @@ class Sizes:
 
 @dataclass(frozen=True)
 class Options:
-    """What a discrete choice is among.
+    """Options of a discrete choice, and which of them are allowed.
 
     features (..., O, F), F = 0 for a Gaussian head;  action_mask (..., O) bool
     """
@@ -97,7 +97,7 @@ class Normaliser(nn.Module):
         self.squares += (before * (x - self.mean)).sum(0)
 
     def forward(self, x: Tensor) -> Tensor:
-        """(..., V) in standard deviations from the mean, at most MOST_DEVIATIONS."""
+        """(..., V) in standard deviations from the mean, cut at ±MOST_DEVIATIONS."""
         deviation = torch.sqrt(self.squares / self.count)
         z = (x - self.mean.to(x.dtype)) / deviation.to(x.dtype)
         return z.clamp(-MOST_DEVIATIONS, MOST_DEVIATIONS)
@@ -126,12 +126,12 @@ class GridEncoder(nn.Module):
 
 
 def images(grids: Tensor, dtype: torch.dtype = torch.float32) -> Tensor:
-    """Grids as convolutions like them best; those that are so already stay as is."""
+    """Convert grids to `dtype` with channels last in memory, if they are not so yet."""
     return grids.to(dtype, memory_format=torch.channels_last)
 
 
 class Encoder(nn.Module):
-    """Vector, normalised or not, and encoded grid side by side [E4]."""
+    """Concatenate the vector, normalised or not, and the encoded grid [E4]."""
 
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
@@ -177,7 +177,7 @@ def layers(size: int, hidden: int, count: int, gain: float = 1.0) -> nn.Sequenti
 
 
 class Body(nn.Module):
-    """Encoder and L layers: the actor's, and with a value head PPO's critic."""
+    """Encoder and `num_layers` layers, for the actor and for PPO's critic."""
 
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
@@ -209,8 +209,8 @@ class Policy:
     ):
         """mean (..., C), log_sigma (C,), and for each branch its logits (..., n).
 
-        keeps: where the first branch takes option 0, the Gaussians' samples are not
-        used, and their probability is none of the action's.
+        keeps: where the first branch takes option 0, "keep", the Gaussians' samples
+        are not used, and their log-probabilities count as 0.
         """
         self.keeps = keeps
         self.gaussian = Normal(
@@ -238,7 +238,7 @@ class Policy:
         return total
 
     def act(self, noise: Tensor | None = None) -> Tensor:
-        """(..., C + D): a sample made from `noise`, or the mean action without it.
+        """Sample actions (..., C + D) with `noise`; without it, the mean or likeliest.
 
         noise: (..., C + sum n): standard normal, then Gumbel numbers for each branch.
         """
@@ -257,8 +257,8 @@ class Policy:
 class GaussianHead(nn.Module):
     """The paper's head: unsquashed Gaussians, and discrete branches [C5] [D2].
 
-    The mean is a linear layer's, log sigma a free vector that begins at 0. With
-    commitment the one branch is: keep the destination under way, or take this one.
+    A linear layer gives the mean; log sigma is a free vector that begins at 0. With
+    commitment there is one branch: keep the current destination, or take the new one.
     """
 
     def __init__(
@@ -277,7 +277,7 @@ class GaussianHead(nn.Module):
         )
 
     def forward(self, x: Tensor, options: Options | None = None) -> Policy:
-        """From the body's (..., H); options: of the only branch, if it has a mask."""
+        """Policy from the body's (..., H); options: mask the only branch, if given."""
         logits = [branch(x) for branch in self.branches]
         if options is not None:
             logits = [_committed(logits[0], options, self.commitment)]
@@ -287,8 +287,8 @@ class GaussianHead(nn.Module):
 class PointerHead(nn.Module):
     """Scores options by one small network that all of them share [C5, chosen].
 
-    The choice is one discrete branch; the option's coordinates are what is emitted.
-    Without context it looks at the options' features alone.
+    The choice is one discrete branch; the chosen option's coordinates are the action.
+    Without context the scores depend on the options' features alone.
     """
 
     def __init__(
@@ -306,7 +306,7 @@ class PointerHead(nn.Module):
         self.score = linear(hidden, 1, BRANCH_GAIN / sqrt(hidden))
 
     def forward(self, x: Tensor | None, options: Options) -> Policy:
-        """From the body's (..., H), None without context, and (..., O, F) features."""
+        """Policy from the body's (..., H), None without context, and the options."""
         both = self.option(options.features)
         if self.context is not None:
             assert x is not None
@@ -317,13 +317,13 @@ class PointerHead(nn.Module):
 
 
 def _committed(logits: Tensor, options: Options, bonus: float) -> Tensor:
-    """Mask options that are not there; the first, "keep", has a bonus [C7, chosen]."""
+    """Mask missing options; give the first, "keep", a bonus [C7, chosen]."""
     keep = torch.arange(logits.shape[-1]) == 0
     return (logits + bonus * keep).masked_fill(~options.action_mask, REFUSED)
 
 
 class Actor(nn.Module):
-    """From what an agent observes to a distribution over its actions."""
+    """Map what an agent observes to a distribution over its actions."""
 
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()

@@ -1,6 +1,6 @@
-"""Players: who decides for a side of an episode, and is recorded.
+"""Players: decide for one side of an episode, and record its decisions.
 
-Clauses: C5, D2, E3.  Both heads end in the environment's action, numbers in [−1, 1].
+Clauses: C5, D2, E3.  Both heads emit the environment's action, numbers in [−1, 1].
 
     S    episodes played at once;  G  agents of a side
     A    numbers of the environment's action;  V, K, E, O, F  as in `networks`
@@ -32,11 +32,11 @@ from reference.paper import Scenario
 AXES = 2  # [C5] [D2] two continuous numbers: x and y
 
 Landmarks = Callable[[Building, Scenario], Chooser]
-"""Makes, for a building, what finds the options of a pointer head."""
+"""Makes a building's `Chooser`, which finds the options of a pointer head."""
 
 
 class Player:
-    """One side's actor, with the map its options are on."""
+    """Decide for one side by its actor network, and record the decisions."""
 
     def __init__(
         self,
@@ -46,7 +46,7 @@ class Player:
         settings: TrainerSettings,
         landmarks: Landmarks | None = None,
     ):
-        """landmarks: what makes a pointer head's options; None for the Gaussian one."""
+        """landmarks: makes a pointer head's options; None for the Gaussian head."""
         self.side, self.building, self.scenario = side, building, scenario
         self.settings = settings
         self.options = landmarks and landmarks(building, scenario)
@@ -55,7 +55,7 @@ class Player:
         self.actor = Actor(self.sizes, settings).eval()
 
     def load(self, weights: dict[str, Any]) -> None:
-        """Take over a learner's weights, tensors or arrays, by name.
+        """Load a learner's weights, tensors or arrays, by name.
 
         Raises RuntimeError for another shape.
         """
@@ -63,7 +63,7 @@ class Player:
         self.actor.load_state_dict(tensors)
 
     def seen(self, moment: Moment) -> np.ndarray:
-        """(G, V) float32: vectors, and what the settings add to them."""
+        """Build the network's input, (G, V) float32: vectors and what settings add."""
         vectors, s = moment.vectors, self.settings
         parts = [vectors]
         if s.summary:
@@ -115,7 +115,7 @@ class Player:
         ]
 
     def _choices(self, moment: Moment) -> Choices | None:
-        """A pointer head's landmarks; for Gaussians "keep", if under way, and "new"."""
+        """Find a pointer's options; for Gaussians "keep", if under way, and "new"."""
         if self.options:
             return self.options(moment)
         if not self.keeps:
@@ -127,9 +127,9 @@ class Player:
     def _emitted(
         self, raw: np.ndarray, moments: Sequence[Moment]
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Gaussians: clamp(a, −3, 3)/3 [E3]; the fire's branch, its floor, first.
+        """Convert Gaussians: clamp(a, −3, 3)/3 [E3]; the fire's floor, a branch, first.
 
-        Also what a critic is shown, the raw numbers; a kept destination in both.
+        Also returns the raw numbers, for the critic. A kept destination replaces both.
         """
         shown = raw[..., :AXES]
         axes = shown.clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT
@@ -142,7 +142,7 @@ class Player:
         return axes, shown
 
     def _sizes(self) -> Sizes:
-        """What networks of this side see and say."""
+        """Compute the input and output sizes of this side's networks."""
         building, scenario, s = self.building, self.scenario, self.settings
         of_robots = self.side == "robots"
         layout = robot_layout if of_robots else fire_layout
@@ -160,7 +160,7 @@ def _stacked(arrays: Sequence[np.ndarray]) -> Tensor:
 
 
 def _noise(moments: Sequence[Moment], policy: Policy) -> Tensor | None:
-    """(S, G, C + sum n), each episode's from its own generator: see `Policy.act`."""
+    """Draw `Policy.act`'s noise (S, G, C + sum n), by each episode's generator."""
     agents, continuous = policy.gaussian.mean.shape[-2:]
     counts = sum(branch.logits.shape[-1] for branch in policy.branches)
     rows = []
@@ -181,9 +181,9 @@ class Recorded(ABC):
 
 @dataclass(frozen=True)
 class Learned(Recorded):
-    """A side that a network plays: its settings, and weights as tensors by name.
+    """A side that a network plays: its settings, and its weights by name.
 
-    landmarks  what makes a pointer head's options; None for the Gaussian one
+    landmarks  makes a pointer head's options; None for the Gaussian head
     """
 
     settings: TrainerSettings
@@ -191,7 +191,7 @@ class Learned(Recorded):
     landmarks: Landmarks | None = None
 
     def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
-        """A network with these weights. Raises RuntimeError for another shape."""
+        """Make a player with these weights. Raises RuntimeError for another shape."""
         player = Player(side, building, scenario, self.settings, self.landmarks)
         player.load(self.weights)
         return player

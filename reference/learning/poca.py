@@ -8,7 +8,7 @@ attention stand below the learner.
     r    reward of the group;  V  value of the group;  b  baseline of one agent
     R    λ-return;  A  advantage, R − b;  γ, λ, ε, β, T, M  as in `ppo`
     B    group decisions in a batch;  G  agents of the group;  H  hidden units
-    f    an agent with its action, g  without: what the attention is about
+    f    an agent with its action;  g  without it: the inputs of the attention
 """
 
 from math import sqrt
@@ -31,7 +31,7 @@ from reference.learning.ppo import Summary, value_loss
 from reference.learning.settings import ATTENTION_HEADS, TrainerSettings
 
 NORM_EPSILON = 1e-5  # [E3] under the root of a layer norm
-POOLING_EPSILON = 1e-7  # [E3] beside the number of live agents
+POOLING_EPSILON = 1e-7  # [E3] added to the number of live agents
 
 # -- Formulas -----------------------------------------------------------------------
 
@@ -41,8 +41,8 @@ def lambda_returns(
 ) -> Tensor:
     """λ-returns of one trajectory, bootstrapped from the group's value [E1] [E5].
 
-    rewards, values: (T, ...); next_value: (...), what follows the last decision, 0
-    where nothing does. Returns (T, ...):
+    rewards, values: (T, ...); next_value: (...), the value after the last decision, 0
+    where nothing follows. Returns (T, ...):
     R_t = r_t + γ((1 − λ)V_t+1 + λR_t+1), and R_T−1 = r_T−1 + γ·next_value.
     """
     returns = torch.empty_like(rewards)
@@ -58,7 +58,7 @@ def baseline_loss(
 ) -> Tensor:
     """Mean max((b − R)², (b_old + clip(b − b_old, ±ε) − R)²) [E3]; all (M,).
 
-    Unlike the value's, it is clipped around the old baseline, with the policy's ε.
+    Unlike the value loss, it is clipped around the old baseline, with the policy's ε.
     """
     change = (baselines - old_baselines).clamp(-epsilon, epsilon)
     clipped = old_baselines + change
@@ -71,7 +71,7 @@ def baseline_loss(
 
 
 class Learner(ppo.Learner):
-    """The robots' trainer: PPO's policy, the group's critic."""
+    """The robots' trainer: PPO's policy loss with the group's critic."""
 
     critic: "GroupCritic"
 
@@ -79,17 +79,17 @@ class Learner(ppo.Learner):
         return GroupCritic(self.sizes, self.settings)
 
     def _values(self, decisions: Decisions) -> tuple[Tensor, Tensor]:
-        """The group's value for each of its agents, and each one's baseline: (T, G)."""
+        """Compute the group's value for each agent, and its baseline: (T, G) each."""
         values, baselines = self.critic.with_baselines(
             decisions.vectors, decisions.grids, decisions.alive, decisions.shown
         )
         return values[:, None].expand_as(baselines).clone(), baselines
 
     def _next_values(self, t: Trajectory, ends: list[int]) -> Tensor:
-        """(len(ends), G): what follows the decisions `ends`, if trajectories end there.
+        """Compute the values after the decisions `ends`: (len(ends), G).
 
-        Posthumous credit [C8]: who is done while mates go on is credited with the
-        group's next value, its own last observation among theirs; 0 if all are done.
+        Posthumous credit [C8]: an agent that is done while mates go on still gets the
+        group's next value, with its own last observation in it; 0 if all are done.
         """
         after = [end + 1 for end in ends]
         values = self.critic(
@@ -137,8 +137,8 @@ class Learner(ppo.Learner):
 class GroupCritic(nn.Module):
     """MA-POCA's critic: one network for the value and all baselines [E1].
 
-    Value: every live agent as g. Baseline of agent j: j as g, its mates as f, so it
-    is the group's value without knowing what j did.
+    For the value, every live agent enters as g. For the baseline of agent j, j enters
+    as g and its mates as f: the group's value without knowing what j did.
     """
 
     most: Tensor
@@ -159,8 +159,7 @@ class GroupCritic(nn.Module):
     def forward(self, vectors: Tensor, grids: Tensor, alive: Tensor) -> Tensor:
         """Values (B,) of groups: (B, G, V), (B, channels, height, width), (B, G) bool.
 
-        What stands in the rows of absent agents does not matter, as long as it is
-        finite.
+        Rows of absent agents have no effect, but must be finite.
         """
         g = self.g(self.encoder(vectors, grids))
         return self._value(self.attention(g, alive), alive)
@@ -170,7 +169,7 @@ class GroupCritic(nn.Module):
     ) -> tuple[Tensor, Tensor]:
         """Values (B,) and baselines (B, G); shown: (B, G, E), what the agents did.
 
-        Where agent j is absent, so is the meaning of its baseline.
+        The baseline of an absent agent means nothing.
         """
         encoded = self.encoder(vectors, grids)
         g = self.g(encoded)
@@ -192,7 +191,7 @@ class GroupCritic(nn.Module):
 
 
 class SelfAttention(nn.Module):
-    """Residual self-attention over a set, pooled to the mean of who is there [E1].
+    """Residual self-attention over a set, pooled to the mean of live agents [E1].
 
     Scores are divided by the root of H, norms have no parameters, and the residual
     adds the normalised input [E3].
@@ -216,11 +215,11 @@ class SelfAttention(nn.Module):
         return self._pooled(attended + x, alive)
 
     def counterfactual(self, f: Tensor, g: Tensor, alive: Tensor) -> Tensor:
-        """(B, G, H): row j is the group with agent j's action taken out.
+        """Attend to the group without agent j's action, in row j: (B, G, H).
 
-        For each agent the set of all with their actions, f, but of that agent what it
-        sees alone, g; through the same attention. To be read: learners compute
-        `counterfactual_at_once`, which a test holds equal to it.
+        Set j has f of every agent but j, and g of j; all sets pass the same attention.
+        This version is for readers: learners compute `counterfactual_at_once`, which a
+        test holds equal to it.
         """
         rows = []
         for j in range(f.shape[1]):
@@ -229,10 +228,10 @@ class SelfAttention(nn.Module):
         return torch.stack(rows, dim=1)
 
     def counterfactual_at_once(self, f: Tensor, g: Tensor, alive: Tensor) -> Tensor:
-        """The same, faster: the sets differ in one entity each, so projections are
-        computed once per entity, scores once per pair, and only the softmax for each j.
+        """Compute `counterfactual` faster: the sets differ in one entity each.
 
-            j  whose action is taken out;  a  who asks;  c  who is asked
+        So project once per entity, score once per pair; only the softmax is for each j.
+            j  whose action is taken out;  a  who asks (query);  c  who is asked (key)
         """
         G = f.shape[1]
         f, g = layer_norm(f), layer_norm(g)
@@ -254,7 +253,7 @@ class SelfAttention(nn.Module):
         return self._pooled(attended + self.out.bias + x, alive)
 
     def _projected(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Queries, keys (B, G, heads, d) and, through `out` already, values.
+        """Compute queries, keys (B, G, heads, d), and values that have passed `out`.
 
         Attention and `out` are both linear in the values, so each head's values may
         pass its part of `out` before they are mixed: (B, G, heads, H).
@@ -267,13 +266,13 @@ class SelfAttention(nn.Module):
 
     @staticmethod
     def _weights(scores: Tensor, alive: Tensor) -> Tensor:
-        """Softmax over the last axis, of those who are there; absent: weight 0."""
+        """Take the softmax over the last axis; absent agents get weight 0."""
         there = alive.view(alive.shape[0], *[1] * (scores.dim() - 2), alive.shape[1])
         return scores.masked_fill(~there, REFUSED).softmax(dim=-1)
 
     @staticmethod
     def _pooled(x: Tensor, alive: Tensor) -> Tensor:
-        """Mean of who is there, rows normalised: (B, ..., G, H) -> (B, ..., H)."""
+        """Average the live agents' normalised rows: (B, ..., G, H) -> (B, ..., H)."""
         n = alive.sum(dim=1, dtype=x.dtype).view(-1, *[1] * (x.dim() - 2))
         there = alive.view(alive.shape[0], *[1] * (x.dim() - 3), -1, 1)
         return (layer_norm(x) * there).sum(dim=-2) / (n + POOLING_EPSILON)

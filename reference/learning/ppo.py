@@ -12,23 +12,23 @@ Deliberate differences from the original, here and in `poca`, all of them [E3, c
 * minibatches shuffle whole group decisions, not single agents' rows, because a group
   is encoded once; mates' targets are alike, so the critic's gradient is noisier
   (6.7 times, measured on one buffer); for the fire there is no difference;
-* normalisers take in all trajectories that arrive together before their values are
-  computed (the original: trajectory by trajectory), with both networks of a side;
+* normalisers, of both networks of a side, take in all trajectories that arrive together
+  before their values are computed (the original: trajectory by trajectory);
 * an agent that finishes early is bootstrapped with what its mates observe after it has
-  gone, and its last decision is valued with what they saw and did just then; the
-  original's mates are one decision old in both;
+  gone, and its last decision is valued with what they saw and did just then; in the
+  original both are one decision older;
 * log-probabilities and entropies are exact; the original adds 1e-7 within logarithms
   and to 2σ², less than 1e-5 of difference for options above 1 % and σ above 0.2;
 * the normaliser's sums are float64, the original's float32;
 * "Losses/Policy Loss" keeps its sign (the original drops it), and "Policy/Entropy" is
-  what the minibatches see (the original: whoever acts);
+  measured on the minibatches (the original: when agents act);
 * value and baseline estimates are means over decisions, in scaled reward (the original:
   means over trajectories of their means);
-* whole rounds arrive before the buffer is asked whether it is full, so an update uses
-  more than the original's: with preset `paper` less than 10 % more;
-* whose time is up is bootstrapped, as in the original, but not a fire that has lit its
-  last source: what it would observe has never been valued, and nothing is left to do;
-* training stops at `max_steps`, the original with the first step beyond;
+* whole rounds arrive before the buffer is checked, so an update uses more steps than
+  the original's: with preset `paper` less than 10 % more;
+* agents cut off by time are bootstrapped, as in the original, but not a fire that has
+  lit its last source: it has nothing left to do, and no value was learned for that;
+* training stops at `max_steps`, the original at the first step beyond;
 * beta_schedule and epsilon_schedule that a file leaves unset are the learning rate's
   (as the original documents; its code has "linear");
 * an episode's length counts the robots' decisions, for the fire too (the original: each
@@ -66,7 +66,7 @@ from reference.learning.settings import TrainerSettings
 LEAST_RATE = 1e-10  # [E3] floors of the linear schedules
 LEAST_EPSILON = 0.1
 LEAST_BETA = 1e-5
-ADVANTAGE_EPSILON = 1e-10  # [E3] beside the standard deviation
+ADVANTAGE_EPSILON = 1e-10  # [E3] added to the standard deviation
 ADAM_EPSILON = 1e-8  # [E3]
 
 Summary = dict[str, float]
@@ -93,8 +93,8 @@ def gae(
 ) -> Tensor:
     """Generalised advantage estimates of one trajectory [E2] [E5].
 
-    rewards, values: (T, ...); next_value: (...), what follows the last decision, 0
-    where nothing does. Returns (T, ...):
+    rewards, values: (T, ...); next_value: (...), the value after the last decision, 0
+    where nothing follows. Returns (T, ...):
     A_t = δ_t + γλ A_t+1 with δ_t = r_t + γ V_t+1 − V_t.
     """
     next_values = torch.cat([values[1:], next_value[None]])
@@ -129,8 +129,8 @@ def policy_loss(
 def value_loss(values: Tensor, returns: Tensor) -> Tensor:
     """Mean (V − R)²; both (M,).
 
-    [E3] ML-Agents clips a value's change, but 0.29.0 reads the old value from the slot
-    of the returns, so that its clip does nothing. A baseline has a slot of its own, see
+    [E3] ML-Agents clips a value's change, but 0.29.0 reads the old value from the
+    field of the returns, so its clip does nothing. A baseline has its own field, see
     `poca.baseline_loss`.
     """
     return (values - returns).square().mean()
@@ -153,7 +153,7 @@ class Critic(nn.Module):
 
 
 class Learner:
-    """One side's trainer: networks, buffer, optimiser and how far it has come."""
+    """One side's trainer: networks, buffer, optimiser and steps so far."""
 
     def __init__(self, settings: TrainerSettings, sizes: Sizes, seed: int):
         self.settings, self.sizes = settings, sizes
@@ -216,14 +216,14 @@ class Learner:
         return decisions
 
     def _values(self, decisions: Decisions) -> tuple[Tensor, Tensor]:
-        """Values (T, G); and baselines, which PPO has none of: zeros."""
+        """Compute values (T, G); and baselines: zeros, since PPO has none."""
         values = self.critic(decisions.vectors, decisions.grids)
         return values, torch.zeros_like(values)
 
     def _next_values(self, t: Trajectory, ends: list[int]) -> Tensor:
-        """(len(ends), G): what follows the decisions `ends`, if trajectories end there.
+        """Compute the values after the decisions `ends`: (len(ends), G).
 
-        0 for who is done; the value of its last observation for who was cut off.
+        0 for agents that are done, the next observation's value for those cut off.
         """
         after = [end + 1 for end in ends]
         values = self.critic(
@@ -244,7 +244,7 @@ class Learner:
     def update(self, critic_only: bool = False) -> Summary:
         """Learn from the whole buffer, `num_epoch` times, and empty it.
 
-        With critic_only the policy stays: after imitation, the critic comes first.
+        With critic_only the policy stays: after imitation, the critic learns first.
         """
         s = self.settings
         buffer = self.buffer.emptied()

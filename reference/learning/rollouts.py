@@ -1,4 +1,4 @@
-"""Rollouts: pure jobs from weights, scenario and seeds to whole episodes.
+"""Rollouts: play whole episodes, given weights, a scenario and seeds.
 
 Clauses: C8, E3, E6.  A job plays its episodes in lockstep, so that one call of
 a network serves all of them; an episode's randomness depends on its own seed alone.
@@ -36,7 +36,7 @@ Advance = Callable[[Sequence[Simulation]], None]
 
 @dataclass(frozen=True)
 class Job:
-    """Episodes to play; robots and fire: who is recorded, or a strategy.
+    """Episodes to play; robots and fire: a side to be recorded, or a strategy.
 
     plan  the text of a floor file
     """
@@ -50,7 +50,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Episode:
-    """One whole episode; no trajectory of a side that a script played.
+    """One whole episode; a side that a script played has no trajectory.
 
     facts  group_reward and fire_reward (health points), survival (share of all),
            evacuated, died, refused, sources, seconds,
@@ -64,7 +64,7 @@ class Episode:
 
 
 def play(job: Job, advance: Advance = until_next_decision) -> list[Episode]:
-    """All episodes of a job, in the order of their seeds."""
+    """Play all episodes of a job; return them in the order of their seeds."""
     building = building_of(job.plan)
     players: dict[Side, Player] = {}
     scripts: list[Any] = []
@@ -94,7 +94,7 @@ def play(job: Job, advance: Advance = until_next_decision) -> list[Episode]:
 
 
 class _Run:
-    """One episode on its way, and its sides' decisions and rewards."""
+    """One running episode, with its sides' decisions and rewards."""
 
     def __init__(
         self, environment: Environment, seed: int, players: dict[Side, Player]
@@ -117,18 +117,18 @@ class _Run:
 
     @property
     def goes_on(self) -> bool:
-        """Somebody is still at work."""
+        """Check whether the episode is still running."""
         return not self.environment.simulation.done
 
     def acts(self, side: Side) -> bool:
-        """Is what this side decides now read?"""
+        """Check whether the environment reads a decision of this side now."""
         return any(map(self._acts, self.agents[side]))
 
     def _acts(self, agent: str) -> bool:
         return agent in self.environment.agents and bool(self.infos[agent]["acts"])
 
     def moment(self, side: Side) -> Moment:
-        """What the side's player is asked."""
+        """Collect what the side's player needs to decide now."""
         world, agents = self.environment.simulation.world, self.agents[side]
         return Moment(
             self.vectors[side].copy(),
@@ -143,13 +143,13 @@ class _Run:
     def choose(
         self, side: Side, actions: np.ndarray, decision: GroupDecision[np.ndarray]
     ) -> None:
-        """Record a decision, not rewarded yet; it is carried out in `act`."""
+        """Record a decision, with no reward yet; `act` carries it out."""
         self.decisions[side].append(decision)
         self.rewards[side].append(0.0)
         self.actions.update(zip(self.agents[side], actions, strict=True))
 
     def act(self) -> None:
-        """Begin a step of the environment with what was chosen."""
+        """Begin a step of the environment with the chosen actions."""
         world = self.environment.simulation.world
         self.before = world.time, sum(world.occupancy)
         actions = {
@@ -160,7 +160,7 @@ class _Run:
         self.actions = {}
 
     def see(self) -> None:
-        """End the step; its rewards belong to the last decision."""
+        """End the step; add its rewards to the last decision."""
         (time, inside), world = self.before, self.environment.simulation.world
         seen, rewards, _, truncations, self.infos = self.environment.end_step()
         self.truncated = any(truncations.values())
@@ -174,12 +174,12 @@ class _Run:
                 self.rewards[side][-1] += rewards[agents[there[0]]] + shaped
 
     def _shaping(self, side: Side, time: float, gone: int) -> float:
-        """What a side's settings add to its reward of the decision since `time`."""
+        """Compute the shaping reward of the decision that began at `time`."""
         s, seconds = self.players[side].settings, self.environment.scenario
         return s.shaping * shaping(gone, time, seconds.decision_seconds, s.gamma)
 
     def episode(self) -> Episode:
-        """All of it, once it is over."""
+        """Make the whole episode, once it is over."""
         sides: dict[str, Trajectory | None] = {"robots": None, "fire": None}
         for side, decisions in self.decisions.items():
             if decisions:
@@ -197,7 +197,7 @@ class _Run:
         return self.truncated and left
 
     def _grid(self, seen: dict[str, dict[str, np.ndarray]]) -> np.ndarray:
-        """Every agent sees the same grid."""
+        """Return the grid, the same for every agent; the last one if none observes."""
         for observation in seen.values():
             return observation["grid"].astype(np.uint8)
         return self.grid
@@ -209,7 +209,7 @@ def _agents(environment: Environment, side: Side) -> list[str]:
 
 
 def _facts(environment: Environment) -> dict[str, float]:
-    """What became of an episode, in numbers."""
+    """Collect the outcome of an episode in numbers."""
     simulation = environment.simulation
     outcome, events = simulation.outcome(), simulation.events
     return {

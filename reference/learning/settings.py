@@ -1,8 +1,8 @@
 """Trainer settings of one side: Table I for the robots, Table II for the fire.
 
 Clauses: E1, E2 (Tables I and II), E3 (what a row means), E4 (networks), E5 (discounts).
-A row here has its name in ML-Agents, its type, its section in ML-Agents' files, and
-what it may be; its value stands in `paper`, or in one of the smaller presets.
+A row here has its name in ML-Agents, its type, its section in ML-Agents' files, and its
+allowed values; its value stands in `paper`, or in one of the smaller presets.
 """
 
 import math
@@ -22,19 +22,19 @@ ATTENTION_HEADS = 4
 """[E3] of MA-POCA's critic: its width, `hidden_units`, is divided among them."""
 
 REWARD_SCALE = 0.001
-"""[E3, chosen] an episode is worth thousands of health points; returns of order one
-are learnt, since the baseline's clip (epsilon) is in units of return."""
+"""[E3, chosen] an episode is worth thousands of health points; scaled returns are of
+order one, since the baseline's clip (epsilon) is in units of return."""
 
 HYPER, NETWORK = ("hyperparameters",), ("network_settings",)
 REWARD = ("reward_signals", "extrinsic")
-ABOVE_0 = math.ulp(0.0)  # the least number that is
-LARGEST = 2.0**64  # no number of a file is larger: arithmetic would overflow
+ABOVE_0 = math.ulp(0.0)  # the smallest number above 0
+LARGEST = 2.0**64  # limit of numbers in files: larger ones would overflow
 
 
 class Row(NamedTuple):
-    """What a setting may be: one of the choices, or a number from low to high.
+    """Allowed values of a setting: one of the choices, or a number from low to high.
 
-    section  of ML-Agents' files, () a behaviour itself, None: not ML-Agents' but ours
+    section  in ML-Agents' files; () the behaviour itself, None: a setting of our own
     """
 
     section: tuple[str, ...] | None = ()
@@ -50,21 +50,21 @@ Schedule = Annotated[str, Row(HYPER, ("linear", "constant"))]  # to a floor at m
 
 @dataclass(frozen=True)
 class TrainerSettings:
-    """One table. Steps are decisions of one agent. Raises SettingsError.
+    """One side's table; a step is one agent's decision. Raises SettingsError.
 
-    head          ours: the paper's two floats, drawn from a Gaussian, or a "pointer"
-                  that scores landmarks, the floats are the chosen one's
-    context       ours: a pointer looks at the observation, too, not at options alone;
+    head          ours: "gaussian" draws the paper's two floats; "pointer" scores
+                  landmarks and emits the two floats of the chosen one
+    context       ours: a pointer also sees the observation, not the options alone;
                   critics and Gaussians always do
-    reward_scale  ours: what rewards are multiplied with before they are learnt
+    reward_scale  ours: factor on rewards before anything is learned from them
 
     The robots' own, all 0 or false in Table I [C7, E3, chosen]:
 
-    commitment    logit bonus of "keep the destination under way", an option of its own:
-                  a new policy would else turn round before it is anywhere
+    commitment    logit bonus of the extra option "keep the current destination";
+                  without it a new policy would turn round before it arrives anywhere
     shaping       health points per human inside, of the potential that takes the clock
                   out of the reward, see `game.rewards.shaping`
-    summary       who looks at the observation is given counts that it implies, too
+    summary       add to the observation counts that it implies
     own_state     ... and where each robot is headed
     """
 
@@ -146,9 +146,9 @@ def check_rows(record: object) -> None:
 
 
 def check_type(name: str, value: object, kind: Any) -> None:
-    """Raises SettingsError unless a value is of a kind; true is no number, nor is nan.
+    """Raise SettingsError unless a value is of a kind; true and nan are not numbers.
 
-    A whole number is a real one too.
+    A whole number counts as a float too.
     """
     fits = isinstance(value, int | float if kind is float else kind)
     odd = isinstance(value, bool) != (kind is bool)
@@ -167,6 +167,6 @@ def unknown(name: object, known: Iterable[str]) -> str:
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
-    """Name the closest of the known in a question; nothing where none is close."""
+    """Suggest the closest known name in a question; empty where none is close."""
     close = get_close_matches(str(name).lower(), list(known), 1)
     return f" Did you mean '{close[0]}'?" if close else ""

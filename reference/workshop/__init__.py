@@ -1,1 +1,1 @@
-"""The workshop: what makes the book practical; no chapter of it imports this."""
+"""The workshop: tools around the book; no chapter of the book imports them."""

@@ -1,8 +1,8 @@
-"""How fast it runs: the world, rollouts in it, and what learns from them.
+"""Measure the speed of the simulation, of rollouts and of the learners.
 
-Clauses: B8, E1, E2, E3.  Everything on, sight and minds and robots and fire, beside the
-bare crowd of `motion`: compare the two, not machines.  Learners use all cores, the rest
-one; their sizes are the paper's, minibatches of about 1024 decisions.
+Clauses: B8, E1, E2, E3.  The whole simulation (sight, minds, robots, fire) is timed
+beside the bare crowd of `motion`: compare the two, not machines.  Learners use all
+cores, the rest one; their sizes are the paper's, minibatches of about 1024 decisions.
 
     N  group decisions of a buffer;  G  agents
 """
@@ -39,15 +39,15 @@ CASES = {
     "400": (10 * PEOPLE, 20.0),
     "40_whole": (PEOPLE, Scenario.time_limit),
 }
-"""People, and seconds at which the clock stops; everybody is inside in the first 20."""
+"""People, and seconds after which a run stops; in the first 20 everybody is inside."""
 
 BATCHES = 4  # minibatches of a measured update
 EPISODES = 16  # in lockstep, in one process with one thread
-ROLLOUTS = ("paper", "laptop")  # presets: Gaussian heads, and the pointer heads of most
+ROLLOUTS = ("paper", "laptop")  # presets: Gaussian heads, and pointer heads
 
 
 def measure(name: str, seed: int) -> dict[str, Any]:
-    """Measure a building: all figures, medians over RUNS seeds from this one on.
+    """Measure a building; speeds are medians over RUNS seeds from this one on.
 
     Raises ValueError for more people than fit, and what reading a map raises.
     """
@@ -81,7 +81,7 @@ def measure(name: str, seed: int) -> dict[str, Any]:
 
 
 def table(title: str, facts: dict[str, Any]) -> str:
-    """Lay out the figures for people."""
+    """Format the figures as text."""
     last, bodies = facts["seed"] + RUNS - 1, facts["bare_step"]
     lines = [
         f"{title}, one core, median of seeds {facts['seed']} to {last}",
@@ -119,7 +119,7 @@ def _speed(simulation: Simulation, seconds: float) -> float:
 
 
 def _bare_speed(simulation: Simulation, seconds: float) -> float:
-    """The same for bodies alone: everybody walks to where somebody else began."""
+    """Measure bodies alone: everybody walks to where somebody else began."""
     bodies, tick = simulation.world.bodies, simulation.tick
     position, floor, navigation = bodies.position, bodies.floor, simulation.navigation
 
@@ -148,10 +148,10 @@ def _learners(name: str, building: Building, seed: int) -> dict[Side, Learner]:
 
 
 def _decisions_per_second(name: str, building: Building, seed: int) -> float:
-    """Robot decisions of rollouts per second and core, as trainings with a preset go.
+    """Measure robot decisions per second and core in rollouts of a preset's training.
 
-    The world, the observations, landmarks and the networks of both sides; new ones,
-    which are in no hurry to end an episode.
+    They include the world, observations, landmarks and both sides' networks. These
+    are untrained, so that episodes last long.
     """
     sides: dict[str, Any] = {
         side: player_of(learner, landmarks_for(side, learner.settings))
@@ -168,7 +168,7 @@ def _decisions_per_second(name: str, building: Building, seed: int) -> float:
 
 
 def _samples_per_second(side: Side, learner: Learner, building: Building) -> float:
-    """Agent-decisions that one epoch takes in per second, on all cores."""
+    """Measure the agent-decisions an epoch learns from per second, on all cores."""
     trainer, team = learner.settings, preset("paper").scenario.robots_per_floor
     agents = team * building.floors if side == "robots" else 1
     made_up = _decisions(learner, BATCHES * trainer.batch_size // agents + 1, agents)
@@ -182,7 +182,7 @@ def _samples_per_second(side: Side, learner: Learner, building: Building) -> flo
 
 
 def _decisions(learner: Learner, N: int, G: int) -> Decisions:
-    """Made-up experience of the right shapes; everybody is there."""
+    """Make random experience of the right shapes; all agents are alive."""
     sizes, rng = learner.sizes, learner.rng
 
     def normal(*shape: int) -> torch.Tensor:

@@ -1,7 +1,7 @@
-"""Observations decoded: from vectors back to points, from the grid to burning cells.
+"""Decode observations: vectors into points, and the grid into burning cells.
 
-Clauses: C1, C3, D1.  Landmarks and pictures are made from what agents are told, not
-from the world.
+Clauses: C1, C3, D1.  Landmarks and pictures are made from observations, not from the
+world.
 """
 
 from dataclasses import dataclass
@@ -22,10 +22,10 @@ from reference.paper import Scenario
 
 @dataclass(frozen=True)
 class Scene:
-    """What a vector says, in metres and storeys; gone ones are rows of SENTINEL.
+    """A decoded vector, in metres and storeys; the gone are rows of SENTINEL.
 
     humans (..., n, 3);  robots (..., R, 3);  fires (..., F, 3);  time (...) s
-    The fire agent is told neither fires, F = 0, nor the time, nan.
+    The fire agent observes neither fires (F = 0) nor the time (nan).
     """
 
     humans: np.ndarray
@@ -35,7 +35,7 @@ class Scene:
 
 
 def decode(vectors: np.ndarray, building: Building, scenario: Scenario) -> Scene:
-    """Read robots' vectors, (..., V)."""
+    """Decode robots' vectors, (..., V)."""
     layout = robot_layout(building, scenario)
     return Scene(
         humans=layout.read(vectors, "humans"),
@@ -46,7 +46,7 @@ def decode(vectors: np.ndarray, building: Building, scenario: Scenario) -> Scene
 
 
 def decode_fire(vectors: np.ndarray, building: Building, scenario: Scenario) -> Scene:
-    """Read the fire's vectors, (..., V)."""
+    """Decode the fire's vectors, (..., V)."""
     layout, batch = fire_layout(building, scenario), vectors.shape[:-1]
     humans, robots = (
         from_normalised(building, layout.read(vectors, name))
@@ -59,7 +59,7 @@ def decode_fire(vectors: np.ndarray, building: Building, scenario: Scenario) -> 
 
 
 def burning(cells: np.ndarray, building: Building) -> np.ndarray:
-    """(floors, rows, cols) bool, which cells of the building a grid shows in flames."""
+    """Mark the cells that a grid shows in flames: (floors, rows, cols) bool."""
     everywhere = np.zeros(building.kind.shape, dtype=bool)
     main_body(everywhere, building)[:] = channels(cells, building, "fires")
     return everywhere

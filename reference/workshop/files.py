@@ -1,6 +1,6 @@
-"""Files, tables and folders: read at most so much, write whole or not at all.
+"""Read files up to a size; write files, tables and folders whole or not at all.
 
-Whatever ends a program early, nothing half-written takes the place of what was there.
+Whatever ends a program early, nothing half-written replaces what was there.
 """
 
 import csv
@@ -19,7 +19,7 @@ from reference.paper import InputError
 
 @contextmanager
 def _explained(path: Path, what: str) -> Iterator[None]:
-    """Put the system's errors into words for people; others are in words already."""
+    """Reword the system's errors for people; others have such words already."""
     try:
         yield
     except OSError as error:
@@ -37,9 +37,9 @@ UNMADE = "cannot be made ({}). Name another folder."
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """A partial file beside the path that takes its place when the block is done.
+    """Yield a partial file that replaces the path when the block is done.
 
-    Whatever ends the block early, Ctrl-C too, takes the partial file with it.
+    If the block ends early, even by Ctrl-C, the partial file is removed.
     """
     partial = path.with_name(f".{path.stem}-{os.getpid()}-part{path.suffix}")
     try:
@@ -52,7 +52,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def write_whole(path: Path, content: bytes | memoryview) -> None:
-    """Write beside the file, down to the disk, then take its place at once."""
+    """Write a partial file, flush it to disk, then replace the file at once."""
     with replacing(path) as partial, partial.open("wb") as file:
         file.write(content)
         file.flush()
@@ -67,10 +67,10 @@ def make_folder(folder: Path) -> None:
 
 @contextmanager
 def making_folder(folder: Path) -> Iterator[Path]:
-    """A partial folder that becomes the folder, new or empty, when the block is done.
+    """Yield a partial folder that becomes the folder, new or empty, after the block.
 
-    Whatever ends the block early takes the partial folder with it. Raises OSError with
-    a message for people.
+    If the block ends early, the partial folder is removed. Raises OSError with a
+    message for people.
     """
     whole = folder.resolve()
     partial = whole.with_name(f".{whole.name}-{os.getpid()}-part")
@@ -85,7 +85,7 @@ def making_folder(folder: Path) -> Iterator[Path]:
 
 @contextmanager
 def about(path: Path) -> Iterator[None]:
-    """Name a file in what is said, as an InputError, of its content."""
+    """Turn errors about a file's content into InputErrors that name the file."""
     try:
         yield
     except (InputError, OSError) as error:
@@ -93,7 +93,7 @@ def about(path: Path) -> Iterator[None]:
 
 
 def told(error: Exception) -> str:
-    """Put an error into words for people; the system's own ones with their file."""
+    """Put an error into words for people; system errors name their file."""
     if not isinstance(error, OSError) or error.strerror is None:
         return str(error)
     where = f"{error.filename}: " if error.filename else ""
@@ -101,13 +101,13 @@ def told(error: Exception) -> str:
 
 
 def refuse_no_file(path: Path) -> None:
-    """Raises InputError for a device or a pipe, which may never end, and a folder."""
+    """Raise InputError for a folder, and for a device or pipe, which may never end."""
     if path.exists() and not path.is_file():
         raise InputError(f"{path}: is a folder, a device or a pipe. Name a file.")
 
 
 def read_text(path: Path, most: int = 1 << 22, errors: str = "strict") -> str:
-    """Read a text of at most so many bytes. Raises ValueError, OSError."""
+    """Read a text of at most `most` bytes. Raises ValueError, OSError."""
     refuse_no_file(path)
     with path.open("rb") as file:
         content = file.read(most + 1)
@@ -142,12 +142,12 @@ LARGEST_TABLE = 1 << 28  # bytes
 
 
 class Table:
-    """A CSV file that rows are added to; what a row has no value for stays empty."""
+    """A CSV file to which rows are appended; missing values stay empty."""
 
     def __init__(
         self, path: Path, columns: Sequence[str], rows: Iterable[Mapping[str, Any]]
     ):
-        """Begin it with these rows and no others, all at once. Raises OSError."""
+        """Write the file anew, whole, with these rows. Raises OSError."""
         self.path, self.columns = path, columns
         header = dict(zip(columns, columns, strict=True))
         write_whole(path, self._text([header, *rows]))
@@ -172,10 +172,10 @@ class Table:
 def read_table(
     path: Path, columns: Sequence[str], made: Callable[[dict[str, str]], Made]
 ) -> list[Made]:
-    """What is made of the whole rows of a `Table`; none where there is no file.
+    """Read the rows of a `Table` through `made`; none where there is no file.
 
-    A last row without its end is dropped. Raises ValueError for a file that holds
-    anything else, OSError for one that cannot be read.
+    An unfinished last row is dropped. Raises ValueError for a file that holds anything
+    else, OSError for one that cannot be read.
     """
     if not path.exists():
         return []
@@ -194,7 +194,7 @@ def read_table(
 
 
 def number(cell: str) -> float:
-    """Read a cell's number. Raises ValueError for one that is not finite or absurd."""
+    """Read a cell's number. Raises ValueError if it is not finite or absurdly large."""
     if not abs(value := float(cell)) <= LARGEST:
         raise InputError(f"{cell:.40} is no number of a run")
     return value

@@ -2,7 +2,7 @@
 
 Clauses: A5, A7, B3, B7, C7.  The people of all worlds are one crowd in shared arrays,
 so that one look-up serves them all; minds, robots' ways, flames and events stay with
-the single simulations, whose results this equals to the last bit.
+each simulation.  Results equal those of running each alone, to the last bit.
 
     K   worlds;  n  people and R robots of each
     i   a row of the crowd: n times the number of a world + a person's own number
@@ -24,11 +24,11 @@ from reference.simulation import Simulation, Touched, Watcher
 from reference.world import Bodies, Robot, World
 
 CERTAIN = 1e-6
-"""Metres within which sums in another order agree: what is closer is asked again."""
+"""Metres by which sums in another order may differ: closer cases are asked again."""
 
 
 def together(runs: Sequence[Simulation]) -> None:
-    """Run simulations to their next decision or their end, those alike in lockstep."""
+    """Run simulations to their next decision or end, in lockstep where they match."""
     alike = defaultdict(list)
     for run in runs:
         if not run.done:
@@ -47,10 +47,10 @@ def to_the_end(runs: Sequence[Simulation]) -> None:
 
 
 class Crowd(Simulation):
-    """Simulations of one building, scenario and time as one with the people of all."""
+    """Simulations of one building, scenario and time, run as one with all people."""
 
     def __init__(self, runs: Sequence[Simulation]):
-        """runs: from now on their bodies are parts of this one's."""
+        """runs: their bodies become views of this one's arrays."""
         self.__dict__.update(vars(runs[0]))  # the building, its tables and the clock
         self.runs, self.n = runs, len(self._due)
         self.worlds = worlds = [run.world for run in runs]
@@ -76,11 +76,11 @@ class Crowd(Simulation):
 
     @property
     def done(self) -> bool:
-        """All of them are."""
+        """Whether all simulations are done."""
         return all(run.done for run in self.runs)
 
     def step(self) -> list[Event]:
-        """Run one tick of all that are not done; events go to their own simulations."""
+        """Run one tick of all that are not done; each keeps its own events."""
         going = [run for run in self.runs if not run.done]
         for run in going:
             if run._fire_turn and isinstance(run.fire_strategy, Watcher):
@@ -107,10 +107,10 @@ class Crowd(Simulation):
         self._settle(touched)
         return []
 
-    # -- Of all at once what a simulation does for one world ------------------------
+    # -- What a simulation does for one world, for all at once ----------------------
 
     def _may_wait(self) -> set[int]:
-        """Robots, by id, whose followers may be too far behind."""
+        """Find robots, by id, whose followers may be too far behind."""
         bodies, robots = self.world.bodies, self.world.robots
         i = np.flatnonzero(bodies.leader >= self.n)
         if not len(i):
@@ -173,12 +173,12 @@ class Crowd(Simulation):
             run._fill_doors(own)
 
     def _by_world(self, touched: Touched) -> Iterator[tuple[Simulation, Touched]]:
-        """Split by worlds, with people's own numbers; only worlds with any."""
+        """Split by world, with each world's own numbers; skip worlds without any."""
         for k, some in groupby(touched, lambda one: one[0] // self.n):
             yield self.runs[k], [(i - k * self.n, before) for i, before in some]
 
     def _follow(self, one: Simulation) -> None:
-        """Take over the clock, and flames that have moved."""
+        """Copy the clock, and flames that have changed."""
         self.ticks, self.world.time = one.ticks, one.world.time
         for k, run in enumerate(self.runs):
             if run._surroundings is not self._around[k]:
@@ -207,7 +207,7 @@ class Crowd(Simulation):
 
 
 class _KnowsWhoWaits(RobotAlgorithm):
-    """Algorithm 3 that asks only robots which may have to wait whether they do."""
+    """Algorithm 3 that checks only those robots that may have to wait."""
 
     def __init__(self, may_wait: set[int]):
         self.may_wait = may_wait

@@ -1,4 +1,4 @@
-"""Records from plain data: what JSON, YAML or a checkpoint holds, checked by its types.
+"""Build records from plain data (JSON, YAML, checkpoints), checked by their types.
 
 Clauses: E1, E2 (a training's settings are such records).  `files` reads the data.
 """
@@ -15,9 +15,9 @@ Record = TypeVar("Record")
 
 
 def record_from(kind: type[Record], plain: Any, where: str) -> Record:
-    """Build a record from a mapping: records in it from mappings, tuples from lists.
+    """Build a record from a mapping; nested records from mappings, tuples from lists.
 
-    where  it stands, for messages. Raises SettingsError for unknown, missing or
+    where  the data stand, for messages. Raises SettingsError for unknown, missing or
     invalid rows.
     """
     rows, known = mapping(plain, where), rows_of(kind)
@@ -35,7 +35,7 @@ def record_from(kind: type[Record], plain: Any, where: str) -> Record:
 
 
 def checked(name: str, value: Any, hint: Any) -> Any:
-    """The value of a row as its type hint has it. Raises SettingsError for others."""
+    """Convert a row's value to its type hint. Raises SettingsError if it misfits."""
     kind, parts = get_origin(hint) or hint, get_args(hint)
     if kind is Any:
         return value
@@ -55,7 +55,7 @@ def checked(name: str, value: Any, hint: Any) -> Any:
 
 
 def mapping(value: Any, where: str) -> dict[str, Any]:
-    """Check that a value is a mapping; nothing at all stands for an empty one."""
+    """Check that a value is a mapping; None stands for an empty one."""
     if not isinstance(value, Mapping | None):
         raise SettingsError(
             f"{where}: this must be `key: value` lines, not {value!r:.60}"

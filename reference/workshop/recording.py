@@ -1,7 +1,7 @@
-"""Recordings that others can read: trajectories of an evacuation, one file per floor.
+"""Record trajectories of an evacuation for other programs, one file per floor.
 
-Clauses: A7, A8.  The files are JuPedSim's, SQLite in version 2, which PedPy loads. Who
-is on the stairs is on no floor; robots, which hinder nobody, are left out. A row of
+Clauses: A7, A8.  The format is JuPedSim's SQLite, version 2, which PedPy loads. People
+on stairs are on no floor; robots, which hinder nobody, are left out. A row of
 `trajectory_data`:
 
     frame          ticks since the beginning
@@ -9,11 +9,11 @@ is on the stairs is on no floor; robots, which hinder nobody, are left out. A ro
     pos_x, pos_y   metres, as everywhere [A8]
     ori_x, ori_y   unit vector last walked along; 0, 0 before the first step
     mode           0 follows, 1 leads [B4]
-    leader         body followed, -1 for nobody; robots count on after the people
+    leader         body followed, -1 for nobody; robots are numbered after people
     health         100 at the start, 0 for the dead [B7]
 
-Whoever comes upon an exit, or an entrance of stairs down, has that position and one
-more, a step on in the same cell: PedPy counts who crosses a line if a row follows.
+People who reach an exit, or an entrance of stairs down, get that position and one more,
+a step on in the same cell: PedPy counts who crosses a line if a row follows.
 """
 
 import sqlite3
@@ -43,14 +43,14 @@ CREATE INDEX frame_id_idx ON trajectory_data (frame, id);
 """
 HAIR = 1e-6  # metres from a cell's edge
 EDGES = ((0, 0, 1, 0), (1, 0, 0, 1), (1, 1, -1, 0), (0, 1, 0, -1))
-"""Of a cell, anticlockwise: from which corner, and in which direction (dx, dy)."""
+"""A cell's edges, anticlockwise: starting corner (x, y) and direction (dx, dy)."""
 
 
 def record(simulation: Simulation, folder: Path) -> Outcome:
     """Run a simulation to its end and write floor-1.sqlite, floor-2.sqlite, ...
 
-    All files are written, or nothing. Raises RunError for a folder with something in
-    it, OSError for one that cannot be written.
+    Writes all files or none. Raises RunError for a folder that is not empty, OSError
+    for one that cannot be written.
     """
     refuse_used(folder, "Name another folder.")
     with making_folder(folder) as partial:
@@ -62,7 +62,7 @@ def record(simulation: Simulation, folder: Path) -> Outcome:
 
 
 def _frames(simulation: Simulation) -> Iterator[np.ndarray]:
-    """Run to the end; tick by tick rows (k, 10), the floor first."""
+    """Run to the end; yield rows (k, 10) for each tick, floor in the first column."""
     bodies = simulation.world.bodies
     position, heading = bodies.position.copy(), np.zeros_like(bodies.position)
     yield _rows(bodies, np.flatnonzero(bodies.walking), 0, position, heading)
@@ -86,14 +86,14 @@ def _frames(simulation: Simulation) -> Iterator[np.ndarray]:
 def _rows(
     bodies: Bodies, who: np.ndarray, frame: int, position: np.ndarray, ori: np.ndarray
 ) -> np.ndarray:
-    """Rows (k, 10) of these people; position, ori: (n, 2) of everybody."""
+    """Build rows (k, 10) of these people; position, ori: (n, 2) of everybody."""
     columns = position, ori, bodies.mode, bodies.leader, bodies.health
     first = bodies.floor[who], np.full(len(who), frame), who
     return np.column_stack([*first, *(column[who] for column in columns)])
 
 
 def _file(simulation: Simulation, floor: int, rows: np.ndarray) -> bytes:
-    """The content of the file of one floor; rows: (k, 9) as in `trajectory_data`."""
+    """Make the content of one floor's file; rows: (k, 9) as in `trajectory_data`."""
     facts = [("version", "2"), ("fps", str(1 / simulation.tick))]
     areas = enumerate(walkable_areas(simulation.building, floor))
     frames = ((frame, 0) for frame in range(simulation.ticks + 2))
@@ -110,9 +110,9 @@ def _file(simulation: Simulation, floor: int, rows: np.ndarray) -> bytes:
 
 
 def walkable_areas(building: Building, floor: int) -> list[str]:
-    """Where bodies may stand, doors open, as polygons with holes, well-known text [A7].
+    """Outline where bodies may stand, doors open: polygons in well-known text [A7].
 
-    One for each part that people cannot walk out of; PedPy's area is one polygon.
+    One, with holes, for each connected part; PedPy's area is one polygon.
     """
     parts, count = label(building.walkable[floor])
     top, left = building.origin
@@ -125,10 +125,10 @@ def walkable_areas(building: Building, floor: int) -> list[str]:
 
 
 def _rings(cells: set[tuple[int, int]]) -> list[list[tuple[int, int]]]:
-    """Corners (x, y) of the outline of one part, then of its holes, metres.
+    """List the corners (x, y) of one part's outline, then of its holes, metres.
 
-    cells: (x, y) of their lower left corners. The part stays on the left. Where two
-    walls meet at a corner, the way goes on along the same wall: no ring meets itself.
+    cells: (x, y) of their lower left corners. Rings keep the part on their left. Where
+    two walls meet at a corner, a ring follows the same wall: no ring meets itself.
     """
     edges = {
         (x + right, y + up, dx, dy)

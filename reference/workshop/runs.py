@@ -1,6 +1,6 @@
-"""Runs in folders, trainings and evaluations alike: begin one, or go on with it.
+"""Begin or resume runs in folders, trainings and evaluations alike.
 
-Whoever goes on may ask for nothing else than what was begun, with the same version.
+A resumed run must keep the version and the options it was begun with.
 """
 
 import os
@@ -21,7 +21,7 @@ except ImportError:  # no POSIX: nothing is locked
 
 
 class RunError(InputError):
-    """A run that can neither begin nor go on; one message for people."""
+    """A run that can neither begin nor resume; one message for people."""
 
 
 class ContradictionError(RunError):
@@ -30,17 +30,17 @@ class ContradictionError(RunError):
 
 Started = TypeVar("Started")
 OR_RESUME = "Name another folder, or add --resume to go on with what is in it."
-LOCK = ".lock"  # in a run's folder as long as it goes on; its text is the process
+LOCK = ".lock"  # in a run's folder while it runs; holds the process id
 
 
 @contextmanager
 def held(
     folder: Path | None, resume: bool, start: Callable[[], Started]
 ) -> Iterator[Started]:
-    """Start a run and hold its folder, if any, until the block ends.
+    """Start a run and lock its folder, if any, until the block ends.
 
-    Raises RunError where another process holds the folder, OSError where it cannot be
-    made; nothing is made where `start` refuses.
+    Raises RunError if another process holds the lock, OSError if the folder cannot be
+    made; nothing is made if `start` raises.
     """
     if folder is None:
         yield start()
@@ -57,9 +57,9 @@ def held(
 
 @contextmanager
 def _lock(folder: Path, ours: bool = False) -> Iterator[None]:
-    """Lock a folder; the lock ends with the process, also with one that is killed.
+    """Lock a folder; the lock ends with the process, even if it is killed.
 
-    ours: this run has made it, and takes it away if nothing was written.
+    ours: this run has made the folder, and removes it if nothing was written.
     """
     if fcntl is None:
         yield
@@ -90,7 +90,7 @@ def _lock(folder: Path, ours: bool = False) -> Iterator[None]:
 
 
 def refuse_used(folder: Path, instead: str = OR_RESUME) -> None:
-    """Raises RunError for a folder with something in it: a new run needs its own."""
+    """Raise RunError for a folder that is not empty: a new run needs its own."""
     if folder.exists() and not folder.is_dir():
         raise RunError(f"{folder}: is a file. Name a folder.")
     if folder.exists() and any(path.name != LOCK for path in folder.iterdir()):
@@ -98,7 +98,7 @@ def refuse_used(folder: Path, instead: str = OR_RESUME) -> None:
 
 
 def refuse_version(path: Path, version: object, game: object = reference.GAME) -> None:
-    """Raises RunError for what another version wrote, or one with another game."""
+    """Raise RunError for what another version, or another game, wrote."""
     if (version, game) != (reference.__version__, reference.GAME):
         raise RunError(
             f"{path}: was written by version {version!s:.40} of game {game!s:.40}, "
@@ -109,7 +109,7 @@ def refuse_version(path: Path, version: object, game: object = reference.GAME) -
 
 
 def refuse_contradictions(run: str, asked: Iterable[tuple[str, Any, Any]]) -> None:
-    """Raises ContradictionError for the first thing that is not as it was begun.
+    """Raise ContradictionError for the first option that differs from the run's.
 
     run    such as "the training in out"
     asked  option, what was asked for (None: nothing), and what the run has

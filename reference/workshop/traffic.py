@@ -1,4 +1,4 @@
-"""Traffic: who comes past where on the cheapest way to the outside.
+"""Traffic: how many people pass each place on their cheapest ways outside.
 
 Clauses: A3, A7.
 
@@ -15,10 +15,10 @@ from reference.navigation import Navigation, navigation_of
 
 
 class Traffic(NamedTuple):
-    """Who comes past each place, (places,) each.
+    """How many people pass each place; arrays (places,).
 
     cross, come  people of this floor, and from above
-    ahead        metres they have to go till there, summed
+    ahead        metres they walk to get there, summed
     out          metres to the cheapest way out of the floor, inf where there is none
     """
 
@@ -35,7 +35,7 @@ def traffic(
 
     walking  (n,) places of people on floors
     stairs   (m,) stairwells of people on stairs
-    cost     metres that a metre counts as, (floors, rows, cols)
+    cost     of a metre, in metres, (floors, rows, cols)
     """
     nav, wells = navigation_of(building), _wells(building)
     feet = stairwell_feet(building)
@@ -58,7 +58,7 @@ def traffic(
 
 
 def walk(nav: Navigation, p: int, landmark: int) -> list[int]:
-    """List the places one walks over from p to a landmark, p left out."""
+    """List the places on the way from p to a landmark, without p."""
     chain: list[int] = []
     while 0 < nav.distance[landmark, p] < np.inf:
         waypoint = int(nav.waypoint[landmark, p])
@@ -70,10 +70,10 @@ def walk(nav: Navigation, p: int, landmark: int) -> list[int]:
 def ways_outside(
     building: Building, cost: np.ndarray | None, storey: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Count what it costs to leave by each landmark: to there, and to the outside.
+    """Compute what leaving by each landmark costs: to reach it, and to get outside.
 
-    From the foot of stairs one goes on by the cheapest way. (landmarks, places) both,
-    inf where a landmark does not lead out; (landmarks,) storeys walked down.
+    Both (landmarks, places), inf where a landmark does not lead out; and (landmarks,)
+    storeys walked down. From the foot of stairs the cheapest way leads on.
     cost: of a metre, (places,) or (floors, rows, cols), None for 1;  storey: of one
     """
     nav, feet = navigation_of(building), stairwell_feet(building)
@@ -109,7 +109,7 @@ def ways_out(building: Building, floor: int) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def stairwell_feet(building: Building) -> np.ndarray:
-    """(stairwells,) the place where people come out of each."""
+    """Find where people come out of each stairwell: places, (stairwells,)."""
     entrances = [well.entrances[well.lowest][0] for well in building.stairwells]
     places = landmark_places(building)
     return np.array([places[m][0] for m in entrances], dtype=int)
@@ -117,7 +117,7 @@ def stairwell_feet(building: Building) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def _wells(building: Building) -> np.ndarray:
-    """(places,) the stairwell that an entrance leads down, -1 elsewhere."""
+    """Map entrances to the stairwells they lead down: (places,), -1 elsewhere."""
     well = np.full(building.kind.size, -1)
     for mark, index in building.stairwell_of.items():
         if building.landmarks[mark].leads_out:

@@ -21,10 +21,10 @@ from tqdm import tqdm
 
 from reference.paper import InputError
 
-STOPS = (signal.SIGINT, signal.SIGTERM)  # what asks a command to end; not its workers
+STOPS = (signal.SIGINT, signal.SIGTERM)  # end a command, but not its workers
 
-POLL = 0.2  # seconds between two looks at whether to stop
-ANSWER = 10  # seconds in which a scheduler answers
+POLL = 0.2  # seconds between two checks of whether to stop
+ANSWER = 10  # seconds to wait for a scheduler
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}
 """Environment of a worker: numpy and torch read it when they are loaded."""
@@ -34,7 +34,7 @@ Given = TypeVar("Given")
 
 
 def memory() -> int:
-    """Bytes of memory that this computer has; a guess where it does not say."""
+    """Look up this computer's memory in bytes; guess where it is unknown."""
     if "SC_PHYS_PAGES" not in getattr(os, "sysconf_names", ()):
         return 2**36
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
@@ -46,7 +46,7 @@ def in_order(
     jobs: Iterable[Given],
     stop: Callable[[], bool],
 ) -> list[Made] | None:
-    """Do all jobs, results in their order; None if told to stop before the last.
+    """Do all jobs; return results in their order, or None if stopped before the last.
 
     Raises what the work raises, and BrokenExecutor for a worker that has died.
     """
@@ -102,7 +102,7 @@ def _taken(future: Future[Made], waiting: dict[Future[Made], int]) -> tuple[int,
 class InProcess(Executor):
     """Does a job at once, in this process: slower, but a debugger can step into it.
 
-    busy  with a job, which need not be finished when it is to stop
+    busy  whether a job runs, which Ctrl-C may then interrupt
     """
 
     busy = False
@@ -124,9 +124,9 @@ class InProcess(Executor):
 
 @contextmanager
 def cluster(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
-    """A Dask scheduler's workers, and how many jobs to have under way there.
+    """Yield a Dask scheduler's workers, and how many jobs to keep running there.
 
-    Needs the extra `cluster`. Raises InputError without it, or where nobody answers.
+    Needs the extra `cluster`. Raises InputError without it, or without an answer.
     """
     try:
         from distributed import Client
@@ -149,11 +149,10 @@ def cluster(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
 
 @contextmanager
 def workers(count: int) -> Iterator[Executor]:
-    """A pool of so many processes with a thread each; 0: this process.
+    """Yield a pool of so many processes with a thread each; 0: this process.
 
-    They begin anew (spawn), since torch's threads do not survive a fork; they do not
-    hear Ctrl-C or SIGTERM; and they end with the block, or with this process if it is
-    killed.
+    They are spawned, since torch's threads do not survive a fork. They ignore Ctrl-C
+    and SIGTERM, and end with the block, or with this process if it is killed.
     """
     if count == 0:
         yield InProcess()
@@ -165,13 +164,13 @@ def workers(count: int) -> Iterator[Executor]:
         try:
             yield pool
         finally:
-            pool.shutdown(wait=False, cancel_futures=True)  # first forget what waits
+            pool.shutdown(wait=False, cancel_futures=True)  # first drop waiting jobs
             near.close()
             pool.shutdown()
 
 
 class _Worker(SpawnProcess):
-    """A process that hears no SIGTERM: the pool ends it by force, if it must."""
+    """A process that ignores SIGTERM, so that the pool kills it if it must."""
 
     terminate = SpawnProcess.kill
 
@@ -186,7 +185,7 @@ class Pool(ProcessPoolExecutor):
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
     ) -> Future[Made]:
-        """Submit a job that notes when it is at work."""
+        """Submit a job that holds a lock while it runs."""
         with _uninterrupted():
             return super().submit(_at_work, fn, *args, **kwargs)
 
@@ -202,17 +201,17 @@ def _at_work(fn: Callable[..., Made], /, *args: Any, **kwargs: Any) -> Made:
 def _begin_work(lifeline: Connection) -> None:
     for stop in STOPS:
         signal.signal(stop, signal.SIG_IGN)
-    tqdm.set_lock(RLock())  # its own, shared by processes, would be left behind
+    tqdm.set_lock(RLock())  # its own, shared by processes, would leak
     Thread(target=_end_with, args=(lifeline,), daemon=True).start()
 
 
 def _end_with(lifeline: Connection) -> None:
-    """Ends this worker when the other end of the line is closed.
+    """End this worker when the other end of the pipe is closed.
 
-    Not while a result is on its way: the pool would wait for the rest of it forever.
+    Not while a result is being sent: the pool would wait for the rest forever.
     """
     lifeline.poll(None)
-    time.sleep(POLL / 4)  # till the pool has forgotten the jobs that wait
+    time.sleep(POLL / 4)  # till the pool has dropped the waiting jobs
     parent = parent_process()
     while parent is not None and parent.is_alive() and not _working.locked():
         time.sleep(POLL / 4)
@@ -221,7 +220,7 @@ def _end_with(lifeline: Connection) -> None:
 
 @contextmanager
 def _surroundings(variables: dict[str, str]) -> Iterator[None]:
-    """Set environment variables for processes that begin in here."""
+    """Set environment variables for processes started in this block."""
     before = {name: os.environ.get(name) for name in variables}
     os.environ.update(variables)
     try:
@@ -236,7 +235,7 @@ def _surroundings(variables: dict[str, str]) -> Iterator[None]:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Hold back Ctrl-C and SIGTERM: what begins in here never hears them."""
+    """Block Ctrl-C and SIGTERM, also in processes started in this block."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

@@ -1,4 +1,4 @@
-"""The environment as one of PettingZoo's, with gymnasium's spaces; an optional extra.
+"""The environment as a PettingZoo one with gymnasium's spaces; an optional extra.
 
 Clauses: none of its own.  It plays the same episodes as `Environment`, step by step,
 and adds what frameworks ask for: spaces, pictures, and infos.
@@ -40,9 +40,9 @@ SO_FAR = ("evacuated", "died", "inside", "reward", "simulated_seconds")
 
 
 class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
-    """`Environment` behind PettingZoo's class; see there for what everything means.
+    """Wrap `Environment`, which documents everything, in PettingZoo's class.
 
-    Infos also tell how the episode stands: SO_FAR, as in the simulation's `Outcome`.
+    Infos also hold the outcome so far: the fields SO_FAR of `Outcome`.
     """
 
     metadata: ClassVar[dict[str, Any]] = {
@@ -60,7 +60,7 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
         fire: FireStrategy | None = None,
         render_mode: str | None = None,
     ):
-        """building: also the name or the path of a floor file.
+        """building: a `Building`, or the name or path of a floor file.
 
         Raises ValueError as `Environment` does, and FloorPlanError or OSError for a
         file.
@@ -117,7 +117,7 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
         return {agent: info | so_far for agent, info in infos.items()}
 
     def render(self) -> np.ndarray:
-        """(height, width, 3) uint8: the same picture as a frame of a film.
+        """Draw the picture of a film's frame: (height, width, 3) uint8.
 
         Raises ValueError for a render_mode that is not "rgb_array".
         """
@@ -138,5 +138,5 @@ parallel_env = ZooEnvironment  # as PettingZoo's modules call it
 
 
 def env(*args: Any, **kwargs: Any) -> AECEnv:
-    """Make the same with agents that act in turn."""
+    """Make the environment with agents that act in turn."""
     return parallel_to_aec(ZooEnvironment(*args, **kwargs))

@@ -1,1 +1,1 @@
-"""The commands, one after another: what each is asked, does and says."""
+"""The commands: the options, work and output of each."""

@@ -20,7 +20,7 @@ from reference.workshop.workers import STOPS, InProcess, workers
 
 
 class Command(NamedTuple):
-    """A command: what it does, its options, one example, whether it tells numbers."""
+    """A command: what it does, its options, one example, whether it has --json."""
 
     run: Callable[[Namespace], None]
     options: Table
@@ -108,7 +108,7 @@ def ctrl_c() -> Iterator[Callable[[], bool]]:
 def workforce(
     count: int, about: str, again: str = "Take fewer:"
 ) -> Iterator[tuple[Executor, Callable[[], bool]]]:
-    """Workers for a command, and whether Ctrl-C was pressed.
+    """Yield workers for a command, and a check for Ctrl-C.
 
     about: what they do, for stderr; again: how to go on when one has died.
     """

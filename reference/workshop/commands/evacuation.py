@@ -33,7 +33,7 @@ from reference.workshop.runs import refuse_used
 from reference.workshop.strategies import LEARNED
 
 SAME = ("building", "people", "seed", "episodes", "sample")
-"""What is asked for by the names of `Asked`."""
+"""Options with the names of `Asked`'s fields."""
 
 
 def evacuate(arguments: Namespace) -> None:

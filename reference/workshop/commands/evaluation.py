@@ -39,7 +39,7 @@ def evaluate(arguments: Namespace) -> None:
 
 
 def _evaluate(evaluation: crossplay.Evaluation, arguments: Namespace) -> None:
-    """Play what is missing, then write and print what it comes to."""
+    """Play missing runs, then write and print the results."""
     noted(evaluation)
     ruler = _given(arguments, evaluation)
     records = _played(evaluation, arguments)
@@ -63,7 +63,7 @@ def _evaluate(evaluation: crossplay.Evaluation, arguments: Namespace) -> None:
 
 
 def _evaluation(arguments: Namespace) -> crossplay.Evaluation:
-    """Begin an evaluation, or resume one with who is asked for besides."""
+    """Begin an evaluation, or resume one with further robots and fires."""
     names = crossplay.Asked.__dataclass_fields__
     asked = crossplay.Asked(**{name: getattr(arguments, name) for name in names})
     start = crossplay.resume if arguments.resume else crossplay.begin
@@ -100,7 +100,7 @@ def _calibrated(
 def _played(
     evaluation: crossplay.Evaluation, arguments: Namespace
 ) -> list[crossplay.Record]:
-    """Play all runs; interrupted, say how to go on."""
+    """Play all runs; if interrupted, say how to resume."""
     with workforce(arguments.workers, evaluation.about()) as (executor, stop):
         records = crossplay.evaluate(evaluation, arguments.out, executor, stop)
     if len(records) == len(evaluation.runs):
@@ -120,7 +120,7 @@ def _keep(
     cells: Sequence[crossplay.Cell],
     records: Sequence[crossplay.Record],
 ) -> None:
-    """Write tables and pictures beside the runs; the ruler and its two, if any."""
+    """Write tables and pictures beside the runs; with a ruler, also its own."""
     from reference.workshop.drawing import crossplay as played
     from reference.workshop.drawing import page
     from reference.workshop.drawing import ruler as rulers
@@ -136,7 +136,7 @@ def _keep(
         write_json(folder / RULER, asdict(ruler))
         pictures["ruler.png"] = rulers.curve(ruler, best)
         pictures["scores.png"] = rulers.contours(ruler, _readings(cells))
-    else:  # of fewer runs there may have been one
+    else:  # fewer runs may have yielded one
         for name in (RULER, "ruler.png", "scores.png"):
             (folder / name).unlink(missing_ok=True)
     for name, figure in pictures.items():

@@ -44,7 +44,7 @@ def experiment(arguments: Namespace) -> None:
 
 
 def _asked(arguments: Namespace) -> Any:
-    """Read the file; on resume, what was begun may not have changed."""
+    """Read the file; on resume, refuse changes to what was begun."""
     from reference.workshop.experiment import asked
 
     found = asked.read(arguments.file)
@@ -57,7 +57,7 @@ def _asked(arguments: Namespace) -> Any:
 
 
 def _performed(asked: Any, arguments: Namespace) -> dict[str, str]:
-    """Do what is missing; which steps failed, and why."""
+    """Do missing steps; return which failed, and why."""
     from reference.workshop.experiment import asked as files
     from reference.workshop.experiment.steps import Plan, perform
 
@@ -79,7 +79,7 @@ def _performed(asked: Any, arguments: Namespace) -> dict[str, str]:
 def _hands(
     arguments: Namespace, about: str, again: str
 ) -> Iterator[tuple[Executor, Callable[[], int], Callable[[], bool]]]:
-    """Who does the jobs, how many at once, and whether Ctrl-C was pressed."""
+    """Yield an executor, how many jobs run at once, and a check for Ctrl-C."""
     if arguments.cluster:
         print(f"{about}; cluster {arguments.cluster}", file=sys.stderr)
         with ctrl_c() as stop, cluster(arguments.cluster) as (executor, width):
@@ -147,7 +147,7 @@ def _pictures(plan: Any, results: Any, folder: Path) -> Iterator[tuple[str, Path
 
 
 def _curves(folder: Path) -> dict[str, list[Any]]:
-    """The curves of finished trainings in a folder, by their arm."""
+    """Read the curves of finished trainings in a folder, by arm."""
     from reference.workshop.drawing.runs import read
     from reference.workshop.experiment.jobs import DONE
     from reference.workshop.experiment.results import arm_of

@@ -31,7 +31,7 @@ def cores() -> int:
 
 
 def player(side: Side, note: str, words: Sequence[str] = (), **more: Any) -> Table:
-    """--robots or --fire: somebody by name or in a file.
+    """Declare --robots or --fire: a strategy by name or in a file.
 
     words: those that this command knows, if not all.
     """
@@ -72,7 +72,7 @@ def choice(words: Iterable[str], note: str, **more: Any) -> dict[str, Any]:
 
 
 def flag(note: str, **more: Any) -> dict[str, Any]:
-    """An option that is there or not."""
+    """An option without a value."""
     return {"action": "store_true", "help": note, **more}
 
 

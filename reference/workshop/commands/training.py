@@ -49,7 +49,7 @@ def train(arguments: Namespace) -> None:
 
 
 def _trained(training: Any, arguments: Namespace) -> Path:
-    """Train to the end; the last checkpoint. Before the end, how to go on from it."""
+    """Train to the end; return the last checkpoint. If stopped, say how to resume."""
     from reference.workshop.training.loop import train
 
     again = _again(arguments)

@@ -1,7 +1,7 @@
-"""Chart of two candidates for the difficulty of a fire, a dot a fire: do they agree?
+"""Chart of two candidates for a fire's difficulty, one dot per fire: do they agree?
 
-Clauses: F11.  To the right what the fire did to the ways out, upwards what it cost
-people without robots; colour and shape say how many sources of which kind it had.
+Clauses: F11.  The x axis is what the fire did to the ways out, the y axis what it cost
+people without robots; colour is its number of sources, shape its kind.
 """
 
 import numpy as np
@@ -23,11 +23,11 @@ from reference.workshop.evaluation.agreement import Agreement
 SHAPES = "osD^vP"
 """A marker for each kind of fire, in the order in which they appear."""
 
-_LEAST = 8  # sources that the colours reach to, at least
+_LEAST = 8  # sources that the colour scale covers, at least
 
 
 def figure(agreement: Agreement) -> Figure:
-    """Draw the fires in the plane of both candidates, and how well the two agree."""
+    """Draw the fires over both candidates; tell in the title how well these agree."""
     fires = agreement.fires
     page = sheet(f"How hard were {len(fires)} fires, by two candidates?", 9.2, 6.6)
     axes = page.subplots()

@@ -23,7 +23,7 @@ FORESEEN = "#1b5e9e"
 
 
 def figure(results: Sequence[Result], costs: Sequence[Cost]) -> Figure:
-    """Draw what one more fire costs, by who chose its place; and looking ahead's cost.
+    """Draw one more fire's harm, by who chose its place, and the look-ahead's cost.
 
     The fires stand in the order of the first trial. Raises ValueError where there
     is nothing to draw.
@@ -41,7 +41,7 @@ def figure(results: Sequence[Result], costs: Sequence[Cost]) -> Figure:
 
 
 def _draw_harms(axes: Axes, results: Sequence[Result], fires: Sequence[str]) -> None:
-    """Draw a row for each fire: a dot a moment, and the mean with its interval."""
+    """Draw a row for each fire: a dot per moment, and the mean with its interval."""
     for row, fire in enumerate(fires):
         each = gaps(results, "none", fire)
         spread = row + np.linspace(-0.22, 0.22, len(each))[np.argsort(np.argsort(each))]
@@ -69,7 +69,7 @@ def _foreseen(results: Sequence[Result]) -> list[float]:
 
 
 def _draw_costs(axes: Axes, costs: Sequence[Cost]) -> None:
-    """Draw a dot an evacuation, and the line through the origin that fits best."""
+    """Draw a dot per evacuation, and the best line through the origin."""
     x = np.array([cost.decisions for cost in costs], dtype=float)
     y = np.array([cost.simulated_seconds for cost in costs])
     slope = float(x @ y / max(1.0, x @ x))

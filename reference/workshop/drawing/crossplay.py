@@ -42,7 +42,7 @@ LONGEST = 24  # letters in a line of a name
 
 
 def names(words: Sequence[str]) -> list[str]:
-    """Shorten names, all different: of the path of a checkpoint no more than will do.
+    """Shorten names, but keep them different: of a path, only as much as needed.
 
     A name may have several lines.
     """
@@ -127,7 +127,7 @@ def _caption(runs: Sequence[int]) -> str:
 def curves(records: Sequence[Record]) -> Figure:
     """Draw evacuation curves: who is out by when, a panel for each fire [F12].
 
-    Means over the runs of each robots, with bands. Raises ValueError without records.
+    Means over each strategy's runs, with bands. Raises ValueError without records.
     """
     if not records:
         raise InputError("there is nothing to draw: no runs. Evaluate some first.")

@@ -1,7 +1,7 @@
 """Learning curves of both sides over the episodes played.
 
-Clauses: E6.  Each episode is one of the robots and one of the fire, so both sides share
-the time axis, while a decision of one is none of the other.
+Clauses: E6.  Both sides play each episode, so they can share this axis; their decisions
+differ in number.
 
     x  episodes played up to a row;  y  what a column says there, nan if it is empty
 """
@@ -24,7 +24,7 @@ from reference.workshop.drawing.runs import Phase, Run
 from reference.workshop.training.summaries import GROUP_REWARD, OWN_REWARD, SURVIVAL
 
 SMOOTHING = 0.05
-"""Share of the time axis that a running mean looks at."""
+"""Share of the time axis that a running mean covers."""
 
 Line = tuple[np.ndarray, np.ndarray]
 """x and y of a line, (k,) each; nan where it is broken."""
@@ -38,7 +38,7 @@ Found = tuple[np.ndarray, np.ndarray, np.ndarray]
 class Curve(NamedTuple):
     """A line of a chart: its panel, its rows and column of the table, and its look.
 
-    side  "robots" or "fire", or "" for the rows of both;  times  what the column says
+    side  "robots" or "fire", or "" for the rows of both;  times  factor on the values
     """
 
     panel: str
@@ -93,7 +93,7 @@ def smooth(x: np.ndarray, y: np.ndarray, part: np.ndarray, window: float) -> np.
 def mean_of(lines: Sequence[Line]) -> Line:
     """Average lines at 400 points where all of them are; x ascends in each.
 
-    nan where any has a gap; no points where no two lines meet.
+    nan where any has a gap; no points unless all lines overlap.
     """
     first = max(x[0] for x, _ in lines)
     last = min(x[-1] for x, _ in lines)

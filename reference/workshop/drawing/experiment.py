@@ -22,7 +22,7 @@ COLUMNS = 4
 
 
 def survivors(title: str, arms: Mapping[str, Sequence[Run]], side: str) -> Figure:
-    """Draw survivors over a side's decisions, running means, arm by arm."""
+    """Draw running means of survivors over a side's decisions, arm by arm."""
     rows, columns = ceil(len(arms) / COLUMNS), min(COLUMNS, len(arms))
     figure = sheet(title, max(6.0, 2.8 * columns), 2.4 * rows + 1.2)
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
@@ -49,9 +49,9 @@ def survivors(title: str, arms: Mapping[str, Sequence[Run]], side: str) -> Figur
 
 
 def last_gain(responses: Iterable[Run]) -> Interval:
-    """How much fires still gained at the end of their training.
+    """Measure how much fires still gained at the end of their training.
 
-    Survivors in the fourth fifth of it less those in the last, the mean over fires.
+    Survivors in its fourth fifth minus those in its last, the mean over fires.
     """
 
     def gain(run: Run) -> float:

@@ -1,7 +1,7 @@
 """An evacuation as a moving picture: GIF, a page with a player, or MP4.
 
-Clause: A8, carried on in time.  What stands still is painted once and only what moved
-is painted on top (blitting); GIF and player store only the pixels that changed.
+Clause: A8, extended in time.  What stands still is painted once and only what moved is
+painted on top (blitting); GIF and player store only the pixels that changed.
 """
 
 import json
@@ -62,7 +62,7 @@ def animate(
 
     seconds_per_frame: simulated; speed: simulated seconds in one second of film.
     All of the file is written, or nothing. Raises ValueError for another suffix, for
-    .mp4 without ffmpeg and for a pace that is no pace; OSError for an unwritable path.
+    .mp4 without ffmpeg and for a pace not above 0; OSError for an unwritable path.
     """
     target = with_suffix(path, FORMATS, "an animation")
     if seconds_per_frame <= 0 or speed <= 0:
@@ -100,7 +100,7 @@ def _frames(simulation: Simulation, seconds: float, progress: bool) -> Iterator[
 def painter(scene: Scene) -> Callable[[], np.ndarray]:
     """Make a function that paints the scene as it is: (rows, cols, 4) pixels.
 
-    They are good until its next call.
+    They are valid until its next call.
     """
     canvas = FigureCanvasAgg(scene.figure)
     for artist in scene.moving:
@@ -176,7 +176,7 @@ def _palette() -> np.ndarray:
 
 
 def _nearest(colours: np.ndarray) -> np.ndarray:
-    """Nearest place but CLEAR (32768,) for every colour of 5 bits a channel."""
+    """Find the nearest place but CLEAR for colours of 5 bits a channel: (32768,)."""
     levels = np.arange(32) * 8 + 4
     cube = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1)
     return KDTree(colours[:CLEAR]).query(cube.reshape(-1, 3))[1].astype(np.uint8)

@@ -149,7 +149,7 @@ def arrange(
     room: tuple[float, float],
     spare: tuple[float, float],
 ) -> tuple[int, float]:
-    """Columns that show so many panels largest, and the inches a metre then takes.
+    """Choose the columns that show panels largest, and inches per metre.
 
     size   of a panel, metres;  room  for all of them, spare  around each, inches
     """

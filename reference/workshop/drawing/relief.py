@@ -23,7 +23,7 @@ from reference.building import LANDMARKS, Building, Kind, Landmark
 from reference.workshop.drawing import page
 from reference.workshop.drawing.page import COLOURS, Style
 
-TURN, TILT = np.radians(28), np.radians(34)  # of the eye: from the south, from the flat
+TURN, TILT = np.radians(28), np.radians(34)  # of the view: from south, above the flat
 THIN = 3  # walls are drawn a third of a cell thick
 SLAB = 0.6  # metres of ceiling below a floor
 STEPS = 1.1  # metres from the first step to the last
@@ -116,7 +116,7 @@ def _storeys(building: Building, look: Look, title: str) -> Figure:
     figure = page.sheet(title, max(inches[0], _NARROWEST), inches[1])
     axes = _bare(figure.add_subplot())
     origin = np.array((frame.x0, frame.y1))
-    for floor in range(floors):  # clear of the stairs' lines, which pass between two
+    for floor in range(floors):  # even zorders; the stairs' lines take those between
         shift = floor * lift
         paint_boxes(axes, building.kind[floor], look, origin, shift, zorder=2 * floor)
         name = page.floor_title(building, floor).replace(": ", "\n")
@@ -138,7 +138,7 @@ _STOREY: Style = {
 
 
 def _bare(axes: Axes) -> Axes:
-    """Hide all of some axes, in metres of the page."""
+    """Hide the frame of axes in metres of the page."""
     axes.set(aspect="equal")
     axes.margins(0.01)
     axes.set_axis_off()

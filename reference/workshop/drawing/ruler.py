@@ -1,7 +1,7 @@
 """Charts of the score: what a reward is worth, and E over reward and difficulty.
 
 Clauses: F1, F2, F3, F6, F9, F10.  `curve` explains the ruler, `contours` shows where on
-it the evaluated stand.
+it evaluated strategies stand.
 
     R   reward, health points;  h   difficulty;  E   score
     y   what R is worth;        e′  y and what h adds to it
@@ -46,8 +46,8 @@ _three = partial(page.number, digits=3)
 def curve(ruler: Ruler = PAPER, best_reward: float = BEST_REWARD) -> Figure:
     """Draw y over R, with both critical points and the slopes there.
 
-    best_reward is R_b. On the paper's ruler the slopes carry what the text prints of
-    them [F3]. Raises RulerError where something lies off the ruler.
+    best_reward is R_b. On the paper's ruler, labels also give the slopes that the text
+    prints [F3]. Raises RulerError where something lies off the ruler.
     """
     whose = "the paper's ruler" if ruler == PAPER else "a calibrated ruler"
     figure = page.sheet(f"What a reward is worth: {whose}", 11, 6)

@@ -1,7 +1,7 @@
 """What an agent observes: its grid, channel by channel, and what its numbers say.
 
-Clauses: C1, C2, C3, C4, D1.  The pages show the very arrays that the networks are
-given, decoded again; nothing of the world goes past them.
+Clauses: C1, C2, C3, C4, D1.  The pages decode the very arrays that the networks are
+given; they show nothing else of the world.
 
     vector  (V,) numbers of one agent;  cells  (channels, height, width), 0 or 1
     point   x and y in metres, and the storey; below the ground: gone
@@ -178,7 +178,7 @@ _LETTERS = {"human": "", "the observer": "R", "fire source": "F"}
 
 
 def _points(senses: Senses) -> list[Dot]:
-    """List all points in the order of the vector, those of the gone too."""
+    """List all points in the order of the vector, also of those who are gone."""
     scene, counts = senses.scene, Counter[str]()
     points = np.concatenate([scene.humans, scene.robots, scene.fires]).tolist()
     names = [slot.what for slot in senses.slots if ":" in slot.what]

@@ -1,7 +1,7 @@
 """How well two measures of a fire's difficulty agree: h, and a simulated loss.
 
 Clause: F11.  The second measure is simulated: the reward that people without robots
-lose to the fire.  Where the two disagree, one sees what either leaves out.
+lose to the fire.  Where the two disagree, it shows what each leaves out.
 
     h   difficulty of a fire;  R   reward, health points
 """
@@ -59,7 +59,7 @@ class Measured:
 def fires_to_measure(
     plan: str, scenario: Scenario, count: int, seed: int
 ) -> list[Evacuation]:
-    """List so many unguided evacuations: kinds and numbers of sources take turns."""
+    """List `count` unguided evacuations; kinds and numbers of sources take turns."""
     arms = [(fire, n) for n in range(FIRE_SOURCES + 1) for fire in KINDS]
     turns = (arms[k % len(arms)] for k in range(count))
     return [
@@ -99,10 +99,10 @@ class Agreement:
 
 
 def agreement(fires: Sequence[Measured]) -> Agreement:
-    """Correlate the two measures of so many fires [F11].
+    """Correlate the two measures over all fires [F11].
 
-    Raises ValueError where either calls all fires equal, or all fires of equally many
-    sources: nothing can be compared then.
+    Raises ValueError where a measure is equal for all fires, or for all with equally
+    many sources: nothing can be compared then.
     """
     from scipy import stats  # takes a second to load
 

@@ -1,4 +1,4 @@
-"""Contestants: from a word of the command line to a strategy, and who plays where.
+"""Turn words of the command line into strategies; describe who plays where.
 
 Clauses: C7, D2, F4.  torch is loaded only when a checkpoint is named.
 """
@@ -26,7 +26,7 @@ NAMES: dict[Side, tuple[str, ...]] = {
     ),
     "fire": (*SCRIPTS["fire"], LEARNED, WORST, "FILE", f"{CRITIC}FILE"),
 }
-"""All words there are, for people: FILE is a checkpoint or the folder of a training.
+"""All words a user may write; FILE is a checkpoint or the folder of a training.
 
 `worst-case` is the fire that looks ahead, `critic:` the one that asks the critic of a
 checkpoint's robots; `perturbed:` are robots whose observations are off by up to EPS
@@ -65,9 +65,8 @@ def contestant(text: str, side: Side, sample: bool = False) -> Any:
     FILE alone is the policy that was learned for this side; sample: draw its actions
     instead of taking the likeliest.
 
-    Raises ValueError for a word that means nothing, with the nearest that does, and
-    for a checkpoint that does not have what is asked of it; OSError for a file that
-    cannot be read.
+    Raises ValueError for an unknown word, with the nearest known one, and for a
+    checkpoint that lacks what is asked of it; OSError for a file that cannot be read.
     """
     refuse_unknown(text, side, NAMES[side])
     if text in SCRIPTS[side]:
@@ -89,11 +88,11 @@ def contestant(text: str, side: Side, sample: bool = False) -> Any:
     return named_or_file(text, side, sample)
 
 
-_loaded = lru_cache(maxsize=32)(contestant)  # not played yet: networks are read once
+_loaded = lru_cache(maxsize=32)(contestant)  # copies are played: networks are read once
 
 
 def refuse_unknown(text: str, side: Side, words: Sequence[str]) -> None:
-    """Raises ValueError for a word that means nothing; files are not opened yet.
+    """Raise ValueError for an unknown word; files are not opened yet.
 
     words: those of NAMES that may be used.
     """
@@ -113,7 +112,7 @@ def refuse_unknown(text: str, side: Side, words: Sequence[str]) -> None:
 
 
 def _metres_and_file(text: str) -> tuple[float | None, str]:
-    """Split `EPS:FILE`; None for an EPS that is not there."""
+    """Split `EPS:FILE`; None where there is no EPS."""
     metres, _, file = text.partition(":")
     try:
         return float(metres), file

@@ -1,8 +1,8 @@
-"""Re-score where fires break out in fresh futures, and count what choosing costs.
+"""Re-score fires' placements in fresh futures, and count what choosing costs.
 
-Clause: F4.  Neither a critic nor a look-ahead is believed: several fires choose at the
-same moments, and what each chose is then simulated to the end in the same futures,
-which none of them has seen, with the same rule for later fires.
+Clause: F4.  Neither a critic nor a look-ahead is trusted: several fires choose at the
+same moments, and each choice is then simulated to the end in the same futures, which no
+fire has seen, with the same rule for later fires.
 
     M  moments;  K  futures of each
 """
@@ -24,7 +24,7 @@ from reference.workshop.evaluation.intervals import Interval, of_mean
 from reference.workshop.evaluation.worst_case.look_ahead import FirstAt
 
 FUTURES = 8
-"""[F4, chosen] of each moment: flames of one future differ much from another's."""
+"""[F4, chosen] futures of each moment: their flames differ a lot."""
 
 LATEST = 4
 """[F4, chosen] moments have 0 to 3 fires before them; later there is little to lose."""
@@ -35,9 +35,9 @@ LATEST = 4
 
 @dataclass(frozen=True)
 class Trial:
-    """Which fires choose a place at which moment of an evacuation.
+    """Fires that each choose a place at one moment of an evacuation.
 
-    evacuation  in which the moment is, with random fires till then
+    evacuation  that contains the moment, with random fires till then
     fires       words that `contestant` knows
     before      sources that have broken out by then
     futures     K
@@ -53,7 +53,7 @@ class Trial:
 class Result:
     """The rewards that each fire's placement leaves.
 
-    rewards   by fire, K: from the moment on; by "none" if no fire breaks out then
+    rewards   by fire, K from the moment on; "none": no fire breaks out then
     foreseen  what `worst-case` expected of its placement; None if it was not asked,
               or found no place for a fire
     """
@@ -79,7 +79,7 @@ def trials(
 
 
 def rescore(trial: Trial) -> Result | None:
-    """Let every fire choose, and play every choice to the end of the same futures.
+    """Let every fire choose, and simulate every choice in the same futures.
 
     None if the evacuation was over before the moment came. Raises ValueError for words
     that name nobody.
@@ -106,20 +106,20 @@ def rescore(trial: Trial) -> Result | None:
 
 
 class _Pause(RandomFire):
-    """Random fires that keep the simulation when so many have broken out."""
+    """Random fires that save the simulation once `before` have broken out."""
 
     def __init__(self, before: int):
         self.before = before
         self.now: Simulation | None = None
 
     def watch(self, now: Simulation) -> None:
-        """Keep it, if this is the moment."""
+        """Save the simulation, if this is the moment."""
         if len(now.world.flames.sources) == self.before:
             self.now = now
 
 
 def moment_of(trial: Trial) -> Simulation | None:
-    """Play the evacuation until it is the turn of the fires that choose."""
+    """Play the evacuation until the moment; None if it ends before."""
     simulation = trial.evacuation.simulation()
     simulation.fire_strategy = pause = _Pause(trial.before)
     while pause.now is None and not simulation.done:
@@ -136,7 +136,7 @@ def placement_of(fire: Any, now: Simulation) -> Decision | None:
 
 
 def _reward(future: Simulation, placement: Decision | None) -> float:
-    """Simulate a future to its end, with a fire there, then beside the busiest ways."""
+    """Simulate a future to its end: a fire there, later ones on the busiest ways."""
     run = future.copy()
     run.fire_strategy = FirstAt(placement)
     run.run()
@@ -147,7 +147,7 @@ def _reward(future: Simulation, placement: Decision | None) -> float:
 
 
 def gap(results: Sequence[Result], one: str, other: str) -> Interval:
-    """How much more reward one fire leaves than another; "none" before it: its harm.
+    """Average how much more reward `one` leaves than `other`; from "none": its harm.
 
     Raises ValueError for no results.
     """
@@ -155,12 +155,12 @@ def gap(results: Sequence[Result], one: str, other: str) -> Interval:
 
 
 def gaps(results: Sequence[Result], one: str, other: str) -> np.ndarray:
-    """(M,) the same at each moment, a mean over its futures."""
+    """Compute the same at each moment, over its futures: (M,) means."""
     return _means(results, one) - _means(results, other)
 
 
 def optimism(results: Sequence[Result]) -> Interval | None:
-    """How much more reward came than `worst-case` foresaw: it takes the least value.
+    """Average how much more reward came than `worst-case`, a minimum, foresaw.
 
     None where it foresaw nothing.
     """
@@ -185,7 +185,7 @@ class Cost:
 
 
 def cost(evacuation: Evacuation) -> Cost:
-    """Play an evacuation against `worst-case`; count what it looked at."""
+    """Play an evacuation against `worst-case`; count what it simulated."""
     simulation = evacuation.simulation()
     simulation.run()
     fire: Any = simulation.fire_strategy

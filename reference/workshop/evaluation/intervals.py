@@ -19,7 +19,7 @@ RESAMPLES = 2000
 one choice of samples to the next."""
 
 CONFIDENCE = 0.95
-"""[F12, chosen] intervals hold the true figure in so many of all experiments."""
+"""[F12, chosen] share of experiments whose interval holds the true figure."""
 
 
 TRIMMED = 0.25  # [F12, chosen] share that an interquartile mean drops at either end
@@ -43,7 +43,7 @@ def of_mean(values: Sequence[float] | np.ndarray) -> Interval:
 
 
 def of_means(statistic: Callable[..., np.ndarray], rows: np.ndarray) -> Interval:
-    """Bootstrap a statistic of the means of k figures, drawn together run by run.
+    """Bootstrap a statistic of the means of k figures, resampled together by run.
 
     rows       (n, k);  statistic  k arrays of means, (B,) each, -> (B,)
     Raises ValueError for no rows, and what the statistic raises.
@@ -54,7 +54,7 @@ def of_means(statistic: Callable[..., np.ndarray], rows: np.ndarray) -> Interval
 
 
 def iqm(values: np.ndarray) -> np.ndarray:
-    """The interquartile mean over the last axis: that of the middle half.
+    """Compute the mean of the middle half, the interquartile mean, over the last axis.
 
     A quarter is dropped at either end, rounded down: of five values one each, of three
     none.
@@ -68,8 +68,8 @@ def of_trainings(values: np.ndarray, other: np.ndarray | None = None) -> Interva
     """Bootstrap the interquartile mean over training runs, or a difference of two.
 
     values, other: (trainings, episodes); a column is one seed in both. The unit is the
-    training: trainings are drawn, and for all of them alike the seeds of episodes, so
-    that what these share cancels in a difference. Of few trainings the interval is too
+    training: trainings are resampled, and the same episode seeds for all of them, so
+    that shared seeds cancel in a difference. With few trainings the interval is too
     narrow: where trainings differ and episodes hardly do, it held the truth in 74, 90
     and 92 of 100 simulated experiments with three, five and ten trainings.
     Raises ValueError for no values.
@@ -86,7 +86,7 @@ def of_trainings(values: np.ndarray, other: np.ndarray | None = None) -> Interva
 def _iqms(
     values: np.ndarray, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """IQM of an arm, and (B,) of B samples of its trainings and their episodes."""
+    """Compute an arm's IQM, and (B,) those of B samples of trainings and episodes."""
     whole, drawn = _means(values.T)
     which = rng.integers(len(values), size=drawn.shape)
     return iqm(whole), iqm(np.take_along_axis(drawn, which, axis=1))
@@ -100,9 +100,9 @@ def band(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _means(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(k,) means of (n, k) rows, and (B, k) means of B samples of n rows.
+    """Compute means (k,) of (n, k) rows, and means (B, k) of B samples of n rows.
 
-    Of deviations from the first row, so that equal values have exactly their mean.
+    Deviations from the first row are averaged: equal values keep their exact mean.
     """
     n = len(rows)
     if not n:

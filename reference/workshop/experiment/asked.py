@@ -49,7 +49,7 @@ LEARNS = "learns"
 BEST = "best response"  # the fire that does
 ABOUT = "experiment.json"
 NAME = re.compile(r"[a-z][a-z0-9_]*")  # of an arm; files are named after it
-ROWS, SAVED = 100, 20  # of a curve; times that a training is saved on its way
+ROWS, SAVED = 100, 20  # rows of a curve; checkpoints of a training on its way
 RESPONSES = 10_000  # seed of the first fire that learns against a team
 
 
@@ -79,7 +79,7 @@ class Response:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A whole file, checked. Raises SettingsError, and what loading the map raises.
+    """A checked file. Raises SettingsError, and what loading the map raises.
 
     settings  rows that differ from the preset's, in all arms
     compare   pairs of arms or robots: the first less the second
@@ -137,7 +137,7 @@ class Experiment:
         return changed(made, self.settings, "settings")
 
     def of_arm(self, arm: str) -> tuple[Settings, str]:
-        """Settings of an arm's trainings, and who plays the fire, maybe LEARNS."""
+        """Make the settings of an arm's trainings; name its fire, or LEARNS."""
         where = f"arms: {arm}"
         rows = mapping(self.arms[arm], where)
         if "scenario" in rows:
@@ -190,7 +190,7 @@ class Experiment:
 
     @cached_property
     def arena(self) -> Arena:
-        """Where tests are: the trainings' scenario, without the rule of training."""
+        """The tests' arena: the trainings' scenario, without the rule of training."""
         scenario = replace(self.base.scenario, training=False)
         return Arena(self.building, plan_of(load(self.building)), scenario)
 
@@ -241,9 +241,9 @@ def read(path: Path) -> Experiment:
 
 
 def begin(experiment: Experiment, folder: Path) -> None:
-    """Note in a folder what the experiment is, beside what it was. Raises OSError.
+    """Record the experiment in its folder, beside what it was. Raises OSError.
 
-    An arm that is no longer asked for may be so again, and its trainings are there.
+    An arm no longer asked for stays recorded: it may return, and has its trainings.
     """
     path, now = folder / ABOUT, _fixed(experiment)
     if path.exists():
@@ -255,7 +255,7 @@ def begin(experiment: Experiment, folder: Path) -> None:
 
 
 def refuse_changed(experiment: Experiment, folder: Path) -> None:
-    """Raises RunError where the experiment in a folder is another one.
+    """Raise RunError where the experiment in a folder is another one.
 
     More seeds, arms, fires and robots may be asked for than were.
     """
@@ -275,7 +275,7 @@ def refuse_changed(experiment: Experiment, folder: Path) -> None:
 
 
 def _fixed(experiment: Experiment) -> dict[str, Any]:
-    """What may not change while an experiment goes on, as plain data."""
+    """Collect what may not change during an experiment, as plain data."""
     test, response = experiment.test, experiment.best_response
     arms = map(experiment.of_arm, experiment.arms)
     plain = [asdict(settings) | {"against": fire} for settings, fire in arms]

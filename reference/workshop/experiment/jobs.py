@@ -1,7 +1,7 @@
 """The two kinds of jobs of an experiment: train, and test.
 
-Clauses: E6, F12.  Pure functions of plain data, a checkpoint's bytes among it, so that
-any process of any machine can do them.
+Clauses: E6, F12.  Pure functions of plain data, which includes checkpoints as bytes, so
+that any process of any machine can do them.
 """
 
 import json
@@ -35,11 +35,11 @@ POLICIES: dict[Side, Any] = {"robots": LearnedRobots, "fire": LearnedFire}
 
 @dataclass(frozen=True)
 class Fit:
-    """A training to go through, alone and with one thread.
+    """A training to run, alone and with one thread.
 
     beginning  a checkpoint's bytes
     side       whose max_steps ends it
-    folder     of this machine, to go on from; None: nothing is there, or stays there
+    folder     of this machine, to resume from; None: a temporary one
     """
 
     beginning: bytes
@@ -48,7 +48,7 @@ class Fit:
 
 
 def fit(job: Fit) -> dict[str, bytes]:
-    """Train to the end: the files that are worth keeping, by name."""
+    """Train to the end; return the files worth keeping, by name."""
     with ExitStack() as stack:
         stack.enter_context(one_thread())
         temporary = job.folder or stack.enter_context(TemporaryDirectory())
@@ -76,7 +76,7 @@ def fit(job: Fit) -> dict[str, bytes]:
 
 @dataclass(frozen=True)
 class Trial:
-    """Evacuations of one match. learned: a checkpoint's bytes, of a side that has."""
+    """Evacuations of one match; learned: checkpoints' bytes of sides that learned."""
 
     arena: Arena
     match: Match
@@ -85,7 +85,7 @@ class Trial:
 
 
 def trial(job: Trial) -> list[Record]:
-    """Play all evacuations by mean actions; their records in the seeds' order."""
+    """Play all evacuations by mean actions; return records in the seeds' order."""
     with one_thread():
         players = [_player(job, side) for side in SIDES]
         return [
@@ -97,7 +97,7 @@ def trial(job: Trial) -> list[Record]:
 
 def _set_up(job: Trial, players: list[Any], seed: int) -> tuple[Match, int, Simulation]:
     building, scenario = building_of(job.arena.plan), job.arena.scenario
-    robots, fire = deepcopy(players)  # they may remember
+    robots, fire = deepcopy(players)  # they may keep state
     return job.match, seed, Simulation(building, scenario, robots, fire, seed)
 
 

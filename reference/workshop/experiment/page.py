@@ -27,7 +27,7 @@ FIGURES = {"reward": "R", "difficulty": "h", "score": "E"}
 
 
 def page(results: Results, pictures: Sequence[tuple[str, str]]) -> str:
-    """The page in Markdown; pictures: what each shows, and its path."""
+    """Write the page in Markdown; pictures: what each shows, and its path."""
     experiment, cells = results.experiment, results.cells()
     fires = list(dict.fromkeys(cell.fire for cell in cells))
     parts = [
@@ -53,10 +53,10 @@ def page(results: Results, pictures: Sequence[tuple[str, str]]) -> str:
 
 
 def answer(results: Results) -> str:
-    """Two sentences about the first two that are compared, and cautions.
+    """Compare the first pair in two sentences, with cautions.
 
-    Who saves fewer under random fire has less to lose to another, and so is easily less
-    exploitable; that alone is no robustness.
+    A team that saves fewer under random fire has less to lose to another, and so is
+    easily less exploitable; that alone is no robustness.
     """
     compare = results.experiment.compare
     if not compare or not set(compare[0]) <= set(results.exploitable):

@@ -1,7 +1,7 @@
-"""Results: what the tests of an experiment come to, arm by arm.
+"""Summarise the tests of an experiment, arm by arm.
 
 Clauses: F9, F12.  The unit is the training: intervals are of interquartile means over
-an arm's trainings, see `of_trainings`; E is that of a training's mean reward and mean
+an arm's trainings, see `of_trainings`; E comes from a training's mean reward and mean
 difficulty.  Robots written by hand count as one training.
 
     T  trainings of an arm;  N  episodes, each from a seed of its own
@@ -43,13 +43,13 @@ class Results:
             self.runs[arm_of(run.robots), self._column(run)].append(run)
 
     def _column(self, run: Record) -> str:
-        """A fire's kind: by name, or whether it learned with these robots."""
+        """Name a fire's kind, or tell whether it learned with these robots."""
         if run.fire not in self.experiment.trainings:
             return run.fire
         return OWN if run.fire == run.robots else f"{arm_of(run.fire)}'s fires"
 
     def values(self, row: str, column: str, figure: str) -> np.ndarray:
-        """(T, N) a figure of a row's trainings; means where there are several fires."""
+        """Collect a figure of a row's trainings: (T, N), means over several fires."""
         found: dict[str, dict[int, list[float]]] = defaultdict(
             lambda: defaultdict(list)
         )
@@ -61,7 +61,7 @@ class Results:
 
     @cached_property
     def ruler(self) -> Ruler | None:
-        """The ruler on which the baseline scores 1; None if none comes of its runs."""
+        """The ruler on which the baseline scores 1; None if its runs yield none."""
         if (baseline := self.experiment.test.baseline) is None:
             return PAPER
         arena = self.experiment.arena
@@ -72,7 +72,7 @@ class Results:
             return None
 
     def cells(self) -> list[Cell]:
-        """The matrix, column by column, those last that were made for a row."""
+        """List the matrix by column; fires made for one row come last."""
         rows = dict.fromkeys(row for row, _ in self.runs)
         last = (OWN, BEST, WORST)
         columns = dict.fromkeys(c for _, c in self.runs if c not in last)
@@ -104,15 +104,15 @@ class Results:
     # -- Differences ----------------------------------------------------------------
 
     def more_saved(self, one: str, other: str, column: str) -> Interval | None:
-        """Survivors of one less the other's under the same fires; None without any."""
+        """Estimate survivors of `one` minus `other`, same fires; None without runs."""
         pair = [(row, column) for row in (one, other)]
         if not all(key in self.runs for key in pair):
             return None
         return of_trainings(*(self.values(*key, "survival") for key in pair))
 
     def lost(self, row: str) -> np.ndarray:
-        """(T, N) approximate exploitability: survivors under random fire less those
-        under the best response."""
+        """Compute approximate exploitability: (T, N) survivors under random fire minus
+        those under the best response."""
         random, best = (self.values(row, fire, "survival") for fire in (RANDOM, BEST))
         return random - best
 
@@ -125,11 +125,11 @@ class Results:
 
 
 def telling(results: Results, plan: Plan) -> Iterator[tuple[str, Evacuation]]:
-    """An evacuation by nobody, by the best guide written by hand, and by learned ones.
+    """Yield evacuations by nobody, the best robots written by hand, and learned ones.
 
-    All under the best response to the last, who are the first training of the first arm
-    that is compared and has one, from the seed in which it leaves most nearly its mean
-    alive. Nothing where no arm has.
+    All meet the best response to the learned ones: the first training of the first arm
+    that is compared and has one. The seed is that whose survival is nearest to their
+    mean. Nothing where no arm has one.
     """
     experiment, known = results.experiment, results.exploitable
     arms = [*sum(experiment.compare, ()), *experiment.arms]

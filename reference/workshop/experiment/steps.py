@@ -1,7 +1,7 @@
-"""The steps of an experiment: which jobs there are, what each needs, what it leaves.
+"""The steps of an experiment: its jobs, what each needs, and the file it makes.
 
 Clauses: E6, F12.  A step is done when its file is there; it can be done when the files
-that it needs are.  So nothing is done twice, and whoever goes on goes on here.
+that it needs are.  So nothing is done twice, and a resumed experiment continues.
 
     trainings/TEAM/    of an arm and a seed: checkpoint, curve, log
     responses/TEAM-K/  the K-th fire that learned against the frozen team
@@ -40,7 +40,7 @@ from reference.workshop.workers import POLL
 class Step:
     """One job: `work` on what `job` gives, anywhere; then `keep` the result, here.
 
-    made  the file that is there when it is done;  needs  files that it needs
+    made  the file that exists when it is done;  needs  files that must exist before
     """
 
     name: str
@@ -52,7 +52,7 @@ class Step:
 
 
 class Plan:
-    """The steps of an experiment in a folder; here: it is the workers' folder too."""
+    """The steps of an experiment in a folder; here: workers share this folder."""
 
     def __init__(self, experiment: Experiment, folder: Path, here: bool):
         self.experiment, self.folder, self.here = experiment, folder, here
@@ -94,7 +94,7 @@ class Plan:
         ]
 
     def _runs(self, team: str, fire: str, seeds: range) -> list[Record]:
-        """The evacuations in one table, all of them or, where there is none, none."""
+        """Read all evacuations of one table; none where there is no table."""
         path = self.test(team, fire)
         if not path.exists():
             return []
@@ -121,7 +121,7 @@ class Plan:
         task: Callable[[], Task],
         side: Side,
     ) -> Step:
-        """A training in a folder; task: made when what it needs is there."""
+        """Make a training's step; task: called once what it needs is there."""
 
         def job() -> Fit:
             beginning = packed(Training(task()).checkpoint())
@@ -200,9 +200,9 @@ def perform(
     width: Callable[[], int],
     stop: Callable[[], bool],
 ) -> dict[str, str]:
-    """Do all steps, each as soon as what it needs is there; what failed, and why.
+    """Do all steps, each once what it needs is there; return what failed, and why.
 
-    width: how many jobs may be under way. What needs a step that failed is left out.
+    width: how many jobs may run at once. Steps that need a failed one are left out.
     Raises BrokenExecutor for a worker that has died.
     """
     left = [step for step in steps if not step.made.exists()]

@@ -22,12 +22,12 @@ from reference.workshop.landmarks import shared
 from reference.workshop.traffic import Traffic, landmark_places, traffic
 
 FLAMES_BESIDE, FLAMES_FAR = 3, 15  # cells: sides of squares in which flames count
-ABOUT_AS_NEAR = 1.0  # metres: of cells that are, a busier one does more harm
-NEAREST_CELLS = 80  # room cells around a landmark that are looked at for a free one
+ABOUT_AS_NEAR = 1.0  # metres: among cells this close, busier is better
+NEAREST_CELLS = 80  # room cells around a landmark that are searched for a free one
 
 
 class FireOption(IntEnum):
-    """Beside what the fire can break out [D2, chosen]."""
+    """What the fire can break out beside [D2, chosen]."""
 
     EXIT = 0
     ENTRANCE = 1
@@ -46,14 +46,14 @@ FIRE_TABLE: shared.FeatureTable = {
     "cross": lambda v: v.cross / v.now.everybody,  # of this floor, and come past
     "come": lambda v: v.come / v.now.everybody,  # from above, and come past
     "log_cross": lambda v: np.log1p(v.cross + v.come) / 2,
-    "ahead": lambda v: v.ahead / 20,  # metres they have to go till there, on average
+    "ahead": lambda v: v.ahead / 20,  # metres they walk to get there, on average
     "out": lambda v: v.out[v.place] / 20,  # metres from there to the cheapest way out
     "robots": lambda v: (v.to_robots <= shared.GROUP_RADIUS).sum(axis=1) / 2,
     "robot_way": lambda v: v.to_robots.min(axis=1, initial=shared.FAR) / 20,
     "flames": lambda v: v.flames_beside[v.place],
     "flames_around": lambda v: v.now.flames_around(FLAMES_FAR)[v.place],
     "open": lambda v: v.open[v.floor],  # `here_open`, mean over the floor's ways out
-    "here_open": lambda v: v.here_open,  # share of its rim without flames, if it is one
+    "here_open": lambda v: v.here_open,  # share of a way out's rim without flames
     "burning": lambda v: np.log1p(v.burning)[v.floor] / 5,  # cells of this floor
     "burning_everywhere": lambda v: np.log1p(v.burning.sum()) / 5,
     "inside": lambda v: v.now.occupancy.sum() / v.now.everybody,
@@ -83,7 +83,7 @@ class FireOptions:
         self.far = np.hypot(*self.steps.T)
 
     def __call__(self, moment: Moment) -> Choices:
-        """What there is for the only agent, the fire."""
+        """Make the options of the only agent, the fire."""
         scene = decode_fire(moment.vectors[0], self.building, self.scenario)
         now = shared.Snapshot(self.navigation, self.scenario, scene, moment.grid)
         walking = now.place[now.walking]
@@ -99,10 +99,10 @@ class FireOptions:
     def _places(
         self, now: shared.Snapshot, passing: Traffic
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(K,) the cell of each option, and (K,) bool whether it is there.
+        """Choose each option's cell, (K,), and whether it exists, (K,) bool.
 
-        Of the nearest free cells the one that most people come past: around a clearance
-        many are as near.
+        It is the one of the nearest free cells that most people pass: around a
+        clearance many are equally near.
 
         [D6, chosen] Only floors on which, or above which, somebody is: there is
         nobody to harm on others, and robots whose work is done stand there unseen.
@@ -124,9 +124,9 @@ class FireOptions:
         return place, there
 
     def _around(self, places: np.ndarray) -> np.ndarray:
-        """(k, n) cells around places, the nearest as the crow flies first.
+        """List cells around places, (k, n), the nearest as the crow flies first.
 
-        Itself stands for those beyond the drawing.
+        The place itself stands for cells beyond the drawing.
         """
         floors, rows, cols = self.building.kind.shape
         floor, row, col = np.unravel_index(places[:, None], (floors, rows, cols))
@@ -135,7 +135,7 @@ class FireOptions:
         return np.where(inside, (floor * rows + row) * cols + col, places[:, None])
 
     def _group_centres(self, now: shared.Snapshot) -> np.ndarray:
-        """Find the middles of the largest groups of all floors: people's places."""
+        """Find the people in the middle of the largest groups, all floors: places."""
         at, place = now.at[now.walking], now.place[now.walking]
         floor = now.floor[now.walking]
         near = shared.near_in_sight(self.navigation, (at, place), (at, place))
@@ -143,7 +143,7 @@ class FireOptions:
         return place[shared.group_centres(near, np.ones(len(place)))]
 
     def _actions(self, place: np.ndarray) -> np.ndarray:
-        """(K, 3) float32: the middle of a floor's share of [-1, 1], x and y."""
+        """Make (K, 3) float32: the middle of a floor's share of [-1, 1], x and y."""
         floors = self.building.floors
         floor = (2 * (place // self.navigation.floor_size) + 1) / floors - 1
         metres = self.navigation.centres[place]
@@ -152,11 +152,11 @@ class FireOptions:
 
 
 class FireView:
-    """All floors as the fire sees them; attributes are FIRE_TABLE's.
+    """All floors as the fire sees them; FIRE_TABLE reads the attributes.
 
     kind, place, floor, leads_out, here_open  (K,) of each option
     to_people, to_robots  (K, m) metres as the crow flies, FAR from floor to floor
-    cross, come, ahead    (K,) who comes past, as in `Traffic`, ahead on average
+    cross, come, ahead    (K,) people who pass, as in `Traffic`, ahead on average
     out                   (places,) metres to the cheapest way out
     flames_beside         (places,) share of the square around that burns
     burning, open         (floors,) cells;  mean of here_open over the ways out
@@ -188,7 +188,7 @@ class FireView:
         return np.where(self.floor[:, None] == on, apart, shared.FAR)
 
     def _find_open(self, rims: list[np.ndarray]) -> None:
-        """Find how much of each way out's rim does not burn, 1 where it has none."""
+        """Find the share of each way out's rim that does not burn, 1 without a rim."""
         building, burning = self.now.building, self.now.burning.ravel()
         self.leads_out, self.here_open = np.zeros((2, len(self.place)))
         ways = [m.index for m in building.landmarks if m.leads_out]
@@ -200,10 +200,10 @@ class FireView:
         self.open = np.array([m.mean() if len(m) else 0.0 for m in of_floor])
 
     def _count(self, passing: Traffic) -> None:
-        """Count who comes past: through one of the 3 x 3 cells around.
+        """Count people who pass each option, through one of the 3 x 3 cells around.
 
-        Around a landmark itself, not around the cell beside it that may burn: people
-        enter a clearance from all sides.
+        For a landmark these are around itself, not around the cell beside it that may
+        burn: people enter a clearance from all sides.
         """
         shape, marks = self.now.burning.shape, landmark_places(self.now.building)
         middle = self.place.copy()
@@ -234,7 +234,7 @@ def _steps_around(radius: float) -> np.ndarray:
 def _beside(building: Building) -> np.ndarray:
     """(L, NEAREST_CELLS) unprotected room cells around each landmark, nearest first.
 
-    Where there are not so many the landmark's own cell, never free, fills the row.
+    Where there are fewer, the landmark's own cell, never free, fills the row.
     """
     nav = navigation_of(building)
     rooms = (fuel(building) & (building.kind == Kind.FLOOR)).ravel()

@@ -1,7 +1,7 @@
 """Landmarks a robot can go to: rooms, ways out, groups of people.
 
-Clauses: A3, A4, C5, C6, C7.  Where it is already is no option [C5, chosen]: what is
-likeliest there, "remain", would be so at each decision, and the robot stand for ever.
+Clauses: A3, A4, C5, C6, C7.  A robot's own place is no option [C5, chosen]: if "remain"
+were likeliest once, it would be so at each decision, and the robot would stay forever.
 
     k   options of one floor;  r  robots and m  people there
 """
@@ -28,7 +28,7 @@ from reference.world import Instruction
 OWN = 2  # options of the robot itself: keep and stay
 FLAMES_AROUND = 7  # cells: side of the square in which a robot counts flames
 THERE = 1.5  # [C5, chosen] metres on foot within which a robot is there already
-TIE = 2.0  # metres: of two robots about as near the first of the team counts as nearer
+TIE = 2.0  # metres: of two robots this close, the first of the team counts as nearer
 STEP = 5.0  # metres: ways are also given as log(1 + way / STEP), to be compared
 
 
@@ -90,9 +90,9 @@ class RobotOptions:
         self.features = len(ROBOT_FEATURES)
 
     def __call__(self, moment: Moment) -> Choices:
-        """What there is for the robots of one world.
+        """Make the options of all robots of one world.
 
-        Whoever has left is told so by its own vector, and may only stay.
+        A robot that has left reads this from its own vector, and may only stay.
         """
         vectors, headed = moment.vectors, moment.headed
         G, K = len(vectors), self.size
@@ -115,14 +115,14 @@ class RobotOptions:
 
 
 class RobotView:
-    """One floor as the robots at work there see it; attributes are ROBOT_TABLE's.
+    """One floor as its robots at work see it; ROBOT_TABLE reads the attributes.
 
     me      metres (r, 2) and places (r,);  people  metres (m, 2) and places (m,)
     kind    (k,);  target  (r, k, 2) metres;  place  (r, k)
     way     (r, k) metres on foot from each robot, flames counted;  out  (r, k) from
             there to the cheapest way out;  mate_way  (r, k) from the nearest mate
-    mate_nearer  (r, k) bool; of two that stand together only one has a nearer mate,
-            since they see the same and would else do the same
+    mate_nearer  (r, k) bool; of two that stand together only one has a nearer mate:
+            they see the same and would otherwise do the same
     offered (r, k) bool, whether a robot may choose it
     lost    (m,) bool, people with no robot;  with_me  (r, 1) people
     """
@@ -154,7 +154,7 @@ class RobotView:
     def _assign_people(self, ways: np.ndarray, in_sight: float) -> None:
         """Assign people to the nearest robot on foot, if it is in sight.
 
-        So it is four times in five; who follows whom is not observed.
+        The guess is right four times in five; who follows whom is not observed.
         """
         to_people = ways[:, self.people[1]]
         nearest = to_people.argmin(axis=0) == np.arange(len(to_people))[:, None]
@@ -185,7 +185,7 @@ class RobotView:
         self.off = self.target - self.me[0][:, None]
 
     def _measure_ways(self, ways: np.ndarray, out: np.ndarray) -> None:
-        """Measure ways for me and for mates; ways (r, places), out (places,) metres."""
+        """Measure robots' and mates' ways; ways (r, places), out (places,) metres."""
         r = np.arange(len(self.place))
         self.way, self.out = ways[r[:, None], self.place], out[self.place]
         mates = ways[:, self.place]
@@ -198,7 +198,7 @@ class RobotView:
         self.best_out = leads_out & (way_out == way_out.min(axis=1, keepdims=True))
 
     def _offer(self, under_way: np.ndarray) -> None:
-        """Offer what leads elsewhere, and to keep the destination under way."""
+        """Offer options that lead elsewhere, and KEEP while under way."""
         self.offered = self.way >= THERE
         self.offered[:, RobotOption.KEEP] = under_way
         self.offered[:, RobotOption.STAY] = ~self.offered.any(axis=1)
@@ -253,8 +253,8 @@ def _found_on(
 ) -> Iterator[tuple[RobotOption, Destination, int]]:
     """Yield an option's kind, its point, and its stairwell or -1.
 
-    Of each room the cell nearest to its centre. Where stairs lead down, the point of
-    the main body nearest to them: Eq. 1 leads inside [C6]; where they end, before them.
+    In a room it is the cell nearest to its centre. Where stairs lead down, the nearest
+    point of the main body: Eq. 1 leads inside [C6]; where they end, before them.
     """
     nav = navigation_of(building)
     for room in building.rooms(floor):

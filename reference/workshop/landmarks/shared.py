@@ -21,10 +21,10 @@ from reference.paper import Scenario
 from reference.workshop.decoding import Scene, burning
 from reference.workshop.strategies.robots import GROUP_RADIUS
 
-FAR = 100.0  # metres: whatever is farther, or cannot be reached, counts as so far
-GROUPS = 8  # at most so many groups of people, on a floor or, for the fire, in all
+FAR = 100.0  # metres: whatever is farther, or unreachable, counts as this far
+GROUPS = 8  # groups of people at most, per floor or, for the fire, in all
 BORDER = 1e-3
-"""Metres: float32 cannot tell in which of two cells a robot is that stands between."""
+"""Metres: float32 cannot tell in which cell a robot on the border of two stands."""
 
 FeatureTable = Mapping[str, Callable[[Any], ArrayLike]]
 """Features of an option by name: the formula of each, given a side's view."""
@@ -40,7 +40,7 @@ def one_hot(kinds: Mapping[str, Any]) -> FeatureTable:
 
 
 def evaluate(table: FeatureTable, view: Any) -> np.ndarray:
-    """(*places of the view, F) float32, features in the order of their table."""
+    """Compute features in table order: (*shape of the view's places, F) float32."""
     out = np.empty((*view.place.shape, len(table)), dtype=np.float32)
     for k, formula in enumerate(table.values()):
         out[..., k] = formula(view)
@@ -48,14 +48,14 @@ def evaluate(table: FeatureTable, view: Any) -> np.ndarray:
 
 
 class Snapshot:
-    """An observation, put on the map.
+    """An observation, located on the map.
 
     at         (n, 2) metres, floor (n,), place (n,) of all people inside
     walking    (n,) bool, on a floor and not on the stairs
     on_stairs  stairwells of those who are on stairs
     robots     (R, 2) metres of robots at work, robot_floor (R,), robot_place (R,)
     burning    (floors, rows, cols) bool
-    cost       metres that a metre counts as, the same shape
+    cost       of a metre, in metres, the same shape
     time       share of the time limit
     occupancy  (floors,) people;  above (floors,) people above a floor
     """
@@ -88,7 +88,7 @@ class Snapshot:
         return self.cost if self.flames[floor] else None
 
     def free_rooms(self) -> np.ndarray:
-        """(places,) bool: where a fire can break out and somebody is there to harm.
+        """Mark where a fire can break out and do harm: (places,) bool.
 
         Unprotected room cells with neither flames nor human nor robot [D6], on floors
         on or above which somebody is.
@@ -102,7 +102,7 @@ class Snapshot:
         return free
 
     def flames_around(self, side: int) -> np.ndarray:
-        """(places,) share of the square of so many cells around that burns."""
+        """Compute the burning share of a square of `side` cells around: (places,)."""
         share = self.burning.astype(np.float32)
         if self.flames.any():
             share = ndimage.uniform_filter(share, (0, side, side), mode="constant")
@@ -112,9 +112,9 @@ class Snapshot:
 def _present(
     nav: Navigation, points: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Metres (k, 2), floors (k,) and places (k,) of those who are there.
+    """Find metres (k, 2), floors (k,) and places (k,) of those present.
 
-    In an order that does not depend on theirs: by floor, then from west to east.
+    Sorted, whatever their order was: by floor, then from west to east.
     """
     points = points[np.flatnonzero(points[:, 2] > -0.5)].astype(np.float64)
     points = points[np.lexsort((points[:, 1], points[:, 0], points[:, 2]))]
@@ -127,7 +127,7 @@ def near_in_sight(
     one: tuple[np.ndarray, np.ndarray],
     other: tuple[np.ndarray, np.ndarray],
 ) -> np.ndarray:
-    """(a, b) bool: within GROUP_RADIUS of each other, and no wall between them.
+    """Mark pairs within GROUP_RADIUS and without a wall between: (a, b) bool.
 
     one, other: metres (a, 2) and places (a,), metres (b, 2) and places (b,), of the
     same floor.
@@ -140,7 +140,7 @@ def near_in_sight(
 
 
 def group_centres(near: np.ndarray, count: np.ndarray) -> list[int]:
-    """People in the middle of at most GROUPS groups, the largest group first.
+    """Find people in the middle of at most GROUPS groups, the largest first.
 
     near: (m, m) bool, who stands with whom; count: (m,) whether a person counts for
     the size of a group. Greedy: those around one are in no other group.

@@ -42,7 +42,7 @@ SCRIPTS: Mapping[Side, Mapping[str, Callable[[], Any]]] = {
 """Hand-written strategies of each side."""
 
 LEARNED = "learned"
-"""Names, on both sides, the policies that ship ..."""
+"""Name, on both sides, of the policies that ship."""
 
 SHIPPED = Path(__file__).with_name("learned.pt")
-"""... in this checkpoint of weights alone; `training.shipping` made it and says how."""
+"""Their checkpoint, weights alone; `training.shipping` made it and says how."""

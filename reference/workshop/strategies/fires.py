@@ -40,9 +40,9 @@ class GreedyFire:
 
 
 class CloserFire:
-    """Closes the ways out in turn: exits first, then entrances, the nearest free cell.
+    """Closes the ways out in turn: lights the free cell nearest to each.
 
-    Entrances to stairs that lead down, those of the lowest floor first.
+    Exits come first, then entrances to stairs that lead down; lowest floors first.
     """
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
@@ -58,10 +58,9 @@ class CloserFire:
 
 
 class BusiestFire:
-    """Closes what most people must come past: lights the cell that they will cross.
+    """Lights the cell that most people will cross on their cheapest ways outside.
 
-    Of cells that equally many cross on their cheapest ways to the outside, the one
-    nearest to the way out.
+    Among equals it takes the one nearest to the way out.
     """
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:

@@ -2,7 +2,7 @@
 
 Clauses: C5, C7.
 
-    p   place;  d  metres on foot;  lost  people whom no robot has or is sent to yet
+    p   place;  d  metres on foot;  lost  people whom no robot leads or is sent to yet
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -20,17 +20,17 @@ from reference.robots import Destination, Destinations, flame_cost
 from reference.workshop.traffic import ways_outside
 from reference.world import NOBODY, Robot, World
 
-GROUP_RADIUS = 4.0  # [C7, chosen] metres: who stands so near is of the same group
-AT_HAND = 2.0  # [C7, chosen] metres: so near a robot, people follow it or will not
-FULL = 10  # [C7, chosen] people led: more would wait over 8 s before every door
-TRIP = 5.0  # [C7, chosen] metres that each way out costs besides, to come back
+GROUP_RADIUS = 4.0  # [C7, chosen] metres: people this near form one group
+AT_HAND = 2.0  # [C7, chosen] metres: people this near a robot follow it, or never will
+FULL = 10  # [C7, chosen] people led: more would wait over 8 s at every door
+TRIP = 5.0  # [C7, chosen] metres added to each way out, for coming back
 SOON, SOON_COST = 5.0, 4.0
-"""[C7, chosen] metres on foot from flames within which a metre counts for more, and how
-much more beside them: flames come about so far while one walks 25 s."""
+"""[C7, chosen] metres on foot from flames within which a metre costs more, and how much
+more beside them: flames spread about this far while one walks 25 s."""
 
 
 class Patrol:
-    """Walks a round through all rooms of the floor, to the way out after each."""
+    """Visits all rooms of the floor in turn, and the way out after each."""
 
     def __init__(self) -> None:
         self._stops: dict[int, list[Destination]] = {}
@@ -48,11 +48,11 @@ class Patrol:
 
 
 class Sweep:
-    """Fetches groups not yet guided and leads them out where risk is least.
+    """Fetches groups not yet guided and leads them out by the least risky way.
 
-    Saves most people per metre, the way out included: goes on with those it leads, or
-    first to one more group. Flames count as metres, so a way that begins to burn is
-    given up at the next decision.
+    Saves most people per metre, the way out included: leads its people out, or first
+    fetches one more group. Flames add metres, so a way that begins to burn is given up
+    at the next decision.
     """
 
     DETOUR = inf
@@ -80,13 +80,13 @@ class Sweep:
         return world.building.landmarks[way].position if led else station(world, robot)
 
     def _lost(self, world: World) -> np.ndarray:
-        """(n,) bool: whom robots may fetch."""
+        """Mark whom robots may fetch: (n,) bool."""
         return unguided(world)
 
     def _way_out(
         self, world: World, robot: Robot, d: np.ndarray, led: int
     ) -> tuple[int, np.ndarray, float]:
-        """The least risky landmark, (places,) metres to it, and from the robot."""
+        """Find the least risky way out, (places,) metres to it, and the robot's."""
         nav = navigation_of(world.building)
         ways = world.building.ways_out(robot.floor)
         here, way = min((float(d[nav.distance[way] == 0].min()), way) for way in ways)
@@ -94,16 +94,16 @@ class Sweep:
 
 
 class Escort(Sweep):
-    """Leads people out at once by the safest way, and fetches only who is near it.
+    """Leads people out at once by the safest way; fetches only people near it.
 
-    A way is counted to the outside, stairs and lower floors included, and metres near
-    flames count more, since flames grow: so upper floors empty into the stairs below
-    which the house is safe. Those who follow make a detour for others only if it is a
-    few metres for each of them. Who comes down the stairs is awaited at their foot.
+    Ways are measured to the outside, with stairs and lower floors. Metres near flames
+    count more, since flames grow: so upper floors empty into stairs that end where it
+    is safe. Followers make a detour for others only if it is a few metres for each of
+    them. People who come down the stairs are awaited at their foot.
     """
 
     DETOUR = 8.0
-    """[C7, chosen] metres that those led may go, all together, for each one fetched:
+    """[C7, chosen] metres of detour, summed over those led, for each person fetched:
     four go 2 m for one, 8 m for four. With 16 m 4 % fewer got out under `busiest`."""
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
@@ -112,20 +112,20 @@ class Escort(Sweep):
         return super().decide(world, robots, rng)
 
     def _lost(self, world: World) -> np.ndarray:
-        """(n,) bool: also those who come down the stairs."""
+        """Mark those, too, who come down the stairs: (n,) bool."""
         return unguided(world) | (world.bodies.inside & ~world.bodies.walking)
 
     def _way_out(
         self, world: World, robot: Robot, d: np.ndarray, led: int
     ) -> tuple[int, np.ndarray, float]:
-        """As for `Sweep`, but to the outside; without anybody led, by any way."""
+        """Do as `Sweep`, but to the outside; by any way if nobody is led."""
         way = int(self._outside[:, robot.place].argmin())
         on = self._outside[way] if led else self._outside.min(axis=0)
         return way, on, float(on[robot.place])
 
 
 class Fetch(NamedTuple):
-    """People to fetch, (n,) bool; where they are; metres till a robot has them."""
+    """A group to fetch, (n,) bool; where it is; metres till a robot has it."""
 
     people: np.ndarray
     place: int
@@ -136,7 +136,7 @@ class Fetch(NamedTuple):
 def fetches(
     world: World, robot: Robot, d: np.ndarray, lost: np.ndarray
 ) -> Iterator[Fetch]:
-    """Groups of lost people on a robot's floor, and on the stairs down to it."""
+    """Yield groups of lost people on a robot's floor, and on the stairs down to it."""
     nav, bodies, floor = navigation_of(world.building), world.bodies, robot.floor
     heads, groups = groups_of(world, floor, lost & bodies.walking)
     for head, group in zip(heads.tolist(), groups, strict=True):
@@ -156,10 +156,10 @@ def fetches(
 def most_per_metre(
     choice: Iterable[Fetch], led: int, on: np.ndarray, here: float, detour: float
 ) -> Fetch | None:
-    """Whom to fetch so that most people per metre get out; None: first those led.
+    """Choose the group that gets most people out per metre; None: first those led.
 
     on: (places,) metres from there to the way out; here: from where the robot is.
-    detour: metres that those led may go, all together, for each one fetched.
+    detour: metres of detour, summed over those led, for each person fetched.
     """
     best, most = None, led / (TRIP + here)
     for fetch in choice if led < FULL else ():
@@ -172,7 +172,7 @@ def most_per_metre(
 
 
 def risk(world: World) -> np.ndarray | None:
-    """(places,) metres that a metre counts as, where flames are or will be soon.
+    """Raise the cost of a metre where flames are or will be soon: (places,) metres.
 
     None without flames.
     """
@@ -185,7 +185,7 @@ def risk(world: World) -> np.ndarray | None:
 
 
 def station(world: World, robot: Robot) -> Destination | None:
-    """Before the busiest stairwell, where people still come down."""
+    """Choose where to wait: before the stairwell that most people come down."""
     wells = stairs_that_end(world.building, robot.floor)
     if not wells:
         return None
@@ -203,7 +203,7 @@ def stairs_that_end(building: Building, floor: int) -> list[int]:
 def groups_of(
     world: World, floor: int, lost: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """(k,) people of a floor who lead themselves; (k, n) bool: the lost around each."""
+    """Find the lost who follow nobody, (k,), and the lost around each, (k, n) bool."""
     bodies = world.bodies
     mine = lost & (bodies.floor == floor)
     heads = np.flatnonzero(mine & (bodies.leader == NOBODY))
@@ -212,7 +212,7 @@ def groups_of(
 
 
 def guided_by(world: World) -> np.ndarray:
-    """(n,) the body that each human follows in the end, -1 for those who lead."""
+    """Find the head of each human's chain of leaders: bodies (n,), -1 for leaders."""
     leader, n = world.bodies.leader, len(world.bodies)
     first = leader
     for _ in range(4):  # from my leader to my leader's leader
@@ -222,7 +222,7 @@ def guided_by(world: World) -> np.ndarray:
 
 
 def unguided(world: World) -> np.ndarray:
-    """(n,) bool: on a floor, not led by a robot at any hand, not at a way out yet."""
+    """Mark people on floors, led by no robot and headed for no way out: (n,) bool."""
     bodies = world.bodies
     leads_out = np.array([m.leads_out for m in world.building.landmarks] + [False])
     led = guided_by(world) >= len(bodies)
@@ -231,7 +231,7 @@ def unguided(world: World) -> np.ndarray:
 
 @lru_cache(maxsize=64)
 def before_stairwell(building: Building, floor: int, index: int) -> Destination:
-    """The nearest room cell outside a stairwell that Eq. 1 does not pull inside."""
+    """Find the room cell nearest to a stairwell that Eq. 1 does not pull inside."""
     nav = navigation_of(building)
     well = building.stairwells[index]
     d = nav.distance[well.entrances[floor][0]].copy()
@@ -242,7 +242,7 @@ def before_stairwell(building: Building, floor: int, index: int) -> Destination:
 
 
 def _round(building: Building, robot: Robot) -> list[Destination]:
-    """Room, nearest way out, next room, ...; team mates start at different rooms."""
+    """List room, nearest way out, next room, ...; mates start at different rooms."""
     ways = [building.landmarks[m].position for m in building.ways_out(robot.floor)]
     rooms = [room.centre for room in building.rooms(robot.floor)]
     shift = robot.team * len(rooms) // 2

@@ -1,8 +1,8 @@
 """Checkpoints: a whole training in one file, written whole or not at all.
 
 Clauses: E3, E6.  A file holds tensors and plain data alone, and loading it never
-executes code.  It knows its building, scenario, game and version, and says so where it
-does not belong.
+executes code.  It records its building, scenario, game and version, and is refused
+where it does not belong.
 """
 
 import os
@@ -37,7 +37,7 @@ NAMED = re.compile(r"checkpoint-(\d{6,})\.pt")
 
 
 class CheckpointError(InputError):
-    """A file that is no checkpoint, or none for this place; one message for people."""
+    """A file that is no checkpoint, or does not fit here; one message for people."""
 
 
 @contextmanager
@@ -53,7 +53,7 @@ def must_fit(what: str, name: object = "the checkpoint") -> Iterator[None]:
 
 @dataclass(frozen=True)
 class Task:
-    """What a training is; nothing of it changes until the training is over.
+    """What defines a training; it stays the same until the training is over.
 
     building  as it was asked for;  plan  the text of its floor file
     fixed     who plays a side that does not learn: a named strategy or a network
@@ -73,7 +73,7 @@ class Checkpoint:
     """A training between two rounds.
 
     round     how many rounds are over
-    learners  of each side that learns, what its learner's `state` gave
+    learners  for each side that learns, what `state_of` gave
     progress  plain numbers: what is counted and what waits for the next summary
     """
 
@@ -96,7 +96,7 @@ class Checkpoint:
 
 
 def keep(checkpoint: Checkpoint, folder: Path, most: int) -> Path:
-    """Write a checkpoint into a folder that keeps the `most` newest; its path."""
+    """Write a checkpoint into a folder, keep the `most` newest; return its path."""
     path = folder / f"checkpoint-{checkpoint.round:06}.pt"
     save(checkpoint, path)
     for old in _in(folder)[:-most]:
@@ -117,7 +117,7 @@ def _in(folder: Path) -> list[Path]:
 
 
 def save(checkpoint: Checkpoint, path: Path) -> None:
-    """Write all of the file, or nothing and what was there stays.
+    """Write the whole file, or nothing so that what was there stays.
 
     Raises OSError, with a message for people.
     """
@@ -125,14 +125,14 @@ def save(checkpoint: Checkpoint, path: Path) -> None:
 
 
 def packed(checkpoint: Checkpoint) -> bytes:
-    """A checkpoint's file as bytes, for another machine."""
+    """Make a checkpoint's file as bytes, for another machine."""
     memory = BytesIO()
     torch.save(_plain(checkpoint), memory)
     return memory.getvalue()
 
 
 def load(path: str | os.PathLike[str]) -> Checkpoint:
-    """The checkpoint in a file, or the newest one in a folder of a training.
+    """Read the checkpoint in a file, or the newest one in a training's folder.
 
     Raises CheckpointError for anything else, OSError for an unreadable file.
     """
@@ -147,7 +147,7 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
 
 
 def unpacked(file: BinaryIO, path: Path) -> Checkpoint:
-    """What `packed` made a file of; path: its name. Raises CheckpointError."""
+    """Read a file that `packed` made; path: its name. Raises CheckpointError."""
     if file.read(len(MAGIC)) != MAGIC:
         raise CheckpointError(f"{path}: is no checkpoint. Name one that train made.")
     try:
@@ -187,7 +187,7 @@ def _checked(content: object, path: Path) -> Checkpoint:
 
 
 def _is(found: object, number: int) -> bool:
-    """Is it this number? A tensor, in a damaged file, is none."""
+    """Tell whether it is this int; a damaged file may hold a tensor."""
     return type(found) is int and found == number
 
 
@@ -238,7 +238,7 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
 def _refuse_another_size(
     settings: TrainerSettings, weights: Mapping[str, torch.Tensor]
 ) -> None:
-    """Raises SettingsError before networks are made that no memory could hold."""
+    """Raise SettingsError for weights of another size, before networks are made."""
     widths = {width for tensor in weights.values() for width in tensor.shape}
     if settings.hidden_units not in widths or settings.num_layers > len(weights):
         raise SettingsError("networks of another size than the settings tell")
@@ -272,7 +272,7 @@ def _player(side: Any, plain: Any) -> Learned | str:
 
 
 def refuse_another_building(task: Task, building: Building) -> None:
-    """Raises CheckpointError unless this is the drawing the checkpoint has learned."""
+    """Raise CheckpointError unless the checkpoint was trained on this drawing."""
     own = building_of(task.plan).plan
     if own == building.plan:
         return

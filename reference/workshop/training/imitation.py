@@ -1,8 +1,8 @@
 """Imitation: robots that first copy a hand-written strategy, as an option [E1, chosen].
 
-Clauses: C5, C7.  A named aid, never the default: what it teaches is not the paper's.
-The actor is fitted to what the strategy would have decided; afterwards the critic
-learns alone for some rounds, and then both go on as always.
+Clauses: C5, C7.  An aid to ask for, never the default: what it teaches is not the
+paper's.  The actor is fitted to what the strategy would have decided; then the critic
+learns alone for some rounds, and then both learn as always.
 
     G, O, A  as in `players`
 """
@@ -54,7 +54,7 @@ class Demonstration(Recorded):
 
 
 class _Teacher(Player):
-    """Robots that a strategy guides, one in each episode."""
+    """Robots guided by a strategy, a fresh one in each episode."""
 
     def __init__(self, name: str, *learner: Any):
         super().__init__(*learner)
@@ -90,7 +90,7 @@ class _Teacher(Player):
     ) -> GroupDecision[np.ndarray]:
         """Record actions as the head's: the nearest option, with log_probs of 0.
 
-        To stay where one is teaches nothing where it is not offered.
+        Staying put is left out where the head does not offer it.
         """
         new, spots = ~np.isnan(wanted).any(axis=1), np.nan_to_num(wanted)
         actions, features, action_mask = spots * RAW_LIMIT, None, None
@@ -117,7 +117,7 @@ class _Teacher(Player):
 def clone(
     learner: Learner, demonstrations: Sequence[Trajectory], epochs: int
 ) -> list[float]:
-    """Fit the learner's actor to demonstrations; the mean loss of each epoch.
+    """Fit the learner's actor to demonstrations; return each epoch's mean loss.
 
     The loss is the negative log-likelihood of what the teacher did. The normalisers
     see the demonstrations first.

@@ -1,8 +1,8 @@
 """The adversarial loop with files: PLAY, LEARN, TELL, KEEP, round after round.
 
-Clauses: E1, E2, E6.  A round's episodes are pure jobs of whoever plays, so that neither
-how many workers there are nor an interruption between two rounds changes what comes
-out. What is played and learned is `learning.adversarial`'s.
+Clauses: E1, E2, E6.  A round's episodes are pure jobs, so that neither the number of
+workers nor an interruption between two rounds changes the result.  Playing and learning
+themselves are in `learning.adversarial`.
 """
 
 import sys
@@ -45,10 +45,10 @@ def train(
 ) -> Path:
     """Train until every side is past its max_steps, or until told to stop.
 
-    What is learned lies in the folder: checkpoints, summaries.csv and times.csv. A
-    round that is being played when `stop` says so is dropped, one that is being
-    learned from is finished. Returns the last checkpoint's path. Raises OSError where
-    nothing can be written; the checkpoints that are there stay whole.
+    The folder gets checkpoints, summaries.csv and times.csv. When `stop` says so, a
+    round that is being played is dropped, one that is being learned from is finished.
+    Returns the last checkpoint's path. Raises OSError where nothing can be written;
+    the checkpoints that are there stay whole.
     """
     with ExitStack() as stack:
         log = Log(training, folder, tensorboard, stack)
@@ -79,7 +79,7 @@ def train(
 
 
 def _played(job: Job) -> list[Episode]:
-    """`play`, with sums in the same order in a worker as here."""
+    """Play a job, with sums in the same order in a worker as here."""
     with one_thread():
         return play(job, together)
 
@@ -97,7 +97,7 @@ class Log:
         tensorboard: bool,
         stack: ExitStack,
     ):
-        """Drop what the folder has from later rounds, after an interruption."""
+        """Drop rows of later rounds, which an interruption may have left."""
         self.training, self.folder = training, folder
         self.learners = training.learners.values()
         self.summaries: list[Table | Board] = []
@@ -122,7 +122,7 @@ class Log:
         self.path = folder
 
     def tell(self, rows: Sequence[Row]) -> None:
-        """Write the summaries that are due; show how far it has come."""
+        """Write the summaries that are due; show the progress."""
         for summaries in self.summaries:
             summaries.append(rows)
         self.bar.update(self._done() - self.bar.n)
@@ -134,7 +134,7 @@ class Log:
                 print(_line(row), file=sys.stderr)
 
     def time(self, episodes: Iterable[Episode], play: float, learn: float) -> None:
-        """Write what the clock says about the round that is over."""
+        """Write the clock times of the round that is over."""
         sides = [t for e in episodes for t in (e.robots, e.fire) if t is not None]
         n = sum(trajectory.steps for trajectory in sides)
         row = (self.training.round, n, play, learn, n / (play + learn))
@@ -145,7 +145,7 @@ class Log:
         return self._intervals() != self.intervals
 
     def keep(self) -> Path:
-        """Save a checkpoint of now, unless there is one; its path."""
+        """Save a checkpoint of now, unless there is one; return its path."""
         now = (self.training.round, self.training.imitated)
         if now != self.saved:
             most = max(who.settings.keep_checkpoints for who in self.learners)

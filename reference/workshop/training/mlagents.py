@@ -1,7 +1,7 @@
 """Trainer files of ML-Agents: find the rows of Tables I and II in their sections.
 
 Clauses: E3 (ML-Agents 0.29.0), E1, E2 (its keys are the rows of Tables I and II).
-This module knows where keys stand; `learning.settings` knows what values may be.
+This module knows where keys stand; `learning.settings` knows which values are valid.
 
     behaviors:
       Robot:                  one table: its rows lie in the sections that `Row` names
@@ -11,10 +11,10 @@ This module knows where keys stand; `learning.settings` knows what values may be
     default_settings: ...     what a behaviour leaves out
     reference: ...            ours, see OURS
 
-[E3, chosen] ML-Agents refuses keys that it does not know: in a file for both, ours
-stand behind `#= `, a comment to it. Keys of ML-Agents that have no counterpart here
-pass if their value switches them off, and those about Unity's program or the machine
-always; others are refused, each with a sentence.
+[E3, chosen] ML-Agents refuses unknown keys: in a file for both, ours stand behind
+`#= `, a comment to it. Keys of ML-Agents that have no counterpart here pass if their
+value switches them off, and always if they are about Unity's program or the machine;
+others are refused, each with a sentence.
 """
 
 import math
@@ -44,7 +44,7 @@ PATHS = tuple((*section, name) for name, section in HOMES.items())
 SECTIONS = tuple(dict.fromkeys(p[:k] for p in PATHS for k in range(1, len(p))))
 
 NO_OTHER_REWARD = "the paper's reward is the only one here"
-OFF = {  # what to do instead of what is not built; null and false pass
+OFF = {  # keys that are not built, and what to do instead; null and false pass
     "init_path": "a training goes on from its own folder with --resume",
     "self_play": "the fire is the opponent, and both learn at once",
     "behavioral_cloning": "a strategy is imitated first with --imitate",
@@ -117,10 +117,10 @@ def _parsed(text: str) -> Any:
 
 
 def _entries(node: Any, counted: dict[int, float]) -> float:
-    """Count a node's entries, those of anchors wherever they stand again.
+    """Count a node's entries, those of an anchor each time that it is used.
 
-    Raises SettingsError for too many, as in anchors of anchors, and for a key that
-    stands twice: YAML would keep the last.
+    Raises SettingsError for too many, as in anchors of anchors, and for a repeated
+    key: YAML would keep the last.
     """
     if node is None or isinstance(node.value, str):
         return 1
@@ -169,7 +169,7 @@ def _file(top: Any) -> TrainerFile:
 def _side(
     behaviours: Mapping[str, Any], name: str | None, side: str, default: Rows
 ) -> Rows:
-    """The rows of one side: its behaviour's, over the default settings'."""
+    """Collect one side's rows: its behaviour's override the default settings'."""
     own = behaviours[name] if name else None
     where = name or (f"default_settings, for {side}" if default else side)
     return dict(_rows(_merged(default, mapping(own, where)), (), where))
@@ -197,7 +197,7 @@ def _rows(section: Any, at: tuple[str, ...], where: str) -> Iterator[tuple[str, 
 
 
 def _refuse_unless_off(key: str, value: Any, at: tuple[str, ...], where: str) -> None:
-    """Raises SettingsError for a key of no trainer, or for one that is not built."""
+    """Raise SettingsError for an unknown key, or for one that is not built."""
     instead = OFF.get(".".join((*at, key)))
     if instead is None:
         here = [path[-1] for path in (*PATHS, *SECTIONS) if path[:-1] == at]
@@ -208,7 +208,7 @@ def _refuse_unless_off(key: str, value: Any, at: tuple[str, ...], where: str) ->
 
 
 def _misplaced(key: str, here: list[str]) -> str | None:
-    """Say where a key belongs, if it is, or is nearly, one of another section."""
+    """Say where a key belongs, if it matches, or nearly, one of another section."""
     meant = next(iter(get_close_matches(key, [*HOMES, *here], 1, 0.8)), None)
     if meant is None or meant in here:
         return None
@@ -222,7 +222,7 @@ SIDES = ("Robot", "Fire")
 
 
 def _sides(behaviours: Mapping[str, Any]) -> dict[str, str]:
-    """Tell which behaviour is whose; a last one without a sign has the side left."""
+    """Match behaviours to sides; one of two without a sign gets the side left."""
     found = {str(name): _sign(name, rows) for name, rows in behaviours.items()}
     left = [side for side in SIDES if side not in found.values()]
     if len(found) == 2 and len(left) == 1:
@@ -237,7 +237,7 @@ def _sides(behaviours: Mapping[str, Any]) -> dict[str, str]:
 
 
 def _sign(name: str, rows: Any) -> str | None:
-    """The side that a behaviour's name or, since the fire is alone, trainer shows."""
+    """Infer a behaviour's side from its name, or from poca: the fire is alone."""
     word = str(name).casefold()
     for side in SIDES:
         if word in (side.casefold(), f"{side.casefold()}s"):

@@ -1,7 +1,7 @@
-"""Learned policies as strategies: a checkpoint stands wherever a strategy's name does.
+"""Learned policies as strategies: a checkpoint can replace a strategy's name.
 
-Clauses: C5, C7, D2.  The interface is that of the hand-written ones; what comes out of
-the network, normalised coordinates in [−1, 1], goes in as metres.
+Clauses: C5, C7, D2.  The interface is that of the hand-written ones; the network's
+output, normalised coordinates in [−1, 1], is turned into metres.
 """
 
 import os
@@ -70,11 +70,11 @@ class LearnedPolicy:
         return self
 
     def refuse_elsewhere(self, building: Building, scenario: Scenario) -> None:
-        """Raises CheckpointError unless the policy can read such a world.
+        """Raise CheckpointError unless the policy can read such a world.
 
-        The same drawing, as many people, robots, sources and seconds between decisions
-        as in training. Where people start, how far they see, rule D6 and the time
-        limit may differ.
+        It needs the same drawing and numbers of people, robots, sources and seconds
+        between decisions as in training. Where people start, how far they see, rule D6
+        and the time limit may differ.
         """
         refuse_another_building(self.task, building)
         self._refuse_others(_facts(building, scenario))
@@ -147,14 +147,14 @@ class LearnedFire(LearnedPolicy):
         return fire_decision(self.building, emitted[0])
 
     def _refuse_others(self, here: dict[str, float]) -> None:
-        """As for robots; a building without any is one they have gone home from."""
+        """Do as for robots, but accept a world without any: they have gone home."""
         if here["robots"] == 0:
             here = {**here, "robots": _facts(self.building, self.scenario)["robots"]}
         super()._refuse_others(here)
 
 
 def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
-    """What a network's inputs are about."""
+    """Collect the numbers that a network's inputs depend on."""
     return {
         "people": sum(scenario.start_counts(building.floors)),
         "robots": scenario.robots_per_floor * building.floors,
@@ -164,7 +164,7 @@ def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
 
 
 def named_or_file(text: str, side: Side, sample: bool = False) -> Any:
-    """Load a checkpoint's or the shipped policy; give a script's name as it is."""
+    """Load a checkpoint's or the shipped policy; return a script's name as it is."""
     if text in SCRIPTS[side]:
         return text
     source = SHIPPED if text == LEARNED else text

@@ -39,10 +39,10 @@ class Settings:
     switch_every         ... each for so many rounds
     random_fires         share of the jobs in which random fire stands in for one that
                          learns: robots easily overfit to a single adversary
-    past_fires           the same, of fires that this one was earlier in the training
-    imitation_episodes   if a strategy is imitated first: how many of its episodes,
-    imitation_epochs     how many times through them, and for how many rounds after
-    critic_rounds        that the critic alone learns what the imitator is worth
+    past_fires           the same, with earlier versions of the fire that learns
+    imitation_episodes   of a strategy that is imitated first, if any
+    imitation_epochs     passes through these episodes
+    critic_rounds        then rounds that teach only the critic the imitator's value
     """
 
     preset: str
@@ -113,7 +113,7 @@ def _number(value: Any, kind: Any) -> Any:
 def changed(base: Settings, rows: Any, where: str) -> Settings:
     """Replace rows of whole settings; robots, fire and scenario hold rows of their own.
 
-    where: they stand, for messages. Raises SettingsError.
+    where: the rows stand, for messages. Raises SettingsError.
     """
     rows = mapping(rows, where)
     for name in ("robots", "fire", "scenario"):
@@ -140,22 +140,22 @@ def _paper() -> Settings:
         fire=record_from(TrainerSettings, TABLE_II, "Table II"),
         scenario=Scenario(training=True),  # [D6]
         episodes_per_job=2,
-        jobs_per_round=4,  # [E1, chosen] of Table I's buffer a round fills under 10 %
+        jobs_per_round=4,  # [E1, chosen] a round fills under 10 % of Table I's buffer
     )
 
 
 def _laptop() -> Settings:
-    """[E1, E2, chosen] What learns visibly in less than an hour.
+    """[E1, E2, chosen] Settings that learn visibly in less than an hour.
 
-    Of the paper's decisions the robots have a twentieth, the fire a seventieth; so the
+    Robots have a twentieth of the paper's decisions, the fire a seventieth. So the
     learning rate is higher, minibatches and buffers are small (an update after each
     round, for the fire after several), layers half as wide, and heads are pointers,
     since raw Gaussians need millions of decisions.
     Robots finish what they begin (commitment), the clock is taken out of their reward
-    (shaping), they look 33 decisions ahead instead of 10 (gamma), and choose by what
-    their options are like alone, which is sooner learned (context). Their entropy bonus
-    is a fifth and fades, so that the likeliest action becomes as good as a sampled one.
-    Half of the fires are random: a learning one soon leaves nobody to learn from.
+    (shaping), and they look 33 decisions ahead instead of 10 (gamma). They judge each
+    option by its own features alone, which is sooner learned (context). Their entropy
+    bonus is a fifth and fades, so the likeliest action becomes as good as a sampled
+    one. Half of the fires are random: a learning one soon leaves nobody to learn from.
     """
     net = {"hidden_units": 128, "num_layers": 2, "head": "pointer"}
     net |= {"learning_rate": 1e-3}
@@ -180,7 +180,7 @@ def _laptop() -> Settings:
 
 
 def _tiny() -> Settings:
-    """[E1, E2, chosen] Seconds, on a small building: every part runs, little is learnt.
+    """[E1, E2, chosen] Seconds in a small building: every part runs, little is learnt.
 
     Six people and a minute; buffers that each round fills, so that each ends in an
     update.

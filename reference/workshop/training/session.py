@@ -38,13 +38,13 @@ LEARNERS, ROUNDS, DEMONSTRATIONS, PAST = range(4)  # what seeds are for
 EPISODE = 2**20  # bytes of one, more or less
 PAST_EVERY, MOST_PAST = 5, 10
 """[E6, chosen] rounds between two fires that are remembered, and how many of them; when
-there are more every second is forgotten, and the rounds between two doubled."""
+there are more, every second is forgotten, and the rounds between two are doubled."""
 
 FACTS = (*OF_EPISODES.values(), "fire_reward")  # of an episode
 
 
 class Training:
-    """Learners, and how far they have come; `imitate` and `learn` alone change it.
+    """Learners and their progress, which only `imitate` and `learn` change.
 
     round  rounds that are over;  episodes  that were learned from;  latest  means of
     the last round's facts;  imitated  whether copying, if asked for, is over
@@ -52,7 +52,7 @@ class Training:
     """
 
     def __init__(self, task: Task):
-        """Raises SettingsError if nobody learns, or nobody who could imitate.
+        """Make the learners. Raises SettingsError if none learns, or none can imitate.
 
         And ValueError for more people than fit into the building.
         """
@@ -108,10 +108,10 @@ class Training:
         """Whether the critic alone learns: after imitation, for some rounds."""
         return bool(self.task.imitate) and self.round < self.settings.critic_rounds
 
-    # -- What there is to tell --------------------------------------------------------
+    # -- Reports --------------------------------------------------------------------
 
     def about(self) -> str:
-        """Who trains how, and how far there is to go, in a line for people."""
+        """Tell in a line who trains how, and how many decisions are left."""
         sides = ", ".join(f"{side} {who}" for side, who in self._who().items())
         ends = ((who.settings.max_steps, who.steps) for who in self.learners.values())
         left = sum(max(0, end - steps) for end, steps in ends)
@@ -123,7 +123,7 @@ class Training:
         return f"{title}: {sides}, seed {self.task.seed}; {left:,} decisions to go"
 
     def _who(self) -> dict[str, str]:
-        """Each side's trainer and head, or who plays it."""
+        """Name each side's trainer and head, or its fixed player."""
         names: dict[str, str] = {}
         for side in SIDES:
             who = self.learners.get(side) or self.task.fixed[side]
@@ -138,7 +138,7 @@ class Training:
         return sum(learner.steps for learner in self.learners.values())
 
     def facts(self) -> dict[str, Any]:
-        """Who it was, how far they are, and the means of the last round's episodes."""
+        """Report players, progress, and the means of the last round's episodes."""
         names = ("fire_reward", "survival", "evacuated", "died")
         return {
             "preset": self.settings.preset,
@@ -154,7 +154,7 @@ class Training:
     # -- A round --------------------------------------------------------------------
 
     def jobs(self) -> list[Job]:
-        """The round's episodes; seeds follow from the run's and the round's number."""
+        """Make the round's jobs; seeds follow from the run's and the round's number."""
         s = self.settings
         count = s.jobs_per_round * s.episodes_per_job
         seeds = seeds_of(self.task.seed, ROUNDS, self.round, count)
@@ -173,11 +173,11 @@ class Training:
         return self.round * self.settings.jobs_per_round
 
     def _fire(self, job: int) -> str:
-        """Who lights a job's fires: "learned", or who stands in [E6, chosen].
+        """Choose a job's fire: "learned", or one that stands in [E6, chosen].
 
-        "random" fire in `random_fires` of all jobs, "past" ones in `past_fires`, evenly
-        spread, while the robots learn: against one adversary alone they would learn its
-        habits, or from a strong one nothing.
+        While the robots learn, a share `random_fires` of all jobs has "random" fire and
+        a share `past_fires` a "past" one, evenly spread: from one adversary alone they
+        would learn its habits, or, if it is strong, nothing.
         """
         if "fire" not in self.learners or "robots" not in self.learning():
             return "learned"
@@ -190,7 +190,7 @@ class Training:
         return "past" if due and self.past else "learned"
 
     def _past_fire(self, job: int, learned: Learned) -> Learned:
-        """One of the fires that are remembered, drawn for a job."""
+        """Draw one of the remembered fires for a job."""
         (seed,) = seeds_of(self.task.seed, PAST, job, 1)
         weights = self.past[seed % len(self.past)]
         copies = {name: tensor.numpy().copy() for name, tensor in weights.items()}
@@ -206,7 +206,7 @@ class Training:
             self.past, self.past_every = self.past[1::2], 2 * self.past_every
 
     def _player(self, side: Side) -> Any:
-        """Who plays a side; networks as copies, which do not change while they play."""
+        """Make a side's player; networks are copies, which do not change in play."""
         if side in self.learners:
             learner = self.learners[side]
             return player_of(learner, landmarks_for(side, learner.settings))
@@ -217,7 +217,7 @@ class Training:
         return replace(who, weights=weights)
 
     def learn(self, episodes: Sequence[Episode]) -> list[Row]:
-        """Update the learners whose turn it is; the summary rows that are due.
+        """Update the learners whose turn it is; return the summary rows due.
 
         Raises SettingsError if in their first round they had nothing to decide.
         """
@@ -244,7 +244,7 @@ class Training:
         return [row for row in rows if row is not None]
 
     def _without_past(self, episodes: Sequence[Episode]) -> list[Episode]:
-        """The round's episodes; the fire learns nothing from those of another one."""
+        """Drop the fire's part of episodes that a past fire has played."""
         size = self.settings.episodes_per_job
         jobs = (self._first + k // size for k in range(len(episodes)))
         return [
@@ -255,7 +255,7 @@ class Training:
     # -- Imitation ------------------------------------------------------------------
 
     def demonstrations(self) -> list[Job]:
-        """The jobs of the teacher that robots copy first, with a scripted fire."""
+        """Make the jobs of the teacher that robots copy first, with a scripted fire."""
         s, fire, teacher = self.settings, self.task.fixed.get("fire"), self.task.imitate
         seeds = seeds_of(self.task.seed, DEMONSTRATIONS, 0, s.imitation_episodes)
         assert teacher is not None
@@ -267,7 +267,7 @@ class Training:
         ]
 
     def imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
-        """Clone what was demonstrated; a summary row for each epoch."""
+        """Clone what was demonstrated; return a summary row for each epoch."""
         trajectories = [e.robots for e in demonstrations if e.robots is not None]
         epochs = self.settings.imitation_epochs
         losses = clone(self.learners["robots"], trajectories, epochs)
@@ -278,7 +278,7 @@ class Training:
     # -- Checkpoints ----------------------------------------------------------------
 
     def checkpoint(self) -> Checkpoint:
-        """Save everything that is needed to go on."""
+        """Collect everything that is needed to resume."""
         learners = {side: state_of(who) for side, who in self.learners.items()}
         if self.past:
             learners["fire"] |= {"past": self.past, "past_every": self.past_every}
@@ -321,7 +321,7 @@ class Training:
 
 
 def _refuse_too_large(task: Task) -> None:
-    """Raises SettingsError for networks or episodes that no memory here can hold."""
+    """Raise SettingsError for networks or episodes too large for this memory."""
     s = task.settings
     weights = sum(
         2 * 4 * 4 * r.hidden_units * (r.hidden_units * (r.num_layers + 4) + 2000)

@@ -24,7 +24,7 @@ TRAINERS = {"poca": "MA-POCA", "ppo": "PPO"}
 
 
 def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
-    """A checkpoint in which nobody learns any more and both sides are networks.
+    """Combine two checkpoints into one in which both sides are fixed networks.
 
     Raises CheckpointError where a side was not learned, or in another world.
     """
@@ -43,7 +43,7 @@ def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
 
 
 def how(checkpoint: Checkpoint) -> dict[str, Any]:
-    """What made a checkpoint: its training, how far it went, and against whom."""
+    """Describe a checkpoint's training: settings, decisions, and opponents."""
     task = checkpoint.task
     steps = {side: state["steps"] for side, state in checkpoint.learners.items()}
     named = {side: isinstance(who, str) for side, who in task.fixed.items()}

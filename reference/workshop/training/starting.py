@@ -1,6 +1,6 @@
 """Begin a training by the options of `train`, or resume one.
 
-Clauses: E1, E2, E6.  Whoever goes on may ask for nothing else than what was begun.
+Clauses: E1, E2, E6.  A resumed training must keep the options it was begun with.
 """
 
 from collections.abc import Iterator
@@ -57,7 +57,7 @@ class Asked:
 def begin(asked: Asked, folder: Path) -> Task:
     """Make a new training's task; its folder is empty or not there yet.
 
-    Raises RunError for a folder that is not, SettingsError, CheckpointError for a
+    Raises RunError for any other folder, SettingsError, CheckpointError for a
     side that does not fit, FloorPlanError for the map, OSError for an unreadable file.
     """
     refuse_used(folder)
@@ -81,7 +81,7 @@ def begin(asked: Asked, folder: Path) -> Task:
 
 
 def resume(asked: Asked, folder: Path) -> Training:
-    """Go on from the newest checkpoint in a folder, if nothing else was asked for.
+    """Resume from the newest checkpoint in a folder, if the options do not contradict.
 
     Raises RunError if there is none or if it is another version's, ContradictionError
     for the first thing that contradicts it, InputError for one that is damaged.
@@ -151,7 +151,7 @@ def _asked_and_begun(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]
 
 
 def _same(who: str, side: Side, fixed: Learned | str) -> bool:
-    """Is this who plays the side that does not learn?"""
+    """Tell whether this word names a fixed side's player."""
     if isinstance(fixed, str):
         return who == fixed
     found = named_or_file(who, side)

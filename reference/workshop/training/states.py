@@ -1,4 +1,4 @@
-"""Learners as plain data, tensors and numbers only, and back.
+"""Convert learners to plain data, tensors and numbers only, and back.
 
 Clause: E3.
 """
@@ -15,7 +15,7 @@ from reference.workshop.plain import checked
 
 
 def state_of(learner: Learner) -> dict[str, Any]:
-    """Everything that a learner needs to go on.
+    """Collect all that a learner needs to resume.
 
     The tensors are the networks' own: write or copy them before learning goes on.
     """
@@ -33,10 +33,10 @@ def state_of(learner: Learner) -> dict[str, Any]:
 
 
 def restore(learner: Learner, state: dict[str, Any]) -> None:
-    """Take over a state; all shapes must fit. Raises ValueError, RuntimeError, ...
+    """Load a state; all shapes must fit. Raises ValueError, RuntimeError, ...
 
-    What else there is to Adam than moments and rate follows from the settings. Of
-    decisions that wait for an update, one is looked at.
+    Of Adam, only moments and rate are loaded; the rest follows from the settings. Of
+    the decisions that wait for an update, one is checked.
     """
     adam, moments = learner.optimiser.state_dict(), state["optimiser"]["state"]
     (group,), (there,) = adam["param_groups"], state["optimiser"]["param_groups"]
@@ -62,7 +62,7 @@ def restore(learner: Learner, state: dict[str, Any]) -> None:
 
 
 def _packed(grids: Tensor) -> dict[str, Any]:
-    """Cells of 0 and 1 as bits."""
+    """Pack cells of 0 and 1 into bits."""
     bits = np.packbits(grids.numpy().reshape(len(grids), -1), axis=1)
     return {"bits": torch.from_numpy(bits), "shape": list(grids.shape)}
 

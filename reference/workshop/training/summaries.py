@@ -2,7 +2,7 @@
 
 Clauses: E1, E2, E3, E5.  A row every `summary_freq` steps of a side: means over the
 episodes and updates since the row before.  Rewards are unscaled health points; unlike
-in ML-Agents, "Cumulative Reward" has the group's reward in it.
+in ML-Agents, "Cumulative Reward" includes the group's reward.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -34,7 +34,7 @@ OF_EPISODES = {
     "Environment/Fire Sources": "sources",
     "Environment/Fires Refused": "refused",
 }
-"""The fact of an episode that each is the mean of; the group is the robots'."""
+"""Columns, and the episode's fact that each averages; the group is the robots'."""
 
 OWN_FACT: dict[Side, str] = {"robots": "group_reward", "fire": "fire_reward"}
 
@@ -53,7 +53,7 @@ OF_UPDATES = (
 COLUMNS = (*WHEN, GROUP_REWARD, OWN_REWARD, *list(OF_EPISODES)[1:], *OF_UPDATES)
 CLOCKS = ("play_seconds", "learn_seconds", "decisions_per_second")
 TIMES = ("round", "decisions", *CLOCKS)
-"""What a clock says about a round, in a file of its own: no two runs agree in it."""
+"""Clock times of a round, in a file of their own: no two runs agree in them."""
 
 Row = dict[str, Any]
 
@@ -69,7 +69,7 @@ class Summary:
     def add(
         self, facts: Iterable[Mapping[str, float]], update: Mapping[str, float]
     ) -> None:
-        """Take in facts of episodes, and what the update said, if there was one."""
+        """Add facts of episodes, and the update's figures, if there was one."""
         names = OF_EPISODES | {OWN_REWARD: OWN_FACT[self.side]}
         for values in (*({n: f[of] for n, of in names.items()} for f in facts), update):
             for name, value in values.items():
@@ -85,7 +85,7 @@ class Summary:
         return {"side": self.side, "step": step, **when, **means}
 
     def state(self) -> dict[str, Any]:
-        """What is summed up so far as plain numbers, for a checkpoint."""
+        """Return the sums so far as plain numbers, for a checkpoint."""
         return {"last": self.last, "sums": self.sums, "counts": self.counts}
 
     def load(self, state: Mapping[str, Any]) -> None:
@@ -98,7 +98,7 @@ class Summary:
 
 
 def table_until(path: Path, columns: Sequence[str], rounds: int) -> Table:
-    """Go on with a table, without the rows of more than so many rounds.
+    """Continue a table, without its rows of later rounds than `rounds`.
 
     Raises ValueError for a file that is another table, OSError.
     """
@@ -110,7 +110,7 @@ class Board:
     """Summaries for TensorBoard, a folder for each side; needs its extra."""
 
     def __init__(self, folder: Path, steps: Mapping[Side, int]):
-        """steps: how far each side is; what is there of later ones is hidden.
+        """steps: of each side so far; later entries in the folder are hidden.
 
         Raises SettingsError without the extra `tensorboard`.
         """

@@ -55,7 +55,7 @@ GATES = {"exit": "E", "door": "+"}  # as they are drawn
 AGAINST = (0, 10, 50, 100)  # people who come towards a hundred
 CROWDS = (100, 200, 400)  # people in the paper's building
 LED = {100: 3, 200: 30, 400: 3}
-"""Seeds by people [A7, chosen]: at 200, which decides, as many as one waits for."""
+"""Seeds by people [A7, chosen]: at 200, which decides, as many as patience allows."""
 
 Numbers = dict[str, float]
 Measure = Callable[[int], tuple[bool, Numbers]]
@@ -82,7 +82,7 @@ CASES: dict[str, Case] = {}
 def case(
     source: str, accepted: str, why: str = "", runs: int = RUNS
 ) -> Callable[[Measure], Measure]:
-    """Enter a function among the CASES, under its own name."""
+    """Register a function in CASES under its own name."""
 
     def enter(measure: Measure) -> Measure:
         name = measure.__name__.replace("_", "-")
@@ -93,10 +93,10 @@ def case(
 
 
 def measured(name: str, seed: int, runs: int | None = None) -> dict[str, Any]:
-    """Measure one of the CASES with its seeds from this one on: a row of the table.
+    """Measure one of the CASES over its seeds, from this one on; return a table row.
 
-    It passes if it does so with every seed.  A number is the mean over the seeds with
-    which it is finite, None if there are none; `never` counts the others.
+    It passes if it does so with every seed.  A number is the mean over the seeds where
+    it is finite, None if there are none; `never` counts the others.
     """
     source, accepted, measure, why, usual = CASES[name]
     count = runs or usual
@@ -194,7 +194,7 @@ def fundamental_diagram(seed: int) -> tuple[bool, Numbers]:
 
 @cache
 def passages(gate: str, width: int, seed: int) -> np.ndarray:
-    """Seconds at which a hundred from 8 m x 5 m pass an exit, E, or inner door, +."""
+    """Time how a hundred from 8 m x 5 m pass an exit, E, or inner door, +: seconds."""
     first = (6 - width) // 2
     gates = [gate if first <= k < first + width else "#" for k in range(5)]
     beyond = "........E" if gate == "+" else ""

@@ -101,7 +101,7 @@ def gone(bodies: Bodies) -> np.ndarray:
 
 
 def times(crowd: Crowd, past: Past = gone) -> np.ndarray:
-    """Run until everybody is past something; (n,) s at which, inf for never."""
+    """Run until everybody is past something; return when, (n,) s, inf for never."""
     bodies = crowd.world.bodies
     when = np.full(len(bodies), inf)
     while not crowd.done and np.isinf(when).any():

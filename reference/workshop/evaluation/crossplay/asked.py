@@ -1,8 +1,8 @@
-"""What an evaluation plays: who meets whom, where, from which seeds.
+"""What an evaluation plays: which robots meet which fires, where, from which seeds.
 
 Clause: F12.  All matches share one building and one scenario, so that their runs can be
-paired by seed.  Where checkpoints take part these are theirs, and a training's folder
-is pinned to the newest checkpoint in it, though more may come while runs are played.
+paired by seed.  Checkpoints, if any, determine both.  A training's folder is pinned to
+its newest checkpoint, though more may come while runs are played.
 """
 
 import hashlib
@@ -40,7 +40,7 @@ EPISODES = 100
 
 ABOUT = "evaluation.json"
 MOST_RUNS = 1_000_000
-NOBODY = "none"  # no robots: those whom nobody guides
+NOBODY = "none"  # no robots: people are unguided
 
 
 @dataclass(frozen=True)
@@ -81,12 +81,12 @@ class File:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """All that its runs follow from; run i of each match has seed + i.
+    """All that determines its runs; run i of each match has seed + i.
 
     Raises RunError for none or too many runs.
 
     sample  draw learned policies' actions instead of taking the likeliest
-    files   which checkpoint a word means, of those words that name one
+    files   the checkpoint of each word that names one
     """
 
     arena: Arena
@@ -120,7 +120,7 @@ class Evaluation:
         return [(*match, seed) for match in self.matches for seed in self.seeds]
 
     def word(self, word: str) -> str:
-        """What a contestant is made of: the word, with a file instead of a folder."""
+        """Look up a contestant's word, with its checkpoint's file for a folder."""
         return self.files[word].word if word in self.files else word
 
     def about(self) -> str:
@@ -138,10 +138,9 @@ class Evaluation:
 def begin(asked: Asked, folder: Path | None = None) -> Evaluation:
     """Make a new evaluation; its folder, if any, is empty or not there yet.
 
-    Raises RunError for a folder that is not, for a word that names nobody, and
-    for contestants that have learned something else than they are to play; ValueError
-    for more people than fit; FloorPlanError for the map; OSError for a file that
-    cannot be read.
+    Raises RunError for any other folder, for an unknown word, and for contestants that
+    do not fit the arena; ValueError for more people than fit; FloorPlanError for the
+    map; OSError for a file that cannot be read.
     """
     if folder is not None:
         refuse_used(folder)
@@ -161,11 +160,11 @@ def begin(asked: Asked, folder: Path | None = None) -> Evaluation:
 
 
 def resume(asked: Asked, folder: Path) -> Evaluation:
-    """Resume the evaluation in a folder, with robots and fires asked for besides.
+    """Resume the evaluation in a folder, with any further robots and fires.
 
     Raises RunError if there is none, or if it is another version's; InputError if it
-    is damaged or its checkpoints are not what they were; ContradictionError for the
-    first other thing that was asked for than begun; else as `begin`.
+    is damaged or its checkpoints have changed; ContradictionError for the first option
+    that differs from what was begun; else as `begin`.
     """
     path = folder / ABOUT
     begun = read(path)
@@ -206,7 +205,7 @@ Trained = dict[tuple[Side, str], Any]
 
 
 def _arena(asked: Asked, robots: tuple[str, ...], trained: Trained) -> Arena:
-    """Take the first checkpoint's arena, the paper's without any, unless asked."""
+    """Take the first checkpoint's arena, else the paper's, unless asked otherwise."""
     if not trained:
         name, scenario = asked.building or BUILDING, Scenario()
         if asked.people is not None:
@@ -226,7 +225,7 @@ def _arena(asked: Asked, robots: tuple[str, ...], trained: Trained) -> Arena:
 
 
 def _refuse_crowds(arena: Arena) -> None:
-    """Raises RunError for nobody, InputError for more people than fit."""
+    """Raise RunError for no people, InputError for more people than fit."""
     if not arena.people:
         raise RunError("there is nobody to evacuate. Ask for at least 1 person.")
     Simulation(building_of(arena.plan), arena.scenario)
@@ -246,17 +245,17 @@ def _trained(
 
 
 def _refuse_misfits(trained: Trained, arena: Arena) -> None:
-    """Raises RunError for the first who cannot play here."""
+    """Raise RunError for the first policy that does not fit here."""
     for (side, word), player in trained.items():
         with _named(side, word):
             player.refuse_elsewhere(building_of(arena.plan), arena.scenario)
 
 
 def unlike_training(evaluation: Evaluation) -> Iterator[str]:
-    """A line for each checkpoint that learned in another scenario than it plays in.
+    """Yield a line for each checkpoint that learned in another scenario.
 
-    It may: where people start, how far they see and the time limit are no matter of a
-    network's shape. Raises as `begin` for a checkpoint that has gone since.
+    This is allowed: where people start, how far they see and the time limit do not
+    affect a network's shape. Raises as `begin` for a checkpoint that has gone since.
     """
     here = asdict(evaluation.arena.scenario)
     trained = _trained(evaluation.robots, evaluation.fires, evaluation.files)
@@ -270,7 +269,7 @@ def unlike_training(evaluation: Evaluation) -> Iterator[str]:
 
 @contextmanager
 def _named(side: Side, word: str) -> Iterator[None]:
-    """Say who it is that something is wrong with: there may be many."""
+    """Name the contestant in its errors: there may be many."""
     try:
         yield
     except ValueError as error:
@@ -287,13 +286,13 @@ def _files(robots: tuple[str, ...], fires: tuple[str, ...]) -> dict[str, File]:
 
 
 def _file(word: str) -> File | None:
-    """Find the checkpoint named behind one of the word's colons, or by all of it."""
+    """Find the checkpoint that a word names, as a whole or behind a colon."""
     parts = word.split(":")
     ends = [":".join(parts[k:]) for k in range(len(parts))]
     named = next((end for end in ends if end and exists(end)), None)
     if word == LEARNED:
         return File(str(SHIPPED), str(SHIPPED), _digest(SHIPPED))
-    if named is None:  # whoever makes a contestant of it says so best
+    if named is None:  # `contestant` gives the better message
         return None
     path = Path(named)
     if path.is_dir():
@@ -312,7 +311,7 @@ def _digest(path: Path) -> str:
 
 
 def _refuse_changed(file: File) -> None:
-    """Raises RunError unless the checkpoint is as it was when runs were played."""
+    """Raise RunError unless the checkpoint is as it was when runs were played."""
     path = Path(file.path)
     if not path.is_file() or _digest(path) != file.sha256:
         raise RunError(

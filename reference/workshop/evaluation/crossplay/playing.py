@@ -1,7 +1,7 @@
-"""Play robots × fires × seeds: a few runs are a job, for any executor.
+"""Play robots × fires × seeds, a few runs per job, on any executor.
 
-Clause: F12.  Runs of one seed have the same people in the same places, and the same
-randomness of the fire, whoever guides: they are paired.
+Clause: F12.  Runs of one seed are paired: they have the same people in the same places,
+and the same randomness of the fire, whoever guides.
 """
 
 from collections.abc import Callable, Sequence
@@ -44,7 +44,7 @@ def play(jobs: Sequence[tuple[Match, Evacuation]]) -> list[Record]:
 
 
 def recorded(runs: Sequence[tuple[Match, int, Simulation]]) -> list[Record]:
-    """Run simulations to their end, given match and seed; their records."""
+    """Run simulations, given match and seed, to their end; return their records."""
     people = [people_in(simulation.world) for _, _, simulation in runs]
     to_the_end([simulation for _, _, simulation in runs])
     return [
@@ -54,12 +54,12 @@ def recorded(runs: Sequence[tuple[Match, int, Simulation]]) -> list[Record]:
 
 
 def parts(runs: Sequence[Run]) -> list[Sequence[Run]]:
-    """Split runs into those that go in lockstep."""
+    """Split runs into batches to run in lockstep."""
     return [runs[k : k + MOST_RUNS] for k in range(0, len(runs), MOST_RUNS)]
 
 
 def evacuation_of(evaluation: Evaluation, run: Key) -> Evacuation:
-    """One run of an evaluation, with the files that its words mean."""
+    """Make one run of an evaluation, with the files that its words mean."""
     robots, fire, seed = run
     return Evacuation(
         evaluation.arena.plan,
@@ -77,11 +77,11 @@ def evaluate(
     executor: Executor,
     stop: Callable[[], bool] = lambda: False,
 ) -> list[Record]:
-    """Play all runs; their records in order, or those that are over if told to stop.
+    """Play all runs; return their records in order, or the finished ones if stopped.
 
-    What lies in the folder already is not played again; what is played is written
-    there at once. Without a folder nothing is written. Raises OSError where something
-    cannot be, ValueError for a table of runs that is damaged.
+    Runs already in the folder are not played again; new ones are written there at
+    once. Without a folder nothing is written. Raises OSError where something cannot
+    be written, ValueError for a damaged table of runs.
     """
     there = read(folder / RUNS) if folder else []
     table = None

@@ -17,7 +17,7 @@ from reference.workshop.files import Table, number, read_table, whole
 
 
 class Match(NamedTuple):
-    """Who guides and who burns, by the words that were asked for."""
+    """The robots and the fire, by the words that were asked for."""
 
     robots: str
     fire: str
@@ -27,10 +27,10 @@ class Match(NamedTuple):
 class Record:
     """One run of a match, from one seed.
 
-    inside            people whom the time limit found neither out nor dead
+    inside            people neither out nor dead at the time limit
     survival          evacuated / people;  reward  R and difficulty  h of Eq. 8
-    evacuation_time   s, when the last of those who got out did; None if nobody did,
-                      as for the next two [F12, chosen]
+    evacuation_time   s, when the last person got out; None if nobody did, as for the
+                      next two [F12, chosen]
     mean_evacuation_time  s, over those who got out;  mean_health  theirs
     simulated_seconds  until nobody was inside any more
     times             s, when each got out, ascending
@@ -106,7 +106,7 @@ def table_of(path: Path, records: Iterable[Record]) -> Table:
 def read(path: Path) -> list[Record]:
     """Read the whole rows of a table of runs; none if there is no file.
 
-    Raises ValueError for a file that is none, OSError for one it cannot read.
+    Raises ValueError for another file, OSError for one it cannot read.
     """
     return read_table(path, COLUMNS, _record)
 

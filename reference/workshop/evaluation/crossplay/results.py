@@ -1,8 +1,8 @@
-"""Results: what the runs of each match come to, as a table, as CSV and as JSON.
+"""Summarise the runs of each match, as a table, as CSV and as JSON.
 
 Clauses: F9, F12.  Every figure is a mean over runs with its bootstrap interval.  The
 score E is that of the mean reward and the mean difficulty, never a mean of scores: E is
-convex, so that a mean of scores would reward whoever is unreliable.
+convex, so that a mean of scores would reward unreliable robots.
 """
 
 from collections.abc import Iterable, Sequence
@@ -89,7 +89,7 @@ def ruler_of(
     """Calibrate the ruler on which the baseline scores 1 on average over its fires.
 
     [F12] worst, best: the critical points, reward and y each. Raises RunError if the
-    baseline has no runs, RulerError if no ruler comes of them.
+    baseline has no runs, RulerError if they yield no ruler.
     """
     runs = [run for run in records if run.robots == baseline]
     if not runs:
@@ -123,7 +123,7 @@ HEADINGS = {
     "evacuation_time": "last out, s",
     "mean_health": "health",
 }
-MEANS = ("evacuation_time", "mean_health")  # they stand without their intervals
+MEANS = ("evacuation_time", "mean_health")  # shown without their intervals
 NOTE = "-: nobody got out, or the reward lies off the ruler of E"
 
 
@@ -207,7 +207,7 @@ def write(
 
 
 def _row(cell: Cell) -> dict[str, Any]:
-    """A cell's row of the CSV table: no columns for a figure that there is not."""
+    """Make a cell's row of the CSV table, without columns of missing figures."""
     row = as_plain(cell)
     for name in FIGURES:
         row |= {f"{name}_{end}": v for end, v in (row.pop(name) or {}).items()}

@@ -1,7 +1,7 @@
 """The fire that a learned critic values least.
 
-Clauses: F4, E1, E2.  A critic has learned what to expect of the robots that it learned
-with, against the fires that it has seen.  It is cheap to ask and easy to fool: `gap`
+Clauses: F4, E1, E2.  A critic predicts the reward of the robots that it learned with,
+against the fires that it has seen.  It is cheap to ask and easy to fool: `gap`
 re-scores what it says.
 
     B  placements
@@ -38,7 +38,7 @@ class CriticFire(LearnedPolicy):
     side: Side = "robots"
 
     def __init__(self, source: CheckpointLike):
-        """Load the critic of a checkpoint's robots; others may be the ones attacked.
+        """Load the critic of a checkpoint's robots; it may attack other robots.
 
         Raises what `LearnedPolicy` raises, also where the robots did not learn.
         """
@@ -54,9 +54,9 @@ class CriticFire(LearnedPolicy):
         return choice[int(self.values(world, choice).argmin())]
 
     def values(self, world: World, choice: Sequence[Decision]) -> np.ndarray:
-        """Ask the critic for the discounted reward after each: (B,) health points.
+        """Estimate the discounted reward after each placement: (B,) health points.
 
-        All in one call of the network.
+        One call of the network does all.
         """
         at_work = robots_at_work(world)
         worlds = [imagined(world, decision) for decision in choice]
@@ -71,7 +71,7 @@ class CriticFire(LearnedPolicy):
         with one_thread(), torch.no_grad():
             if isinstance(self.critic, GroupCritic):
                 value = self.critic(vectors, grids, there)
-            else:  # PPO's values each robot's view of the same group reward
+            else:  # PPO's critic values the group's reward as each robot sees it
                 each = self.critic(vectors, grids) * there
                 value = each.sum(dim=1) / there.sum(dim=1).clamp(min=1)
         s = self.learned.settings
@@ -95,7 +95,7 @@ def critic_of(robots: LearnedPolicy) -> Critic | GroupCritic:
 
 
 def imagined(world: World, decision: Decision) -> World:
-    """Copy the world with one more source, alight already; the rest is shared."""
+    """Copy the world with one more source, already burning; share the rest."""
     floor, x, y = decision
     flames = world.flames
     burning = flames.burning.copy()

@@ -1,7 +1,7 @@
 """The fire that looks ahead: it simulates some placements and takes the worst.
 
 Clauses: F4, D2, D6.  The greedy worst case (GWC), with a simulation to tell what is
-worst: at each decision on its own, so that the cost is linear in their number and not
+worst. It treats each decision alone, so that the cost is linear in their number and not
 exponential.
 """
 
@@ -19,13 +19,13 @@ from reference.workshop.strategies.fires import BusiestFire
 from reference.world import World
 
 CHOICES, HORIZON = 4, 60.0
-"""[F4, chosen] placements tried out at a decision, and seconds simulated of each: about
+"""[F4, chosen] placements tried at a decision, and seconds simulated of each: about
 ten seconds of one core for the paper's building. On four seeds more seconds, or more
 placements for fewer seconds, did no more harm to `sweep`."""
 
 
 class Foreseen(NamedTuple):
-    """The reward that is to be expected from a placement on, health points."""
+    """The reward expected after a placement, health points."""
 
     reward: float
     placement: Decision
@@ -35,16 +35,16 @@ class WorstCase:
     """A fire that breaks out where a look-ahead simulation says it is worst.
 
     [F4, Eq. 5, chosen] Each of the busiest placements is simulated up to a horizon,
-    with the robots' own strategy; what comes after is a `value_estimate`. Later fires
-    follow a rule, as `BusiestFire` does: without them it would never take the first
-    of two exits. All placements share the seed of their future, so that they are
-    compared under the same chances; it is a fresh one, so that the fire does not know
-    how flames will really spread. The least of such values is too low by nature: `gap`
-    re-scores it.
+    with the robots' own strategy; a `value_estimate` stands for the rest. Later fires
+    follow the rule of `BusiestFire`: without them it would never take the first of two
+    exits. All placements share the seed of their future, so that they are compared
+    under the same chances. It is a fresh seed, so that the fire does not know how
+    flames will really spread. The least of such values is biased low: `gap` re-scores
+    it.
 
-    ticks     simulated in looking ahead, at all decisions together
-    foreseen  at the last decision, the worst first; of equals the busiest, since what
-              can wait in one future may be too late in another
+    ticks     simulated by all look-aheads together
+    foreseen  at the last decision, the worst first; among equals the busiest, since
+              what can wait in one future may be too late in another
     """
 
     def __init__(self, choices: int = CHOICES, horizon: float = HORIZON):
@@ -55,7 +55,7 @@ class WorstCase:
         self._now: Simulation | None = None
 
     def watch(self, now: Simulation) -> None:
-        """Keep how things stand: `Simulation` shows it before each decision."""
+        """Save the simulation, which shows itself before each decision."""
         self._now = now
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
@@ -84,11 +84,11 @@ class WorstCase:
 
 
 class FirstAt(BusiestFire):
-    """A fire at one place, or not at all, in its next turn; then on busy ways."""
+    """Lights one place, or none, at its next decision; then acts as `BusiestFire`."""
 
     def __init__(self, placement: Decision | None):
         self.first = [placement]
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
-        """Take that place; then what most people have to come past."""
+        """Take that place; later, the cell that most people will cross."""
         return self.first.pop() if self.first else super().decide(world, rng)

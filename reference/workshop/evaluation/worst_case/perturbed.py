@@ -1,9 +1,9 @@
-"""Robots whose observations are perturbed, as badly as can be found.
+"""Robots whose observations are perturbed, by the worst error that a search finds.
 
 Clauses: F4, C1, E1.  Eq. 5 as it is meant there: what the robots observe is off by δ,
 ‖δ‖∞ ≤ ε, the worst that can be found at each decision on its own (GWC).
 
-    o    observations (G, V);  δ  what they are off by, 0 or ± ε, metres
+    o    observations (G, V);  δ  their error, 0 or ± ε, metres
     b    baseline of MA-POCA's critic: the value of the group when all but one have
          decided, without knowing what that one does
     G  robots;  V  numbers that a robot observes;  K  tries
@@ -28,10 +28,10 @@ from reference.workshop.training.policies import CheckpointLike, LearnedRobots
 from reference.world import World
 
 EPSILON = 1.0
-"""[F4, chosen] metres: a cell of the grid, about what positioning indoors is off by."""
+"""[F4, chosen] metres: a cell of the grid, about the error of indoor positioning."""
 
 TRIES = 4
-"""[F4, chosen] for each robot, corners of its ball that are looked at."""
+"""[F4, chosen] corners of its ball that are tried for each robot."""
 
 
 class Attack(NamedTuple):
@@ -39,7 +39,7 @@ class Attack(NamedTuple):
 
     seen     (G, V) float32, o + δ;  emitted  (G, 2) what the robots then do
     value    mean of b, scaled return: what the critic expects of that
-    plain    the same for what they would do without it
+    plain    the same without the perturbation
     """
 
     seen: np.ndarray
@@ -51,15 +51,15 @@ class Attack(NamedTuple):
 class PerturbedRobots(LearnedRobots):
     """A checkpoint's robots whose observations are off by at most ε [F4, Eq. 5].
 
-    What may be off is x and y of every person, robot and fire source that is there:
+    The error may affect x and y of every person, robot and fire source that is there:
     2 (40 + 6 + 8) = 108 of the paper's 167 numbers at most. Storeys, counts, the time,
     the rows of those who are gone, the grid and the order of people stay as they are.
 
-    [F4, chosen] The search is greedy over the robots: of some corners of the ball
-    around each one's vector, those stay whose joint action has the lowest value, the
-    mean of MA-POCA's baselines. A better search might find a worse δ: the reward under
-    this attack is an upper bound of Eq. 5's. A robot alone at work has no baseline, so
-    it is not deceived.
+    [F4, chosen] The search is greedy over the robots: it tries some corners of the ball
+    around each one's vector and keeps the one whose joint action has the lowest value,
+    the mean of MA-POCA's baselines. A better search might find a worse δ: the reward
+    under this attack is an upper bound of Eq. 5's. A robot alone at work has no
+    baseline, so it is not deceived.
     """
 
     critic: GroupCritic
@@ -83,7 +83,7 @@ class PerturbedRobots(LearnedRobots):
         self.critic = critic
 
     def _emitted(self, vectors: np.ndarray, world: World, rng: Rng) -> np.ndarray:
-        """(G, 2) what they do when deceived; without deception what they would do."""
+        """Choose actions (G, 2) under the attack, or without it where ε = 0."""
         if not self.epsilon:
             return super()._emitted(vectors, world, rng)
         truth = Moment.of(world, vectors, robots_at_work(world))
@@ -104,7 +104,7 @@ class PerturbedRobots(LearnedRobots):
         return worst
 
     def _perturbed(self, vector: np.ndarray, rng: Rng) -> np.ndarray:
-        """(K, V) corners of the ball around a vector (V,), cut off at the drawing."""
+        """Draw (K, V) corners of the ball around a vector (V,), clipped to the map."""
         delta = rng.choice([-self.epsilon, self.epsilon], (self.tries, len(vector)))
         layout = robot_layout(self.building, self.scenario)
         below = np.nextafter(layout.high, layout.low)
@@ -115,7 +115,7 @@ class PerturbedRobots(LearnedRobots):
     def _evaluate(
         self, truth: Moment, seen: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """(K, G, 2) what robots do that see (K, G, V), and (K,) its value in truth."""
+        """Compute actions (K, G, 2) on seen (K, G, V), and their true value (K,)."""
         with one_thread(), torch.no_grad():
             moments = [replace(truth, vectors=each) for each in seen]
             emitted, decisions = self.player.act(moments)

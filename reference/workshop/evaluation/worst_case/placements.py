@@ -17,16 +17,16 @@ from reference.workshop.landmarks.of_fire import FIRE_FEATURES, FireOptions
 from reference.world import World
 
 CROSS = [FIRE_FEATURES.index(name) for name in ("cross", "come")]
-"""People of the floor, and from above, whose cheapest way out comes past."""
+"""Counts of people, of the floor and from above, whose cheapest way out passes."""
 
 
 def placements(world: World, scenario: Scenario) -> list[Decision]:
     """List free cells beside ways, people and robots; none if nobody is inside.
 
-    [F4, chosen] Those that a learned fire's pointer head chooses among: one for each
+    [F4, chosen] They are the options of a learned fire's pointer head: one for each
     landmark, group and robot of floors where somebody is or still comes through, about
-    60 in the paper's building. Those come first which most people's cheapest ways out
-    come past: mostly the worst are among them. scenario: the simulation's own.
+    60 in the paper's building. Those that most people's cheapest ways out pass come
+    first: mostly the worst are among them. scenario: the simulation's own.
     """
     if not any(world.occupancy):
         return []

@@ -14,26 +14,26 @@ from reference.workshop.traffic import stairwell_feet, ways_outside
 from reference.world import World
 
 SEARCH = 3.0
-"""[F4, chosen] metres walked for one of the shortest way: people search, robots fetch
+"""[F4, chosen] metres walked per metre of the shortest way: people search, robots fetch
 and queues form. With 3 the estimate was right on average for `sweep`, within 500 points
 of 8000, over moments of random, greedy and exit-burning fires, when exits burnt."""
 
 SOON = 30.0
-"""[F4, chosen] seconds: people meet the flames as they will be so much later."""
+"""[F4, chosen] seconds: people meet the flames as they will be this much later."""
 
 STOREY_LOSS = LOSS_PER_SECOND * paper.STAIRS_SECONDS
 
 Losses = tuple[np.ndarray, np.ndarray, np.ndarray]
-"""What the cheapest way out costs from n places, (n,) each: lost till the floor is
-left, lost till the building is left (inf: no way), and storeys walked down on it."""
+"""Costs of the cheapest way out from n places, (n,) each: health lost till the floor is
+left, till the building is left (inf: no way), and storeys walked down on it."""
 
 
 def value_estimate(world: World) -> float:
     """Estimate the reward that those inside still bring, if no more fires break out.
 
     [F4, chosen] Everybody takes the cheapest way, SEARCH times as long as it is, with
-    the flames as they will be SOON; these are walked through at the health it costs,
-    as stuck people do. Flames must be known that far: ask a simulation of its own
+    the flames as they will be SOON. They walk through these at a cost of health, as
+    stuck people do. Flames must be known that far: ask a simulation of its own
     future.
     """
     bodies = world.bodies
@@ -48,7 +48,7 @@ def value_estimate(world: World) -> float:
 
 
 def _of_people(world: World, who: np.ndarray) -> Losses:
-    """Look up what lies before these people, (n,); those on stairs come out first."""
+    """Look up the losses before these people, (n,); those on stairs come out first."""
     bodies, building = world.bodies, world.building
     everywhere = _of_places(building, world.flames.arrival <= world.time + SOON)
     place, well = bodies.place[who], bodies.stairwell[who]
