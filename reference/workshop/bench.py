@@ -47,7 +47,7 @@ ROLLOUTS = ("paper", "laptop")  # presets: Gaussian heads, and pointer heads
 
 
 def measure(name: str, seed: int) -> dict[str, Any]:
-    """Measure a building; speeds are medians over RUNS seeds from this one on.
+    """Measure a building; the crowd's speeds are medians over RUNS seeds from this on.
 
     Raises ValueError for more people than fit, and what reading a map raises.
     """

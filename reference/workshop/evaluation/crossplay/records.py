@@ -32,7 +32,7 @@ class Record:
     evacuation_time   s, when the last person got out; None if nobody did, as for the
                       next two [F12, chosen]
     mean_evacuation_time  s, over those who got out;  mean_health  theirs
-    simulated_seconds  until nobody was inside any more
+    simulated_seconds  until nobody was inside, or time was up
     times             s, when each got out, ascending
     """
 
