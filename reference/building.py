@@ -1,6 +1,6 @@
 """A building: the graph of its rooms, doors and stairwells, and a grid of its cells.
 
-Clauses: A1, A2, A3, A4, A6 and the coordinates of A8.
+Clauses: A1-A7, B1 and the coordinates of A8.
 
     row, col   place in the text, row 0 is the north edge
     x, y       metres, east and north; the main body's middle is the origin

@@ -1,6 +1,6 @@
 """People: Algorithms 1 and 2, what they remember, and how the two modes switch.
 
-Clauses: B3, B4, B5, B6.  `Follower` and `Leader` are the paper's algorithms, to be read
+Clauses: B2-B6.  `Follower` and `Leader` are the paper's algorithms, to be read
 beside their printed lines; each call is one pass of the outermost loop, whose line 1
 ("while not at exit") is the simulation's.  Everything else here is what the algorithms
 leave open: "stuck", "suitable leader", "desired" and the memory, each defined once.

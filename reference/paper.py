@@ -1,6 +1,7 @@
 """Every number of the paper's appendix, stated, derived or chosen, with its clause.
 
-Clauses: A1, A3, B2, B5-B8, C2, C5, C6, D6, D7, E1, E2, E4, E5, F1, F2, F4-F10.
+Clauses: A1, A3, A5, A7, B1, B2, B4-B8, C2, C5, C6, D2, D6, D7, E1, E2, E4, E5, F1, F2,
+F4-F10.
 Stated numbers carry only their clause; chosen ones say why they are what they are.
 """
 

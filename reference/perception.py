@@ -1,6 +1,6 @@
 """What one human sees now: their own rays and nothing else [B3].
 
-Clauses: A6, B1, B2, B3.  Walls and landmarks are looked up in the sight tables; which
+Clauses: A6, B1, B2, B3, B6.  Walls and landmarks are in the sight tables; which
 people, robots and flames are in sight is computed anew for all who are about to think.
 
     i   who looks;  j  a body in sight;  k  number of a ray

@@ -1,6 +1,6 @@
 """Robots: Algorithm 3 and Eq. 1.
 
-Clauses: C5, C6, C7, C8.  Who decides where a robot goes is in `strategies`.
+Clauses: B5, C5-C8.  Who decides where a robot goes is in `strategies`.
 
     X_r, Y_r    decided destination;  X_r', Y_r'  the actual one [C6]
     p           place

@@ -1,7 +1,7 @@
 """One run of an evacuation, tick by tick: SENSE, DECIDE, MOVE, BURN, SETTLE.
 
-Clauses: A4, A5, A6, B4, B7, B8, C7, C8, D6, D7, F4.  Only this module changes a world,
-through the modules before it.
+Clauses: A4, A5, A6, B4, B5, B7, B8, C7, C8, D6, D7, F4.  Only this module changes
+a world, through the modules before it.
 
     i   a human;  mark  index of a landmark
 """

@@ -136,6 +136,17 @@ def test_every_clause_cited_in_the_code_is_marked_in_a_test():
     assert {c: place for c, place in cited.items() if c not in marked} == {}
 
 
+def test_a_module_names_at_its_head_every_clause_that_it_cites():
+    """One by one, or from one to another: C1-C4."""
+    for path in sorted({path for _, path, _ in citations()}):
+        found = re.search(r"Clauses?: (.*?)\.\s", path.read_text(), re.DOTALL)
+        named = found[1] if found else ""
+        head = set(re.findall(r"[A-F]\d+", named))
+        for letter, first, last in re.findall(r"([A-F])(\d+)-[A-F](\d+)", named):
+            head |= {f"{letter}{k}" for k in range(int(first), int(last))}
+        assert {c for c, where, _ in citations() if where == path} <= head, path.name
+
+
 def test_every_citation_and_every_mark_names_a_real_clause():
     """A slip such as C9 or B12 is found here."""
     named = [*citations(), *marks()]

@@ -1,6 +1,6 @@
 """Check what is drawn: rooms, doors and stairwells of a floor, ways between floors.
 
-Clauses: A2 (rooms, doors), A3 (stairwells, entrances), A4 (exits).  A check goes
+Clauses: A1, A2 (rooms, doors), A3 (stairwells, entrances), A4 (exits).  A check goes
 through a plan, or one storey of it, and yields what it finds; STAGES orders them.
 """
 

@@ -1,7 +1,7 @@
 """Observations: 167 numbers and a 40 x 40 grid for the robots of the paper's building.
 
-Clauses: C1, C2, C3, C4, D1.  What a vector holds is described once, in a `Layout`: its
-size, the meaning and the bounds of its numbers, how it is written and how it is read.
+Clauses: C1-C4, C8, D1.  What a vector holds is described once, in a `Layout`: its size,
+the meaning and the bounds of its numbers, how it is written and how it is read.
 
     n   people;  R  robots;  F  fire sources;  V  numbers of a vector
     point       x, y in metres and the storey, 0 is the first floor

@@ -1,6 +1,6 @@
 """The networks that both trainers share: encoders, and actors with two kinds of head.
 
-Clauses: C3, C5, D2, E1, E2, E3, E4.  What ML-Agents 0.29.0 builds from Tables I and II,
+Clauses: C3, C4, C5, C7, D2, E1-E4.  What ML-Agents 0.29.0 builds from Tables I and II,
 with one difference: whatever the agents of a group share is computed once [E3, chosen].
 
     B    group decisions in a batch;  G  agents of the group;  V  numbers an agent sees

@@ -1,6 +1,6 @@
 """Trainer settings of one side: Table I for the robots, Table II for the fire.
 
-Clauses: E1, E2 (Tables I and II), E3 (what a row means), E4 (networks), E5 (discounts).
+Clauses: C7, E1, E2 (Tables I and II), E3 (what a row means), E4 (networks), E5 (γ).
 A row here has its name in ML-Agents, its type, its section in ML-Agents' files, and its
 allowed values; its value stands in `paper`, or in one of the smaller presets.
 """

@@ -1,8 +1,8 @@
 """Record trajectories of an evacuation for other programs, one file per floor.
 
-Clauses: A7, A8.  The format is JuPedSim's SQLite, version 2, which PedPy loads. People
-on stairs are on no floor; robots, which hinder nobody, are left out. A row of
-`trajectory_data`:
+Clauses: A7, A8, B4, B7.  The format is JuPedSim's SQLite, version 2, which PedPy
+loads. People on stairs are on no floor; robots, which hinder nobody, are left out. A
+row of `trajectory_data`:
 
     frame          ticks since the beginning
     id             index of a human, the same on all floors

@@ -1,6 +1,6 @@
 """Floors from above, and the graph of rooms drawn over them.
 
-Clauses: A8 (Figs. 4-6), A2 for the graph.  Every panel is in metres, north is up.
+Clauses: A2 for the graph, A4, A8 (Figs. 4-6).  Every panel is in metres, north is up.
 """
 
 from itertools import combinations_with_replacement, pairwise

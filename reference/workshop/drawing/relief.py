@@ -1,7 +1,7 @@
 """The building seen obliquely from above: whole, where one may walk, and up close.
 
-Clauses: A8 (Figs. 1 to 3), A1 for the unit cubes, A2, A3 and A4 for what is shown up
-close, A7 for the walkable cells.  The view is our own parallel projection, from the
+Clauses: A1 for the unit cubes, A2, A3 and A4 for what is shown up close, A7 for the
+walkable cells, A8 (Figs. 1 to 3).  The view is our own parallel projection, from the
 south-west; boxes are painted back to front.
 
     x, y, z  metres east, north and up in the building

@@ -1,6 +1,6 @@
 """Imitation: robots that first copy a hand-written strategy, as an option [E1, chosen].
 
-Clauses: C5, C7.  An aid to ask for, never the default: what it teaches is not the
+Clauses: C5, C7, E1.  An aid to ask for, never the default: what it teaches is not the
 paper's.  The actor is fitted to what the strategy would have decided; then the critic
 learns alone for some rounds, and then both learn as always.
 

@@ -1,7 +1,7 @@
 """Settings of a whole training: both sides, a scenario, and three presets.
 
-Clauses: D6 (rule of training), E1, E2 (Tables I and II), E6 (both learn).  The tables'
-numbers stand in `paper`; those of the smaller presets are chosen here.
+Clauses: D6 (rule of training), E1, E2 (Tables I and II), E3, E6 (both learn).  The
+tables' numbers stand in `paper`; those of the smaller presets are chosen here.
 """
 
 import os
