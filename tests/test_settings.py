@@ -81,7 +81,7 @@ def test_the_presets_take_ever_more_decisions():
     names = ("tiny", "laptop", "paper")
     assert [preset(n).robots.max_steps for n in names] == [600, 480_000, 10_000_000]
     ratios = [preset(n).robots.max_steps / preset(n).fire.max_steps for n in names]
-    assert ratios == [20, 75, 20]
+    assert ratios == [20, 25, 20]
 
 
 def test_small_presets_choose_landmarks_and_the_paper_s_two_numbers():

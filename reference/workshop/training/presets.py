@@ -147,10 +147,10 @@ def _paper() -> Settings:
 def _laptop() -> Settings:
     """[E1, E2, chosen] Settings that learn visibly in less than an hour.
 
-    Robots have a twentieth of the paper's decisions, the fire a seventieth. So the
-    learning rate is higher, minibatches and buffers are small (an update after each
-    round, for the fire after several), layers half as wide, and heads are pointers,
-    since raw Gaussians need millions of decisions.
+    Robots have a twentieth of the paper's decisions, the fire a twenty-sixth, which is
+    as many episodes. So the learning rate is higher, minibatches and buffers are small
+    (an update after each round, for the fire after several), layers half as wide, and
+    heads are pointers, since raw Gaussians need millions of decisions.
     Robots finish what they begin (commitment), the clock is taken out of their reward
     (shaping), and they look 33 decisions ahead instead of 10 (gamma). They judge each
     option by its own features alone, which is sooner learned (context). Their entropy
@@ -165,8 +165,8 @@ def _laptop() -> Settings:
     robots |= {"summary": True, "own_state": True}
     robots |= {"max_steps": 480_000, "summary_freq": 5000}
     robots |= {"keep_checkpoints": 25, "checkpoint_interval": 24_000}
-    fire = {"batch_size": 64, "buffer_size": 250, "max_steps": 6400}
-    fire |= {"keep_checkpoints": 20, "checkpoint_interval": 320}
+    fire = {"batch_size": 64, "buffer_size": 250, "max_steps": 19_200}
+    fire |= {"keep_checkpoints": 20, "checkpoint_interval": 960}
     paper = _paper()
     return replace(
         paper,
