@@ -1,6 +1,7 @@
 """The ruler's pictures: what is marked, where it stands, and that it can be read."""
 
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -23,12 +24,12 @@ def readings(count, seed=0):
     for k in range(count):
         R, h = 7500 + rng.normal(0, 700), (1500, 2400)[k % 2] + rng.normal(0, 60)
         intervals = Interval(R, R - 300, R + 300), Interval(h, h - 50, h + 50)
-        yield Reading(f"robots-{k} : fire-{k}", *intervals)
+        yield Reading(f"robots-{k}", f"fire-{k}", *intervals)
 
 
-def single(label, reward, difficulty):
+def single(robots, reward, difficulty, fire="none"):
     """A reading of one run, whose intervals have no width."""
-    return Reading(label, Interval(*[reward] * 3), Interval(*[difficulty] * 3))
+    return Reading(robots, fire, Interval(*[reward] * 3), Interval(*[difficulty] * 3))
 
 
 def texts(figure):
@@ -90,9 +91,8 @@ def test_e_is_one_along_the_bold_line():
 
 def test_every_reading_is_a_point_with_its_intervals_and_its_score():
     """Mean reward and difficulty."""
-    reading = Reading(
-        "sweep : random", Interval(9000, 8800, 9100), Interval(2000, 1900, 2150)
-    )
+    intervals = Interval(9000, 8800, 9100), Interval(2000, 1900, 2150)
+    reading = Reading("sweep", "random", *intervals)
     figure = drawing.contours(PAPER, [reading])
     axes = figure.axes[0]
     assert dots(axes).tolist() == [[9000, 2000]]
@@ -100,7 +100,19 @@ def test_every_reading_is_a_point_with_its_intervals_and_its_score():
     across, up = (bar.get_segments()[0].tolist() for bar in bars.lines[2])
     assert across == [[8800, 2000], [9100, 2000]]
     assert up == [[9000, 1900], [9000, 2150]]
-    assert f"sweep : random  {PAPER.score(9000, 2000):.2f}" in texts(figure)
+    assert f"sweep, fire random  {PAPER.score(9000, 2000):.2f}" in texts(figure)
+
+
+def test_a_colour_is_a_team_and_a_shape_is_a_fire():
+    """Wherever their pairs stand in the list."""
+    pairs = [
+        single(robots, 5000 + 500 * k, 900 * k, fire)
+        for k, (robots, fire) in enumerate(product(("none", "sweep"), ("a", "b")))
+    ]
+    axes = drawing.contours(PAPER, pairs).axes[0]
+    drawn = [bars.lines[0] for bars in axes.containers]
+    a, b, c, d = ((line.get_markerfacecolor(), line.get_marker()) for line in drawn)
+    assert a[0] == b[0] != c[0] == d[0] and a[1] == c[1] != b[1] == d[1]
 
 
 PAGES = {
@@ -123,10 +135,10 @@ def test_no_two_texts_on_the_papers_ruler_overlap(papers):
 
 def test_who_lies_off_the_ruler_is_named_and_not_drawn():
     """Hours of evaluation end in a picture, whatever came out."""
-    pairs = [single("sweep / none", 9e4, 0), single("sweep / random", 9000, 2000)]
+    pairs = [single("sweep", 9e4, 0), single("sweep", 9000, 2000, "random")]
     figure = drawing.contours(PAPER, pairs)
     assert dots(figure.axes[0]).tolist() == [[9000, 2000]]
-    assert any("Off this ruler: sweep / none" in text for text in texts(figure))
+    assert any("Off this ruler: sweep, fire none" in text for text in texts(figure))
 
 
 @pytest.mark.parametrize("beta", [0.5, 1e6])

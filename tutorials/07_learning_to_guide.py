@@ -228,8 +228,8 @@ print("more than with nobody:", saved["learned"] > saved["none"])
 #> more than with nobody: True
 
 # These began by copying `escort`, then learned by MA-POCA against random fire. Over a
-# hundred evacuations each they are level with their teacher under every fire, above
-# `sweep` where ways close (`busiest`, 44 against 38 %), and 2 points behind it where
+# hundred evacuations they are 2 points behind their teacher under most fires, above
+# `sweep` where ways close (`busiest`, 42 against 39 %), and 3 points behind it where
 # nothing burns. Robots that learned from scratch come near: RESULTS.md. Watch:
 #
 #     python -m reference evacuate --robots learned --fire random --animate learned.gif

@@ -140,9 +140,7 @@ for cell in cells(records, ruler):
 # Compare guides under the same fire: h raises the score of all of them alike.
 
 readings = [
-    pictures.Reading(
-        f"{cell.robots}, fire {cell.fire}", cell.reward, cell.difficulty
-    )
+    pictures.Reading(cell.robots, cell.fire, cell.reward, cell.difficulty)
     for cell in cells(records, ruler)
 ]
 Path("out").mkdir(exist_ok=True)

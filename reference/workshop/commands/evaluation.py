@@ -149,10 +149,15 @@ def _readings(cells: Sequence[crossplay.Cell]) -> list[Any]:
     from reference.workshop.drawing.crossplay import names
     from reference.workshop.drawing.ruler import Reading
 
-    labels = names([f"{cell.robots}, fire {cell.fire}" for cell in cells])
+    def short(side: str) -> dict[str, str]:
+        players = list(dict.fromkeys(getattr(cell, side) for cell in cells))
+        labels = [name.replace("\n", " ") for name in names(players)]
+        return dict(zip(players, labels, strict=True))
+
+    robots, fire = short("robots"), short("fire")
     return [
-        Reading(label, cell.reward, cell.difficulty)
-        for label, cell in zip(labels, cells, strict=True)
+        Reading(robots[cell.robots], fire[cell.fire], cell.reward, cell.difficulty)
+        for cell in cells
     ]
 
 

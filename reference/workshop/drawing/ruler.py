@@ -35,7 +35,7 @@ PRINTED = {WORST_POINT[0]: "0.00004", BEST_POINT[0]: "0.4", BEST_REWARD: "0.5"}
 
 CURVE, SLOPE = "#1b5e9e", EMBER
 SHAPES, INKS = "Dos^vPX", (COLOURS[Kind.ENTRANCE], CURVE, EMBER, "#16191d", "#e69f00")
-"""Markers and colours of readings: each marker once before the next colour."""
+"""Markers of readings, one for each fire, and colours, one for each team of robots."""
 
 _three = partial(page.number, digits=3)
 
@@ -112,11 +112,17 @@ def _caption_of(ruler: Ruler) -> str:
 
 
 class Reading(NamedTuple):
-    """Mean reward and difficulty of a match, each with its interval."""
+    """Mean reward and difficulty of robots against a fire, each with its interval."""
 
-    label: str
+    robots: str
+    fire: str
     reward: Interval
     difficulty: Interval
+
+    @property
+    def label(self) -> str:
+        """Name the pair."""
+        return f"{self.robots}, fire {self.fire}"
 
 
 LEVELS = (0, 0.1, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2)
@@ -151,17 +157,24 @@ def contours(ruler: Ruler = PAPER, readings: Iterable[Reading] = ()) -> Figure:
     bar.outline.set_visible(False)
     bar.set_ticks(LEVELS)
     page.write_numbers(axes.xaxis, axes.yaxis, bar.ax.yaxis)
-    looks = zip(shown, cycle(product(INKS, SHAPES)), strict=False)
-    for reading, (ink, shape) in looks:
-        _draw_reading(axes, ruler, reading, {"marker": shape, "mfc": ink})
+    inks = _looks((reading.robots for reading in found), INKS)
+    shapes = _looks((reading.fire for reading in found), SHAPES)
+    for reading in shown:
+        look = {"marker": shapes[reading.fire], "mfc": inks[reading.robots]}
+        _draw_reading(axes, ruler, reading, look)
     page.foot(figure)
     return figure
+
+
+def _looks(names: Iterable[str], looks: Sequence[str]) -> dict[str, str]:
+    """Give each name a look, in the order of first appearance."""
+    return dict(zip(dict.fromkeys(names), cycle(looks), strict=False))
 
 
 def _lies_on(ruler: Ruler, r: Reading) -> bool:
     """Whether a reading and its intervals lie on the ruler."""
     try:
-        return all(ruler.score(R, h) >= 0 for R, h in product(*r[1:]))
+        return all(ruler.score(R, h) >= 0 for R, h in product(r.reward, r.difficulty))
     except RulerError:
         return False
 
