@@ -1,7 +1,7 @@
 """Tutorial 8: learning to attack.
 
 You learn what the fire agent sees and does, train it for a few seconds against guides
-written by hand, and look at where it then strikes, and at how little that proves.
+written by hand, and look at where it then strikes, and at what that proves.
 """
 
 from collections import Counter
@@ -213,10 +213,10 @@ ambushed = saved(scripted(Ambush()))
 print("ambush:", ambushed, "of", 8 * len(SEEDS), "get out")
 #> ambush: 71 of 192 get out
 
-# A few lines do as well here. And the network knows one building, one opponent and
-# eight people; its landmarks were given to it, and a second gallery means a second
-# training. Robots that learn too would stop leading people into it: that race is what
-# the paper is about.
+# A few lines come most of the way. The network does more harm, but it knows one
+# building, one opponent and eight people; its landmarks were given to it, and a second
+# gallery means a second training. Robots that learn too would stop leading people into
+# it: that race is what the paper is about.
 
 # %% The fire that ships
 # The fire called `learned` took 19,222 decisions in the paper's building, against the
