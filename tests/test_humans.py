@@ -511,18 +511,19 @@ def test_who_means_to_pass_a_door_gets_stuck_before_it_too():
 
 @pytest.mark.paper("B5", "stuck, chosen")
 def test_recklessness_lasts_as_long_whenever_it_begins():
-    """Sums of ticks that round do not begin it a second time at its end."""
+    """The stuck may enter flames for RECKLESS_SECONDS, however ticks round."""
     for begun in range(40):
         sim = stage(BLOCKED, sight_range=10)
         halt(sim, "p")
         sim.ticks = begun * 7
         sim.world.time = sim.ticks * sim.tick
         sim.world.bodies.anchor_time[:] = sim.world.time
-        reckless = 0
+        flame = sim.navigation.centres[sim.world.flames.burning.ravel()][:1]
+        reckless, p = 0, np.array([0])
         for _ in range(round((STUCK_SECONDS + RECKLESS_SECONDS + 1) / sim.tick)):
+            reckless += sim._free(p)(flame, p)[0]
             sim.step()
-            reckless += sim.world.bodies.reckless[0] > sim.world.time + 1e-9
-        assert reckless == round(RECKLESS_SECONDS / sim.tick) - 1  # at ends of ticks
+        assert reckless == round(RECKLESS_SECONDS / sim.tick)
 
 
 # -- Desired, not yet visited -------------------------------------------------------
@@ -764,23 +765,26 @@ CLOSETS = """
     """
 
 
-@pytest.mark.paper("B6", "Alg. 2:17")
-def test_of_two_doors_passed_one_goes_back_to_the_last():
-    """p sees the inner door, has passed the outer one before it, and knows no other."""
+def nested():
+    """CLOSETS when p, who leads, has passed the outer and then the inner door."""
     sim = stage(CLOSETS)
     lead(sim, "p")
     outer, inner = mark(sim, Kind.DOOR, 2), mark(sim, Kind.DOOR)
     passed(sim, "p", outer, inner)
+    return sim, outer, inner
+
+
+@pytest.mark.paper("B6", "Alg. 2:17")
+def test_of_two_doors_passed_one_goes_back_to_the_last():
+    """p sees the inner door, has passed the outer one before it, and knows no other."""
+    sim, _, inner = nested()
     assert decide(sim, "p") == Goal(Aim.LANDMARK, inner)
 
 
 @pytest.mark.paper("B6", "Alg. 2:17, chosen")
 def test_out_of_nested_dead_ends_one_walks_back_door_by_door():
     """Through the door passed last, then the one before: no swinging between rooms."""
-    sim = stage(CLOSETS)
-    lead(sim, "p")
-    outer, inner = mark(sim, Kind.DOOR, 2), mark(sim, Kind.DOOR)
-    passed(sim, "p", outer, inner)
+    sim, _, _ = nested()
     play_until(sim, lambda: not mind(sim, "p").trail)
     assert play(sim, 1).splitlines()[2].index("p") > 8
     assert play(sim, 12).count("p") == 0
@@ -789,10 +793,7 @@ def test_out_of_nested_dead_ends_one_walks_back_door_by_door():
 @pytest.mark.paper("B6", "Alg. 2:17, chosen")
 def test_who_turns_back_in_a_door_leaves_it():
     """The door that one stands in is not walked to; the one before it is."""
-    sim = stage(CLOSETS)
-    lead(sim, "p")
-    outer, inner = mark(sim, Kind.DOOR, 2), mark(sim, Kind.DOOR)
-    passed(sim, "p", outer, inner)
+    sim, outer, inner = nested()
     (sim.world.bodies.place[0],) = np.flatnonzero(sim.building.landmark == inner)
     assert decide(sim, "p") == Goal(Aim.LANDMARK, outer)
     assert mind(sim, "p").trail == [outer]
@@ -801,10 +802,7 @@ def test_who_turns_back_in_a_door_leaves_it():
 @pytest.mark.paper("B6", "Alg. 2:17, chosen")
 def test_a_burnt_door_is_no_way_back():
     """The one before it is tried."""
-    sim = stage(CLOSETS)
-    lead(sim, "p")
-    outer, inner = mark(sim, Kind.DOOR, 2), mark(sim, Kind.DOOR)
-    passed(sim, "p", outer, inner)
+    sim, outer, inner = nested()
     sim.world.burnt[inner] = True
     assert decide(sim, "p") == Goal(Aim.LANDMARK, outer)
 

@@ -16,8 +16,8 @@ from reference.world import World
 SEARCH = 3.0
 """[F4, chosen] metres walked per metre of the shortest way: people search, robots fetch
 and queues form. With 3 the estimate was right on average for `sweep`, within 500 points
-of 8000, over moments of random, greedy and exit-burning fires (before
-version 0.5.0, when exits could burn)."""
+of 8000, over moments of random, greedy and exit-burning fires: before version 0.5.0,
+when exits could burn."""
 
 SOON = 30.0
 """[F4, chosen] seconds: people meet the flames as they will be this much later."""
