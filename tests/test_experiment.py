@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from clauses import ROOT
-from trainings import trained
+from trainings import equal, trained
 
 import reference
 from reference.__main__ import main
@@ -32,6 +32,7 @@ from reference.workshop.experiment.steps import Plan, perform
 from reference.workshop.files import make_folder
 from reference.workshop.plain import record_from
 from reference.workshop.runs import RunError
+from reference.workshop.strategies import SHIPPED
 from reference.workshop.training.checkpoints import load
 from reference.workshop.training.session import Training
 from reference.workshop.training.summaries import SURVIVAL
@@ -139,6 +140,25 @@ def test_a_job_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypatch):
         "learning-3 random",
         "sweep random",
     ]
+
+
+@pytest.mark.paper("E6")
+def test_best_responses_may_begin_with_a_fire_that_learned(whole, tmp_path):
+    """And arms with copies of robots written by hand, or against a network."""
+    fire = whole / "trainings" / "learning-3"
+    asked = small(
+        arms={"copies": {"imitate": "sweep", "fire": "random"}},
+        settings={**SMALL["settings"], "imitation_episodes": 2, "imitation_epochs": 1},
+        best_response={"decisions": 2, "seeds": 1, "initialize_from": str(fire)},
+    )
+    assert performed(asked, tmp_path) == {}
+    copies = load(tmp_path / "trainings" / "copies-3").task
+    assert (copies.imitate, copies.fixed) == ("sweep", {"fire": "random"})
+    for team in ("copies-3", "sweep"):
+        begun = load(tmp_path / "responses" / f"{team}-0").task.initial["fire"]
+        assert equal(begun.weights, load(fire).player("fire").weights)
+        assert (tmp_path / "tests" / f"{team} {BEST}.csv").exists()
+    assert not (tmp_path / "choices").exists()  # there is but one
 
 
 @pytest.mark.slow
@@ -336,7 +356,7 @@ def learned(survivors):
 def test_the_files_that_ship_can_be_read(file):
     """And every arm has the same budget."""
     experiment = read(file)
-    for settings, _ in map(experiment.of_arm, experiment.arms):
+    for settings, *_ in map(experiment.of_arm, experiment.arms):
         assert settings.robots.max_steps == experiment.decisions
         assert settings.fire.max_steps >= experiment.decisions  # never before robots
 
@@ -363,12 +383,41 @@ def test_the_files_that_ship_can_be_read(file):
         ({"compare": [["learning"]]}, "two in each pair"),
         ({"compare": [["learning", "nobody"]]}, "'nobody' is unknown"),
         ({"best_response": {}}, "decisions is missing"),
+        ({"arms": {"a": {"imitate": "none"}}}, "'none' is unknown"),
+        ({"arms": {"learned": {}}}, "no arm's name"),
     ],
 )
 def test_refuses_what_no_experiment_can_be_made_of(changes, message):
     """With what is wrong, and what may have been meant."""
     with pytest.raises(SettingsError, match=message):
         small(**changes)
+
+
+def test_the_fire_that_ships_may_be_an_arms_and_a_tests():
+    """A network, which learns nothing."""
+    asked = {"arms": {"a": {"fire": "learned"}}, "test": {"fires": ["learned"]}}
+    experiment = record_from(Experiment, asked | {"decisions": 9}, "experiment")
+    assert experiment.adversarial == []
+    assert experiment.fires == {"learned": range(5000, 5100)}
+    fixed = experiment.trainings["a-0"].fixed["fire"]
+    assert equal(fixed.weights, load(SHIPPED).player("fire").weights)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("[best_response]", '[best_response]\ninitialize_from = "learned"'),
+        ('fires = ["random"', 'fires = ["learned"'),
+        ('fire = "random"', 'fire = "learned"'),
+    ],
+)
+def test_refuses_the_fire_of_another_building(tmp_path, capsys, old, new):
+    """In one message, before anything is trained or tested."""
+    path, text = tmp_path / "x.toml", (FILES / "tiny.toml").read_text()
+    path.write_text(text.replace(old, new))
+    assert main(["experiment", str(path), "--out", str(tmp_path / "out")]) == 1
+    assert "has learned Institute" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
 
 
 def test_refuses_a_file_that_is_no_toml(tmp_path, capsys):

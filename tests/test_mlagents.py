@@ -169,7 +169,7 @@ REFUSED = {  # what stands under `Robot`: what the message says
     "reward_signals: {gail: {demo_path: d}}": "gail is not built",
     "behavioral_cloning: {demo_path: d}": "--imitate",
     "self_play: {window: 10}": "the fire is the opponent",
-    "init_path: results/old": "--resume",
+    "init_path: results/old": "--initialize-from",
     "even_checkpoints: 3": "even_checkpoints is 3: it must be true or false",
     "max_steps: 0.5": "robots: max_steps is 0.5: it must be a whole number",
     "trainer_type: sac": "'sac' is unknown",

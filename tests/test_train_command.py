@@ -145,6 +145,29 @@ def test_train_takes_a_file_of_settings_and_a_checkpoint_as_opponent(run, capsys
     assert equal(task.fixed["fire"].weights, load(run).player("fire").weights)
 
 
+@pytest.mark.paper("E3")
+def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
+    """With all that learn here and learned there; to go on, the same may be named."""
+    begin = ("--out", "new", "--initialize-from", run)
+    assert train(*begin, "--fire", "random") == 0
+    task = load("new").task
+    assert list(task.initial) == ["robots"]
+    assert equal(task.initial["robots"].weights, load(run).player("robots").weights)
+    assert train(*begin, "--resume") == 0
+    assert train("--out", "both", "--initialize-from", run) == 0
+    assert list(load("both").task.initial) == ["robots", "fire"]
+    capsys.readouterr()
+    assert train("--resume", "--out", "both", "--initialize-from", "new") == 2
+    assert "--initialize-from: new was asked for" in capsys.readouterr().err
+    assert train("--resume", "--out", run, "--initialize-from", run) == 2
+    assert "has networks of no training" in capsys.readouterr().err
+    assert train("--out", "x", "--robots", "sweep", "--initialize-from", "new") == 1
+    assert "nobody learned there who learns here" in capsys.readouterr().err
+    assert train("--out", "x", "--initialize-from", "learned") == 1
+    assert "has learned Institute" in capsys.readouterr().err
+    assert not os.path.exists("x")
+
+
 def test_fire_can_be_trained_in_a_building_without_robots(once):
     """What a fire learns alone."""
     assert train("--out", "new", "--robots", "none") == 0
@@ -239,6 +262,8 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
         (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),
         (["--imitate", "none"], 2, "invalid choice: 'none'"),
         (["--imitate", "sweep", "--robots", "sweep"], 2, "nobody imitates"),
+        (["--imitate", "sweep", "--initialize-from", "x"], 2, "begin in one way"),
+        (["--initialize-from", "notes.txt"], 1, "notes.txt: is no checkpoint"),
         (["--settings", "wide.yaml"], 1, "GB of memory, and there are"),
         (["--settings", "many.yaml"], 1, "GB of memory, and there are"),
         (["--fire", "notes.txt"], 1, "notes.txt: is no checkpoint"),

@@ -375,6 +375,56 @@ def test_imitation_that_was_interrupted_is_done_once_on_resume(tmp_path):
     assert rows(copying) == rows(at_once)
 
 
+@pytest.mark.paper("E3")
+@pytest.mark.parametrize("side", SIDES)
+def test_a_learner_may_begin_with_a_network_whose_critic_then_learns_alone(
+    whole, side, tmp_path
+):
+    """Nobody else learns until it knows what the network is worth; then all do."""
+    who = load(whole[1]).player(side)
+    training = begun(seed=5, initial={side: who})
+    before = actors(training)
+    assert equal(before[side], who.weights)
+    other = next(s for s in SIDES if s != side)
+    assert equal(before[other], actors(begun(seed=5))[other])
+    trained(training, tmp_path, rounds=1)
+    after = actors(training)
+    weights = dict(training.learners[side].actor.named_parameters())
+    assert all(torch.equal(weights[name], before[side][name]) for name in weights)
+    assert equal(after[other], before[other])
+    trained(training, tmp_path, rounds=1)
+    assert not any(equal(actors(training)[s], after[s]) for s in SIDES)
+    phases = [row["phase"] for row in rows(tmp_path)]
+    assert phases == ["critic", "together", "together"]
+
+
+def test_a_training_that_began_with_networks_goes_on_as_if_never_stopped(
+    whole, tmp_path
+):
+    """They are in its checkpoint."""
+    one, two = tmp_path / "stopped", tmp_path / "at once"
+    initial = {side: load(whole[1]).player(side) for side in SIDES}
+    trained(begun(initial=initial), one, rounds=1)
+    trained(Training.resumed(load(one)), one, rounds=1)
+    trained(begun(initial=initial), two, rounds=2)
+    assert equal(load(one).learners, load(two).learners)
+    assert equal(load(one).task.initial["fire"].weights, initial["fire"].weights)
+
+
+def test_refuses_a_network_to_begin_with_that_means_something_else(whole):
+    """Layers, heads, or what it observes: by name, what it has and what is here."""
+    robots = load(whole[1]).player("robots")
+    for changes, word in (
+        ({"hidden_units": 16}, "hidden_units 8, here it is 16"),
+        ({"commitment": 0.0}, "commitment 5.0, here it is 0.0"),
+    ):
+        with pytest.raises(SettingsError, match=word):
+            begun(tiny(robots=changes), initial={"robots": robots})
+    damaged = replace(robots, weights={})
+    with pytest.raises(CheckpointError, match="weights are of another shape"):
+        begun(initial={"robots": damaged})
+
+
 # -- Stopping -----------------------------------------------------------------------
 
 

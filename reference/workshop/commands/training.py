@@ -69,6 +69,10 @@ def _training(arguments: Namespace) -> Any:
         raise ContradictionError("nobody learns: name --robots or --fire, not both.")
     if arguments.robots and arguments.imitate:
         raise ContradictionError("nobody imitates: leave out --robots or --imitate.")
+    if arguments.imitate and arguments.initialize_from:
+        raise ContradictionError(
+            "robots begin in one way: leave out --imitate or --initialize-from."
+        )
     from reference.workshop.training import starting
     from reference.workshop.training.session import Training
 
@@ -138,6 +142,10 @@ TRAIN_OPTIONS: options.Table = {
     "--imitate": options.choice(
         [*SCRIPTS["robots"]][1:], "robots copy this strategy first"
     ),
+    "--initialize-from": {
+        "metavar": "FILE",
+        "help": f"begin with the networks of a checkpoint, or of '{LEARNED}'",
+    },
     **options.WORKERS,
     "--out": options.path("DIR", "default: out/train", default=Path("out/train")),
     "--resume": options.flag("go on with the training in DIR"),

@@ -10,11 +10,16 @@ Clauses: E6, F12.
     fire = "random"
     [arms.learning]               # rows of settings that differ from the preset's;
     fire = "learns"               # fire: by name, or rows of the one that learns
+    [arms.copied]
+    imitate = "escort"            # these robots copy a strategy first
+    robots.context = true
     [test]
     fires = ["none", "random", "learning"]  # by name, or an arm's that learned
     robots = ["none", "sweep"]    # written by hand, beside those that learned
     [best_response]
     decisions = 9_000             # of every fire that learns against frozen robots
+    initialize_from = "learned"   # with which network it begins; a file's path, or the
+                                  # fire that ships
 """
 
 import json
@@ -24,15 +29,19 @@ from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import reference
-from reference.building import load, plan_of
+from reference.building import Building, building_of, load, plan_of
 from reference.learning.players import Learned
-from reference.learning.settings import SettingsError, TrainerSettings, unknown
+from reference.learning.settings import (
+    SettingsError,
+    Side,
+    TrainerSettings,
+    unknown,
+)
 from reference.workshop.evaluation.contestants import WORST
 from reference.workshop.evaluation.crossplay import EPISODES, Arena
-from reference.workshop.evaluation.crossplay.asked import NOBODY
 from reference.workshop.files import read_json, read_text, write_whole
 from reference.workshop.plain import mapping, record_from
 from reference.workshop.runs import (
@@ -41,11 +50,15 @@ from reference.workshop.runs import (
     refuse_version,
     rows_of_both,
 )
-from reference.workshop.strategies import FIRES, ROBOTS
+from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.presets import Settings, changed, preset
+from reference.workshop.training.session import Training
+from reference.workshop.training.starting import fixed_player, initial_of
 
 LEARNS = "learns"
+GUIDES = tuple(name for name in ROBOTS if name != "none")  # who can be copied
+FIXED_FIRES = (*FIRES, LEARNED)  # that learn nothing in an experiment
 BEST = "best response"  # the fire that does
 ABOUT = "experiment.json"
 NAME = re.compile(r"[a-z][a-z0-9_]*")  # of an arm; files are named after it
@@ -71,10 +84,23 @@ class Test:
 
 @dataclass(frozen=True)
 class Response:
-    """Fires that learn against each frozen team, `seeds` of them; the best is kept."""
+    """Fires that learn against each frozen team, `seeds` of them; the best is kept.
+
+    initialize_from  a checkpoint's path or LEARNED: with whose fire they begin. One
+                     that is strong already needs fewer decisions [E6, chosen].
+    """
 
     decisions: int
     seeds: int = 3
+    initialize_from: str | None = None
+
+
+class Arm(NamedTuple):
+    """Settings of an arm's trainings, its fire by name or LEARNS, whom robots copy."""
+
+    settings: Settings
+    fire: str
+    imitate: str | None
 
 
 @dataclass(frozen=True)
@@ -104,7 +130,7 @@ class Experiment:
         if not self.arms or not self.seeds:
             raise SettingsError("name at least one arm and one seed")
         for arm in self.arms:
-            if not NAME.fullmatch(arm) or arm in {*FIRES, *ROBOTS}:
+            if not NAME.fullmatch(arm) or arm in {*FIXED_FIRES, *ROBOTS}:
                 raise SettingsError(
                     f"'{arm}' can be no arm's name: take lower-case letters, digits "
                     "and _, and no strategy's name"
@@ -112,7 +138,7 @@ class Experiment:
             self.of_arm(arm)
         baseline = () if test.baseline is None else (test.baseline,)
         for what, words, known in (
-            ("fires", test.fires, (*FIRES, *self.adversarial)),
+            ("fires", test.fires, (*FIXED_FIRES, *self.adversarial)),
             ("robots", test.robots, ROBOTS),
             ("baseline", baseline, test.robots),
             ("compare", sum(self.compare, ()), (*self.arms, *test.robots)),
@@ -120,6 +146,11 @@ class Experiment:
             for word in words:
                 if word not in known:
                     raise SettingsError(f"{what}: {unknown(word, known)}")
+        fires = {*test.fires, *(self.of_arm(arm).fire for arm in self.arms)}
+        if LEARNED in fires:
+            self._fixed(LEARNED)
+        if self.best_response:
+            Training(self.response("none", 0))  # refuses what does not fit
         if any(len(pair) != 2 for pair in self.compare):
             raise SettingsError("compare: name two in each pair")
 
@@ -136,55 +167,76 @@ class Experiment:
         made = replace(made, fire=replace(made.fire, max_steps=self.decisions))
         return changed(made, self.settings, "settings")
 
-    def of_arm(self, arm: str) -> tuple[Settings, str]:
-        """Make the settings of an arm's trainings; name its fire, or LEARNS."""
+    def of_arm(self, arm: str) -> Arm:
+        """Make an arm's settings and players. Raises SettingsError."""
         where = f"arms: {arm}"
         rows = mapping(self.arms[arm], where)
         if "scenario" in rows:
             raise SettingsError(f"{where}: the scenario is everybody's: [settings]")
-        fire = rows.pop("fire", LEARNS)
+        fire, imitate = rows.pop("fire", LEARNS), rows.pop("imitate", None)
         if not isinstance(fire, str):
             rows["fire"], fire = fire, LEARNS
-        if fire not in (known := (LEARNS, *FIRES)):
+        if fire not in (known := (LEARNS, *FIXED_FIRES)):
             raise SettingsError(f"{where}: fire {unknown(fire, known)}")
+        if imitate not in (None, *GUIDES):
+            raise SettingsError(f"{where}: imitate {unknown(imitate, GUIDES)}")
         made = changed(self.base, rows, where)
         learner = replace(made.fire, keep_checkpoints=1)
         robots = _with_budget(made.robots, self.decisions)
-        return replace(made, robots=robots, fire=learner), fire
+        return Arm(replace(made, robots=robots, fire=learner), fire, imitate)
 
     @property
     def adversarial(self) -> list[str]:
         """The arms whose fire learns."""
-        return [arm for arm in self.arms if self.of_arm(arm)[1] == LEARNS]
+        return [arm for arm in self.arms if self.of_arm(arm).fire == LEARNS]
 
     @property
     def teams(self) -> list[str]:
         """All robots: those of every training, and those written by hand."""
         return [*self.trainings, *self.test.robots]
 
-    @property
+    @cached_property
     def trainings(self) -> dict[str, Task]:
         """Every training by its team's name."""
         return dict(self._trainings())
 
     def _trainings(self) -> Iterator[tuple[str, Task]]:
         for arm in self.arms:
-            settings, fire = self.of_arm(arm)
-            fixed: Any = {} if fire == LEARNS else {"fire": fire}
+            settings, fire, imitate = self.of_arm(arm)
+            fixed = {} if fire == LEARNS else {"fire": self._fixed(fire)}
             for seed in self.seeds:
-                task = Task(self.building, self.arena.plan, settings, seed, fixed)
-                yield f"{arm}-{seed}", task
+                yield (
+                    f"{arm}-{seed}",
+                    self._task(settings, seed, fixed=fixed, imitate=imitate),
+                )
+
+    def _fixed(self, fire: str) -> Learned | str:
+        """Find a fire that learns nothing here. Raises CheckpointError."""
+        return fixed_player(fire, "fire", self._building, self.arena.scenario)
+
+    def _task(self, settings: Settings, seed: int, **more: Any) -> Task:
+        return Task(self.building, self.arena.plan, settings, seed, **more)
 
     def response(self, robots: Learned | str, number: int) -> Task:
-        """The training of a fire against frozen robots."""
-        assert self.best_response is not None
-        fire = _with_budget(self.base.fire, self.best_response.decisions)
-        settings, seed = replace(self.base, fire=fire), RESPONSES + number
-        if robots == NOBODY:  # as in `train`: the fire then sees none
-            scenario = replace(settings.scenario, robots_per_floor=0)
-            settings = replace(settings, scenario=scenario)
-        fixed: Any = {"robots": robots}
-        return Task(self.building, self.arena.plan, settings, seed, fixed)
+        """The training of a fire against frozen robots. Raises CheckpointError."""
+        asked = self.best_response
+        assert asked is not None
+        fire = _with_budget(self.base.fire, asked.decisions)
+        return self._task(
+            replace(self.base, fire=fire),
+            RESPONSES + number,
+            fixed={"robots": robots},
+            initial=self._first_response,
+        )
+
+    @cached_property
+    def _first_response(self) -> dict[Side, Learned]:
+        """The network with which best responses begin, if any."""
+        asked = self.best_response
+        if asked is None or asked.initialize_from is None:
+            return {}
+        where = self._building, self.arena.scenario
+        return initial_of(asked.initialize_from, ["fire"], *where)
 
     # -- Tests ----------------------------------------------------------------------
 
@@ -195,6 +247,10 @@ class Experiment:
         return Arena(self.building, plan_of(load(self.building)), scenario)
 
     @property
+    def _building(self) -> Building:
+        return building_of(self.arena.plan)
+
+    @property
     def responses(self) -> range:
         """The numbers of the fires that learn against each team."""
         return range(self.best_response.seeds if self.best_response else 0)
@@ -203,8 +259,8 @@ class Experiment:
     def fires(self) -> dict[str, range]:
         """Each fire that every team meets, and the seeds of these evacuations."""
         test, first = self.test, self.test.seed
-        words = [word for word in test.fires if word in FIRES]
-        arms = [word for word in test.fires if word not in FIRES]
+        words = [word for word in test.fires if word in FIXED_FIRES]
+        arms = [word for word in test.fires if word not in FIXED_FIRES]
         words += [f"{arm}-{seed}" for arm in arms for seed in self.seeds]
         words += [BEST] if self.responses else []
         found = dict.fromkeys(words, range(first, first + test.episodes))
@@ -278,7 +334,10 @@ def _fixed(experiment: Experiment) -> dict[str, Any]:
     """Collect what may not change during an experiment, as plain data."""
     test, response = experiment.test, experiment.best_response
     arms = map(experiment.of_arm, experiment.arms)
-    plain = [asdict(settings) | {"against": fire} for settings, fire in arms]
+    plain = [
+        asdict(settings) | {"against": fire, "imitate": imitate}
+        for settings, fire, imitate in arms
+    ]
     return {
         "plan": experiment.arena.plan,
         "tests": [test.seed, test.episodes, test.looking_ahead],

@@ -24,13 +24,12 @@ from reference.workshop.evaluation.crossplay.playing import parts, recorded
 from reference.workshop.files import make_folder
 from reference.workshop.training.checkpoints import Checkpoint, load, newest, unpacked
 from reference.workshop.training.loop import CLOCK, train
-from reference.workshop.training.policies import LearnedFire, LearnedRobots
+from reference.workshop.training.policies import POLICIES
 from reference.workshop.training.session import Training
 from reference.workshop.training.summaries import SUMMARIES
 from reference.workshop.workers import InProcess
 
 LOG, DONE = "log.txt", "training.json"
-POLICIES: dict[Side, Any] = {"robots": LearnedRobots, "fire": LearnedFire}
 
 
 @dataclass(frozen=True)

@@ -114,8 +114,8 @@ def set_up(experiment: Experiment) -> str:
     told = (
         f"{building_of(experiment.arena.plan).title}, {experiment.arena.people} "
         f"people, preset `{experiment.preset}` of version {reference.__version__}"
-        f"{_changes(experiment.settings)}. Every training begins from scratch and "
-        f"has {experiment.decisions:,} decisions of the robots; seeds "
+        f"{_changes(experiment.settings)}. Every training has "
+        f"{experiment.decisions:,} decisions of the robots; seeds "
         f"{', '.join(map(str, experiment.seeds))}. {arms}. Tests: mean actions, "
         f"{test.episodes} evacuations from seed {test.seed:,} on, the same for all."
     )
@@ -126,6 +126,8 @@ def set_up(experiment: Experiment) -> str:
             f" Best response: a new fire, trained for {response.decisions:,} decisions "
             "against the frozen team"
         )
+        if response.initialize_from:
+            told += f", which begins as `{response.initialize_from}`"
         if response.seeds > 1:
             told += f"; of {response.seeds} the strongest on {len(experiment.choices)} "
             told += "other seeds"
@@ -135,11 +137,13 @@ def set_up(experiment: Experiment) -> str:
 
 def _arm(experiment: Experiment, arm: str) -> str:
     """An arm in words."""
-    settings, fire = experiment.of_arm(arm)
+    settings, fire, imitate = experiment.of_arm(arm)
     trainer = TRAINERS[settings.robots.trainer_type]
-    rows = {k: v for k, v in experiment.arms[arm].items() if (k, v) != ("fire", fire)}
+    named = (("fire", fire), ("imitate", imitate))
+    rows = {k: v for k, v in experiment.arms[arm].items() if (k, v) not in named}
     whom = "a fire that learns" if fire == LEARNS else f"the fire `{fire}`"
-    return f"{trainer} against {whom}{_changes(rows)}"
+    first = f"a copy of `{imitate}`, then " if imitate else ""
+    return f"{first}{trainer} against {whom}{_changes(rows)}"
 
 
 def _changes(rows: Mapping[str, Any]) -> str:

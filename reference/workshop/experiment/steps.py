@@ -26,11 +26,11 @@ from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.workshop.evaluation.contestants import WORST
 from reference.workshop.evaluation.crossplay import Match, Record, records
-from reference.workshop.experiment.asked import BEST, Experiment
+from reference.workshop.experiment.asked import BEST, FIXED_FIRES, Experiment
 from reference.workshop.experiment.jobs import DONE, Fit, Trial, fit, trial
 from reference.workshop.files import make_folder, write_whole
 from reference.workshop.runs import RunError
-from reference.workshop.strategies import FIRES, ROBOTS
+from reference.workshop.strategies import ROBOTS
 from reference.workshop.training.checkpoints import Task, load, newest, packed
 from reference.workshop.training.session import Training
 from reference.workshop.workers import POLL
@@ -65,7 +65,8 @@ class Plan:
             yield self._training(folder, (), partial(_given, task), "robots")
         for team, k in product(experiment.teams, experiment.responses):
             yield self._response(team, k)
-            yield self._test(team, str(k), experiment.choices)
+            if len(experiment.responses) > 1:
+                yield self._test(team, str(k), experiment.choices)
         for (fire, seeds), team in product(experiment.fires.items(), experiment.teams):
             yield self._test(team, fire, seeds)
 
@@ -110,7 +111,9 @@ class Plan:
             runs = self._runs(team, str(number), self.experiment.choices)
             return mean(run.reward for run in runs)
 
-        return self.response(team, min(self.experiment.responses, key=reward))
+        first, *others = self.experiment.responses
+        number = min((first, *others), key=reward) if others else first
+        return self.response(team, number)
 
     # -- Steps ----------------------------------------------------------------------
 
@@ -165,7 +168,7 @@ class Plan:
 
     def _fire(self, team: str, fire: str) -> Path | None:
         """The folder of the fire that a team meets; None for one that is a script."""
-        if fire in FIRES or fire == WORST:
+        if fire in FIXED_FIRES or fire == WORST:
             return None
         if fire == BEST:
             return self.strongest(team)
@@ -175,7 +178,7 @@ class Plan:
         return () if team in ROBOTS else (self.training(team) / DONE,)
 
     def _needed_fire(self, team: str, fire: str) -> tuple[Path, ...]:
-        if fire == BEST:
+        if fire == BEST and len(self.experiment.responses) > 1:
             return tuple(self.test(team, str(k)) for k in self.experiment.responses)
         folder = self._fire(team, fire)
         return (folder / DONE,) if folder else ()

@@ -32,6 +32,7 @@ KIND = "checkpoint of fire-rescue-reference"
 FORMAT = 2
 """Grows whenever observations, actions or networks come to mean something else."""
 
+PLAYERS = ("fixed", "initial")  # of a task
 MAGIC = b"PK\x03\x04"  # torch writes zip archives
 NAMED = re.compile(r"checkpoint-(\d{6,})\.pt")
 
@@ -57,6 +58,7 @@ class Task:
 
     building  as it was asked for;  plan  the text of its floor file
     fixed     who plays a side that does not learn: a named strategy or a network
+    initial   networks with which a side begins to learn, if not with random ones
     imitate   the strategy that robots copy first, if any
     """
 
@@ -65,6 +67,7 @@ class Task:
     settings: Settings
     seed: int = 0
     fixed: Mapping[Side, Learned | str] = field(default_factory=dict)
+    initial: Mapping[Side, Learned] = field(default_factory=dict)
     imitate: str | None = None
 
 
@@ -197,7 +200,10 @@ def _is(found: object, number: int) -> bool:
 def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
     """A checkpoint as dicts, lists, words, numbers and tensors only."""
     task = checkpoint.task
-    fixed = {side: _plain_player(who) for side, who in task.fixed.items()}
+    players = {
+        name: {side: _plain_player(who) for side, who in getattr(task, name).items()}
+        for name in PLAYERS
+    }
     return {
         "kind": KIND,
         "format": FORMAT,
@@ -206,7 +212,7 @@ def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
         "task": {
             **{f.name: getattr(task, f.name) for f in fields(Task)},
             "settings": asdict(task.settings),
-            "fixed": fixed,
+            **players,
         },
         "round": checkpoint.round,
         "learners": checkpoint.learners,
@@ -216,15 +222,21 @@ def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
 
 def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     task = mapping(content["task"], "task")
-    players = mapping(task.pop("fixed", None), "fixed")
-    fixed: Any = {side: _player(side, who) for side, who in players.items()}
+    players = {name: mapping(task.pop(name, None), name) for name in PLAYERS}
+    made: Any = {
+        name: {side: _player(side, who) for side, who in sides.items()}
+        for name, sides in players.items()
+    }
     names = ("round", "learners", "progress", "version")
     plain = {name: content[name] for name in names}
-    plain["task"] = replace(record_from(Task, task, "task"), fixed=fixed)
+    plain["task"] = replace(record_from(Task, task, "task"), **made)
     found = record_from(Checkpoint, plain, "checkpoint")
     Simulation(building_of(found.task.plan), found.task.settings.scenario)
-    if sorted([*found.learners, *fixed]) != sorted(SIDES) or found.round < 0:
+    sides = sorted([*found.learners, *found.task.fixed])
+    if sides != sorted(SIDES) or found.round < 0:
         raise SettingsError("robots or fire neither learn nor are fixed")
+    if any(isinstance(who, str) for who in found.task.initial.values()):
+        raise SettingsError("a network to begin with is none")
     for side, state in found.learners.items():
         for name in ("actor", "critic"):
             weights = checked(name, state[name], dict[str, torch.Tensor])
@@ -262,7 +274,7 @@ def _plain_player(who: Learned | str) -> Any:
 def _player(side: Any, plain: Any) -> Learned | str:
     if isinstance(plain, str):
         return plain
-    settings = record_from(TrainerSettings, plain["settings"], f"fixed {side}")
+    settings = record_from(TrainerSettings, plain["settings"], f"network of {side}")
     weights = checked("weights", plain["weights"], dict[str, torch.Tensor])
     _refuse_another_size(settings, weights)
     return Learned(settings, weights, landmarks_for(side, settings))

@@ -45,7 +45,7 @@ SECTIONS = tuple(dict.fromkeys(p[:k] for p in PATHS for k in range(1, len(p))))
 
 NO_OTHER_REWARD = "the paper's reward is the only one here"
 OFF = {  # keys that are not built, and what to do instead; null and false pass
-    "init_path": "a training goes on from its own folder with --resume",
+    "init_path": "name the checkpoint after --initialize-from",
     "self_play": "the fire is the opponent, and both learn at once",
     "behavioral_cloning": "a strategy is imitated first with --imitate",
     "hyperparameters.shared_critic": "actor and critic are separate networks here",

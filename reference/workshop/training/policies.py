@@ -153,6 +153,9 @@ class LearnedFire(LearnedPolicy):
         super()._refuse_others(here)
 
 
+POLICIES: dict[Side, Any] = {"robots": LearnedRobots, "fire": LearnedFire}
+
+
 def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
     """Collect the numbers that a network's inputs depend on."""
     return {
@@ -167,5 +170,4 @@ def named_or_file(text: str, side: Side, sample: bool = False) -> Any:
     """Load a checkpoint's or the shipped policy; return a script's name as it is."""
     if text in SCRIPTS[side]:
         return text
-    source = SHIPPED if text == LEARNED else text
-    return (LearnedRobots if side == "robots" else LearnedFire)(source, sample)
+    return POLICIES[side](SHIPPED if text == LEARNED else text, sample)

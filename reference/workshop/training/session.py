@@ -25,6 +25,7 @@ from reference.workshop.plain import checked
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import Checkpoint, Task, must_fit
 from reference.workshop.training.imitation import Demonstration, clone
+from reference.workshop.training.presets import OF_ROBOTS
 from reference.workshop.training.states import restore, state_of
 from reference.workshop.training.summaries import (
     OF_EPISODES,
@@ -40,6 +41,8 @@ PAST_EVERY, MOST_PAST = 5, 10
 """[E6, chosen] rounds between two fires that are remembered, and how many of them; when
 there are more, every second is forgotten, and the rounds between two are doubled."""
 
+SHAPE = ("head", "hidden_units", "num_layers", "normalize", "context")
+OF_NETWORK = (*SHAPE, *OF_ROBOTS)  # rows by which weights mean something else
 FACTS = (*OF_EPISODES.values(), "fire_reward")  # of an episode
 
 
@@ -66,6 +69,8 @@ class Training:
             raise SettingsError("nobody learns: leave one side to a learner")
         if task.imitate and "robots" not in self.learners:
             raise SettingsError("nobody imitates: leave the robots to a learner")
+        for side, who in task.initial.items():
+            _begin_with(self.learners[side], who, side)
         self.summaries = {
             side: Summary(side, learner.settings.summary_freq)
             for side, learner in self.learners.items()
@@ -87,7 +92,7 @@ class Training:
         """The sides that learn in this round."""
         sides = self._unfinished()
         if self._critic_only():
-            return ("robots",)
+            return self._known()
         if self.settings.schedule == "alternate" and len(sides) > 1:
             return (sides[self.round // self.settings.switch_every % len(sides)],)
         return sides
@@ -105,8 +110,15 @@ class Training:
         return tuple(side for side, who in both if who.steps < who.settings.max_steps)
 
     def _critic_only(self) -> bool:
-        """Whether the critic alone learns: after imitation, for some rounds."""
-        return bool(self.task.imitate) and self.round < self.settings.critic_rounds
+        """Whether the critic alone learns, for some rounds.
+
+        What a policy that was learned or copied before is worth here is not known yet.
+        """
+        return bool(self._known()) and self.round < self.settings.critic_rounds
+
+    def _known(self) -> tuple[Side, ...]:
+        """The sides that do not begin with a random policy."""
+        return ("robots",) if self.task.imitate else tuple(self.task.initial)
 
     # -- Reports --------------------------------------------------------------------
 
@@ -344,6 +356,19 @@ def _learner(task: Task, side: Side) -> Learner:
     (seed,) = seeds_of(task.seed, LEARNERS, SIDES.index(side), 1)
     landmarks = landmarks_for(side, settings)
     return learner_for(side, task.plan, scenario, settings, seed, landmarks)
+
+
+def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
+    """Give a learner a policy. Raises SettingsError if it has other settings."""
+    for name in OF_NETWORK:
+        theirs, own = (getattr(s, name) for s in (who.settings, learner.settings))
+        if theirs != own:
+            raise SettingsError(
+                f"{side}: the network to begin with has {name} {theirs}, here it is "
+                f"{own}. Write its own into the settings."
+            )
+    with must_fit("weights are of another shape", f"{side}: the network to begin with"):
+        learner.actor.load_state_dict(dict(who.weights))
 
 
 def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:

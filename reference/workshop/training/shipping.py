@@ -55,6 +55,7 @@ def how(checkpoint: Checkpoint) -> dict[str, Any]:
         "decisions": steps,
         "against": against,
         "imitated": task.imitate,
+        "initial": bool(task.initial),
     }
 
 
@@ -64,6 +65,7 @@ def about(side: Side) -> str:
     settings, made = getattr(checkpoint.task.settings, side), checkpoint.progress[side]
     other = made["against"].get("fire" if side == "robots" else "robots", "a learner")
     first = f"first copied {made['imitated']}, then " if made["imitated"] else ""
+    first += "began as a learned network, then " * made.get("initial", False)
     return (
         f"{first}{TRAINERS[settings.trainer_type]}, "
         f"{made['decisions'][side]:,} decisions against {other}, "

@@ -3,16 +3,16 @@
 Clauses: E1, E2, E6.  A resumed training must keep the options it was begun with.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import torch
 
-from reference.building import Building, load, plan_of
+from reference.building import Building, building_of, load, plan_of
 from reference.learning.players import Learned
-from reference.learning.settings import Side
+from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
 from reference.workshop.files import about
 from reference.workshop.runs import (
@@ -23,9 +23,10 @@ from reference.workshop.runs import (
     refuse_version,
     rows_of_both,
 )
-from reference.workshop.training.checkpoints import Task, newest
+from reference.workshop.strategies import LEARNED, SHIPPED
+from reference.workshop.training.checkpoints import CheckpointError, Task, newest
 from reference.workshop.training.checkpoints import load as load_checkpoint
-from reference.workshop.training.policies import named_or_file
+from reference.workshop.training.policies import POLICIES, named_or_file
 from reference.workshop.training.presets import Settings, preset, read_yaml
 from reference.workshop.training.session import Training
 
@@ -46,6 +47,7 @@ class Asked:
     fire: str | None = None
     schedule: str | None = None
     imitate: str | None = None
+    initialize_from: str | None = None
     seed: int | None = None
 
     @property
@@ -66,16 +68,24 @@ def begin(asked: Asked, folder: Path) -> Task:
     name = asked.building or (SMALL_BUILDING if small else BUILDING)
     building = load(name)
     settings = settings_of(asked, base)
+    fixed = {
+        side: fixed_player(who, side, building, settings.scenario)
+        for side, who in asked.players.items()
+        if who is not None
+    }
+    initial: dict[Side, Learned] = {}
+    if asked.initialize_from:
+        learning = [side for side in SIDES if side not in fixed]
+        initial = initial_of(
+            asked.initialize_from, learning, building, settings.scenario
+        )
     return Task(
         building=name,
         plan=plan_of(building),
         settings=settings,
         seed=asked.seed or 0,
-        fixed={
-            side: _fixed(who, side, building, settings.scenario)
-            for side, who in asked.players.items()
-            if who is not None
-        },
+        fixed=fixed,
+        initial=initial,
         imitate=asked.imitate,
     )
 
@@ -113,15 +123,38 @@ def settings_of(asked: Asked, base: Settings) -> Settings:
     return replace(made, robots=robots, fire=fire, scenario=scenario, schedule=schedule)
 
 
-def _fixed(
+def fixed_player(
     who: str, side: Side, building: Building, scenario: Scenario
 ) -> Learned | str:
-    """A strategy's name, or the network of a checkpoint that fits here."""
+    """Find who does not learn: a strategy's name, or a checkpoint's network.
+
+    Raises CheckpointError for a network that does not fit here.
+    """
     found = named_or_file(who, side)
     if isinstance(found, str):
         return found
     found.refuse_elsewhere(building, scenario)
     return found.learned
+
+
+def initial_of(
+    word: str, sides: Iterable[Side], building: Building, scenario: Scenario
+) -> dict[Side, Learned]:
+    """Find networks with which these sides can begin: all that learned in a checkpoint.
+
+    word: its path, or LEARNED. Raises CheckpointError if none of the sides did, or
+    where they do not fit.
+    """
+    checkpoint = load_checkpoint(SHIPPED if word == LEARNED else word)
+    found: dict[Side, Learned] = {}
+    for side in sides:
+        if isinstance(checkpoint.player(side), Learned):
+            policy = POLICIES[side](checkpoint)
+            policy.refuse_elsewhere(building, scenario)
+            found[side] = policy.learned
+    if not found:
+        raise CheckpointError(f"{word}: nobody learned there who learns here.")
+    return found
 
 
 # -- Contradictions -----------------------------------------------------------------
@@ -136,6 +169,8 @@ def _asked_and_begun(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]
     yield "--head", asked.head, settings.fire.head
     yield "--schedule", asked.schedule, settings.schedule
     yield "--imitate", asked.imitate, task.imitate or "nobody to imitate"
+    if asked.initialize_from is not None:
+        yield "--initialize-from", *_beginnings(asked.initialize_from, task)
     yield "--seed", asked.seed, task.seed
     yield building_asked(asked.building, task.building, task.plan)
     for side, who in asked.players.items():
@@ -155,9 +190,26 @@ def _same(who: str, side: Side, fixed: Learned | str) -> bool:
     if isinstance(fixed, str):
         return who == fixed
     found = named_or_file(who, side)
-    if isinstance(found, str) or found.learned.settings != fixed.settings:
-        return False
-    here, there = found.learned.weights, fixed.weights
-    return here.keys() == there.keys() and all(
-        torch.equal(here[name], there[name]) for name in there
+    return not isinstance(found, str) and _equal(found.learned, fixed)
+
+
+def _beginnings(word: str, task: Task) -> tuple[str, str]:
+    """Compare networks to begin with: those of this word, and the training's."""
+    if not task.initial:
+        return word, "networks of no training"
+    scenario = task.settings.scenario
+    asked = initial_of(word, task.initial, building_of(task.plan), scenario)
+    same = asked.keys() == task.initial.keys() and all(
+        _equal(who, task.initial[side]) for side, who in asked.items()
+    )
+    return word, word if same else "other networks"
+
+
+def _equal(one: Learned, other: Learned) -> bool:
+    """Tell whether two networks are the same, of the same settings."""
+    here, there = one.weights, other.weights
+    return (
+        one.settings == other.settings
+        and here.keys() == there.keys()
+        and all(torch.equal(here[name], there[name]) for name in there)
     )
