@@ -244,7 +244,7 @@ class Learner:
     def update(self, critic_only: bool = False) -> Summary:
         """Learn from the whole buffer, `num_epoch` times, and empty it.
 
-        With critic_only the policy stays: after imitation, the critic learns first.
+        With critic_only the policy stays, for instance one that was learned before.
         """
         s = self.settings
         buffer = self.buffer.emptied()

@@ -42,7 +42,8 @@ class Settings:
     past_fires           the same, with earlier versions of the fire that learns
     imitation_episodes   of a strategy that is imitated first, if any
     imitation_epochs     passes through these episodes
-    critic_rounds        then rounds that teach only the critic the imitator's value
+    critic_rounds        rounds that teach only the critic what that policy is worth,
+                         or one that was learned before and is begun with
     """
 
     preset: str
