@@ -190,6 +190,8 @@ def test_refuses_progress_of_a_wrong_type_or_shape(checkpoint, place, value):
         ("learners", [], "learners: this must be"),
         ("learners robots actor", {"w": 1}, "w is 1: it must be a Tensor"),
         ("task seed", 1.5, "seed is 1.5"),
+        ("task imitate", "nobody", "imitate 'nobody' is unknown"),
+        ("task initial", {"robots": "sweep"}, "a network to begin with"),
         ("task settings robots gamma", 10**400, "gamma is 10+: it must be a number"),
     ],
 )

@@ -3,6 +3,7 @@
 import json
 import re
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +20,7 @@ from reference.workshop import workers as workforce
 from reference.workshop.drawing.experiment import last_gain
 from reference.workshop.drawing.runs import Run
 from reference.workshop.evaluation.crossplay import Record
+from reference.workshop.experiment import asked as asked_module
 from reference.workshop.experiment import page, steps
 from reference.workshop.experiment.asked import (
     BEST,
@@ -143,22 +145,41 @@ def test_a_job_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypatch):
 
 
 @pytest.mark.paper("E6")
-def test_best_responses_may_begin_with_a_fire_that_learned(whole, tmp_path):
-    """And arms with copies of robots written by hand, or against a network."""
+def test_best_responses_may_begin_with_a_fire_that_learned(
+    whole, tmp_path, monkeypatch
+):
+    """And arms with copies of robots written by hand; neither may change later."""
     fire = whole / "trainings" / "learning-3"
+    own = load(fire).player("fire")
+    another = replace(own, weights={n: w + 1 for n, w in own.weights.items()})
     asked = small(
         arms={"copies": {"imitate": "sweep", "fire": "random"}},
+        decisions=70,
         settings={**SMALL["settings"], "imitation_episodes": 2, "imitation_epochs": 1},
-        best_response={"decisions": 2, "seeds": 1, "initialize_from": str(fire)},
+        best_response={"decisions": 12, "seeds": 1, "initialize_from": str(fire)},
     )
     assert performed(asked, tmp_path) == {}
     copies = load(tmp_path / "trainings" / "copies-3").task
     assert (copies.imitate, copies.fixed) == ("sweep", {"fire": "random"})
     for team in ("copies-3", "sweep"):
         begun = load(tmp_path / "responses" / f"{team}-0").task.initial["fire"]
-        assert equal(begun.weights, load(fire).player("fire").weights)
+        assert equal(begun.weights, own.weights)
         assert (tmp_path / "tests" / f"{team} {BEST}.csv").exists()
     assert not (tmp_path / "choices").exists()  # there is but one
+    begin(asked, tmp_path)
+    refuse_changed(asked, tmp_path)
+    refuse_changed(replace(asked, best_response=None), tmp_path)
+    for changed in (
+        replace(asked, arms={"copies": {"fire": "random"}}),
+        replace(
+            asked, best_response=replace(asked.best_response, initialize_from=None)
+        ),
+    ):
+        with pytest.raises(RunError, match=r"nothing was asked for, but .* has"):
+            refuse_changed(changed, tmp_path)
+    monkeypatch.setattr(asked_module, "initial_of", lambda *_: {"fire": another})
+    with pytest.raises(RunError, match=r"^best_response\.network: "):
+        refuse_changed(replace(asked, seeds=(3, 4)), tmp_path)
 
 
 @pytest.mark.slow
@@ -385,6 +406,8 @@ def test_the_files_that_ship_can_be_read(file):
         ({"best_response": {}}, "decisions is missing"),
         ({"arms": {"a": {"imitate": "none"}}}, "'none' is unknown"),
         ({"arms": {"learned": {}}}, "no arm's name"),
+        ({"seeds": [3, 3]}, "seeds: name each once"),
+        ({"test": {"robots": ["sweep", "sweep"]}}, "robots: name each once"),
     ],
 )
 def test_refuses_what_no_experiment_can_be_made_of(changes, message):

@@ -187,6 +187,8 @@ def test_refuses_by_name_what_cannot_be_meant_or_is_not_built(refusal, rows):
 def test_refuses_keys_of_no_file_and_lessons(refusal):
     """At the top, too."""
     assert "Did you mean 'behaviors'?" in refusal("behaviours: {}")
+    again = "checkpoint_settings: {initialize_from: old, resume: false}"
+    assert "on the command line: --initialize-from" in refusal(again)
     lessons = "environment_parameters: {people: {curriculum: []}}"
     assert "reference: scenario" in refusal(lessons)
     assert "the file: this must be" in refusal("- Robot\n- Fire\n")

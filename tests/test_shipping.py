@@ -1,6 +1,7 @@
 """What ships: robots and a fire that learned, by the name of learned."""
 
 import json
+from dataclasses import replace
 
 import pytest
 import torch
@@ -38,6 +39,10 @@ def test_the_robots_of_one_training_and_the_fire_of_another_ship(tmp_path):
         here, there = both.player(side).weights, source.player(side).weights
         assert here.keys() == there.keys()
         assert all(torch.equal(here[name], there[name]) for name in there)
+    begun_so = replace(robots.task, initial={"robots": robots.player("robots")})
+    again = shipped(replace(robots, task=begun_so), fire)
+    assert not again.task.initial
+    assert [again.progress[s]["initial"] for s in ("robots", "fire")] == [True, False]
     with pytest.raises(CheckpointError, match="nobody learned for the fire"):
         shipped(robots, robots)
 

@@ -420,9 +420,37 @@ def test_refuses_a_network_to_begin_with_that_means_something_else(whole):
     ):
         with pytest.raises(SettingsError, match=word):
             begun(tiny(robots=changes), initial={"robots": robots})
-    damaged = replace(robots, weights={})
-    with pytest.raises(CheckpointError, match="weights are of another shape"):
-        begun(initial={"robots": damaged})
+    begun(tiny(robots={"shaping": 0.0}), initial={"robots": robots})  # it fits
+    few = replace(tiny().scenario, people=5)
+    with pytest.raises(SettingsError, match="other numbers of people, robots"):
+        begun(tiny(scenario=few), initial={"robots": robots})
+
+
+def test_the_critic_learns_alone_until_it_has_learned(whole, tmp_path):
+    """Also where a round does not fill the buffer."""
+    robots = load(whole[1]).player("robots")
+    slow = tiny(robots={"buffer_size": 100})  # a round is about 64 decisions
+    training = begun(slow, initial={"robots": robots})
+    trained(training, tmp_path, rounds=1)
+    assert training.phase == "critic"
+    trained(training, tmp_path, rounds=1)
+    assert training.phase == "together"
+
+
+def test_refuses_a_budget_that_the_critic_alone_uses_up(whole, tmp_path):
+    """The policy would be the one that it began with."""
+    few = tiny(robots={"buffer_size": 100, "max_steps": 50})
+    training = begun(few, initial={"robots": load(whole[1]).player("robots")})
+    with pytest.raises(SettingsError, match="max_steps ends before a policy"):
+        trained(training, tmp_path)
+
+
+def test_a_fire_that_does_not_learn_is_not_remembered(tmp_path):
+    """Whatever share of past fires the settings ask for."""
+    training = begun(tiny(past_fires=0.5), fixed={"fire": "random"})
+    training.past_every = 1
+    trained(training, tmp_path, rounds=2)
+    assert training.past == []
 
 
 # -- Stopping -----------------------------------------------------------------------

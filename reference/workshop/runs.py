@@ -125,13 +125,17 @@ def refuse_contradictions(run: str, asked: Iterable[tuple[str, Any, Any]]) -> No
 def rows_of_both(
     here: Mapping[str, Any], there: Any, name: str
 ) -> Iterator[tuple[str, Any, Any]]:
-    """Compare nested rows by their dotted names, for `refuse_contradictions`."""
+    """Compare nested rows by their dotted names, for `refuse_contradictions`.
+
+    In a whole record None is a value: "nothing".
+    """
     for key, value in here.items():
         other = there.get(key) if isinstance(there, Mapping) else None
         if isinstance(value, Mapping):
             yield from rows_of_both(value, other, f"{name}{key}.")
         else:
-            yield name + key, value, other
+            one, another = ("nothing" if v is None else v for v in (value, other))
+            yield name + key, one, another
 
 
 def building_asked(name: str | None, begun: str, plan: str) -> tuple[str, Any, Any]:

@@ -28,8 +28,11 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
+from hashlib import sha256
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import numpy as np
 
 import reference
 from reference.building import Building, building_of, load, plan_of
@@ -129,6 +132,13 @@ class Experiment:
             raise SettingsError("decisions, seeds and episodes are counted upwards")
         if not self.arms or not self.seeds:
             raise SettingsError("name at least one arm and one seed")
+        for what, named in (
+            ("seeds", self.seeds),
+            ("fires", test.fires),
+            ("robots", test.robots),
+        ):
+            if len(set(named)) < len(named):
+                raise SettingsError(f"{what}: name each once")
         for arm in self.arms:
             if not NAME.fullmatch(arm) or arm in {*FIXED_FIRES, *ROBOTS}:
                 raise SettingsError(
@@ -148,7 +158,7 @@ class Experiment:
                     raise SettingsError(f"{what}: {unknown(word, known)}")
         fires = {*test.fires, *(self.of_arm(arm).fire for arm in self.arms)}
         if LEARNED in fires:
-            self._fixed(LEARNED)
+            self._frozen(LEARNED)
         if self.best_response:
             Training(self.response("none", 0))  # refuses what does not fit
         if any(len(pair) != 2 for pair in self.compare):
@@ -203,14 +213,14 @@ class Experiment:
     def _trainings(self) -> Iterator[tuple[str, Task]]:
         for arm in self.arms:
             settings, fire, imitate = self.of_arm(arm)
-            fixed = {} if fire == LEARNS else {"fire": self._fixed(fire)}
+            fixed = {} if fire == LEARNS else {"fire": self._frozen(fire)}
             for seed in self.seeds:
                 yield (
                     f"{arm}-{seed}",
                     self._task(settings, seed, fixed=fixed, imitate=imitate),
                 )
 
-    def _fixed(self, fire: str) -> Learned | str:
+    def _frozen(self, fire: str) -> Learned | str:
         """Find a fire that learns nothing here. Raises CheckpointError."""
         return fixed_player(fire, "fire", self._building, self.arena.scenario)
 
@@ -226,11 +236,11 @@ class Experiment:
             replace(self.base, fire=fire),
             RESPONSES + number,
             fixed={"robots": robots},
-            initial=self._first_response,
+            initial=self.first_response,
         )
 
     @cached_property
-    def _first_response(self) -> dict[Side, Learned]:
+    def first_response(self) -> dict[Side, Learned]:
         """The network with which best responses begin, if any."""
         asked = self.best_response
         if asked is None or asked.initialize_from is None:
@@ -301,7 +311,7 @@ def begin(experiment: Experiment, folder: Path) -> None:
 
     An arm no longer asked for stays recorded: it may return, and has its trainings.
     """
-    path, now = folder / ABOUT, _fixed(experiment)
+    path, now = folder / ABOUT, _unchangeable(experiment)
     if path.exists():
         begun = read_json(path)
         now["arms"] = mapping(begun.get("arms"), ABOUT) | now["arms"]
@@ -320,19 +330,20 @@ def refuse_changed(experiment: Experiment, folder: Path) -> None:
         raise RunError(f"{folder}: there is no experiment to go on with.")
     begun = read_json(path)
     refuse_version(path, begun.get("version"), begun.get("game"))
-    now = json.loads(json.dumps(_fixed(experiment)))
+    now = json.loads(json.dumps(_unchangeable(experiment)))
     arms, known = now.pop("arms"), mapping(begun.get("arms"), ABOUT)
     if now.pop("plan") != begun.get("plan"):
         raise RunError(f"building: the map differs from that of {path}.")
-    if begun.get("best_response") is None:  # none was asked for yet
-        del now["best_response"]
+    if None in (now["best_response"], begun.get("best_response")):
+        del now["best_response"]  # they may come later, and be left out
     now["arms"] = {arm: arms[arm] for arm in arms if arm in known}
     refuse_contradictions(f"the experiment in {folder}", rows_of_both(now, begun, ""))
 
 
-def _fixed(experiment: Experiment) -> dict[str, Any]:
+def _unchangeable(experiment: Experiment) -> dict[str, Any]:
     """Collect what may not change during an experiment, as plain data."""
     test, response = experiment.test, experiment.best_response
+    network = experiment.first_response.get("fire")
     arms = map(experiment.of_arm, experiment.arms)
     plain = [
         asdict(settings) | {"against": fire, "imitate": imitate}
@@ -341,6 +352,15 @@ def _fixed(experiment: Experiment) -> dict[str, Any]:
     return {
         "plan": experiment.arena.plan,
         "tests": [test.seed, test.episodes, test.looking_ahead],
-        "best_response": response and asdict(response),
+        "best_response": response
+        and asdict(response) | {"network": network and _digest(network)},
         "arms": dict(zip(experiment.arms, plain, strict=True)),
     }
+
+
+def _digest(network: Learned) -> str:
+    """Digest a network's weights."""
+    sha = sha256()
+    for name, tensor in sorted(network.weights.items()):
+        sha.update(name.encode() + np.asarray(tensor).tobytes())
+    return sha.hexdigest()

@@ -20,12 +20,19 @@ import torch
 import reference
 from reference.building import Building, building_of
 from reference.learning.players import Learned
-from reference.learning.settings import SIDES, SettingsError, Side, TrainerSettings
+from reference.learning.settings import (
+    SIDES,
+    SettingsError,
+    Side,
+    TrainerSettings,
+    unknown,
+)
 from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.files import refuse_no_file, write_whole
 from reference.workshop.landmarks import landmarks_for
 from reference.workshop.plain import checked, mapping, record_from
+from reference.workshop.strategies import ROBOTS
 from reference.workshop.training.presets import Settings
 
 KIND = "checkpoint of fire-rescue-reference"
@@ -235,8 +242,11 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     sides = sorted([*found.learners, *found.task.fixed])
     if sides != sorted(SIDES) or found.round < 0:
         raise SettingsError("robots or fire neither learn nor are fixed")
-    if any(isinstance(who, str) for who in found.task.initial.values()):
-        raise SettingsError("a network to begin with is none")
+    for side, who in found.task.initial.items():
+        if isinstance(who, str) or side not in found.learners:
+            raise SettingsError(f"{side}: a network to begin with, and nobody learns")
+    if found.task.imitate not in (None, *ROBOTS):
+        raise SettingsError(f"imitate {unknown(found.task.imitate, ROBOTS)}")
     for side, state in found.learners.items():
         for name in ("actor", "critic"):
             weights = checked(name, state[name], dict[str, torch.Tensor])
@@ -291,5 +301,5 @@ def refuse_another_building(task: Task, building: Building) -> None:
     raise CheckpointError(
         f"the checkpoint has learned {own.title} ({own.width} x {own.height}, "
         f"{len(own.storeys)} floors), not this drawing of {building.title}. "
-        "Leave --building out, or name the map it was trained on."
+        "Leave the building out, or name the map it was trained on."
     )

@@ -159,6 +159,13 @@ def _file(top: Any) -> TrainerFile:
             "environment_parameters: parameters that Unity draws or teaches in lessons "
             "have no counterpart here: leave them out, state `reference: scenario:`"
         )
+    run = mapping(top.get("checkpoint_settings"), "checkpoint_settings")
+    for key in ("initialize_from", "resume"):
+        if run.get(key):
+            raise SettingsError(
+                f"checkpoint_settings: {key} is asked for on the command line: "
+                f"--{key.replace('_', '-')}; leave it out here"
+            )
     behaviours = mapping(top.get("behaviors"), "behaviors")
     default = mapping(top.get("default_settings"), "default_settings")
     names = {side: name for name, side in _sides(behaviours).items()}

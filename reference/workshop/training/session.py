@@ -25,7 +25,6 @@ from reference.workshop.plain import checked
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import Checkpoint, Task, must_fit
 from reference.workshop.training.imitation import Demonstration, clone
-from reference.workshop.training.presets import OF_ROBOTS
 from reference.workshop.training.states import restore, state_of
 from reference.workshop.training.summaries import (
     OF_EPISODES,
@@ -41,8 +40,12 @@ PAST_EVERY, MOST_PAST = 5, 10
 """[E6, chosen] rounds between two fires that are remembered, and how many of them; when
 there are more, every second is forgotten, and the rounds between two are doubled."""
 
-SHAPE = ("head", "hidden_units", "num_layers", "normalize", "context")
-OF_NETWORK = (*SHAPE, *OF_ROBOTS)  # rows by which weights mean something else
+OF_NETWORK = (
+    *("head", "hidden_units", "num_layers", "normalize"),
+    *("context", "commitment", "summary", "own_state"),
+)
+"""Rows of settings on which the meaning of a network's weights depends."""
+
 FACTS = (*OF_EPISODES.values(), "fire_reward")  # of an episode
 
 
@@ -110,11 +113,13 @@ class Training:
         return tuple(side for side, who in both if who.steps < who.settings.max_steps)
 
     def _critic_only(self) -> bool:
-        """Whether the critic alone learns, for some rounds.
+        """Whether the critic alone learns, for some rounds and at least one update.
 
         What a policy that was learned or copied before is worth here is not known yet.
         """
-        return bool(self._known()) and self.round < self.settings.critic_rounds
+        rounds, known = self.settings.critic_rounds, self._known()
+        untaught = (not self.learners[side].optimiser.state for side in known)
+        return bool(known and rounds) and (self.round < rounds or any(untaught))
 
     def _known(self) -> tuple[Side, ...]:
         """The sides that do not begin with a random policy."""
@@ -194,11 +199,10 @@ class Training:
         if "fire" not in self.learners or "robots" not in self.learning():
             return "learned"
         share, past = self.settings.random_fires, self.settings.past_fires
-        if int((job + 1) * share) > int(job * share):
+        if _due(job, share):
             return "random"
         others = job - int(job * share)  # of the jobs before, those without random fire
-        share = past / (1 - share) if past else 0.0
-        due = int((others + 1) * share) > int(others * share)
+        due = past and _due(others, past / (1 - share))
         return "past" if due and self.past else "learned"
 
     def _past_fire(self, job: int, learned: Learned) -> Learned:
@@ -209,8 +213,9 @@ class Training:
         return replace(learned, weights=copies)
 
     def _remember(self) -> None:
-        """Remember the fire as it is, if that is asked for and due."""
-        if not self.settings.past_fires or self.round % self.past_every:
+        """Remember the fire as it is, if robots are to meet it again, and it is due."""
+        both = len(self.learners) == len(SIDES)
+        if not (both and self.settings.past_fires) or self.round % self.past_every:
             return
         weights = self.learners["fire"].actor.state_dict()
         self.past.append({name: tensor.clone() for name, tensor in weights.items()})
@@ -232,6 +237,7 @@ class Training:
         """Update the learners whose turn it is; return the summary rows due.
 
         Raises SettingsError if in their first round they had nothing to decide.
+        Or if the last one ended before a network that they began with learned.
         """
         phase, facts = self.phase, [episode.facts for episode in episodes]
         jobs = range(self._first, self._first + self.settings.jobs_per_round)
@@ -252,6 +258,12 @@ class Training:
             summary.add(_facts(episodes, side), update)
             rows.append(summary.row(learner.steps, when))
         self.round += 1
+        if self._critic_only() and not set(self._known()) <= set(self._unfinished()):
+            raise SettingsError(
+                "max_steps ends before a policy that was learned or copied can learn: "
+                "for critic_rounds its critic learns alone. Raise the one, or lower "
+                "the other."
+            )
         self._remember()
         return [row for row in rows if row is not None]
 
@@ -367,14 +379,24 @@ def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
                 f"{side}: the network to begin with has {name} {theirs}, here it is "
                 f"{own}. Write its own into the settings."
             )
-    with must_fit("weights are of another shape", f"{side}: the network to begin with"):
+    try:
         learner.actor.load_state_dict(dict(who.weights))
+    except RuntimeError:
+        raise SettingsError(
+            f"{side}: the network to begin with learned in another scenario, with "
+            "other numbers of people, robots or sources."
+        ) from None
 
 
 def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:
     """Facts of the episodes that a side has played; of all if it played none."""
     played = [episode for episode in episodes if getattr(episode, side) is not None]
     return [episode.facts for episode in played or episodes]
+
+
+def _due(number: int, share: float) -> bool:
+    """Tell whether, of jobs counted from 0, this one belongs to a share of them."""
+    return int((number + 1) * share) > int(number * share)
 
 
 def seeds_of(run: int, purpose: int, number: int, count: int) -> tuple[int, ...]:

@@ -35,15 +35,17 @@ def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
         for side, policy in zip(SIDES, policies, strict=True)
     }
     settings = replace(robots.task.settings, fire=fire.task.settings.fire)
-    task = replace(robots.task, settings=settings, fixed=fixed, imitate=None)
+    task = replace(
+        robots.task, settings=settings, fixed=fixed, initial={}, imitate=None
+    )
     made: dict[str, Any] = {
-        side: how(each) for side, each in zip(SIDES, (robots, fire), strict=True)
+        side: how(each, side) for side, each in zip(SIDES, (robots, fire), strict=True)
     }
     return Checkpoint(task, robots.round, {}, made, robots.version)
 
 
-def how(checkpoint: Checkpoint) -> dict[str, Any]:
-    """Describe a checkpoint's training: settings, decisions, and opponents."""
+def how(checkpoint: Checkpoint, side: Side) -> dict[str, Any]:
+    """Describe how a side learned: settings, decisions, opponents, and beginning."""
     task = checkpoint.task
     steps = {side: state["steps"] for side, state in checkpoint.learners.items()}
     named = {side: isinstance(who, str) for side, who in task.fixed.items()}
@@ -54,8 +56,8 @@ def how(checkpoint: Checkpoint) -> dict[str, Any]:
         "version": checkpoint.version,
         "decisions": steps,
         "against": against,
-        "imitated": task.imitate,
-        "initial": bool(task.initial),
+        "imitated": task.imitate if side == "robots" else None,
+        "initial": side in task.initial,
     }
 
 
