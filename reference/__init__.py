@@ -86,7 +86,7 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
-__version__ = "0.9.0"
+__version__ = "0.9.1"
 
 GAME = 4
 """Increases when rules or numbers of the game change: policies learned in another game

@@ -12,12 +12,14 @@ from trainings import TINY, begun, equal, tiny, trained
 from reference.building import building_of
 from reference.game.observations import summary_size
 from reference.learning.adversarial import learner_for, player_of
+from reference.learning.experience import Decisions, decisions_of
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES, SettingsError
 from reference.strategies import RandomFire, RandomRobots
 from reference.workshop.training import session
 from reference.workshop.training.checkpoints import CheckpointError, load, newest
+from reference.workshop.training.imitation import clone
 from reference.workshop.training.loop import train
 from reference.workshop.training.session import Training, seeds_of
 from reference.workshop.training.summaries import COLUMNS, Board, Summary, table_until
@@ -361,6 +363,22 @@ def test_robots_may_imitate_first_then_the_critic_learns_alone_then_both(tmp_pat
     assert not equal(parameters(training), parameters(copied))
     phases = [row["phase"] for row in rows(tmp_path)]
     assert phases == ["imitation", "critic", "together", "together"]
+
+
+@pytest.mark.parametrize("head", ["pointer", "gaussian"])
+def test_who_copies_learns_to_keep_a_destination_too(head):
+    """Wherever the teacher does, and the head has that option; `patrol` does a lot."""
+    training = begun(tiny(robots={"head": head}), imitate="patrol")
+    episodes = [e for job in training.demonstrations() for e in play(job)]
+    taught = Decisions.joined([decisions_of(e.robots) for e in episodes])
+    keep = (taught.actions[..., -1] == 0) & taught.alive
+    under_way = taught.options.action_mask[..., 0]
+    assert torch.equal(keep, under_way & taught.alive)
+    assert keep.any() and not equal(keep, taught.alive)
+    first, *_, last = clone(
+        training.learners["robots"], [e.robots for e in episodes], 9
+    )
+    assert last < first
 
 
 def test_imitation_that_was_interrupted_is_done_once_on_resume(tmp_path):

@@ -65,7 +65,7 @@ class _Teacher(Player):
         self, moments: Sequence[Moment]
     ) -> tuple[np.ndarray, list[GroupDecision[np.ndarray]]]:
         """Play the strategy: (S, G, 2) actions, nan to keep a destination, and the same
-        as decisions of the learner's head, `alive` where there is a new one."""
+        as decisions of the learner's head, `alive` where they can be taught."""
         wanted = [self._decided(moment) for moment in moments]
         return np.stack(wanted), list(map(self._recorded, moments, wanted))
 
@@ -88,24 +88,32 @@ class _Teacher(Player):
     def _recorded(
         self, moment: Moment, wanted: np.ndarray
     ) -> GroupDecision[np.ndarray]:
-        """Record actions as the head's: the nearest option, with log_probs of 0.
+        """Record actions as the head's, with log_probs of 0.
 
-        Staying put is left out where the head does not offer it.
+        Those are the nearest option, or for Gaussians the spot; and "keep" where the
+        teacher keeps a destination. What the head does not offer is left out, `alive`
+        False: to stay put, or to keep if it cannot.
         """
         new, spots = ~np.isnan(wanted).any(axis=1), np.nan_to_num(wanted)
         actions, features, action_mask = spots * RAW_LIMIT, None, None
-        if self.options is not None:
-            options = self.options(moment)
-            features, action_mask = options.features, options.action_mask
-            off = np.linalg.norm(options.places - spots[:, None], axis=-1)
-            meant = action_mask | (np.arange(off.shape[1]) == RobotOption.STAY)
-            nearest = np.where(meant, off, np.inf).argmin(axis=1)
-            new &= action_mask[np.arange(len(new)), nearest]
-            actions = nearest[:, None].astype(np.float32)
+        taught = new
+        if (choices := self._choices(moment)) is not None:
+            features, action_mask = choices.features, choices.action_mask
+            kept = ~new & action_mask[:, RobotOption.KEEP]
+            if self.options is None:
+                actions = np.concatenate([actions, new[:, None]], axis=1)
+            else:
+                off = np.linalg.norm(choices.places - spots[:, None], axis=-1)
+                meant = action_mask | (np.arange(off.shape[1]) == RobotOption.STAY)
+                nearest = np.where(meant, off, np.inf).argmin(axis=1)
+                new = new & action_mask[np.arange(len(new)), nearest]
+                actions = np.where(kept, RobotOption.KEEP, nearest)[:, None]
+            taught = new | kept
+        actions = actions.astype(np.float32)
         return GroupDecision(
             vectors=self.seen(moment),
             grids=moment.grid,
-            alive=new,
+            alive=taught,
             actions=actions,
             shown=actions[:, :0],
             log_probs=np.zeros_like(actions),
