@@ -1,0 +1,94 @@
+"""Rollouts: what a learner gets is what happened in the environment."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from lives import settings
+
+from reference.building import building_of, load, plan_of
+from reference.game.environment import FIRE, Environment, fire_decision
+from reference.learning.adversarial import learner_for, player_of
+from reference.learning.players import Player
+from reference.learning.rollouts import Episode, Job, play
+from reference.paper import Scenario
+
+TINY = plan_of(load("tiny"))
+TABLE = settings("ppo", hidden_units=8, num_layers=1)  # Gaussians, paid no shaping
+SCENARIO = Scenario(people=6, sources=3, training=True)
+
+
+def played(scenario: Scenario) -> Episode:
+    """An episode of two new policies."""
+    sides = {
+        side: player_of(learner_for(side, TINY, scenario, TABLE, seed=1))
+        for side in ("robots", "fire")
+    }
+    (episode,) = play(Job(TINY, scenario, **sides, seeds=(1,)))
+    return episode
+
+
+def replayed(episode: Episode, environment: Environment):
+    """Take the recorded actions again: each side's rewards, one a decision; each
+    agent's last observation; and whom time cut off."""
+    floors, paid = environment.building.floors, {"robots": [], "fire": []}
+    seen, infos = environment.reset(episode.seed)
+    fires = iter(episode.fire.actions[:, 0])
+    for raw in episode.robots.actions:
+        axes = raw.clip(-3, 3) / 3
+        actions = dict(zip(environment.possible_agents, axes, strict=False))
+        actions[FIRE] = np.zeros(3)
+        if infos[FIRE]["acts"]:
+            *place, branch = next(fires)
+            middle = (2 * branch + 1) / floors - 1  # of this floor's share of [-1, 1]
+            actions[FIRE] = np.array([middle, *np.clip(place, -3, 3) / 3])
+            paid["fire"].append(0.0)
+        now, rewards, _, cut, infos = environment.step(actions)
+        seen |= now
+        paid["robots"].append(rewards["robot_0"])
+        if paid["fire"]:
+            paid["fire"][-1] += rewards[FIRE]
+    assert environment.agents == [] == list(fires)
+    return paid, seen, [agent for agent in cut if cut[agent]]
+
+
+@pytest.mark.paper("C8")
+@pytest.mark.paper("D6")
+@pytest.mark.paper("E3")
+@pytest.mark.parametrize(
+    ("seconds", "robots_go_on", "fire_goes_on"),
+    [(70, 4, True), (115, 2, False), (200, 0, False)],
+    ids=["time is up", "the last source is lit", "nobody is inside"],
+)
+def test_a_trajectory_is_what_the_environment_says_to_its_actions(
+    seconds, robots_go_on, fire_goes_on
+):
+    """Rewards, last observations, and who is cut off with something left to decide."""
+    scenario = replace(SCENARIO, time_limit=float(seconds))
+    episode = played(scenario)
+    environment = Environment(building_of(TINY), scenario)
+    paid, seen, cut = replayed(episode, environment)
+    *team, fire = environment.possible_agents
+    assert cut == team[:robots_go_on] + [fire] * (robots_go_on > 0)
+    for side, agents in {"robots": team, "fire": [fire]}.items():
+        t = getattr(episode, side)
+        assert t.rewards == pytest.approx(paid[side]) and any(paid[side])
+        assert np.array_equal(t.vectors[-1], [seen[a]["vector"] for a in agents])
+        assert np.array_equal(t.shown, t.actions[..., :2])  # raw, for the critic
+    assert episode.robots.alive[-1].tolist() == [agent in cut for agent in team]
+    assert episode.fire.alive[-1].tolist() == [fire_goes_on]
+
+
+@pytest.mark.paper("D2")
+@pytest.mark.paper("E3")
+@pytest.mark.parametrize("name", ["tiny", "paper"])
+def test_a_gaussian_fire_s_branch_is_a_floor_and_its_critic_sees_raw_numbers(name):
+    """Branch k lights floor k; a number beyond 3 is clipped in the action alone."""
+    building = load(name)
+    fire = Player("fire", building, SCENARIO, TABLE)
+    raw = np.array([[[6.0, -1.5, k]] for k in range(building.floors)])
+    emitted, shown = fire._emitted(raw, [])
+    assert np.array_equal(shown, raw[..., :2])
+    assert emitted[:, 0, 1:].tolist() == [[1.0, -0.5]] * building.floors
+    lit = [fire_decision(building, action)[0] for action in emitted[:, 0]]
+    assert lit == list(range(building.floors))
