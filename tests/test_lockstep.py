@@ -13,9 +13,11 @@ from reference.learning.rollouts import Job, play
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoRobots, RandomFire
+from reference.workshop.evaluation.worst_case import WorstCase
 from reference.workshop.landmarks import landmarks_for
 from reference.workshop.lockstep import to_the_end, together
 from reference.workshop.strategies import SCRIPTS
+from reference.workshop.strategies.robots import Sweep
 from reference.workshop.training.presets import preset
 
 
@@ -78,8 +80,8 @@ def test_simulations_that_are_not_alike_run_beside_each_other():
     assert [everything(run) for run in mixed[0]] == [everything(r) for r in mixed[1]]
 
 
-def test_a_fire_that_looks_ahead_finds_each_world_as_it_is():
-    """A copy of a simulation in lockstep is its own, and may run on alone."""
+def test_a_copy_of_a_simulation_in_lockstep_is_its_own():
+    """It may run on alone."""
     lone, some = (runs("tiny", "sweep", "random", time_limit=30.0) for _ in range(2))
     together(some)
     copies = [run.copy() for run in some]
@@ -87,6 +89,22 @@ def test_a_fire_that_looks_ahead_finds_each_world_as_it_is():
     for run, copied in zip(lone, copies, strict=True):
         run.run(), copied.run()
     assert [everything(run) for run in copies] == [everything(run) for run in lone]
+
+
+@pytest.mark.paper("F4")
+def test_a_fire_that_looks_ahead_finds_each_world_as_it_is():
+    """In lockstep it foresees what it foresees alone, and burns there."""
+    world = load("tiny"), Scenario(people=6, time_limit=40.0)
+    lone, some = (
+        [Simulation(*world, Sweep(), WorstCase(3, 4.0), seed) for seed in range(2)]
+        for _ in range(2)
+    )
+    for run in lone:
+        run.run()
+    to_the_end(some)
+    assert [everything(run) for run in some] == [everything(run) for run in lone]
+    foreseen = [[run.fire_strategy.foreseen for run in both] for both in (some, lone)]
+    assert foreseen[0] == foreseen[1] and all(foreseen[0])
 
 
 def learned(side, settings, plan, scenario, head="pointer"):

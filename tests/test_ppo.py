@@ -269,6 +269,17 @@ def test_schedules_stand_still_within_an_update():
     assert learner.optimiser.param_groups[0]["lr"] == summary["Policy/Learning Rate"]
 
 
+@pytest.mark.paper("E3")
+def test_at_max_steps_all_three_schedules_are_at_their_floors():
+    """Learning rate 1e-10, ε 0.1, β 1e-5, where they decay."""
+    names = ("learning_rate_schedule", "epsilon_schedule", "beta_schedule")
+    learner = made(max_steps=9, **dict.fromkeys(names, "linear"))
+    s = learner.settings
+    assert learner.schedules() == (s.learning_rate, s.epsilon, s.beta)
+    learner.add([life("#" * 9, sizes=MIXED)])
+    assert learner.schedules() == (1e-10, 0.1, 1e-5)
+
+
 @pytest.mark.paper("E2")
 def test_the_loss_is_policy_and_half_the_value_less_the_entropy_s_share():
     """policy + 0.5·value − β·entropy, of the live rows only."""
@@ -339,6 +350,22 @@ def test_an_update_reports_by_the_original_s_names():
         "Policy/Extrinsic Value Estimate",
     }
     assert all(type(x) is float and math.isfinite(x) for x in summary.values())
+
+
+@pytest.mark.paper("E3")
+@pytest.mark.parametrize("kind", [ppo, poca], ids=["ppo", "poca"])
+def test_estimates_are_means_over_agents_that_are_there(kind):
+    """An agent that left early counts for its own decisions alone."""
+    learner = kind.Learner(settings(), MIXED, 0)
+    learner.add([life("#####", "##...", sizes=MIXED)])
+    part = learner.buffer.parts[0]
+    summary = learner.update()
+    kinds = ("Value", "Baseline") if kind is poca else ("Value",)
+    for name in kinds:
+        column = getattr(part, f"{name.lower()}s")
+        live = [*column[:, 0].tolist(), *column[:2, 1].tolist()]
+        estimate = summary[f"Policy/Extrinsic {name} Estimate"]
+        assert estimate == pytest.approx(sum(live) / 7, rel=1e-5)
 
 
 def test_the_same_seed_begins_with_the_same_networks():
