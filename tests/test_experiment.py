@@ -4,6 +4,7 @@ import json
 import re
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from reference.paper import InputError
 from reference.workshop import workers as workforce
 from reference.workshop.drawing.experiment import last_gain
 from reference.workshop.drawing.runs import Run
-from reference.workshop.evaluation.crossplay import Record
+from reference.workshop.evaluation.crossplay import Record, records
 from reference.workshop.experiment import asked as asked_module
 from reference.workshop.experiment import page, steps
 from reference.workshop.experiment.asked import (
@@ -35,7 +36,7 @@ from reference.workshop.files import make_folder
 from reference.workshop.plain import record_from
 from reference.workshop.runs import RunError
 from reference.workshop.strategies import SHIPPED
-from reference.workshop.training.checkpoints import load
+from reference.workshop.training.checkpoints import load, unpacked
 from reference.workshop.training.session import Training
 from reference.workshop.training.summaries import SURVIVAL
 from reference.workshop.workers import InProcess, cluster, workers
@@ -242,6 +243,94 @@ def test_the_tiny_experiment_makes_every_part(tmp_path, capsys):
     again = [*command, "--resume", "--page", str(tmp_path / "RESULTS.md")]
     assert main(again) == 0
     assert "](RESULTS.pictures/matrix.png)" in (tmp_path / "RESULTS.md").read_text()
+
+
+# -- Best responses -----------------------------------------------------------------
+
+
+@pytest.fixture
+def chosen(tmp_path):
+    """A plan of which trainings and choices are there, all of them by hand.
+
+    A checkpoint is its folder's name; of three fires the second costs teams most.
+    """
+    asked = small(
+        test={**SMALL["test"], "fires": ["random", "learning"], "looking_ahead": 1},
+        best_response={"decisions": 7},
+    )
+    plan = Plan(asked, tmp_path, here=True)
+    for team in asked.teams:
+        folders = [plan.response(team, k) for k in asked.responses]
+        for folder in [*folders, plan.training(team)]:
+            make_folder(folder)
+            (folder / "checkpoint-000000.pt").write_bytes(folder.name.encode())
+        for k, survival in enumerate((0.5, 0.2, 0.8)):
+            make_folder(plan.test(team, str(k)).parent)
+            runs = [run(team, str(k), seed, survival) for seed in asked.choices]
+            records.table_of(plan.test(team, str(k)), runs)
+    return plan
+
+
+def jobs(plan):
+    """Every step of a plan by its name."""
+    return {step.name: step for step in plan.steps()}
+
+
+@pytest.mark.paper("E6")
+def test_the_strongest_response_is_the_one_that_costs_a_team_most(chosen):
+    """Chosen by the mean reward, once all are known, on seeds that no test has."""
+    asked = chosen.experiment
+    for team in asked.teams:
+        assert chosen.strongest(team) == chosen.response(team, 1)
+        needs = jobs(chosen)[f"tests/{team} {BEST}"].needs
+        assert {chosen.test(team, str(k)) for k in asked.responses} <= {*needs}
+    assert len(asked.choices) > 0
+    for seeds in asked.fires.values():
+        assert not {*asked.choices} & {*seeds}
+
+
+@pytest.mark.paper("E6")
+@pytest.mark.parametrize(
+    ("step", "learned"),
+    [
+        ("tests/ppo-3 random", {"robots": b"ppo-3"}),
+        ("tests/ppo-3 learning-3", {"robots": b"ppo-3", "fire": b"learning-3"}),
+        ("tests/sweep learning-3", {"fire": b"learning-3"}),
+        ("choices/ppo-3 2", {"robots": b"ppo-3", "fire": b"ppo-3-2"}),
+        (f"tests/ppo-3 {BEST}", {"robots": b"ppo-3", "fire": b"ppo-3-1"}),
+        (f"tests/sweep {BEST}", {"fire": b"sweep-1"}),
+        ("tests/ppo-3 worst-case", {"robots": b"ppo-3"}),
+    ],
+)
+def test_everybody_meets_the_fire_that_the_table_names(chosen, step, learned):
+    """A script, an arm's own, a response by its number, or the strongest of them."""
+    assert jobs(chosen)[step].job().learned == learned
+
+
+@pytest.mark.paper("F12")
+def test_few_evacuations_meet_the_fire_that_looks_ahead(chosen):
+    """It is slow: as many as asked for, of the others' seeds."""
+    steps_ = jobs(chosen)
+    assert steps_["tests/sweep random"].job().seeds == range(5000, 5002)
+    assert steps_["tests/sweep worst-case"].job().seeds == range(5000, 5001)
+
+
+@pytest.mark.paper("E6")
+def test_each_response_learns_with_a_seed_and_a_budget_of_its_own(chosen):
+    """And against the frozen team alone; all else is as the experiment asks."""
+    fits = [jobs(chosen)[f"responses/sweep-{k}"].job() for k in range(3)]
+    tasks = [unpacked(BytesIO(fit.beginning), Path()).task for fit in fits]
+    assert [task.seed for task in tasks] == [10_000, 10_001, 10_002]
+    assert {task.settings.fire.max_steps for task in tasks} == {7}
+    assert all(task.fixed == {"robots": "sweep"} for task in tasks)
+
+
+@pytest.mark.paper("E6")
+def test_a_training_ends_when_its_own_side_has_had_its_decisions(whole):
+    """Robots have had their 20 long before the fire."""
+    for team in ("learning-3", "ppo-3"):
+        learners = Training.resumed(load(whole / "trainings" / team)).learners
+        assert learners["fire"].steps < 20 <= learners["robots"].steps
 
 
 # -- Results ------------------------------------------------------------------------
