@@ -1,0 +1,64 @@
+"""Imitation: robots that copied a strategy go where it would have gone."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from trainings import TINY, begun, tiny
+
+from reference.building import building_of
+from reference.game.environment import destination
+from reference.game.moments import Moment
+from reference.game.observations import robot_vectors
+from reference.learning.adversarial import player_of
+from reference.learning.rollouts import play
+from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop.landmarks import landmarks_for
+from reference.workshop.strategies.robots import Patrol
+
+
+class Observed(Patrol):
+    """Patrol, and how far from each new destination a player would most likely go."""
+
+    def __init__(self, player):
+        super().__init__()
+        self.player, self.metres = player, []
+
+    def decide(self, world, robots, rng):
+        """As always; the player sees the same."""
+        decided = super().decide(world, robots, rng)
+        vectors = robot_vectors(world, self.player.scenario)
+        everybody = np.ones(len(vectors), dtype=bool)
+        (emitted,), _ = self.player.act([Moment.of(world, vectors, everybody)])
+        row = {robot.body: k for k, robot in enumerate(world.robots)}
+        for robot, spot in zip(robots, decided, strict=True):
+            if spot is not None:
+                other = destination(world.building, emitted[row[robot.body]])
+                self.metres.append(np.hypot(*np.subtract(spot, other)))
+        return decided
+
+
+def off_course(training):
+    """Metres from where a patrol goes to where the robots would, at all its stops."""
+    learner, scenario = training.learners["robots"], training.settings.scenario
+    learned = player_of(learner, landmarks_for("robots", learner.settings))
+    building = building_of(TINY)
+    patrol = Observed(learned.player("robots", building, scenario))
+    Simulation(building, scenario, patrol, RandomFire(), seed=1).run()
+    return np.array(patrol.metres)
+
+
+@pytest.mark.paper("C7", "chosen")
+@pytest.mark.paper("E1", "chosen")
+def test_robots_that_copied_a_patrol_make_its_rounds():
+    """In an evacuation that they have not seen; they did not before."""
+    settings = tiny(robots={"hidden_units": 32})
+    settings = replace(settings, imitation_episodes=4, imitation_epochs=150)
+    training = begun(settings, imitate="patrol")
+    before = off_course(training)
+    training.imitate([e for job in training.demonstrations() for e in play(job)])
+    after = off_course(training)
+    assert len(after) == len(before) > 15
+    assert np.mean(before < 1) < 0.25 and np.mean(after < 1) > 0.5
+    assert after.mean() < before.mean() / 2
