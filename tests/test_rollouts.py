@@ -74,6 +74,7 @@ def test_a_trajectory_is_what_the_environment_says_to_its_actions(
         t = getattr(episode, side)
         assert t.rewards == pytest.approx(paid[side]) and any(paid[side])
         assert np.array_equal(t.vectors[-1], [seen[a]["vector"] for a in agents])
+        assert np.array_equal(t.grids[-1], seen[fire]["grid"])
         assert np.array_equal(t.shown, t.actions[..., :2])  # raw, for the critic
     assert episode.robots.alive[-1].tolist() == [agent in cut for agent in team]
     assert episode.fire.alive[-1].tolist() == [fire_goes_on]
