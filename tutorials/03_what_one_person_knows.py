@@ -45,7 +45,8 @@ print("sees", len(doors), "of", len(museum.landmarks), "doors and exits")
 # %% A way out, door by door
 # This is Algorithm 2 [B6] at work. The visitor goes to an exit in view, else to a door
 # in view that was not passed lately, else in an unexplored direction, else back.
-# "Lately" is as far back as the visitor remembers.
+# "Lately" is as far back as the visitor remembers. The first door leads into the coin
+# room, which has no other: so the second passage is the same door again.
 
 path, known, memory = [], set(), []
 while not simulation.done:

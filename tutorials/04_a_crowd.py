@@ -76,7 +76,9 @@ def out(metres: float, doors: int, seeds: range = range(2)) -> int:
     return sum(run.run().evacuated for run in runs)
 
 
+print("of 80 people, two runs:")
 print("sight  2 doors remembered  8 doors remembered")
+#> of 80 people, two runs:
 #> sight  2 doors remembered  8 doors remembered
 for metres in (3, 5, 10):
     print(f"{metres:3} m  {out(metres, 2):18}  {out(metres, 8):18}")

@@ -73,15 +73,24 @@ for seconds in (30, 60, 120, 240):
 #> after 240 s 288 m2 burn
 
 # %% Burnt doors leave the graph
-# Nobody can pass a door that flames touched [A6]. The way out of the room with the maps
-# grows longer, up to infinity, and more and more rooms are cut off.
+# Nobody can pass a door that flames touched [A6]. The first door that burns doubles the
+# way out of the room with the maps; then its own door burns, and there is none. More
+# and more rooms are cut off.
 
+
+def ways(graph: nx.Graph) -> dict[str, float]:
+    """Metres from each room to the outside, where there is a way."""
+    return nx.single_source_dijkstra_path_length(graph, "outside", weight="length")
+
+
+print(f"before the fire: {ways(museum.graph)['1/maps']:3.0f} m")
 for event in night.events:
     if isinstance(event, DoorBurnt):
         door, left = museum.landmarks[event.landmark].id, graphs[event.time]
-        metres = nx.single_source_dijkstra_path_length(left, "outside", weight="length")
+        metres = ways(left)
         way, lost = metres.get("1/maps", np.inf), len(left) - len(metres)
         print(f"{event.time:3.0f} s {door:>9}: {way:3.0f} m, {lost} rooms cut off")
+#> before the fire:  41 m
 #>  33 s 1/door-11:  85 m, 0 rooms cut off
 #> 151 s  1/door-8:  85 m, 1 rooms cut off
 #> 194 s  1/door-9:  85 m, 2 rooms cut off

@@ -17,7 +17,7 @@ from reference.workshop.strategies.robots import Sweep, unguided
 # %% What a robot decides, and what comes of it
 # Two numbers, x and y: where to go next [C5]. Near a stairwell, its middle is the
 # target: Eq. 1 [C6]. The instruction depends on the target [C7]: on the way to a
-# stairwell, followers who see it go there alone.
+# stairwell, followers who see it go there alone. Floors count from 0: 1 is the second.
 
 institute = load("paper")
 x, y = institute.stairwells[0].centre
@@ -72,8 +72,8 @@ print(drawing.save(figure, "out/06_shepherds.png"))
 #> out/06_shepherds.png
 
 # %% Is it any good?
-# The same seed means the same people, and a fire with the same plans. Only the robots
-# differ.
+# The same seed means the same people, and fires at the same places and times. Only the
+# robots differ.
 
 SEEDS = range(4)
 fire = RandomFire()

@@ -23,12 +23,12 @@ from reference.workshop.evaluation.contestants import contestant
 from reference.workshop.training.presets import preset
 
 # %% Two robots, one of them finished early
-# Robot A, upstairs, can bring everybody down and be done: robots leave the game when
-# their floor is empty [C8]. Or it dawdles. Robot B stands at the exit and whatever it
-# does makes no difference. Three decisions; rewards for people who get out come after
-# the second and third, in thousands of health points. If A goes: 1, then 1 or 3, so 3
-# altogether on average. If it dawdles: nothing, then 1. A tosses a coin; today it went,
-# and luck brought 3.
+# A game of three decisions, for robot A upstairs and robot B at the exit. A decides
+# first, by tossing a coin. If it goes, it brings everybody down and is done: robots
+# leave the game when their floor is empty [C8]. Then the group gets 0, then 1, then 1
+# or 3 by luck: 3 in all on average. If A dawdles, the group gets 0, 0, 1. What B does
+# changes nothing. Today A went, and the last reward was 3, in thousands of health
+# points.
 
 r = tensor([0.0, 1.0, 3.0])
 gamma, lambd = 1.0, 0.5  # the paper's are 0.9 and 0.95; these are easier by hand
@@ -99,8 +99,9 @@ print(drawing.save(figure, "out/07_advantages.png"))
 
 # %% From advantages to a loss
 # A buffer's advantages are normalised, then multiplied by the ratios rho of new to old
-# probability, one for each component of an action (x and y). Beyond 1 -+ 0.2 a ratio
-# gains nothing [E3]: where the clipped product is the lesser, the gradient is zero.
+# probability, one for each component of an action (x and y). Outside of 0.8 to 1.2 a
+# ratio gains nothing more [E3]: where the clipped product is smaller, the gradient is
+# 0.
 
 rho = tensor([[1.5, 1.0], [0.5, 1.1]], requires_grad=True)
 loss = ppo.policy_loss(rho.log(), torch.zeros(2, 2), tensor([1.0, -0.5]), epsilon=0.2)
@@ -168,7 +169,8 @@ def learn(kind, updates: int = 15) -> list[float]:
 
 
 # %% And break it on purpose
-# Against PPO, and against MA-POCA with one rule changed: a robot that is done gets 0.
+# MA-POCA, PPO, and MA-POCA with one rule changed: for a robot that is done, what
+# follows is worth 0.
 
 
 class Forgetful(poca.Learner):
@@ -203,11 +205,6 @@ axes.legend(loc="center right")
 print(drawing.save(figure, "out/07_finishing_early.png"))
 #> out/07_finishing_early.png
 
-# %% Exercise
-# Break the other rule: let the group's value stand for every baseline. A still learns
-# to go. But what are B's first decisions praised and blamed for, with and without?
-# Hint: `_values` returns both; `learner.buffer.parts` has an episode's `advantages`.
-
 # %% The robots that ship
 # The robots called `learned` learned from hundreds of thousands of decisions in the
 # paper's building. Two evacuations each, with random fires: without guides, and with
@@ -227,9 +224,13 @@ saved = {who: alive(who, "random") for who in ("none", "learned")}
 print("more than with nobody:", saved["learned"] > saved["none"])
 #> more than with nobody: True
 
-# These began by copying `escort`, then learned by MA-POCA against random fire. Over a
-# hundred evacuations they are 2 points behind their teacher under most fires, above
-# `sweep` where ways close (`busiest`, 42 against 39 %), and 3 points behind it where
-# nothing burns. Robots that learned from scratch come near: RESULTS.md. Watch:
+# These began by copying `escort`, then learned by MA-POCA against random fire.
+# RESULTS.md says where they beat the robots that are written by hand and where they
+# lose, and how near robots come that learned from nothing. Watch:
 #
 #     python -m reference evacuate --robots learned --fire random --animate learned.gif
+
+# %% Exercise
+# Break the other rule: let the group's value stand for every baseline. A still learns
+# to go. But what are B's first decisions praised and blamed for, with and without?
+# Hint: `_values` returns both; `learner.buffer.parts` has an episode's `advantages`.

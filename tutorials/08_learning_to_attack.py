@@ -68,13 +68,14 @@ for name, array in seen["fire_0"].items():
     print(name, array.shape)
 #> vector (27,)
 #> grid (3, 20, 34)
-place = seen["fire_0"]["vector"][:2]
+place = seen["fire_0"]["vector"][:3]
 slot = fire_layout(gallery, evening).slots[0]
 print(slot.what, "in normalised coordinates:", place.round(2))
-#> human 1: x, y, storey in normalised coordinates: [-0.27 -0.73]
+#> human 1: x, y, storey in normalised coordinates: [-0.27 -0.73  0.  ]
 
 # All of it as a page, for the fire and for the robot: the grid, who is where, and what
-# each number means.
+# each number means. Human 1 is not the same person on both: a robot's list of people
+# begins with the nearest.
 
 Path("out").mkdir(exist_ok=True)
 world = game.simulation.world
@@ -158,6 +159,10 @@ for head in ("gaussian", "pointer"):
 #> gaussian: 103 get out, 16 fires refused
 #> pointer:  85 get out, 0 fires refused
 
+# Both do more harm than random fire before they have learned anything. A new Gaussian's
+# numbers lie around 0, the middle of the floor, which here is the corridor; a pointer's
+# options are beside doors and people. So training must beat the pointer's 85.
+
 # %% Training
 # Two hundred other evenings, twenty at a time, then the update of the last tutorial:
 # the adversarial loop, PLAY and LEARN. With two learners both would learn.
@@ -178,9 +183,9 @@ print("fewer get out than before training:", learned < out)
 #> fewer get out than before training: True
 
 # %% Where it strikes
-# Tiny differences add up, so two machines learn differently. So no number is printed
-# above; when this was written, 50 got out. Rings in the picture are fires before
-# training, discs after; their area is how often.
+# Tiny differences add up, so two machines learn differently, and no number after
+# training is printed above; when this was written, 50 got out. Rings in the picture are
+# fires before training, discs after; their area is how often.
 
 figure = drawing.top(gallery)
 axes = figure.axes[0]
@@ -235,13 +240,13 @@ def escaped(fire: str) -> int:
 print("does more harm than random fires:", escaped("learned") < escaped("random"))
 #> does more harm than random fires: True
 
-# Over a hundred evacuations it leaves 33 % of `escort`'s people alive, `busiest` 44;
-# of `sweep`'s, which it never met, 30 and 39; of those that nobody guides as many as
-# `busiest` does: RESULTS.md has the table. Watch it take the ways out one by one:
+# RESULTS.md compares it with the fires that are written by hand. Watch it take the ways
+# out one by one:
 #
 #     python -m reference evacuate --robots escort --fire learned --animate learned.gif
 
 # %% Exercise
 # Cut a second exit into the corridor's other end. Does the fire learn to guard both,
 # and what is left of the ambush?
-# Hint: `Ambush` needs to choose now; `world.flames.sources` knows what burns already.
+# Hint: `Ambush` expects one exit, and has to choose now; `world.flames.sources` knows
+# what burns already.

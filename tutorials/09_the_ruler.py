@@ -52,22 +52,23 @@ for reward in (-12000, 0, 10000, 14000, 15000):
 
 # %% How hard a fire was
 # Eq. 8 adds h²/(kα²), so that little reward under a hard fire can be worth as much as
-# more under an easy one. How the paper computes h is lost; here it is the share of
-# their ways out that people lose, for how long, whoever guides them [F11]. All it needs
-# is when each cell begins to burn. Exits do not; flames all around close them [D7].
+# more under an easy one. How the paper computes h is lost; here it is the most there is
+# times the root of the share of their ways out that people lose, where an early loss
+# counts more [F11]. Robots do not matter for it: all it needs is when each cell begins
+# to burn. Exits do not; flames all around close them [D7]. One exit closed, then both:
 
 burnt = np.full(institute.kind.shape, np.inf)
 print(f"nothing burns: {difficulty(institute, burnt):.0f}")
 for name in ("1/exit-1", "1/exit-2"):
     mark = next(m for m in institute.landmarks if m.id == name)
     burnt.ravel()[rim(institute, mark.index)] = 60.0
-    print(f"{name} is closed too from 60 s on: {difficulty(institute, burnt):.0f}")
+    print(f"{name} closed from 60 s on: {difficulty(institute, burnt):.0f}")
 at_once = np.zeros_like(burnt)
 print(f"everything burns from the start: {difficulty(institute, at_once):.0f}")
 print(f"the most there is: {HARDEST:.0f}")
 #> nothing burns: 0
-#> 1/exit-1 is closed too from 60 s on: 967
-#> 1/exit-2 is closed too from 60 s on: 2697
+#> 1/exit-1 closed from 60 s on: 967
+#> 1/exit-2 closed from 60 s on: 2697
 #> everything burns from the start: 3853
 #> the most there is: 3853
 
@@ -137,7 +138,8 @@ for cell in cells(records, ruler):
 
 # %% The picture
 # Where each pair lies, and the line along which everybody is as good as the baseline.
-# Compare guides under the same fire: h raises the score of all of them alike.
+# Compare guides under the same fire. The fire `greedy` reacts to people, so even its h
+# differs a little from guide to guide.
 
 readings = [
     pictures.Reading(cell.robots, cell.fire, cell.reward, cell.difficulty)

@@ -75,6 +75,7 @@ print("slower where it is dense:", slower)
 #> slower where it is dense: True
 
 # %% The picture
+# N(t) climbs in steps: whoever enters the exit closes it until it has room again [A5].
 
 figure, (floor, flow, pace) = plt.subplots(
     1, 3, figsize=(14, 4.6), width_ratios=(1.15, 1, 1), layout="constrained"
@@ -88,7 +89,7 @@ flow.set(xlabel="time, s", ylabel="people", xlim=0, ylim=0)
 flow.set_title("N(t) on the line", loc="left")
 pace.scatter(felt.density, felt.speed, s=8, alpha=0.4, color="#c43c00")
 pace.set(xlabel="density, people per m²", ylabel="speed, m/s", xlim=0, ylim=0)
-pace.set_title("Density and speed before the exit", loc="left")
+pace.set_title("Density and speed in front of the exit", loc="left")
 figure.savefig("out/10_measured.png", dpi=120)
 print("out/10_measured.png")
 #> out/10_measured.png

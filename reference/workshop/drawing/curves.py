@@ -215,7 +215,7 @@ def _caption(runs: Sequence[Run], window: float, switches: bool) -> str:
     if len(runs) == 1:
         lines = f"bold: {means}; faint: as recorded"
     robots, fire = (_decisions(runs, side) for side in ("robots", "fire"))
-    return f"{lines}\ndecisions by the end: robots {robots}, fire {fire}"
+    return f"{lines}\ndecisions until the last summary: robots {robots}, fire {fire}"
 
 
 def _decisions(runs: Sequence[Run], side: str) -> str:
