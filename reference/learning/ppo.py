@@ -34,6 +34,9 @@ Deliberate differences from the original, here and in `poca`, all of them [E3, c
 * an episode's length counts the robots' decisions, for the fire too (the original: each
   agent's own), and a summary's row stands at the step where its round ended (the
   original: at multiples of `summary_freq`);
+* a training that begins with a policy learned before takes the actor alone (the
+  original: critic and optimiser too, and whatever fits), and the new critic learns
+  alone for some rounds; one `keep_checkpoints` counts for both sides;
 * rewards are scaled by `reward_scale` before anything is learned from them (the
   original's own scale is `strength`, which multiplies it here).
 """
@@ -181,7 +184,7 @@ class Learner:
             self.steps += t.steps
 
     def update_normalisers(self, trajectories: Sequence[Trajectory]) -> None:
-        """Show both networks' normalisers what every agent observed."""
+        """Show both networks' normalisers what agents observed when they decided."""
         networks = (self.actor, self.critic)
         modules = [module for network in networks for module in network.modules()]
         for normaliser in (m for m in modules if isinstance(m, Normaliser)):

@@ -108,7 +108,10 @@ class Arm(NamedTuple):
 
 @dataclass(frozen=True)
 class Experiment:
-    """A checked file. Raises SettingsError, and what loading the map raises.
+    """A checked file.
+
+    Raises SettingsError, CheckpointError for a fire that does not fit, and what loading
+    the map or that fire raises.
 
     settings  rows that differ from the preset's, in all arms
     compare   pairs of arms or robots: the first less the second

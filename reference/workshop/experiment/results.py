@@ -104,7 +104,7 @@ class Results:
     # -- Differences ----------------------------------------------------------------
 
     def more_saved(self, one: str, other: str, column: str) -> Interval | None:
-        """Estimate survivors of `one` minus `other`, same fires; None without runs."""
+        """Estimate survivors of `one` minus `other`, same seeds; None without runs."""
         pair = [(row, column) for row in (one, other)]
         if not all(key in self.runs for key in pair):
             return None

@@ -58,9 +58,10 @@ class Training:
     """
 
     def __init__(self, task: Task):
-        """Make the learners. Raises SettingsError if none learns, or none can imitate.
+        """Make the learners.
 
-        And ValueError for more people than fit into the building.
+        Raises SettingsError if none learns, none can imitate, or networks to begin with
+        do not fit, and ValueError for more people than fit into the building.
         """
         self.task, self.settings = task, task.settings
         _refuse_too_large(task)

@@ -140,7 +140,7 @@ def fixed_player(
 def initial_of(
     word: str, sides: Iterable[Side], building: Building, scenario: Scenario
 ) -> dict[Side, Learned]:
-    """Find networks with which these sides can begin: all that learned in a checkpoint.
+    """Find networks with which these sides can begin: all that a checkpoint holds.
 
     word: its path, or LEARNED. Raises CheckpointError if none of the sides did, or
     where they do not fit.
