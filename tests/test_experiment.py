@@ -496,6 +496,8 @@ def test_the_files_that_ship_can_be_read(file):
         ({"arms": {"a": {"imitate": "none"}}}, "'none' is unknown"),
         ({"arms": {"learned": {}}}, "no arm's name"),
         ({"seeds": [3, 3]}, "seeds: name each once"),
+        ({"settings": {"scenario": {"robots_per_floor": 0}}}, "robots_per_floor is 0"),
+        ({"settings": {"scenario": {"people": 5000}}}, "do not fit"),
         ({"test": {"robots": ["sweep", "sweep"]}}, "robots: name each once"),
     ],
 )
@@ -572,5 +574,7 @@ def test_remembers_arms_that_are_not_asked_for_now(tmp_path):
     message = r"^arms\.learning\.random_fires: 0\.5 was asked for, but .* has 0\.0\."
     with pytest.raises(RunError, match=message):
         refuse_changed(small(arms=other), tmp_path)
+    refuse_changed(small(best_response={"decisions": 8}), tmp_path)  # none has begun
+    (tmp_path / "responses").mkdir()
     with pytest.raises(RunError, match=r"^best_response\.decisions: 8 was asked for"):
         refuse_changed(small(best_response={"decisions": 8}), tmp_path)

@@ -264,6 +264,8 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
         (["--imitate", "sweep", "--robots", "sweep"], 2, "nobody imitates"),
         (["--imitate", "sweep", "--initialize-from", "x"], 2, "begin in one way"),
         (["--initialize-from", "notes.txt"], 1, "notes.txt: is no checkpoint"),
+        (["--initialize-from", ""], 1, "there is no checkpoint in this folder"),
+        (["--settings", "alone.yaml"], 1, "robots_per_floor is 0"),
         (["--settings", "wide.yaml"], 1, "GB of memory, and there are"),
         (["--settings", "many.yaml"], 1, "GB of memory, and there are"),
         (["--fire", "notes.txt"], 1, "notes.txt: is no checkpoint"),
@@ -278,12 +280,15 @@ def test_refuses_a_training_that_cannot_be(options, code, hint, capsys, tmp_path
     (tmp_path / "full" / "mine.txt").touch()
     (tmp_path / "notes.txt").write_text("my notes")
     write_settings("wide.yaml", 0.9, network_settings={"hidden_units": 10**8})
+    empty = {"reference": {"scenario": {"robots_per_floor": 0}}}
+    Path("alone.yaml").write_text(json.dumps(empty))
     Path("many.yaml").write_text('{"reference": {"jobs_per_round": 1000000000}}')
     assert train(*options) == code
     out, err = capsys.readouterr()
     assert out == ""
     assert hint in err
     assert sorted(path.name for path in tmp_path.rglob("*")) == [
+        "alone.yaml",
         "full",
         "many.yaml",
         "mine.txt",

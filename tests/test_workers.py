@@ -10,6 +10,7 @@ from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 import pytest
 from clauses import ROOT
 
+from reference.workshop.commands import common
 from reference.workshop.commands.common import ctrl_c
 from reference.workshop.workers import STOPS, InProcess, as_done, in_order, workers
 
@@ -67,6 +68,18 @@ def test_one_ctrl_c_or_sigterm_ends_a_job_in_this_process(number):
     with ctrl_c() as stop, workers(0) as executor:
         assert in_order(executor, work, ["one", "two"], stop) is None
     assert begun == ["one"]
+
+
+def test_a_second_ctrl_c_at_once_is_the_first_and_a_later_one_stops(monkeypatch):
+    """Some senders tell the process and its group."""
+    clock = iter([5.0, 5.5, 9.0])
+    monkeypatch.setattr(common, "monotonic", lambda: next(clock))
+    with ctrl_c() as stop:
+        signal.raise_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+        assert stop()
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGINT)
 
 
 def test_results_in_order_are_all_or_none():

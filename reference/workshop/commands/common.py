@@ -10,6 +10,7 @@ from concurrent.futures import BrokenExecutor, Executor
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Event
+from time import monotonic
 from typing import Any, NamedTuple
 
 from reference.paper import InputError
@@ -17,6 +18,8 @@ from reference.workshop.commands.options import Table
 from reference.workshop.evaluation.crossplay import Evaluation, unlike_training
 from reference.workshop.runs import ContradictionError, RunError
 from reference.workshop.workers import STOPS, InProcess, workers
+
+TWICE = 1.0  # s
 
 
 class Command(NamedTuple):
@@ -81,13 +84,23 @@ def quoted(path: str | Path) -> str:
 
 @contextmanager
 def ctrl_c() -> Iterator[Callable[[], bool]]:
-    """Note Ctrl-C or SIGTERM and go on; a second one stops at once."""
-    pressed = Event()
+    """Note Ctrl-C or SIGTERM and go on; a second one stops at once.
+
+    One that comes within TWICE of the first belongs to it: `timeout`, for one, tells
+    the process and its group.
+    """
+    pressed, first = Event(), 0.0
     before = {stop: signal.getsignal(stop) for stop in STOPS}
 
     def note(number: int, frame: Any) -> None:
+        nonlocal first
+        if pressed.is_set():
+            if monotonic() - first > TWICE:
+                restore()
+                signal.raise_signal(number)
+            return
         pressed.set()
-        restore()
+        first = monotonic()
         print("\nstopping; Ctrl-C once more drops what is unsaved", file=sys.stderr)
         if InProcess.busy:
             raise KeyboardInterrupt

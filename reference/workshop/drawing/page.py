@@ -107,9 +107,10 @@ def with_suffix(path: str | Path, known: Iterable[str], what: str) -> Path:
     path = Path(path)
     if path.suffix.lower() not in known:
         *most, last = known
+        ends = f"{', '.join(most)} or {last}" if most else last
         raise InputError(
             f"{path}: {what} cannot be written as '{path.suffix or path.name}'. "
-            f"End the name in {', '.join(most)} or {last}."
+            f"End the name in {ends}."
         )
     return path
 

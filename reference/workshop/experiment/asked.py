@@ -25,7 +25,7 @@ Clauses: E6, F12.
 import json
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
@@ -66,7 +66,8 @@ BEST = "best response"  # the fire that does
 ABOUT = "experiment.json"
 NAME = re.compile(r"[a-z][a-z0-9_]*")  # of an arm; files are named after it
 ROWS, SAVED = 100, 20  # rows of a curve; checkpoints of a training on its way
-RESPONSES = 10_000  # seed of the first fire that learns against a team
+RESPONSES = "responses"  # the folder of best responses
+FIRST_RESPONSE = 10_000  # seed of the first fire that learns against a team
 
 
 @dataclass(frozen=True)
@@ -162,8 +163,12 @@ class Experiment:
         fires = {*test.fires, *(self.of_arm(arm).fire for arm in self.arms)}
         if LEARNED in fires:
             self._frozen(LEARNED)
-        if self.best_response:
-            Training(self.response("none", 0))  # refuses what does not fit
+        tasks = [task for _, task in self._trainings(self.seeds[:1])]
+        for task in [
+            *tasks,
+            *([self.response("none", 0)] if self.best_response else []),
+        ]:
+            Training(task)  # refuses what does not fit
         if any(len(pair) != 2 for pair in self.compare):
             raise SettingsError("compare: name two in each pair")
 
@@ -211,13 +216,13 @@ class Experiment:
     @cached_property
     def trainings(self) -> dict[str, Task]:
         """Every training by its team's name."""
-        return dict(self._trainings())
+        return dict(self._trainings(self.seeds))
 
-    def _trainings(self) -> Iterator[tuple[str, Task]]:
+    def _trainings(self, seeds: Sequence[int]) -> Iterator[tuple[str, Task]]:
         for arm in self.arms:
             settings, fire, imitate = self.of_arm(arm)
             fixed = {} if fire == LEARNS else {"fire": self._frozen(fire)}
-            for seed in self.seeds:
+            for seed in seeds:
                 yield (
                     f"{arm}-{seed}",
                     self._task(settings, seed, fixed=fixed, imitate=imitate),
@@ -237,7 +242,7 @@ class Experiment:
         fire = _with_budget(self.base.fire, asked.decisions)
         return self._task(
             replace(self.base, fire=fire),
-            RESPONSES + number,
+            FIRST_RESPONSE + number,
             fixed={"robots": robots},
             initial=self.first_response,
         )
@@ -326,7 +331,8 @@ def begin(experiment: Experiment, folder: Path) -> None:
 def refuse_changed(experiment: Experiment, folder: Path) -> None:
     """Raise RunError where the experiment in a folder is another one.
 
-    More seeds, arms, fires and robots may be asked for than were.
+    More seeds, arms, fires and robots may be asked for than were, and other best
+    responses as long as none has begun.
     """
     path = folder / ABOUT
     if not path.exists():
@@ -337,7 +343,8 @@ def refuse_changed(experiment: Experiment, folder: Path) -> None:
     arms, known = now.pop("arms"), mapping(begun.get("arms"), ABOUT)
     if now.pop("plan") != begun.get("plan"):
         raise RunError(f"building: the map differs from that of {path}.")
-    if None in (now["best_response"], begun.get("best_response")):
+    none_yet = not (folder / RESPONSES).exists()
+    if none_yet or None in (now["best_response"], begun.get("best_response")):
         del now["best_response"]  # they may come later, and be left out
     now["arms"] = {arm: arms[arm] for arm in arms if arm in known}
     refuse_contradictions(f"the experiment in {folder}", rows_of_both(now, begun, ""))

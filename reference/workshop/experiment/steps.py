@@ -26,7 +26,12 @@ from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.workshop.evaluation.contestants import WORST
 from reference.workshop.evaluation.crossplay import Match, Record, records
-from reference.workshop.experiment.asked import BEST, FIXED_FIRES, Experiment
+from reference.workshop.experiment.asked import (
+    BEST,
+    FIXED_FIRES,
+    RESPONSES,
+    Experiment,
+)
 from reference.workshop.experiment.jobs import DONE, Fit, Trial, fit, trial
 from reference.workshop.files import make_folder, write_whole
 from reference.workshop.runs import RunError
@@ -78,7 +83,7 @@ class Plan:
 
     def response(self, team: str, number: int | str) -> Path:
         """The folder of a fire that learned against a team."""
-        return self.folder / "responses" / f"{team}-{number}"
+        return self.folder / RESPONSES / f"{team}-{number}"
 
     def test(self, team: str, fire: str) -> Path:
         """The table of a team's evacuations; fire: a number for a choice's."""

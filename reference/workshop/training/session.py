@@ -366,6 +366,11 @@ def _refuse_too_large(task: Task) -> None:
 
 def _learner(task: Task, side: Side) -> Learner:
     settings, scenario = getattr(task.settings, side), task.settings.scenario
+    if side == "robots" and not scenario.robots_per_floor:
+        raise SettingsError(
+            "robots: nobody learns where robots_per_floor is 0. Raise it, or let "
+            "--robots none play them."
+        )
     (seed,) = seeds_of(task.seed, LEARNERS, SIDES.index(side), 1)
     landmarks = landmarks_for(side, settings)
     return learner_for(side, task.plan, scenario, settings, seed, landmarks)
@@ -378,7 +383,8 @@ def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
         if theirs != own:
             raise SettingsError(
                 f"{side}: the network to begin with has {name} {theirs}, here it is "
-                f"{own}. Write its own into the settings."
+                f"{own}. Write its own into the settings; the robots that ship have "
+                "those of tutorials/experiments/copied.yaml."
             )
     try:
         learner.actor.load_state_dict(dict(who.weights))

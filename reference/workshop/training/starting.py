@@ -74,7 +74,7 @@ def begin(asked: Asked, folder: Path) -> Task:
         if who is not None
     }
     initial: dict[Side, Learned] = {}
-    if asked.initialize_from:
+    if asked.initialize_from is not None:
         learning = [side for side in SIDES if side not in fixed]
         initial = initial_of(
             asked.initialize_from, learning, building, settings.scenario
