@@ -10,6 +10,7 @@ from math import ceil
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from reference.workshop.drawing.crossplay import LINES
 from reference.workshop.drawing.curves import SMOOTHING, Line, mean_of, smooth
@@ -39,6 +40,7 @@ def survivors(title: str, arms: Mapping[str, Sequence[Run]], side: str) -> Figur
             axes.set_xlabel(f"decisions of the {side}")
             axes.tick_params(labelbottom=True)
         axes.grid(axis="y")
+        axes.xaxis.set_major_locator(MaxNLocator(4))
         write_numbers(axes.xaxis)
     for axes in panels.flat[len(arms) :]:
         axes.remove()
