@@ -163,11 +163,13 @@ class Experiment:
         fires = {*test.fires, *(self.of_arm(arm).fire for arm in self.arms)}
         if LEARNED in fires:
             self._frozen(LEARNED)
-        tasks = [task for _, task in self._trainings(self.seeds[:1])]
-        for task in [
-            *tasks,
-            *([self.response("none", 0)] if self.best_response else []),
-        ]:
+        try:
+            tasks = [task for _, task in self._trainings(self.seeds[:1])]
+            if self.best_response:
+                tasks.append(self.response("none", 0))
+        except OSError as error:  # of the map, or of a fire's file
+            raise SettingsError(str(error)) from None
+        for task in tasks:
             Training(task)  # refuses what does not fit
         if any(len(pair) != 2 for pair in self.compare):
             raise SettingsError("compare: name two in each pair")
