@@ -183,6 +183,31 @@ def test_best_responses_may_begin_with_a_fire_that_learned(
         refuse_changed(replace(asked, seeds=(3, 4)), tmp_path)
 
 
+@pytest.mark.paper("E6")
+def test_a_side_of_an_arm_may_begin_with_a_network(whole, tmp_path, monkeypatch):
+    """And at first its critic learns alone; the network may not change later."""
+    fire = whole / "trainings" / "learning-3"
+    own = load(fire).player("fire")
+    another = replace(own, weights={n: w + 1 for n, w in own.weights.items()})
+    words = {"fire": {"initialize_from": str(fire)}}
+    asked = small(arms={"strong": words}, compare=[], test={"fires": ["random"]})
+    assert asked.adversarial == ["strong"]
+    assert performed(asked, tmp_path) == {}
+    task = load(tmp_path / "trainings" / "strong-3").task
+    assert (list(task.initial), task.fixed) == (["fire"], {})
+    assert equal(task.initial["fire"].weights, own.weights)
+    assert Training(task).phase == "critic"
+    assert "`fire.initialize_from = " in page.set_up(asked)
+    both = {"imitate": "sweep", "robots": words["fire"]}
+    with pytest.raises(SettingsError, match="not both"):
+        small(arms={"both": both}, compare=[])
+    begin(asked, tmp_path)
+    refuse_changed(asked, tmp_path)
+    monkeypatch.setattr(asked_module, "initial_of", lambda *_: {"fire": another})
+    with pytest.raises(RunError, match=r"^arms\.strong\.initial\.fire: "):
+        refuse_changed(asked, tmp_path)
+
+
 @pytest.mark.slow
 def test_a_pool_gives_the_same(whole, tmp_path):
     """However many processes there are."""
@@ -494,6 +519,7 @@ def test_the_files_that_ship_can_be_read(file):
         ({"compare": [["learning", "nobody"]]}, "'nobody' is unknown"),
         ({"best_response": {}}, "decisions is missing"),
         ({"arms": {"a": {"imitate": "none"}}}, "'none' is unknown"),
+        ({"arms": {"a": {"robots": {"initialize_from": 3}}}}, "initialize_from"),
         ({"arms": {"learned": {}}}, "no arm's name"),
         ({"seeds": [3, 3]}, "seeds: name each once"),
         ({"settings": {"scenario": {"robots_per_floor": 0}}}, "robots_per_floor is 0"),

@@ -156,6 +156,9 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
     assert train(*begin, "--resume") == 0
     assert train("--out", "both", "--initialize-from", run) == 0
     assert list(load("both").task.initial) == ["robots", "fire"]
+    copies = ("--imitate", "sweep", "--initialize-from", run)
+    assert train("--out", "copies", *copies) == 0
+    assert list(load("copies").task.initial) == ["fire"]
     capsys.readouterr()
     assert train("--resume", "--out", "both", "--initialize-from", "new") == 2
     assert "--initialize-from: new was asked for" in capsys.readouterr().err
@@ -262,7 +265,6 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
         (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),
         (["--imitate", "none"], 2, "invalid choice: 'none'"),
         (["--imitate", "sweep", "--robots", "sweep"], 2, "nobody imitates"),
-        (["--imitate", "sweep", "--initialize-from", "x"], 2, "begin in one way"),
         (["--initialize-from", "notes.txt"], 1, "notes.txt: is no checkpoint"),
         (["--initialize-from", ""], 1, "there is no checkpoint in this folder"),
         (["--settings", "alone.yaml"], 1, "robots_per_floor is 0"),

@@ -69,10 +69,6 @@ def _training(arguments: Namespace) -> Any:
         raise ContradictionError("nobody learns: name --robots or --fire, not both.")
     if arguments.robots and arguments.imitate:
         raise ContradictionError("nobody imitates: leave out --robots or --imitate.")
-    if arguments.imitate and arguments.initialize_from:
-        raise ContradictionError(
-            "robots begin in one way: leave out --imitate or --initialize-from."
-        )
     from reference.workshop.training import starting
     from reference.workshop.training.session import Training
 
@@ -144,7 +140,8 @@ TRAIN_OPTIONS: options.Table = {
     ),
     "--initialize-from": {
         "metavar": "FILE",
-        "help": f"begin with the networks of a checkpoint, or of '{LEARNED}'",
+        "help": f"sides that learn begin with the networks of a checkpoint, or of "
+        f"'{LEARNED}'; robots that --imitate do not",
     },
     **options.WORKERS,
     "--out": options.path("DIR", "default: out/train", default=Path("out/train")),

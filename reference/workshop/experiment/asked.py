@@ -13,13 +13,14 @@ Clauses: E6, F12.
     [arms.copied]
     imitate = "escort"            # these robots copy a strategy first
     robots.context = true
+    fire.initialize_from = "learned"  # with which network a side begins; a file's
+                                      # path, or what ships
     [test]
     fires = ["none", "random", "learning"]  # by name, or an arm's that learned
     robots = ["none", "sweep"]    # written by hand, beside those that learned
     [best_response]
     decisions = 9_000             # of every fire that learns against frozen robots
-    initialize_from = "learned"   # with which network it begins; a file's path, or the
-                                  # fire that ships
+    initialize_from = "learned"
 """
 
 import json
@@ -38,6 +39,7 @@ import reference
 from reference.building import Building, building_of, load, plan_of
 from reference.learning.players import Learned
 from reference.learning.settings import (
+    SIDES,
     SettingsError,
     Side,
     TrainerSettings,
@@ -46,7 +48,7 @@ from reference.learning.settings import (
 from reference.workshop.evaluation.contestants import WORST
 from reference.workshop.evaluation.crossplay import EPISODES, Arena
 from reference.workshop.files import read_json, read_text, write_whole
-from reference.workshop.plain import mapping, record_from
+from reference.workshop.plain import checked, mapping, record_from
 from reference.workshop.runs import (
     RunError,
     refuse_contradictions,
@@ -100,11 +102,17 @@ class Response:
 
 
 class Arm(NamedTuple):
-    """Settings of an arm's trainings, its fire by name or LEARNS, whom robots copy."""
+    """What an arm's trainings have in common.
+
+    fire     who plays it, by name, or LEARNS
+    imitate  whom the robots copy first
+    initial  by side: with whose network it begins, a checkpoint's path or LEARNED
+    """
 
     settings: Settings
     fire: str
     imitate: str | None
+    initial: Mapping[Side, str]
 
 
 @dataclass(frozen=True)
@@ -130,12 +138,31 @@ class Experiment:
     best_response: Response | None = None
 
     def __post_init__(self) -> None:
+        self._refuse_numbers()
+        self._refuse_names()
+        if LEARNED in self.test.fires:
+            self._frozen(LEARNED)
+        try:
+            tasks = [task for _, task in self._trainings(self.seeds[:1])]
+            if self.best_response:
+                tasks.append(self.response("none", 0))
+        except OSError as error:  # of the map, or of a fire's file
+            raise SettingsError(str(error)) from None
+        for task in tasks:
+            Training(task)  # refuses what does not fit
+
+    def _refuse_numbers(self) -> None:
+        """Raise SettingsError for numbers of nothing."""
         response, test = self.best_response or Response(1), self.test
         counts = (self.decisions, response.decisions, response.seeds, test.episodes)
         if min(counts) < 1 or min(test.looking_ahead, test.seed, *self.seeds, 0) < 0:
             raise SettingsError("decisions, seeds and episodes are counted upwards")
         if not self.arms or not self.seeds:
             raise SettingsError("name at least one arm and one seed")
+
+    def _refuse_names(self) -> None:
+        """Raise SettingsError for names that are unknown, taken or there twice."""
+        test = self.test
         for what, named in (
             ("seeds", self.seeds),
             ("fires", test.fires),
@@ -160,17 +187,6 @@ class Experiment:
             for word in words:
                 if word not in known:
                     raise SettingsError(f"{what}: {unknown(word, known)}")
-        fires = {*test.fires, *(self.of_arm(arm).fire for arm in self.arms)}
-        if LEARNED in fires:
-            self._frozen(LEARNED)
-        try:
-            tasks = [task for _, task in self._trainings(self.seeds[:1])]
-            if self.best_response:
-                tasks.append(self.response("none", 0))
-        except OSError as error:  # of the map, or of a fire's file
-            raise SettingsError(str(error)) from None
-        for task in tasks:
-            Training(task)  # refuses what does not fit
         if any(len(pair) != 2 for pair in self.compare):
             raise SettingsError("compare: name two in each pair")
 
@@ -194,16 +210,21 @@ class Experiment:
         if "scenario" in rows:
             raise SettingsError(f"{where}: the scenario is everybody's: [settings]")
         fire, imitate = rows.pop("fire", LEARNS), rows.pop("imitate", None)
+        initial = {}
         if not isinstance(fire, str):
             rows["fire"], fire = fire, LEARNS
         if fire not in (known := (LEARNS, *FIXED_FIRES)):
             raise SettingsError(f"{where}: fire {unknown(fire, known)}")
         if imitate not in (None, *GUIDES):
             raise SettingsError(f"{where}: imitate {unknown(imitate, GUIDES)}")
+        for side in SIDES:
+            rows[side] = mapping(rows.get(side), f"{where}: {side}")
+            if (word := rows[side].pop("initialize_from", None)) is not None:
+                initial[side] = checked("initialize_from", word, str)
         made = changed(self.base, rows, where)
         learner = replace(made.fire, keep_checkpoints=1)
         robots = _with_budget(made.robots, self.decisions)
-        return Arm(replace(made, robots=robots, fire=learner), fire, imitate)
+        return Arm(replace(made, robots=robots, fire=learner), fire, imitate, initial)
 
     @property
     def adversarial(self) -> list[str]:
@@ -222,17 +243,26 @@ class Experiment:
 
     def _trainings(self, seeds: Sequence[int]) -> Iterator[tuple[str, Task]]:
         for arm in self.arms:
-            settings, fire, imitate = self.of_arm(arm)
-            fixed = {} if fire == LEARNS else {"fire": self._frozen(fire)}
+            settings, fire, imitate, initial = self.of_arm(arm)
+            more = {
+                "fixed": {} if fire == LEARNS else {"fire": self._frozen(fire)},
+                "initial": self.networks(initial),
+                "imitate": imitate,
+            }
             for seed in seeds:
-                yield (
-                    f"{arm}-{seed}",
-                    self._task(settings, seed, fixed=fixed, imitate=imitate),
-                )
+                yield f"{arm}-{seed}", self._task(settings, seed, **more)
 
     def _frozen(self, fire: str) -> Learned | str:
         """Find a fire that learns nothing here. Raises CheckpointError."""
         return fixed_player(fire, "fire", self._building, self.arena.scenario)
+
+    def networks(self, words: Mapping[Side, str]) -> dict[Side, Learned]:
+        """Find the networks with which sides begin. Raises CheckpointError."""
+        found: dict[Side, Learned] = {}
+        for side, word in words.items():
+            where = self._building, self.arena.scenario
+            found |= initial_of(word, [side], *where)
+        return found
 
     def _task(self, settings: Settings, seed: int, **more: Any) -> Task:
         return Task(self.building, self.arena.plan, settings, seed, **more)
@@ -253,10 +283,8 @@ class Experiment:
     def first_response(self) -> dict[Side, Learned]:
         """The network with which best responses begin, if any."""
         asked = self.best_response
-        if asked is None or asked.initialize_from is None:
-            return {}
-        where = self._building, self.arena.scenario
-        return initial_of(asked.initialize_from, ["fire"], *where)
+        word = asked.initialize_from if asked else None
+        return self.networks({"fire": word} if word else {})
 
     # -- Tests ----------------------------------------------------------------------
 
@@ -356,17 +384,21 @@ def _unchangeable(experiment: Experiment) -> dict[str, Any]:
     """Collect what may not change during an experiment, as plain data."""
     test, response = experiment.test, experiment.best_response
     network = experiment.first_response.get("fire")
-    arms = map(experiment.of_arm, experiment.arms)
-    plain = [
-        asdict(settings) | {"against": fire, "imitate": imitate}
-        for settings, fire, imitate in arms
-    ]
+    arms = {}
+    for name in experiment.arms:
+        settings, fire, imitate, initial = experiment.of_arm(name)
+        networks = experiment.networks(initial)
+        arms[name] = asdict(settings) | {
+            "against": fire,
+            "imitate": imitate,
+            "initial": {side: _digest(who) for side, who in networks.items()},
+        }
     return {
         "plan": experiment.arena.plan,
         "tests": [test.seed, test.episodes, test.looking_ahead],
         "best_response": response
         and asdict(response) | {"network": network and _digest(network)},
-        "arms": dict(zip(experiment.arms, plain, strict=True)),
+        "arms": arms,
     }
 
 

@@ -137,7 +137,7 @@ def set_up(experiment: Experiment) -> str:
 
 def _arm(experiment: Experiment, arm: str) -> str:
     """An arm in words."""
-    settings, fire, imitate = experiment.of_arm(arm)
+    settings, fire, imitate, _ = experiment.of_arm(arm)
     trainer = TRAINERS[settings.robots.trainer_type]
     named = (("fire", fire), ("imitate", imitate))
     rows = {k: v for k, v in experiment.arms[arm].items() if (k, v) not in named}

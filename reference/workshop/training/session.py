@@ -73,6 +73,8 @@ class Training:
             raise SettingsError("nobody learns: leave one side to a learner")
         if task.imitate and "robots" not in self.learners:
             raise SettingsError("nobody imitates: leave the robots to a learner")
+        if task.imitate and "robots" in task.initial:
+            raise SettingsError("robots copy, or begin with a network: not both")
         for side, who in task.initial.items():
             _begin_with(self.learners[side], who, side)
         self.summaries = {
@@ -124,7 +126,8 @@ class Training:
 
     def _known(self) -> tuple[Side, ...]:
         """The sides that do not begin with a random policy."""
-        return ("robots",) if self.task.imitate else tuple(self.task.initial)
+        copying: tuple[Side, ...] = ("robots",) if self.task.imitate else ()
+        return (*copying, *self.task.initial)
 
     # -- Reports --------------------------------------------------------------------
 

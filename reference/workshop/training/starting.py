@@ -75,7 +75,8 @@ def begin(asked: Asked, folder: Path) -> Task:
     }
     initial: dict[Side, Learned] = {}
     if asked.initialize_from is not None:
-        learning = [side for side in SIDES if side not in fixed]
+        taken = {*fixed, "robots"} if asked.imitate else {*fixed}
+        learning = [side for side in SIDES if side not in taken]
         initial = initial_of(
             asked.initialize_from, learning, building, settings.scenario
         )
