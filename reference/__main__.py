@@ -1,7 +1,7 @@
 """The command line: `python -m reference` and its commands check, draw, evacuate, ...
 
 Numbers go to stdout, progress and notes to stderr. Exit status: 0 done, 1 wrong input
-or a failed run, 2 a wrong command line, 130 after Ctrl-C or SIGTERM.
+or a failed run, 2 a wrong command line, 130 after Ctrl-C, SIGTERM or SIGHUP.
 """
 
 import os
@@ -9,7 +9,9 @@ import signal
 import sys
 
 if __name__ == "__main__":  # if stopped during the imports below: exit silently
-    STOPS = [signal.SIGINT, signal.SIGTERM]  # unless told to ignore them, as nohup does
+    STOPS = [signal.SIGINT, signal.SIGTERM]
+    STOPS += [signal.SIGHUP] if hasattr(signal, "SIGHUP") else []
+    # Some may have to be ignored: `nohup` says so.
     STOPS = [stop for stop in STOPS if signal.getsignal(stop) != signal.SIG_IGN]
     for stop in STOPS:
         signal.signal(stop, lambda *_: os._exit(130))

@@ -215,6 +215,7 @@ def test_a_pipe_and_a_device_are_no_files(command, path, capsys):
     ("options", "status", "hint"),
     [
         (["--building", "nowhere"], 1, "nowhere"),
+        (["--building", ""], 1, "Is a directory"),
         (["--people", "100000"], 1, "fit"),
         (["--animate", "missing/run.gif"], 1, "Name a file in a folder that exists"),
         (["--animate", "run.avi"], 2, "End the name in .gif, .html or .mp4."),
@@ -286,7 +287,9 @@ def stopped(tmp_path):
     return stop
 
 
-STOPS = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+STOPS = pytest.mark.parametrize(
+    "number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
+)
 
 
 @pytest.mark.slow
@@ -294,7 +297,7 @@ STOPS = pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_stopped_it_ends_with_one_line_and_leaves_nothing_half_written(
     number, stopped, tmp_path
 ):
-    """Ctrl-C or SIGTERM in the middle of its animation."""
+    """Ctrl-C, SIGTERM or a closed terminal in the middle of its animation."""
     err = stopped(number)
     assert err.splitlines()[-1] == "stopped; nothing half-written is left"
     assert "Traceback" not in err

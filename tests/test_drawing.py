@@ -623,12 +623,13 @@ def test_a_name_may_hold_any_sign_and_any_length(tiny):
     assert_on_page(drawing.frame(world))
 
 
-def test_a_full_disk_is_told_with_the_name_of_the_file(tmp_path, monkeypatch):
+@pytest.mark.parametrize("name", ["plan.png", "plan.svg", "PLAN.PDF"])
+def test_a_full_disk_is_told_with_the_name_of_the_file(name, tmp_path, monkeypatch):
     """And with one thing to do; nothing half-written is left."""
-    figure, full = sheet("A plan", 3, 2), OSError(28, "No space left on device")
-    monkeypatch.setattr(figure, "savefig", Mock(side_effect=full))
-    with pytest.raises(OSError, match=r"plan\.png: cannot be written \(No space"):
-        drawing.save(figure, tmp_path / "plan.png")
+    full = OSError(28, "No space left on device")
+    monkeypatch.setattr("os.fsync", Mock(side_effect=full))
+    with pytest.raises(OSError, match=rf"{name}: cannot be written \(No space"):
+        drawing.save(sheet("A plan", 3, 2), tmp_path / name)
     assert list(tmp_path.iterdir()) == []
 
 

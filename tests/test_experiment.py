@@ -6,6 +6,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
+from shutil import copytree, rmtree
 
 import numpy as np
 import pytest
@@ -143,6 +144,28 @@ def test_a_job_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypatch):
         "learning-3 random",
         "sweep random",
     ]
+
+
+def test_damage_is_told_with_what_to_remove(whole, tmp_path):
+    """A checkpoint or a table; the rest goes on, and what is removed is made anew."""
+    copytree(whole, tmp_path, dirs_exist_ok=True)
+    folder = tmp_path / "trainings" / "learning-3"
+    (path,) = folder.glob("*.pt")
+    path.write_bytes(path.read_bytes()[:5000])
+    (tmp_path / "tests" / "learning-3 random.csv").unlink()
+    ((name, why),) = performed(small(), tmp_path).items()
+    assert name == "tests/learning-3 random"
+    assert f"{folder}: its checkpoint is gone or damaged. Remove this folder" in why
+    rmtree(folder)
+    assert performed(small(), tmp_path) == {}
+    assert tables(tmp_path) == tables(whole)
+    table = tmp_path / "tests" / "ppo-3 random.csv"
+    table.write_text(table.read_text().replace("ppo-3", "ppo-4"))
+    with pytest.raises(RunError, match=r"ppo-3 random\.csv: is damaged\. Remove it"):
+        Plan(small(), tmp_path, here=True).records()
+    table.write_text("\0")
+    with pytest.raises(RunError, match=r"ppo-3 random\.csv: is damaged\. Remove it"):
+        Plan(small(), tmp_path, here=True).records()
 
 
 @pytest.mark.paper("E6")

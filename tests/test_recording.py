@@ -4,7 +4,9 @@ import json
 import sqlite3
 from collections import Counter
 from contextlib import closing
+from pathlib import Path
 from types import SimpleNamespace
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -307,6 +309,16 @@ def test_refuses_a_place_where_nothing_can_be_made(tmp_path, capsys):
     assert main(["evacuate", "--building", "tiny", "--record", place]) == 1
     assert "Name another folder." in capsys.readouterr().err
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_a_full_disk_is_told_with_the_name_of_the_folder(tmp_path, monkeypatch):
+    """Not with that of a file that nobody has asked for; nothing is left."""
+    full = OSError(28, "No space left on device", "floor-1.sqlite")
+    monkeypatch.setattr(Path, "write_bytes", Mock(side_effect=full))
+    run = Simulation(load("tiny"), Scenario(people=1))
+    with pytest.raises(OSError, match=r"^\S+run: cannot be made \(No space"):
+        record(run, tmp_path / "run")
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_recording_that_is_stopped_leaves_nothing(tmp_path):

@@ -82,6 +82,24 @@ def test_a_second_ctrl_c_at_once_is_the_first_and_a_later_one_stops(monkeypatch)
             signal.raise_signal(signal.SIGINT)
 
 
+def test_signals_that_are_ignored_stay_ignored():
+    """As `nohup` ignores the end of its terminal."""
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    try:
+        with ctrl_c() as stop:
+            signal.raise_signal(signal.SIGHUP)
+            assert not stop()
+        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGHUP, before)
+
+
+def test_commands_to_paste_survive_a_shell_and_argparse():
+    """A name may hold blanks, or begin as an option does."""
+    assert common.quoted("my run") == "'my run'"
+    assert common.quoted("-x") == "./-x"
+
+
 def test_results_in_order_are_all_or_none():
     """Told to stop before the last is there, there are none."""
     looks = iter([False, False])

@@ -48,7 +48,8 @@ def replacing(path: Path) -> Iterator[Path]:
             yield partial
             os.replace(partial, path)
     finally:
-        partial.unlink(missing_ok=True)
+        with suppress(OSError):
+            partial.unlink()
 
 
 def write_whole(path: Path, content: bytes | memoryview) -> None:

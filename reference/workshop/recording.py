@@ -26,7 +26,7 @@ from scipy.ndimage import label
 
 from reference.building import Building
 from reference.simulation import Outcome, Simulation
-from reference.workshop.files import making_folder, write_whole
+from reference.workshop.files import making_folder
 from reference.workshop.runs import refuse_used
 from reference.world import Bodies
 
@@ -57,7 +57,7 @@ def record(simulation: Simulation, folder: Path) -> Outcome:
         rows = np.concatenate(list(_frames(simulation)))
         for floor in range(simulation.building.floors):
             content = _file(simulation, floor, rows[rows[:, 0] == floor, 1:])
-            write_whole(partial / f"floor-{floor + 1}.sqlite", content)
+            (partial / f"floor-{floor + 1}.sqlite").write_bytes(content)
     return simulation.outcome()
 
 

@@ -21,7 +21,8 @@ from tqdm import tqdm
 
 from reference.paper import InputError
 
-STOPS = (signal.SIGINT, signal.SIGTERM)  # end a command, but not its workers
+STOPS = [signal.SIGINT, signal.SIGTERM]  # end a command, but not its workers
+STOPS += [signal.SIGHUP] if hasattr(signal, "SIGHUP") else []  # the terminal is gone
 
 POLL = 0.2  # seconds between two checks of whether to stop
 ANSWER = 10  # seconds to wait for a scheduler
@@ -152,7 +153,7 @@ def workers(count: int) -> Iterator[Executor]:
     """Yield a pool of so many processes with a thread each; 0: this process.
 
     They are spawned, since torch's threads do not survive a fork. They ignore Ctrl-C
-    and SIGTERM, and end with the block, or with this process if it is killed.
+    and its like, and end with the block, or with this process if it is killed.
     """
     if count == 0:
         yield InProcess()
@@ -160,7 +161,8 @@ def workers(count: int) -> Iterator[Executor]:
     context = _Context()
     far, near = context.Pipe(duplex=False)
     with _surroundings(ONE_THREAD):
-        pool = Pool(count, context, _begin_work, (far,))
+        with _uninterrupted():  # multiprocessing's own helper would end with a terminal
+            pool = Pool(count, context, _begin_work, (far,))
         try:
             yield pool
         finally:
@@ -235,7 +237,7 @@ def _surroundings(variables: dict[str, str]) -> Iterator[None]:
 
 @contextmanager
 def _uninterrupted() -> Iterator[None]:
-    """Block Ctrl-C and SIGTERM, also in processes started in this block."""
+    """Block signals to stop, also in processes started in this block."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

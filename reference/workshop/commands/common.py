@@ -19,7 +19,7 @@ from reference.workshop.evaluation.crossplay import Evaluation, unlike_training
 from reference.workshop.runs import ContradictionError, RunError
 from reference.workshop.workers import STOPS, InProcess, workers
 
-TWICE = 1.0  # s
+TWICE = 1.0  # s from one signal to the next, if they are two
 
 
 class Command(NamedTuple):
@@ -78,19 +78,22 @@ def figures(values: list[float | None]) -> str:
 
 
 def quoted(path: str | Path) -> str:
-    """Quote a path for a shell."""
-    return shlex.quote(str(path))
+    """Quote a path for a shell, and so that it does not look like an option."""
+    text = str(path)
+    return shlex.quote(f"./{text}" if text.startswith("-") else text)
 
 
 @contextmanager
 def ctrl_c() -> Iterator[Callable[[], bool]]:
-    """Note Ctrl-C or SIGTERM and go on; a second one stops at once.
+    """Note Ctrl-C and other signals to stop, and go on; a second one stops at once.
 
-    One that comes within TWICE of the first belongs to it: `timeout`, for one, tells
-    the process and its group.
+    Those that this process ignores, as `nohup` has it, stay ignored. One that comes
+    within TWICE of the first belongs to it: `timeout`, for one, tells the process and
+    its group.
     """
     pressed, first = Event(), 0.0
-    before = {stop: signal.getsignal(stop) for stop in STOPS}
+    handlers = {stop: signal.getsignal(stop) for stop in STOPS}
+    before = {s: known for s, known in handlers.items() if known != signal.SIG_IGN}
 
     def note(number: int, frame: Any) -> None:
         nonlocal first
@@ -109,7 +112,7 @@ def ctrl_c() -> Iterator[Callable[[], bool]]:
         for stop, handler in before.items():
             signal.signal(stop, handler)
 
-    for stop in STOPS:
+    for stop in before:
         signal.signal(stop, note)
     try:
         yield pressed.is_set

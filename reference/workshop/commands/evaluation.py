@@ -101,15 +101,17 @@ def _played(
     evaluation: crossplay.Evaluation, arguments: Namespace
 ) -> list[crossplay.Record]:
     """Play all runs; if interrupted, say how to resume."""
-    with workforce(arguments.workers, evaluation.about()) as (executor, stop):
-        records = crossplay.evaluate(evaluation, arguments.out, executor, stop)
+    folder = arguments.out
+    again = folder and f"python -m reference evaluate --resume --out {quoted(folder)}"
+    after = f"Go on with: {again}" if again else "Take fewer:"
+    with workforce(arguments.workers, evaluation.about(), after) as (executor, stop):
+        records = crossplay.evaluate(evaluation, folder, executor, stop)
     if len(records) == len(evaluation.runs):
         return records
-    if not arguments.out:
+    if not again:
         raise KeyboardInterrupt("stopped; nothing was kept, since no --out was named")
     raise KeyboardInterrupt(
-        f"stopped after {len(records)} runs, which are kept. Go on with:\n"
-        f"  python -m reference evaluate --resume --out {quoted(arguments.out)}"
+        f"stopped after {len(records)} runs, which are kept. Go on with:\n  {again}"
     )
 
 

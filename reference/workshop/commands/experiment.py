@@ -62,7 +62,8 @@ def _performed(asked: Any, arguments: Namespace) -> dict[str, str]:
     from reference.workshop.experiment.steps import Plan, perform
 
     files.begin(asked, arguments.out)
-    steps = list(Plan(asked, arguments.out, here=not arguments.cluster).steps())
+    here = arguments.cluster is None
+    steps = list(Plan(asked, arguments.out, here).steps())
     again = (
         f"python -m reference experiment {quoted(arguments.file)} --resume "
         f"--out {quoted(arguments.out)}"
@@ -80,7 +81,7 @@ def _hands(
     arguments: Namespace, about: str, again: str
 ) -> Iterator[tuple[Executor, Callable[[], int], Callable[[], bool]]]:
     """Yield an executor, how many jobs run at once, and a check for Ctrl-C."""
-    if arguments.cluster:
+    if arguments.cluster is not None:
         print(f"{about}; cluster {arguments.cluster}", file=sys.stderr)
         with ctrl_c() as stop, cluster(arguments.cluster) as (executor, width):
             yield executor, width, stop

@@ -6,6 +6,7 @@ module sets matplotlib's style.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from io import BytesIO
 from math import ceil, log10
 from pathlib import Path
 from typing import Any
@@ -26,7 +27,7 @@ from matplotlib.transforms import Bbox
 
 from reference.building import Building, Kind
 from reference.paper import InputError
-from reference.workshop.files import replacing
+from reference.workshop.files import write_whole
 
 COLOURS = {
     Kind.OUTSIDE: "#e7ecef",
@@ -97,8 +98,9 @@ def save(figure: Figure, path: str | Path) -> Path:
     Raises ValueError for another suffix, OSError where the path cannot be written.
     """
     target = with_suffix(path, PICTURES, "a picture")
-    with replacing(target) as partial:
-        figure.savefig(partial)
+    content = BytesIO()
+    figure.savefig(content, format=target.suffix[1:].lower())
+    write_whole(target, content.getbuffer())
     return target
 
 

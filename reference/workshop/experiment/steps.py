@@ -12,7 +12,7 @@ that it needs are.  So nothing is done twice, and a resumed experiment continues
 import sys
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from itertools import product
@@ -24,6 +24,7 @@ from tqdm import tqdm
 
 from reference.learning.players import Learned
 from reference.learning.settings import Side
+from reference.paper import InputError
 from reference.workshop.evaluation.contestants import WORST
 from reference.workshop.evaluation.crossplay import Match, Record, records
 from reference.workshop.experiment.asked import (
@@ -36,7 +37,7 @@ from reference.workshop.experiment.jobs import DONE, Fit, Trial, fit, trial
 from reference.workshop.files import make_folder, write_whole
 from reference.workshop.runs import RunError
 from reference.workshop.strategies import ROBOTS
-from reference.workshop.training.checkpoints import Task, load, newest, packed
+from reference.workshop.training.checkpoints import Checkpoint, Task, load, packed
 from reference.workshop.training.session import Training
 from reference.workshop.workers import POLL
 
@@ -104,10 +105,11 @@ class Plan:
         path = self.test(team, fire)
         if not path.exists():
             return []
-        runs = records.read(path)
-        if [records.key(run) for run in runs] != [(team, fire, seed) for seed in seeds]:
-            raise RunError(f"{path}: is damaged. Remove it, and go on with --resume.")
-        return runs
+        with suppress(InputError):
+            runs = records.read(path)
+            if list(map(records.key, runs)) == [(team, fire, seed) for seed in seeds]:
+                return runs
+        raise RunError(f"{path}: is damaged. Remove it, and go on with --resume.")
 
     def strongest(self, team: str) -> Path:
         """The folder of the response that costs a team most, on the choices' seeds."""
@@ -157,9 +159,9 @@ class Plan:
         def job() -> Trial:
             found: dict[Side, bytes] = {}
             if team not in ROBOTS:
-                found["robots"] = _checkpoint(self.training(team))
+                found["robots"] = packed(_checkpoint(self.training(team)))
             if folder := self._fire(team, fire):
-                found["fire"] = _checkpoint(folder)
+                found["fire"] = packed(_checkpoint(folder))
             return Trial(self.experiment.arena, Match(team, fire), seeds, found)
 
         def keep(runs: list[Record]) -> None:
@@ -169,7 +171,9 @@ class Plan:
         return Step(f"{path.parent.name}/{path.stem}", path, needs, trial, job, keep)
 
     def _robots(self, team: str) -> Learned | str:
-        return team if team in ROBOTS else load(self.training(team)).player("robots")
+        if team in ROBOTS:
+            return team
+        return _checkpoint(self.training(team)).player("robots")
 
     def _fire(self, team: str, fire: str) -> Path | None:
         """The folder of the fire that a team meets; None for one that is a script."""
@@ -193,10 +197,14 @@ def _given(task: Task) -> Task:
     return task
 
 
-def _checkpoint(folder: Path) -> bytes:
-    if (path := newest(folder)) is None:
-        raise RunError(f"{folder}: its checkpoint is gone. Remove it to train anew.")
-    return path.read_bytes()
+def _checkpoint(folder: Path) -> Checkpoint:
+    """Read what a finished training has made. Raises RunError."""
+    with suppress(InputError, OSError):
+        return load(folder)
+    raise RunError(
+        f"{folder}: its checkpoint is gone or damaged. Remove this folder, and go on "
+        "with --resume: it is trained anew."
+    )
 
 
 # -- Doing them ---------------------------------------------------------------------

@@ -52,11 +52,10 @@ def train(
     """
     with ExitStack() as stack:
         log = Log(training, folder, tensorboard, stack)
-        begun = log.keep()
         if not training.imitated:
             played = in_order(executor, _played, training.demonstrations(), stop)
             if played is None:
-                return begun
+                return log.path
             log.tell(training.imitate([e for job in played for e in job]))
             log.keep()
         while not training.over and not stop():
@@ -97,7 +96,10 @@ class Log:
         tensorboard: bool,
         stack: ExitStack,
     ):
-        """Drop rows of later rounds, which an interruption may have left."""
+        """Save where it begins; drop later rows, which an interruption may have left.
+
+        The checkpoint comes first: where it does not fit, the folder stays empty.
+        """
         self.training, self.folder = training, folder
         self.learners = training.learners.values()
         self.summaries: list[Table | Board] = []
@@ -106,6 +108,9 @@ class Log:
             board = closing(Board(folder / "tensorboard", steps))
             self.summaries.append(stack.enter_context(board))
         make_folder(folder)
+        self.intervals: list[int] = []
+        self.saved: tuple[int, bool] | None = None
+        self.path = self.keep()
         over = training.round if training.imitated else -1
         self.summaries.append(table_until(folder / SUMMARIES, COLUMNS, over))
         self.times = table_until(folder / CLOCK, TIMES, over)
@@ -117,9 +122,6 @@ class Log:
             disable=None,
         )
         self.bar = stack.enter_context(bar)
-        self.intervals: list[int] = []
-        self.saved: tuple[int, bool] | None = None
-        self.path = folder
 
     def tell(self, rows: Sequence[Row]) -> None:
         """Write the summaries that are due; show the progress."""

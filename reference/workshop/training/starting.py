@@ -65,7 +65,8 @@ def begin(asked: Asked, folder: Path) -> Task:
     refuse_used(folder)
     base = preset(asked.preset or DEFAULT_PRESET)
     small = base.preset == SMALL_BUILDING
-    name = asked.building or (SMALL_BUILDING if small else BUILDING)
+    usual = SMALL_BUILDING if small else BUILDING
+    name = usual if asked.building is None else asked.building
     building = load(name)
     settings = settings_of(asked, base)
     fixed = {

@@ -207,14 +207,16 @@ Trained = dict[tuple[Side, str], Any]
 def _arena(asked: Asked, robots: tuple[str, ...], trained: Trained) -> Arena:
     """Take the first checkpoint's arena, else the paper's, unless asked otherwise."""
     if not trained:
-        name, scenario = asked.building or BUILDING, Scenario()
+        name = BUILDING if asked.building is None else asked.building
+        scenario = Scenario()
         if asked.people is not None:
             scenario = replace(scenario, people=asked.people)
         building = load(name)
     else:
         first = next(iter(trained.values()))
-        name = asked.building or first.task.building
-        building = load(name) if asked.building else first.building
+        name, building = first.task.building, first.building
+        if asked.building is not None:
+            name, building = asked.building, load(asked.building)
         scenario = first.scenario_to_evaluate(asked.people)
         if not scenario.robots_per_floor and robots != (NOBODY,):
             scenario = replace(scenario, robots_per_floor=ROBOTS_PER_FLOOR)
