@@ -75,17 +75,17 @@ def answer(results: Results) -> str:
         f"than `{other}`: {better}. From random fire to a best response it loses "
         f"{points(less)} points less: {exploitable}."
     )
-    fewer = results.more_saved(other, one, RANDOM)
-    if fewer and fewer.low > 0 >= saved.low and less.low > 0:
+    there = results.more_saved(one, other, RANDOM)
+    if there and there.high < 0 and saved.low <= 0 < less.low:
         told += (
-            f" But under random fire `{other}` saves {points(fewer)} points more: "
-            f"`{one}` has less to lose, and is not more robust."
+            f" But under random fire `{one}` saves {points(there)} points more: it has "
+            "less to lose, and is not more robust."
         )
     trainings = len(results.experiment.seeds)
     if trainings < ENOUGH:
         told += (
-            f" This is preliminary: {trainings} trainings an arm, of which 95 % "
-            "intervals are too narrow (of three they hold the truth in some 74 of 100 "
+            f" This is preliminary: {trainings} trainings an arm, and so intervals "
+            "that are too narrow (of three they hold the truth in some 74 of 100 "
             "experiments)."
         )
     return told
