@@ -165,7 +165,7 @@ def look(
     """
     sight, n = surroundings[0].sight, len(worlds[0].bodies)
     world, me = np.divmod(who, n)
-    rows, j, places, metres = _pairs(worlds, sight, world, me)
+    rows, j, places, metres = _pairs(_everybody(worlds, bodies), sight, world, me)
     mine = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
     views = []
     for k, place, rank, since in _rows(world, *mine):
@@ -213,13 +213,13 @@ def _rows(*columns: np.ndarray) -> Iterator[tuple[Any, ...]]:
 
 
 def _pairs(
-    worlds: Sequence[World], sight: Sight, world: np.ndarray, me: np.ndarray
+    everybody: list[np.ndarray], sight: Sight, world: np.ndarray, me: np.ndarray
 ) -> tuple[np.ndarray, ...]:
     """Who sees whom, (pairs,) each: row of `me`, body seen, its place, metres away.
 
     me: (k,) people; world: (k,) which of the worlds each is in.
     """
-    x, y, place, present = map(np.array, zip(*map(_everybody, worlds), strict=True))
+    x, y, place, present = everybody
     row, col = np.array(np.divmod(place, sight.navigation.cols), dtype=np.int16)
     near = np.abs(row[world] - row[world, me, None]) <= sight.sees.reach
     near &= np.abs(col[world] - col[world, me, None]) <= sight.sees.reach  # all small
@@ -232,19 +232,25 @@ def _pairs(
     return rows[seen], j[seen], there[seen], np.hypot(off_x[seen], off_y[seen])
 
 
-def _everybody(world: World) -> tuple[np.ndarray, ...]:
-    """x, y (metres, floors far apart), place and presence of people, then robots."""
-    bodies, robots = world.bodies, world.robots
-    n = len(bodies)
-    x, y = np.empty(n + len(robots)), np.empty(n + len(robots))
-    place = np.empty(n + len(robots), dtype=np.int64)
-    present = np.empty(n + len(robots), dtype=bool)
-    x[:n], y[:n] = bodies.position[:, 0] + 1e4 * bodies.floor, bodies.position[:, 1]
-    place[:n], present[:n] = bodies.place, bodies.walking
-    for r in robots:
-        x[r.body], y[r.body] = r.position[0] + 1e4 * r.floor, r.position[1]
-        place[r.body], present[r.body] = r.place, r.active
-    return x, y, place, present
+def _everybody(worlds: Sequence[World], bodies: Bodies) -> list[np.ndarray]:
+    """x, y (metres, floors far apart), place and presence, (worlds, people + robots).
+
+    bodies: the people of all worlds in a row.
+    """
+    robots = [robot for world in worlds for robot in world.robots]
+    at = np.array([robot.position for robot in robots]).reshape(-1, 2)
+    apart = 1e4 * np.array([robot.floor for robot in robots], dtype=np.int64)
+    columns = (
+        (bodies.position[:, 0] + 1e4 * bodies.floor, at[:, 0] + apart),
+        (bodies.position[:, 1], at[:, 1]),
+        (bodies.place, np.array([robot.place for robot in robots], dtype=np.int64)),
+        (bodies.walking, np.array([robot.active for robot in robots], dtype=bool)),
+    )
+    sizes = [(len(worlds), some // len(worlds)) for some in (len(bodies), len(robots))]
+    return [
+        np.concatenate([c.reshape(s) for c, s in zip(pair, sizes, strict=True)], axis=1)
+        for pair in columns
+    ]
 
 
 def rays(world: World, sight: Sight, person: int) -> list[Hit | None]:
