@@ -62,6 +62,7 @@ WORKSHOP = (
     "workshop.training.states",  # learners as plain data
     "workshop.training.checkpoints",  # files to resume from
     "workshop.training.policies",  # a learned policy is a strategy
+    "workshop.training.learners",  # made anew, or from networks that learned
     "workshop.training.summaries",  # what a training writes down as it runs
     "workshop.training.session",  # who learns, and from what
     "workshop.training.starting",  # start a training, or resume it

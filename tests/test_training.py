@@ -20,8 +20,9 @@ from reference.strategies import RandomFire, RandomRobots
 from reference.workshop.training import session
 from reference.workshop.training.checkpoints import CheckpointError, load, newest
 from reference.workshop.training.imitation import clone
+from reference.workshop.training.learners import seeds_of
 from reference.workshop.training.loop import train
-from reference.workshop.training.session import Training, seeds_of
+from reference.workshop.training.session import Training
 from reference.workshop.training.summaries import COLUMNS, Board, Summary, table_until
 from reference.workshop.workers import InProcess, workers
 

@@ -9,22 +9,27 @@ from dataclasses import replace
 from statistics import mean
 from typing import Any
 
-import numpy as np
 import torch
 
 from reference.building import building_of
-from reference.learning.adversarial import learn, learner_for, player_of
+from reference.learning.adversarial import learn, player_of
 from reference.learning.players import Learned
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, SettingsError, Side
-from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.landmarks import landmarks_for
 from reference.workshop.plain import checked
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import Checkpoint, Task, must_fit
 from reference.workshop.training.imitation import Demonstration, clone
+from reference.workshop.training.learners import (
+    DEMONSTRATIONS,
+    PAST,
+    ROUNDS,
+    learners_of,
+    seeds_of,
+)
 from reference.workshop.training.states import restore, state_of
 from reference.workshop.training.summaries import (
     OF_EPISODES,
@@ -32,19 +37,10 @@ from reference.workshop.training.summaries import (
     Row,
     Summary,
 )
-from reference.workshop.workers import memory
 
-LEARNERS, ROUNDS, DEMONSTRATIONS, PAST = range(4)  # what seeds are for
-EPISODE = 2**20  # bytes of one, more or less
 PAST_EVERY, MOST_PAST = 5, 10
 """[E6, chosen] rounds between two fires that are remembered, and how many of them; when
 there are more, every second is forgotten, and the rounds between two are doubled."""
-
-OF_NETWORK = (
-    *("head", "hidden_units", "num_layers", "normalize"),
-    *("context", "commitment", "summary", "own_state"),
-)
-"""Rows of settings on which the meaning of a network's weights depends."""
 
 FACTS = (*OF_EPISODES.values(), "fire_reward")  # of an episode
 
@@ -58,25 +54,9 @@ class Training:
     """
 
     def __init__(self, task: Task):
-        """Make the learners.
-
-        Raises SettingsError if none learns, none can imitate, or networks to begin with
-        do not fit, and ValueError for more people than fit into the building.
-        """
+        """Make the learners. Raises what `learners_of` does."""
         self.task, self.settings = task, task.settings
-        _refuse_too_large(task)
-        Simulation(building_of(task.plan), self.settings.scenario)
-        self.learners: dict[Side, Learner] = {
-            side: _learner(task, side) for side in SIDES if side not in task.fixed
-        }
-        if not self.learners:
-            raise SettingsError("nobody learns: leave one side to a learner")
-        if task.imitate and "robots" not in self.learners:
-            raise SettingsError("nobody imitates: leave the robots to a learner")
-        if task.imitate and "robots" in task.initial:
-            raise SettingsError("robots copy, or begin with a network: not both")
-        for side, who in task.initial.items():
-            _begin_with(self.learners[side], who, side)
+        self.learners = learners_of(task)
         self.summaries = {
             side: Summary(side, learner.settings.summary_freq)
             for side, learner in self.learners.items()
@@ -240,8 +220,8 @@ class Training:
     def learn(self, episodes: Sequence[Episode]) -> list[Row]:
         """Update the learners whose turn it is; return the summary rows due.
 
-        Raises SettingsError if in their first round they had nothing to decide.
-        Or if the last one ended before a network that they began with learned.
+        Raises SettingsError if in their first round they had nothing to decide, or if
+        the last one ends before a network that was copied or given could learn.
         """
         phase, facts = self.phase, [episode.facts for episode in episodes]
         jobs = range(self._first, self._first + self.settings.jobs_per_round)
@@ -348,56 +328,6 @@ class Training:
                 raise ValueError("a past fire's network is of another shape")
 
 
-def _refuse_too_large(task: Task) -> None:
-    """Raise SettingsError for networks or episodes too large for this memory."""
-    s = task.settings
-    weights = sum(
-        2 * 4 * 4 * r.hidden_units * (r.hidden_units * (r.num_layers + 4) + 2000)
-        for r in (s.robots, s.fire)  # actor and critic, their gradients and moments
-    )
-    episodes = s.jobs_per_round * s.episodes_per_job
-    if task.imitate:
-        episodes = max(episodes, s.imitation_episodes)
-    need, there = weights + episodes * EPISODE, memory()
-    if need > there:
-        raise SettingsError(
-            f"these settings need some {need / 2**30:,.0f} GB of memory, and there are "
-            f"{there / 2**30:,.0f}: lower hidden_units, num_layers, jobs_per_round, "
-            "episodes_per_job or imitation_episodes."
-        )
-
-
-def _learner(task: Task, side: Side) -> Learner:
-    settings, scenario = getattr(task.settings, side), task.settings.scenario
-    if side == "robots" and not scenario.robots_per_floor:
-        raise SettingsError(
-            "robots: nobody learns where robots_per_floor is 0. Raise it, or let "
-            "--robots none play them."
-        )
-    (seed,) = seeds_of(task.seed, LEARNERS, SIDES.index(side), 1)
-    landmarks = landmarks_for(side, settings)
-    return learner_for(side, task.plan, scenario, settings, seed, landmarks)
-
-
-def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
-    """Give a learner a policy. Raises SettingsError if it has other settings."""
-    for name in OF_NETWORK:
-        theirs, own = (getattr(s, name) for s in (who.settings, learner.settings))
-        if theirs != own:
-            raise SettingsError(
-                f"{side}: the network to begin with has {name} {theirs}, here it is "
-                f"{own}. Write its own into the settings; the robots that ship have "
-                "those of tutorials/experiments/copied.yaml."
-            )
-    try:
-        learner.actor.load_state_dict(dict(who.weights))
-    except RuntimeError:
-        raise SettingsError(
-            f"{side}: the network to begin with learned in another scenario, with "
-            "other numbers of people, robots or sources."
-        ) from None
-
-
 def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:
     """Facts of the episodes that a side has played; of all if it played none."""
     played = [episode for episode in episodes if getattr(episode, side) is not None]
@@ -407,12 +337,6 @@ def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:
 def _due(number: int, share: float) -> bool:
     """Tell whether, of jobs counted from 0, this one belongs to a share of them."""
     return int((number + 1) * share) > int(number * share)
-
-
-def seeds_of(run: int, purpose: int, number: int, count: int) -> tuple[int, ...]:
-    """Derive seeds from a run's seed, a purpose and a number."""
-    sequence = np.random.SeedSequence(run, spawn_key=(purpose, number))
-    return tuple(sequence.generate_state(count, np.uint64).tolist())
 
 
 def _chunks(seeds: tuple[int, ...], size: int) -> list[tuple[int, ...]]:

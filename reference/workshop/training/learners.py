@@ -1,0 +1,101 @@
+"""The learners of a training, with random or with given networks; and its seeds.
+
+Clauses: E1, E2, E3, E6.
+"""
+
+import numpy as np
+
+from reference.building import building_of
+from reference.learning.adversarial import learner_for
+from reference.learning.players import Learned
+from reference.learning.ppo import Learner
+from reference.learning.settings import SIDES, SettingsError, Side
+from reference.simulation import Simulation
+from reference.workshop.landmarks import landmarks_for
+from reference.workshop.training.checkpoints import Task
+from reference.workshop.workers import memory
+
+LEARNERS, ROUNDS, DEMONSTRATIONS, PAST = range(4)  # what seeds are for
+EPISODE = 2**20  # bytes of one, more or less
+
+OF_NETWORK = (
+    *("head", "hidden_units", "num_layers", "normalize"),
+    *("context", "commitment", "summary", "own_state"),
+)
+"""Rows of settings on which the meaning of a network's weights depends."""
+
+
+def learners_of(task: Task) -> dict[Side, Learner]:
+    """Make a learner for each side that nobody else plays.
+
+    Raises SettingsError if none learns, none can imitate, or networks to begin with do
+    not fit, and ValueError for more people than fit into the building.
+    """
+    _refuse_too_large(task)
+    Simulation(building_of(task.plan), task.settings.scenario)
+    made = {side: _learner(task, side) for side in SIDES if side not in task.fixed}
+    if not made:
+        raise SettingsError("nobody learns: leave one side to a learner")
+    if task.imitate and "robots" not in made:
+        raise SettingsError("nobody imitates: leave the robots to a learner")
+    if task.imitate and "robots" in task.initial:
+        raise SettingsError("robots copy, or begin with a network: not both")
+    for side, who in task.initial.items():
+        _begin_with(made[side], who, side)
+    return made
+
+
+def seeds_of(run: int, purpose: int, number: int, count: int) -> tuple[int, ...]:
+    """Derive seeds from a run's seed, a purpose and a number."""
+    sequence = np.random.SeedSequence(run, spawn_key=(purpose, number))
+    return tuple(sequence.generate_state(count, np.uint64).tolist())
+
+
+def _learner(task: Task, side: Side) -> Learner:
+    settings, scenario = getattr(task.settings, side), task.settings.scenario
+    if side == "robots" and not scenario.robots_per_floor:
+        raise SettingsError(
+            "robots: nobody learns where robots_per_floor is 0. Raise it, or let "
+            "--robots none play them."
+        )
+    (seed,) = seeds_of(task.seed, LEARNERS, SIDES.index(side), 1)
+    landmarks = landmarks_for(side, settings)
+    return learner_for(side, task.plan, scenario, settings, seed, landmarks)
+
+
+def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
+    """Give a learner a policy. Raises SettingsError if it has other settings."""
+    for name in OF_NETWORK:
+        theirs, own = (getattr(s, name) for s in (who.settings, learner.settings))
+        if theirs != own:
+            raise SettingsError(
+                f"{side}: the network to begin with has {name} {theirs}, here it is "
+                f"{own}. Write its own into the settings; the robots that ship have "
+                "those of tutorials/experiments/copied.yaml."
+            )
+    try:
+        learner.actor.load_state_dict(dict(who.weights))
+    except RuntimeError:
+        raise SettingsError(
+            f"{side}: the network to begin with learned in another scenario, with "
+            "other numbers of people, robots or sources."
+        ) from None
+
+
+def _refuse_too_large(task: Task) -> None:
+    """Raise SettingsError for networks or episodes too large for this memory."""
+    s = task.settings
+    weights = sum(
+        2 * 4 * 4 * r.hidden_units * (r.hidden_units * (r.num_layers + 4) + 2000)
+        for r in (s.robots, s.fire)  # actor and critic, their gradients and moments
+    )
+    episodes = s.jobs_per_round * s.episodes_per_job
+    if task.imitate:
+        episodes = max(episodes, s.imitation_episodes)
+    need, there = weights + episodes * EPISODE, memory()
+    if need > there:
+        raise SettingsError(
+            f"these settings need some {need / 2**30:,.0f} GB of memory, and there are "
+            f"{there / 2**30:,.0f}: lower hidden_units, num_layers, jobs_per_round, "
+            "episodes_per_job or imitation_episodes."
+        )
