@@ -140,9 +140,9 @@ class Experiment:
     def __post_init__(self) -> None:
         self._refuse_numbers()
         self._refuse_names()
-        if LEARNED in self.test.fires:
-            self._frozen(LEARNED)
         try:
+            if LEARNED in self.test.fires:
+                self._frozen(LEARNED)
             tasks = [task for _, task in self._trainings(self.seeds[:1])]
             if self.best_response:
                 tasks.append(self.response("none", 0))
@@ -210,13 +210,13 @@ class Experiment:
         if "scenario" in rows:
             raise SettingsError(f"{where}: the scenario is everybody's: [settings]")
         fire, imitate = rows.pop("fire", LEARNS), rows.pop("imitate", None)
-        initial = {}
         if not isinstance(fire, str):
             rows["fire"], fire = fire, LEARNS
         if fire not in (known := (LEARNS, *FIXED_FIRES)):
             raise SettingsError(f"{where}: fire {unknown(fire, known)}")
         if imitate not in (None, *GUIDES):
             raise SettingsError(f"{where}: imitate {unknown(imitate, GUIDES)}")
+        initial = {}
         for side in SIDES:
             rows[side] = mapping(rows.get(side), f"{where}: {side}")
             if (word := rows[side].pop("initialize_from", None)) is not None:
@@ -260,8 +260,7 @@ class Experiment:
         """Find the networks with which sides begin. Raises CheckpointError."""
         found: dict[Side, Learned] = {}
         for side, word in words.items():
-            where = self._building, self.arena.scenario
-            found |= initial_of(word, [side], *where)
+            found |= initial_of(word, [side], self._building, self.arena.scenario)
         return found
 
     def _task(self, settings: Settings, seed: int, **more: Any) -> Task:
