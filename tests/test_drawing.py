@@ -26,7 +26,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop import drawing
-from reference.workshop.drawing import film, relief
+from reference.workshop.drawing import evacuation, film, relief
 from reference.workshop.drawing.evacuation import EMBER, FLAME, SOURCE, STEPS, Scene
 from reference.workshop.drawing.page import COLOURS, MEANINGS, arrange, sheet
 from reference.workshop.drawing.plans import outward, widest
@@ -143,6 +143,14 @@ def test_the_legend_names_all_seven_meanings():
     assert [text.get_text() for text in legend.get_texts()] == list(MEANINGS.values())
 
 
+@pytest.mark.parametrize("view", ["top", "oblique", "closeup", "graph"])
+def test_the_legend_names_no_kind_that_does_not_occur(view):
+    """The museum has one floor, so that no stairs lead anywhere."""
+    listed = [text.get_text() for text in drawn(view, "museum").legends[0].get_texts()]
+    assert {"door", "exit"} <= {*listed}
+    assert not any("stair" in name for name in listed)
+
+
 @pytest.mark.paper("A8")
 @pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize("name", ["paper", "tower", "maze"])
@@ -208,6 +216,19 @@ def test_the_drawn_graph_has_all_nodes_and_its_edges_never_cross_a_wall(institut
                     assert institute.kind[(floor, *institute.cell(x, y))] >= Kind.FLOOR
     exits = sum(mark.kind is Kind.EXIT for mark in institute.landmarks)
     assert edges == 2 * len(institute.landmarks) - exits
+
+
+@pytest.mark.paper("A2")
+def test_no_edge_crosses_the_name_of_a_room():
+    """Names of the museum's rooms stand where there is room, not always above."""
+    figure = drawn("graph", "museum")
+    figure.draw_without_rendering()
+    (axes,) = figure.axes
+    edges = [line for line in axes.lines if len(line.get_xdata()) > 1]
+    ways = [axes.transData.transform_path(line.get_path()) for line in edges]
+    boxes = [text.get_window_extent() for text in axes.texts]
+    assert len(boxes) == len(house("museum").rooms(0))
+    assert not any(way.intersects_bbox(box, False) for way in ways for box in boxes)
 
 
 @pytest.mark.paper("A4")
@@ -368,6 +389,34 @@ def test_robots_destinations_flames_and_burnt_doors_have_marks_of_their_own(simu
     assert count["burnt door"] == 2
 
 
+def listed(figure):
+    """What the legends of an instant list: shapes, then kinds of cells; the curves."""
+    shapes, cells = (
+        {text.get_text() for text in legend.get_texts()} for legend in figure.legends
+    )
+    curve = next(axes for axes in figure.axes if axes.get_ylabel() == "people")
+    return shapes, cells, {text.get_text() for text in curve.get_legend().get_texts()}
+
+
+def test_an_instant_lists_only_what_occurs_in_it():
+    """Nobody guides, nothing burns, nobody is dead, and there are no stairs."""
+    run = Simulation(house("museum"), SHORT, NoRobots(), NoFire(), seed=1)
+    run.world.bodies.mode[:] = Mode.LEADER
+    figure = drawing.frame(run.world, [drawing.tally(run.world)] * 2)
+    assert listed(figure) == ({"leader"}, {"wall", "door", "exit"}, {"inside"})
+
+
+def test_an_instant_without_a_past_has_no_curve(simulation):
+    """A curve of one point would be an empty box."""
+    figure = drawing.frame(simulation.world)
+    assert "seconds" not in {axes.get_xlabel() for axes in shown_axes(figure)}
+
+
+def shown_axes(figure):
+    """The axes that one can see."""
+    return [axes for axes in figure.axes if axes.get_visible()]
+
+
 @pytest.mark.parametrize("name", ["paper", "tower"])
 def test_no_instant_of_any_building_is_clipped(name):
     """The floors, the curve and the legend find room on the same page."""
@@ -427,6 +476,29 @@ def test_a_blitted_frame_is_the_frame_painted_anew(simulation):
     fresh.show(simulation.world, history)
     last = paint()
     np.testing.assert_array_equal(last, film.painter(fresh)())
+
+
+def test_a_films_legend_lists_all_that_comes_to_happen_and_stays(tiny):
+    """It is known before the first frame, since a legend must not jump."""
+    long = replace(SHORT, time_limit=40.0)
+    simulation = Simulation(tiny, long, Sweep(), RandomFire(), seed=1)
+    scene, history = film._scene(simulation), []
+    shapes, _, curves = listed(scene.figure)
+    while not simulation.done:
+        simulation.step()
+        history.append(drawing.tally(simulation.world))
+        scene.show(simulation.world, history)
+        assert scene.shown() - {"way"} <= shapes | curves
+    assert {"flames", "fire source", "robot"} <= scene.shown()
+    assert listed(scene.figure)[0] == shapes == {*evacuation.ENTRIES}
+
+
+def test_a_film_lists_neither_fires_nor_robots_where_there_are_none(tiny):
+    """They cannot come: the strategies are known."""
+    calm = Simulation(tiny, SHORT, NoRobots(), NoFire(), seed=1)
+    shapes, _, curves = listed(film._scene(calm).figure)
+    assert shapes == {"follower", "leader", "died here"}
+    assert curves == {"out", "inside", "dead"}
 
 
 def test_the_curve_makes_room_for_a_long_evacuation(simulation):

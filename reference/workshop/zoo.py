@@ -21,7 +21,7 @@ from reference.game.environment import (
 )
 from reference.paper import Scenario
 from reference.strategies import FireStrategy, RobotStrategy
-from reference.workshop.drawing.evacuation import Scene, Tally, tally
+from reference.workshop.drawing.evacuation import Scene, Tally, possible, tally
 from reference.workshop.drawing.film import DPI, painter
 
 try:
@@ -131,6 +131,8 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
     def _film(self) -> tuple[Scene, Callable[[], np.ndarray]]:
         scenario, building = self.environment.scenario, self.environment.building
         scene = Scene(building, sum(scenario.start_counts(building.floors)), DPI)
+        robots, fire = scenario.robots_per_floor > 0, scenario.sources > 0
+        scene.explain(possible(building, robots, fire))
         return scene, painter(scene)
 
 

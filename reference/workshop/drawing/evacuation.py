@@ -5,7 +5,7 @@ D3, D7 and A6 for sources, flames and burnt doors.  Shapes tell things apart as 
 colours do: disc follower, triangle leader, diamond robot, drop fire source.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from math import ceil
 from typing import Any
@@ -37,6 +37,11 @@ STEPS = ["#101b46", "#2c3a78", "#565a86", "#807c83", "#ada06f", "#dcc64f", "#ffe
 HEALTHS = ListedColormap(STEPS, name="health")
 """Dark at death, bright in full health, for every eye; few steps keep films small."""
 
+MODES = {Mode.FOLLOWER: "follower", Mode.LEADER: "leader"}
+FIRES = ("flames", "fire source", "burnt door")
+ENTRIES = (*MODES.values(), "robot", "destination", *FIRES, "died here")
+"""What the legend can list, besides the kinds of cells and the curves."""
+
 INK = "#16191d"
 FLAME, EMBER, SOURCE, CHAR = "#f47b20", "#c43c00", "#d11a1a", "#1d120c"
 CURVES: dict[str, Style] = {
@@ -49,6 +54,7 @@ WIDTH = 11.0  # inches
 _ROOM = (10.7, 5.2)  # inches for all floors
 _SPARE = (0.15, 0.3)  # inches beside and above each floor
 _COUNTS = "after {:.0f} s: {} inside, {} out, {} dead"
+_CELLS = (Kind.WALL, Kind.DOOR, Kind.ENTRANCE, Kind.EXIT, Kind.STAIRS)
 _TITLE, _STRIP = 0.5, 1.45  # inches for the title, and for legend and curve below
 
 
@@ -72,15 +78,32 @@ def tally(world: World) -> Tally:
 def frame(world: World, history: Sequence[Tally] | None = None) -> Figure:
     """Draw people, robots and fire on all floors at one instant.
 
-    history: the tallies up to now, oldest first, for the curve of who is out.
+    history: the tallies up to now, oldest first, for the curve of who is out; without
+    it there is no curve.  The legends list what occurs in the picture.
     """
     scene = Scene(world.building, len(world.bodies))
     scene.show(world, history or [tally(world)])
+    scene.curve.set_visible(history is not None)
+    scene.explain(scene.shown())
     return scene.figure
+
+
+def possible(building: Building, robots: bool, fire: bool) -> set[str]:
+    """Name all that can occur in a film, so that its legend never changes.
+
+    robots, fire: whether there are any
+    """
+    doors = any(mark.kind is Kind.DOOR for mark in building.landmarks)
+    names = {*MODES.values(), "died here", *CURVES}
+    names |= {"robot", "destination"} if robots else set()
+    names |= {*FIRES} if fire else set()
+    return names if doors else names - {"burnt door"}
 
 
 class Scene:
     """A page whose still parts are drawn once, and its moving parts.
+
+    It has no legend until `explain` adds one.
 
     moving  the artists that `show` changes, in the order they are painted
     still   False after `show` had to change the page itself; paint all of it anew
@@ -99,7 +122,6 @@ class Scene:
         looks = _looks(metre).items()
         self.marks = {name: self.axes.plot([], [], **look)[0] for name, look in looks}
         self.people = {mode: self._crowd(mode, metre) for mode in Mode}
-        _legend(self.figure)
         _health_bar(self.figure)
         below = [mark for name, mark in self.marks.items() if name != "robot"]
         self.moving: list[Artist] = [
@@ -121,6 +143,26 @@ class Scene:
         now = history[-1]
         counts = _COUNTS.format(now.time, now.inside, now.out, now.dead)
         self.title.set_text(f"{self.building.title} {counts}")
+
+    def shown(self) -> set[str]:
+        """Name all that the page shows now: marks, modes of people, and curves."""
+        there: dict[str, Any] = {}
+        for name, mark in self.marks.items():
+            there[name] = np.size(mark.get_xdata())
+        for name, line in self.lines.items():
+            there[name] = np.count_nonzero(line.get_ydata())
+        for mode, crowd in self.people.items():
+            there[MODES[mode]] = np.size(crowd.get_offsets())
+        return {name for name, count in there.items() if count}
+
+    def explain(self, names: Collection[str]) -> None:
+        """Add legends of these names and of the building; hide all other curves."""
+        _legend(self.figure, self.building, [name for name in ENTRIES if name in names])
+        for name, line in self.lines.items():
+            line.set_visible(name in names)
+        lines = [line for name, line in self.lines.items() if name in names]
+        beside: Style = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+        self.curve.legend(handles=lines, fontsize=8, handlelength=1.8, **beside)
 
     # -- What moves -----------------------------------------------------------------
 
@@ -259,8 +301,6 @@ def _curve(figure: Figure, people: int) -> tuple[Axes, dict[str, Line2D]]:
         name: axes.plot([], [], lw=2, label=name, **look)[0]
         for name, look in CURVES.items()
     }
-    beside: Style = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
-    axes.legend(fontsize=8, handlelength=1.8, **beside)
     return axes, lines
 
 
@@ -283,22 +323,20 @@ def _marker(shape: Any, size: float, fill: str, edge: str, width: float) -> Styl
     return {"ls": "", "marker": shape, "ms": size, **colours}
 
 
-def _legend(figure: Figure) -> None:
-    """Add legends of all shapes and colours, at the lower left."""
-    looks = _looks(7.5)
-    discs = {
+def _legend(figure: Figure, building: Building, names: Sequence[str]) -> None:
+    """Add legends at the lower left: shapes by name, below them kinds of cells."""
+    looks = _looks(7.5) | {
         "follower": _marker("o", 8, STEPS[-1], INK, 0.7),
         "leader": _marker("^", 9, STEPS[-1], INK, 0.7),
     }
-    order = ("robot", "destination", "flames", "fire source", "burnt door", "died here")
-    shapes = page.samples(discs | {name: looks[name] for name in order})
-    kinds = (Kind.WALL, Kind.DOOR, Kind.ENTRANCE, Kind.EXIT, Kind.STAIRS)
-    for handles, columns, bottom in ((shapes, 4, 0.4), (page.swatches(kinds), 5, 0.08)):
+    shapes = page.samples({name: looks[name] for name in names})
+    cells = page.swatches(page.present(building.kind, _CELLS))
+    for handles, rows, bottom in ((shapes, 2, 0.4), (cells, 1, 0.08)):
         figure.legend(
             handles=handles,
             loc="lower left",
             bbox_to_anchor=(0.1 / WIDTH, bottom / figure.get_size_inches()[1]),
-            ncols=columns,
+            ncols=max(ceil(len(handles) / rows), 1),
             handlelength=1.3,
             columnspacing=1.4,
         )

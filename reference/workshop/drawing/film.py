@@ -25,6 +25,7 @@ from tqdm import tqdm
 from reference.building import Kind
 from reference.paper import InputError
 from reference.simulation import Outcome, Simulation
+from reference.strategies import NoFire
 from reference.workshop.drawing.evacuation import (
     CHAR,
     EMBER,
@@ -34,6 +35,7 @@ from reference.workshop.drawing.evacuation import (
     STEPS,
     Scene,
     Tally,
+    possible,
     tally,
 )
 from reference.workshop.drawing.page import COLOURS, FAINT, TEXT, with_suffix
@@ -69,7 +71,7 @@ def animate(
         raise InputError("seconds per frame and speed are above 0. Try 0.4 and 4.")
     if target.suffix.lower() == ".mp4" and which("ffmpeg") is None:
         raise InputError(f"{target}: {NO_FFMPEG}")
-    scene = Scene(simulation.building, len(simulation.world.bodies), DPI)
+    scene = _scene(simulation)
     write, pixels = FORMATS[target.suffix.lower()], painter(scene)
     pace = seconds_per_frame / speed
     with replacing(target) as partial, write(partial, scene, pace) as add:
@@ -79,6 +81,15 @@ def animate(
             scene.show(simulation.world, history)
             add(pixels(), HOLD if simulation.done else pace)
     return simulation.run()
+
+
+def _scene(simulation: Simulation) -> Scene:
+    """Make the page of a film; its legend lists what can occur in this film."""
+    world, sources = simulation.world, simulation.scenario.sources
+    fire = sources > 0 and not isinstance(simulation.fire_strategy, NoFire)
+    scene = Scene(world.building, len(world.bodies), DPI)
+    scene.explain(possible(world.building, bool(world.robots), fire))
+    return scene
 
 
 def _frames(simulation: Simulation, seconds: float, progress: bool) -> Iterator[None]:

@@ -266,6 +266,12 @@ def swatches(kinds: Iterable[Kind] = MEANINGS, **more: str) -> list[Artist]:
     ]
 
 
+def present(kind: np.ndarray, kinds: Iterable[Kind] = MEANINGS) -> list[Kind]:
+    """Those of the kinds that occur among cells, an array of any shape."""
+    found = set(np.unique(kind).tolist())
+    return [each for each in kinds if each in found]
+
+
 def samples(looks: Mapping[str, Style]) -> list[Artist]:
     """Legend entries for lines and markers, by name."""
     return [Line2D([], [], label=name, **look) for name, look in looks.items()]

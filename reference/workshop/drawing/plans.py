@@ -3,6 +3,7 @@
 Clauses: A2 for the graph, A4, A8 (Figs. 4-6).  Every panel is in metres, north is up.
 """
 
+from collections.abc import Sequence
 from itertools import combinations_with_replacement, pairwise
 
 import numpy as np
@@ -10,6 +11,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
+from matplotlib.text import Annotation
 
 from reference.building import Area, Building, Kind, Landmark
 from reference.navigation import navigation_of
@@ -26,7 +28,7 @@ def top(building: Building, floor: int | None = None) -> Figure:
     """Draw all floors from above, or one (0 is the first) [A8, Figs. 4-6]."""
     floors = page.chosen_floors(building, floor)
     figure, panels = page.floor_page(building, building.title, floors)
-    page.foot(figure, page.swatches())
+    page.foot(figure, page.swatches(page.present(building.kind[list(floors)])))
     figure.draw_without_rendering()
     for axes, index in zip(panels, floors, strict=True):
         page.paint_floor(axes, building, index)
@@ -45,7 +47,8 @@ def graph(building: Building, floor: int | None = None) -> Figure:
     """
     floors = page.chosen_floors(building, floor)
     figure, panels = page.floor_page(building, f"{building.title}: the graph", floors)
-    page.foot(figure, _graph_legend())
+    page.foot(figure, _graph_legend(building, floors))
+    figure.draw_without_rendering()
     for axes, index in zip(panels, floors, strict=True):
         page.paint_floor(axes, building, index, fade=0.72)
         rooms = building.graph.nodes(data="floor")
@@ -57,7 +60,7 @@ def graph(building: Building, floor: int | None = None) -> Figure:
                     mark = building.landmark_of[key]
                     _draw_edge(axes, building, mark, here[side], node[side])
         for name, area in here.items():
-            _draw_node(axes, area, node[name])
+            _draw_node(axes, building, area, node[name])
     return figure
 
 
@@ -119,6 +122,7 @@ def _write_name(axes: Axes, building: Building, area: Area) -> None:
     fits = steep if upright else level
     if fits >= _SMALLEST_TEXT:
         look: Style = {"rotation": 90 * upright, "ha": "center", "va": "center"}
+        look["path_effects"] = _HALO  # so that one can draw beneath
         axes.text(*building.metres(*middle), area.name, fontsize=fits, **look)
 
 
@@ -131,23 +135,45 @@ def _points_per_metre(axes: Axes) -> float:
 # -- Nodes and edges ----------------------------------------------------------------
 
 
-def _draw_node(axes: Axes, area: Area, spot: Point) -> None:
-    """Draw a room as a dot under its name, a stairwell as a square with its letter."""
+def _draw_node(axes: Axes, building: Building, area: Area, spot: Point) -> None:
+    """Draw a room as a dot beside its name, a stairwell as a square with its letter."""
     stairs = area.kind == "stairwell"
     ink = COLOURS[Kind.ENTRANCE] if stairs else page.TEXT
     marker, size = ("s", 12) if stairs else ("o", 7)
     axes.plot(*spot, marker=marker, ms=size, color=ink, mec="white", zorder=4)
-    name = axes.annotate(
-        area.name.removeprefix("room-"),
-        spot,
-        xytext=(0, 0 if stairs else 5),
-        textcoords="offset points",
-        ha="center",
-        va="center_baseline" if stairs else "bottom",
-        fontsize=8,
-        zorder=5,
-    )
-    name.set(color="white") if stairs else name.set(path_effects=_HALO)
+    words = area.name.removeprefix("room-")
+    look: Style = {"textcoords": "offset points", "fontsize": 8, "zorder": 5}
+    if stairs:
+        look |= {"ha": "center", "va": "center_baseline", "color": "white"}
+        axes.annotate(words, spot, (0, 0), **look)
+        return
+    name = axes.annotate(words, spot, (0, 0), path_effects=_HALO, **look)
+    name.set(**min(_BESIDE, key=lambda side: _faults(building, area, name, side)))
+
+
+_BESIDE: tuple[Style, ...] = tuple(
+    {"position": (5 * x, 5 * y), "ha": ha, "va": va}
+    for x, ha in ((0, "center"), (1, "left"), (-1, "right"))
+    for y, va in ((1, "bottom"), (-1, "top"), (0, "center"))
+    if x or y
+)
+"""Where a name can stand beside its node, in points, the best places first."""
+
+
+def _faults(building: Building, area: Area, name: Annotation, side: Style) -> int:
+    """Count a name's faults on a side: edges and names crossed, corners outside."""
+    name.set(**side)
+    axes = name.axes
+    assert axes is not None
+    box = name.get_window_extent()
+    edges = [line for line in axes.lines if np.size(line.get_xdata()) > 1]
+    paths = [axes.transData.transform_path(line.get_path()) for line in edges]
+    crossed = sum(path.intersects_bbox(box, filled=False) for path in paths)
+    others = [text.get_window_extent() for text in axes.texts if text is not name]
+    crossed += 4 * box.count_overlaps(others)
+    corners = axes.transData.inverted().transform(box.corners())
+    room = {*map(tuple, area.cells.tolist())}
+    return crossed + sum(building.cell(*corner) not in room for corner in corners)
 
 
 def _draw_edge(
@@ -189,12 +215,15 @@ def _straight(
     return True
 
 
-def _graph_legend() -> list[Artist]:
+def _graph_legend(building: Building, floors: Sequence[int]) -> list[Artist]:
+    """Legend entries of the nodes and edges that occur on these floors."""
+    there = page.present(building.kind[list(floors)])
     dot: Style = {"ls": "", "ms": 7}
-    looks: dict[str, Style] = {
-        "room": {"marker": "o", "color": page.TEXT, **dot},
-        "stairwell": {"marker": "s", "color": COLOURS[Kind.ENTRANCE], **dot},
-    }
+    looks: dict[str, Style] = {"room": {"marker": "o", "color": page.TEXT, **dot}}
+    if Kind.STAIRS in there:
+        square: Style = {"marker": "s", "color": COLOURS[Kind.ENTRANCE], **dot}
+        looks["stairwell"] = square
     for kind in (Kind.DOOR, Kind.ENTRANCE, Kind.EXIT):
-        looks[page.MEANINGS[kind]] = {"color": COLOURS[kind], "lw": 2}
+        if kind in there:
+            looks[page.MEANINGS[kind]] = {"color": COLOURS[kind], "lw": 2}
     return page.samples(looks)

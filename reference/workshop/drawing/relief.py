@@ -63,7 +63,7 @@ _SHOWN = [kind for kind in page.MEANINGS if kind is not Kind.OUTSIDE]
 def oblique(building: Building) -> Figure:
     """Draw the whole building, its storeys lifted off each other [A8, Fig. 1]."""
     figure = _storeys(building, STANDING, building.title)
-    page.foot(figure, page.swatches(_SHOWN))
+    page.foot(figure, page.swatches(page.present(building.kind, _SHOWN)))
     return figure
 
 
@@ -91,7 +91,8 @@ def closeup(building: Building) -> Figure:
         _bare(axes)
         paint_boxes(axes, piece.kind, STANDING, np.zeros(2), np.zeros(2))
         _write_names(axes, piece)
-    page.foot(figure, page.swatches(_SHOWN))
+    cells = np.concatenate([piece.kind.ravel() for piece in pieces])
+    page.foot(figure, page.swatches(page.present(cells, _SHOWN)))
     return figure
 
 

@@ -28,6 +28,7 @@ from reference.building import Building, Kind
 from reference.game.observations import (
     GRID_KINDS,
     Slot,
+    channels,
     fire_layout,
     fire_vector,
     grid,
@@ -299,5 +300,7 @@ def _legend(senses: Senses) -> list[Artist]:
     shown = {dot.look for f in range(senses.building.floors) for dot in dots(senses, f)}
     marks = {name: {"ls": "", **_LOOKS[name]} for name in _LOOKS if name in shown}
     ways = {_way_out(senses.building, f) for f in range(senses.building.floors)}
-    flames = page.swatches([Kind.WALL], **{"in flames": FLAME})
-    return [*page.samples(marks), *flames, *page.swatches(sorted(ways, reverse=True))]
+    burns = channels(senses.cells, senses.building, "fires").any()
+    flames = {"in flames": FLAME} if burns else {}
+    cells = page.swatches([Kind.WALL], **flames)
+    return [*page.samples(marks), *cells, *page.swatches(sorted(ways, reverse=True))]
