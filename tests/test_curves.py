@@ -255,8 +255,43 @@ def test_the_caption_says_how_the_lines_were_made(run):
     assert "robots 15,000, fire 15,000" in caption
 
 
+def caption(figure):
+    """What is written above the legend."""
+    return figure.legends[0].get_title().get_text()
+
+
+def test_what_no_mean_changes_is_drawn_once_and_called_as_recorded(run):
+    """Six rows lie further apart than the window: nothing is smoothed or faint."""
+    figure = curves.figure([run("a", [("robots", 6)])])
+    assert caption(figure).startswith("lines: as recorded\n")
+    (line,) = (one for one in panel(figure, "survivors").lines if len(one.get_xdata()))
+    assert line.get_linewidth() == 2
+
+
+def test_several_runs_that_no_mean_changes_are_called_as_recorded(run):
+    """Thin is each of them, bold their mean."""
+    runs = [run(str(seed), [("robots", 6)], seed) for seed in range(2)]
+    assert caption(curves.figure(runs)).startswith("thin: each run, as recorded; bold")
+
+
+@pytest.mark.parametrize("factor", [0.3, 1.0, 50.0])
+def test_the_losses_have_numbers_wherever_they_lie(run, factor):
+    """Also between two powers of ten."""
+    one = run("a", [("robots", 60)])
+    for name in ("Losses/Value Loss", "Losses/Baseline Loss"):
+        one.columns[name] = factor * (1 + one.columns[name])
+    figure = curves.figure([one])
+    figure.draw_without_rendering()
+    axes = panel(figure, "losses of the critics")
+    low, high = axes.get_ylim()
+    numbers = [x for x in axes.get_yticks() if low <= x <= high]
+    assert len(numbers) >= 3
+    assert overlaps(figure) == []
+
+
 def test_a_side_that_does_not_learn_is_neither_drawn_nor_in_the_legend(run):
     """A scripted fire has no entropy and no losses."""
     figure = curves.figure([run("a", [("robots", 6)])])
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == ["robots", "people", "robots' baseline"]
+    assert caption(figure).endswith("learned from: robots 3,000")

@@ -131,9 +131,9 @@ def figure(runs: Sequence[Run]) -> Figure:
     """Draw reward, survivors, entropy and losses over the episodes played [E6].
 
     One run: its values faint, their running means bold. Several, such as seeds: the
-    running means of each thin, their mean bold. Phases are shaded, where there is more
-    than one and all runs have the same. Raises ValueError where there is nothing to
-    draw.
+    running means of each thin, their mean bold. Values so far apart that no mean takes
+    in two of them are drawn as they are. Phases are shaded, where there is more than
+    one and all runs have the same. Raises ValueError where there is nothing to draw.
     """
     curves = [c for c in CURVES if any(len(points(run, c)[0]) for run in runs)]
     panels = list(dict.fromkeys(curve.panel for curve in curves))
@@ -154,13 +154,21 @@ def figure(runs: Sequence[Run]) -> Figure:
     rest[0].set_xlim(-_LEAD_IN * end if early else 0.0, end)
     for axes, panel in zip(rest, panels, strict=True):
         _draw_panel(axes, panel, phases)
-    for curve in curves:
-        found = [each for each in (points(run, curve) for run in runs) if len(each[0])]
-        _draw_curve(rest[panels.index(curve.panel)], curve, found, SMOOTHING * end)
-    switches = any(len(run.phases) > 1 for run in runs)
-    caption = _caption(runs, SMOOTHING * end, switches)
-    page.foot(whole, caption=caption, handlelength=2.8)
+    found = [[f for f in (points(run, c) for run in runs) if len(f[0])] for c in curves]
+    window = _window(found, SMOOTHING * end)
+    for curve, lines in zip(curves, found, strict=True):
+        _draw_curve(rest[panels.index(curve.panel)], curve, lines, window)
+    for axes, panel in zip(rest, panels, strict=True):
+        _place_numbers(axes, panel)
+    page.foot(whole, caption=_caption(runs, window), handlelength=2.8)
     return whole
+
+
+def _window(curves: Sequence[Sequence[Found]], window: float) -> float:
+    """Episodes that a running mean covers; 0 where that many would change nothing."""
+    found = [each for curve in curves for each in curve]
+    same = (np.allclose(smooth(x, y, part, window), y) for x, y, part in found)
+    return 0.0 if all(same) else window
 
 
 def _phases(runs: Sequence[Run]) -> list[Phase]:
@@ -175,13 +183,8 @@ def _phases(runs: Sequence[Run]) -> list[Phase]:
 
 def _draw_panel(axes: Axes, panel: str, phases: Sequence[Phase]) -> None:
     """Draw title, scale, grid, and the phases as shades."""
-    axes.yaxis.set_major_locator(MaxNLocator(4))
     if panel == LOSSES:
         axes.set_yscale("log")
-        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=6))
-        axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
-    page.write_numbers(axes.xaxis, axes.yaxis)
     axes.grid(axis="y")
     axes.set_title(panel)
     axes.set_ylabel(UNITS[panel], fontsize=8)
@@ -192,12 +195,23 @@ def _draw_panel(axes: Axes, panel: str, phases: Sequence[Phase]) -> None:
         bar.set(label=f"phase {name}", zorder=0)
 
 
+def _place_numbers(axes: Axes, panel: str) -> None:
+    """Number both axes; on a log scale 1, 2 and 5, of less than tenfold even steps."""
+    low, high = axes.get_ylim()
+    axes.yaxis.set_major_locator(MaxNLocator(4))
+    if panel == LOSSES and high >= 10 * low:
+        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=6))
+    axes.yaxis.set_minor_formatter(NullFormatter())
+    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
+    page.write_numbers(axes.xaxis, axes.yaxis)
+
+
 def _draw_curve(axes: Axes, curve: Curve, runs: Sequence[Found], window: float) -> None:
     """Draw a line for each run that has the column, and a bold one; see `figure`."""
     look: dict[str, Any] = {"color": curve.colour, "ls": curve.dashes}
     smoothed = [with_gaps(x, smooth(x, y, part, window), part) for x, y, part in runs]
     if len(runs) == 1:
-        bold, thin = smoothed[0], [with_gaps(*runs[0])]
+        bold, thin = smoothed[0], [with_gaps(*runs[0])] if window else []
     else:
         bold, thin = mean_of(smoothed), smoothed
     for line in thin:
@@ -207,19 +221,23 @@ def _draw_curve(axes: Axes, curve: Curve, runs: Sequence[Found], window: float) 
     axes.plot(*bold, lw=2, **mark, **look)
 
 
-def _caption(runs: Sequence[Run], window: float, switches: bool) -> str:
+def _caption(runs: Sequence[Run], window: float) -> str:
     """Say how the lines were made, and how many decisions stand behind them."""
     means = f"running means over {window:,.0f} episode{'s' * (round(window) != 1)}"
-    means += ", none across a switch of phase" * switches
+    if any(len(run.phases) > 1 for run in runs):
+        means += ", none across a switch of phase"
+    if not window:
+        means = "as recorded"
     lines = f"thin: each run, {means}; bold: mean of the runs, where all have values"
     if len(runs) == 1:
-        lines = f"bold: {means}; faint: as recorded"
-    robots, fire = (_decisions(runs, side) for side in ("robots", "fire"))
-    return f"{lines}\ndecisions until the last summary: robots {robots}, fire {fire}"
+        lines = f"bold: {means}; faint: as recorded" if window else f"lines: {means}"
+    known = [(side, _decisions(runs, side)) for side in ("robots", "fire")]
+    learned = ", ".join(f"{side} {count:,.0f}" for side, count in known if count)
+    return f"{lines}\ndecisions learned from: {learned}"
 
 
-def _decisions(runs: Sequence[Run], side: str) -> str:
-    """Decisions that a side has taken, in words; of several runs, on average."""
+def _decisions(runs: Sequence[Run], side: str) -> float:
+    """Decisions of a side up to its last summary; of several runs, on average."""
     steps = [run.columns["step"][run.columns["side"] == side] for run in runs]
-    last = [step[-1] for step in steps if len(step)]
-    return f"{np.mean(last):,.0f}" if last else "none learned from"
+    last = [float(step[-1]) for step in steps if len(step)]
+    return float(np.mean(last)) if last else 0.0
