@@ -1,4 +1,4 @@
-"""The picture of both candidates for the difficulty: a dot for each fire."""
+"""The picture of both measures of the difficulty: a dot for each fire."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def fires(count=60, most=8, kinds=tuple(KINDS)):
 
 
 @pytest.mark.paper("F11")
-def test_every_fire_is_a_dot_where_both_candidates_put_it():
+def test_every_fire_is_a_dot_where_both_measures_put_it():
     """h to the right, what unguided people lose upwards; a marker for each kind."""
     measured = fires()
     axes = drawing.figure(measured).axes[0]
@@ -71,4 +71,4 @@ def test_the_legend_names_the_kinds_that_there_are():
     """And no others."""
     (legend,) = drawing.figure(fires(kinds=("greedy", "random"))).legends
     told = [text.get_text() for text in legend.get_texts()]
-    assert told == ["greedy fire", "random fire"]
+    assert told == ["where most people are about to pass", "at a random place"]

@@ -103,6 +103,18 @@ def test_every_reading_is_a_point_with_its_intervals_and_its_score():
     assert f"sweep, fire random  {PAPER.score(9000, 2000):.2f}" in texts(figure)
 
 
+def test_the_legend_has_a_column_for_each_team_of_robots():
+    """And in it a row for each fire: one reads it like the table."""
+    pairs = [
+        single(robots, 5000, 900, fire) for robots in "abc" for fire in ("x", "y", "z")
+    ]
+    figure = drawing.contours(PAPER, pairs)
+    figure.draw_without_rendering()
+    entries = figure.legends[0].get_texts()
+    assert len(entries) == 9
+    assert len({round(entry.get_window_extent().x0) for entry in entries}) == 3
+
+
 def test_a_colour_is_a_team_and_a_shape_is_a_fire():
     """Wherever their pairs stand in the list."""
     pairs = [

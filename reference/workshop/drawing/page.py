@@ -239,18 +239,20 @@ def foot(
     figure: Figure,
     handles: Sequence[Artist] | None = None,
     caption: str = "",
+    columns: int | None = None,
     **look: Any,
 ) -> None:
     """Add a legend along the lower edge, in as few rows as fit, under its caption.
 
     handles: entries; else whatever has a label on the axes of the page
+    columns: at most so many
     """
     if handles is None:
         found = (axes.get_legend_handles_labels() for axes in figure.axes)
         named = {h.get_label(): h for each, _ in found for h in each}
         handles = [*named.values()]
     look |= {"handles": list(handles), "title": caption or None, "handleheight": 1.1}
-    for count in range(max(len(handles), 1), 0, -1):
+    for count in range(columns or max(len(handles), 1), 0, -1):
         legend = figure.legend(loc="outside lower center", ncols=count, **look)
         legend.get_title().set(fontsize=8, color=FAINT, multialignment="center")
         if legend.get_window_extent().width <= figure.bbox.width:

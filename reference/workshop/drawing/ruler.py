@@ -140,7 +140,7 @@ def contours(ruler: Ruler = PAPER, readings: Iterable[Reading] = ()) -> Figure:
     """
     found = list(readings)
     shown = [reading for reading in found if _lies_on(ruler, reading)]
-    figure = page.sheet("The score E of reward and difficulty", 10, 7.5)
+    figure = page.sheet("The score E by reward and difficulty", 10, 7.5)
     axes = figure.subplots()
     wide, high = _region(ruler, shown)
     R, h = np.meshgrid(np.linspace(*wide, 200), np.linspace(*high, 200))
@@ -149,11 +149,12 @@ def contours(ruler: Ruler = PAPER, readings: Iterable[Reading] = ()) -> Figure:
     shades = axes.contourf(R, h, E, LEVELS, cmap=SHADES, norm=PALE, extend="max")
     hard = np.linspace(0, ruler.difficulty_at(wide[0]), 200)
     even = [ruler.reward_at(y) for y in ruler.beta - ruler.difficulty_part(hard)]
-    axes.plot(even, hard, color=page.TEXT, lw=2.4, zorder=2, label="E = 1")
+    axes.plot(even, hard, color=page.TEXT, lw=2.4, zorder=2)
     axes.set(xlabel="reward R, health points", ylabel="difficulty h")
     axes.set_title(_caption(found, shown))
     axes.xaxis.set_major_locator(MaxNLocator(9))
-    bar = figure.colorbar(shades, pad=0.02, label="E, 1 for the baseline")
+    bar = figure.colorbar(shades, pad=0.02)
+    bar.set_label("score E; 1: as good as the baseline", labelpad=6)
     bar.outline.set_visible(False)
     bar.set_ticks(LEVELS)
     page.write_numbers(axes.xaxis, axes.yaxis, bar.ax.yaxis)
@@ -162,7 +163,8 @@ def contours(ruler: Ruler = PAPER, readings: Iterable[Reading] = ()) -> Figure:
     for reading in shown:
         look = {"marker": shapes[reading.fire], "mfc": inks[reading.robots]}
         _draw_reading(axes, ruler, reading, look)
-    page.foot(figure)
+    if shown:
+        page.foot(figure, columns=len(inks))
     return figure
 
 
@@ -194,14 +196,14 @@ def _region(
 
 
 def _caption(found: Sequence[Reading], shown: Sequence[Reading]) -> str:
-    """Say what a point is, and which readings have none."""
-    lines = []
+    """Say what the line and the points are, and which readings have none."""
+    lines = ["Bold line: E = 1"]
     if shown:
-        lines.append("Means of reward and difficulty, intervals; below, E of each")
+        lines[0] += ".  Points: means with 95 % intervals.  Below: E of each pair"
     if off := [reading.label for reading in found if reading not in shown]:
         more = f" and {len(off) - 2} more" if len(off) > 2 else ""
         lines.append(f"Off this ruler: {', '.join(off[:2])}{more}")
-    return ".  ".join(lines)
+    return "\n".join(lines)
 
 
 _BARS: Style = {"ecolor": page.TEXT, "elinewidth": 1, **_DOT}
@@ -213,4 +215,5 @@ def _draw_reading(axes: Axes, ruler: Ruler, reading: Reading, look: Style) -> No
     wide = np.abs(np.subtract(across, R)).reshape(2, 1)
     high = np.abs(np.subtract(up, h)).reshape(2, 1)
     name = f"{reading.label}  {ruler.score(R, h):.2f}"
-    axes.errorbar(R, h, high, wide, label=name, **_BARS, **look)
+    dot, *_ = axes.errorbar(R, h, high, wide, **_BARS, **look)
+    dot.set_label(name)
