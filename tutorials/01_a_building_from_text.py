@@ -1,7 +1,7 @@
 """Tutorial 1: a building from text.
 
-You learn to draw a building in any text editor, to read the message about a mistake,
-and what is made of the drawing: rooms with names, and a kind for every square metre.
+You learn to draw a building in any text editor, to read the messages about mistakes,
+and what the program reads: rooms with names, and a kind for every square metre.
 Run this file from the repository's root, whole or cell by cell.
 """
 
@@ -11,9 +11,9 @@ from reference.building import Building, Kind
 from reference.floorplan import FloorPlanError, parse
 from reference.workshop import drawing
 
-# %% A floor is drawn, not described
-# A letter is a square metre: `#` wall, `.` floor, `+` a door [A2], `E` an exit [A4].
-# Small letters spell a room's name on its floor. The same capital, A to D, in the same
+# %% Draw the floors
+# A character is a square metre: `#` wall, `.` floor, `+` a door [A2], `E` an exit [A4].
+# Small letters write a room's name on its floor. The same capital, A to D, in the same
 # place on two floors is a stairwell, and a `+` that touches it is its entrance [A3].
 
 HOUSE = """
@@ -44,8 +44,8 @@ house = Building(parse(HOUSE))
 print(house.title, "has", house.floors, "floors")
 #> Doll's house has 2 floors
 
-# %% What was read
-# Code counts floors from 0; people, and the ids that they read, count them from 1.
+# %% Rooms and landmarks
+# Code counts floors from 0; the ids, which people read, count them from 1.
 
 for room in house.rooms(0):
     print(f"{room.id:<9} {room.size:>2} m2, its middle at {room.centre} m")
@@ -54,7 +54,8 @@ for room in house.rooms(0):
 #> 1/garden   7 m2, its middle at (4.5, -2.5) m
 
 # A landmark is a door, an entrance or an exit: what one passes on the way out. Two
-# letters side by side are one landmark, twice as wide. Some lead out of their floor.
+# characters side by side are one landmark, 2 m wide. Exits lead out of their floor, and
+# so do entrances to stairs that lead down.
 
 for mark in house.landmarks:
     if mark.leads_out:
@@ -63,9 +64,10 @@ for mark in house.landmarks:
 #> 1/exit-2     1 m wide, joins 1/garden and outside
 #> 2/entrance-1 1 m wide, joins 2/bed and 2/A
 
-# %% Letters and metres
+# %% Characters and metres
 # Positions are in metres, x to the east and y to the north of the middle of the
-# rooms [A8]. Rows and columns count from the drawing's upper left corner, from 0.
+# building without its stairwells [A8]. Rows and columns count from the drawing's upper
+# left corner, from 0.
 
 x, y = house.metres(3, 7)
 print("row 3, column 7 is at", (x, y), "m")
@@ -75,7 +77,7 @@ print("3 m further west there is", Kind(house.kind[0][house.cell(x - 3, y)]).nam
 
 # %% Mistakes are explained
 # Here the exit becomes a hole in the wall. The message says where to look, shows the
-# line, and asks for one thing. `python -m reference check FILE` prints the same.
+# line, and gives one hint. `python -m reference check FILE` prints the same.
 
 try:
     parse(HOUSE.replace("EE", ".."), "house.txt")
@@ -87,13 +89,14 @@ except FloorPlanError as error:
 #>     hint: Type '#' here.
 
 # %% What it looks like
-# Doors are blue, stairwell entrances purple and exits green, as in the paper [A8].
+# Doors are blue, stairwell entrances purple and exits green, as in the paper [A8]. The
+# dashed line joins the two storeys of the stairwell.
 
 Path("out").mkdir(exist_ok=True)
 print(drawing.save(drawing.oblique(house), "out/01_dolls_house.png"))
 #> out/01_dolls_house.png
 
 # %% Exercise
-# Cut a window, one letter wide, into the attic's north wall. Which letters may stand
-# there, and what is said about the others?
-# Hint: type each of the seven meanings into the first row of floor 2 in turn.
+# Replace one `#` of the attic's north wall by each of the other characters in turn.
+# Which are accepted, and what do the messages say about the rest?
+# Hint: the attic's north wall is the first row of floor 2.

@@ -1,7 +1,8 @@
 """Tutorial 2: ways out.
 
-You learn to ask a building questions. It is a graph: rooms are the nodes, and doors are
-the edges between them. So networkx, a library for graphs, has the answers.
+You learn to use a building as a graph: rooms are nodes, doors are the edges between
+them. networkx, a library for graphs, then finds shortest ways, what burning doors cut
+off, and bottlenecks.
 """
 
 from pathlib import Path
@@ -26,7 +27,8 @@ print(door["kind"], door["width"], "m wide", round(door["length"]), "m")
 
 # %% The shortest way out of a room
 # An edge is as long as the way from the middle of one room, through the door, to the
-# middle of the other: right to a few metres, and good enough to compare ways.
+# middle of the other. People cut corners: here true ways are 1 to 10 m shorter. That is
+# good enough to compare ways.
 
 way = nx.shortest_path(graph, "1/coins", "outside", weight="length")
 print(" > ".join(way))
@@ -38,8 +40,8 @@ print(f"farthest from outside is {farthest}, {metres[farthest]:.0f} m")
 #> farthest from outside is 1/coins, 61 m
 
 # %% What burning a door cuts off
-# Flames destroy a door that they touch [A6]. `burn` removes doors from the graph; a
-# room from which nobody can reach the outside then is cut off.
+# Flames destroy a door that they touch [A6]. `burn` removes doors from the graph. Rooms
+# that are then no longer connected to "outside" are cut off.
 
 
 def cut_off(*doors: str) -> set[str]:
@@ -53,9 +55,9 @@ print("one door: ", sorted(cut_off("1/door-1")))
 print("two doors:", sorted(cut_off("1/door-2", "1/door-11")))
 #> two doors: ['1/asia', '1/coins', '1/egypt', '1/greece', '1/maps', '1/modern']
 
-# %% Which door is a bridge
-# A bridge is an edge without which its two sides are cut off from each other. The exit
-# is one too, but exits do not burn.
+# %% Bridges
+# A bridge is an edge whose removal disconnects the graph. The exit is one too, but
+# exits do not burn.
 
 bridges = [
     door
@@ -69,14 +71,17 @@ for door in bridges:
 #> 1/door-6 is the only way out of 1/maps
 #> 1/door-9 is the only way out of 1/shop
 
-# A room can be a bottleneck as well: without it others have no way out.
+# An articulation point is the same for nodes: without it, other rooms have no way out.
 
-print("bottlenecks:", sorted(nx.articulation_points(graph)))
-#> bottlenecks: ['1/asia', '1/foyer', '1/greece']
+print("articulation points:", sorted(nx.articulation_points(graph)))
+#> articulation points: ['1/asia', '1/foyer', '1/greece']
 
-# %% The graph over its floor, bridges circled
+# %% The picture
+# All rooms but three lie on one ring: any of its doors may burn, but not two. The three
+# rooms behind the circled doors have no second way.
 
 figure = drawing.graph(museum)
+figure.axes[0].set_title("Circled: doors that are bridges", loc="left")
 x, y = zip(*(m.position for m in museum.landmarks if m.id in bridges), strict=True)
 figure.axes[0].plot(x, y, "o", ms=18, mfc="none", mec="#c43c00", mew=2)
 Path("out").mkdir(exist_ok=True)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reference.building import load
+from reference.building import Kind, load
 from reference.paper import Scenario
 from reference.perception import rays
 from reference.simulation import Simulation
@@ -23,12 +23,13 @@ museum = load("museum")
 one = Scenario(people=1, rooms=("1/greece",))
 simulation = Simulation(museum, one, robots=NoRobots(), fire=NoFire(), seed=5)
 bodies, mind = simulation.world.bodies, simulation.world.minds[0]
-start, place = bodies.position[0].copy(), bodies.place[0]
+place = bodies.place[0]
 
 # %% Rays
-# Rays go out in all directions, the first to the east. Each returns the first thing it
-# meets, and how far away that is [B1]. A ray that meets nothing within its range
-# returns nothing: in that direction the building is unexplored [B2].
+# Rays go out in all directions from the middle of the visitor's cell, the first to the
+# east. Each returns the first thing it meets, and how far away that is [B1]. A ray that
+# meets nothing within its range returns nothing: in that direction the building is
+# unexplored [B2].
 
 hits = rays(simulation.world, simulation.sight, 0)
 print(len(hits), "rays of", simulation.sight.reach, "m")
@@ -45,8 +46,9 @@ print("sees", len(doors), "of", len(museum.landmarks), "doors and exits")
 # %% A way out, door by door
 # This is Algorithm 2 [B6] at work. The visitor goes to an exit in view, else to a door
 # in view that was not passed lately, else in an unexplored direction, else back.
-# "Lately" is as far back as the visitor remembers. The first door leads into the coin
-# room, which has no other: so the second passage is the same door again.
+# "Lately" means among the last two doors: the visitor remembers no more. The first door
+# leads into the coin room, which has no other. The visitor comes back through it, and
+# the memory stays as it is.
 
 path, known, memory = [], set(), []
 while not simulation.done:
@@ -63,8 +65,8 @@ while not simulation.done:
 #>   36.8 s  remembers 1/door-4 and 1/door-7
 #>   44.4 s  remembers 1/door-7 and 1/door-10
 
-# %% And with a map
-# `navigation` knows the shortest way. People do not.
+# %% Compared with the shortest way
+# `navigation` knows it. People do not.
 
 (way_out,) = museum.exits
 walked = np.hypot(*np.diff(path, axis=0).T).sum()
@@ -78,21 +80,26 @@ print(f"saw {len(known) / museum.walkable.sum():.0%} of the floor")
 #> saw 53% of the floor
 
 # %% The picture
+# Follow the thick line from the rays into the coin room, back, and round to the exit.
+# The visitor never saw the eastern rooms, on the other way out.
 
 figure = drawing.top(museum)
 axes = figure.axes[0]
 axes.set_title(
-    "Some first rays (dotted: nothing met), walk; grey: never seen", loc="left"
+    "Thin: rays at the start, dotted where they meet nothing. "
+    "Thick: the walk. Grey: never seen",
+    loc="left",
 )
-unknown = museum.walkable.copy()
+unknown = museum.kind == Kind.FLOOR
 unknown.flat[list(known)] = False
 page = axes.images[0].get_extent()
 axes.imshow(unknown[0], "Greys", alpha=0.35 * unknown[0], extent=page)
-for k in range(0, len(hits), 6):
+x, y = simulation.navigation.centres[place]
+for k in range(0, len(hits), 10):
     hit, angle = hits[k], 2 * np.pi * k / len(hits)
     far = hit.distance if hit else simulation.sight.reach
-    x, y = start + far * np.array((np.cos(angle), np.sin(angle)))
-    axes.plot((start[0], x), (start[1], y), "-" if hit else ":", color="#c43c00", lw=1)
+    ends = (x, x + far * np.cos(angle)), (y, y + far * np.sin(angle))
+    axes.plot(*ends, "-" if hit else ":", color="#c43c00", lw=1)
 axes.plot(*np.transpose(path), color="#c43c00", lw=2.5)
 Path("out").mkdir(exist_ok=True)
 print(drawing.save(figure, "out/03_one_visitor.png"))

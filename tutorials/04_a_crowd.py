@@ -29,7 +29,8 @@ print(len(bodies), "people, floor by floor", world.occupancy)
 # Everybody is in one of two modes [B4]. Leaders decide alone, like the visitor of the
 # last tutorial. A leader who sees somebody to follow becomes a follower [B6, Alg. 2:7];
 # a follower who has lost that person leads again [B5, Alg. 1:11]. Followers may follow
-# other followers: all who follow the same leader in the end are a group.
+# other followers: all who follow the same leader, directly or through others, are a
+# group.
 
 print("time  leaders  followers  largest group  on stairs  out")
 #> time  leaders  followers  largest group  on stairs  out
@@ -56,8 +57,9 @@ while world.time < 120:
 #>  120       15          8              1          0   17
 
 # %% The picture
-# One minute after the start: triangles lead, discs follow. The colour is their health,
-# which falls even without a fire [B7], so that nobody can search for ever.
+# One minute after the start: triangles lead, discs follow. The colour is their health.
+# It falls without a fire too [B7]: whoever is not out after 200 s is dead. The curve at
+# the lower right shows that nobody has got out since the first seconds.
 
 Path("out").mkdir(exist_ok=True)
 print(drawing.save(figure, "out/04_a_crowd.png"))
@@ -65,8 +67,8 @@ print(drawing.save(figure, "out/04_a_crowd.png"))
 
 # %% What does it depend on?
 # In smoke people see a few metres [B2]. Does seeing farther help? And remembering more?
-# The same people in the same places, with only the rule in question changed: that is
-# what seeds are for.
+# The same seeds put the same people in the same places; only the rule in question
+# changes.
 
 
 def out(metres: float, doors: int, seeds: range = range(2)) -> int:
@@ -86,10 +88,11 @@ for metres in (3, 5, 10):
 #>   5 m                  35                  53
 #>  10 m                  21                  69
 
-# More is not always better. Whoever sees a door goes there and leaves the rest of the
-# room unexplored: people who see far and forget soon can walk in circles.
+# Seeing farther does not always help. Whoever sees a door goes there and leaves the
+# rest of the room unexplored: people who see far and forget soon can walk in circles.
+# Two runs are few; try more seeds.
 
 # %% Exercise
-# Is it better to start together? Put all forty into one room of the third floor, and
-# compare with forty spread over that floor.
+# Do more people get out if they start together? Put all forty into one room of the
+# third floor, and compare with forty spread over that floor.
 # Hint: Scenario(rooms=("3/reading",)), Scenario(people_per_floor=(0, 0, 40)).

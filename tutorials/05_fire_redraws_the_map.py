@@ -17,7 +17,7 @@ from reference.simulation import Simulation
 from reference.strategies import NoRobots
 from reference.workshop import drawing
 
-# %% To the middle of the nearest cell
+# %% Where a source appears
 # Whoever plays the fire decides on a floor and two real numbers [D2]. The source then
 # appears in the middle of the cell nearest to them: Eq. 2 for x and Eq. 3 for y [D3].
 
@@ -28,9 +28,9 @@ for metres in (-9.2, -0.1, 0.0, 7.5):
 #>   0.0 m becomes   0.5 m
 #>   7.5 m becomes   7.5 m
 
-# %% A fire of one's own
+# %% A strategy for the fire
 # A strategy is any object that decides. This one always decides the same; in a scenario
-# with one source it is asked once. Only a watchman is in the museum.
+# with one source it is asked once. Only one person, a watchman, is in the museum.
 
 
 class Candle:
@@ -43,9 +43,10 @@ class Candle:
 museum = load("museum")
 night = Simulation(museum, Scenario(people=1, sources=1), NoRobots(), Candle(), seed=2)
 
-# %% Where somebody stands, nothing is lit
-# In training, the choice of an occupied place lights no fire and costs a penalty.
-# Otherwise the fire appears at a random free place instead [D6].
+# %% Occupied places
+# No fire starts where somebody stands. In training, choosing such a place lights no
+# fire and costs a penalty. Otherwise the fire appears at a random free place
+# instead [D6].
 
 place = 0, *night.world.bodies.position[0].tolist()
 for training in (True, False):
@@ -56,9 +57,9 @@ for training in (True, False):
 #> Source(floor=0, x=7.5, y=-6.5, time=0.0)
 
 # %% First passage
-# Flames take a random time from a cell to its neighbour, drawn once and for all, longer
-# through doors. A cell burns when the quickest chain of such times reaches it [D7], as
-# in a search for shortest ways.
+# Flames take a random time from a cell to its neighbour, longer through doors; these
+# times are drawn once. A cell burns from the time of the quickest path that leads to it
+# from a source [D7]: first-passage percolation. Dijkstra's algorithm finds these times.
 
 graphs = {}  # seconds: the graph of rooms by then
 while night.world.time < 300:
@@ -74,8 +75,8 @@ for seconds in (30, 60, 120, 240):
 
 # %% Burnt doors leave the graph
 # Nobody can pass a door that flames touched [A6]. The first door that burns doubles the
-# way out of the room with the maps; then its own door burns, and there is none. More
-# and more rooms are cut off.
+# way out of the room with the maps. When the room's only door burns, it has none. In
+# the end all rooms but the foyer are cut off.
 
 
 def ways(graph: nx.Graph) -> dict[str, float]:
@@ -98,12 +99,15 @@ for event in night.events:
 #> 217 s 1/door-10: inf m, 10 rooms cut off
 #> 231 s  1/door-5: inf m, 10 rooms cut off
 
-# %% The picture: when flames arrive
+# %% The picture
+# Red cells burn first, yellow ones last. Flames never enter the white floor in front of
+# the exit: it is protected [D7]. The other white floor does not burn within these five
+# minutes.
 
 figure = drawing.top(museum)
 axes = figure.axes[0]
 shown = np.ma.masked_greater(arrival, night.world.time)
-heat = axes.imshow(shown, "YlOrRd_r", extent=axes.images[0].get_extent())
+heat = axes.imshow(shown, "autumn", extent=axes.images[0].get_extent())
 figure.colorbar(heat, ax=axes, shrink=0.8, pad=0.02, label="flames arrive, seconds")
 Path("out").mkdir(exist_ok=True)
 print(drawing.save(figure, "out/05_first_passage.png"))

@@ -14,9 +14,9 @@ from reference.strategies import NoRobots, RandomFire
 from reference.workshop import drawing
 from reference.workshop.strategies.robots import Sweep, unguided
 
-# %% What a robot decides, and what comes of it
+# %% What a robot decides
 # Two numbers, x and y: where to go next [C5]. Near a stairwell, its middle is the
-# target: Eq. 1 [C6]. The instruction depends on the target [C7]: on the way to a
+# target: Eq. 1 [C6]. What the robot says depends on the target [C7]: on the way to a
 # stairwell, followers who see it go there alone. Floors count from 0: 1 is the second.
 
 institute = load("paper")
@@ -28,9 +28,9 @@ for metres in (3, 9):
 #> 3 m north of the stairwell's middle: to (-7.0, -21.5), THIS_STAIRWELL
 #> 9 m north of the stairwell's middle: to (-7.0, -12.5), FOLLOW_ME
 
-# %% A strategy of one's own
-# Every few seconds it is asked for the destinations of all robots at work. It may look
-# at the whole world: robots know the map, and where people are [C1].
+# %% A strategy of your own
+# Every few seconds the simulation asks it for the destinations of all robots at work.
+# It may look at the whole world: robots know the map, and where people are [C1].
 
 
 class Shepherd:
@@ -50,6 +50,8 @@ class Shepherd:
 
 # %% Watch it
 # Algorithm 3 [C7] walks the robot to its destination, and waits for those who follow.
+# In the picture a dashed line joins each robot to its destination. The line is
+# straight; the robot walks round the walls, and can have just arrived.
 
 simulation = Simulation(institute, robots=Shepherd(), seed=1, fire=RandomFire())
 history = [drawing.tally(simulation.world)]
@@ -71,7 +73,7 @@ figure = drawing.frame(simulation.world, history)
 print(drawing.save(figure, "out/06_shepherds.png"))
 #> out/06_shepherds.png
 
-# %% Is it any good?
+# %% Compare strategies
 # The same seed means the same people, and fires at the same places and times. Only the
 # robots differ.
 

@@ -1,7 +1,8 @@
 """Tutorial 9: the ruler.
 
-You learn what a reward is worth, how hard a fire was, how the paper weighs one against
-the other in its score E, and how to calibrate that ruler for a building of your own.
+You learn what a reward is worth, how hard a fire was, how the paper's score E adds
+both, and how to calibrate E for a building of your own. The constants in E are called
+a ruler here.
 """
 
 from pathlib import Path
@@ -25,9 +26,9 @@ from reference.workshop.evaluation.crossplay import Asked, cells
 from reference.workshop.workers import InProcess
 
 # %% The worst and the best
-# Forty deaths at 300 each are the worst that can happen [F4, Eq. 6]. The best is known
-# nearly as well: everybody goes straight to the nearest way off each floor [F6, Eq. 7],
-# so the mean way, from the map alone, says how much health it costs [F7].
+# Forty deaths at 300 each give the worst reward R_w [F4, Eq. 6]. For the best, R_b,
+# everybody goes straight to the nearest way off each floor [F6, Eq. 7]: the mean length
+# of these ways, known from the map, says how much health that costs [F7].
 
 institute = load("paper")
 print("metres to go, floor by floor:", np.round(mean_ways(institute), 1).tolist())
@@ -36,9 +37,9 @@ print(f"R_w {worst_reward():,.0f}, R_b {best_reward(institute):,.0f}")
 #> R_w -12,000, R_b 15,043
 
 # %% What a reward is worth
-# A point of reward is hard to win where everybody is saved already, so Eq. 4 counts it
-# on a scale that grows by the same factor every thousand points. Two points fix it: the
-# worst reward, and the one from which y should "explode" [F2].
+# The more people are saved, the harder it is to win another point of reward. So y in
+# Eq. 4 grows by the same factor b every thousand points. Two critical points fix it:
+# the worst reward, and the one from which y should "explode" [F2].
 
 print(f"b = {PAPER.base:.4f}, 1/c = {1 / PAPER.control:.3f}")
 for reward in (-12000, 0, 10000, 14000, 15000):
@@ -52,10 +53,10 @@ for reward in (-12000, 0, 10000, 14000, 15000):
 
 # %% How hard a fire was
 # Eq. 8 adds h²/(kα²), so that little reward under a hard fire can be worth as much as
-# more under an easy one. How the paper computes h is lost; here it is the most there is
-# times the root of the share of their ways out that people lose, where an early loss
-# counts more [F11]. Robots do not matter for it: all it needs is when each cell begins
-# to burn. Exits do not; flames all around close them [D7]. One exit closed, then both:
+# more under an easy one. The appendix does not define h. Here it is its largest value
+# times the square root of the share of their ways out that people lose; an early loss
+# counts more [F11]. All it needs is when each cell begins to burn, not what robots do.
+# Exits do not burn; flames all around close them [D7]. One exit closed, then both:
 
 burnt = np.full(institute.kind.shape, np.inf)
 print(f"nothing burns: {difficulty(institute, burnt):.0f}")
@@ -72,7 +73,7 @@ print(f"the most there is: {HARDEST:.0f}")
 #> everything burns from the start: 3853
 #> the most there is: 3853
 
-# %% E, and why it is the score of means
+# %% E of several runs
 # E is the sum, divided by what the paper's baseline reached. It is convex: of two
 # guides with the same mean reward, a mean of scores prefers the one who fails half of
 # the time. So several runs are scored by their mean reward and mean difficulty.
@@ -86,7 +87,7 @@ for rewards in ([10000, 10000], [15000, 5000]):
 
 # %% From runs to R, h and E
 # All robots meet all fires, with the same seeds: the same people in the same places and
-# the same fire. Here in a smaller building, with a few runs each so that it is quick.
+# the same fire. Here the building is small and the runs are few, so that it is quick.
 
 asked = Asked(
     robots=("none", "patrol", "sweep"),
@@ -111,10 +112,11 @@ for cell in cells(records, PAPER):
 #> sweep  greedy R   1768  h 1573  E 0.175
 
 # %% The ruler does not fit
-# Forty people on three floors can earn 14000, twelve visitors of one floor cannot: E
-# hardly tells a good guide from none. So calibrate the ruler [F12]. The building gives
-# the two points. The baseline's runs give k, as the same robots deserve the same score
-# under easy fires and under hard ones, and β, so that they score 1 on average.
+# Robots can earn 14000 with forty people on three floors, but not with twelve visitors
+# on one: here E hardly tells a good guide from none. So calibrate the ruler [F12]. The
+# building gives the two critical points. The baseline's runs give k, so that the same
+# robots score the same under easy fires and hard ones, and β, so that they score 1 on
+# average.
 
 museum = building_of(evaluation.arena.plan)
 points = critical_points(museum, evaluation.arena.scenario)
@@ -137,9 +139,10 @@ for cell in cells(records, ruler):
 #> sweep  greedy E 1.01 [0.80, 1.35]
 
 # %% The picture
-# Where each pair lies, and the line along which everybody is as good as the baseline.
-# Compare guides under the same fire. The fire `greedy` reacts to people, so even its h
-# differs a little from guide to guide.
+# Each point is a pair of robots and fire; on the bold line E is 1, as for the baseline.
+# Compare guides under the same fire, that is, points of one shape: the farther right,
+# the more reward. The fire `greedy` reacts to people, so its h differs a little from
+# guide to guide. Wide intervals say that ten runs are few.
 
 readings = [
     pictures.Reading(cell.robots, cell.fire, cell.reward, cell.difficulty)

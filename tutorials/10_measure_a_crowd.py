@@ -1,7 +1,7 @@
 """Tutorial 10: measure a crowd.
 
-You learn to record an evacuation, and to measure it with PedPy, the library with which
-real crowds are measured: where people walk, how many pass a door, how density slows
+You learn to record an evacuation and to measure it with PedPy, a library that measures
+experiments with real crowds: where people walk, how many pass a door, how density slows
 them. PedPy is an extra: pip install -e '.[pedpy]'
 """
 
@@ -19,9 +19,9 @@ from reference.simulation import Simulation
 from reference.workshop.recording import record
 
 # %% A recording
-# A hundred people are in the canteen of the paper's building; no smoke, all see the
-# exit. There is a file for each floor, in JuPedSim's format, which PedPy reads. The
-# command for it is `python -m reference evacuate --record FOLDER`.
+# A hundred people are in the canteen of the paper's building. There is no smoke: they
+# see 20 m far. There is a file for each floor, in JuPedSim's format, which PedPy reads.
+# The command for it is `python -m reference evacuate --record FOLDER`.
 
 folder = Path("out/10_recording")
 rmtree(folder, ignore_errors=True)  # a recording never overwrites another
@@ -58,8 +58,8 @@ print("all who left were counted:", passed.cumulative_pedestrians.max() == len(l
 
 # %% How density slows people down
 # A person's Voronoi cell is all floor that is nearer to that person than to others, at
-# most 1.5 m away. One person per area of the cell is the density that this person
-# feels. We measure it once a second, in front of the exit.
+# most 1.5 m away. One divided by its area is the density around this person. We measure
+# it once a second, in front of the exit.
 
 some = paths.data[paths.data.frame % 5 == 0]
 cells = pedpy.compute_individual_voronoi_polygons(
@@ -75,7 +75,9 @@ print("slower where it is dense:", slower)
 #> slower where it is dense: True
 
 # %% The picture
-# N(t) climbs in steps: whoever enters the exit closes it until it has room again [A5].
+# Left: people walk straight to the exit and wait in a half circle. Middle: N(t) climbs
+# in steps, because whoever enters the exit closes it until it has room again [A5].
+# Right: from 1 to 4 people per square metre speed falls.
 
 figure, (floor, flow, pace) = plt.subplots(
     1, 3, figsize=(14, 4.6), width_ratios=(1.15, 1, 1), layout="constrained"
@@ -83,10 +85,10 @@ figure, (floor, flow, pace) = plt.subplots(
 pedpy.plot_trajectories(traj=paths, walkable_area=area, axes=floor, traj_width=0.5)
 floor.plot(*np.transpose(line.coords), color="#0a7d28", lw=4)
 floor.set(xlim=(4, 21), ylim=(-20, -7), xlabel="x, m", ylabel="y, m")
-floor.set_title("The canteen: where people walked, the line (green)", loc="left")
+floor.set_title("Paths in the canteen; green: the line", loc="left")
 flow.plot(passed.time, passed.cumulative_pedestrians, color="#1f5fa8")
 flow.set(xlabel="time, s", ylabel="people", xlim=0, ylim=0)
-flow.set_title("N(t) on the line", loc="left")
+flow.set_title("N(t): people across the line", loc="left")
 pace.scatter(felt.density, felt.speed, s=8, alpha=0.4, color="#c43c00")
 pace.set(xlabel="density, people per m²", ylabel="speed, m/s", xlim=0, ylim=0)
 pace.set_title("Density and speed in front of the exit", loc="left")
