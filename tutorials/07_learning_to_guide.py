@@ -1,7 +1,7 @@
 """Tutorial 7: learning to guide.
 
-You learn what robots learn from: PPO's and MA-POCA's advantages, in numbers that fit on
-a sheet of paper, and what each of them teaches a robot that finishes its work early.
+You learn what robots learn from: PPO's and MA-POCA's advantages, by hand in a game of
+three decisions, and what each of them teaches a robot that finishes its work early.
 """
 
 from dataclasses import replace
@@ -26,14 +26,14 @@ from reference.workshop.training.presets import preset
 # A game of three decisions, for robot A upstairs and robot B at the exit. A decides
 # first, by tossing a coin. If it goes, it brings everybody down and is done: robots
 # leave the game when their floor is empty [C8]. Then the group gets 0, then 1, then 1
-# or 3 by luck: 3 in all on average. If A dawdles, the group gets 0, 0, 1. What B does
-# changes nothing. Today A went, and the last reward was 3, in thousands of health
-# points.
+# or 3 by luck: 3 in all on average. If A waits, the group gets 0, 0, 1. What B does
+# changes nothing. In this episode A went, and the last reward was 3, in thousands of
+# health points.
 
 r = tensor([0.0, 1.0, 3.0])
 gamma, lambd = 1.0, 0.5  # the paper's are 0.9 and 0.95; these are easier by hand
 
-# %% PPO: everybody for themselves
+# %% PPO: each robot by itself
 # The advantage of a decision is what came of it less what was expected [E2]. A expects
 # 0.5: nothing if it goes, since nothing follows once it is gone, else 1. B expects 2 at
 # first, 3 when it knows that A went, then 2.
@@ -44,10 +44,10 @@ print("A", ppo_a.tolist(), " B", ppo_b.tolist())
 #> A [-0.5]  B [1.25, 0.5, 1.0]
 
 # By hand, backwards: 3 - 2 = 1; then 1 + 2 - 3 = 0, and half of 1 is 0.5; then
-# 0 + 3 - 2 = 1, and half of 0.5 is 0.25. A, who did it all, is told not to do it again;
-# B is praised for it.
+# 0 + 3 - 2 = 1, and half of 0.5 is 0.25. A's decision, which earned all of this, has a
+# negative advantage: A learns to wait. B's, which changed nothing, have positive ones.
 
-# %% Posthumous credit: what the group does next
+# %% Posthumous credit
 # MA-POCA's critic values the group: V. For a robot that is done while its mates go on,
 # the value at its end is not 0 but V of what follows, here 3 [E1].
 
@@ -62,7 +62,7 @@ print("less V:   A", group_a.tolist(), " B", group_b.tolist())
 
 # Returns less V are the advantages that `gae` computes in another way: B's stay.
 
-# %% Counterfactual baselines: who was it?
+# %% Counterfactual baselines
 # Instead of V, each robot's own baseline is subtracted: the value of the group, given
 # what its mates did, but not what it did itself. A's: B makes no difference, so 2 as
 # before. B's: A went, so 3.
@@ -72,9 +72,11 @@ poca_a, poca_b = R_a - b_a, R_b - b_b
 print("less b:   A", poca_a.tolist(), " B", poca_b.tolist())
 #> less b:   A [1.0]  B [0.25, 0.5, 1.0]
 
-# What is left for B is luck: today's 3 where 2 was expected.
+# What is left for B is luck: 3 in this episode, where 2 was expected.
 
 # %% The picture
+# Posthumous credit lifts A's only decision from below 0 to +1. The counterfactual
+# baseline takes B's first from +1.25 to +0.25.
 
 names = ("A's only\ndecision", "B's 1st", "B's 2nd", "B's 3rd")
 steps = {
@@ -91,7 +93,7 @@ for k, (step, parts) in enumerate(steps.items()):
     axes.bar_label(bars, fmt="{:+.2f}", padding=2, fontsize=8)
 axes.axhline(0, color="#333333", lw=1)
 axes.set(xticks=range(4), xticklabels=names, ylim=(-0.8, 2.4), ylabel="advantage")
-axes.set_title("A went, B did nothing: who is praised, who is blamed?", loc="left")
+axes.set_title("Advantages: A went, what B did changed nothing", loc="left")
 axes.legend(loc="upper left", frameon=False)
 Path("out").mkdir(exist_ok=True)
 print(drawing.save(figure, "out/07_advantages.png"))
@@ -121,7 +123,7 @@ baseline = poca.baseline_loss(tensor([2.5]), tensor([2.0]), tensor([3.0]), epsil
 print(f"{baseline.item():.2f}")
 #> 0.64
 
-# %% Now learn it
+# %% The same game, learned
 # The same game as `Trajectory` objects, the form in which episodes reach a learner.
 # Robots see who they are, when it is, and whether A went. What they do is one number,
 # drawn from a Gaussian: above 0, A goes.
@@ -168,7 +170,7 @@ def learn(kind, updates: int = 15) -> list[float]:
     return often
 
 
-# %% And break it on purpose
+# %% An ablation
 # MA-POCA, PPO, and MA-POCA with one rule changed: for a robot that is done, what
 # follows is worth 0.
 
@@ -189,10 +191,10 @@ curves = {
     "PPO": learn(ppo.Learner),
 }
 for name, often in curves.items():
-    print(f"{name + ':':<26} A", "goes" if np.mean(often[-5:]) > 0.5 else "dawdles")
+    print(f"{name + ':':<26} A", "goes" if np.mean(often[-5:]) > 0.5 else "waits")
 #> MA-POCA:                   A goes
-#> without posthumous credit: A dawdles
-#> PPO:                       A dawdles
+#> without posthumous credit: A waits
+#> PPO:                       A waits
 
 figure = Figure(figsize=(7, 4), layout="constrained")
 axes = figure.subplots()
@@ -231,6 +233,6 @@ print("more than with nobody:", saved["learned"] > saved["none"])
 #     python -m reference evacuate --robots learned --fire random --animate learned.gif
 
 # %% Exercise
-# Break the other rule: let the group's value stand for every baseline. A still learns
-# to go. But what are B's first decisions praised and blamed for, with and without?
+# Change the other rule: let the group's value stand for every baseline. A still learns
+# to go. Which advantages do B's first decisions have, with and without this change?
 # Hint: `_values` returns both; `learner.buffer.parts` has an episode's `advantages`.

@@ -1,7 +1,7 @@
 """Tutorial 8: learning to attack.
 
 You learn what the fire agent sees and does, train it for a few seconds against guides
-written by hand, and look at where it then strikes, and at what that proves.
+written by hand, look at where it then lights fires, and compare it with a simple rule.
 """
 
 from collections import Counter
@@ -31,9 +31,9 @@ from reference.workshop.training.presets import preset
 
 torch.set_num_threads(1)  # networks as small as these are quickest on one core
 
-# %% A place to attack
-# Eight visitors, one robot that guides by the strategy `sweep`, and two fires. There is
-# one way out. In training rule D6 holds: no fire is lit at an occupied place.
+# %% A building with one exit
+# Eight visitors, one robot that guides by the strategy `sweep`, and two fires. In
+# training rule D6 holds: no fire is lit at an occupied place.
 
 PLAN = """
 building: Gallery
@@ -58,7 +58,7 @@ evening = Scenario(
     people=8, robots_per_floor=1, sources=2, training=True, frames_per_tick=25
 )
 
-# %% What it observes
+# %% Observations
 # Where everybody is [D1], and a grid of 0 and 1: walls, flames, ways out. In this game
 # the fire is the only agent, and `sweep` is its opponent.
 
@@ -84,7 +84,7 @@ print(drawing.save(drawing.fire_senses(world, evening), "out/08_the_fire_sees.pn
 print(drawing.save(drawing.robot_senses(world, evening), "out/08_a_robot_sees.png"))
 #> out/08_a_robot_sees.png
 
-# %% What it does
+# %% Actions
 # Three numbers from -1 to 1: a floor and a place on it [D2].
 
 print("floor and metres:", fire_decision(gallery, np.array([0.3, -0.9, 0.1])))
@@ -94,7 +94,7 @@ while not infos["fire_0"]["acts"]:
 print("its first decision is read at", game.simulation.world.time, "s")
 #> its first decision is read at 10.0 s
 
-# %% What it gets
+# %% Reward
 # What the robots lose, less a penalty for each fire that rule D6 refuses [D6]. It must
 # beat random fires, on evenings that it is not trained on.
 
@@ -125,7 +125,7 @@ print(f"the fire's reward for an evening: {reward:.0f}")
 # %% Two heads, before any training
 # With the paper's Gaussian head a network emits any numbers, and hits walls. A pointer
 # head chooses among free cells beside doors, exits, people and robots, and emits the
-# coordinates of its choice: it is told what may be worth burning.
+# coordinates of its choice: so it knows beforehand what may be worth burning.
 
 table = replace(
     preset("tiny").fire,
@@ -159,9 +159,10 @@ for head in ("gaussian", "pointer"):
 #> gaussian: 103 get out, 16 fires refused
 #> pointer:  85 get out, 0 fires refused
 
-# Both do more harm than random fire before they have learned anything. A new Gaussian's
-# numbers lie around 0, the middle of the floor, which here is the corridor; a pointer's
-# options are beside doors and people. So training must beat the pointer's 85.
+# Both do more harm than random fire before they have learned anything. An untrained
+# Gaussian's numbers lie around 0, the middle of the floor, which here is the corridor;
+# a pointer's options are beside doors and people. So training must beat the pointer's
+# 85.
 
 # %% Training
 # Two hundred other evenings, twenty at a time, then the update of the last tutorial:
@@ -182,10 +183,10 @@ learned = total(after, "evacuated")
 print("fewer get out than before training:", learned < out)
 #> fewer get out than before training: True
 
-# %% Where it strikes
-# Tiny differences add up, so two machines learn differently, and no number after
-# training is printed above; when this was written, 50 got out. Rings in the picture are
-# fires before training, discs after; their area is how often.
+# %% Where it lights fires
+# Rounding differs between machines, and such differences grow in training. So no number
+# after training is printed above; when this was written, 50 got out. Rings in the
+# picture are fires before training, discs after; their area is how often.
 
 figure = drawing.top(gallery)
 axes = figure.axes[0]
@@ -201,7 +202,7 @@ axes.set_title("Fires before (rings) and after training (discs)", loc="left")
 print(drawing.save(figure, "out/08_where_it_strikes.png"))
 #> out/08_where_it_strikes.png
 
-# %% What that proves
+# %% Compared with a simple rule
 # Here is a fire without a network. It always burns as near to the exit as it can.
 
 
@@ -218,10 +219,10 @@ ambushed = saved(scripted(Ambush()))
 print("ambush:", ambushed, "of", 8 * len(SEEDS), "get out")
 #> ambush: 71 of 192 get out
 
-# A few lines come most of the way. The network does more harm, but it knows one
-# building, one opponent and eight people; its landmarks were given to it, and a second
-# gallery means a second training. Robots that learn too would stop leading people into
-# it: that race is what the paper is about.
+# This rule does most of the harm that training reached. The network does more, but it
+# was trained in one building, against one opponent; its landmarks were given to it, and
+# another building needs another training. Robots that learn too can learn to avoid its
+# fires: both sides learn in the paper.
 
 # %% The fire that ships
 # The fire called `learned` took 19,222 decisions in the paper's building, against the
@@ -240,8 +241,7 @@ def escaped(fire: str) -> int:
 print("does more harm than random fires:", escaped("learned") < escaped("random"))
 #> does more harm than random fires: True
 
-# RESULTS.md compares it with the fires that are written by hand. Watch it take the ways
-# out one by one:
+# RESULTS.md compares it with the fires that are written by hand. Watch it:
 #
 #     python -m reference evacuate --robots escort --fire learned --animate learned.gif
 
