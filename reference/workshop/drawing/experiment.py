@@ -46,7 +46,8 @@ def survivors(title: str, arms: Mapping[str, Sequence[Run]], side: str) -> Figur
         axes.remove()
     for axes in panels[:, 0]:
         axes.set_ylabel("survivors, %")
-    foot(figure, [], caption="thin: each training; bold: their mean")
+    means = f"running means over {SMOOTHING:.0%} of its decisions".replace("%", " %")
+    foot(figure, [], caption=f"thin: each training, {means}; bold: their mean")
     return figure
 
 
