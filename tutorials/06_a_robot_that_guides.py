@@ -50,8 +50,8 @@ class Shepherd:
 
 # %% Watch it
 # Algorithm 3 [C7] walks the robot to its destination, and waits for those who follow.
-# In the picture a dashed line joins each robot to its destination. The line is
-# straight; the robot walks round the walls, and can have just arrived.
+# In the picture a straight dashed line joins each robot to its destination; the robot
+# walks round the walls. A robot without a line has arrived.
 
 simulation = Simulation(institute, robots=Shepherd(), seed=1, fire=RandomFire())
 history = [drawing.tally(simulation.world)]
