@@ -28,11 +28,13 @@ from reference.strategies import NoFire, NoRobots, RandomFire, RandomRobots
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import (
     Escort,
+    Observer,
     Patrol,
     Sweep,
+    as_observed,
     before_stairwell,
 )
-from reference.world import Instruction
+from reference.world import NOBODY, Instruction
 
 UPSTAIRS = """
        #########
@@ -526,9 +528,45 @@ def test_an_escort_waits_at_the_foot_for_people_on_the_stairs():
     assert to == before_stairwell(sim.building, 0, 0)
 
 
+@pytest.mark.paper("C3")
+def test_an_observer_takes_whoever_is_in_sight_of_a_robot_for_its_follower():
+    """The nearer robot's, behind no wall; q follows in fact and is too far away."""
+    sim = stage(
+        """
+        #####################
+        #p.R..r..R.t#s......#
+        #.................q.E
+        #####################
+        """
+    )
+    first, second = (robot.body for robot in sim.world.robots)
+    follow(sim, "q", first)
+    leader = as_observed(sim.world).bodies.leader.tolist()
+    seen = dict(zip("pqrst", leader, strict=True))
+    assert seen == dict(p=first, q=NOBODY, r=first, s=NOBODY, t=second)
+    assert sim.world.bodies.leader.max() == first  # the world itself is as it was
+
+
+@pytest.mark.paper("C3")
+def test_an_observer_decides_the_same_whatever_people_have_in_mind():
+    """Whom they follow, where they are headed, and how far down the stairs they are."""
+    sim = Simulation(shipped("paper"), Scenario(), Escort(), RandomFire(), seed=3)
+    while sim.world.time < 40:
+        sim.step()
+    world, rng = sim.world, np.random.default_rng(0)
+    before = Observer().decide(world, world.robots, rng)
+    bodies, n = world.bodies, len(world.bodies)
+    assert before != Escort().decide(world, world.robots, rng)
+    assert np.isfinite(bodies.stairs_until).any()
+    bodies.leader[:] = rng.integers(-1, n + len(world.robots), n)
+    bodies.landmark[:] = rng.integers(-1, len(sim.building.landmarks), n)
+    bodies.stairs_until += 3
+    assert Observer().decide(world, world.robots, rng) == before
+
+
 @pytest.mark.slow
 @pytest.mark.paper("C7")
-@pytest.mark.parametrize("robots", ["sweep", "escort"])
+@pytest.mark.parametrize("robots", ["sweep", "escort", "observer"])
 def test_guides_save_people_whom_nobody_would_have_guided(robots):
     """On the paper's floors, random fire, the same two runs."""
     building = shipped("paper")

@@ -19,7 +19,7 @@ from reference.strategies import (
     RobotStrategy,
 )
 from reference.workshop.strategies.fires import BusiestFire, CloserFire, GreedyFire
-from reference.workshop.strategies.robots import Escort, Patrol, Sweep
+from reference.workshop.strategies.robots import Escort, Observer, Patrol, Sweep
 
 ROBOTS: dict[str, type[RobotStrategy]] = {
     "none": NoRobots,
@@ -27,6 +27,7 @@ ROBOTS: dict[str, type[RobotStrategy]] = {
     "patrol": Patrol,
     "sweep": Sweep,
     "escort": Escort,
+    "observer": Observer,
 }
 FIRES: dict[str, type[FireStrategy]] = {
     "none": NoFire,

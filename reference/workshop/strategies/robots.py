@@ -1,11 +1,12 @@
 """Hand-written robots beyond the simplest; to add one, see the folder's `__init__`.
 
-Clauses: C5, C7.
+Clauses: C3, C5, C7.
 
     p   place;  d  metres on foot;  lost  people whom no robot leads or is sent to yet
 """
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from math import inf
 from typing import NamedTuple
@@ -15,10 +16,16 @@ from numpy.random import Generator as Rng
 
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
-from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED, STAIRS_METRES, STAIRS_SECONDS
+from reference.paper import (
+    NEAR_STAIRWELL,
+    ROBOT_SPEED,
+    SIGHT_RANGE,
+    STAIRS_METRES,
+    STAIRS_SECONDS,
+)
 from reference.robots import Destination, Destinations, flame_cost
 from reference.workshop.traffic import ways_outside
-from reference.world import NOBODY, Robot, World
+from reference.world import NOBODY, NOWHERE, Robot, World
 
 GROUP_RADIUS = 4.0  # [C7, chosen] metres: people this near form one group
 AT_HAND = 2.0  # [C7, chosen] metres: people this near a robot follow it, or never will
@@ -124,6 +131,17 @@ class Escort(Sweep):
         return way, on, float(on[robot.place])
 
 
+class Observer(Escort):
+    """Decides as `Escort` does, but knows no more than a robot that learns observes.
+
+    So it is the one to compare learned robots with, and the one that they can copy.
+    """
+
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
+        """Look at what can be observed, then decide as `Escort` does."""
+        return super().decide(as_observed(world), robots, rng)
+
+
 class Fetch(NamedTuple):
     """A group to fetch, (n,) bool; where it is; metres till a robot has it."""
 
@@ -219,6 +237,26 @@ def guided_by(world: World) -> np.ndarray:
         second = leader[np.clip(first, 0, n - 1)] if n else first
         first = np.where((first >= 0) & (first < n) & (second >= 0), second, first)
     return first
+
+
+def as_observed(world: World) -> World:
+    """Replace what robots do not observe by guesses: who follows whom, and goals [C3].
+
+    Whoever is in sight of a robot on foot follows the nearest such; nobody else is led,
+    nobody is headed for a landmark, and all on stairs are halfway.
+    """
+    nav, bodies = navigation_of(world.building), world.bodies
+    leader, nearest = np.full(len(bodies), NOBODY), np.full(len(bodies), inf)
+    for robot in world.robots if len(bodies) else ():
+        d = nav.distances([robot.place], flame_cost(world, robot.floor))[bodies.place]
+        mine = robot.active & bodies.walking & (d <= SIGHT_RANGE) & (d < nearest)
+        leader[mine], nearest[mine] = robot.body, d[mine]
+    halfway = np.where(
+        np.isfinite(bodies.stairs_until), world.time + STAIRS_SECONDS / 2, inf
+    )
+    landmark = np.full_like(bodies.landmark, NOWHERE)
+    known = {"leader": leader, "landmark": landmark, "stairs_until": halfway}
+    return replace(world, bodies=replace(bodies, **known))
 
 
 def unguided(world: World) -> np.ndarray:
