@@ -39,6 +39,8 @@ def test_the_robots_of_one_training_and_the_fire_of_another_ship(tmp_path):
         here, there = both.player(side).weights, source.player(side).weights
         assert here.keys() == there.keys()
         assert all(torch.equal(here[name], there[name]) for name in there)
+    anew = shipped(load(SHIPPED), load(SHIPPED))
+    assert anew.progress == load(SHIPPED).progress  # as one of its sides may stay
     begun_so = replace(robots.task, initial={"robots": robots.player("robots")})
     again = shipped(replace(robots, task=begun_so), fire)
     assert not again.task.initial

@@ -45,7 +45,12 @@ def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
 
 
 def how(checkpoint: Checkpoint, side: Side) -> dict[str, Any]:
-    """Describe how a side learned: settings, decisions, opponents, and beginning."""
+    """Describe how a side learned: settings, decisions, opponents, and beginning.
+
+    Of policies that ship already, it is what was said when they were combined.
+    """
+    if side in checkpoint.progress:
+        return dict(checkpoint.progress[side])
     task = checkpoint.task
     steps = {side: state["steps"] for side, state in checkpoint.learners.items()}
     named = {side: isinstance(who, str) for side, who in task.fixed.items()}
