@@ -164,7 +164,8 @@ def contours(ruler: Ruler = PAPER, readings: Iterable[Reading] = ()) -> Figure:
         look = {"marker": shapes[reading.fire], "mfc": inks[reading.robots]}
         _draw_reading(axes, ruler, reading, look)
     if shown:
-        page.foot(figure, columns=len(inks))
+        tight: Style = {"handletextpad": 0.3, "columnspacing": 1.0, "fontsize": 8}
+        page.foot(figure, columns=len(inks), **tight)
     return figure
 
 
