@@ -247,7 +247,7 @@ def as_observed(world: World) -> World:
     """
     nav, bodies = navigation_of(world.building), world.bodies
     leader, nearest = np.full(len(bodies), NOBODY), np.full(len(bodies), inf)
-    for robot in world.robots if len(bodies) else ():
+    for robot in world.robots:
         d = nav.distances([robot.place], flame_cost(world, robot.floor))[bodies.place]
         mine = robot.active & bodies.walking & (d <= SIGHT_RANGE) & (d < nearest)
         leader[mine], nearest[mine] = robot.body, d[mine]
