@@ -715,12 +715,3 @@ def test_refuses_a_folder_that_is_not_there(tmp_path):
     """The message names the file that was asked for, not a partial one."""
     with pytest.raises(OSError, match=r"plan\.png: cannot be written"):
         drawing.save(sheet("A plan", 3, 2), tmp_path / "nowhere" / "plan.png")
-
-
-def test_a_failed_save_leaves_nothing(tmp_path, monkeypatch):
-    """Not even the partial file."""
-    figure = sheet("A plan", 3, 2)
-    monkeypatch.setattr(figure, "savefig", lambda path: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
-        drawing.save(figure, tmp_path / "plan.png")
-    assert list(tmp_path.iterdir()) == []

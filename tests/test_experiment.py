@@ -298,9 +298,9 @@ def test_the_tiny_experiment_makes_every_part(tmp_path, capsys):
 
 @pytest.fixture
 def chosen(tmp_path):
-    """A plan of which trainings and choices are there, all of them by hand.
+    """A plan of which all choices are there, made by hand.
 
-    A checkpoint is its folder's name; of three fires the second costs teams most.
+    Of three fires the second costs teams most.
     """
     asked = small(
         test={**SMALL["test"], "fires": ["random", "learning"], "looking_ahead": 1},
@@ -308,10 +308,6 @@ def chosen(tmp_path):
     )
     plan = Plan(asked, tmp_path, here=True)
     for team in asked.teams:
-        folders = [plan.response(team, k) for k in asked.responses]
-        for folder in [*folders, plan.training(team)]:
-            make_folder(folder)
-            (folder / "checkpoint-000000.pt").write_bytes(folder.name.encode())
         for k, survival in enumerate((0.5, 0.2, 0.8)):
             make_folder(plan.test(team, str(k)).parent)
             runs = [run(team, str(k), seed, survival) for seed in asked.choices]
@@ -350,8 +346,15 @@ def test_the_strongest_response_is_the_one_that_costs_a_team_most(chosen):
         ("tests/ppo-3 worst-case", {"robots": b"ppo-3"}),
     ],
 )
-def test_everybody_meets_the_fire_that_the_table_names(chosen, step, learned):
-    """A script, an arm's own, a response by its number, or the strongest of them."""
+def test_everybody_meets_the_fire_that_the_table_names(
+    chosen, step, learned, monkeypatch
+):
+    """A script, an arm's own, a response by its number, or the strongest of them.
+
+    Here a checkpoint is its folder's name.
+    """
+    monkeypatch.setattr(steps, "_checkpoint", lambda folder: folder.name.encode())
+    monkeypatch.setattr(steps, "packed", bytes)
     assert jobs(chosen)[step].job().learned == learned
 
 
