@@ -30,6 +30,7 @@ from reference.workshop.evaluation.crossplay import (
     resume,
 )
 from reference.workshop.experiment import asked
+from reference.workshop.experiment import begun as on_resume
 from reference.workshop.files import read_json
 from reference.workshop.plain import record_from
 from reference.workshop.runs import held
@@ -179,7 +180,7 @@ def _parts(path: Path) -> None:
 
 
 def _begun(path: Path) -> None:
-    asked.refuse_changed(asked.read(path.parents[1] / "tiny.toml"), path.parent)
+    on_resume.refuse_changed(asked.read(path.parents[1] / "tiny.toml"), path.parent)
 
 
 OURS = {
@@ -228,7 +229,7 @@ def whole(tmp_path_factory):
     shutil.copy(ROOT / "tutorials" / "experiments" / "tiny.toml", folder)
     _json(tomllib.loads((folder / "tiny.toml").read_text()), folder / "tiny.json")
     (folder / "experiment").mkdir()
-    asked.begin(asked.read(folder / "tiny.toml"), folder / "experiment")
+    on_resume.begin(asked.read(folder / "tiny.toml"), folder / "experiment")
     unity = _from_yaml(ROOT / "tests" / "trainers" / "unity.yaml")
     _yaml(unity | OURS, folder / "settings.yaml")
     with one_thread():

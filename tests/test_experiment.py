@@ -24,13 +24,8 @@ from reference.workshop.drawing.runs import Run
 from reference.workshop.evaluation.crossplay import Record, records
 from reference.workshop.experiment import asked as asked_module
 from reference.workshop.experiment import page, steps
-from reference.workshop.experiment.asked import (
-    BEST,
-    Experiment,
-    begin,
-    read,
-    refuse_changed,
-)
+from reference.workshop.experiment.asked import BEST, Experiment, read
+from reference.workshop.experiment.begun import begin, refuse_changed
 from reference.workshop.experiment.results import OWN, Results, telling
 from reference.workshop.experiment.steps import Plan, perform
 from reference.workshop.files import make_folder

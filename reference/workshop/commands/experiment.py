@@ -45,11 +45,12 @@ def experiment(arguments: Namespace) -> None:
 
 def _asked(arguments: Namespace) -> Any:
     """Read the file; on resume, refuse changes to what was begun."""
-    from reference.workshop.experiment import asked
+    from reference.workshop.experiment.asked import read
+    from reference.workshop.experiment.begun import refuse_changed
 
-    found = asked.read(arguments.file)
+    found = read(arguments.file)
     if arguments.resume:
-        asked.refuse_changed(found, arguments.out)
+        refuse_changed(found, arguments.out)
     return found
 
 
@@ -58,10 +59,10 @@ def _asked(arguments: Namespace) -> Any:
 
 def _performed(asked: Any, arguments: Namespace) -> dict[str, str]:
     """Do missing steps; return which failed, and why."""
-    from reference.workshop.experiment import asked as files
+    from reference.workshop.experiment.begun import begin
     from reference.workshop.experiment.steps import Plan, perform
 
-    files.begin(asked, arguments.out)
+    begin(asked, arguments.out)
     here = arguments.cluster is None
     steps = list(Plan(asked, arguments.out, here).steps())
     again = (
