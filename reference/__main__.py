@@ -9,9 +9,9 @@ import signal
 import sys
 
 if __name__ == "__main__":  # if stopped during the imports below: exit silently
+    # (what this process was told to ignore, as by `nohup`, stays ignored)
     STOPS = [signal.SIGINT, signal.SIGTERM]
     STOPS += [signal.SIGHUP] if hasattr(signal, "SIGHUP") else []
-    # Some may have to be ignored: `nohup` says so.
     STOPS = [stop for stop in STOPS if signal.getsignal(stop) != signal.SIG_IGN]
     for stop in STOPS:
         signal.signal(stop, lambda *_: os._exit(130))

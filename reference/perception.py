@@ -217,7 +217,8 @@ def _pairs(
 ) -> tuple[np.ndarray, ...]:
     """Who sees whom, (pairs,) each: row of `me`, body seen, its place, metres away.
 
-    me: (k,) people; world: (k,) which of the worlds each is in.
+    everybody: as `_everybody` returns it; me: (k,) people; world: (k,) which of the
+    worlds each is in.
     """
     x, y, place, present = everybody
     row, col = np.array(np.divmod(place, sight.navigation.cols), dtype=np.int16)

@@ -96,6 +96,7 @@ def ctrl_c() -> Iterator[Callable[[], bool]]:
     before = {s: known for s, known in handlers.items() if known != signal.SIG_IGN}
 
     def note(number: int, frame: Any) -> None:
+        """Handle a signal."""
         nonlocal first
         if pressed.is_set():
             if monotonic() - first > TWICE:
