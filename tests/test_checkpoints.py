@@ -257,7 +257,7 @@ def test_mischief_would_work_without_that(tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"format": 3, "version": "9.0"}, r"is of format 3 \(version 9\.0\)"),
+        ({"format": 9, "version": "9.0"}, r"is of format 9 \(version 9\.0\)"),
         ({"game": 1, "version": "0.4.0"}, r"another game .* since version 0\.4\.0; "),
         ({"game": None}, "has learned another game than this one"),
         ({"task": {}}, "lacks a part"),

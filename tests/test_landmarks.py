@@ -274,8 +274,11 @@ def test_the_order_of_the_people_does_not_matter():
 
 
 def test_people_near_a_robot_are_its_own_and_the_others_are_lost():
-    """p and q stand 2 and 3 m from R and are its; r, behind the wall, is a group."""
-    options = robots_of(stage(BOARD))
+    """p and q stand 2 and 3 m from R and are its, though beside a flame.
+
+    r, behind the wall, is a group.
+    """
+    options = robots_of(stage(BOARD.replace("qp.", "qp*")))
     people, lost = feature(options, "people")[0], feature(options, "lost")[0]
     group = np.flatnonzero(of_kind(options, RobotOption.GROUP)[0])
     assert feature(options, "mine")[0, 0] == pytest.approx(0.2)

@@ -530,11 +530,11 @@ def test_an_escort_waits_at_the_foot_for_people_on_the_stairs():
 
 @pytest.mark.paper("C3")
 def test_an_observer_takes_whoever_is_in_sight_of_a_robot_for_its_follower():
-    """The nearer robot's, behind no wall; q follows in fact and is too far away."""
+    """The nearer robot's, behind no wall; flames do not hide t, and q is too far."""
     sim = stage(
         """
         #####################
-        #p.R..r..R.t#s......#
+        #p.R..r..R*t#s......#
         #.................q.E
         #####################
         """

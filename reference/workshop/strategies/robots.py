@@ -242,13 +242,13 @@ def guided_by(world: World) -> np.ndarray:
 def as_observed(world: World) -> World:
     """Replace what robots do not observe by guesses: who follows whom, and goals [C3].
 
-    Whoever is in sight of a robot on foot follows the nearest such; nobody else is led,
-    nobody is headed for a landmark, and all on stairs are halfway.
+    Whoever is in sight of a robot on foot, flames or not, follows the nearest such;
+    nobody else is led, nobody is headed for a landmark, all on stairs are halfway.
     """
     nav, bodies = navigation_of(world.building), world.bodies
     leader, nearest = np.full(len(bodies), NOBODY), np.full(len(bodies), inf)
     for robot in world.robots:
-        d = nav.distances([robot.place], flame_cost(world, robot.floor))[bodies.place]
+        d = nav.distances([robot.place])[bodies.place]
         mine = robot.active & bodies.walking & (d <= SIGHT_RANGE) & (d < nearest)
         leader[mine], nearest[mine] = robot.body, d[mine]
     halfway = np.where(
