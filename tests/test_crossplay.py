@@ -475,7 +475,7 @@ def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
     with pytest.raises(InputError, match="is no more the checkpoint"):
         resume(Asked(), Path("out"))
     mine.unlink()
-    with pytest.raises(InputError, match="is no more the checkpoint"):
+    with pytest.raises(InputError, match="this checkpoint, which is not here"):
         resume(Asked(), Path("out"))
 
 

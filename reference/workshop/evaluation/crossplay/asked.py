@@ -315,7 +315,12 @@ def _digest(path: Path) -> str:
 def _refuse_changed(file: File) -> None:
     """Raise RunError unless the checkpoint is as it was when runs were played."""
     path = Path(file.path)
-    if not path.is_file() or _digest(path) != file.sha256:
+    if not path.is_file():
+        raise RunError(
+            f"{path}: runs were played with this checkpoint, which is not here. "
+            "Go on where the evaluation was begun, or bring it back."
+        )
+    if _digest(path) != file.sha256:
         raise RunError(
             f"{path}: is no more the checkpoint that runs were played with. "
             "Bring that one back, or begin anew in another folder."
