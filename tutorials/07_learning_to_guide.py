@@ -208,9 +208,8 @@ print(drawing.save(figure, "out/07_finishing_early.png"))
 #> out/07_finishing_early.png
 
 # %% The robots that ship
-# The robots called `learned` learned from hundreds of thousands of decisions in the
-# paper's building. Two evacuations each, with random fires: without guides, and with
-# them.
+# The robots called `learned` learned from 152,626 decisions in the paper's building.
+# Two evacuations each, with random fires: without guides, and with them.
 
 paper = load("paper")
 
@@ -226,7 +225,8 @@ saved = {who: alive(who, "random") for who in ("none", "learned")}
 print("more than with nobody:", saved["learned"] > saved["none"])
 #> more than with nobody: True
 
-# These began by copying `escort`, then learned by MA-POCA against random fire.
+# These began by copying `observer`, a guide written by hand that knows no more than
+# they do, then learned by MA-POCA against a fire that learned too, and random ones.
 # RESULTS.md says where they beat the robots that are written by hand and where they
 # lose, and how near robots come that learned from nothing. Watch:
 #
