@@ -593,6 +593,14 @@ def test_refuses_a_file_that_is_no_toml(tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+def test_refuses_a_seed_of_its_own(tmp_path, capsys):
+    """It would be ignored: the file has the seeds."""
+    out = str(tmp_path / "out")
+    assert main(["experiment", str(FILES / "tiny.toml"), "--seed", "5", "--out", out]) == 2
+    assert "seeds are in its file" in capsys.readouterr().err
+    assert not Path(out).exists()
+
+
 def test_refuses_to_go_on_with_another_experiment(tmp_path):
     """More seeds and arms may be asked for; nothing that was begun may change."""
     begin(small(), tmp_path)

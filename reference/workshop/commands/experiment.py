@@ -25,12 +25,14 @@ from reference.workshop.commands.common import (
     writable,
 )
 from reference.workshop.files import make_folder, write_whole
-from reference.workshop.runs import RunError, held
+from reference.workshop.runs import ContradictionError, RunError, held
 from reference.workshop.workers import cluster
 
 
 def experiment(arguments: Namespace) -> None:
     """Trains and tests the arms of an experiment's file, and writes a page about it."""
+    if arguments.seed is not None:
+        raise ContradictionError("An experiment's seeds are in its file; drop --seed.")
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
     if arguments.out is None:
         arguments.out = Path("out") / arguments.file.stem
