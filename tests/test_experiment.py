@@ -595,10 +595,11 @@ def test_refuses_a_file_that_is_no_toml(tmp_path, capsys):
 
 def test_refuses_a_seed_of_its_own(tmp_path, capsys):
     """It would be ignored: the file has the seeds."""
-    out = str(tmp_path / "out")
-    assert main(["experiment", str(FILES / "tiny.toml"), "--seed", "5", "--out", out]) == 2
+    out = tmp_path / "out"
+    command = ["experiment", str(FILES / "tiny.toml"), "--out", str(out)]
+    assert main([*command, "--seed", "5"]) == 2
     assert "seeds are in its file" in capsys.readouterr().err
-    assert not Path(out).exists()
+    assert not out.exists()
 
 
 def test_refuses_to_go_on_with_another_experiment(tmp_path):
