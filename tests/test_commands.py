@@ -355,7 +355,7 @@ def test_a_mistake_of_our_own_is_not_told_as_the_users(monkeypatch):
 @pytest.fixture
 def brief(monkeypatch):
     """One run of everything, two seconds each; the learners take in one minibatch."""
-    cases = {"9": (9, 2.0), "40": (40, 2.0)}
+    cases = {"9": (9, 2.0), "40": (40, 2.0), "400": (400, 1.0)}
     monkeypatch.setattr("reference.workshop.bench.CASES", cases)
     monkeypatch.setattr("reference.workshop.bench.RUNS", 1)
     monkeypatch.setattr("reference.workshop.bench.BATCHES", 1)
@@ -368,7 +368,7 @@ def test_bench_measures_the_world_both_learners_and_rollouts(capsys, brief):
     assert main(["bench", "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     speeds, bare = facts["person_seconds_per_second"], facts["bare_step"]
-    assert set(speeds) == set(bare) == {"9", "40"}
+    assert set(speeds) == set(bare) == {"9", "40", "400"}
     assert all(0 < speeds[case] < bare[case] for case in speeds)
     assert 0 < facts["load_seconds"] < 10
     samples = facts["learner_samples_per_second"]
@@ -379,7 +379,7 @@ def test_bench_measures_the_world_both_learners_and_rollouts(capsys, brief):
 
 @pytest.mark.slow
 def test_bench_prints_a_table_for_people(capsys, brief):
-    """One row for each crowd, then what learning is made of."""
+    """One row for each crowd that fits, then what learning is made of."""
     assert main(["bench", "--seed", "4", "--building", "tiny"]) == 0
     title, _, row, _, load, rollouts, learners = capsys.readouterr().out.splitlines()
     assert title.endswith("one core, median of seeds 4 to 4")
