@@ -5,13 +5,22 @@ the code carries it, which tests hold it, and how it stands.
 """
 
 import os
+import signal
 
 import hypothesis
 import pytest
 from paper_index import paper_index
 
+from reference.workshop.workers import STOPS
+
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # torch: small networks want no more
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")
+
+for stop in STOPS:  # some tests send them, even to a suite that ignores them (`nohup`)
+    if signal.getsignal(stop) == signal.SIG_IGN:
+        signal.signal(stop, signal.SIG_DFL)
+if signal.getsignal(signal.SIGINT) == signal.SIG_DFL:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 hypothesis.settings.register_profile("same every time", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("same every time")
