@@ -149,7 +149,8 @@ def _parser() -> Parser:
             epilog=f"example:\n  python -m reference {command.example}",
             formatter_class=Formatter,
         )
-        options.add(parser, command.options | options.SEED)
+        own = command.options  # its own --seed, if it has one
+        options.add(parser, own | options.SEED | own)
         if command.numbers:
             options.add(parser, options.JSON)
         parser.set_defaults(run=command.run)
