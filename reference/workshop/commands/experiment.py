@@ -6,7 +6,7 @@ Clauses: E6, F12.
 import json
 import os
 import sys
-from argparse import SUPPRESS, Namespace
+from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager, suppress
@@ -185,7 +185,7 @@ EXPERIMENT_OPTIONS: options.Table = {
     },
     "--out": options.path("DIR", "default: out/ and FILE's name"),
     "--resume": options.flag("go on in DIR; more seeds and arms may be asked for"),
-    "--seed": options.SEED["--seed"] | {"help": SUPPRESS},  # refused
+    "--seed": options.SEED["--seed"] | {"help": "refused: the seeds are in FILE"},
     "--page": options.path(
         "FILE",
         "where the page goes, its pictures beside it into "
