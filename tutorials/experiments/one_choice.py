@@ -68,9 +68,9 @@ def saved(fire, seed, futures):
 
 
 def facts(people):
-    """Of one moment: variances of futures and of options; people saved more, by an
-    option on average and by the best, which is found in one half of the futures and
-    counted in the other.
+    """Of one moment: variances of futures and of options; people saved more by an
+    option on average, and by the best of them and `observer`'s own choice, which is
+    found in one half of the futures and counted in the other.
     """
     noise = people.var(axis=1, ddof=1).mean()
     spread = people[1:].mean(axis=1).var(ddof=1) - noise / people.shape[1]
