@@ -66,11 +66,14 @@ class Sight:
         self.sees = StraightLines(clear, building.walkable, reach, strict=False)
         self.hits = np.full((RAYS, building.kind.size), -1, dtype=np.int32)
         ends = np.empty_like(self.hits)
+        centres, farthest = self.navigation.centres, np.arange(building.kind.size)
+        longest = np.zeros(len(farthest))  # squared
         for k in range(RAYS):
             ends[k] = self._cast(k, clear)
-        off = self.navigation.centres[ends] - self.navigation.centres
-        k = (off**2).sum(axis=2).argmax(axis=0)
-        self.farthest: list[int] = ends[k, np.arange(len(k))].tolist()
+            length = ((centres[ends[k]] - centres) ** 2).sum(axis=1)
+            longer = length > longest
+            farthest[longer], longest[longer] = ends[k, longer], length[longer]
+        self.farthest: list[int] = farthest.tolist()
         self.landmarks = self._landmarks_met()
         self.meets = np.zeros((len(self.landmarks), len(building.landmarks) + 1), bool)
         for p, met in enumerate(self.landmarks):
@@ -114,18 +117,22 @@ class Sight:
 
         ends: (RAYS, places) the last free place that each ray passes.
         """
-        k, p = np.nonzero((self.hits < 0) & (ends != np.arange(ends.shape[1])))
-        end = ends[k, p]
-        patch = self._patch_of(end)
-        _, first = np.unique(p * (patch.max(initial=0) + 1) + patch, return_index=True)
-        first.sort()  # by ray: counter-clockwise from east
-        p, end, patch = p[first], end[first], patch[first]
-        off = self.navigation.centres[end] - self.navigation.centres[p]
-        unit = off / np.linalg.norm(off, axis=1, keepdims=True)
+        centres = self.navigation.centres
         found: list[list[Direction]] = [[] for _ in range(ends.shape[1])]
-        ways = (p.tolist(), patch.tolist(), end.tolist(), unit.tolist())
-        for here, leads_to, there, along in zip(*ways, strict=True):
-            found[here].append(Direction(leads_to, there, tuple(along)))
+        for floor in np.split(np.arange(len(found)), self.building.floors):
+            k, p = np.nonzero((self.hits[:, floor] < 0) & (ends[:, floor] != floor))
+            p = floor[p]
+            end = ends[k, p]
+            patch = self._patch_of(end)
+            each = p * (patch.max(initial=0) + 1) + patch
+            _, first = np.unique(each, return_index=True)
+            first.sort()  # by ray: counter-clockwise from east
+            p, end, patch = p[first], end[first], patch[first]
+            off = centres[end] - centres[p]
+            unit = off / np.linalg.norm(off, axis=1, keepdims=True)
+            ways = (p.tolist(), patch.tolist(), end.tolist(), unit.tolist())
+            for here, leads_to, there, along in zip(*ways, strict=True):
+                found[here].append(Direction(leads_to, there, tuple(along)))
         return [tuple(directions) for directions in found]
 
     def _patch_of(self, p: np.ndarray) -> np.ndarray:
