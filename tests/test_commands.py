@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -374,18 +375,25 @@ def test_bench_measures_the_world_both_learners_and_rollouts(capsys, brief):
     samples = facts["learner_samples_per_second"]
     assert set(samples) == {"poca", "ppo"}
     assert min(samples.values(), default=0) > 0
-    assert min(facts["decisions_per_second"].values()) > 0
+    for way in ("decisions_per_second", "one_by_one"):
+        assert set(facts[way]) == {"paper", "laptop"}
+        assert min(facts[way].values()) > 0
 
 
 @pytest.mark.slow
 def test_bench_prints_a_table_for_people(capsys, brief):
     """One row for each crowd that fits, then what learning is made of."""
     assert main(["bench", "--seed", "4", "--building", "tiny"]) == 0
-    title, _, row, _, load, rollouts, learners = capsys.readouterr().out.splitlines()
+    lines = capsys.readouterr().out.splitlines()
+    title, _, row, _, load, _, paper, laptop, learners = lines
     assert title.endswith("one core, median of seeds 4 to 4")
     assert row.startswith("9 people, first 2 s  ")
     assert load.startswith("read, checked and prepared in ")
-    assert rollouts.startswith("rollouts, robot decisions per second, one core: ")
+    for line, preset in ((paper, "paper"), (laptop, "laptop")):
+        pattern = (
+            rf" +preset {preset} +[\d,]+ in lockstep \([\d,]+ one by one, .* times\)"
+        )
+        assert re.fullmatch(pattern, line)
     assert learners.startswith("learners, samples per second, all cores: poca ")
 
 

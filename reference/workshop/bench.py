@@ -19,11 +19,12 @@ from tqdm import tqdm
 from reference import motion
 from reference.building import Building, load
 from reference.floorplan import to_text
+from reference.game.environment import until_next_decision
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.experience import Decisions
 from reference.learning.networks import one_thread
 from reference.learning.ppo import Learner
-from reference.learning.rollouts import Job, play
+from reference.learning.rollouts import Advance, Job, play
 from reference.learning.settings import SIDES, Side
 from reference.paper import PEOPLE, InputError, Scenario
 from reference.simulation import Simulation
@@ -67,15 +68,15 @@ def measure(name: str, seed: int) -> dict[str, Any]:
         bare[case] = median(_bare_speed(run, seconds) for run in runs)
         speeds[case] = median(_speed(run, seconds) for run in runs)
     learners = _learners("paper", building, seed)
+    decisions = {name: _decisions_per_second(name, building, seed) for name in ROLLOUTS}
     return {
         "building": name,
         "seed": seed,
         "person_seconds_per_second": speeds,
         "bare_step": bare,
         "load_seconds": median(loads),
-        "decisions_per_second": {
-            name: _decisions_per_second(name, building, seed) for name in ROLLOUTS
-        },
+        "decisions_per_second": {name: speed for name, (speed, _) in decisions.items()},
+        "one_by_one": {name: speed for name, (_, speed) in decisions.items()},
         "learner_samples_per_second": {
             learner.settings.trainer_type: _samples_per_second(side, learner, building)
             for side, learner in learners.items()
@@ -97,9 +98,11 @@ def table(title: str, facts: dict[str, Any]) -> str:
             f"{f'{people} people, {what}':27}{speed:15,.0f}{bodies[case]:15,.0f}"
         )
     lines.append(f"read, checked and prepared in {facts['load_seconds']:.2f} s")
-    decisions = facts["decisions_per_second"].items()
-    rollouts = ", ".join(f"preset {name} {count:,.0f}" for name, count in decisions)
-    lines.append(f"rollouts, robot decisions per second, one core: {rollouts}")
+    lines.append("rollouts, robot decisions per second, one core")
+    for name, speed in facts["decisions_per_second"].items():
+        alone = facts["one_by_one"][name]
+        gain = f"{alone:,.0f} one by one, {speed / alone:.1f} times"
+        lines.append(f"    preset {name:8}{speed:,.0f} in lockstep ({gain})")
     samples = facts["learner_samples_per_second"]
     learners = ", ".join(f"{name} {count:,.0f}" for name, count in samples.items())
     lines.append(f"learners, samples per second, all cores: {learners}")
@@ -150,8 +153,11 @@ def _learners(name: str, building: Building, seed: int) -> dict[Side, Learner]:
     return made
 
 
-def _decisions_per_second(name: str, building: Building, seed: int) -> float:
-    """Measure robot decisions per second and core in rollouts of a preset's training.
+def _decisions_per_second(
+    name: str, building: Building, seed: int
+) -> tuple[float, float]:
+    """Measure robot decisions per second and core in rollouts of a preset's training:
+    EPISODES worlds in lockstep, and some of them one after the other.
 
     They include the world, observations, landmarks and both sides' networks. These
     are untrained, so that episodes last long.
@@ -162,12 +168,17 @@ def _decisions_per_second(name: str, building: Building, seed: int) -> float:
     }
     seeds, scenario = tuple(range(seed, seed + EPISODES)), preset(name).scenario
     job = Job(to_text(building.plan), scenario, **sides, seeds=seeds)
+    few = replace(job, seeds=seeds[::4])
+
+    def speed(job: Job, advance: Advance) -> float:
+        start = perf_counter()
+        played = play(job, advance)
+        seconds = perf_counter() - start
+        return sum(e.robots.steps for e in played if e.robots) / seconds
+
     with one_thread():
         play(replace(job, seeds=seeds[:1]), together)  # warm up
-        start = perf_counter()
-        played = play(job, together)
-        seconds = perf_counter() - start
-    return sum(e.robots.steps for e in played if e.robots) / seconds
+        return speed(job, together), speed(few, until_next_decision)
 
 
 def _samples_per_second(side: Side, learner: Learner, building: Building) -> float:

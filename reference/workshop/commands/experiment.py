@@ -170,7 +170,7 @@ def _films(plan: Any, results: Any, folder: Path) -> Iterable[tuple[str, Path]]:
     from reference.workshop.experiment.results import telling
 
     for team, evacuation in telling(results, plan):
-        path = folder / f"film-{team}-{evacuation.seed}.gif"
+        path = folder / f"film-{team}.gif"
         film.animate(evacuation.simulation(), path)
         yield f"`{team}`, seed {evacuation.seed}, under the same best response", path
 
