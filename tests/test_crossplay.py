@@ -318,6 +318,20 @@ def test_a_cell_has_the_means_of_its_runs():
     assert cell.reward == (0.0, 0.0, 0.0)
 
 
+@pytest.mark.paper("F12")
+def test_a_gain_is_the_mean_difference_from_the_baseline_of_the_same_seeds():
+    """Of one fire; a seed that the baseline has not played counts for nothing."""
+    ours = [a_record("patrol", seed=k, survival=s) for k, s in enumerate((0.5, 1.0, 0))]
+    theirs = [a_record("sweep", seed=k, survival=s) for k, s in ((1, 0.5), (0, 0.25))]
+    elsewhere = a_record("patrol", fire="greedy")
+    found = cells([*ours, *theirs, elsewhere], PAPER, "sweep")
+    assert [cell.gain for cell in found] == [of_mean([0.25, 0.5]), (0, 0, 0), None]
+    first, line, *_ = table(found).splitlines()
+    assert "less baseline's" in first
+    assert "37.5 [25.0, 50.0]" in line
+    assert "baseline" not in table(cells(ours, PAPER))
+
+
 @pytest.mark.paper("F9")
 def test_the_score_of_a_cell_is_that_of_its_means():
     """E is convex: a mean of scores would pay for being unreliable."""

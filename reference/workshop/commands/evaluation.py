@@ -48,7 +48,7 @@ def _evaluate(evaluation: crossplay.Evaluation, arguments: Namespace) -> None:
         note = _explained(arguments, ruler)
     except RulerError as error:
         note = f"no E, since no ruler comes of {arguments.baseline}: {error}"
-    cells = crossplay.cells(records, ruler)
+    cells = crossplay.cells(records, ruler, arguments.baseline)
     if arguments.out:
         _keep(arguments.out, evaluation, ruler, cells, records)
     if arguments.json:
@@ -186,8 +186,8 @@ EVALUATE_OPTIONS: options.Table = {
     "--ruler": options.path("FILE", "a ruler.json; default: the paper's"),
     "--baseline": {
         "metavar": "S",
-        "help": "calibrate the ruler: these robots score 1 on average over their "
-        "fires; name weak and strong fires alike",
+        "help": "compare all with these robots, seed by seed, and calibrate the "
+        "ruler: they score 1 on average over their fires; name weak and strong ones",
     },
 }
 

@@ -25,6 +25,8 @@ from reference.workshop.runs import RunError
 class Cell:
     """One match: n runs, and each figure's mean, low and high, in units of `Record`.
 
+    gain             survival less the baseline's of the same fire and seeds [F12]; None
+                     without a baseline, or where it has none of these runs
     score            E by one ruler for all [F9, Eq. 8]; None without a ruler, and where
                      the mean reward or an end of its interval lies off it
     evacuation_time  and mean_health: over the runs in which somebody got out, None if
@@ -35,6 +37,7 @@ class Cell:
     fire: str
     n: int
     survival: Interval
+    gain: Interval | None
     reward: Interval
     difficulty: Interval
     score: Interval | None
@@ -45,20 +48,33 @@ class Cell:
 FIGURES = tuple(field.name for field in fields(Cell))[3:]
 
 
-def cells(records: Iterable[Record], ruler: Ruler | None) -> list[Cell]:
-    """Average every match that has runs, in the order in which they appear."""
+def cells(
+    records: Iterable[Record], ruler: Ruler | None, baseline: str | None = None
+) -> list[Cell]:
+    """Average every match that has runs, in the order in which they appear.
+
+    baseline: the robots that others are compared with, seed by seed.
+    """
     matches: dict[Match, list[Record]] = {}
     for record in records:
         matches.setdefault(record.match, []).append(record)
-    return [_cell(match, runs, ruler) for match, runs in matches.items()]
+    return [
+        _cell(match, runs, matches.get(Match(baseline or "", match.fire), []), ruler)
+        for match, runs in matches.items()
+    ]
 
 
-def _cell(match: Match, runs: list[Record], ruler: Ruler | None) -> Cell:
+def _cell(
+    match: Match, runs: list[Record], others: list[Record], ruler: Ruler | None
+) -> Cell:
+    theirs = {run.seed: run.survival for run in others}
+    gains = [run.survival - theirs[run.seed] for run in runs if run.seed in theirs]
     rows = np.array([(run.reward, run.difficulty) for run in runs])
     return Cell(
         *match,
         n=len(runs),
         survival=of_mean([run.survival for run in runs]),
+        gain=of_mean(gains) if gains else None,
         reward=of_mean(rows[:, 0]),
         difficulty=of_mean(rows[:, 1]),
         score=_score(rows, ruler) if ruler else None,
@@ -117,6 +133,7 @@ def read_ruler(path: Path) -> Ruler:
 
 HEADINGS = {
     "survival": "survivors, %",
+    "gain": "less baseline's",
     "reward": "reward R",
     "difficulty": "difficulty h",
     "score": "score E",
@@ -128,7 +145,12 @@ NOTE = "-: nobody got out, or the reward lies off the ruler of E"
 
 
 def table(cells: Sequence[Cell], names: Sequence[str] = tuple(HEADINGS)) -> str:
-    """Write a line for each match: means with their 95 % intervals, or means alone."""
+    """Write a line for each match: means with their 95 % intervals, or means alone.
+
+    Without a baseline there is no column of gains.
+    """
+    if not any(cell.gain for cell in cells):
+        names = [name for name in names if name != "gain"]
     columns = [
         _column("robots", [cell.robots for cell in cells], "<"),
         _column("fire", [cell.fire for cell in cells], "<"),
@@ -168,7 +190,7 @@ def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
 
 def formatted(value: float, figure: str) -> str:
     """Format a figure: survival in percent, the score with two digits."""
-    if figure == "survival":
+    if figure in ("survival", "gain"):
         return f"{100 * value:.1f}"
     return f"{value:.2f}" if figure == "score" else f"{value:,.0f}"
 
