@@ -2,6 +2,7 @@
 
 import json
 import re
+import signal
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from io import BytesIO
@@ -258,6 +259,21 @@ def test_refuses_a_cluster_that_does_not_answer(monkeypatch):
         cluster("tcp://127.0.0.1:9"),
     ):
         pytest.fail("it answered")
+
+
+def test_who_stops_is_told_how_to_go_on(tmp_path, monkeypatch, capsys):
+    """With the page where it was asked for."""
+
+    def stopped(*_):
+        signal.raise_signal(signal.SIGINT)
+        return {}
+
+    monkeypatch.setattr(steps, "perform", stopped)
+    file, out, told = str(FILES / "tiny.toml"), str(tmp_path), str(tmp_path / "told.md")
+    command = ["experiment", file, "--out", out, "--page", told]
+    assert main([*command, "--workers", "0"]) == 130
+    again = capsys.readouterr().err.splitlines()[-1].split()[3:]
+    assert again == [*command[:2], "--resume", *command[2:]]
 
 
 @pytest.mark.slow

@@ -71,6 +71,8 @@ def _performed(asked: Any, arguments: Namespace) -> dict[str, str]:
         f"python -m reference experiment {quoted(arguments.file)} --resume "
         f"--out {quoted(arguments.out)}"
     )
+    if arguments.page:
+        again += f" --page {quoted(arguments.page)}"
     about = f"{len(asked.trainings)} trainings, {len(steps)} jobs in all"
     with _hands(arguments, about, again) as (executor, width, stop):
         failed = perform(steps, executor, width, stop)
