@@ -2,6 +2,7 @@
 
 import csv
 import json
+import signal
 
 import pytest
 
@@ -10,7 +11,7 @@ from reference.evaluation import score
 from reference.paper import Scenario
 from reference.workshop.commands import checks
 from reference.workshop.drawing import page
-from reference.workshop.evaluation import gap
+from reference.workshop.evaluation import crossplay, gap
 
 SMALL = ["--building", "tiny", "--people", "6"]
 FIGURES = ("survival", "reward", "difficulty", "score")
@@ -156,6 +157,20 @@ def test_a_baseline_that_makes_no_ruler_costs_the_score_alone(tmp_path, capsys):
     _, heads, _, why = capsys.readouterr().out.splitlines()
     assert "reward R" in heads and "score E" not in heads
     assert "no E, since no ruler comes of sweep: 1 runs make no ruler" in why
+
+
+def test_who_stops_is_told_how_to_go_on(monkeypatch, capsys):
+    """On the same ruler."""
+
+    def stopped(*_):
+        signal.raise_signal(signal.SIGINT)
+        return []
+
+    monkeypatch.setattr(crossplay, "evaluate", stopped)
+    kept = ["--out", "eval", "--baseline", "sweep"]
+    assert main(["evaluate", *SMALL, "--workers", "0", *kept]) == 130
+    again = capsys.readouterr().err.splitlines()[-1].split()[3:]
+    assert again == ["evaluate", "--resume", *kept]
 
 
 # -- agree and gap ------------------------------------------------------------------

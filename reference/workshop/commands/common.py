@@ -83,6 +83,12 @@ def quoted(path: str | Path) -> str:
     return shlex.quote(f"./{text}" if text.startswith("-") else text)
 
 
+def again(command: str, **options: str | Path | None) -> str:
+    """The command line that resumes a command, with those options that are given."""
+    words = [f"--{k} {quoted(word)}" for k, word in options.items() if word is not None]
+    return " ".join(["python -m reference", command, "--resume", *words])
+
+
 @contextmanager
 def ctrl_c() -> Iterator[Callable[[], bool]]:
     """Note Ctrl-C and other signals to stop, and go on; a second one stops at once.

@@ -18,8 +18,8 @@ from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
+    again,
     noted,
-    quoted,
     workforce,
 )
 from reference.workshop.evaluation import crossplay
@@ -102,16 +102,17 @@ def _played(
 ) -> list[crossplay.Record]:
     """Play all runs; if interrupted, say how to resume."""
     folder = arguments.out
-    again = folder and f"python -m reference evaluate --resume --out {quoted(folder)}"
-    after = f"Go on with: {again}" if again else "Take fewer:"
+    same = {"baseline": arguments.baseline, "ruler": arguments.ruler}
+    resumed = folder and again("evaluate", out=folder, **same)
+    after = f"Go on with: {resumed}" if resumed else "Take fewer:"
     with workforce(arguments.workers, evaluation.about(), after) as (executor, stop):
         records = crossplay.evaluate(evaluation, folder, executor, stop)
     if len(records) == len(evaluation.runs):
         return records
-    if not again:
+    if not resumed:
         raise KeyboardInterrupt("stopped; nothing was kept, since no --out was named")
     raise KeyboardInterrupt(
-        f"stopped after {len(records)} runs, which are kept. Go on with:\n  {again}"
+        f"stopped after {len(records)} runs, which are kept. Go on with:\n  {resumed}"
     )
 
 

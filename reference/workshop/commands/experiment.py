@@ -19,6 +19,7 @@ from reference.paper import InputError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
+    again,
     ctrl_c,
     quoted,
     workforce,
@@ -67,23 +68,19 @@ def _performed(asked: Any, arguments: Namespace) -> dict[str, str]:
     begin(asked, arguments.out)
     here = arguments.cluster is None
     steps = list(Plan(asked, arguments.out, here).steps())
-    again = (
-        f"python -m reference experiment {quoted(arguments.file)} --resume "
-        f"--out {quoted(arguments.out)}"
-    )
-    if arguments.page:
-        again += f" --page {quoted(arguments.page)}"
+    file = quoted(arguments.file)
+    resumed = again(f"experiment {file}", out=arguments.out, page=arguments.page)
     about = f"{len(asked.trainings)} trainings, {len(steps)} jobs in all"
-    with _hands(arguments, about, again) as (executor, width, stop):
+    with _hands(arguments, about, resumed) as (executor, width, stop):
         failed = perform(steps, executor, width, stop)
         if stop():
-            raise KeyboardInterrupt(f"stopped; go on with:\n  {again}")
+            raise KeyboardInterrupt(f"stopped; go on with:\n  {resumed}")
     return failed
 
 
 @contextmanager
 def _hands(
-    arguments: Namespace, about: str, again: str
+    arguments: Namespace, about: str, resumed: str
 ) -> Iterator[tuple[Executor, Callable[[], int], Callable[[], bool]]]:
     """Yield an executor, how many jobs run at once, and a check for Ctrl-C."""
     if arguments.cluster is not None:
@@ -92,7 +89,7 @@ def _hands(
             yield executor, width, stop
     else:
         count = arguments.workers
-        with workforce(count, about, f"Go on with: {again}") as (executor, stop):
+        with workforce(count, about, f"Go on with: {resumed}") as (executor, stop):
             yield executor, lambda: max(1, count), stop
 
 

@@ -16,6 +16,7 @@ from reference.learning.settings import TrainerSettings, rows_of
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
+    again,
     figures,
     quoted,
     workforce,
@@ -52,14 +53,17 @@ def _trained(training: Any, arguments: Namespace) -> Path:
     """Train to the end; return the last checkpoint. If stopped, say how to resume."""
     from reference.workshop.training.loop import train
 
-    again = _again(arguments)
-    with workforce(arguments.workers, training.about(), f"Go on with: {again}") as work:
+    resumed = (
+        again("train", out=arguments.out) + " --tensorboard" * arguments.tensorboard
+    )
+    after = f"Go on with: {resumed}"
+    with workforce(arguments.workers, training.about(), after) as work:
         path = train(training, arguments.out, *work, arguments.tensorboard)
     if training.over:
         return path
     raise KeyboardInterrupt(
         f"stopped after round {training.round}, and saved in {path}. Go on with:\n"
-        f"  {again} --workers {arguments.workers}"
+        f"  {resumed} --workers {arguments.workers}"
     )
 
 
@@ -98,12 +102,6 @@ def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
         f"  python -m reference evacuate {learned} --animate learned.gif",
         file=sys.stderr,
     )
-
-
-def _again(arguments: Namespace) -> str:
-    """The command that goes on with a training."""
-    board = " --tensorboard" * arguments.tensorboard
-    return f"python -m reference train --resume --out {quoted(arguments.out)}{board}"
 
 
 def curves(arguments: Namespace) -> None:
