@@ -1,10 +1,11 @@
 """What is one choice of one robot worth, and how many evacuations does it take to see?
 
-    python tutorials/experiments/one_choice.py --fire busiest
+    python tutorials/experiments/one_choice.py --robots observer --fire busiest
 
-`observer` guides the paper's building. At a moment of each evacuation one robot does
-something else: it goes to one of its options, for HOLD seconds or until it is there.
-Each option is played to the end in the same futures, and counted in people saved.
+In the paper's building, at a moment of each evacuation, one robot does something else
+than its team's strategy says: it goes to one of its options, for HOLD seconds or until
+it is there. Each option is played to the end in the same futures, and counted in people
+saved.
 """
 
 from argparse import ArgumentParser
@@ -20,20 +21,18 @@ from reference.workshop.evaluation.contestants import contestant
 from reference.workshop.evaluation.intervals import of_mean
 from reference.workshop.landmarks.of_robots import RobotOption, RobotOptions
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.strategies.robots import Observer
 
-MOMENTS = (5.0, 10.0, 20.0, 30.0)  # seconds, in turn: the first minute decides
 HOLD = 20.0  # seconds
 
 
-class Otherwise(Observer):
-    """`observer`, but for one robot that goes elsewhere until a time."""
+class Otherwise:
+    """A strategy, but for one robot that goes elsewhere until a time."""
 
-    def __init__(self, body, place, start):
-        self.body, self.place, self.start = body, place, start
+    def __init__(self, strategy, body, place, start):
+        self.strategy, self.body, self.place, self.start = strategy, body, place, start
 
     def decide(self, world, robots, rng):
-        goals = super().decide(world, robots, rng)
+        goals = self.strategy.decide(world, robots, rng)
         late = world.time - self.start
         for k, robot in enumerate(robots):
             if robot.body == self.body and (not late or robot.way) and late < HOLD:
@@ -41,11 +40,12 @@ class Otherwise(Observer):
         return goals
 
 
-def saved(fire, seed, futures):
-    """People saved, (1 + options, futures); in the first row `observer` decides."""
+def saved(team, fire, seed, start, futures):
+    """People saved, (1 + options, futures), in the first row as the team decides; and
+    which options are groups of people. start: seconds."""
     building, scenario = load("paper"), Scenario()
-    now = Simulation(building, scenario, Observer(), contestant(fire, "fire"), seed)
-    start = MOMENTS[seed % len(MOMENTS)]
+    players = contestant(team, "robots"), contestant(fire, "fire")
+    now = Simulation(building, scenario, *players, seed)
     while now.world.time < start - now.tick / 2:
         now.step()
     robots, rng = now.world.robots, np.random.default_rng(seed)
@@ -56,42 +56,53 @@ def saved(fire, seed, futures):
     offered = choices.action_mask[robot]
     offered[RobotOption.KEEP] = False
     places = from_normalised(building, choices.places[robot, offered].astype(float))
+    group = choices.features[robot, offered, RobotOption.GROUP] > 0
     body, rows = robots[robot].body, []
     for place in (None, *map(tuple, places.tolist())):
         runs = [now.another_future(k) for k in range(futures)]
         for run in runs:
             if place:
-                run.robot_strategy = Otherwise(body, place, now.world.time)
+                way = run.robot_strategy, body, place, now.world.time
+                run.robot_strategy = Otherwise(*way)
         to_the_end(runs)
         rows.append([run.outcome().evacuated for run in runs])
-    return np.array(rows, dtype=float)
+    return np.array(rows, dtype=float), group
 
 
-def facts(people):
+def facts(people, group):
     """Of one moment: variances of futures and of options; people saved more by an
-    option on average, and by the best of them and `observer`'s own choice, which is
-    found in one half of the futures and counted in the other.
+    option on average, by one that is a group of people, and by the best of them and the
+    team's own choice, which is found in one half of the futures and counted in the
+    other.
     """
     noise = people.var(axis=1, ddof=1).mean()
     spread = people[1:].mean(axis=1).var(ddof=1) - noise / people.shape[1]
     more, halves = people - people[0], np.array_split(people - people[0], 2, axis=1)
     best = [b.mean(axis=1)[a.mean(axis=1).argmax()] for a, b in (halves, halves[::-1])]
-    return noise, spread, more[1:].mean(), np.mean(best)
+    groups = more[1:][group].mean() if group.any() else np.nan
+    return noise, spread, more[1:].mean(), groups, np.mean(best)
 
 
 if __name__ == "__main__":
     parser = ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--robots", default="observer", metavar="S")
     parser.add_argument("--fire", default="busiest", metavar="S")
+    parser.add_argument("--seconds", type=float, nargs="+", default=(5, 10, 20, 30))
     parser.add_argument("--moments", type=int, default=8, metavar="N")
     parser.add_argument("--futures", type=int, default=16, metavar="N")
     parser.add_argument("--seed", type=int, default=7000, metavar="N")
     asked = parser.parse_args()
     seeds = range(asked.seed, asked.seed + asked.moments)
-    found = [facts(saved(asked.fire, seed, asked.futures)) for seed in seeds]
-    noise, spread, other, best = map(np.array, zip(*found, strict=True))
-    print(f"people of forty, fire {asked.fire}, {asked.moments} moments")
+    players, when = (asked.robots, asked.fire), asked.seconds
+    found = [
+        facts(*saved(*players, seed, when[seed % len(when)], asked.futures))
+        for seed in seeds
+    ]
+    noise, spread, *more = map(np.array, zip(*found, strict=True))
+    print("people of forty, {} against {}, {} moments".format(*players, asked.moments))
     print(f"  standard deviation of futures: {noise.mean() ** 0.5:.1f}")
     print(f"  standard deviation of options: {max(spread.mean(), 0.0) ** 0.5:.1f}")
-    for what, more in (("an option", other), ("the best option", best)):
-        mean, low, high = of_mean(more)
+    words = ("an option", "a group of people", "the best option")
+    for what, gain in zip(words, more, strict=True):
+        mean, low, high = of_mean(gain[np.isfinite(gain)])
         print(f"  saved more by {what}: {mean:.2f} [{low:.2f}, {high:.2f}]")
