@@ -12,7 +12,6 @@ from reference.fire import Generator
 from reference.game.environment import destination, fire_decision
 from reference.game.moments import Moment
 from reference.game.observations import fire_vector, robot_vectors
-from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.robots import actual_target, said_on_the_way
 from reference.simulation import Simulation
@@ -149,14 +148,13 @@ def test_robots_always_have_an_option_in_the_main_body(name):
     """At every decision, with finite features; whoever has left may only stay."""
     for sim in moments(name):
         options = robots_of(sim)
-        offered = options.action_mask.sum(axis=1)
-        assert (offered > 0).all()
-        assert (options.action_mask[:, RobotOption.STAY] == (offered == 1)).all()
+        away = np.delete(options.action_mask, RobotOption.STAY, axis=1).any(axis=1)
+        assert (options.action_mask[:, RobotOption.STAY] == ~away).all()
         assert np.isfinite(options.features).all()
         assert np.abs(options.places).max(initial=0) <= 1
         assert np.abs(options.features).max(initial=0) <= 10
         at_work = [sim.world.people_at_or_above(r.floor) > 0 for r in sim.world.robots]
-        assert (options.action_mask.sum(axis=1) > 1).tolist() == at_work
+        assert not away[np.logical_not(at_work)].any()
 
 
 @pytest.mark.paper("C7", "Alg. 3:3")
@@ -240,23 +238,39 @@ def test_an_exit_beside_a_stairwell_is_meant_from_its_far_side():
 
 
 @pytest.mark.parametrize("name", BUILDINGS)
-def test_every_room_and_every_way_out_of_a_floor_is_listed(name):
-    """As many options as the map has, and every room by a cell of its own."""
+def test_every_way_out_of_a_floor_is_listed(name):
+    """As many options as the map has, and a landing where stairs end."""
     sim = Simulation(shipped(name), fire=RandomFire(), robots=Sweep())
-    options, nav = robots_of(sim), navigation_of(sim.building)
+    options, building = robots_of(sim), sim.building
     for g, robot in enumerate(sim.world.robots):
-        rooms = {room.index for room in sim.building.rooms(robot.floor)}
-        found = [
-            nav.place(robot.floor, *destination(sim.building, place))
-            for place in options.places[g, of_kind(options, RobotOption.ROOM)[g]]
+        here = [mark for mark in building.landmarks if mark.floor == robot.floor]
+        down = [well.leads_down(robot.floor) for well in building.stairwells]
+        ends = [well.lowest == robot.floor for well in building.stairwells]
+        for kind, count in (
+            (RobotOption.EXIT, sum(mark.kind is Kind.EXIT for mark in here)),
+            (RobotOption.STAIRWELL, sum(down)),
+            (RobotOption.LANDING, sum(ends)),
+        ):
+            assert of_kind(options, kind)[g].sum() == count
+
+
+@pytest.mark.paper("C5", "chosen")
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_who_leads_nobody_is_offered_no_way_out(name):
+    """Who leads somebody, as far as it knows, is: but for one where it is already."""
+    offered = 0
+    for sim in moments(name):
+        options = robots_of(sim)
+        out = [of_kind(options, k) for k in (RobotOption.STAIRWELL, RobotOption.EXIT)]
+        out = out[0] | out[1]
+        alone = feature(options, "mine")[:, :1] == 0
+        assert not (options.action_mask & out & alone).any()
+        led_out = options.action_mask[
+            out & ~alone & (20 * feature(options, "way") >= THERE)
         ]
-        assert {int(sim.building.area.ravel()[p]) for p in found} == rooms
-        exits = [
-            m
-            for m in sim.building.landmarks
-            if m.kind is Kind.EXIT and m.floor == robot.floor
-        ]
-        assert of_kind(options, RobotOption.EXIT)[g].sum() == len(exits)
+        assert led_out.all()
+        offered += len(led_out)
+    assert offered
 
 
 def test_the_order_of_the_people_does_not_matter():

@@ -44,7 +44,7 @@ def quick(monkeypatch):
 @pytest.fixture
 def once(monkeypatch):
     """The same with a single round."""
-    settings = tiny(robots={"max_steps": 40}, fire={"max_steps": 4})
+    settings = tiny(robots={"max_steps": 40}, fire={"max_steps": 3, "buffer_size": 2})
     monkeypatch.setattr(
         "reference.workshop.training.starting.preset", lambda name: settings
     )

@@ -1,7 +1,9 @@
-"""Landmarks a robot can go to: rooms, ways out, groups of people.
+"""Landmarks a robot can go to: groups of people, ways out, the foot of stairs.
 
-Clauses: A3, A4, C5, C6, C7.  A robot's own place is no option [C5, chosen]: if "remain"
-were likeliest once, it would be so at each decision, and the robot would stay forever.
+Clauses: A3, A4, C5, C6, C7.  What helps nobody is no option [C5, chosen]: a way out,
+for a robot that leads nobody; rooms, since it is observed where people are; its own
+place, where it would stay forever. With them robots learn to walk up and down before
+an exit and to wait for whoever finds it, and keep to it.
 
     k   options of one floor;  r  robots and m  people there
 """
@@ -37,11 +39,10 @@ class RobotOption(IntEnum):
 
     KEEP = 0  # the destination it has, while under way
     STAY = 1  # where it is, if there is nowhere else to go
-    ROOM = 2  # the middle of a room
-    STAIRWELL = 3  # one that leads down
-    LANDING = 4  # before one that ends here: people come out of it
-    EXIT = 5
-    GROUP = 6  # a person with people around
+    STAIRWELL = 2  # one that leads down
+    LANDING = 3  # before one that ends here: people come out of it
+    EXIT = 4
+    GROUP = 5  # a person with people around
 
 
 ROBOT_TABLE: shared.FeatureTable = {
@@ -118,7 +119,7 @@ class RobotView:
     """One floor as its robots at work see it; ROBOT_TABLE reads the attributes.
 
     me      metres (r, 2) and places (r,);  people  metres (m, 2) and places (m,)
-    kind    (k,);  target  (r, k, 2) metres;  place  (r, k)
+    kind    (k,), leads_out (k,) bool;  target  (r, k, 2) metres;  place  (r, k)
     way     (r, k) metres on foot from each robot, flames counted;  out  (r, k) from
             there to the cheapest way out;  mate_way  (r, k) from the nearest mate
     mate_nearer  (r, k) bool; of two that stand together only one has a nearer mate:
@@ -174,6 +175,7 @@ class RobotView:
         target = np.concatenate([np.zeros((OWN, 2)), fixed.target, metres[centres]])
         place = np.concatenate([np.zeros(OWN, int), fixed.place, places[centres]])
         self.kind = np.array(kind, dtype=int)
+        self.leads_out = np.isin(self.kind, (RobotOption.STAIRWELL, RobotOption.EXIT))
         self.target, self.place = (np.repeat(a[None], r, 0) for a in (target, place))
         self.target[:, :OWN], self.place[:, :OWN] = (a[:, None] for a in self.me)
         for k in np.flatnonzero(~np.isnan(headed[:, 0])).tolist():
@@ -194,13 +196,17 @@ class RobotView:
         self.mate_way = mates.min(axis=0)
         earlier = np.sign(r - r[:, None])[:, :, None]  # 1: than the robot that asks
         self.mate_nearer = (mates - TIE * earlier < self.way).any(axis=0)
-        leads_out = np.isin(self.kind, (RobotOption.STAIRWELL, RobotOption.EXIT))
-        way_out = np.where(leads_out, self.way, np.inf)
-        self.best_out = leads_out & (way_out == way_out.min(axis=1, keepdims=True))
+        way_out = np.where(self.leads_out, self.way, np.inf)
+        nearest = way_out.min(axis=1, keepdims=True)
+        self.best_out = self.leads_out & (way_out == nearest)
 
     def _offer(self, under_way: np.ndarray) -> None:
-        """Offer options that lead elsewhere, and KEEP while under way."""
+        """Offer options that lead elsewhere, and KEEP while under way.
+
+        Ways out are for those who lead people, as far as they know.
+        """
         self.offered = self.way >= THERE
+        self.offered &= (self.with_me > 0) | ~self.leads_out
         self.offered[:, RobotOption.KEEP] = under_way
         self.offered[:, RobotOption.STAY] = ~self.offered.any(axis=1)
 
@@ -223,7 +229,7 @@ class RobotView:
 
 @dataclass(frozen=True, eq=False)
 class FixedOptions:
-    """Options of a floor that never change: rooms, stairwells and exits.
+    """Options of a floor that never change: stairwells and exits.
 
     kind (k,);  target (k, 2) metres;  place (k,) where a robot then goes
     shaft (k,) index of the stairwell, -1 elsewhere
@@ -237,7 +243,7 @@ class FixedOptions:
 
 @lru_cache(maxsize=64)
 def fixed_options(building: Building, floor: int) -> FixedOptions:
-    """Find where robots go for each room, stairwell and exit of a floor."""
+    """Find where robots go for each stairwell and exit of a floor."""
     nav = navigation_of(building)
     found = list(_found_on(building, floor))
     ends = [actual_target(building, floor, x, y) for _, (x, y), _ in found]
@@ -254,14 +260,9 @@ def _found_on(
 ) -> Iterator[tuple[RobotOption, Destination, int]]:
     """Yield an option's kind, its point, and its stairwell or -1.
 
-    In a room it is the cell nearest to its centre. Where stairs lead down, the nearest
-    point of the main body: Eq. 1 leads inside [C6]; where they end, before them.
+    Where stairs lead down, the nearest point of the main body: Eq. 1 leads inside [C6];
+    where they end, before them.
     """
-    nav = navigation_of(building)
-    for room in building.rooms(floor):
-        points = nav.centres[nav.places_of(floor, room.cells)]
-        x, y = points[np.argmin(np.hypot(*(points - room.centre).T))].tolist()
-        yield RobotOption.ROOM, (x, y), -1
     for shaft, well in enumerate(building.stairwells):
         if well.leads_down(floor):
             low, high = np.reshape(building.body, (2, 2))

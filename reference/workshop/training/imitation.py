@@ -16,7 +16,7 @@ import torch
 
 from reference.building import Building
 from reference.game.moments import Moment
-from reference.game.observations import to_normalised
+from reference.game.observations import from_normalised, to_normalised
 from reference.learning.experience import (
     Decisions,
     GroupDecision,
@@ -32,6 +32,7 @@ from reference.strategies import RobotStrategy
 from reference.workshop.landmarks import landmarks_for
 from reference.workshop.landmarks.of_robots import RobotOption
 from reference.workshop.strategies import ROBOTS
+from reference.workshop.strategies.robots import GROUP_RADIUS
 
 CLONING_RATE = 1e-3  # [C7, chosen] learning rate of the fit
 CLONING_BATCH = 64  # [C7, chosen] group decisions of its minibatches
@@ -92,7 +93,7 @@ class _Teacher(Player):
 
         Those are the nearest option, or for Gaussians the spot; and "keep" where the
         teacher keeps a destination. What the head does not offer is left out, `alive`
-        False: to stay put, or to keep if it cannot.
+        False: to stay put, to go where no option is near, or to keep if it cannot.
         """
         new, spots = ~np.isnan(wanted).any(axis=1), np.nan_to_num(wanted)
         actions, features, action_mask = spots * RAW_LIMIT, None, None
@@ -103,10 +104,15 @@ class _Teacher(Player):
             if self.options is None:
                 actions = np.concatenate([actions, new[:, None]], axis=1)
             else:
-                off = np.linalg.norm(choices.places - spots[:, None], axis=-1)
+                ends, aims = (
+                    from_normalised(self.building, spot.astype(float))
+                    for spot in (choices.places, spots[:, None])
+                )
+                off = np.linalg.norm(ends - aims, axis=-1)
                 meant = action_mask | (np.arange(off.shape[1]) == RobotOption.STAY)
                 nearest = np.where(meant, off, np.inf).argmin(axis=1)
-                new = new & action_mask[np.arange(len(new)), nearest]
+                each = np.arange(len(new)), nearest
+                new = new & action_mask[each] & (off[each] <= GROUP_RADIUS)
                 actions = np.where(kept, RobotOption.KEEP, nearest)[:, None]
             taught = new | kept
         actions = actions.astype(np.float32)
