@@ -9,13 +9,18 @@ from trainings import TINY, begun, tiny
 from reference.building import building_of
 from reference.game.environment import destination
 from reference.game.moments import Moment
-from reference.game.observations import robot_vectors
+from reference.game.observations import (
+    from_normalised,
+    robot_vectors,
+    to_normalised,
+)
 from reference.learning.adversarial import player_of
 from reference.learning.rollouts import play
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.landmarks import landmarks_for
 from reference.workshop.strategies.robots import GROUP_RADIUS, Sweep
+from reference.workshop.training.imitation import Demonstration
 
 
 class Observed(Sweep):
@@ -72,3 +77,27 @@ def test_robots_that_copied_sweep_go_where_it_would():
     assert len(after) == len(before) > 15
     assert np.mean(before < 1) < 0.6 and np.mean(after < 1) > 0.75
     assert after.mean() < before.mean() / 2
+
+
+@pytest.mark.paper("E1", "chosen")
+def test_what_no_option_comes_near_is_not_taught():
+    """An option's own place is, and what lies within GROUP_RADIUS of it."""
+    settings = tiny()
+    building, scenario = building_of(TINY), settings.scenario
+    teacher = Demonstration(settings.robots, "sweep").player(
+        "robots", building, scenario
+    )
+    sim = Simulation(building, scenario, Sweep(), RandomFire(), seed=1)
+    vectors = robot_vectors(sim.world, scenario)
+    moment = Moment.of(sim.world, vectors, np.ones(len(vectors), dtype=bool))
+    choices, g = teacher._choices(moment), 0
+    ends = from_normalised(building, choices.places[g, choices.action_mask[g]])
+    west, east = np.reshape(building.body, (2, 2))
+    taught = []
+    for spot in np.random.default_rng(0).uniform(west, east, (50, 2)):
+        wanted = np.full((len(vectors), 2), np.nan, dtype=np.float32)
+        wanted[g] = to_normalised(building, spot)
+        taught.append(bool(teacher._recorded(moment, wanted).alive[g]))
+        near = np.hypot(*(ends - spot).T).min() <= GROUP_RADIUS
+        assert near or not taught[-1]
+    assert any(taught) and not all(taught)
