@@ -19,11 +19,13 @@ if __name__ == "__main__":  # if stopped during the imports below: exit silently
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
 
 import re
+from _thread import interrupt_main
 from argparse import ArgumentParser, Namespace
 from argparse import RawDescriptionHelpFormatter as Formatter
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from threading import Event, Timer
 from typing import NoReturn
 
 from reference.paper import PEOPLE, InputError
@@ -56,6 +58,8 @@ COMMANDS = {
     "bench": speed.BENCH,
 }
 
+STOPPED = "stopped; nothing half-written is left"
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line, by default `sys.argv`; return the exit status."""
@@ -66,7 +70,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         finally:
             print(end="", flush=True)
     except KeyboardInterrupt as stopped:  # its text, if any, says what is kept
-        return _complain(str(stopped) or "stopped; nothing half-written is left", 130)
+        return _complain(str(stopped) or STOPPED, 130)
     except ContradictionError as error:
         return _complain(str(error), 2)
     except BrokenPipeError:  # `| head -1`: the reader has closed the pipe
@@ -166,9 +170,30 @@ def _process() -> int:
         if getattr(sys, name) is None:  # closed: nobody listens
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
         getattr(sys, name).reconfigure(errors="backslashreplace")
-    for stop in STOPS:
-        signal.signal(stop, signal.default_int_handler)
-    return main()
+    heard = Event()
+
+    def stop(number: int, frame: object) -> NoReturn:
+        """Handle a signal."""
+        heard.set()
+        raise KeyboardInterrupt
+
+    for number in STOPS:
+        signal.signal(number, stop)
+    sys.unraisablehook = _unraised
+    try:
+        return main()
+    except Exception:
+        if not heard.is_set():
+            raise
+        return _complain(STOPPED, 130)  # matplotlib put its own error in its place
+
+
+def _unraised(lost: "sys.UnraisableHookArgs") -> None:
+    """Stop once more, where Python dropped a KeyboardInterrupt, as in a finaliser."""
+    if lost.exc_type is KeyboardInterrupt:
+        Timer(0.05, interrupt_main, STOPS[:1]).start()
+    else:
+        sys.__unraisablehook__(lost)
 
 
 if __name__ == "__main__":

@@ -305,12 +305,40 @@ def test_stopped_it_ends_with_one_line_and_leaves_nothing_half_written(
     assert list(tmp_path.iterdir()) == []
 
 
+SLOW = "open('loading', 'w').close(); time.sleep(60)"
+
+
 @STOPS
 def test_stopped_while_it_is_loaded_it_ends_in_silence(number, stopped, tmp_path):
     """Here numpy takes a minute to load."""
-    slow = "import time; open('loading', 'w').close(); time.sleep(60)"
-    (tmp_path / "numpy.py").write_text(slow)
+    (tmp_path / "numpy.py").write_text(f"import time; {SLOW}")
     assert stopped(number) == ""
+
+
+IN_A_FINALISER = f"""
+import time
+class Dropped:
+    def __del__(self):
+        {SLOW}
+Dropped()
+for _ in range(600):
+    time.sleep(0.1)
+"""
+IN_ITS_PLACE = f"""
+import time
+try:
+    {SLOW}
+except KeyboardInterrupt:
+    raise ValueError("no bounding box") from None
+"""
+
+
+@pytest.mark.parametrize("lost", [IN_A_FINALISER, IN_ITS_PLACE])
+@STOPS
+def test_a_stop_that_a_library_loses_is_not_lost(number, lost, stopped, tmp_path):
+    """As matplotlib does, one time in a hundred, when it draws a frame."""
+    (tmp_path / "matplotlib.py").write_text(lost)
+    assert stopped(number) == "stopped; nothing half-written is left\n"
 
 
 @pytest.mark.parametrize(
