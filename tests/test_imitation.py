@@ -60,23 +60,24 @@ def off_course(training):
     learned = player_of(learner, landmarks_for("robots", learner.settings))
     building = building_of(TINY)
     guide = Observed(learned.player("robots", building, scenario))
-    Simulation(building, scenario, guide, RandomFire(), seed=1).run()
+    for seed in range(1, 5):
+        Simulation(building, scenario, guide, RandomFire(), seed).run()
     return np.array(guide.metres)
 
 
 @pytest.mark.paper("C7", "chosen")
 @pytest.mark.paper("E1", "chosen")
 def test_robots_that_copied_sweep_go_where_it_would():
-    """In an evacuation that they have not seen; they did not before."""
+    """In evacuations that they have not seen; they did not before."""
     settings = tiny(robots={"hidden_units": 32})
     settings = replace(settings, imitation_episodes=4, imitation_epochs=150)
     training = begun(settings, imitate="sweep")
     before = off_course(training)
     training.imitate([e for job in training.demonstrations() for e in play(job)])
     after = off_course(training)
-    assert len(after) == len(before) > 15
-    assert np.mean(before < 1) < 0.6 and np.mean(after < 1) > 0.75
-    assert after.mean() < before.mean() / 2
+    assert len(after) == len(before) > 60
+    assert np.mean(after < 1) > np.mean(before < 1) + 0.15
+    assert after.mean() < 0.6 * before.mean()
 
 
 @pytest.mark.paper("E1", "chosen")

@@ -12,17 +12,20 @@ from reference.fire import Generator
 from reference.game.environment import destination, fire_decision
 from reference.game.moments import Moment
 from reference.game.observations import fire_vector, robot_vectors
+from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.robots import actual_target, said_on_the_way
 from reference.simulation import Simulation
 from reference.strategies import NoRobots, RandomFire
 from reference.workshop.landmarks.of_fire import FIRE_FEATURES, FireOption, FireOptions
 from reference.workshop.landmarks.of_robots import (
+    ASTRAY,
     OWN,
     ROBOT_FEATURES,
     THERE,
     RobotOption,
     RobotOptions,
+    fixed_options,
 )
 from reference.workshop.landmarks.shared import FAR
 from reference.workshop.strategies.robots import Sweep
@@ -158,22 +161,46 @@ def test_robots_always_have_an_option_in_the_main_body(name):
 
 
 @pytest.mark.paper("C7", "Alg. 3:3")
+@pytest.mark.paper("C5", "chosen")
 @pytest.mark.parametrize("name", BUILDINGS)
-def test_a_destination_that_is_kept_is_the_same_place_again(name):
-    """Keep is there exactly while under way, and leads where the robot goes already."""
-    kept = 0
+def test_who_is_under_way_may_keep_on_where_it_may_help_somebody(name):
+    """To the same place before stairs, or out, with people; or after those it seeks."""
+    kept, given_up = 0, 0
     for sim in moments(name):
         options = robots_of(sim)
+        leads = feature(options, "mine")[:, 0] > 0
         for k, robot in enumerate(sim.world.robots):
+            keeps = options.action_mask[k, RobotOption.KEEP]
             at_work = sim.world.people_at_or_above(robot.floor) > 0
-            under_way = bool(robot.way) and at_work
-            assert options.action_mask[k, RobotOption.KEEP] == under_way
-            if under_way:
-                spot = destination(sim.building, options.places[k, RobotOption.KEEP])
-                target = actual_target(sim.building, robot.floor, *spot)
-                assert target == pytest.approx(robot.destination, abs=1e-3)
-                kept += 1
+            if not (robot.way and at_work):
+                assert not keeps
+                continue
+            spot = destination(sim.building, options.places[k, RobotOption.KEEP])
+            target = actual_target(sim.building, robot.floor, *spot)
+            fixed = fixed_options(sim.building, robot.floor)
+            (known,) = (fixed.place == robot.way[-1]).nonzero()
+            to_people = lost_within(sim, robot, ASTRAY)
+            if len(known):
+                before_stairs = fixed.kind[known[0]] == RobotOption.LANDING
+                assert keeps == (before_stairs or leads[k])
+            elif keeps and target != pytest.approx(robot.destination, abs=1e-3):
+                assert np.hypot(*(to_people - spot).T).min() < 1e-3
+            elif not keeps:
+                assert not len(to_people)
+            kept, given_up = kept + keeps, given_up + (not keeps)
     assert kept
+    assert given_up
+
+
+def lost_within(sim, robot, metres):
+    """(k, 2) people near a robot's destination, none of them in sight of robots."""
+    bodies, nav = sim.world.bodies, navigation_of(sim.building)
+    seen = np.zeros(len(bodies), bool)
+    here = np.asarray(bodies.walking & (bodies.floor == robot.floor))
+    for mate in (r for r in sim.world.robots if r.floor == robot.floor):
+        seen |= nav.distances([mate.place])[bodies.place] <= sim.scenario.sight_range
+    lost = bodies.position[here & ~seen]
+    return lost[np.hypot(*(lost - robot.destination).T) <= metres]
 
 
 @pytest.mark.paper("C5")

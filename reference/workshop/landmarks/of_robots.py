@@ -1,9 +1,10 @@
 """Landmarks a robot can go to: groups of people, ways out, the foot of stairs.
 
 Clauses: A3, A4, C5, C6, C7.  What helps nobody is no option [C5, chosen]: a way out,
-for a robot that leads nobody; rooms, since it is observed where people are; its own
-place, where it would stay forever. With them robots learn to walk up and down before
-an exit and to wait for whoever finds it, and keep to it.
+for a robot that leads nobody; rooms, since it is observed where people are; where a
+group was that has gone; its own place, where it would stay forever. With them robots
+learn to walk up and down before an exit and to wait for whoever finds it, and keep to
+it.
 
     k   options of one floor;  r  robots and m  people there
 """
@@ -16,6 +17,7 @@ from functools import lru_cache
 import numpy as np
 
 from reference.building import Building, Kind, Landmark
+from reference.game.environment import DECIMALS
 from reference.game.moments import Choices, Moment
 from reference.game.observations import from_normalised, to_normalised
 from reference.navigation import navigation_of
@@ -31,13 +33,14 @@ OWN = 2  # options of the robot itself: keep and stay
 FLAMES_AROUND = 7  # cells: side of the square in which a robot counts flames
 THERE = 1.5  # [C5, chosen] metres on foot within which a robot is there already
 TIE = 2.0  # metres: of two robots this close, the first of the team counts as nearer
+ASTRAY = 8.0  # [C5, chosen] metres: people go no farther from one decision to the next
 STEP = 5.0  # metres: ways are also given as log(1 + way / STEP), to be compared
 
 
 class RobotOption(IntEnum):
     """What a robot can go to [C5, chosen]."""
 
-    KEEP = 0  # the destination it has, while under way
+    KEEP = 0  # the destination it has, while under way; people there may have moved
     STAY = 1  # where it is, if there is nowhere else to go
     STAIRWELL = 2  # one that leads down
     LANDING = 3  # before one that ends here: people come out of it
@@ -124,7 +127,7 @@ class RobotView:
             there to the cheapest way out;  mate_way  (r, k) from the nearest mate
     mate_nearer  (r, k) bool; of two that stand together only one has a nearer mate:
             they see the same and would otherwise do the same
-    offered (r, k) bool, whether a robot may choose it
+    offered (r, k) bool, whether a robot may choose it;  keeps (r,) bool, the first one
     lost    (m,) bool, people with no robot;  with_me  (r, 1) people
     """
 
@@ -145,9 +148,10 @@ class RobotView:
         each = [self.nav.distances([p], cost) for p in self.me[1].tolist()]
         out = self.nav.distances(ways_out(now.building, floor), cost)
         self._assign_people(options.scenario.sight_range)
-        self._choose(headed)
+        self._choose()
+        self._keep(headed)
         self._measure_ways(*(np.minimum(d, shared.FAR) for d in (each, out)))
-        self._offer(~np.isnan(headed[:, 0]))
+        self._offer()
         self._count_people()
         self.flames = now.flames_around(FLAMES_AROUND)
 
@@ -164,7 +168,7 @@ class RobotView:
         self.lost = np.logical_not(mine.any(axis=0))
         self.with_me = mine.sum(axis=1)[:, None]
 
-    def _choose(self, headed: np.ndarray) -> None:
+    def _choose(self) -> None:
         """List options: the robot's OWN, those of the map, groups of lost people."""
         near = shared.near_in_sight(self.nav, self.people, self.people)
         centres = shared.group_centres(near, self.lost)
@@ -178,17 +182,35 @@ class RobotView:
         self.leads_out = np.isin(self.kind, (RobotOption.STAIRWELL, RobotOption.EXIT))
         self.target, self.place = (np.repeat(a[None], r, 0) for a in (target, place))
         self.target[:, :OWN], self.place[:, :OWN] = (a[:, None] for a in self.me)
-        for k in np.flatnonzero(~np.isnan(headed[:, 0])).tolist():
-            spot = from_normalised(self.now.building, headed[k]).tolist()
-            end = actual_target(self.now.building, self.floor, *spot)
-            self.target[k, 0], self.place[k, 0] = (
-                spot,
-                self.nav.nearest_free(self.floor, *end),
-            )
-        self.off = self.target - self.me[0][:, None]
+
+    def _keep(self, headed: np.ndarray) -> None:
+        """Find where robots under way go on to, and whether it may help somebody.
+
+        People walk on: a robot on the way to some goes after the lost one nearest to
+        where they were. Where nobody is lost any more, there is nobody to go to.
+        """
+        spots = from_normalised(self.now.building, headed.astype(float))
+        metres, places = (known[self.lost] for known in self.people)
+        self.keeps = ~np.isnan(headed[:, 0])
+        for k in np.flatnonzero(self.keeps).tolist():
+            spot = spots[k]
+            named = spot.round(DECIMALS).tolist()
+            end = actual_target(self.now.building, self.floor, *named)
+            place = self.nav.nearest_free(self.floor, *end)
+            fixed = np.flatnonzero(self.fixed.place == place)
+            if len(fixed):
+                leads_out = self.leads_out[OWN + fixed].any()
+                self.keeps[k] = self.with_me[k, 0] > 0 or not leads_out
+            else:
+                off = np.hypot(*(metres - spot).T)
+                self.keeps[k] = off.min(initial=np.inf) <= ASTRAY
+                if self.keeps[k]:
+                    spot, place = metres[off.argmin()], places[off.argmin()]
+            self.target[k, 0], self.place[k, 0] = spot, place
 
     def _measure_ways(self, ways: np.ndarray, out: np.ndarray) -> None:
         """Measure robots' and mates' ways; ways (r, places), out (places,) metres."""
+        self.off = self.target - self.me[0][:, None]
         r = np.arange(len(self.place))
         self.way, self.out = ways[r[:, None], self.place], out[self.place]
         mates = ways[:, self.place]
@@ -200,14 +222,11 @@ class RobotView:
         nearest = way_out.min(axis=1, keepdims=True)
         self.best_out = self.leads_out & (way_out == nearest)
 
-    def _offer(self, under_way: np.ndarray) -> None:
-        """Offer options that lead elsewhere, and KEEP while under way.
-
-        Ways out are for those who lead people, as far as they know.
-        """
+    def _offer(self) -> None:
+        """Offer options that lead elsewhere; ways out to those who lead people."""
         self.offered = self.way >= THERE
         self.offered &= (self.with_me > 0) | ~self.leads_out
-        self.offered[:, RobotOption.KEEP] = under_way
+        self.offered[:, RobotOption.KEEP] = self.keeps
         self.offered[:, RobotOption.STAY] = ~self.offered.any(axis=1)
 
     def _count_people(self) -> None:

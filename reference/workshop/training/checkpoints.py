@@ -36,7 +36,7 @@ from reference.workshop.strategies import ROBOTS
 from reference.workshop.training.presets import Settings
 
 KIND = "checkpoint of fire-rescue-reference"
-FORMAT = 4
+FORMAT = 5
 """Grows whenever observations, actions or networks come to mean something else."""
 
 PLAYERS = ("fixed", "initial")  # of a task

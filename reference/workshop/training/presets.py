@@ -162,7 +162,7 @@ def _laptop() -> Settings:
     net |= {"learning_rate": 1e-3}
     robots: dict[str, Any] = {"batch_size": 512, "buffer_size": 2560}
     robots |= {"beta": 1e-3, "beta_schedule": "linear"}
-    robots |= {"commitment": 5.0, "shaping": 300.0, "gamma": 0.97, "context": False}
+    robots |= {"commitment": 2.5, "shaping": 300.0, "gamma": 0.97, "context": False}
     robots |= {"summary": True, "own_state": True}
     robots |= {"max_steps": 480_000, "summary_freq": 5000}
     robots |= {"keep_checkpoints": 25, "checkpoint_interval": 24_000}

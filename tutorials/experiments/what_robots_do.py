@@ -1,0 +1,81 @@
+"""What do teams of robots do with their time?
+
+    python tutorials/experiments/what_robots_do.py sweep observer out/DIR --fire random
+
+Every decision of a robot at work on the first floor is counted as one of DEEDS, and the
+people who follow it.
+"""
+
+from argparse import ArgumentParser
+from collections import Counter
+
+import numpy as np
+
+from reference.building import load
+from reference.paper import Scenario
+from reference.robots import followers_of
+from reference.simulation import Simulation
+from reference.workshop.evaluation.contestants import contestant
+from reference.workshop.strategies.robots import GROUP_RADIUS, unguided
+from reference.world import Instruction
+
+DEEDS = {
+    "leads": "walks to a way out, people follow",
+    "fetches": "walks to people whom nobody guides, alone",
+    "fetches more": "... people follow",
+    "walks": "walks, nobody follows, nobody to guide is there",
+    "other": "walks elsewhere, people follow",
+    "waits": "stands",
+}
+
+
+def deed(world, robot):
+    """Tell which of DEEDS a robot is about."""
+    if not robot.way:
+        return "waits"
+    lost = unguided(world) & (world.bodies.floor == robot.floor)
+    there = np.hypot(*(world.bodies.position - robot.destination).T) <= GROUP_RADIUS
+    followed = len(followers_of(world, robot)) > 0
+    if (lost & there).any():
+        return "fetches more" if followed else "fetches"
+    if not followed:
+        return "walks"
+    return "other" if robot.says.instruction is Instruction.FOLLOW_ME else "leads"
+
+
+def evacuation(team, fire, seed):
+    """Count deeds in one evacuation, and people led at each; and share saved."""
+    players = contestant(team, "robots"), contestant(fire, "fire")
+    now = Simulation(load("paper"), Scenario(), *players, seed)
+    deeds, led = Counter(), []
+    while not now.done:
+        decides = now.ticks % now.decision_ticks == 0
+        now.step()
+        for robot in now.world.robots:
+            if decides and robot.active and robot.floor == 0:
+                deeds[deed(now.world, robot)] += 1
+                led.append(len(followers_of(now.world, robot)))
+    outcome = now.outcome()
+    return deeds, led, outcome.evacuated / outcome.people
+
+
+if __name__ == "__main__":
+    parser = ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("teams", nargs="+", metavar="TEAM")
+    parser.add_argument("--fire", default="random", metavar="S")
+    parser.add_argument("--episodes", type=int, default=20, metavar="N")
+    parser.add_argument("--seed", type=int, default=7000, metavar="N")
+    asked = parser.parse_args()
+    seeds = range(asked.seed, asked.seed + asked.episodes)
+    for name, words in DEEDS.items():
+        print(f"{name:>12}  {words}")
+    columns = " ".join(f"{name:>12}" for name in DEEDS)
+    print(f"\n{'% of decisions':24} {columns}   led  saved")
+    for team in asked.teams:
+        runs = [evacuation(team, asked.fire, seed) for seed in seeds]
+        deeds = sum((run[0] for run in runs), Counter())
+        shares = [100 * deeds[name] / deeds.total() for name in DEEDS]
+        led = np.mean([people for run in runs for people in run[1]])
+        saved = 100 * np.mean([run[2] for run in runs])
+        numbers = " ".join(f"{share:12.1f}" for share in shares)
+        print(f"{team[-24:]:24} {numbers} {led:5.2f}  {saved:5.1f}")
