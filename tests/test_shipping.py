@@ -65,7 +65,7 @@ def test_the_summary_says_who_is_who(capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("robots", "fire", "claimed"),
-    [(LEARNED, "random", 86.3), (LEARNED, LEARNED, 31.1), ("escort", LEARNED, 33.3)],
+    [(LEARNED, "random", 86.2), (LEARNED, LEARNED, 33.0), ("escort", LEARNED, 33.3)],
 )
 def test_the_policies_do_what_is_claimed(robots, fire, claimed, capsys):
     """The first twenty of the evacuations in RESULTS.md, within their spread."""

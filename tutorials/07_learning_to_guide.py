@@ -208,7 +208,7 @@ print(drawing.save(figure, "out/07_finishing_early.png"))
 #> out/07_finishing_early.png
 
 # %% The robots that ship
-# The robots called `learned` learned from 150,708 decisions in the paper's building.
+# The robots called `learned` learned from 152,348 decisions in the paper's building.
 # Two evacuations each, with random fires: without guides, and with them.
 
 paper = load("paper")
