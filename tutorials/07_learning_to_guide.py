@@ -225,10 +225,9 @@ saved = {who: alive(who, "random") for who in ("none", "learned")}
 print("more than with nobody:", saved["learned"] > saved["none"])
 #> more than with nobody: True
 
-# These began by copying `observer`, a guide written by hand that knows no more than
-# they do, then learned by MA-POCA against a fire that learned too, and random ones.
-# RESULTS.md says where they beat the robots that are written by hand and where they
-# lose, and how near robots come that learned from nothing. Watch:
+# These began with nothing and learned by MA-POCA, against random fires. RESULTS.md says
+# where they beat the robots that are written by hand, where they lose, and what they do
+# otherwise. Watch:
 #
 #     python -m reference evacuate --robots learned --fire random --animate learned.gif
 
