@@ -33,7 +33,7 @@ OWN = 2  # options of the robot itself: keep and stay
 FLAMES_AROUND = 7  # cells: side of the square in which a robot counts flames
 THERE = 1.5  # [C5, chosen] metres on foot within which a robot is there already
 TIE = 2.0  # metres: of two robots this close, the first of the team counts as nearer
-ASTRAY = 8.0  # [C5, chosen] metres: people go no farther from one decision to the next
+ASTRAY = 8.0  # [C5, chosen] metres: hardly anybody goes farther between decisions
 STEP = 5.0  # metres: ways are also given as log(1 + way / STEP), to be compared
 
 
