@@ -183,9 +183,10 @@ def test_who_is_under_way_may_keep_on_where_it_may_help_somebody(name):
             if len(known):
                 before_stairs = fixed.kind[known[0]] == RobotOption.LANDING
                 assert keeps == (before_stairs or leads[k])
-            elif keeps and target != pytest.approx(robot.destination, abs=1e-3):
+                assert target == pytest.approx(robot.destination, abs=1e-3)
+            elif keeps:
                 assert np.hypot(*(to_people - spot).T).min() < 1e-3
-            elif not keeps:
+            else:
                 assert not len(to_people)
             kept, given_up = kept + keeps, given_up + (not keeps)
     assert kept
