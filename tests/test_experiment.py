@@ -8,6 +8,7 @@ from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from shutil import copytree, rmtree
+from statistics import mean
 
 import numpy as np
 import pytest
@@ -494,6 +495,33 @@ def test_without_best_responses_there_is_no_answer():
     )
     assert half.exploitable == []
     assert list(telling(half, Plan(half.experiment, Path(), here=True))) == []
+
+
+@pytest.mark.paper("F9", "F12")
+@pytest.mark.parametrize(
+    ("baseline", "told"),
+    [
+        (None, "E by the paper's ruler:"),
+        ("sweep", "E by the ruler on which `sweep` scores 1 on average over its fires"),
+        ("none", "E is not known, since `none` yields no ruler:"),
+    ],
+)
+def test_the_page_says_by_which_ruler_e_is_measured(baseline, told):
+    """The paper's, or the baseline's; who never was in a test yields none."""
+    test = COMPARED["test"] | {"baseline": baseline}
+    runs = [
+        replace(run("sweep", fire, seed, share + 0.1 * (seed % 2)), difficulty=h)
+        for fire, share, h in (("random", 0.8, 20.0), ("busiest", 0.2, 200.0))
+        for seed in range(9)
+    ]
+    results = Results(small(**COMPARED | {"test": test}), runs)
+    assert told in page.page(results, [])
+    scores = [cell.score for cell in results.cells()]
+    if baseline == "none":
+        assert scores == [None, None]
+    else:
+        average = mean(score.mean for score in scores)
+        assert (average == pytest.approx(1)) == (baseline == "sweep")
 
 
 def test_the_page_says_what_an_arm_changes():

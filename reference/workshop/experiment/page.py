@@ -38,7 +38,8 @@ def page(results: Results, pictures: Sequence[tuple[str, str]]) -> str:
         "## Who beats whom",
         _matrix(cells, fires, ("survival",)),
         NOTE,
-        "Reward R, difficulty h and score E, each of a training's means:",
+        f"Reward R, difficulty h and score E, each of a training's means; E "
+        f"{_by_which_ruler(results)}:",
         _matrix(cells, fires, tuple(FIGURES)),
         *_exploitability(results),
         *_differences(results, fires),
@@ -151,6 +152,14 @@ def _changes(rows: Mapping[str, Any]) -> str:
     named = rows_of_both(rows, None, "")
     told = ", ".join(f"`{name} = {value}`" for name, value, _ in named)
     return told and f" with {told}"
+
+
+def _by_which_ruler(results: Results) -> str:
+    if (baseline := results.experiment.test.baseline) is None:
+        return "by the paper's ruler"
+    if results.ruler is None:
+        return f"is not known, since `{baseline}` yields no ruler"
+    return f"by the ruler on which `{baseline}` scores 1 on average over its fires"
 
 
 def _matrix(cells: Sequence[Cell], fires: list[str], figures: tuple[str, ...]) -> str:
