@@ -70,8 +70,8 @@ def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
         if theirs != own:
             raise SettingsError(
                 f"{side}: the network to begin with has {name} {theirs}, here it is "
-                f"{own}. Write its own into the settings; the robots that ship have "
-                "those of tutorials/experiments/copied.yaml."
+                f"{own}. Write its own into the settings; what ships has those of "
+                "preset laptop."
             )
     try:
         learner.actor.load_state_dict(dict(who.weights))
