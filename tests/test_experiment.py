@@ -453,10 +453,14 @@ def test_an_arm_has_a_row_and_a_kind_of_fire_a_column():
     [
         (
             (0.6, 0.3),
-            "30.0 [23.3, 36.7] percentage points more than `ppo`: it is better",
+            "best responses, `learning` less `ppo`: 30.0 [23.3, 36.7] percentage "
+            "points: it is better",
         ),
-        ((0.6, 0.3), "loses 30.0 [30.0, 30.0] points less: it is less exploitable"),
-        ((0.3, 0.6), "loses -30.0 [-30.0, -30.0] points less: it is more exploitable"),
+        (
+            (0.6, 0.3),
+            "`ppo` less `learning`: 30.0 [30.0, 30.0] points: it is less exploitable",
+        ),
+        ((0.3, 0.6), "-30.0 [-30.0, -30.0] points: it is more exploitable"),
         ((0.5, 0.5), "cannot be told apart"),
         ((0.5, 0.5), "This is preliminary: 3 trainings an arm,"),
     ],
@@ -474,10 +478,8 @@ def test_who_has_less_to_lose_is_not_called_more_robust():
     for (_, fire), runs in outcome({"learning": 0.2}, random=0.4).runs.items():
         results.runs["learning", fire] = runs
     told = page.answer(results)
-    less = (
-        r"points less: it is less exploitable\. But under random fire `learning` saves"
-    )
-    fewer = r"-\S+ \[-\S+, -\S+\] points more: it has less to lose, and is not"
+    less = r"it is less exploitable\. But under random fire, `learning` less `ppo`:"
+    fewer = r"-\S+ \[-\S+, -\S+\] points: it has less to lose, and is not"
     assert re.search(f"{less} {fewer} more robust", told)
 
 
@@ -485,7 +487,7 @@ def test_without_best_responses_there_is_no_answer():
     """And no exploitability; the matrix is there all the same."""
     results = Results(small(), [run("learning-3", "random", k, 0.5) for k in range(4)])
     text = page.page(results, [])
-    assert "There is no answer" in text
+    assert "No best responses were trained" in text
     assert "exploitability" not in text
     assert "| `learning` | 50.0 [50.0, 50.0] |" in text
     half = Results(

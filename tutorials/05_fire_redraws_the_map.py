@@ -74,9 +74,10 @@ for seconds in (30, 60, 120, 240):
 #> after 240 s 288 m2 burn
 
 # %% Burnt doors leave the graph
-# Nobody can pass a door that flames touched [A6]. The first door that burns doubles the
-# way out of the room with the maps. When the room's only door burns, it has none. In
-# the end all rooms but the foyer are cut off.
+# A door that flames touched is no way any more: whoever sees that chooses another, and
+# its edge leaves the graph [A6]. The first door that burns doubles the way out of the
+# room with the maps. When the room's only door burns, it has none. In the end all rooms
+# but the foyer are cut off.
 
 
 def ways(graph: nx.Graph) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """Tutorial 6: a robot that guides.
 
 You learn what a robot decides and says, write a strategy of your own, and compare it
-with the one that ships, on the same people and the same fires.
+with `sweep`, which ships, on the same people and the same fires.
 """
 
 from math import dist

@@ -112,11 +112,11 @@ for cell in cells(records, PAPER):
 #> sweep  greedy R   1768  h 1573  E 0.175
 
 # %% The ruler does not fit
-# Robots can earn 14000 with forty people on three floors, but not with twelve visitors
-# on one: here E hardly tells a good guide from none. So calibrate the ruler [F12]. The
-# building gives the two critical points. The baseline's runs give k, so that the same
-# robots score the same under easy fires and hard ones, and β, so that they score 1 on
-# average.
+# The paper's ruler is made for rewards up to 14000, of forty people on the third floor.
+# Twelve visitors on one floor earn 2300 at most: here E hardly tells a good guide from
+# none. So calibrate the ruler [F12]. The building gives the two critical points. The
+# baseline's runs give k, so that the same robots score the same under easy fires and
+# hard ones, and β, so that they score 1 on average.
 
 museum = building_of(evaluation.arena.plan)
 points = critical_points(museum, evaluation.arena.scenario)

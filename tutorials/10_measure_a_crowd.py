@@ -76,7 +76,7 @@ print("slower where it is dense:", slower)
 
 # %% The picture
 # Left: people walk straight to the exit and wait in a half circle. Middle: N(t) climbs
-# in steps, because whoever enters the exit closes it until it has room again [A5].
+# in steps, because whoever enters the exit shuts it for a moment for the next [A5].
 # Right: from 1 to 4 people per square metre speed falls.
 
 figure, (floor, flow, pace) = plt.subplots(

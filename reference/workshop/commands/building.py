@@ -72,7 +72,9 @@ CHECK_OPTIONS: options.Table = {"file": {"help": options.MAP}}
 DRAW_OPTIONS: options.Table = {
     **CHECK_OPTIONS,
     "--view": options.choice(VIEWS, "default: top", default="top"),
-    "--floor": options.number(1, "one floor only, 1 is the lowest"),
+    "--floor": options.number(
+        1, "with --view top or graph: one floor only, 1 is the lowest"
+    ),
     **options.picture("NAME-VIEW.png in this folder"),
 }
 

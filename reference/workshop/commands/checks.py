@@ -66,7 +66,7 @@ def agree(arguments: Namespace) -> None:
 
 
 def gap(arguments: Namespace) -> None:
-    """Plays the places that several fires choose to the end, in the same futures."""
+    """Simulates places that several fires choose to the end, in the same futures."""
     if arguments.output:
         writable(arguments.output, PICTURES, "a picture")
     fires = tuple(dict.fromkeys([*CHOOSERS, *(arguments.fire or ())]))

@@ -131,7 +131,9 @@ EVACUATE_OPTIONS: options.Table = {
     "--record": options.path(
         "FOLDER", "write the first episode's trajectories, a file per floor, for PedPy"
     ),
-    "--animate": options.path("FILE", "film the first episode as .gif, .html or .mp4"),
+    "--animate": options.path(
+        "FILE", "film the first episode as .gif, .html or .mp4 (needs ffmpeg)"
+    ),
 }
 
 EVACUATE = Command(

@@ -184,7 +184,9 @@ EVALUATE_OPTIONS: options.Table = {
     **options.WORKERS,
     "--out": options.path("DIR", "keep runs, tables and pictures there"),
     "--resume": options.flag("go on in DIR; more may be asked for"),
-    "--ruler": options.path("FILE", "a ruler.json; default: the paper's"),
+    "--ruler": options.path(
+        "FILE", "a ruler.json, which evaluate --out writes; default: the paper's"
+    ),
     "--baseline": {
         "metavar": "S",
         "help": "compare all with these robots, seed by seed, and calibrate the "

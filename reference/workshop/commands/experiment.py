@@ -13,6 +13,7 @@ from contextlib import contextmanager, suppress
 from functools import partial
 from itertools import chain
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 from reference.paper import InputError
@@ -130,11 +131,11 @@ def _pictures(plan: Any, results: Any, folder: Path) -> Iterator[tuple[str, Path
     from reference.workshop.drawing import page
     from reference.workshop.drawing.crossplay import matrix
     from reference.workshop.drawing.experiment import last_gain, survivors
-    from reference.workshop.experiment.page import points
+    from reference.workshop.experiment.page import OVER, points
 
     yield (
         "Survivors of all arms under all fires",
-        page.save(matrix(results.cells()), folder / "matrix.png"),
+        page.save(matrix(results.cells(), fill(OVER, 80)), folder / "matrix.png"),
     )
     for name, title, side in (
         ("trainings", "Survivors while robots learned", "robots"),
@@ -144,7 +145,7 @@ def _pictures(plan: Any, results: Any, folder: Path) -> Iterator[tuple[str, Path
             figure = survivors(title, arms, side)
             if side == "fire":
                 gain = points(last_gain(chain(*arms.values())))
-                title += f"; in their last fifth they still gained {gain} points"
+                title += f"; in their fourth fifth {gain} points more than in the last"
             yield title, page.save(figure, folder / f"{name}.png")
     yield from _films(plan, results, folder)
 
@@ -182,7 +183,7 @@ EXPERIMENT_OPTIONS: options.Table = {
         "help": "a Dask scheduler whose workers do it instead, such as "
         "tcp://10.0.0.1:8786",
     },
-    "--out": options.path("DIR", "default: out/ and FILE's name"),
+    "--out": options.path("DIR", "default: out/NAME, which is FILE's without .toml"),
     "--resume": options.flag("go on in DIR; more seeds and arms may be asked for"),
     "--seed": options.SEED["--seed"] | {"help": "refused: the seeds are in FILE"},
     "--page": options.path(

@@ -124,14 +124,17 @@ TRAIN_OPTIONS: options.Table = {
     "--building": {
         "help": f"{options.MAP}; default: paper, or tiny with --preset tiny"
     },
-    "--trainer": options.choice(ROWS["trainer_type"].choices, "of the robots"),
+    "--trainer": options.choice(
+        ROWS["trainer_type"].choices, "of the robots; default: preset's"
+    ),
     "--head": options.choice(
         ROWS["head"].choices, "of both policies; default: preset's"
     ),
     **options.player("robots", NOTE, (*SCRIPTS["robots"], LEARNED, "FILE")),
     **options.player("fire", NOTE, (*SCRIPTS["fire"], LEARNED, "FILE")),
     "--schedule": options.choice(
-        ROWS["schedule"].choices, "both sides learn together, or in turn"
+        ROWS["schedule"].choices,
+        "both sides learn together, or in turn; default: preset's",
     ),
     "--imitate": options.choice(
         [*SCRIPTS["robots"]][1:], "robots copy this strategy first"

@@ -71,9 +71,10 @@ def _players(found: Sequence[Cell] | Sequence[Record], side: str) -> list[str]:
 # -- Who beats whom -----------------------------------------------------------------
 
 
-def matrix(cells: Sequence[Cell]) -> Figure:
+def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
     """Draw every match's mean survival and interval, as a map of robots × fires [F12].
 
+    caption: what means and intervals are over, if not over a match's runs.
     Raises ValueError if there are no cells.
     """
     if not cells:
@@ -100,7 +101,7 @@ def matrix(cells: Sequence[Cell]) -> Figure:
     axes.spines[:].set_visible(False)
     bar = page.colorbar(boxes, ticks=MaxNLocator(4), format=PercentFormatter(1, 0, ""))
     bar.outline.set_visible(False)
-    foot(page, [], caption=_caption([cell.n for cell in cells]))
+    foot(page, [], caption=caption or _caption([cell.n for cell in cells]))
     return page
 
 

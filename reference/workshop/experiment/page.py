@@ -17,10 +17,9 @@ from reference.workshop.experiment.results import RANDOM, Results
 from reference.workshop.runs import rows_of_both
 
 ENOUGH = 5  # trainings of an arm; with fewer a result is preliminary
-NOTE = (
-    "Survivors in per cent: interquartile means over an arm's trainings, with 95 % "
-    "bootstrap intervals over trainings and evacuations; robots written by hand count "
-    "as one training."
+OVER = (
+    "interquartile means over an arm's trainings, with 95 % bootstrap intervals over "
+    "trainings and evacuations; robots written by hand count as one training"
 )
 TRAINERS = {"poca": "MA-POCA", "ppo": "PPO"}
 FIGURES = {"reward": "R", "difficulty": "h", "score": "E"}
@@ -37,7 +36,7 @@ def page(results: Results, pictures: Sequence[tuple[str, str]]) -> str:
         set_up(experiment),
         "## Who beats whom",
         _matrix(cells, fires, ("survival",)),
-        NOTE,
+        f"Survivors in per cent: {OVER}.",
         f"Reward R, difficulty h and score E, each of a training's means; E "
         f"{_by_which_ruler(results)}:",
         _matrix(cells, fires, tuple(FIGURES)),
@@ -62,8 +61,8 @@ def answer(results: Results) -> str:
     compare = results.experiment.compare
     if not compare or not set(compare[0]) <= set(results.exploitable):
         return (
-            "There is no answer: name a pair in `compare`, test under random fire, and "
-            "train best responses to both."
+            "No best responses were trained to two that are compared, so this says "
+            "nothing about robustness."
         )
     one, other = compare[0]
     saved = results.more_saved(one, other, BEST)
@@ -72,15 +71,15 @@ def answer(results: Results) -> str:
     better = verdict(saved, "it is better", "it is worse")
     exploitable = verdict(less, "it is less exploitable", "it is more exploitable")
     told = (
-        f"Under a best response `{one}` saves {points(saved)} percentage points more "
-        f"than `{other}`: {better}. From random fire to a best response it loses "
-        f"{points(less)} points less: {exploitable}."
+        f"Survivors under best responses, `{one}` less `{other}`: {points(saved)} "
+        f"percentage points: {better}. What best responses cost compared with random "
+        f"fire, `{other}` less `{one}`: {points(less)} points: {exploitable}."
     )
     there = results.more_saved(one, other, RANDOM)
     if there and there.high < 0 and saved.low <= 0 < less.low:
         told += (
-            f" But under random fire `{one}` saves {points(there)} points more: it has "
-            "less to lose, and is not more robust."
+            f" But under random fire, `{one}` less `{other}`: {points(there)} points: "
+            "it has less to lose, and is not more robust."
         )
     trainings = len(results.experiment.seeds)
     if trainings < ENOUGH:
@@ -117,7 +116,7 @@ def set_up(experiment: Experiment) -> str:
         f"people, preset `{experiment.preset}` of version {reference.__version__}"
         f"{_changes(experiment.settings)}. Every training has "
         f"{experiment.decisions:,} decisions of the robots; seeds "
-        f"{', '.join(map(str, experiment.seeds))}. {arms}. Tests: mean actions, "
+        f"{', '.join(map(str, experiment.seeds))}. {arms}. Tests: likeliest actions, "
         f"{test.episodes} evacuations from seed {test.seed:,} on, the same for all."
     )
     if test.looking_ahead:
@@ -210,8 +209,8 @@ def _differences(results: Results, fires: list[str]) -> Iterable[str]:
 def _doubts(experiment: Experiment) -> str:
     trainings = len(experiment.seeds)
     return (
-        f"* More trainings: intervals over {trainings} are too narrow, and five or "
-        "ten may tell otherwise.\n"
+        f"* More trainings: intervals over {trainings} are too narrow, and "
+        f"{2 * trainings} may tell otherwise.\n"
         "* A stronger adversary: a best response is as strong as its training; is its "
         "curve flat?\n"
         "* Another budget, building or crowd: nothing here says that the order stays."

@@ -1,6 +1,6 @@
 """Hand-written robots beyond the simplest; to add one, see the folder's `__init__`.
 
-Clauses: C3, C5, C7.
+Clauses: C1, C5, C7.
 
     p   place;  d  metres on foot;  lost  people whom no robot leads or is sent to yet
 """
@@ -240,7 +240,7 @@ def guided_by(world: World) -> np.ndarray:
 
 
 def as_observed(world: World) -> World:
-    """Replace what robots do not observe by guesses: who follows whom, and goals [C3].
+    """Replace what robots do not observe by guesses: who follows whom, and goals [C1].
 
     Whoever is in sight of a robot on foot, flames or not, follows the nearest such;
     nobody else is led, nobody is headed for a landmark, all on stairs are halfway.
