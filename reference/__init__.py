@@ -7,7 +7,7 @@ imports the workshop.
 """
 
 BOOK = (
-    "paper",  # every number, with its clause
+    "paper",  # the appendix's numbers, each with its clause
     "floorplan",  # text -> a checked drawing
     "building",  # drawing -> a graph of rooms, doors and stairwells
     "navigation",  # walkable cells, shortest ways
@@ -25,11 +25,11 @@ BOOK = (
     "beginning",  # who stands where before the first tick
     "game.rewards",  # events -> rewards
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE
-    "game",  # what is learned:
+    "game",  # the learning problem:
     "game.observations",  # the 167 numbers and the grid
     "game.moments",  # what a side decides upon, and its options
     "game.environment",  # who decides when, what an action means, who leaves
-    "learning",  # how:
+    "learning",  # the learners:
     "learning.settings",  # rows of Tables I and II
     "learning.networks",  # actors and critics
     "learning.experience",  # trajectories and the buffer

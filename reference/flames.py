@@ -2,7 +2,7 @@
 
 Clauses: A6, B7, C5, D6, D7.
 
-    p   place;  t  seconds
+    p   place
 """
 
 from functools import lru_cache

@@ -39,7 +39,7 @@ class Leader:
         """One pass of lines 2-22."""
         if (found := exit_in_view(observe)) is not None:  # 2
             return go_to(found)  # 3, which ends the pass [B6, chosen]
-        if observe.robots:  # lines 6, 7 for a robot, door or no door [B6, chosen]
+        if observe.robots:  # 6, 7: a robot in view leads, door or no door [B6, chosen]
             return follow(me, next(iter(observe.robots)), observe)  # the nearest
         if (wanted := desired(me, observe)) is not None:  # 5
             if (leader := suitable_leader(me, observe, wanted)) is not None:  # 6
@@ -200,7 +200,8 @@ def follow(me: Mind, leader: int, observe: View) -> Goal:
 def disconnect(me: Mind, observe: View) -> Goal:
     """Let go of a leader out of sight and lead oneself [B5, Alg. 1:11].
 
-    A stuck follower waits STUCK_WAIT_SECONDS between the two [B5, chosen].
+    A stuck follower stands still for STUCK_WAIT_SECONDS instead; who stands is not
+    stuck afterwards, and becomes a leader by line 3 [B5, chosen].
     """
     time = observe.time
     if me.leader != NOBODY:

@@ -27,6 +27,7 @@ ASIDE = 0.3
 """[A7, chosen] metres right of the target that people aim: two streams fit a door."""
 
 KEEP_RIGHT = 0.6  # [A7, chosen] sideways pull while somebody comes towards me
+THERE = 0.05  # [A7, chosen] metres: whoever is this near their target is there
 IDLE = 0.05  # [A7, chosen] m/s: bodies that mean to walk more slowly stand ...
 GIVE_WAY = 0.6  # [A7, chosen] m/s: ... and step aside for people who walk at them
 
@@ -78,7 +79,7 @@ def alone(
     seconds: float,
     free: Free,
 ) -> np.ndarray:
-    """Move n bodies, each as if alone in the building; the same as `step` otherwise."""
+    """Move n bodies, each as if alone; arguments and result as in `step`."""
     e, _, v = _heading(position, target, pace, seconds)
     return _not_into_walls(position, position + e * (v * seconds)[:, None], free)
 
@@ -110,7 +111,7 @@ def among(
     if (pushed := _pushed_apart(moved, i, j)) is not moved:
         pushed = _not_into_walls(moved, pushed, free)
     moved = _not_into_each_other(position, pushed, yields, i, j, room)
-    e = np.where((far > IDLE)[:, None], e, turned)
+    e = np.where((far > THERE)[:, None], e, turned)
     held_up = (_along(moved - position, e) < HELD_UP * seconds) & e.any(axis=1)
     if not held_up.any():
         return moved

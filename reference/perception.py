@@ -3,7 +3,7 @@
 Clauses: A6, B1, B2, B3, B6.  Walls and landmarks are in the sight tables; which
 people, robots and flames are in sight is computed anew for all who are about to think.
 
-    i   who looks;  j  a body in sight;  k  number of a ray
+    i  who looks;  j  a body in sight, by its number in its world;  w  number of a world
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -47,9 +47,10 @@ class Surroundings:
 
 
 class Leading(NamedTuple):
-    """A human in sight, following nobody, heading for a landmark in sight [B6, chosen].
+    """A human in sight who follows nobody and heads for a landmark in sight.
 
-    Their walk shows the heading, their bearing the rank; only followers in sight count.
+    [B6, chosen] Others can tell where they head, and their rank; followers counts those
+    in sight.
     """
 
     body: int
@@ -168,17 +169,17 @@ def look(
     rows, j, places, metres = _pairs(_everybody(worlds, bodies), sight, world, me)
     mine = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
     views = []
-    for k, place, rank, since in _rows(world, *mine):
-        time, around = worlds[k].time, surroundings[k]
+    for w, place, rank, since in _rows(world, *mine):
+        time, around = worlds[w].time, surroundings[w]
         views.append(View(time, place, rank, since, around.landmarks(place), around))
     for row, body, place, far in _rows(rows, j, places, metres):
         views[row].bodies[body] = place, far
     people, robots = np.flatnonzero(j < n), np.flatnonzero(j >= n)
-    i = world[rows[people]] * n + j[people]
-    _show_people(bodies, sight, who, views, rows[people], i, j[people])
+    seen = world[rows[people]] * n + j[people]
+    _show_people(bodies, sight, who, views, rows[people], seen, j[people])
     robots = robots[metres[robots].argsort(kind="stable")]
-    for row, k, body in _rows(rows[robots], world[rows[robots]], j[robots]):
-        views[row].robots[body] = worlds[k].robots[body - n].says
+    for row, w, body in _rows(rows[robots], world[rows[robots]], j[robots]):
+        views[row].robots[body] = worlds[w].robots[body - n].says
     return views
 
 
@@ -188,21 +189,21 @@ def _show_people(
     who: np.ndarray,
     views: list[View],
     rows: np.ndarray,
-    i: np.ndarray,
-    own: np.ndarray,
+    seen: np.ndarray,
+    j: np.ndarray,
 ) -> None:
-    """Add leaders to the views; rows, i: who sees whom; own: i in its world.
+    """Add leaders to the views; rows, seen: who sees whom; j: seen in its world.
 
     followed: sorted, one number per follower seen, made of viewer and leader; how
     often it occurs is how many followers of that leader the viewer sees.
     """
-    leader, heading = bodies.leader[i], bodies.landmark[i]
-    m = len(bodies) + int(leader.max(initial=0)) + 1  # above every own and leader
+    leader, heading = bodies.leader[seen], bodies.landmark[seen]
+    m = len(bodies) + int(leader.max(initial=0)) + 1  # above every j and leader
     followed = np.sort((rows * m + leader)[leader != NOBODY])
     lead = sight.meets[bodies.place[who[rows]], heading] & (leader == NOBODY)
-    rows, i, own, heading = rows[lead], i[lead], own[lead], heading[lead]
-    first, last = (followed.searchsorted(rows * m + own, s) for s in ("left", "right"))
-    facts = own, heading, bodies.rank[i], last - first
+    rows, seen, j, heading = rows[lead], seen[lead], j[lead], heading[lead]
+    first, last = (followed.searchsorted(rows * m + j, s) for s in ("left", "right"))
+    facts = j, heading, bodies.rank[seen], last - first
     for row, shown in zip(rows.tolist(), _rows(*facts), strict=True):
         views[row].leading.append(Leading(*shown))
 
@@ -225,9 +226,9 @@ def _pairs(
     near = np.abs(row[world] - row[world, me, None]) <= sight.sees.reach
     near &= np.abs(col[world] - col[world, me, None]) <= sight.sees.reach  # all small
     rows, j = np.divmod(np.flatnonzero(near & present[world]), place.shape[1])
-    i, k = me[rows], world[rows]
-    here, there = place[k, i], place[k, j]
-    off_x, off_y = x[k, j] - x[k, i], y[k, j] - y[k, i]
+    i, w = me[rows], world[rows]
+    here, there = place[w, i], place[w, j]
+    off_x, off_y = x[w, j] - x[w, i], y[w, j] - y[w, i]
     seen = np.maximum(np.abs(off_x), np.abs(off_y)) < sight.reach
     seen &= sight.sees.reaches(here, there) & (i != j)
     return rows[seen], j[seen], there[seen], np.hypot(off_x[seen], off_y[seen])

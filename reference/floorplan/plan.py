@@ -35,7 +35,8 @@ class Part:
 
     kind     "room", "stairwell"; "door", "entrance" or "exit"
     cells    (k, 2) rows and columns
-    words    of a room, the names in it, and where; else its id and first cell
+    words    of a room, the names in it, and where; if it has none, its id and first
+             cell
     sides    of a gate, the areas beside it;  outside  is a blank beside it?
     """
 

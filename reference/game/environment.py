@@ -113,7 +113,7 @@ class Environment:
     """One building and one scenario, episode after episode.
 
     simulation  what runs now;  decision  decisions taken in this episode
-    agents      who acts at the next step, of possible_agents
+    agents      who has not left, of possible_agents; their infos say who acts
 
     An observation has a "vector" (`observations.robot_layout` or `.fire_layout`) and
     the "grid", both float32.  An action is float32, clipped to [-1, 1]: a robot's

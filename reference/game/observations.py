@@ -160,7 +160,7 @@ def _corners(building: Building) -> tuple[tuple[float, ...], tuple[float, ...]]:
 def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
     """(R, V) float32: row k is what robot k observes, see `robot_layout` [C1] [C4].
 
-    scenario: the simulation's own.
+    scenario: as asked for.
     """
     humans, robots = points(world)
     fires = np.tile(SENTINEL, (scenario.sources, 1))
@@ -183,7 +183,7 @@ def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
     """(V,) float32: points of all humans, then of all robots, by number [D1].
 
     [D1, chosen] They are normalised here, since Table II does not normalise. scenario:
-    the simulation's own; robots it has and the world has not are SENTINEL.
+    as asked for; its robots are SENTINEL where `NoRobots` plays.
     """
     humans, robots = points(world)
     if not len(robots):

@@ -1,1 +1,1 @@
-"""The learners: what agents observe, how they decide, and how both sides train."""
+"""The learners: networks, experience, trainers, and the loop that trains both sides."""

@@ -160,7 +160,10 @@ class _Run:
         self.actions = {}
 
     def see(self) -> None:
-        """End the step; add its rewards to the last decision."""
+        """End the step; add its rewards to a side's last decision.
+
+        What happens before its first decision is not learned from.
+        """
         (time, inside), world = self.before, self.environment.simulation.world
         seen, rewards, _, truncations, self.infos = self.environment.end_step()
         self.truncated = any(truncations.values())
@@ -175,8 +178,8 @@ class _Run:
 
     def _shaping(self, side: Side, time: float, gone: int) -> float:
         """Compute the shaping reward of the decision that began at `time`."""
-        s, seconds = self.players[side].settings, self.environment.scenario
-        return s.shaping * shaping(gone, time, seconds.decision_seconds, s.gamma)
+        s, scenario = self.players[side].settings, self.environment.scenario
+        return s.shaping * shaping(gone, time, scenario.decision_seconds, s.gamma)
 
     def episode(self) -> Episode:
         """Make the whole episode, once it is over."""
