@@ -28,7 +28,12 @@ from reference.world import (
 )
 
 PURPOSES = ("people", "flames", "fire", "robots", "elsewhere", "bodies")
-"""A random generator each: two runs may differ in one and share the rest."""
+"""A random generator each: two runs may differ in one and share the rest.
+
+people: their places, pace and rank; flames: delays; fire, robots: their strategies;
+elsewhere: where a fire burns instead of an occupied place; bodies: the random steps of
+those held up.
+"""
 
 
 def generators(seed: int) -> dict[str, np.random.Generator]:
@@ -135,7 +140,10 @@ def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
     known = {a.id: a.index for a in building.areas if a.kind == "room"}
     for room in rooms:
         if room not in known:
-            raise InputError(f"no room {room!r} in {building.title!r}")
+            there = ", ".join(known)
+            raise InputError(
+                f"no room {room!r} in {building.title!r}. There is: {there}"
+            )
     return np.flatnonzero(np.isin(building.area.ravel(), [known[r] for r in rooms]))
 
 

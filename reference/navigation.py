@@ -119,7 +119,7 @@ class Navigation:
 
     walkable   (places,) bool
     centres    (places, 2) metres
-    distance   (landmarks, places) metres to each landmark on its floor
+    distance   (landmarks, places) metres to each landmark; inf on other floors
     waypoint   (landmarks, places) the place to walk straight at on the way there
     clear      StraightLines: can a body walk straight from p to q?
     """
@@ -139,7 +139,7 @@ class Navigation:
         )
         self._steps = [self._steps_of(floor) for floor in range(self.floors)]
         self._found = lru_cache(KEPT_WAYS)(self._search)
-        self._dear = lru_cache(KEPT_COSTS)(self._made_dear)
+        self._weighted = lru_cache(KEPT_COSTS)(self._weigh_steps)
         goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]
         self.distance = np.full((len(goals), self.places), np.inf)
         self.waypoint = np.zeros((len(goals), self.places), dtype=np.int32)
@@ -204,13 +204,16 @@ class Navigation:
     def distances(
         self, goals: Iterable[int], cost: np.ndarray | None = None
     ) -> np.ndarray:
-        """(places,) metres to the nearest of the goals; see `shortest`."""
+        """(places,) metres to the nearest of the goals, times costs; see `shortest`."""
         return self.shortest(np.asarray(list(goals), dtype=np.int64), cost)[0]
 
     def way(
         self, start: int, goal: int, cost: np.ndarray | None = None
     ) -> tuple[float, list[int]]:
-        """Length and corners of the shortest way, the goal last; (inf, []) if none."""
+        """Length and corners of the shortest way, the goal last; (inf, []) if none.
+
+        With cost: the weighted length, and all places on the way.
+        """
         d, after = self.shortest(np.array([goal]), cost)
         if not np.isfinite(d[start]):
             return np.inf, []
@@ -232,7 +235,9 @@ class Navigation:
         if len(goals):
             floor = int(goals[0]) // self.floor_size
             part = self._part(floor)
-            price = None if cost is None else cost.ravel()[part].tobytes()
+            price = None
+            if cost is not None:
+                price = np.asarray(cost, dtype=float).ravel()[part].tobytes()
             d[part], after[part] = self._found(floor, price, *goals.tolist())
         return d, after
 
@@ -241,7 +246,7 @@ class Navigation:
     ) -> tuple[np.ndarray, np.ndarray]:
         """`shortest` on one floor, (floor_size,) each; price: bytes of its costs."""
         part = self._part(floor)
-        steps = self._steps[floor] if price is None else self._dear(floor, price)
+        steps = self._steps[floor] if price is None else self._weighted(floor, price)
         d, before, _ = dijkstra(
             steps,
             indices=np.array(goals) - part.start,
@@ -262,12 +267,12 @@ class Navigation:
                 return d, waypoint.astype(np.int32)
             waypoint = np.where(longer, further, waypoint)
 
-    def _made_dear(self, floor: int, price: bytes) -> csr_matrix:
+    def _weigh_steps(self, floor: int, price: bytes) -> csr_matrix:
         """Weight each step of a floor by the higher cost of its two ends."""
-        dear, cost = self._steps[floor].copy(), np.frombuffer(price)
-        start = np.repeat(np.arange(self.floor_size), np.diff(dear.indptr))
-        dear.data *= np.maximum(cost[start], cost[dear.indices])
-        return dear
+        steps, cost = self._steps[floor].copy(), np.frombuffer(price)
+        start = np.repeat(np.arange(self.floor_size), np.diff(steps.indptr))
+        steps.data *= np.maximum(cost[start], cost[steps.indices])
+        return steps
 
     def straight(self, p: int, q: int) -> list[int]:
         """The places on the straight line from p to q of the same floor, p left out."""

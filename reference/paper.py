@@ -1,4 +1,4 @@
-"""Every number of the paper's appendix, stated, derived or chosen, with its clause.
+"""The numbers of the paper's appendix, stated, derived or chosen, with their clauses.
 
 Clauses: A1, A3, A5, A7, B1, B2, B4-B8, C2, C5, C6, D2, D6, D7, E1, E2, E4, E5, F1, F2,
 F4-F10.
@@ -52,7 +52,7 @@ MOST_FOLLOWERS = 5  # [B6, chosen] of one human: more would only stand in the wa
 FOLLOW_DISTANCE = 0.6  # [B5, chosen] metres: followers stop this far from a leader
 LEADER_GRACE_SECONDS = 3.0  # [B5, chosen] a leader out of sight is kept this long
 LEADER_PAUSE_SECONDS = 5.0  # [B5, chosen] from losing one to the next human leader
-RECONSIDER_TICKS = 3  # [B4, chosen] a mind thinks once in this many ticks or less
+RECONSIDER_TICKS = 3  # [B4, chosen] a mind thinks at least once in this many ticks
 GOAL_HYSTERESIS = 3.0  # [B6, chosen] metres that a new goal must be nearer
 
 # -- Robots (Appendix C) ------------------------------------------------------------
@@ -171,9 +171,15 @@ class Scenario:
     doors_remembered: int = DOORS_REMEMBERED  # [B6]
     ghosts: bool = False  # do people walk through each other? shows what crowding costs
     frames_per_tick: int = FRAMES_PER_TICK
-    decision_seconds: float = DECISION_SECONDS  # whole ticks; the fire's follow [D2]
+    decision_seconds: float = DECISION_SECONDS
+    """Rounded to whole ticks; the fire's decisions follow [D2]."""
 
     def __post_init__(self) -> None:
+        if isinstance(self.rooms, str):
+            raise InputError(f"rooms are several: write rooms=({self.rooms!r},)")
+        object.__setattr__(self, "rooms", tuple(self.rooms))
+        if self.people_per_floor is not None:
+            object.__setattr__(self, "people_per_floor", tuple(self.people_per_floor))
         counts = (self.people, self.robots_per_floor, self.sources)
         if min(counts) < 0 or min(self.people_per_floor or (0,)) < 0:
             raise InputError("people, robots and sources are counted from 0 upwards")
@@ -184,6 +190,8 @@ class Scenario:
             raise InputError(f"a tick is 1 to {MOST_FRAMES_PER_TICK} frames")
         if not self.tick <= self.decision_seconds < inf:
             raise InputError("decisions are a tick or more apart, and not for ever")
+        ticks = round(self.decision_seconds / self.tick)
+        object.__setattr__(self, "decision_seconds", ticks * self.tick)
         if self.rooms and self.people_per_floor is not None:
             raise InputError("people start in rooms or per floor, not both")
         ranges = self.time_limit > 0, self.sight_range >= 1, self.doors_remembered >= 1

@@ -98,27 +98,27 @@ def followers_of(world: World, robot: Robot) -> np.ndarray:
 
 
 def actual_target(building: Building, floor: int, x: float, y: float) -> Destination:
-    """(X_r', Y_r'): the middle of a stairwell if one is near, else (X_r, Y_r).
+    """(X_r', Y_r'): the middle of the nearest stairwell if it is near, else (X_r, Y_r).
 
     [C6, Eq. 1], reconstructed; "near" is NEAR_STAIRWELL.
     """
-    for well in building.stairwells:
-        if floor in well.areas and dist((x, y), well.centre) <= NEAR_STAIRWELL:
-            return well.centre
-    return x, y
+    wells = (well.centre for well in building.stairwells if floor in well.areas)
+    near = [centre for centre in wells if dist((x, y), centre) <= NEAR_STAIRWELL]
+    return min(near, key=lambda centre: dist((x, y), centre), default=(x, y))
 
 
 def said_on_the_way(building: Building, floor: int, target: Destination) -> Said:
     """What to tell people on the way to a target [C7, Alg. 3:5].
 
-    Nobody is sent into a stairwell that does not lead down. "This" is the exit or
-    stairwell entrance nearest to the target [C7, chosen].
+    Nobody is sent into a stairwell that does not lead down. "This" is the exit, or the
+    entrance of the target's stairwell, that is nearest to the target [C7, chosen].
     """
     here = [mark for mark in building.landmarks if mark.floor == floor]
-    entrances = [mark for mark in here if mark.kind is Kind.ENTRANCE]
     exits = [mark for mark in here if mark.kind is Kind.EXIT]
-    if any(target == s.centre and s.leads_down(floor) for s in building.stairwells):
-        instruction, marks = Instruction.THIS_STAIRWELL, entrances
+    wells = [s for s in building.stairwells if s.centre == target]
+    if wells and wells[0].leads_down(floor):
+        instruction = Instruction.THIS_STAIRWELL
+        marks = [building.landmarks[m] for m in wells[0].entrances[floor]]
     elif any(dist(mark.position, target) <= AT_EXIT for mark in exits):
         instruction, marks = Instruction.THIS_EXIT, exits
     else:

@@ -9,7 +9,6 @@ in a door see through it.
     k      number of a ray, counted counter-clockwise from east
 """
 
-import gc
 from dataclasses import dataclass
 from functools import lru_cache
 from math import dist
@@ -145,8 +144,8 @@ class Sight:
         """Places in line of sight of place p, and where its rays end."""
         if p not in self._seen:
             inside, hits = self.sees.reached_from(p), self.hits[:, p]
-            ends = (way.place for way in self.open[p])
-            self._seen[p] = frozenset((*inside.tolist(), *hits.tolist(), *ends))
+            met, ends = hits[hits >= 0], (way.place for way in self.open[p])
+            self._seen[p] = frozenset((*inside.tolist(), *met.tolist(), *ends))
         return self._seen[p]
 
     def line(self, p: int, landmark: int) -> tuple[frozenset[int], frozenset[int]]:
@@ -190,6 +189,4 @@ def _cells_along(angle: float, reach: float) -> list[tuple[int, int]]:
 @lru_cache(maxsize=8)
 def sight_of(building: Building, reach: float) -> Sight:
     """The sight tables of a building at one range, computed once."""
-    tables = Sight(building, reach)
-    gc.freeze()  # they stay: else the garbage collector scans them again and again
-    return tables
+    return Sight(building, reach)

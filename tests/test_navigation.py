@@ -112,6 +112,14 @@ def test_a_dear_place_is_walked_around():
     assert length == 8 and dear not in corners
 
 
+def test_a_cost_may_be_a_whole_number():
+    """It is read as a number, whatever its type."""
+    nav = navigation_of(built("#######\n#.....E\n#######"))
+    start, goal, cost = nav.cols + 1, nav.cols + 5, np.full(nav.places, 2)
+    assert nav.way(start, goal, cost)[0] == 8
+    assert nav.way(start, goal, cost.astype(np.float32))[0] == 8
+
+
 def test_a_dear_place_costs_on_the_way_in_and_on_the_way_out():
     """A way is as long in one direction as in the other."""
     nav = navigation_of(built("#######\n#.....E\n#######"))

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reference import paper
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 
 TABLE_I = """
 trainer type poca
@@ -161,6 +161,21 @@ def test_people_are_spread_evenly_over_the_floors(people, floors):
 def test_people_can_be_counted_floor_by_floor():
     """Lowest floor first, instead of `people`."""
     assert Scenario(people_per_floor=(0, 2, 5)).start_counts(3) == (0, 2, 5)
+
+
+def test_a_list_does_for_a_tuple_but_a_word_does_not():
+    """A record can be looked up; a missing comma would make rooms of letters."""
+    one = Scenario(people_per_floor=[0, 2])
+    assert hash(one) == hash(Scenario(people_per_floor=(0, 2)))
+    assert Scenario(rooms=["1/hall"]).rooms == ("1/hall",)
+    with pytest.raises(InputError, match=r"write rooms=\('1/hall',\)"):
+        Scenario(rooms="1/hall")
+
+
+def test_decisions_are_whole_ticks_apart():
+    """What asks for other moments gets the nearest."""
+    assert Scenario(decision_seconds=0.5).decision_seconds == pytest.approx(0.4)
+    assert Scenario(frames_per_tick=7).decision_seconds == pytest.approx(36 * 0.14)
 
 
 def test_refuses_a_scenario_for_another_number_of_floors():

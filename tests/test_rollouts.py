@@ -11,6 +11,7 @@ from reference.game.environment import FIRE, Environment, fire_decision
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.players import Player
 from reference.learning.rollouts import Episode, Job, play
+from reference.learning.settings import SettingsError
 from reference.paper import Scenario
 
 TINY = plan_of(load("tiny"))
@@ -78,6 +79,21 @@ def test_a_trajectory_is_what_the_environment_says_to_its_actions(
         assert np.array_equal(t.shown, t.actions[..., :2])  # raw, for the critic
     assert episode.robots.alive[-1].tolist() == [agent in cut for agent in team]
     assert episode.fire.alive[-1].tolist() == [fire_goes_on]
+
+
+@pytest.mark.paper("E3")
+@pytest.mark.parametrize(
+    ("rows", "why"),
+    [
+        ({"head": "pointer"}, "needs landmarks"),
+        ({"shaping": 300.0}, "fire: shaping is about robots"),
+        ({"own_state": True}, "fire: own_state is about robots"),
+    ],
+)
+def test_refuses_settings_that_a_player_cannot_follow(rows, why):
+    """A pointer without anything to point at; a fire that would walk."""
+    with pytest.raises(SettingsError, match=why):
+        learner_for("fire", TINY, SCENARIO, replace(TABLE, **rows), seed=1)
 
 
 @pytest.mark.paper("D2")

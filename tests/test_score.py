@@ -318,6 +318,13 @@ def test_refuses_runs_that_make_no_ruler(rewards, difficulties, why):
         from_runs(rewards, difficulties, *POINTS)
 
 
+def test_refuses_names_for_fewer_fires_than_runs():
+    """Each run's fire has a name, or none has."""
+    rewards, difficulties = [9000.0] * 3 + [0.0] * 3, [0.0] * 3 + [1000.0] * 3
+    with pytest.raises(RulerError, match="6 difficulties for 5 runs"):
+        from_runs(rewards, difficulties, *POINTS, fires=["random"] * 5)
+
+
 @pytest.mark.paper("F12")
 def test_refuses_a_baseline_that_hardly_earned_less_in_hard_fires():
     """k is inverse to the difference, and would be anything."""

@@ -6,11 +6,10 @@ from functools import partial
 
 import pytest
 
-from reference.learning.settings import SettingsError
+from reference.learning.settings import OF_ROBOTS, SettingsError
 from reference.paper import TABLE_I, TABLE_II, Scenario
 from reference.workshop.plain import record_from
 from reference.workshop.training.presets import (
-    OF_ROBOTS,
     PRESETS,
     Settings,
     preset,
@@ -148,6 +147,8 @@ def test_says_what_a_row_must_be():
     told = "it must be a number above 0 up to 1"
     assert refusal(change, epsilon=2.0) == f"epsilon is 2.0: {told}"
     assert refusal(change, normalize=1).endswith("it must be true or false")
+    told = "it must be a whole number up to 1.84467e+19"
+    assert refusal(change, max_steps=10**20) == f"max_steps is {10**20}: {told}"
     assert "Did you mean 'constant'?" in refusal(change, beta_schedule="constnat")
 
 

@@ -585,7 +585,8 @@ def test_a_round_is_played_with_the_rule_of_training():
 def test_time_cuts_off_a_fire_only_while_it_has_sources_left(sources, follows):
     """With none left it has nothing to decide: no value follows its last decision."""
     scenario = replace(tiny().scenario, sources=sources)
-    made = learner_for("fire", TINY, scenario, tiny().fire, seed=0)
+    table = replace(tiny().fire, head="gaussian")
+    made = learner_for("fire", TINY, scenario, table, seed=0)
     episodes = play(Job(TINY, scenario, RandomRobots(), player_of(made), (0, 1, 2)))
     cut = [e for e in episodes if e.facts["survival"] + e.facts["died"] / 6 < 1]
     assert cut and all(e.fire.alive[-1].item() is follows for e in cut)

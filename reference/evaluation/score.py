@@ -174,14 +174,16 @@ def from_runs(
 
     The two equal cases are the means of the third of the runs with the easiest fires
     and of the third with the hardest: the same robots deserve the same score. β is the
-    mean, over the named fires, of e′ at each fire's mean reward and difficulty.
+    mean, over the named fires, of e′ at each fire's mean reward and difficulty; without
+    names, e′ at the mean of all runs.
 
     Take runs against weak and strong fires alike. Raises RulerError for fewer than
     FEWEST_RUNS, and where the hard third did not CLEARLY earn less than the easy one.
     """
     R, h = np.asarray(rewards, dtype=float), np.asarray(difficulties, dtype=float)
-    if R.shape != h.shape or not np.isfinite([R, h]).all():
-        what = f"{R.size} rewards and {h.size} difficulties"
+    named = R.size if fires is None else len(fires)
+    if not R.shape == h.shape == (named,) or not np.isfinite([R, h]).all():
+        what = f"{R.size} rewards and {h.size} difficulties for {named} runs"
         raise RulerError(f"{what}: give one finite number of each for each run")
     if len(R) < FEWEST_RUNS:
         raise RulerError(f"{len(R)} runs make no ruler: give at least {FEWEST_RUNS}")

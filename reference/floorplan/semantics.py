@@ -56,6 +56,10 @@ def _doors(storey: Storey, drawing: Drawing) -> Iterator[Mistake]:
             what = f"this door leads nowhere: {beside} is beside it"
             hint = "Put it in the wall between two rooms, or type '#' here."
             yield drawing.mistake(door.cells[0], what, hint)
+        elif sum(side.kind == "stairwell" for side in door.sides) > 1:
+            what = "this entrance belongs to two stairwells"
+            hint = "Type '#' here, and a '+' in a wall of each."
+            yield drawing.mistake(door.cells[0], what, hint)
 
 
 def _exits(storey: Storey, drawing: Drawing) -> Iterator[Mistake]:

@@ -26,7 +26,12 @@ from reference.game.observations import (
 )
 from reference.learning.experience import GroupDecision
 from reference.learning.networks import RAW_LIMIT, Actor, Options, Policy, Sizes
-from reference.learning.settings import Side, TrainerSettings
+from reference.learning.settings import (
+    SettingsError,
+    Side,
+    TrainerSettings,
+    refuse_of_robots,
+)
 from reference.paper import Scenario
 
 AXES = 2  # [C5] [D2] two continuous numbers: x and y
@@ -46,11 +51,21 @@ class Player:
         settings: TrainerSettings,
         landmarks: Landmarks | None = None,
     ):
-        """landmarks: makes a pointer head's options; None for the Gaussian head."""
+        """landmarks: makes a pointer head's options; None for the Gaussian head.
+
+        Raises SettingsError where settings and side, or head and landmarks, do not fit.
+        """
+        if (settings.head == "pointer") != (landmarks is not None):
+            raise SettingsError(
+                "a head 'pointer' needs landmarks to choose among, and a head "
+                "'gaussian' takes none"
+            )
+        if side == "fire":
+            refuse_of_robots(settings)
         self.side, self.building, self.scenario = side, building, scenario
         self.settings = settings
-        self.options = landmarks and landmarks(building, scenario)
-        self.keeps = settings.commitment > 0 and not self.options
+        self.chooser = landmarks and landmarks(building, scenario)
+        self.keeps = settings.commitment > 0 and not self.chooser
         self.sizes = self._sizes()
         self.actor = Actor(self.sizes, settings).eval()
 
@@ -94,7 +109,7 @@ class Player:
         )
         actions = policy.act(_noise(moments, policy))
         raw, log_probs = actions.numpy(), policy.log_probs(actions).numpy()
-        if self.options:
+        if self.chooser:
             places = np.stack([choices.places for choices in found])
             index = raw.astype(np.intp)[..., None]
             emitted = shown = np.take_along_axis(places, index, axis=2)[:, :, 0]
@@ -116,8 +131,8 @@ class Player:
 
     def _choices(self, moment: Moment) -> Choices | None:
         """Find a pointer's options; for Gaussians "keep", if under way, and "new"."""
-        if self.options:
-            return self.options(moment)
+        if self.chooser:
+            return self.chooser(moment)
         if not self.keeps:
             return None
         under_way = ~np.isnan(moment.headed[:, 0])
@@ -149,10 +164,10 @@ class Player:
         branches = (2,) * self.keeps if of_robots else (building.floors,)
         added = summary_size(building) * s.summary + (AXES + 1) * s.own_state
         sizes = Sizes(layout(building, scenario).size + added, grid_shape(building))
-        if not self.options:
+        if not self.chooser:
             return replace(sizes, continuous=AXES, branches=branches, shown=AXES)
         emitted = AXES if of_robots else 1 + AXES
-        return replace(sizes, features=self.options.features, shown=emitted)
+        return replace(sizes, features=self.chooser.features, shown=emitted)
 
 
 def _stacked(arrays: Sequence[np.ndarray]) -> Tensor:

@@ -116,6 +116,20 @@ class SettingsError(InputError):
     """A setting with an impossible value: which, why, and what to write instead."""
 
 
+OF_ROBOTS = ("commitment", "shaping", "summary", "own_state")
+"""Rows that only robots have."""
+
+
+def refuse_of_robots(settings: TrainerSettings) -> None:
+    """Raise SettingsError if a fire's settings have what only robots can have."""
+    for name in OF_ROBOTS:
+        if getattr(settings, name):
+            raise SettingsError(
+                f"fire: {name} is about robots, which walk between two decisions and "
+                "see the clock; leave it out"
+            )
+
+
 # -- Checks -------------------------------------------------------------------------
 
 WORDS = {int: "a whole number", float: "a number", bool: "true or false", str: "a word"}
@@ -155,6 +169,7 @@ def check_type(name: str, value: object, kind: Any) -> None:
     absurd = isinstance(value, int | float) and not abs(value) <= LARGEST
     if not fits or odd or absurd:
         words = WORDS.get(kind) or f"a {kind.__name__}"
+        words += f" up to {LARGEST:g}" * (fits and not odd)
         raise SettingsError(f"{name} is {value!r:.60}: it must be {words}")
 
 

@@ -101,7 +101,7 @@ class _Teacher(Player):
         if (choices := self._choices(moment)) is not None:
             features, action_mask = choices.features, choices.action_mask
             kept = ~new & action_mask[:, RobotOption.KEEP]
-            if self.options is None:
+            if self.chooser is None:
                 actions = np.concatenate([actions, new[:, None]], axis=1)
             else:
                 ends, aims = (

@@ -16,6 +16,7 @@ from reference.learning.settings import (
     TrainerSettings,
     check_rows,
     check_type,
+    refuse_of_robots,
     rows_of,
     unknown,
 )
@@ -23,9 +24,6 @@ from reference.paper import TABLE_I, TABLE_II, Scenario
 from reference.workshop.plain import mapping, record_from
 from reference.workshop.training import mlagents
 from reference.workshop.training.mlagents import OWN_ROWS
-
-OF_ROBOTS = ("commitment", "shaping", "summary", "own_state")
-"""Rows that only robots have."""
 
 
 @dataclass(frozen=True)
@@ -72,12 +70,7 @@ class Settings:
                 "random_fires and past_fires are shares of the same jobs: lower one, "
                 "so that together they are 1 at most"
             )
-        for name in OF_ROBOTS:
-            if getattr(self.fire, name):
-                raise SettingsError(
-                    f"fire: {name} is about robots, which walk between two decisions "
-                    "and see the clock; leave it out"
-                )
+        refuse_of_robots(self.fire)
         if not self.scenario.training:
             raise SettingsError(
                 "scenario: training is false, but rule D6 holds in training: an "
