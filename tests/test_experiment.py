@@ -9,6 +9,7 @@ from io import BytesIO
 from pathlib import Path
 from shutil import copytree, rmtree
 from statistics import mean
+from threading import Event
 
 import numpy as np
 import pytest
@@ -108,6 +109,20 @@ def test_whoever_stopped_goes_on_where_it_was(whole, tmp_path):
     assert 0 < len(begun) < 5
     performed(small(), tmp_path)
     assert tables(tmp_path) == tables(whole)
+
+
+def test_after_a_job_that_ctrl_c_interrupted_none_begins(tmp_path, monkeypatch):
+    """In this process, where the signal comes in the middle of one."""
+    begun, pressed = [], Event()
+
+    def interrupted(job):
+        begun.append(job)
+        pressed.set()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(steps, "fit", interrupted)
+    assert performed(small(), tmp_path, stop=pressed.is_set) == {}
+    assert len(begun) == 1
 
 
 def test_a_training_under_way_goes_on_from_its_checkpoint(whole, tmp_path):

@@ -227,7 +227,7 @@ def perform(
     done = len(steps) - len(left)
     with tqdm(total=len(steps), initial=done, unit="job", disable=None) as bar:
         while not stop():
-            while len(running) < width() and (step := _ready(left)):
+            while len(running) < width() and not stop() and (step := _ready(left)):
                 left.remove(step)
                 with _noted(step, failed, stop):
                     running[executor.submit(step.work, step.job())] = step
