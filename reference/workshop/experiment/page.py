@@ -53,7 +53,19 @@ def page(results: Results, pictures: Sequence[tuple[str, str]]) -> str:
 
 
 def answer(results: Results) -> str:
-    """Compare the first pair in two sentences, with cautions.
+    """Answer in two sentences, with a caution about few trainings."""
+    told, trainings = _robustness(results), len(results.experiment.seeds)
+    if trainings < ENOUGH:
+        told += (
+            f" This is preliminary: {trainings} trainings an arm, and so intervals "
+            "that are too narrow (of three they hold the truth in some 74 of 100 "
+            "experiments)."
+        )
+    return told
+
+
+def _robustness(results: Results) -> str:
+    """Compare the first pair.
 
     A team that saves fewer under random fire has less to lose to another, and so is
     easily less exploitable; that alone is no robustness.
@@ -80,13 +92,6 @@ def answer(results: Results) -> str:
         told += (
             f" But under random fire, `{one}` less `{other}`: {points(there)} points: "
             "it has less to lose, and is not more robust."
-        )
-    trainings = len(results.experiment.seeds)
-    if trainings < ENOUGH:
-        told += (
-            f" This is preliminary: {trainings} trainings an arm, and so intervals "
-            "that are too narrow (of three they hold the truth in some 74 of 100 "
-            "experiments)."
         )
     return told
 
@@ -208,13 +213,19 @@ def _differences(results: Results, fires: list[str]) -> Iterable[str]:
 
 def _doubts(experiment: Experiment) -> str:
     trainings = len(experiment.seeds)
-    return (
-        f"* More trainings: intervals over {trainings} are too narrow, and "
-        f"{2 * trainings} may tell otherwise.\n"
-        "* A stronger adversary: a best response is as strong as its training; is its "
-        "curve flat?\n"
-        "* Another budget, building or crowd: nothing here says that the order stays."
+    doubts = [
+        f"More trainings: intervals over {trainings} are too narrow, and "
+        f"{2 * trainings} may tell otherwise."
+    ]
+    if experiment.best_response:
+        doubts.append(
+            "A stronger adversary: a best response is as strong as its training; is "
+            "its curve flat?"
+        )
+    doubts.append(
+        "Another budget, building or crowd: nothing here says that the order stays."
     )
+    return "\n".join(f"* {doubt}" for doubt in doubts)
 
 
 def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
