@@ -197,4 +197,7 @@ def _unraised(lost: "sys.UnraisableHookArgs") -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(_process())
+    ended = _process()
+    if ended == 130:  # at once: a library may have been stopped while it was loaded
+        os._exit(ended)
+    sys.exit(ended)

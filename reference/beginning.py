@@ -128,8 +128,8 @@ def _starting_places(building: Building, scenario: Scenario, rng: Rng) -> np.nda
     for (where, places), count in zip(free.items(), counts, strict=True):
         if count > len(places):
             raise InputError(
-                f"{count} people do not fit {where}: {len(places)} cells are free. "
-                "Ask for fewer people."
+                f"{count} people do not fit {where}, which has room for "
+                f"{len(places)}. Ask for fewer people."
             )
         chosen.append(rng.choice(places, count, replace=False))
     return np.concatenate(chosen)

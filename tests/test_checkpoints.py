@@ -3,9 +3,7 @@
 import errno
 import os
 import pickle
-import resource
 import struct
-from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import replace
 from zipfile import ZipFile
@@ -13,7 +11,7 @@ from zipfile import ZipFile
 import numpy as np
 import pytest
 import torch
-from trainings import begun, equal, tiny
+from trainings import begun, equal, room_for, tiny
 
 from reference.building import load as load_building
 from reference.events import FireLit
@@ -89,17 +87,6 @@ def test_a_folder_stands_for_its_newest_checkpoint(checkpoint, tmp_path):
     for number in (999_999, 1_000_000, 2):
         save(replace(checkpoint, round=number), tmp_path / f"checkpoint-{number:06}.pt")
     assert load(tmp_path).round == 1_000_000
-
-
-@contextmanager
-def room_for(size: int):
-    """No file of this process can grow beyond so many bytes, as on a full disk."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def test_a_full_disk_leaves_the_last_good_checkpoint_as_it_was(checkpoint, path):

@@ -15,7 +15,7 @@ import pytest
 from clauses import ROOT
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from trainings import begun, tiny, trained
+from trainings import begun, room_for, tiny, trained
 
 from reference.building import load
 from reference.evaluation.difficulty import difficulty_of, people_in
@@ -238,6 +238,17 @@ def test_a_row_that_cannot_be_written_is_told_with_what_to_do(small):
     Path("runs.csv").mkdir()
     with pytest.raises(OSError, match=r"cannot be written .* go on with --resume"):
         written.append([crossplay.records.row_of(small[0])])
+
+
+def test_a_disk_that_fills_up_in_the_middle_of_a_row_keeps_the_rows_before(small):
+    """What was written of the new ones is taken back: later ones follow whole rows."""
+    path, row = Path("runs.csv"), crossplay.records.row_of(small[0])
+    written = crossplay.records.table_of(path, small[:1])
+    with room_for(path.stat().st_size + 10), pytest.raises(OSError, match="are whole"):
+        written.append([row])
+    assert crossplay.read(path) == small[:1]
+    written.append([row])
+    assert crossplay.read(path) == [small[0], small[0]]
 
 
 # -- Who is asked for ---------------------------------------------------------------
@@ -513,7 +524,7 @@ def test_refuses_robots_against_a_fire_that_learned_without_any(tmp_path):
     fire = tmp_path / "fire"
     with one_thread():
         trained(begun(alone, fixed={"robots": "none"}), fire, rounds=0)
-    with pytest.raises(RunError, match="learned with 0 robots; here it is 4"):
+    with pytest.raises(RunError, match=r"here it is 4, .* Name --robots none"):
         begin(Asked(("none", "sweep"), (str(fire),)))
     assert begin(Asked(("none",), (str(fire),))).arena.people == 6
 

@@ -380,7 +380,7 @@ def test_everybody_meets_the_fire_that_the_table_names(
 
     Here a checkpoint is its folder's name.
     """
-    monkeypatch.setattr(steps, "_checkpoint", lambda folder: folder.name.encode())
+    monkeypatch.setattr(steps, "checkpoint_of", lambda folder: folder.name.encode())
     monkeypatch.setattr(steps, "packed", bytes)
     assert jobs(chosen)[step].job().learned == learned
 
@@ -541,6 +541,15 @@ def test_the_page_says_by_which_ruler_e_is_measured(baseline, told):
         assert (average == pytest.approx(1)) == (baseline == "sweep")
 
 
+def test_a_film_needs_whole_checkpoints_and_says_what_to_remove(tmp_path):
+    """As a test does."""
+    results = outcome({"learning": 0.5, "ppo": 0.3})
+    one = {"best_response": {"decisions": 9, "seeds": 1}}
+    plan = Plan(small(**COMPARED | one), tmp_path, here=True)
+    with pytest.raises(RunError, match=r"learning-0-0: its checkpoint .* Remove this"):
+        next(telling(results, plan))
+
+
 def test_the_page_says_what_an_arm_changes():
     """Two arms that differ in one number are told apart."""
     arms = {"short": {"robots": {"gamma": 0.9}}, "long": {"robots": {"gamma": 0.99}}}
@@ -610,6 +619,8 @@ def test_the_files_that_ship_can_be_read(file):
         ({"settings": {"scenario": {"robots_per_floor": 0}}}, "robots_per_floor is 0"),
         ({"settings": {"scenario": {"people": 5000}}}, "do not fit"),
         ({"test": {"robots": ["sweep", "sweep"]}}, "robots: name each once"),
+        ({"test": {"episodes": 10**12}}, "evacuations in all: ask for 1,000,000 at"),
+        ({"best_response": {"decisions": 9, "seeds": 10**9}}, "evacuations in all"),
     ],
 )
 def test_refuses_what_no_experiment_can_be_made_of(changes, message):
@@ -660,6 +671,17 @@ def test_refuses_a_seed_of_its_own(tmp_path, capsys):
     command = ["experiment", str(FILES / "tiny.toml"), "--out", str(out)]
     assert main([*command, "--seed", "5"]) == 2
     assert "seeds are in its file" in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_refuses_a_page_whose_pictures_have_no_place(tmp_path, capsys):
+    """Before anything is trained."""
+    page = tmp_path / "page.md"
+    page.with_suffix(".pictures").touch()
+    out = tmp_path / "out"
+    command = ["experiment", str(FILES / "tiny.toml"), "--out", str(out)]
+    assert main([*command, "--page", str(page)]) == 1
+    assert "page.pictures: is a file. Name another page." in capsys.readouterr().err
     assert not out.exists()
 
 

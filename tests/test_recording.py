@@ -337,6 +337,18 @@ def test_a_recording_that_is_stopped_leaves_nothing(tmp_path):
     assert list((tmp_path / "empty").iterdir()) == []
 
 
+def test_a_recording_fills_an_empty_folder_without_replacing_it(tmp_path, monkeypatch):
+    """Somebody may stand in it."""
+    monkeypatch.chdir(tmp_path)
+    before = tmp_path.stat()
+    record(Simulation(load("tiny"), Scenario(people=1)), Path())
+    assert tmp_path.stat().st_ino == before.st_ino
+    assert [path.name for path in sorted(Path.cwd().iterdir())] == [
+        "floor-1.sqlite",
+        "floor-2.sqlite",
+    ]
+
+
 def test_a_recording_takes_the_place_of_an_empty_folder(tmp_path):
     """The same run is the same files."""
     for name in ("one", "other"):

@@ -459,7 +459,7 @@ def test_people_walk_at_different_speeds_around_the_mean():
 def test_refuses_more_people_than_fit():
     """With both numbers."""
     with pytest.raises(
-        ValueError, match=r"\d+ people do not fit on floor 1: \d+ cells"
+        ValueError, match=r"\d+ people do not fit on floor 1, which has room for \d+"
     ):
         run(people=5000)
 

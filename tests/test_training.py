@@ -348,8 +348,14 @@ def test_refuses_a_training_in_which_nobody_learns(task, message):
 def test_refuses_a_scenario_in_which_there_is_nothing_to_decide(tmp_path):
     """Without fire sources the fire would never be past its max_steps."""
     idle = tiny(scenario=replace(tiny().scenario, sources=0))
+    with pytest.raises(SettingsError, match="fire: nobody learns where sources is 0"):
+        begun(idle)
+    nobody = tiny(scenario=replace(tiny().scenario, people=0))
+    with pytest.raises(SettingsError, match="nobody to evacuate"):
+        begun(nobody)
+    short = tiny(scenario=replace(tiny().scenario, time_limit=1.0))
     with pytest.raises(SettingsError, match="fire: nothing to decide in 2 episodes"):
-        trained(begun(idle), tmp_path, rounds=1)
+        trained(begun(short), tmp_path, rounds=1)
 
 
 def test_robots_may_imitate_first_then_the_critic_learns_alone_then_both(tmp_path):

@@ -8,7 +8,7 @@ import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from io import StringIO
+from io import FileIO, StringIO
 from pathlib import Path
 from shutil import rmtree
 from typing import Any, TypeVar
@@ -41,7 +41,7 @@ def replacing(path: Path) -> Iterator[Path]:
 
     If the block ends early, even by Ctrl-C, the partial file is removed.
     """
-    partial = path.with_name(f".{path.stem}-{os.getpid()}-part{path.suffix}")
+    partial = path.with_name(f".{path.stem[:40]}-{os.getpid()}-part{path.suffix}")
     try:
         with _explained(path, UNWRITTEN):
             partial.touch()
@@ -68,18 +68,23 @@ def make_folder(folder: Path) -> None:
 
 @contextmanager
 def making_folder(folder: Path) -> Iterator[Path]:
-    """Yield a partial folder that becomes the folder, new or empty, after the block.
+    """Yield a partial folder whose files are the folder's after the block.
 
-    If the block ends early, the partial folder is removed. Raises OSError with a
-    message for people.
+    The folder is new, or there and empty. If the block ends early, the partial folder
+    is removed. Raises OSError with a message for people.
     """
     whole = folder.resolve()
-    partial = whole.with_name(f".{whole.name}-{os.getpid()}-part")
+    there, name = whole.is_dir(), f".{whole.name[:40]}-{os.getpid()}-part"
+    partial = whole / name if there else whole.with_name(name)
     try:
         with _explained(folder, UNMADE):
             partial.mkdir(parents=True, exist_ok=True)
             yield partial
-            os.replace(partial, whole)
+            if there:
+                for file in sorted(partial.iterdir()):
+                    os.replace(file, whole / file.name)
+            else:
+                os.replace(partial, whole)
     finally:
         rmtree(partial, ignore_errors=True)
 
@@ -97,8 +102,8 @@ def told(error: Exception) -> str:
     """Put an error into words for people; system errors name their file."""
     if not isinstance(error, OSError) or error.strerror is None:
         return str(error)
-    where = f"{error.filename}: " if error.filename else ""
-    return f"{where}cannot be read or written ({error.strerror})."
+    where = error.filename or "the output"
+    return f"{where}: cannot be read or written ({error.strerror})."
 
 
 def refuse_no_file(path: Path) -> None:
@@ -157,7 +162,7 @@ class Table:
         """Add rows at the end. Raises OSError with a message for people."""
         try:
             with self.path.open("ab", buffering=0) as file:
-                file.write(self._text(rows))
+                _append(file, self._text(rows))
         except OSError as error:
             raise OSError(
                 f"{self.path}: cannot be written ({error.strerror}); the rows in it are"
@@ -168,6 +173,18 @@ class Table:
         text = StringIO()
         csv.DictWriter(text, self.columns, lineterminator="\n").writerows(rows)
         return text.getvalue().encode()
+
+
+def _append(file: FileIO, content: bytes) -> None:
+    """Write all of the content at the end of a file, or nothing. Raises OSError."""
+    end = file.tell()
+    try:
+        while content:  # a disk that fills up takes a part
+            content = content[file.write(content) :]
+    except OSError:
+        with suppress(OSError):  # of a device
+            file.truncate(end)
+        raise
 
 
 def read_table(

@@ -97,7 +97,7 @@ def ctrl_c() -> Iterator[Callable[[], bool]]:
     within TWICE of the first belongs to it: `timeout`, for one, tells the process and
     its group.
     """
-    pressed, first = Event(), 0.0
+    pressed, first, stderr = Event(), 0.0, sys.stderr  # a job may redirect it
     handlers = {stop: signal.getsignal(stop) for stop in STOPS}
     before = {s: known for s, known in handlers.items() if known != signal.SIG_IGN}
 
@@ -111,7 +111,7 @@ def ctrl_c() -> Iterator[Callable[[], bool]]:
             return
         pressed.set()
         first = monotonic()
-        print("\nstopping; Ctrl-C once more drops what is unsaved", file=sys.stderr)
+        print("\nstopping; Ctrl-C once more drops what is unsaved", file=stderr)
         if InProcess.busy:
             raise KeyboardInterrupt
 

@@ -40,6 +40,8 @@ def experiment(arguments: Namespace) -> None:
         arguments.out = Path("out") / arguments.file.stem
     if arguments.page:
         writable(arguments.page, (".md",), "a page")
+        if (folder := arguments.page.with_suffix(".pictures")).is_file():
+            raise RunError(f"{folder}: is a file. Name another page.")
     with held(arguments.out, arguments.resume, partial(_asked, arguments)) as asked:
         failed = _performed(asked, arguments)
         _tell(asked, arguments)

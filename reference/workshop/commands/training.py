@@ -92,9 +92,10 @@ def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
         for name, value in facts.items():
             if isinstance(value, int | float):
                 print(f"{name.replace('_', ' '):22}{figures([value])}")
-    learned = " ".join(
-        f"--{s} {quoted(facts['checkpoint'])}" for s in training.learners
-    )
+    fixed = training.task.fixed.items()
+    players = {side: who for side, who in fixed if isinstance(who, str)}
+    players |= dict.fromkeys(training.learners, facts["checkpoint"])
+    learned = " ".join(f"--{side} {quoted(players[side])}" for side in sorted(players))
     folder = quoted(Path(facts["summaries"]).parent)
     print(
         "to see how it was learned, and what:\n"

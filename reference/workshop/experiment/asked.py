@@ -41,7 +41,7 @@ from reference.learning.settings import (
     unknown,
 )
 from reference.workshop.evaluation.contestants import WORST
-from reference.workshop.evaluation.crossplay import EPISODES, Arena
+from reference.workshop.evaluation.crossplay import EPISODES, MOST_RUNS, Arena
 from reference.workshop.files import read_text
 from reference.workshop.plain import checked, mapping, record_from
 from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
@@ -147,6 +147,13 @@ class Experiment:
             raise SettingsError("decisions, seeds and episodes are counted upwards")
         if not self.arms or not self.seeds:
             raise SettingsError("name at least one arm and one seed")
+        trainings = len(self.arms) * len(self.seeds)
+        teams = trainings + len(test.robots)
+        fires = trainings + len(test.fires) + response.seeds
+        if (runs := teams * (fires * test.episodes + test.looking_ahead)) > MOST_RUNS:
+            raise SettingsError(
+                f"some {runs:,} evacuations in all: ask for {MOST_RUNS:,} at most"
+            )
 
     def _refuse_names(self) -> None:
         """Raise SettingsError for names that are unknown, taken or there twice."""

@@ -23,7 +23,7 @@ from reference.workshop.evaluation.crossplay import Cell, Record, cells, ruler_o
 from reference.workshop.evaluation.crossplay.asked import NOBODY
 from reference.workshop.evaluation.intervals import Interval, of_trainings
 from reference.workshop.experiment.asked import BEST, Experiment
-from reference.workshop.experiment.steps import Plan
+from reference.workshop.experiment.steps import Plan, checkpoint_of
 from reference.workshop.runs import RunError
 
 OWN = "own fire"  # the one that a team has learned with
@@ -129,7 +129,7 @@ def telling(results: Results, plan: Plan) -> Iterator[tuple[str, Evacuation]]:
 
     All meet the best response to the learned ones: the first training of the first arm
     that is compared and has one. The seed is that whose survival is nearest to their
-    mean. Nothing where no arm has one.
+    mean. Nothing where no arm has one. Raises RunError for a damaged checkpoint.
     """
     experiment, known = results.experiment, results.exploitable
     arms = [*sum(experiment.compare, ()), *experiment.arms]
@@ -141,12 +141,14 @@ def telling(results: Results, plan: Plan) -> Iterator[tuple[str, Evacuation]]:
     seed = min(runs, key=lambda run: abs(run.survival - mean)).seed
     written = [row for row in experiment.test.robots if row != NOBODY]
     written.sort(key=lambda row: results.values(row, RANDOM, "survival").mean())
-    fire, arena = str(plan.strongest(team)), experiment.arena
+    fire, arena = plan.strongest(team), experiment.arena
     robots = {NOBODY: NOBODY} | {row: row for row in written[-1:]}
+    checkpoint_of(fire)  # refuse a damaged one
     if team not in robots:
+        checkpoint_of(plan.training(team))
         robots[team] = str(plan.training(team))
     for name, word in robots.items():
-        yield name, Evacuation(arena.plan, arena.scenario, word, fire, seed)
+        yield name, Evacuation(arena.plan, arena.scenario, word, str(fire), seed)
 
 
 def arm_of(team: str) -> str:

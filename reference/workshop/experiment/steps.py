@@ -159,9 +159,9 @@ class Plan:
         def job() -> Trial:
             found: dict[Side, bytes] = {}
             if team not in ROBOTS:
-                found["robots"] = packed(_checkpoint(self.training(team)))
+                found["robots"] = packed(checkpoint_of(self.training(team)))
             if folder := self._fire(team, fire):
-                found["fire"] = packed(_checkpoint(folder))
+                found["fire"] = packed(checkpoint_of(folder))
             return Trial(self.experiment.arena, Match(team, fire), seeds, found)
 
         def keep(runs: list[Record]) -> None:
@@ -173,7 +173,7 @@ class Plan:
     def _robots(self, team: str) -> Learned | str:
         if team in ROBOTS:
             return team
-        return _checkpoint(self.training(team)).player("robots")
+        return checkpoint_of(self.training(team)).player("robots")
 
     def _fire(self, team: str, fire: str) -> Path | None:
         """The folder of the fire that a team meets; None for one that is a script."""
@@ -197,7 +197,7 @@ def _given(task: Task) -> Task:
     return task
 
 
-def _checkpoint(folder: Path) -> Checkpoint:
+def checkpoint_of(folder: Path) -> Checkpoint:
     """Read what a finished training has made. Raises RunError."""
     with suppress(InputError, OSError):
         return load(folder)

@@ -32,7 +32,10 @@ def learners_of(task: Task) -> dict[Side, Learner]:
     not fit, and ValueError for more people than fit into the building.
     """
     _refuse_too_large(task)
-    Simulation(building_of(task.plan), task.settings.scenario)
+    building, scenario = building_of(task.plan), task.settings.scenario
+    if not sum(scenario.start_counts(building.floors)):
+        raise SettingsError("there is nobody to evacuate: raise people")
+    Simulation(building, scenario)
     made = {side: _learner(task, side) for side in SIDES if side not in task.fixed}
     if not made:
         raise SettingsError("nobody learns: leave one side to a learner")
@@ -57,6 +60,10 @@ def _learner(task: Task, side: Side) -> Learner:
         raise SettingsError(
             "robots: nobody learns where robots_per_floor is 0. Raise it, or let "
             "--robots none play them."
+        )
+    if side == "fire" and not scenario.sources:
+        raise SettingsError(
+            "fire: nobody learns where sources is 0. Raise it, or let --fire none play."
         )
     (seed,) = seeds_of(task.seed, LEARNERS, SIDES.index(side), 1)
     landmarks = landmarks_for(side, settings)

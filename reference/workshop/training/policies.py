@@ -103,10 +103,12 @@ class LearnedPolicy:
         trained = _facts(self.building, self.scenario)
         for what, number in here.items():
             if number != trained[what]:
+                alone = what == "robots" and not trained[what]
+                hint = "Name --robots none" if alone else f"Take {trained[what]}"
                 raise CheckpointError(
                     f"the checkpoint's {self.side} learned with {trained[what]} {what};"
-                    f" here it is {number}, which its network cannot read. Take "
-                    f"{trained[what]}, or train for it."
+                    f" here it is {number}, which its network cannot read. {hint}, or "
+                    "train for it."
                 )
 
     def _emitted(

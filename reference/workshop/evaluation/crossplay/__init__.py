@@ -11,6 +11,7 @@ runs) and `results` (what they come to).
 
 from reference.workshop.evaluation.crossplay.asked import (
     EPISODES,
+    MOST_RUNS,
     Arena,
     Asked,
     Evaluation,
