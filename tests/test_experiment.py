@@ -544,8 +544,9 @@ def test_the_page_says_by_which_ruler_e_is_measured(baseline, told):
 def test_a_film_needs_whole_checkpoints_and_says_what_to_remove(tmp_path):
     """As a test does."""
     results = outcome({"learning": 0.5, "ppo": 0.3})
-    one = {"best_response": {"decisions": 9, "seeds": 1}}
-    plan = Plan(small(**COMPARED | one), tmp_path, here=True)
+    one = {"best_response": {"decisions": 9, "seeds": 1}, "test": {}}
+    results.experiment = small(**COMPARED | one)
+    plan = Plan(results.experiment, tmp_path, here=True)
     with pytest.raises(RunError, match=r"learning-0-0: its checkpoint .* Remove this"):
         next(telling(results, plan))
 
