@@ -78,7 +78,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 1
     except (InputError, OSError) as error:  # other errors are ours: a traceback
         _drop_unprinted()
-        return _complain(told(error), 1)
+        unnamed = isinstance(error, OSError) and error.strerror and not error.filename
+        return _complain("the output " * bool(unnamed) + told(error), 1)
     return 0
 
 

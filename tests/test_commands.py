@@ -345,7 +345,7 @@ def test_a_stop_that_a_library_loses_is_not_lost(number, lost, stopped, tmp_path
     ("command", "status", "message"),
     [
         ("check tiny | sleep 0", 0, ""),
-        ("check tiny > /dev/full", 1, "No space left"),
+        ("check tiny > /dev/full", 1, "the output cannot be read or written (No space"),
         ("train --help > /dev/full", 1, "No space left"),
         ("evacuate --building tiny --people 1 2>&-", 0, ""),
         ("train --robots none --fire none 2>&-", 2, ""),

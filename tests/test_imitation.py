@@ -40,7 +40,7 @@ class Observed(Sweep):
         everybody = np.ones(len(vectors), dtype=bool)
         moment = Moment.of(world, vectors, everybody)
         (emitted,), _ = self.player.act([moment])
-        choices = self.player.options(moment)
+        choices = self.player.chooser(moment)
         row = {robot.body: k for k, robot in enumerate(world.robots)}
         for robot, spot in zip(robots, decided, strict=True):
             if spot is None:

@@ -109,8 +109,8 @@ def test_a_fire_that_looks_ahead_finds_each_world_as_it_is():
 
 def learned(side, settings, plan, scenario, head="pointer"):
     """A new policy of one side."""
-    trainer = getattr(settings, side)
-    marks = landmarks_for(side, trainer) if head == "pointer" else None
+    trainer = replace(getattr(settings, side), head=head)
+    marks = landmarks_for(side, trainer)
     return player_of(learner_for(side, plan, scenario, trainer, 0, marks), marks)
 
 

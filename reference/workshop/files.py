@@ -102,8 +102,8 @@ def told(error: Exception) -> str:
     """Put an error into words for people; system errors name their file."""
     if not isinstance(error, OSError) or error.strerror is None:
         return str(error)
-    where = error.filename or "the output"
-    return f"{where}: cannot be read or written ({error.strerror})."
+    where = f"{error.filename}: " if error.filename else ""
+    return f"{where}cannot be read or written ({error.strerror})."
 
 
 def refuse_no_file(path: Path) -> None:
