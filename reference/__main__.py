@@ -18,6 +18,7 @@ if __name__ == "__main__":  # if stopped during the imports below: exit silently
     if sys.stderr is None:  # closed, which some libraries do not expect
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
 
+import atexit
 import re
 from _thread import interrupt_main
 from argparse import ArgumentParser, Namespace
@@ -199,6 +200,7 @@ def _unraised(lost: "sys.UnraisableHookArgs") -> None:
 
 if __name__ == "__main__":
     ended = _process()
-    if ended == 130:  # at once: a library may have been stopped while it was loaded
+    if ended == 130:  # without unloading libraries: one may be half loaded
+        atexit._run_exitfuncs()
         os._exit(ended)
     sys.exit(ended)
