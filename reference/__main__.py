@@ -18,7 +18,6 @@ if __name__ == "__main__":  # if stopped during the imports below: exit silently
     if sys.stderr is None:  # closed, which some libraries do not expect
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
 
-import atexit
 import re
 from _thread import interrupt_main
 from argparse import ArgumentParser, Namespace
@@ -27,6 +26,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
 from threading import Event, Timer
+from types import FrameType
 from typing import NoReturn
 
 from reference.paper import PEOPLE, InputError
@@ -172,22 +172,29 @@ def _process() -> int:
         if getattr(sys, name) is None:  # closed: nobody listens
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
         getattr(sys, name).reconfigure(errors="backslashreplace")
-    heard = Event()
+    heard, loading = Event(), Event()
 
-    def stop(number: int, frame: object) -> NoReturn:
-        """Handle a signal."""
+    def stop(number: int, frame: FrameType | None) -> NoReturn:
+        """Handle a signal; note whether a library is being loaded."""
         heard.set()
+        while frame and not frame.f_code.co_filename.startswith("<frozen importlib"):
+            frame = frame.f_back
+        if frame:
+            loading.set()
         raise KeyboardInterrupt
 
     for number in STOPS:
         signal.signal(number, stop)
     sys.unraisablehook = _unraised
     try:
-        return main()
+        status = main()
     except Exception:
         if not heard.is_set():
             raise
-        return _complain(STOPPED, 130)  # matplotlib put its own error in its place
+        status = _complain(STOPPED, 130)  # matplotlib put its own error in its place
+    if loading.is_set():
+        os._exit(status)  # Python may crash when it unloads what is half loaded
+    return status
 
 
 def _unraised(lost: "sys.UnraisableHookArgs") -> None:
@@ -199,8 +206,4 @@ def _unraised(lost: "sys.UnraisableHookArgs") -> None:
 
 
 if __name__ == "__main__":
-    ended = _process()
-    if ended == 130:  # without unloading libraries: one may be half loaded
-        atexit._run_exitfuncs()
-        os._exit(ended)
-    sys.exit(ended)
+    sys.exit(_process())
