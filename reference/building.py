@@ -278,18 +278,19 @@ def burn(graph: Graph, doors: Collection[str]) -> Graph:
 
 
 def load(name: str) -> Building:
-    """Read a floor file by path or shipped name and build it.
+    """Read a floor file by path or shipped name and build it; see `building_of`.
 
     Raises FloorPlanError for a mistake in the drawing, OSError for an unreadable file.
     """
-    return Building(read(find(name)))
+    return building_of(to_text(read(find(name))))
 
 
 @lru_cache(maxsize=4)
 def building_of(plan: str) -> Building:
     """Build from the text of a floor file; other processes are sent this text.
 
-    One object per drawing, since navigation and sight are cached per object.
+    One object per drawing, since navigation and sight are cached per object: of the
+    last few drawings, so do not write into its arrays.
     """
     return Building(parse(plan))
 
