@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from clauses import ROOT
 
-from reference.building import Building, Kind, burn, load
+from reference.building import Building, Kind, building_of, burn, load, plan_of
 from reference.floorplan import parse
 from reference.floorplan.plan import OUTSIDE
 from reference.paper import BODY_SIZE, FLOORS, STAIRS_SECONDS, WALKING_SPEED
@@ -189,6 +189,13 @@ def test_networkx_agrees_that_all_rooms_of_all_floors_have_a_way_out():
     for path in sorted(Path(ROOT / "floors").glob("*.txt")):
         graph = load(str(path)).graph
         assert nx.is_connected(graph), path.name
+
+
+def test_a_drawing_is_one_building_by_whatever_name_it_is_loaded(tmp_path):
+    """So what is computed once for a building is computed once for its copies too."""
+    copy = tmp_path / "copy.txt"
+    copy.write_bytes((ROOT / "floors" / "tiny.txt").read_bytes())
+    assert load(str(copy)) is load("tiny") is building_of(plan_of(load("tiny")))
 
 
 # -- The paper's building -----------------------------------------------------------
