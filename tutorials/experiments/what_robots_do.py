@@ -3,7 +3,7 @@
     python tutorials/experiments/what_robots_do.py sweep observer out/DIR --fire random
 
 Every decision of a robot at work on the first floor is counted as one of DEEDS, and the
-people who follow it.
+people who follow it. The reward is what a learner with discount GAMMA seeks.
 """
 
 from argparse import ArgumentParser
@@ -12,12 +12,15 @@ from collections import Counter
 import numpy as np
 
 from reference.building import load
-from reference.paper import Scenario
+from reference.game.rewards import group_reward
+from reference.paper import DECISION_SECONDS, Scenario
 from reference.robots import followers_of
 from reference.simulation import Simulation
 from reference.workshop.evaluation.contestants import contestant
 from reference.workshop.strategies.robots import GROUP_RADIUS, unguided
 from reference.world import Instruction
+
+GAMMA = 0.97  # of preset laptop
 
 DEEDS = {
     "leads": "walks to a way out, people follow",
@@ -44,7 +47,7 @@ def deed(world, robot):
 
 
 def evacuation(team, fire, seed):
-    """Count deeds in one evacuation, and people led at each; and share saved."""
+    """Count deeds in one evacuation, and people led at each; share saved and reward."""
     players = contestant(team, "robots"), contestant(fire, "fire")
     now = Simulation(load("paper"), Scenario(), *players, seed)
     deeds, led = Counter(), []
@@ -55,8 +58,16 @@ def evacuation(team, fire, seed):
             if decides and robot.active and robot.floor == 0:
                 deeds[deed(now.world, robot)] += 1
                 led.append(len(followers_of(now.world, robot)))
-    outcome = now.outcome()
-    return deeds, led, outcome.evacuated / outcome.people
+    outcome, reward = now.outcome(), discounted(now.events)
+    return deeds, led, outcome.evacuated / outcome.people, reward
+
+
+def discounted(events):
+    """The group's reward, health points, as it is worth at the first decision."""
+    return sum(
+        group_reward([event]) * GAMMA ** (event.time // DECISION_SECONDS)
+        for event in events
+    )
 
 
 if __name__ == "__main__":
@@ -70,12 +81,13 @@ if __name__ == "__main__":
     for name, words in DEEDS.items():
         print(f"{name:>12}  {words}")
     columns = " ".join(f"{name:>12}" for name in DEEDS)
-    print(f"\n{'% of decisions':24} {columns}   led  saved")
+    print(f"\n{'% of decisions':24} {columns}   led  saved  reward")
     for team in asked.teams:
         runs = [evacuation(team, asked.fire, seed) for seed in seeds]
         deeds = sum((run[0] for run in runs), Counter())
         shares = [100 * deeds[name] / deeds.total() for name in DEEDS]
         led = np.mean([people for run in runs for people in run[1]])
         saved = 100 * np.mean([run[2] for run in runs])
+        reward = np.mean([run[3] for run in runs])
         numbers = " ".join(f"{share:12.1f}" for share in shares)
-        print(f"{team[-24:]:24} {numbers} {led:5.2f}  {saved:5.1f}")
+        print(f"{team[-24:]:24} {numbers} {led:5.2f}  {saved:5.1f} {reward:7.0f}")

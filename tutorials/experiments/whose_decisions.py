@@ -1,0 +1,103 @@
+"""Which decisions cost a team people? Another team makes one kind of them instead.
+
+    python tutorials/experiments/whose_decisions.py out/DIR --other observer --fire random
+
+Each robot asks both teams, and does what its own says, unless the two differ in one of
+KINDS. In the paper's building, the same evacuations for every kind.
+"""
+
+from argparse import ArgumentParser
+from collections import Counter
+
+import numpy as np
+
+from reference.building import load
+from reference.learning.networks import one_thread
+from reference.paper import Scenario
+from reference.robots import actual_target, followers_of, said_on_the_way
+from reference.simulation import Simulation
+from reference.workshop.evaluation.contestants import contestant
+from reference.workshop.evaluation.intervals import of_mean
+from reference.workshop.lockstep import to_the_end
+from reference.world import NOWHERE
+
+KINDS = {
+    "alone": "nobody follows",
+    "fetches": "people follow; it leads them out, the other fetches more",
+    "leads": "people follow; it fetches more, the other leads them out",
+    "where": "people follow; both lead them out, by different ways",
+    "whom": "people follow; both fetch more, others",
+}
+ALONE, FETCHES, LEADS, WHERE, WHOM = KINDS
+
+
+def way_out(world, robot, goal):
+    """The landmark that a robot would tell people on its way, or NOWHERE."""
+    if goal is not None:
+        target = actual_target(world.building, robot.floor, *goal)
+        return said_on_the_way(world.building, robot.floor, target).landmark
+    return robot.says.landmark if robot.way else NOWHERE
+
+
+def kind(world, robot, own, other):
+    """Tell in which of KINDS two goals of a robot differ; None if they do not."""
+    if not len(followers_of(world, robot)):
+        return ALONE if own != other else None
+    mine, theirs = (way_out(world, robot, goal) for goal in (own, other))
+    if mine != NOWHERE and theirs != NOWHERE:
+        return WHERE if mine != theirs else None
+    if mine != theirs:
+        return LEADS if mine == NOWHERE else FETCHES
+    return WHOM if own != other else None
+
+
+class Advised:
+    """A team that follows another one's advice where they differ in one kind."""
+
+    def __init__(self, own, other, follows):
+        self.own, self.other, self.follows = own, other, follows
+        self.differ = Counter()
+
+    def decide(self, world, robots, rng):
+        both = [team.decide(world, robots, rng) for team in (self.own, self.other)]
+        goals = []
+        for robot, own, other in zip(robots, *both, strict=True):
+            differ = kind(world, robot, own, other)
+            self.differ[differ] += 1
+            goals.append(other if differ and differ == self.follows else own)
+        return goals
+
+
+def evacuations(asked, follows):
+    """Per cent of people saved in each evacuation, and decisions of each kind."""
+    fire = contestant(asked.fire, "fire")
+    both = [contestant(team, "robots") for team in (asked.team, asked.other)]
+    teams = [Advised(*both, follows) for _ in range(asked.episodes)]
+    runs = [
+        Simulation(load("paper"), Scenario(), team, fire, seed)
+        for seed, team in enumerate(teams, start=asked.seed)
+    ]
+    with one_thread():
+        to_the_end(runs)
+    outcomes = [run.outcome() for run in runs]
+    saved = np.array([100 * o.evacuated / o.people for o in outcomes])
+    return saved, sum((team.differ for team in teams), Counter())
+
+
+if __name__ == "__main__":
+    parser = ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("team", metavar="TEAM")
+    parser.add_argument("--other", default="observer", metavar="S")
+    parser.add_argument("--fire", default="random", metavar="S")
+    parser.add_argument("--episodes", type=int, default=100, metavar="N")
+    parser.add_argument("--seed", type=int, default=30_000, metavar="N")
+    asked = parser.parse_args()
+    before, differ = evacuations(asked, None)
+    print(f"{asked.team} saves {before.mean():.1f} %; what {asked.other} adds to it:")
+    print(f"{'':12} {'an evacuation':>14} {'points':>20}")
+    for follows, words in KINDS.items():
+        saved, _ = evacuations(asked, follows)
+        mean, low, high = of_mean(saved - before)
+        often = differ[follows] / asked.episodes
+        points = f"{mean:.1f} [{low:.1f}, {high:.1f}]"
+        print(f"{follows:12} {often:14.1f} {points:>20}  {words}", flush=True)
