@@ -1,6 +1,6 @@
 """Which decisions cost a team people? Another team makes one kind of them instead.
 
-    python tutorials/experiments/whose_decisions.py out/DIR --other observer --fire random
+    python tutorials/experiments/whose_decisions.py out/DIR --other observer
 
 Each robot asks both teams, and does what its own says, unless the two differ in one of
 KINDS. In the paper's building, the same evacuations for every kind.
