@@ -8,6 +8,7 @@ KINDS. In the paper's building, the same evacuations for every kind.
 
 from argparse import ArgumentParser
 from collections import Counter
+from copy import deepcopy
 
 import numpy as np
 
@@ -72,9 +73,9 @@ def evacuations(asked, follows):
     """Per cent of people saved in each evacuation, and decisions of each kind."""
     fire = contestant(asked.fire, "fire")
     both = [contestant(team, "robots") for team in (asked.team, asked.other)]
-    teams = [Advised(*both, follows) for _ in range(asked.episodes)]
+    teams = [Advised(*deepcopy(both), follows) for _ in range(asked.episodes)]
     runs = [
-        Simulation(load("paper"), Scenario(), team, fire, seed)
+        Simulation(load("paper"), Scenario(), team, deepcopy(fire), seed)
         for seed, team in enumerate(teams, start=asked.seed)
     ]
     with one_thread():
