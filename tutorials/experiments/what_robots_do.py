@@ -18,9 +18,10 @@ from reference.robots import followers_of
 from reference.simulation import Simulation
 from reference.workshop.evaluation.contestants import contestant
 from reference.workshop.strategies.robots import GROUP_RADIUS, unguided
+from reference.workshop.training.presets import preset
 from reference.world import Instruction
 
-GAMMA = 0.97  # of preset laptop
+GAMMA = preset("laptop").robots.gamma
 
 DEEDS = {
     "leads": "walks to a way out, people follow",
