@@ -213,7 +213,7 @@ def _end_with(lifeline: Connection) -> None:
     Not while a result is being sent: the pool would wait for the rest forever.
     """
     lifeline.poll(None)
-    time.sleep(POLL / 4)  # till the pool has dropped the waiting jobs
+    time.sleep(POLL)  # till the pool has dropped the waiting jobs
     parent = parent_process()
     while parent is not None and parent.is_alive() and not _working.locked():
         time.sleep(POLL / 4)
