@@ -225,7 +225,8 @@ def test_a_side_of_an_arm_may_begin_with_a_network(whole, tmp_path, monkeypatch)
     own = load(fire).player("fire")
     another = replace(own, weights={n: w + 1 for n, w in own.weights.items()})
     words = {"fire": {"initialize_from": str(fire)}}
-    asked = small(arms={"strong": words}, compare=[], test={"fires": ["random"]})
+    two = {"fires": ["random"], "episodes": 2}
+    asked = small(arms={"strong": words}, compare=[], test=two)
     assert asked.adversarial == ["strong"]
     assert performed(asked, tmp_path) == {}
     task = load(tmp_path / "trainings" / "strong-3").task
