@@ -257,7 +257,7 @@ def attack(kind: Kind, folder: Path, cases: int) -> int:
     return refused
 
 
-@pytest.mark.parametrize("times", [1, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("times", [1, pytest.param(10, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", KINDS)
 def test_refuses_a_damaged_file_by_its_name_or_reads_it(
     name, times, whole, monkeypatch
