@@ -42,10 +42,11 @@ def pytest_addoption(parser):
 
 
 def pytest_configure(config):
-    """Registers the marks `paper` and `slow`; the index names slow tests too."""
+    """Registers the marks; the index names slow tests too."""
     if config.option.paper_index:
         config.option.markexpr = ""
     config.addinivalue_line("markers", "slow: takes seconds; run them by `-m slow`")
+    config.addinivalue_line("markers", "extra: is skipped without one of the extras")
     config.addinivalue_line(
         "markers",
         "paper(clause, *places): what this test holds of the appendix, "

@@ -172,6 +172,7 @@ def threshold(building, mark):
 
 
 @pytest.mark.paper("A7")
+@pytest.mark.extra
 def test_pedpy_finds_nobody_outside_the_walls(recorded, pedpy, shapely):
     """In any frame on any floor; the area is that of the cells one can stand in."""
     folder, run = recorded
@@ -182,6 +183,7 @@ def test_pedpy_finds_nobody_outside_the_walls(recorded, pedpy, shapely):
         assert shapely.covers(area.polygon, trajectories.data.point).all()
 
 
+@pytest.mark.extra
 def test_pedpy_counts_everybody_who_left_on_a_line_just_before_the_way_out(
     recorded, pedpy
 ):
@@ -203,6 +205,7 @@ def test_pedpy_counts_everybody_who_left_on_a_line_just_before_the_way_out(
         assert n_t.cumulative_pedestrians.max() == people
 
 
+@pytest.mark.extra
 def test_pedpy_measures_speed_and_density(recorded, pedpy):
     """Nobody is much faster than the fastest; in a room are as many as stand there."""
     folder, run = recorded
@@ -246,6 +249,7 @@ def cells_of(board):
     return [[sign == "." for sign in line] for line in board.split()]
 
 
+@pytest.mark.extra
 @given(arrays(bool, (5, 6)).filter(np.any))
 def test_walkable_areas_are_those_of_the_cells_whatever_they_are(free):
     """Valid polygons; shapely says the same of the cells' union."""
@@ -257,6 +261,7 @@ def test_walkable_areas_are_those_of_the_cells_whatever_they_are(free):
     assert shapely.union_all(found).equals(shapely.union_all(cells))
 
 
+@pytest.mark.extra
 def test_pillars_are_holes_also_where_they_touch_at_a_corner(shapely):
     """The way round them keeps to one wall, so that no ring meets itself."""
     board = """.....
@@ -268,6 +273,7 @@ def test_pillars_are_holes_also_where_they_touch_at_a_corner(shapely):
     assert found.exterior.equals(shapely.box(0, -4, 5, 0).exterior)
 
 
+@pytest.mark.extra
 def test_a_floor_of_two_parts_has_two_areas(shapely):
     """A way round a corner is none; PedPy takes one of them at a time."""
     found = areas(cells_of("..#.. ..#.. ##.##"), shapely)

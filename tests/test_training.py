@@ -557,6 +557,7 @@ def test_times_are_in_a_table_of_their_own(whole):
     assert all(float(row["decisions_per_second"]) > 0 for row in times)
 
 
+@pytest.mark.extra
 def test_tensorboard_gets_the_same_names(tmp_path):
     """A folder for each side, which TensorBoard overlays."""
     pytest.importorskip("tensorboard")

@@ -21,6 +21,7 @@ from reference.workshop import zoo
 from reference.workshop.strategies.fires import GreedyFire
 from reference.workshop.strategies.robots import Sweep
 
+pytestmark = pytest.mark.extra
 SCENE = Scenario(people=6, training=True)
 SIDES = [{}, {"robots": Sweep()}, {"fire": RandomFire()}]
 
