@@ -127,8 +127,8 @@ class Parser(ArgumentParser):
 def _parser() -> Parser:
     top = Parser(
         prog="python -m reference",
-        description="One evacuation of the paper's building, robots that learned "
-        "against a fire that learned;\na summary, and an animation in evacuation.gif.",
+        description="One evacuation of the paper's building, the robots that ship "
+        "against the fire that ships;\na summary, and an animation in evacuation.gif.",
         epilog="example:\n  python -m reference --seed 7",
         formatter_class=Formatter,
     )

@@ -60,7 +60,7 @@ group_a, group_b = R_a - V[:1], R_b - V
 print("less V:   A", group_a.tolist(), " B", group_b.tolist())
 #> less V:   A [1.0]  B [1.25, 0.5, 1.0]
 
-# Returns less V are the advantages that `gae` computes in another way: B's stay.
+# The λ-return minus V is what `gae` computes, so B's advantages are those of PPO.
 
 # %% Counterfactual baselines
 # Instead of V, each robot's own baseline is subtracted: the value of the group, given
@@ -129,6 +129,7 @@ print(f"{baseline.item():.2f}")
 # drawn from a Gaussian: above 0, A goes.
 
 torch.set_num_threads(1)  # networks as small as these are quickest on one core
+# shown: numbers of an action that a critic sees, here the action itself
 SIZES = Sizes(vector=4, grid=(1, 20, 20), continuous=1, shown=1)
 
 

@@ -220,9 +220,9 @@ print("ambush:", ambushed, "of", 8 * len(SEEDS), "get out")
 #> ambush: 71 of 192 get out
 
 # This rule does most of the harm that training reached. The network does more, but it
-# was trained in one building, against one opponent; its landmarks were given to it, and
-# another building needs another training. Robots that learn too can learn to avoid its
-# fires: both sides learn in the paper.
+# was trained in one building, against one opponent; its candidate places were given to
+# it, and another building needs another training. Robots that learn too can learn to
+# avoid its fires: both sides learn in the paper.
 
 # %% The fire that ships
 # The fire called `learned` took 19,222 decisions in the paper's building, against the

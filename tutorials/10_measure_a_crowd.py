@@ -2,7 +2,7 @@
 
 You learn to record an evacuation and to measure it with PedPy, a library that measures
 experiments with real crowds: where people walk, how many pass a door, how density slows
-them. PedPy is an extra: pip install -e '.[pedpy]'
+them. PedPy is an extra: .venv/bin/pip install -c constraints.txt -e '.[pedpy]'
 """
 
 from pathlib import Path

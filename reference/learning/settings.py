@@ -62,8 +62,8 @@ class TrainerSettings:
 
     commitment    logit bonus of the extra option "keep the current destination";
                   without it a new policy would turn round before it arrives anywhere
-    shaping       health points per human inside, of the potential that takes the clock
-                  out of the reward, see `game.rewards.shaping`
+    shaping       weight, health points per human inside, of a potential-based reward
+                  that cancels deaths caused by time alone, `game.rewards.shaping`
     summary       add to the observation counts that it implies
     own_state     ... and where each robot is headed
     """

@@ -3,7 +3,7 @@
     python tutorials/experiments/what_robots_do.py sweep observer out/DIR --fire random
 
 Every decision of a robot at work on the first floor is counted as one of DEEDS, and the
-people who follow it. The reward is what a learner with discount GAMMA seeks.
+people who follow it. The last column is the return, discounted by GAMMA.
 """
 
 from argparse import ArgumentParser
@@ -82,7 +82,7 @@ if __name__ == "__main__":
     for name, words in DEEDS.items():
         print(f"{name:>12}  {words}")
     columns = " ".join(f"{name:>12}" for name in DEEDS)
-    print(f"\n{'% of decisions':24} {columns}   led  saved  reward")
+    print(f"\n{'% of decisions':24} {columns}   led  saved  return")
     for team in asked.teams:
         runs = [evacuation(team, asked.fire, seed) for seed in seeds]
         deeds = sum((run[0] for run in runs), Counter())

@@ -126,10 +126,10 @@ EVACUATE_OPTIONS: options.Table = {
     **options.PLACE,
     **options.player("robots", "default: sweep", default="sweep"),
     **options.player("fire", "default: random", default="random"),
-    "--episodes": options.number(1, "how many, default: 1", default=1),
+    "--episodes": options.number(1, "how many to play; default: 1", default=1),
     **options.SAMPLE,
     "--record": options.path(
-        "FOLDER", "write the first episode's trajectories, a file per floor, for PedPy"
+        "DIR", "write the first episode's trajectories, a file per floor, for PedPy"
     ),
     "--animate": options.path(
         "FILE", "film the first episode as .gif, .html or .mp4 (needs ffmpeg)"

@@ -178,7 +178,7 @@ EVALUATE_OPTIONS: options.Table = {
     **options.player("fire", "default: random", **options.SEVERAL),
     **options.PLACE,
     "--episodes": options.number(
-        1, f"of each pair, run i uses seed + i; default: {crossplay.EPISODES}"
+        1, f"of each pair, number i with seed + i; default: {crossplay.EPISODES}"
     ),
     **options.SAMPLE,
     **options.WORKERS,

@@ -118,7 +118,11 @@ def curves(arguments: Namespace) -> None:
 
 NOTE = "if given, this side does not learn"
 TRAIN_OPTIONS: options.Table = {
-    "--preset": options.choice(PRESETS, "default: laptop"),
+    "--preset": options.choice(
+        PRESETS,
+        "tiny: seconds, in a small building; laptop: under an hour; paper: Tables I "
+        "and II, work for a cluster; default: laptop",
+    ),
     "--settings": options.path(
         "FILE", "ML-Agents' YAML; changes the preset (needs PyYAML)"
     ),
@@ -129,7 +133,9 @@ TRAIN_OPTIONS: options.Table = {
         ROWS["trainer_type"].choices, "of the robots; default: preset's"
     ),
     "--head": options.choice(
-        ROWS["head"].choices, "of both policies; default: preset's"
+        ROWS["head"].choices,
+        "of both policies. gaussian: emits coordinates, as in the paper; pointer: "
+        "chooses among candidate places; default: preset's",
     ),
     **options.player("robots", NOTE, (*SCRIPTS["robots"], LEARNED, "FILE")),
     **options.player("fire", NOTE, (*SCRIPTS["fire"], LEARNED, "FILE")),
@@ -138,11 +144,12 @@ TRAIN_OPTIONS: options.Table = {
         "both sides learn together, or in turn; default: preset's",
     ),
     "--imitate": options.choice(
-        [*SCRIPTS["robots"]][1:], "robots copy this strategy first"
+        [*SCRIPTS["robots"]][1:],
+        "robots imitate this strategy first (behavioural cloning)",
     ),
     "--initialize-from": {
         "metavar": "FILE",
-        "help": f"sides that learn begin with the networks of a checkpoint, or of "
+        "help": f"sides that learn begin with the policy of a checkpoint, or of "
         f"'{LEARNED}'; robots that --imitate do not",
     },
     **options.WORKERS,
@@ -151,7 +158,7 @@ TRAIN_OPTIONS: options.Table = {
     "--tensorboard": options.flag("write DIR/tensorboard too (needs TensorBoard)"),
 }
 CURVES_OPTIONS: options.Table = {
-    "runs": options.path("RUN", "the folder train wrote to", **options.SEVERAL),
+    "runs": options.path("DIR", "a training's folder", **options.SEVERAL),
     **options.picture("curves.png in this folder"),
 }
 

@@ -66,7 +66,7 @@ VALIDATE_OPTIONS: options.Table = {
     "--only": options.choice(
         CASES, f"of {', '.join(CASES)}; default: all", nargs="+", metavar="CASE"
     ),
-    "--out": options.path("FOLDER", "draw the fundamental diagram and a door's flow"),
+    "--out": options.path("DIR", "draw the fundamental diagram and a door's flow"),
 }
 
 VALIDATE = Command(

@@ -2,24 +2,32 @@
 
 Clauses: E6, F12.
 
-    question = "Do robots learn more from a fire that learns?"
+    question = "Do robots learn more from a fire that learns?"  # the page's title
+    building = "paper"            # default
+    preset = "laptop"             # default
     decisions = 480_000           # of the robots, in every training
-    seeds = [0, 1, 2]             # of each arm's trainings
-    compare = [["learning", "random_fire"]]
+    seeds = [0, 1, 2]             # one training of each arm per seed
+    compare = [["pool", "random_fire"]]  # differences, the first minus the second
+    [settings]                    # rows that differ from the preset's, in all arms
+    random_fires = 0.0            # share of rollout jobs with random fire
     [arms.random_fire]
-    fire = "random"
-    [arms.learning]               # rows of settings that differ from the preset's;
-    fire = "learns"               # fire: by name, or rows of the one that learns
+    fire = "random"               # by name; left out: a fire that learns
+    [arms.pool]                   # further rows differ in this arm
+    past_fires = 0.25             # share of rollout jobs with its earlier versions
+    fire.initialize_from = "learned"  # the policy to begin with: a path, or what ships
     [arms.copied]
-    imitate = "escort"            # these robots copy a strategy first
+    imitate = "observer"          # these robots imitate a strategy first
     robots.context = true
-    fire.initialize_from = "learned"  # with which network a side begins; a file's
-                                      # path, or what ships
     [test]
-    fires = ["none", "random", "learning"]  # by name, or an arm's that learned
+    fires = ["none", "random", "pool"]   # by name, or arms whose fire learned
     robots = ["none", "sweep"]    # written by hand, beside those that learned
-    [best_response]
-    decisions = 9_000             # of every fire that learns against frozen robots
+    seed = 5000                   # default
+    episodes = 100                # default
+    looking_ahead = 0             # so many of them against `worst-case`, too
+    baseline = "sweep"            # scores E = 1; left out: the paper's ruler
+    [best_response]               # a new fire learns against each frozen team
+    decisions = 9_000
+    seeds = 3                     # default: the strongest of three is kept
     initialize_from = "learned"
 """
 

@@ -1,4 +1,4 @@
-"""Strategies of robots and fires by name, in order of skill and of harm.
+"""Strategies of robots and fires by name.
 
 Clauses: C7, D2.  To add one, write a class with a `decide` as `reference.strategies`
 describes it, in `robots.py` or `fires.py` here, and name it in the table below: then
