@@ -27,6 +27,7 @@ from reference.workshop.drawing.runs import Run
 from reference.workshop.evaluation.crossplay import Record, records
 from reference.workshop.experiment import asked as asked_module
 from reference.workshop.experiment import page, steps
+from reference.workshop.experiment import results as results_module
 from reference.workshop.experiment.asked import BEST, Experiment, read
 from reference.workshop.experiment.begun import begin, refuse_changed
 from reference.workshop.experiment.results import OWN, Results, telling
@@ -550,6 +551,22 @@ def test_a_film_needs_whole_checkpoints_and_says_what_to_remove(tmp_path):
     plan = Plan(results.experiment, tmp_path, here=True)
     with pytest.raises(RunError, match=r"learning-0-0: its checkpoint .* Remove this"):
         next(telling(results, plan))
+
+
+def test_a_film_shows_robots_that_learned_whatever_is_compared_first(
+    tmp_path, monkeypatch
+):
+    """A pair of robots written by hand has no training to show."""
+    monkeypatch.setattr(results_module, "checkpoint_of", lambda folder: None)
+    results = outcome({"learning": 0.5, "ppo": 0.3})
+    for robots, survival in (("none", 0.2), ("sweep", 0.4)):
+        for fire in ("random", BEST):
+            results.runs[robots, fire] = [run(robots, fire, 0, survival)]
+    pairs = [["none", "sweep"], ["ppo", "learning"]]
+    one = {"best_response": {"decisions": 9, "seeds": 1}, "compare": pairs}
+    results.experiment = small(**COMPARED | one)
+    plan = Plan(results.experiment, tmp_path, here=True)
+    assert [name for name, _ in telling(results, plan)] == ["none", "sweep", "ppo-0"]
 
 
 def test_the_page_says_what_an_arm_changes():

@@ -132,7 +132,8 @@ def telling(results: Results, plan: Plan) -> Iterator[tuple[str, Evacuation]]:
     mean. Nothing where no arm has one. Raises RunError for a damaged checkpoint.
     """
     experiment, known = results.experiment, results.exploitable
-    arms = [*sum(experiment.compare, ()), *experiment.arms]
+    named = [*sum(experiment.compare, ()), *experiment.arms]
+    arms = [name for name in named if name in experiment.arms]
     if (arm := next((arm for arm in arms if arm in known), None)) is None:
         return
     team = next(t for t in experiment.teams if arm_of(t) == arm)
@@ -143,10 +144,9 @@ def telling(results: Results, plan: Plan) -> Iterator[tuple[str, Evacuation]]:
     written.sort(key=lambda row: results.values(row, RANDOM, "survival").mean())
     fire, arena = plan.strongest(team), experiment.arena
     robots = {NOBODY: NOBODY} | {row: row for row in written[-1:]}
-    checkpoint_of(fire)  # refuse a damaged one
-    if team not in robots:
-        checkpoint_of(plan.training(team))
-        robots[team] = str(plan.training(team))
+    for folder in (fire, plan.training(team)):
+        checkpoint_of(folder)  # refuse a damaged one
+    robots[team] = str(plan.training(team))
     for name, word in robots.items():
         yield name, Evacuation(arena.plan, arena.scenario, word, str(fire), seed)
 
