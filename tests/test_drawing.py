@@ -482,7 +482,7 @@ def test_a_films_legend_lists_all_that_comes_to_happen_and_stays(tiny):
     """It is known before the first frame, since a legend must not jump."""
     long = replace(SHORT, time_limit=40.0)
     simulation = Simulation(tiny, long, Sweep(), RandomFire(), seed=1)
-    scene, history = film._scene(simulation), []
+    scene, history = film.scene_of(simulation), []
     shapes, _, curves = listed(scene.figure)
     while not simulation.done:
         simulation.step()
@@ -496,7 +496,7 @@ def test_a_films_legend_lists_all_that_comes_to_happen_and_stays(tiny):
 def test_a_film_lists_neither_fires_nor_robots_where_there_are_none(tiny):
     """They cannot come: the strategies are known."""
     calm = Simulation(tiny, SHORT, NoRobots(), NoFire(), seed=1)
-    shapes, _, curves = listed(film._scene(calm).figure)
+    shapes, _, curves = listed(film.scene_of(calm).figure)
     assert shapes == {"follower", "leader", "died here"}
     assert curves == {"out", "inside", "dead"}
 

@@ -154,6 +154,13 @@ def test_a_picture_is_a_frame_of_the_film():
     assert before.dtype == np.uint8 and before.shape[1:] == (1100, 3)
 
 
+def test_a_picture_before_the_first_episode_shows_its_building():
+    """Everybody is still inside."""
+    before = made(robots=Sweep())
+    assert before.render().shape[1:] == (1100, 3)
+    assert [count.inside for count in before._history] == [SCENE.people]
+
+
 def test_refuses_a_kind_of_picture_there_is_not():
     """There is one."""
     environment = zoo.ZooEnvironment("tiny", render_mode="human")

@@ -21,8 +21,8 @@ from reference.game.environment import (
 )
 from reference.paper import Scenario
 from reference.strategies import FireStrategy, RobotStrategy
-from reference.workshop.drawing.evacuation import Scene, Tally, possible, tally
-from reference.workshop.drawing.film import DPI, painter
+from reference.workshop.drawing.evacuation import Scene, tally
+from reference.workshop.drawing.film import painter, scene_of
 
 try:
     from gymnasium import spaces
@@ -70,7 +70,7 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
         self.render_mode = render_mode
         self.possible_agents = self.environment.possible_agents
         self.agents: list[str] = []
-        self._history: list[Tally] = []
+        self._history = [tally(self.environment.simulation.world)]
         self.observation_spaces = {a: self._observed(a) for a in self.possible_agents}
         self.action_spaces = {
             a: spaces.Box(-1, 1, (action_size(a),)) for a in self.possible_agents
@@ -129,10 +129,7 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
 
     @cached_property
     def _film(self) -> tuple[Scene, Callable[[], np.ndarray]]:
-        scenario, building = self.environment.scenario, self.environment.building
-        scene = Scene(building, sum(scenario.start_counts(building.floors)), DPI)
-        robots, fire = scenario.robots_per_floor > 0, scenario.sources > 0
-        scene.explain(possible(building, robots, fire))
+        scene = scene_of(self.environment.simulation)
         return scene, painter(scene)
 
 

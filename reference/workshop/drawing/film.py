@@ -71,7 +71,7 @@ def animate(
         raise InputError("seconds per frame and speed are above 0. Try 0.4 and 4.")
     if target.suffix.lower() == ".mp4" and which("ffmpeg") is None:
         raise InputError(f"{target}: {NO_FFMPEG}")
-    scene = _scene(simulation)
+    scene = scene_of(simulation)
     write, pixels = FORMATS[target.suffix.lower()], painter(scene)
     pace = seconds_per_frame / speed
     with replacing(target) as partial, write(partial, scene, pace) as add:
@@ -83,7 +83,7 @@ def animate(
     return simulation.run()
 
 
-def _scene(simulation: Simulation) -> Scene:
+def scene_of(simulation: Simulation) -> Scene:
     """Make the page of a film; its legend lists what can occur in this film."""
     world, sources = simulation.world, simulation.scenario.sources
     fire = sources > 0 and not isinstance(simulation.fire_strategy, NoFire)
