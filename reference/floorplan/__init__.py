@@ -27,8 +27,6 @@ from reference.floorplan import page, semantics, syntax
 from reference.floorplan.mistakes import MOST, FloorPlanError, Mistake
 from reference.floorplan.plan import Plan, Storey
 
-__all__ = ["FloorPlanError", "Plan", "Storey", "find", "parse", "read", "to_text"]
-
 
 def parse(text: str, path: str = "<text>") -> Plan:
     """Read the drawing in a text, called `path` in messages. Raises FloorPlanError."""

@@ -12,18 +12,3 @@ from reference.workshop.drawing.page import save
 from reference.workshop.drawing.plans import graph, top
 from reference.workshop.drawing.relief import closeup, oblique, walkable
 from reference.workshop.drawing.senses import fire_senses, robot_senses
-
-__all__ = [
-    "Tally",
-    "animate",
-    "closeup",
-    "fire_senses",
-    "frame",
-    "graph",
-    "oblique",
-    "robot_senses",
-    "save",
-    "tally",
-    "top",
-    "walkable",
-]
