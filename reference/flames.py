@@ -82,8 +82,7 @@ def rim(building: Building, landmark: int) -> np.ndarray:
     crossing `fuel`: once its whole rim burns, nobody outside gets in.
     """
     nav, burns = navigation_of(building), fuel(building)
-    mark = building.landmarks[landmark]
-    start = nav.places_of(mark.floor, mark.cells)
+    start = nav.goals[landmark]
     metres = nav.distances(start, np.where(burns, inf, 1.0)).reshape(burns.shape)
     return np.flatnonzero(cells_beside(building, np.isfinite(metres)) & burns)
 

@@ -119,6 +119,7 @@ class Navigation:
 
     walkable   (places,) bool
     centres    (places, 2) metres
+    goals      of each landmark, (k,) places of its cells
     distance   (landmarks, places) metres to each landmark; inf on other floors
     waypoint   (landmarks, places) the place to walk straight at on the way there
     clear      StraightLines: can a body walk straight from p to q?
@@ -140,10 +141,11 @@ class Navigation:
         self._steps = [self._steps_of(floor) for floor in range(self.floors)]
         self._found = lru_cache(KEPT_WAYS)(self._search)
         self._weighted = lru_cache(KEPT_COSTS)(self._weigh_steps)
-        goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]
-        self.distance = np.full((len(goals), self.places), np.inf)
-        self.waypoint = np.zeros((len(goals), self.places), dtype=np.int32)
-        for index, goal in enumerate(goals):
+        self.goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]
+        shape = (len(self.goals), self.places)
+        self.distance = np.full(shape, np.inf)
+        self.waypoint = np.zeros(shape, dtype=np.int32)
+        for index, goal in enumerate(self.goals):
             self.distance[index], self.waypoint[index] = self._to_landmark(goal)
 
     def _steps_of(self, floor: int) -> csr_matrix:

@@ -56,7 +56,7 @@ def _step_out(world: World, i: int, well: Stairwell) -> None:
     bodies, nav, floor = world.bodies, navigation_of(world.building), well.lowest
     others = bodies.position[bodies.walking & (bodies.floor == floor)]
     for mark in well.entrances[floor]:
-        for p in nav.places_of(floor, world.building.landmarks[mark].cells).tolist():
+        for p in nav.goals[mark].tolist():
             spot = nav.centres[p]
             if (np.hypot(*(others - spot).T) < DIAMETER).any():
                 continue

@@ -41,7 +41,7 @@ def traffic(
     feet = stairwell_feet(building)
     found, coming = Traffic(*np.zeros((4, nav.places))), feet[stairs]
     for floor in reversed(range(building.floors)):
-        d, after = nav.shortest(ways_out(building, floor), cost)
+        d, after = nav.shortest(places_out(building, floor), cost)
         here = slice(floor * nav.floor_size, (floor + 1) * nav.floor_size)
         found.out[here] = d[here]
         for people, count in ((walking, found.cross), (coming, found.come)):
@@ -82,7 +82,7 @@ def ways_outside(
     for mark in building.landmarks:  # the lowest floor first
         k, below = mark.index, 0.0
         if mark.leads_out:
-            on_foot[k] = nav.distances(landmark_places(building)[k], cost)
+            on_foot[k] = nav.distances(nav.goals[k], cost)
             if k in building.stairwell_of:
                 well = building.stairwell_of[k]
                 on = outside[:, feet[well]].argmin()
@@ -93,17 +93,10 @@ def ways_outside(
     return on_foot, outside, storeys
 
 
-@lru_cache(maxsize=8)
-def landmark_places(building: Building) -> list[np.ndarray]:
-    """Places of each landmark."""
-    nav = navigation_of(building)
-    return [nav.places_of(mark.floor, mark.cells) for mark in building.landmarks]
-
-
-def ways_out(building: Building, floor: int) -> np.ndarray:
+def places_out(building: Building, floor: int) -> np.ndarray:
     """Places of all ways out of a floor."""
-    places = landmark_places(building)
-    ways = [places[m] for m in building.ways_out(floor)]
+    goals = navigation_of(building).goals
+    ways = [goals[m] for m in building.ways_out(floor)]
     return np.concatenate([np.zeros(0, dtype=int), *ways])
 
 
@@ -111,15 +104,15 @@ def ways_out(building: Building, floor: int) -> np.ndarray:
 def stairwell_feet(building: Building) -> np.ndarray:
     """Find where people come out of each stairwell: places, (stairwells,)."""
     entrances = [well.entrances[well.lowest][0] for well in building.stairwells]
-    places = landmark_places(building)
-    return np.array([places[m][0] for m in entrances], dtype=int)
+    goals = navigation_of(building).goals
+    return np.array([goals[m][0] for m in entrances], dtype=int)
 
 
 @lru_cache(maxsize=8)
 def _wells(building: Building) -> np.ndarray:
     """Map entrances to the stairwells they lead down: (places,), -1 elsewhere."""
-    well = np.full(building.kind.size, -1)
+    goals, well = navigation_of(building).goals, np.full(building.kind.size, -1)
     for mark, index in building.stairwell_of.items():
         if building.landmarks[mark].leads_out:
-            well[landmark_places(building)[mark]] = index
+            well[goals[mark]] = index
     return well

@@ -194,7 +194,7 @@ def _way(building: Building, area: Area, mark: Landmark, start: Point) -> list[P
     mine = (building.area == area.index) | (building.landmark == mark.index)
     cost = np.where(mine.ravel(), 1.0, np.inf)
     first = ways.place(area.floor, *start)
-    door = int(ways.places_of(area.floor, mark.cells)[0])
+    door = int(ways.goals[mark.index][0])
     chain = [start, *map(tuple, ways.centres[ways.way(first, door, cost)[1]])]
     corners = [start]
     for here, there in pairwise([*chain[:-1], mark.position]):

@@ -19,7 +19,7 @@ from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.workshop.decoding import decode_fire
 from reference.workshop.landmarks import shared
-from reference.workshop.traffic import Traffic, landmark_places, traffic
+from reference.workshop.traffic import Traffic, traffic
 
 FLAMES_BESIDE, FLAMES_FAR = 3, 15  # cells: sides of squares in which flames count
 ABOUT_AS_NEAR = 1.0  # metres: among cells this close, busier is better
@@ -205,9 +205,9 @@ class FireView:
         For a landmark these are around itself, not around the cell beside it that may
         burn: people enter a clearance from all sides.
         """
-        shape, marks = self.now.burning.shape, landmark_places(self.now.building)
+        shape, goals = self.now.burning.shape, self.nav.goals
         middle = self.place.copy()
-        middle[: len(marks)] = [places[0] for places in marks]
+        middle[: len(goals)] = [places[0] for places in goals]
 
         def busiest(count: np.ndarray) -> np.ndarray:
             around = ndimage.maximum_filter(count.reshape(shape), (1, 3, 3))
@@ -242,7 +242,7 @@ def _beside(building: Building) -> np.ndarray:
     for mark in building.landmarks:
         d = np.where(rooms, nav.distance[mark.index], np.inf)
         order = np.argsort(d, kind="stable")[:NEAREST_CELLS]
-        own = nav.places_of(mark.floor, mark.cells)[0]
+        own = nav.goals[mark.index][0]
         kept = np.where(np.isfinite(d[order]), order, own)
         rows[mark.index] = own
         rows[mark.index, : len(kept)] = kept

@@ -26,7 +26,7 @@ from reference.robots import AT_EXIT, Destination, actual_target, said_on_the_wa
 from reference.workshop.decoding import decode
 from reference.workshop.landmarks import shared
 from reference.workshop.strategies.robots import before_stairwell
-from reference.workshop.traffic import ways_out
+from reference.workshop.traffic import places_out
 from reference.world import Instruction
 
 OWN = 2  # options of the robot itself: keep and stay
@@ -146,7 +146,7 @@ class RobotView:
         self.people = now.people_on(floor)
         cost = now.cost_on(floor)
         each = [self.nav.distances([p], cost) for p in self.me[1].tolist()]
-        out = self.nav.distances(ways_out(now.building, floor), cost)
+        out = self.nav.distances(places_out(now.building, floor), cost)
         self._assign_people(options.scenario.sight_range)
         self._choose()
         self._keep(headed)
