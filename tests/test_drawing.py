@@ -69,15 +69,16 @@ def gif(tmp_path_factory):
     """A short film as GIF, the simulation that it shows, and its outcome."""
     path = tmp_path_factory.mktemp("film") / "film.gif"
     run = Simulation(house("tiny"), SHORT, seed=1, fire=RandomFire(), robots=Sweep())
-    return path, run, drawing.animate(run, path, progress=False)
+    return path, run, drawing.animate(run, path)
 
 
 @pytest.fixture(scope="module")
 def player(tmp_path_factory):
-    """The same as a page with a player, five frames a second, and its simulation."""
+    """A longer one as a page with a player, and the simulation that it shows."""
     path = tmp_path_factory.mktemp("film") / "film.html"
-    run = Simulation(house("tiny"), SHORT, seed=1, fire=RandomFire(), robots=Sweep())
-    drawing.animate(run, path, seconds_per_frame=0.2, progress=False)
+    long = replace(SHORT, time_limit=12.0)
+    run = Simulation(house("tiny"), long, seed=1, fire=RandomFire(), robots=Sweep())
+    drawing.animate(run, path)
     return path.read_text(encoding="utf-8"), run
 
 
@@ -527,9 +528,9 @@ def test_a_frame_costs_a_fraction_of_a_whole_page(simulation):
     assert 3 * min(seconds() for _ in range(5)) < page
 
 
-def frames_of(simulation, seconds):
-    """How many frames the film of a run has, the first and the last included."""
-    return 1 + ceil(round(simulation.world.time / simulation.tick) / round(seconds * 5))
+def frames_of(simulation):
+    """How many frames the film of a run has: the first, and one for two ticks."""
+    return 1 + ceil(round(simulation.world.time / simulation.tick) / 2)
 
 
 def test_a_gif_has_a_frame_for_every_instant_and_they_differ(gif):
@@ -537,7 +538,7 @@ def test_a_gif_has_a_frame_for_every_instant_and_they_differ(gif):
     path, simulation, _ = gif
     with Image.open(path) as film:
         frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(film)]
-        assert len(frames) == frames_of(simulation, 0.4)
+        assert len(frames) == frames_of(simulation)
         assert film.info["duration"] == 3000
         assert film.info["loop"] == 0
     assert {frame.size for frame in frames} == {frames[0].size}
@@ -589,7 +590,7 @@ def test_the_player_holds_every_frame_and_whole_ones_to_jump_to(player):
     lines = page.split("const frames = [\n")[1].split("];\n")[0].splitlines()
     frames = [json.loads(line.rstrip(",")) for line in lines]
     sizes = [Image.open(BytesIO(b64decode(png))).size for _, _, png in frames]
-    assert len(frames) == frames_of(simulation, 0.2) > 26
+    assert len(frames) == frames_of(simulation) > 26
     assert sizes[0] == sizes[25] == Image.open(BytesIO(b64decode(frames[0][2]))).size
     assert frames[25][:2] == [0, 0]
     assert all(w * h < sizes[0][0] * sizes[0][1] for w, h in sizes[1:25])
@@ -609,13 +610,13 @@ def test_an_mp4_hands_every_frame_to_ffmpeg(simulation, tmp_path, monkeypatch):
         tmp_path, monkeypatch, 'for last; do :; done; echo "$@" > said; cat > "$last"'
     )
     monkeypatch.chdir(tmp_path)
-    drawing.animate(simulation, tmp_path / "film.mp4", progress=False)
+    drawing.animate(simulation, tmp_path / "film.mp4")
     width, height = map(
         int, re.search(r"(\d+)x(\d+)", Path("said").read_text()).groups()
     )
     size = (tmp_path / "film.mp4").stat().st_size
     held = 30  # three seconds at ten frames a second
-    assert size == width * height * 4 * (frames_of(simulation, 0.4) - 1 + held)
+    assert size == width * height * 4 * (frames_of(simulation) - 1 + held)
 
 
 def test_refuses_an_mp4_without_ffmpeg_before_anything_runs(
@@ -634,7 +635,7 @@ def test_an_ffmpeg_that_fails_leaves_a_message_and_no_film(
     """Whatever its reason was, nothing half-written stays."""
     ffmpeg(tmp_path, monkeypatch, "exit 3")
     with pytest.raises(OSError, match="ffmpeg could not write it"):
-        drawing.animate(simulation, tmp_path / "film.mp4", progress=False)
+        drawing.animate(simulation, tmp_path / "film.mp4")
     assert [path.name for path in tmp_path.iterdir()] == ["ffmpeg"]
 
 
@@ -654,7 +655,7 @@ def test_an_interrupted_film_leaves_what_was_there_before(
 
     monkeypatch.setattr(simulation, "step", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        drawing.animate(simulation, target, progress=False)
+        drawing.animate(simulation, target)
     assert [path.read_text() for path in tmp_path.iterdir()] == ["yesterday's"]
 
 
@@ -664,12 +665,6 @@ def test_refuses_a_film_in_an_unknown_format_before_anything_runs(simulation, na
     with pytest.raises(ValueError, match=r"End the name in \.gif, \.html or \.mp4"):
         drawing.animate(simulation, name)
     assert simulation.world.time == 0
-
-
-def test_refuses_a_pace_that_is_none(simulation, tmp_path):
-    """Nobody can watch nothing for ever."""
-    with pytest.raises(ValueError, match="above 0"):
-        drawing.animate(simulation, tmp_path / "film.gif", speed=0)
 
 
 # -- Saving -------------------------------------------------------------------------

@@ -42,44 +42,38 @@ from reference.workshop.drawing.page import COLOURS, FAINT, TEXT, with_suffix
 from reference.workshop.files import replacing
 
 DPI = 100  # 1100 pixels wide
+SECONDS_PER_FRAME = 0.4  # simulated
+PACE = SECONDS_PER_FRAME / 4  # seconds that a frame is seen: four times real time
 HOLD = 3.0  # seconds that the last frame stays
 KEY_FRAMES = 25  # of the player: how far it goes back to jump to a place
 PLAYER = Path(__file__).with_name("player.html")
 WHITE = "#ffffff"
-NO_FFMPEG = "an MP4 needs ffmpeg; install it, or end the name in .gif or .html."
 CLEAR = 255  # the palette's last place: a pixel that did not change
 
 Add = Callable[[np.ndarray, float], None]
 """Appends (rows, cols, 4) pixels, to be seen for so many seconds."""
 
 
-def animate(
-    simulation: Simulation,
-    path: str | Path,
-    seconds_per_frame: float = 0.4,
-    speed: float = 4.0,
-    progress: bool = True,
-) -> Outcome:
+def animate(simulation: Simulation, path: str | Path) -> Outcome:
     """Run a simulation to its end and film it, as .gif, .html or .mp4.
 
-    seconds_per_frame: simulated; speed: simulated seconds in one second of film.
-    All of the file is written, or nothing. Raises ValueError for another suffix, for
-    .mp4 without ffmpeg and for a pace not above 0; OSError for an unwritable path.
+    All of the file is written, or nothing. Raises ValueError for another suffix and for
+    .mp4 without ffmpeg, OSError for an unwritable path.
     """
     target = with_suffix(path, FORMATS, "an animation")
-    if seconds_per_frame <= 0 or speed <= 0:
-        raise InputError("seconds per frame and speed are above 0. Try 0.4 and 4.")
     if target.suffix.lower() == ".mp4" and which("ffmpeg") is None:
-        raise InputError(f"{target}: {NO_FFMPEG}")
+        raise InputError(
+            f"{target}: an MP4 needs ffmpeg; install it, or end the name in .gif or "
+            ".html."
+        )
     scene = scene_of(simulation)
     write, pixels = FORMATS[target.suffix.lower()], painter(scene)
-    pace = seconds_per_frame / speed
-    with replacing(target) as partial, write(partial, scene, pace) as add:
+    with replacing(target) as partial, write(partial, scene) as add:
         history: list[Tally] = []
-        for _ in _frames(simulation, seconds_per_frame, progress):
+        for _ in _frames(simulation):
             history.append(tally(simulation.world))
             scene.show(simulation.world, history)
-            add(pixels(), HOLD if simulation.done else pace)
+            add(pixels(), HOLD if simulation.done else PACE)
     return simulation.run()
 
 
@@ -92,12 +86,11 @@ def scene_of(simulation: Simulation) -> Scene:
     return scene
 
 
-def _frames(simulation: Simulation, seconds: float, progress: bool) -> Iterator[None]:
+def _frames(simulation: Simulation) -> Iterator[None]:
     """Run the simulation to its end, with a pause for each frame."""
-    ticks = max(1, round(seconds / simulation.tick))
+    ticks = max(1, round(SECONDS_PER_FRAME / simulation.tick))
     limit = round(simulation.scenario.time_limit)
-    silent = None if progress else True  # None: silent unless somebody is watching
-    with tqdm(total=limit, unit=" s", disable=silent, desc="filming") as bar:
+    with tqdm(total=limit, unit=" s", disable=None, desc="filming") as bar:
         yield
         while not simulation.done:
             for _ in range(ticks):
@@ -197,7 +190,7 @@ def _nearest(colours: np.ndarray) -> np.ndarray:
 
 
 @contextmanager
-def _gif(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
+def _gif(path: Path, scene: Scene) -> Iterator[Add]:
     """Write a GIF: one palette, each frame a patch on the last."""
     patches = Patches()
     with open(path, "wb") as file:
@@ -219,7 +212,7 @@ def _gif(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
 
 
 @contextmanager
-def _html(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
+def _html(path: Path, scene: Scene) -> Iterator[Add]:
     """Write a page that needs no other file: patches as PNGs, and a player."""
     patches, count = Patches(), 0
     title = escape(scene.building.title)
@@ -239,14 +232,14 @@ def _html(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
             count += 1
 
         yield add
-        file.write(foot.substitute(pace=1000 * pace, key=KEY_FRAMES))
+        file.write(foot.substitute(pace=1000 * PACE, key=KEY_FRAMES))
 
 
 @contextmanager
-def _mp4(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
+def _mp4(path: Path, scene: Scene) -> Iterator[Add]:
     """Pipe raw frames into ffmpeg, which wants even sizes and a steady rate."""
     width, height = scene.figure.canvas.get_width_height()
-    raw = f"-f rawvideo -pix_fmt rgba -s {width}x{height} -r {1 / pace:g} -i -"
+    raw = f"-f rawvideo -pix_fmt rgba -s {width}x{height} -r {1 / PACE:g} -i -"
     even = "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white -pix_fmt yuv420p -y"
     command = ["ffmpeg", *raw.split(), *even.split(), str(path)]
     ffmpeg = Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=DEVNULL)
@@ -254,7 +247,7 @@ def _mp4(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
     assert pipe is not None
 
     def add(pixels: np.ndarray, seconds: float) -> None:
-        pipe.write(pixels.tobytes() * round(seconds / pace))
+        pipe.write(pixels.tobytes() * round(seconds / PACE))
 
     with suppress(BrokenPipeError), ffmpeg:  # its exit status tells what went wrong
         yield add
@@ -262,7 +255,7 @@ def _mp4(path: Path, scene: Scene, pace: float) -> Iterator[Add]:
         raise OSError(f"{path}: ffmpeg could not write it. Try .gif or .html.")
 
 
-FORMATS: dict[str, Callable[[Path, Scene, float], AbstractContextManager[Add]]] = {
+FORMATS: dict[str, Callable[[Path, Scene], AbstractContextManager[Add]]] = {
     ".gif": _gif,
     ".html": _html,
     ".mp4": _mp4,
