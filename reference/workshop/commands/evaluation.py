@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from reference.building import building_of
-from reference.evaluation.bounds import best_reward, critical_points
+from reference.evaluation.bounds import best_reward
 from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
@@ -41,14 +41,15 @@ def evaluate(arguments: Namespace) -> None:
 def _evaluate(evaluation: crossplay.Evaluation, arguments: Namespace) -> None:
     """Play missing runs, then write and print the results."""
     noted(evaluation)
-    ruler = _given(arguments, evaluation)
+    ruler, baseline = _given(arguments, evaluation), arguments.baseline
     records = _played(evaluation, arguments)
     try:
-        ruler = ruler or _calibrated(arguments.baseline, evaluation, records)
+        if not ruler:
+            ruler = crossplay.ruler_of(records, baseline, *evaluation.arena.points)
         note = _explained(arguments, ruler)
     except RulerError as error:
-        note = f"no E, since no ruler comes of {arguments.baseline}: {error}"
-    cells = crossplay.cells(records, ruler, arguments.baseline)
+        note = f"no E, since no ruler comes of {baseline}: {error}"
+    cells = crossplay.cells(records, ruler, baseline)
     if arguments.out:
         _keep(arguments.out, evaluation, ruler, cells, records)
     if arguments.json:
@@ -84,17 +85,6 @@ def _given(arguments: Namespace, evaluation: crossplay.Evaluation) -> Ruler | No
             "--robots."
         )
     return None
-
-
-def _calibrated(
-    baseline: str,
-    evaluation: crossplay.Evaluation,
-    records: Sequence[crossplay.Record],
-) -> Ruler:
-    """The ruler of this building on which these robots' runs score 1 [F12]."""
-    arena = evaluation.arena
-    points = critical_points(building_of(arena.plan), arena.scenario)
-    return crossplay.ruler_of(records, baseline, *points)
 
 
 def _played(

@@ -15,8 +15,6 @@ from itertools import chain
 
 import numpy as np
 
-from reference.building import building_of
-from reference.evaluation.bounds import critical_points
 from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.evaluation.contestants import WORST, Evacuation
 from reference.workshop.evaluation.crossplay import Cell, Record, cells, ruler_of
@@ -64,8 +62,7 @@ class Results:
         """The ruler on which the baseline scores 1; None if its runs yield none."""
         if (baseline := self.experiment.test.baseline) is None:
             return PAPER
-        arena = self.experiment.arena
-        points = critical_points(building_of(arena.plan), arena.scenario)
+        points = self.experiment.arena.points
         try:
             return ruler_of(list(chain(*self.runs.values())), baseline, *points)
         except (RulerError, RunError):

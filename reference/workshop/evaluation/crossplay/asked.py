@@ -16,6 +16,8 @@ from typing import Any
 
 import reference
 from reference.building import building_of, load, plan_of
+from reference.evaluation.bounds import critical_points
+from reference.evaluation.score import Point
 from reference.learning.settings import Side
 from reference.paper import ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
@@ -68,6 +70,11 @@ class Arena:
     def people(self) -> int:
         """How many people start."""
         return sum(self.scenario.start_counts(building_of(self.plan).floors))
+
+    @property
+    def points(self) -> tuple[Point, Point]:
+        """The critical points of this building and scenario, reward and y each."""
+        return critical_points(building_of(self.plan), self.scenario)
 
 
 @dataclass(frozen=True)
