@@ -41,6 +41,11 @@ def baseline(runs, seed=0):
     return rng.normal(R, of_R), np.abs(rng.normal(h, of_h))
 
 
+def of_one_fire(rewards, difficulties, *points):
+    """The ruler of runs that all met the same fire."""
+    return from_runs(rewards, difficulties, *points, ["any"] * len(rewards))
+
+
 # -- What the paper prints ----------------------------------------------------------
 
 
@@ -131,7 +136,7 @@ def test_the_procedure_reproduces_the_papers_constants():
 def test_runs_of_a_baseline_make_a_ruler():
     """Their easiest and hardest third score alike, all of them together 1."""
     rewards, difficulties = baseline(90)
-    ruler = from_runs(rewards, difficulties, *POINTS)
+    ruler = of_one_fire(rewards, difficulties, *POINTS)
     order = np.argsort(difficulties)
     easy, hard = (
         ruler.score(rewards[part].mean(), difficulties[part].mean())
@@ -146,7 +151,7 @@ def test_a_baseline_that_met_several_fires_scores_one_on_their_mean():
     """Each fire by itself lies about there; by one mean of all, all would lie above."""
     (rewards, difficulties), fires = baseline(90), ["none", "random", "greedy"] * 30
     by_fire = from_runs(rewards, difficulties, *POINTS, fires)
-    at_once = from_runs(rewards, difficulties, *POINTS)
+    at_once = of_one_fire(rewards, difficulties, *POINTS)
     cells = [(rewards[k::3].mean(), difficulties[k::3].mean()) for k in range(3)]
     scores = [by_fire.score(*cell) for cell in cells]
     assert np.mean(scores) == pytest.approx(1)
@@ -159,15 +164,15 @@ def test_the_order_of_the_runs_does_not_matter():
     """Runs come in as workers finish them."""
     rewards, difficulties = baseline(50)
     shuffled = np.random.default_rng(1).permutation(50)
-    one = from_runs(rewards, difficulties, *POINTS)
-    other = from_runs(rewards[shuffled], difficulties[shuffled], *POINTS)
+    one = of_one_fire(rewards, difficulties, *POINTS)
+    other = of_one_fire(rewards[shuffled], difficulties[shuffled], *POINTS)
     assert (one.k, one.beta) == pytest.approx((other.k, other.beta))
 
 
 @pytest.mark.paper("F12")
 def test_other_runs_of_the_same_baseline_make_nearly_the_same_ruler():
     """Of 90 runs each: what a case reads varies by less than a tenth."""
-    rulers = [from_runs(*baseline(90, seed), *POINTS) for seed in range(40)]
+    rulers = [of_one_fire(*baseline(90, seed), *POINTS) for seed in range(40)]
     for case in [(9000.0, 1000.0), (6000.0, 1500.0), (10_500.0, 0.0)]:
         readings = [ruler.score(*case) for ruler in rulers]
         assert np.std(readings) < 0.1 * np.mean(readings)
@@ -178,8 +183,8 @@ def test_a_ruler_may_be_made_for_another_number_of_people():
     """A tenth of the people have a tenth of the rewards, and the same scores."""
     rewards, difficulties = baseline(60)
     points = [(reward / 10, y) for reward, y in POINTS]
-    few = from_runs(rewards / 10, difficulties, *points)
-    many = from_runs(rewards, difficulties, *POINTS)
+    few = of_one_fire(rewards / 10, difficulties, *points)
+    many = of_one_fire(rewards, difficulties, *POINTS)
     assert few.score(900.0, 1000.0) == pytest.approx(many.score(9000.0, 1000.0))
 
 
@@ -315,14 +320,14 @@ def test_refuses_cases_that_cannot_count_as_equal(one, other):
 def test_refuses_runs_that_make_no_ruler(rewards, difficulties, why):
     """None, too few, all alike, or such as robots that gain by the fire."""
     with pytest.raises(RulerError, match=why):
-        from_runs(rewards, difficulties, *POINTS)
+        of_one_fire(rewards, difficulties, *POINTS)
 
 
 def test_refuses_names_for_fewer_fires_than_runs():
-    """Each run's fire has a name, or none has."""
+    """Each run's fire has one."""
     rewards, difficulties = [9000.0] * 3 + [0.0] * 3, [0.0] * 3 + [1000.0] * 3
     with pytest.raises(RulerError, match="6 difficulties for 5 runs"):
-        from_runs(rewards, difficulties, *POINTS, fires=["random"] * 5)
+        from_runs(rewards, difficulties, *POINTS, ["random"] * 5)
 
 
 @pytest.mark.paper("F12")
@@ -330,7 +335,7 @@ def test_refuses_a_baseline_that_hardly_earned_less_in_hard_fires():
     """k is inverse to the difference, and would be anything."""
     rewards = [0, 9000, 0, 9000, 0, 9000, 0, 9000, 0, 8000, 0, 8000]
     with pytest.raises(RulerError, match="give or take 3476: run more"):
-        from_runs(rewards, range(12), *POINTS)
+        of_one_fire(rewards, range(12), *POINTS)
 
 
 @pytest.mark.parametrize("name", ["alpha", "base", "control", "k", "beta"])
@@ -347,7 +352,7 @@ def test_refuses_constants_that_make_no_ruler(name, value):
 def test_a_ruler_goes_through_a_file_unchanged(tmp_path):
     """To the last digit."""
     path = tmp_path / "ruler.json"
-    ruler = from_runs(*baseline(30), *POINTS)
+    ruler = of_one_fire(*baseline(30), *POINTS)
     path.write_text(json.dumps(asdict(ruler)))
     assert read_ruler(path) == ruler
 

@@ -168,22 +168,20 @@ def from_runs(
     difficulties: Sequence[float],
     worst: Point,
     best: Point,
-    fires: Sequence[str] | None = None,
+    fires: Sequence[str],
 ) -> Ruler:
     """Calibrate a ruler from a baseline's runs and critical points [F12, chosen].
 
     The two equal cases are the means of the third of the runs with the easiest fires
     and of the third with the hardest: the same robots deserve the same score. β is the
-    mean, over the named fires, of e′ at each fire's mean reward and difficulty; without
-    names, e′ at the mean of all runs.
+    mean, over the named fires, of e′ at each fire's mean reward and difficulty.
 
     Take runs against weak and strong fires alike. Raises RulerError for fewer than
     FEWEST_RUNS, and where the hard third did not CLEARLY earn less than the easy one.
     """
     R, h = np.asarray(rewards, dtype=float), np.asarray(difficulties, dtype=float)
-    named = R.size if fires is None else len(fires)
-    if not R.shape == h.shape == (named,) or not np.isfinite([R, h]).all():
-        what = f"{R.size} rewards and {h.size} difficulties for {named} runs"
+    if not R.shape == h.shape == (len(fires),) or not np.isfinite([R, h]).all():
+        what = f"{R.size} rewards and {h.size} difficulties for {len(fires)} runs"
         raise RulerError(f"{what}: give one finite number of each for each run")
     if len(R) < FEWEST_RUNS:
         raise RulerError(f"{len(R)} runs make no ruler: give at least {FEWEST_RUNS}")
@@ -198,8 +196,6 @@ def from_runs(
             f"fires, {R[hard].mean():.0f} in the hardest, give or take {error:.0f}: "
             "run more seeds, or weak and strong fires alike"
         )
-    if fires is None:
-        return ruler
     parts = [np.array(fires) == name for name in np.unique(fires)]
     β = np.mean([ruler.unscaled(*_mean(R[part], h[part])) for part in parts])
     return replace(ruler, beta=float(β))
