@@ -19,7 +19,7 @@ from trainings import begun, room_for, tiny, trained
 
 from reference.building import load
 from reference.evaluation.difficulty import difficulty_of, people_in
-from reference.evaluation.score import PAPER
+from reference.evaluation.score import PAPER, RulerError
 from reference.learning.networks import one_thread
 from reference.paper import BEST_POINT, WORST_POINT, InputError, Scenario
 from reference.simulation import Simulation
@@ -545,6 +545,6 @@ def test_refuses_what_nobody_can_play(asked, message):
 
 
 def test_refuses_a_baseline_without_runs():
-    """It is to be evaluated among the robots."""
-    with pytest.raises(RunError, match="no runs of the baseline patrol"):
+    """As one with too few."""
+    with pytest.raises(RulerError, match="0 runs make no ruler"):
         ruler_of([a_record()], "patrol", WORST_POINT, BEST_POINT)

@@ -22,7 +22,6 @@ from reference.workshop.evaluation.crossplay.asked import NOBODY
 from reference.workshop.evaluation.intervals import Interval, of_trainings
 from reference.workshop.experiment.asked import BEST, Experiment
 from reference.workshop.experiment.steps import Plan, checkpoint_of
-from reference.workshop.runs import RunError
 
 OWN = "own fire"  # the one that a team has learned with
 RANDOM = "random"
@@ -65,7 +64,7 @@ class Results:
         points = self.experiment.arena.points
         try:
             return ruler_of(list(chain(*self.runs.values())), baseline, *points)
-        except (RulerError, RunError):
+        except RulerError:
             return None
 
     def cells(self) -> list[Cell]:

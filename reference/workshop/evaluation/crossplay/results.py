@@ -18,7 +18,6 @@ from reference.workshop.evaluation.crossplay.records import Match, Record
 from reference.workshop.evaluation.intervals import Interval, of_mean, of_means
 from reference.workshop.files import Table, read_json, write_json
 from reference.workshop.plain import record_from
-from reference.workshop.runs import RunError
 
 
 @dataclass(frozen=True)
@@ -104,15 +103,10 @@ def ruler_of(
 ) -> Ruler:
     """Calibrate the ruler on which the baseline scores 1 on average over its fires.
 
-    [F12] worst, best: the critical points, reward and y each. Raises RunError if the
-    baseline has no runs, RulerError if they yield no ruler.
+    [F12] worst, best: the critical points, reward and y each. Raises RulerError if its
+    runs yield no ruler.
     """
     runs = [run for run in records if run.robots == baseline]
-    if not runs:
-        raise RunError(
-            f"there are no runs of the baseline {baseline}. Evaluate it among the "
-            "robots."
-        )
     rewards, difficulties = [r.reward for r in runs], [r.difficulty for r in runs]
     return from_runs(rewards, difficulties, worst, best, [r.fire for r in runs])
 
