@@ -230,19 +230,19 @@ def test_an_update_goes_num_epoch_times_through_whole_minibatches():
     """Eleven rows in fours, three epochs: six steps, and the buffer is empty."""
     learner, _, _ = watched("#" * 11, num_epoch=3)
     assert [len(batch) for batch, *_ in learner.seen] == [4] * 6
-    assert len(learner.buffer) == 0 and not learner.ready
+    assert len(learner.buffer) == 0 and not learner.buffer.full
     step = learner.optimiser.state_dict()["state"][0]["step"]
     assert step == 6
 
 
 @pytest.mark.paper("E3")
-def test_a_learner_is_ready_with_more_than_buffer_size_steps():
-    """Eight do not make it ready, nine do; both count for the schedules."""
+def test_a_buffer_is_full_with_more_than_buffer_size_steps():
+    """Eight do not fill it, nine do; both count for the schedules."""
     learner = made(buffer_size=8)
     learner.add([life("#" * 8, sizes=MIXED)])
-    assert (learner.steps, learner.ready) == (8, False)
+    assert (learner.steps, learner.buffer.full) == (8, False)
     learner.add([life("#", sizes=MIXED)])
-    assert (learner.steps, learner.ready) == (9, True)
+    assert (learner.steps, learner.buffer.full) == (9, True)
 
 
 @pytest.mark.paper("E3")

@@ -49,7 +49,7 @@ def learn(
     """Add a side's trajectories; if the buffer is full, update and summarise."""
     trajectories = (getattr(episode, side) for episode in episodes)
     learner.add([t for t in trajectories if t is not None])
-    return learner.update(critic_only) if learner.ready else {}
+    return learner.update(critic_only) if learner.buffer.full else {}
 
 
 def player_of(learner: Learner, landmarks: Landmarks | None = None) -> Learned:

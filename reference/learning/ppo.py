@@ -191,11 +191,6 @@ class Learner:
             for t in trajectories:
                 normaliser.update(torch.from_numpy(t.vectors[:-1][t.alive[:-1]]))
 
-    @property
-    def ready(self) -> bool:
-        """Is the buffer full?"""
-        return self.buffer.full
-
     @torch.no_grad()
     def _valued(self, t: Trajectory) -> Decisions:
         """Compute a trajectory's values, advantages and returns."""
