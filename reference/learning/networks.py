@@ -120,14 +120,10 @@ class GridEncoder(nn.Module):
 
     def forward(self, grids: Tensor) -> Tensor:
         """(B, channels, height, width) of 0 and 1 -> (B, H)."""
-        x = functional.leaky_relu(self.conv1(images(grids, self.conv1.weight.dtype)))
+        dtype, last = self.conv1.weight.dtype, torch.channels_last  # in memory
+        x = functional.leaky_relu(self.conv1(grids.to(dtype, memory_format=last)))
         x = functional.leaky_relu(self.conv2(x))
         return functional.leaky_relu(self.dense(x.flatten(1)))
-
-
-def images(grids: Tensor, dtype: torch.dtype = torch.float32) -> Tensor:
-    """Convert grids to `dtype` with channels last in memory, if they are not so yet."""
-    return grids.to(dtype, memory_format=torch.channels_last)
 
 
 class Encoder(nn.Module):
