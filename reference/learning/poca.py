@@ -197,14 +197,13 @@ class SelfAttention(nn.Module):
     adds the normalised input [E3].
     """
 
-    def __init__(self, hidden: int, heads: int = ATTENTION_HEADS):
+    def __init__(self, hidden: int):
         super().__init__()
         deviation = sqrt(0.125 / hidden)
         self.query = linear(hidden, hidden, deviation)
         self.key = linear(hidden, hidden, deviation)
         self.to_value = linear(hidden, hidden, deviation)
         self.out = linear(hidden, hidden, deviation)
-        self.heads = heads
 
     def forward(self, entities: Tensor, alive: Tensor) -> Tensor:
         """(B, G, H) and (B, G) bool -> (B, H)."""
@@ -260,8 +259,8 @@ class SelfAttention(nn.Module):
         """
         B, G, H = x.shape
         inner = (self.query, self.key, self.to_value)
-        q, k, v = (p(x).view(B, G, self.heads, -1) for p in inner)
-        part = self.out.weight.view(H, self.heads, -1)
+        q, k, v = (p(x).view(B, G, ATTENTION_HEADS, -1) for p in inner)
+        part = self.out.weight.view(H, ATTENTION_HEADS, -1)
         return q / sqrt(H), k, torch.einsum("bchd,ihd->bchi", v, part)
 
     @staticmethod
