@@ -66,9 +66,9 @@ class Plan:
     def steps(self) -> Iterator[Step]:
         """All steps there are, done or not."""
         experiment = self.experiment
-        for team, task in experiment.trainings.items():
-            folder = self.training(team)
-            yield self._training(folder, (), partial(_given, task), "robots")
+        for team in experiment.trainings:
+            task = partial(experiment.trainings.__getitem__, team)
+            yield self._training(self.training(team), (), task, "robots")
         for team, k in product(experiment.teams, experiment.responses):
             yield self._response(team, k)
             if len(experiment.responses) > 1:
@@ -191,10 +191,6 @@ class Plan:
             return tuple(self.test(team, str(k)) for k in self.experiment.responses)
         folder = self._fire(team, fire)
         return (folder / DONE,) if folder else ()
-
-
-def _given(task: Task) -> Task:
-    return task
 
 
 def checkpoint_of(folder: Path) -> Checkpoint:
