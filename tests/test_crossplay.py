@@ -172,7 +172,7 @@ def test_torch_is_not_loaded_where_nobody_learned():
 
 def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     """Stopped after two runs; then only the others are played, to the same end."""
-    monkeypatch.setattr(playing, "MOST_RUNS", 2)
+    monkeypatch.setattr(playing, "IN_LOCKSTEP", 2)
     folder, whole = Path("stopped"), Path("whole")
     looks = iter([False])
     kept = evaluate(

@@ -7,7 +7,7 @@ a Dask cluster and this process itself.
 import os
 import signal
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import parent_process
@@ -39,6 +39,11 @@ def memory() -> int:
     if "SC_PHYS_PAGES" not in getattr(os, "sysconf_names", ()):
         return 2**36
     return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+
+
+def chunks(items: Sequence[Given], size: int) -> list[tuple[Given, ...]]:
+    """Split what there is to do into jobs of at most so many, in order."""
+    return [tuple(items[k : k + size]) for k in range(0, len(items), size)]
 
 
 def in_order(

@@ -20,14 +20,14 @@ from reference.learning.settings import SIDES, Side
 from reference.simulation import Simulation
 from reference.workshop.evaluation.contestants import contestant
 from reference.workshop.evaluation.crossplay import Arena, Match, Record
-from reference.workshop.evaluation.crossplay.playing import parts, recorded
+from reference.workshop.evaluation.crossplay.playing import IN_LOCKSTEP, recorded
 from reference.workshop.files import make_folder
 from reference.workshop.training.checkpoints import Checkpoint, load, newest, unpacked
 from reference.workshop.training.loop import CLOCK, train
 from reference.workshop.training.policies import POLICIES
 from reference.workshop.training.session import Training
 from reference.workshop.training.summaries import SUMMARIES
-from reference.workshop.workers import InProcess
+from reference.workshop.workers import InProcess, chunks
 
 LOG, DONE = "log.txt", "training.json"
 
@@ -89,7 +89,7 @@ def trial(job: Trial) -> list[Record]:
         players = [_player(job, side) for side in SIDES]
         return [
             record
-            for seeds in parts(job.seeds)
+            for seeds in chunks(job.seeds, IN_LOCKSTEP)
             for record in recorded([_set_up(job, players, seed) for seed in seeds])
         ]
 

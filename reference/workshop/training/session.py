@@ -37,6 +37,7 @@ from reference.workshop.training.summaries import (
     Row,
     Summary,
 )
+from reference.workshop.workers import chunks
 
 PAST_EVERY, MOST_PAST = 5, 10
 """[E6, chosen] rounds between two fires that are remembered, and how many of them; when
@@ -162,7 +163,7 @@ class Training:
         robots, learned = (self._player(side) for side in SIDES)
         fires = {"learned": learned, "random": RandomFire()}
         jobs = []
-        for k, chunk in enumerate(_chunks(seeds, s.episodes_per_job), self._first):
+        for k, chunk in enumerate(chunks(seeds, s.episodes_per_job), self._first):
             name = self._fire(k)
             fire = self._past_fire(k, learned) if name == "past" else fires[name]
             jobs.append(Job(self.task.plan, s.scenario, robots, fire, chunk))
@@ -271,7 +272,7 @@ class Training:
         scripted = FIRES[fire if isinstance(fire, str) else "random"]()
         return [
             Job(self.task.plan, s.scenario, robots, scripted, chunk)
-            for chunk in _chunks(seeds, s.episodes_per_job)
+            for chunk in chunks(seeds, s.episodes_per_job)
         ]
 
     def imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
@@ -337,7 +338,3 @@ def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:
 def _due(number: int, share: float) -> bool:
     """Tell whether, of jobs counted from 0, this one belongs to a share of them."""
     return int((number + 1) * share) > int(number * share)
-
-
-def _chunks(seeds: tuple[int, ...], size: int) -> list[tuple[int, ...]]:
-    return [seeds[first : first + size] for first in range(0, len(seeds), size)]

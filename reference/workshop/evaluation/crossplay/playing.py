@@ -7,7 +7,6 @@ and the same randomness of the fire, whoever guides.
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
-from typing import TypeVar
 
 from tqdm import tqdm
 
@@ -28,14 +27,10 @@ from reference.workshop.evaluation.crossplay.records import (
 )
 from reference.workshop.files import make_folder
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.workers import as_done
+from reference.workshop.workers import as_done, chunks
 
 RUNS = "runs.csv"
-
-
-MOST_RUNS = 16  # in lockstep
-
-Run = TypeVar("Run")
+IN_LOCKSTEP = 16  # runs of a job
 
 
 def play(jobs: Sequence[tuple[Match, Evacuation]]) -> list[Record]:
@@ -51,11 +46,6 @@ def recorded(runs: Sequence[tuple[Match, int, Simulation]]) -> list[Record]:
         record_of(match, seed, run, difficulty_of(run, there))
         for (match, seed, run), there in zip(runs, people, strict=True)
     ]
-
-
-def parts(runs: Sequence[Run]) -> list[Sequence[Run]]:
-    """Split runs into batches to run in lockstep."""
-    return [runs[k : k + MOST_RUNS] for k in range(0, len(runs), MOST_RUNS)]
 
 
 def evacuation_of(evaluation: Evaluation, run: Key) -> Evacuation:
@@ -96,7 +86,7 @@ def evaluate(
     with tqdm(
         total=total, initial=already, unit="run", disable=None, leave=False
     ) as bar:
-        for _, played in as_done(executor, play, parts(jobs), stop):
+        for _, played in as_done(executor, play, chunks(jobs, IN_LOCKSTEP), stop):
             done |= {key(record): record for record in played}
             if table:
                 table.append([row_of(record) for record in played])
