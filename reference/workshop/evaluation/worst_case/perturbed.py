@@ -39,13 +39,11 @@ class Attack(NamedTuple):
 
     seen     (G, V) float32, o + δ;  emitted  (G, 2) what the robots then do
     value    mean of b, scaled return: what the critic expects of that
-    plain    the same without the perturbation
     """
 
     seen: np.ndarray
     emitted: np.ndarray
     value: float
-    plain: float
 
 
 class PerturbedRobots(LearnedRobots):
@@ -92,15 +90,14 @@ class PerturbedRobots(LearnedRobots):
     def attack(self, truth: Moment, rng: Rng) -> Attack:
         """Search, robot by robot, for the observations of lowest value."""
         emitted, values = self._evaluate(truth, truth.vectors[None])
-        plain = float(values[0])
-        worst = Attack(truth.vectors, emitted[0], plain, plain)
+        worst = Attack(truth.vectors, emitted[0], float(values[0]))
         for g in np.flatnonzero(truth.alive).tolist():
             seen = np.tile(worst.seen, (self.tries, 1, 1))
             seen[:, g] = self._perturbed(truth.vectors[g], rng)
             emitted, values = self._evaluate(truth, seen)
             k = int(values.argmin())
             if values[k] < worst.value:
-                worst = Attack(seen[k], emitted[k], float(values[k]), plain)
+                worst = Attack(seen[k], emitted[k], float(values[k]))
         return worst
 
     def _perturbed(self, vector: np.ndarray, rng: Rng) -> np.ndarray:
