@@ -17,8 +17,7 @@ import torch
 from tqdm import tqdm
 
 from reference import motion
-from reference.building import Building, load
-from reference.floorplan import to_text
+from reference.building import Building, load, plan_of
 from reference.game.environment import until_next_decision
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.experience import Decisions
@@ -145,7 +144,7 @@ def _bare_speed(simulation: Simulation, seconds: float) -> float:
 
 def _learners(name: str, building: Building, seed: int) -> dict[Side, Learner]:
     """Make new learners with a preset's settings."""
-    settings, plan, made = preset(name), to_text(building.plan), {}
+    settings, plan, made = preset(name), plan_of(building), {}
     for side in SIDES:
         trainer = getattr(settings, side)
         marks = landmarks_for(side, trainer)
@@ -167,7 +166,7 @@ def _decisions_per_second(
         for side, learner in _learners(name, building, seed).items()
     }
     seeds, scenario = tuple(range(seed, seed + EPISODES)), preset(name).scenario
-    job = Job(to_text(building.plan), scenario, **sides, seeds=seeds)
+    job = Job(plan_of(building), scenario, **sides, seeds=seeds)
     few = replace(job, seeds=seeds[::4])
 
     def speed(job: Job, advance: Advance) -> float:
