@@ -51,13 +51,16 @@ def in_order(
     work: Callable[[Given], Made],
     jobs: Iterable[Given],
     stop: Callable[[], bool],
+    unit: str | None = None,
 ) -> list[Made] | None:
     """Do all jobs; return results in their order, or None if stopped before the last.
 
-    Raises what the work raises, and BrokenExecutor for a worker that has died.
+    unit: what a job is, for a progress bar; without it there is none. Raises what the
+    work raises, and BrokenExecutor for a worker that has died.
     """
     jobs = list(jobs)
-    made = dict(as_done(executor, work, jobs, stop))
+    bar = {"unit": unit, "disable": None if unit else True, "leave": False}
+    made = dict(tqdm(as_done(executor, work, jobs, stop), total=len(jobs), **bar))
     return [made[k] for k in range(len(jobs))] if len(made) == len(jobs) else None
 
 

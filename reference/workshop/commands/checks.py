@@ -8,9 +8,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import Any, TypeVar
-
-from tqdm import tqdm
+from typing import Any
 
 from reference.building import load, plan_of
 from reference.paper import InputError, Scenario
@@ -24,16 +22,12 @@ from reference.workshop.commands.common import (
 from reference.workshop.evaluation import agreement as agreements
 from reference.workshop.evaluation import gap as gaps
 from reference.workshop.evaluation.contestants import WORST, Evacuation
-from reference.workshop.evaluation.crossplay import Asked, begin
+from reference.workshop.evaluation.crossplay import Asked, as_plain, begin
 from reference.workshop.evaluation.intervals import Interval
-from reference.workshop.workers import as_done
+from reference.workshop.workers import Given, Made, in_order
 
-PICTURES = (".png", ".svg", ".pdf")
 MOMENTS = 40
 CHOOSERS = ("random", "greedy", WORST)
-
-Given = TypeVar("Given")
-Made = TypeVar("Made")
 
 
 # -- agree --------------------------------------------------------------------------
@@ -41,8 +35,7 @@ Made = TypeVar("Made")
 
 def agree(arguments: Namespace) -> None:
     """Correlates a fire's difficulty h with the reward it costs unguided people."""
-    if arguments.output:
-        writable(arguments.output, PICTURES, "a picture")
+    _refuse_output(arguments)
     plan, seed = plan_of(load(arguments.building)), arguments.seed or 0
     fires = agreements.fires_to_measure(plan, Scenario(), arguments.fires, seed)
     measured = _done(agreements.measure, fires, arguments, "fire")
@@ -67,8 +60,7 @@ def agree(arguments: Namespace) -> None:
 
 def gap(arguments: Namespace) -> None:
     """Simulates places that several fires choose to the end, in the same futures."""
-    if arguments.output:
-        writable(arguments.output, PICTURES, "a picture")
+    _refuse_output(arguments)
     fires = tuple(dict.fromkeys([*CHOOSERS, *(arguments.fire or ())]))
     asked = Asked(
         (arguments.robots,), fires, arguments.building, arguments.people, arguments.seed
@@ -127,25 +119,27 @@ def _done(
     """Do all jobs, results in order, with a progress bar; Ctrl-C keeps nothing."""
     about = counted(len(jobs), f"{unit}s")
     with workforce(arguments.workers, about) as (executor, stop):
-        done = as_done(executor, work, jobs, stop)
-        results = dict(
-            tqdm(done, total=len(jobs), unit=unit, disable=None, leave=False)
-        )
-    if len(results) < len(jobs):
+        results = in_order(executor, work, jobs, stop, unit)
+    if results is None:
         raise KeyboardInterrupt("stopped; nothing was kept")
-    return [results[k] for k in range(len(jobs))]
+    return results
 
 
 # -- Both ---------------------------------------------------------------------------
 
 
+def _refuse_output(arguments: Namespace) -> None:
+    """Refuse a picture that cannot be written, before anything is measured."""
+    if arguments.output:
+        from reference.workshop.drawing.page import PICTURES
+
+        writable(arguments.output, PICTURES, "a picture")
+
+
 def _tell(facts: dict[str, Any], arguments: Namespace, title: str) -> None:
     """Print one object, or a line for each fact; intervals with their ends."""
     if arguments.json:
-        plain = {
-            k: v._asdict() if isinstance(v, Interval) else v for k, v in facts.items()
-        }
-        print(json.dumps(plain))
+        print(json.dumps(as_plain(facts)))
     else:
         print(title)
         for name, value in facts.items():

@@ -120,7 +120,7 @@ def _tell(asked: Any, arguments: Namespace) -> None:
     ]
     write_whole(path, page(results, pictures).encode())
     if arguments.json:
-        cells = [crossplay.as_plain(cell) for cell in results.cells()]
+        cells = [crossplay.as_plain(vars(cell)) for cell in results.cells()]
         print(json.dumps({"answer": answer(results), "cells": cells}))
     else:
         print(crossplay.table(results.cells()))

@@ -5,7 +5,7 @@ score E is that of the mean reward and the mean difficulty, never a mean of scor
 convex, so that a mean of scores would reward unreliable robots.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -202,14 +202,14 @@ def as_json(
         "seeds": list(evaluation.seeds),
         "sample": evaluation.sample,
         "ruler": asdict(ruler) if ruler else None,
-        "cells": [as_plain(cell) for cell in cells],
+        "cells": [as_plain(vars(cell)) for cell in cells],
     }
 
 
-def as_plain(cell: Cell) -> dict[str, Any]:
-    """A cell's figures by name, each with the ends of its interval."""
+def as_plain(figures: Mapping[str, Any]) -> dict[str, Any]:
+    """Figures by name, each with the ends of its interval."""
     return {
-        k: v._asdict() if isinstance(v, Interval) else v for k, v in vars(cell).items()
+        k: v._asdict() if isinstance(v, Interval) else v for k, v in figures.items()
     }
 
 
@@ -224,7 +224,7 @@ def write(
 
 def _row(cell: Cell) -> dict[str, Any]:
     """Make a cell's row of the CSV table, without columns of missing figures."""
-    row = as_plain(cell)
+    row = as_plain(vars(cell))
     for name in FIGURES:
         row |= {f"{name}_{end}": v for end, v in (row.pop(name) or {}).items()}
     return row
