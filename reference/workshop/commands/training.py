@@ -23,7 +23,7 @@ from reference.workshop.commands.common import (
     writable,
 )
 from reference.workshop.runs import ContradictionError, held
-from reference.workshop.strategies import LEARNED, SCRIPTS
+from reference.workshop.strategies import GUIDES, LEARNED, SCRIPTS
 from reference.workshop.training.presets import PRESETS, Settings
 from reference.workshop.training.summaries import SUMMARIES
 
@@ -144,8 +144,7 @@ TRAIN_OPTIONS: options.Table = {
         "both sides learn together, or in turn; default: preset's",
     ),
     "--imitate": options.choice(
-        [*SCRIPTS["robots"]][1:],
-        "robots imitate this strategy first (behavioural cloning)",
+        GUIDES, "robots imitate this strategy first (behavioural cloning)"
     ),
     "--initialize-from": {
         "metavar": "FILE",

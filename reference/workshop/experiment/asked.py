@@ -52,14 +52,13 @@ from reference.workshop.evaluation.contestants import WORST
 from reference.workshop.evaluation.crossplay import EPISODES, MOST_RUNS, Arena
 from reference.workshop.files import read_text
 from reference.workshop.plain import checked, mapping, record_from
-from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
+from reference.workshop.strategies import FIRES, GUIDES, LEARNED, ROBOTS
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.presets import Settings, changed, preset
 from reference.workshop.training.session import Training
 from reference.workshop.training.starting import fixed_player, initial_of
 
 LEARNS = "learns"
-GUIDES = tuple(name for name in ROBOTS if name != "none")  # who can be copied
 FIXED_FIRES = (*FIRES, LEARNED)  # that learn nothing in an experiment
 BEST = "best response"  # the fire that does
 NAME = re.compile(r"[a-z][a-z0-9_]*")  # of an arm; files are named after it

@@ -29,6 +29,7 @@ ROBOTS: dict[str, type[RobotStrategy]] = {
     "escort": Escort,
     "observer": Observer,
 }
+GUIDES = tuple(name for name in ROBOTS if name != "none")  # who can be copied
 FIRES: dict[str, type[FireStrategy]] = {
     "none": NoFire,
     "random": RandomFire,
