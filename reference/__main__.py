@@ -64,6 +64,7 @@ STOPPED = "stopped; nothing half-written is left"
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line, by default `sys.argv`; return the exit status."""
+    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
     try:
         try:
             arguments = _arguments(sys.argv[1:] if argv is None else argv)

@@ -4,7 +4,6 @@ Clauses: E6, F12.
 """
 
 import json
-import os
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator
@@ -35,7 +34,6 @@ def experiment(arguments: Namespace) -> None:
     """Trains and tests the arms of an experiment's file, and writes a page about it."""
     if arguments.seed is not None:
         raise ContradictionError("An experiment's seeds are in its file; drop --seed.")
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
     if arguments.out is None:
         arguments.out = Path("out") / arguments.file.stem
     if arguments.page:

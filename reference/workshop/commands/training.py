@@ -4,7 +4,6 @@ Clauses: E1, E2.
 """
 
 import json
-import os
 import sys
 from argparse import Namespace
 from functools import partial
@@ -32,7 +31,6 @@ ROWS = rows_of(TrainerSettings) | rows_of(Settings)
 
 def train(arguments: Namespace) -> None:
     """Trains robots and fire against each other, into a folder one can go on from."""
-    os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
     start = partial(_training, arguments)
     with held(arguments.out, arguments.resume, start) as training:
         begin, before = perf_counter(), training.decisions
