@@ -36,10 +36,9 @@ from reference.workshop.commands import (
     evacuation,
     evaluation,
     experiment,
+    measures,
     options,
-    speed,
     training,
-    validation,
 )
 from reference.workshop.files import told
 from reference.workshop.runs import ContradictionError
@@ -55,8 +54,8 @@ COMMANDS = {
     "train": training.TRAIN,
     "curves": training.CURVES,
     "experiment": experiment.EXPERIMENT,
-    "validate": validation.VALIDATE,
-    "bench": speed.BENCH,
+    "validate": measures.VALIDATE,
+    "bench": measures.BENCH,
 }
 
 STOPPED = "stopped; nothing half-written is left"

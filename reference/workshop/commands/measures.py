@@ -1,4 +1,4 @@
-"""The command validate: standard cases of pedestrian dynamics, one after another."""
+"""Commands that measure the model: validate, how people move, and bench, how fast."""
 
 import json
 import sys
@@ -7,12 +7,16 @@ from typing import Any
 
 from tqdm import tqdm
 
+from reference.building import load
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command
 from reference.workshop.files import make_folder
 from reference.workshop.validation.cases import CASES, NOT_MODELLED, measured
 
 HEAD = ("verdict", "case", "what", "accepted", "measured")
+
+
+# -- validate -----------------------------------------------------------------------
 
 
 def validate(arguments: Namespace) -> None:
@@ -62,6 +66,18 @@ def _line(row: dict[str, Any]) -> tuple[str, ...]:
     return verdict, row["source"], row["what"], row["accepted"], numbers + why
 
 
+# -- bench --------------------------------------------------------------------------
+
+
+def bench(arguments: Namespace) -> None:
+    """Measures what one second computes: person-seconds, decisions, samples."""
+    from reference.workshop.bench import measure, table
+
+    building = load(arguments.building)
+    facts = measure(arguments.building, arguments.seed or 0)
+    print(json.dumps(facts) if arguments.json else table(building.title, facts))
+
+
 VALIDATE_OPTIONS: options.Table = {
     "--only": options.choice(
         CASES, f"of {', '.join(CASES)}; default: all", nargs="+", metavar="CASE"
@@ -72,3 +88,4 @@ VALIDATE_OPTIONS: options.Table = {
 VALIDATE = Command(
     validate, VALIDATE_OPTIONS, "validate --only corridor doors --out out"
 )
+BENCH = Command(bench, options.BUILDING, "bench --json")
