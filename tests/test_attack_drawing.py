@@ -8,7 +8,7 @@ from pages import overlaps, words
 from reference.paper import Scenario
 from reference.workshop.drawing import attack
 from reference.workshop.evaluation.contestants import Evacuation
-from reference.workshop.evaluation.gap import Cost, Result, Trial, gap
+from reference.workshop.evaluation.gap import Comparison, Cost, Result, gap
 
 FIRES = ("random", "greedy", "critic:out/robots-0/checkpoint-000245.pt", "worst-case")
 COSTS = [Cost(n, 240.0 * n) for n in range(1, 9)]
@@ -18,12 +18,12 @@ def results(count=12, fires=FIRES, foreseen=-900.0):
     """Moments at which each fire does more harm than the last."""
     rng = np.random.default_rng(0)
     evacuation = Evacuation("", Scenario(), "sweep", "random", 0)
-    trial = Trial(evacuation, fires, before=0, futures=4)
+    comparison = Comparison(evacuation, fires, before=0, futures=4)
 
     def one(level):
         harms = {fire: 500.0 * k for k, fire in enumerate(fires)}
         rewards = {f: tuple(level - h - rng.normal(0, 50, 4)) for f, h in harms.items()}
-        return Result(trial, rewards | {"none": (level,) * 4}, level + foreseen)
+        return Result(comparison, rewards | {"none": (level,) * 4}, level + foreseen)
 
     return [one(level) for level in rng.uniform(-5000, 5000, count)]
 

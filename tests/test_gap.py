@@ -12,38 +12,38 @@ from reference.paper import Scenario
 from reference.workshop.evaluation.contestants import Evacuation, contestant
 from reference.workshop.evaluation.gap import (
     LATEST,
+    Comparison,
     Cost,
     Result,
-    Trial,
+    comparisons,
     cost,
     gap,
     moment_of,
     optimism,
     placement_of,
     rescore,
-    trials,
 )
 
 PLAN = plan_of(shipped("tiny"))
 SCENARIO = Scenario(people=20, time_limit=70.0, sources=2)
 
 
-def trial(*fires, robots="none", before=1, futures=2):
+def compared(*fires, robots="none", before=1, futures=2):
     """About one moment in the tiny building."""
     evacuation = Evacuation(PLAN, SCENARIO, robots, "random", seed=3)
-    return Trial(evacuation, fires, before, futures)
+    return Comparison(evacuation, fires, before, futures)
 
 
 @pytest.fixture(scope="module")
 def found():
     """What became of one moment at which three fires were asked."""
-    return rescore(trial("none", "greedy", "worst-case"))
+    return rescore(compared("none", "greedy", "worst-case"))
 
 
 def made(unlit=(10.0, 20.0), foreseen=None, **rewards):
     """A result of which only the rewards matter."""
     rewards = {word.replace("_", "-"): values for word, values in rewards.items()}
-    return Result(trial(*rewards), rewards | {"none": unlit}, foreseen)
+    return Result(compared(*rewards), rewards | {"none": unlit}, foreseen)
 
 
 # -- One moment ---------------------------------------------------------------------
@@ -52,7 +52,7 @@ def made(unlit=(10.0, 20.0), foreseen=None, **rewards):
 @pytest.mark.paper("F4", "chosen")
 def test_every_fire_is_asked_at_the_same_moment():
     """When it is its turn after one random fire: at 35 s; each breaks out then."""
-    now = moment_of(trial("random"))
+    now = moment_of(compared("random"))
     assert now.world.time == pytest.approx(35)
     assert len(now.world.flames.sources) == 1
     assert placement_of(contestant("none", "fire"), now) is None
@@ -64,7 +64,7 @@ def test_every_fire_is_asked_at_the_same_moment():
 def test_a_fire_that_does_not_break_out_does_no_harm(found):
     """It is re-scored in the same futures as no fire at all."""
     assert {len(rewards) for rewards in found.rewards.values()} == {2}
-    without = rescore(trial("greedy"))
+    without = rescore(compared("greedy"))
     assert found.rewards["none"] == without.rewards["none"] != found.rewards["greedy"]
     assert gap([found], "none", "greedy").mean != 0
 
@@ -72,7 +72,7 @@ def test_a_fire_that_does_not_break_out_does_no_harm(found):
 @pytest.mark.paper("F4", "chosen")
 def test_the_same_placement_has_the_same_rewards(found):
     """Futures belong to the moment and not to who asks."""
-    assert rescore(trial("greedy")).rewards["greedy"] == found.rewards["greedy"]
+    assert rescore(compared("greedy")).rewards["greedy"] == found.rewards["greedy"]
 
 
 @pytest.mark.paper("F4", "chosen")
@@ -85,17 +85,17 @@ def test_futures_differ(found):
 def test_what_looking_ahead_foresaw_is_kept(found):
     """To be compared with what then came; other fires foresee nothing."""
     assert isinstance(found.foreseen, float)
-    assert rescore(trial("none", futures=1)).foreseen is None
+    assert rescore(compared("none", futures=1)).foreseen is None
 
 
 def test_an_evacuation_that_is_over_has_no_such_moment():
     """Three fires more than there are sources never break out."""
-    assert rescore(trial("greedy", before=5)) is None
+    assert rescore(compared("greedy", before=5)) is None
 
 
 def test_moments_take_turns_over_evacuations():
     """One of each, after 0, 1, 2, 3, 0, ... fires."""
-    found = list(trials(PLAN, Scenario(), "sweep", ["random"], range(6)))
+    found = list(comparisons(PLAN, Scenario(), "sweep", ["random"], range(6)))
     assert [q.before for q in found] == [0, 1, 2, 3, 0, 1] and LATEST == 4
     assert [q.evacuation.seed for q in found] == list(range(6))
 
@@ -103,7 +103,7 @@ def test_moments_take_turns_over_evacuations():
 @pytest.mark.parametrize("job", [rescore, cost])
 def test_any_executor_can_do_it(job):
     """Jobs and results are plain data, and functions stand at the top of a module."""
-    work = trial("none", robots="none", before=0, futures=1)
+    work = compared("none", robots="none", before=0, futures=1)
     if job is cost:
         work = replace(work.evacuation, fire="worst-case")
     assert pickle.loads(pickle.dumps((job, work))) == (job, work)
@@ -114,7 +114,7 @@ def test_any_executor_can_do_it(job):
 def test_refuses_a_fire_that_nobody_knows():
     """As the command line does."""
     with pytest.raises(ValueError, match="names nobody who plays the fire"):
-        rescore(trial("gredy", before=0))
+        rescore(compared("gredy", before=0))
 
 
 # -- Many moments -------------------------------------------------------------------
@@ -167,7 +167,7 @@ floor 2: up
 def test_where_no_fire_can_break_out_none_is_foreseen():
     """Everywhere is too near to a door; the moment counts all the same."""
     scenario = Scenario(people=12, sources=2)
-    (one,) = trials(NARROW, scenario, "none", ("worst-case",), [1])
+    (one,) = comparisons(NARROW, scenario, "none", ("worst-case",), [1])
     found = rescore(one)
     assert found.foreseen is None
     assert found.rewards["worst-case"] == found.rewards["none"]

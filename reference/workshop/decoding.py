@@ -21,7 +21,7 @@ from reference.paper import Scenario
 
 
 @dataclass(frozen=True)
-class Scene:
+class Decoded:
     """A decoded vector, in metres and storeys; the gone are rows of SENTINEL.
 
     humans (..., n, 3);  robots (..., R, 3);  fires (..., F, 3);  time (...) s
@@ -34,10 +34,10 @@ class Scene:
     time: np.ndarray
 
 
-def decode(vectors: np.ndarray, building: Building, scenario: Scenario) -> Scene:
+def decode(vectors: np.ndarray, building: Building, scenario: Scenario) -> Decoded:
     """Decode robots' vectors, (..., V)."""
     layout = robot_layout(building, scenario)
-    return Scene(
+    return Decoded(
         humans=layout.read(vectors, "humans"),
         robots=layout.read(vectors, "robots"),
         fires=layout.read(vectors, "fires"),
@@ -45,7 +45,7 @@ def decode(vectors: np.ndarray, building: Building, scenario: Scenario) -> Scene
     )
 
 
-def decode_fire(vectors: np.ndarray, building: Building, scenario: Scenario) -> Scene:
+def decode_fire(vectors: np.ndarray, building: Building, scenario: Scenario) -> Decoded:
     """Decode the fire's vectors, (..., V)."""
     layout, batch = fire_layout(building, scenario), vectors.shape[:-1]
     humans, robots = (
@@ -55,7 +55,7 @@ def decode_fire(vectors: np.ndarray, building: Building, scenario: Scenario) -> 
     for there in (humans, robots):
         there[..., 2] = there[..., 2].round()
         there[there[..., 2] < 0] = SENTINEL
-    return Scene(humans, robots, np.zeros((*batch, 0, 3)), np.full(batch, np.nan))
+    return Decoded(humans, robots, np.zeros((*batch, 0, 3)), np.full(batch, np.nan))
 
 
 def burning(cells: np.ndarray, building: Building) -> np.ndarray:

@@ -34,10 +34,10 @@ def together(runs: Sequence[Simulation]) -> None:
         if not run.done:
             alike[run.building, run.scenario, run.ticks].append(run)
     for some in alike.values():
-        crowd = Crowd(some) if len(some) > 1 else some[0]
-        for _ in range(crowd.decision_ticks):
-            if not crowd.done:
-                crowd.step()
+        one = Lockstep(some) if len(some) > 1 else some[0]
+        for _ in range(one.decision_ticks):
+            if not one.done:
+                one.step()
 
 
 def to_the_end(runs: Sequence[Simulation]) -> None:
@@ -46,7 +46,7 @@ def to_the_end(runs: Sequence[Simulation]) -> None:
         together(runs)
 
 
-class Crowd(Simulation):
+class Lockstep(Simulation):
     """Simulations of one building, scenario and time, run as one with all people."""
 
     def __init__(self, runs: Sequence[Simulation]):

@@ -68,8 +68,10 @@ def gap(arguments: Namespace) -> None:
     arena = begin(asked).arena
     first = arguments.seed or 0
     seeds = range(first, first + arguments.moments)
-    trials = gaps.trials(arena.plan, arena.scenario, arguments.robots, fires, seeds)
-    found = _done(gaps.rescore, list(trials), arguments, "moment")
+    comparisons = gaps.comparisons(
+        arena.plan, arena.scenario, arguments.robots, fires, seeds
+    )
+    found = _done(gaps.rescore, list(comparisons), arguments, "moment")
     results = [result for result in found if result is not None]
     if not results:
         raise InputError("No evacuation lasts until the first fire. Take more people.")

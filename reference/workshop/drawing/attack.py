@@ -25,16 +25,16 @@ FORESEEN = "#1b5e9e"
 def figure(results: Sequence[Result], costs: Sequence[Cost]) -> Figure:
     """Draw one more fire's harm, by who chose its place, and the look-ahead's cost.
 
-    The fires stand in the order of the first trial. Raises ValueError where there
+    The fires stand in the order of the first comparison. Raises ValueError where there
     is nothing to draw.
     """
     if not results or not costs:
         raise InputError("nothing to draw: re-score a moment, and measure a cost first")
-    trial = results[0].trial
+    comparison = results[0].comparison
     title = "The worst case: where a fire does most harm, and what finding it takes"
-    page = sheet(title, 11, max(2.0, 0.5 * len(trial.fires)) + 2)
+    page = sheet(title, 11, max(2.0, 0.5 * len(comparison.fires)) + 2)
     left, right = page.subplots(1, 2, width_ratios=(0.56, 0.44))
-    _draw_harms(left, results, trial.fires)
+    _draw_harms(left, results, comparison.fires)
     _draw_costs(right, costs)
     foot(page, caption=_caption(results))
     return page
@@ -87,9 +87,9 @@ def _draw_costs(axes: Axes, costs: Sequence[Cost]) -> None:
 
 def _caption(results: Sequence[Result]) -> str:
     """Say how many moments and futures stand behind the dots."""
-    trial = results[0].trial
+    comparison = results[0].comparison
     return (
-        f"robots: {' '.join(names([trial.evacuation.robots])[0].splitlines())}; "
+        f"robots: {' '.join(names([comparison.evacuation.robots])[0].splitlines())}; "
         f"{len(results)} moments after 0 or more random fires, each re-scored in "
-        f"{trial.futures} fresh futures with the same rule for the fires after it"
+        f"{comparison.futures} fresh futures with the same rule for the fires after it"
     )

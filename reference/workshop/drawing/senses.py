@@ -36,7 +36,7 @@ from reference.game.observations import (
     robot_vectors,
 )
 from reference.paper import Scenario
-from reference.workshop.decoding import Scene, decode, decode_fire
+from reference.workshop.decoding import Decoded, decode, decode_fire
 from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import DROP, FLAME, INK, SOURCE, STEPS
 from reference.workshop.drawing.page import COLOURS, Style
@@ -51,7 +51,7 @@ class Senses:
     building: Building
     cells: np.ndarray
     vector: np.ndarray
-    scene: Scene
+    decoded: Decoded
     slots: tuple[Slot, ...]
 
 
@@ -68,10 +68,10 @@ def robot_senses(world: World, scenario: Scenario, robot: int = 0) -> Figure:
             "names robot_0, robot_1, ... do."
         )
     building, vector = world.building, robot_vectors(world, scenario)[robot]
-    scene = decode(vector, building, scenario)
+    decoded = decode(vector, building, scenario)
     slots = robot_layout(building, scenario).slots
     title = f"{building.title}: what robot_{robot} sees"
-    return _page(Senses(title, building, grid(world), vector, scene, slots))
+    return _page(Senses(title, building, grid(world), vector, decoded, slots))
 
 
 def fire_senses(world: World, scenario: Scenario) -> Figure:
@@ -80,10 +80,10 @@ def fire_senses(world: World, scenario: Scenario) -> Figure:
     People and robots are numbered as they always are.
     """
     building, vector = world.building, fire_vector(world, scenario)
-    scene = decode_fire(vector, building, scenario)
+    decoded = decode_fire(vector, building, scenario)
     slots = fire_layout(building, scenario).slots
     title = f"{building.title}: what fire_0 sees"
-    return _page(Senses(title, building, grid(world), vector, scene, slots))
+    return _page(Senses(title, building, grid(world), vector, decoded, slots))
 
 
 # -- The page -----------------------------------------------------------------------
@@ -180,8 +180,8 @@ _LETTERS = {"human": "", "the observer": "R", "fire source": "F"}
 
 def _points(senses: Senses) -> list[Dot]:
     """List all points in the order of the vector, also of those who are gone."""
-    scene, counts = senses.scene, Counter[str]()
-    points = np.concatenate([scene.humans, scene.robots, scene.fires]).tolist()
+    decoded, counts = senses.decoded, Counter[str]()
+    points = np.concatenate([decoded.humans, decoded.robots, decoded.fires]).tolist()
     names = [slot.what for slot in senses.slots if ":" in slot.what]
     found = []
     for what, point in zip(names, points, strict=True):

@@ -34,7 +34,7 @@ LATEST = 4
 
 
 @dataclass(frozen=True)
-class Trial:
+class Comparison:
     """Fires that each choose a place at one moment of an evacuation.
 
     evacuation  that contains the moment, with random fires till then
@@ -58,40 +58,40 @@ class Result:
               or found no place for a fire
     """
 
-    trial: Trial
+    comparison: Comparison
     rewards: dict[str, tuple[float, ...]]
     foreseen: float | None
 
 
-def trials(
+def comparisons(
     plan: str,
     scenario: Scenario,
     robots: str,
     fires: Sequence[str],
     seeds: Sequence[int],
-) -> Iterator[Trial]:
+) -> Iterator[Comparison]:
     """Take one moment of each evacuation, so that moments are independent."""
     scenario = replace(scenario, training=False)
     for k, seed in enumerate(seeds):
         before = k % min(LATEST, max(1, scenario.sources))
         evacuation = Evacuation(plan, scenario, robots, "random", seed)
-        yield Trial(evacuation, tuple(fires), before, FUTURES)
+        yield Comparison(evacuation, tuple(fires), before, FUTURES)
 
 
-def rescore(trial: Trial) -> Result | None:
+def rescore(comparison: Comparison) -> Result | None:
     """Let every fire choose, and simulate every choice in the same futures.
 
     None if the evacuation was over before the moment came. Raises ValueError for words
     that name nobody.
     """
-    now = moment_of(trial)
+    now = moment_of(comparison)
     if now is None:
         return None
-    fires = {word: contestant(word, "fire") for word in trial.fires}
+    fires = {word: contestant(word, "fire") for word in comparison.fires}
     placements: dict[str, Decision | None] = {"none": None}
     placements |= {word: placement_of(fire, now) for word, fire in fires.items()}
-    seeds = np.random.SeedSequence((trial.evacuation.seed, trial.before))
-    drawn = seeds.generate_state(trial.futures).tolist()
+    seeds = np.random.SeedSequence((comparison.evacuation.seed, comparison.before))
+    drawn = seeds.generate_state(comparison.futures).tolist()
     futures = [now.another_future(seed) for seed in drawn]
     scored = {
         place: tuple(_reward(future, place) for future in futures)
@@ -99,7 +99,7 @@ def rescore(trial: Trial) -> Result | None:
     }
     foreseen = fires[WORST].foreseen if WORST in fires else []
     return Result(
-        trial,
+        comparison,
         rewards={word: scored[place] for word, place in placements.items()},
         foreseen=foreseen[0].reward if foreseen else None,
     )
@@ -118,10 +118,10 @@ class _Pause(RandomFire):
             self.now = now
 
 
-def moment_of(trial: Trial) -> Simulation | None:
+def moment_of(comparison: Comparison) -> Simulation | None:
     """Play the evacuation until the moment; None if it ends before."""
-    simulation = trial.evacuation.simulation()
-    simulation.fire_strategy = pause = _Pause(trial.before)
+    simulation = comparison.evacuation.simulation()
+    simulation.fire_strategy = pause = _Pause(comparison.before)
     while pause.now is None and not simulation.done:
         simulation.step()
     return pause.now

@@ -18,7 +18,7 @@ import numpy as np
 from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.evaluation.contestants import WORST, Evacuation
 from reference.workshop.evaluation.crossplay import Cell, Record, cells, ruler_of
-from reference.workshop.evaluation.crossplay.asked import NOBODY
+from reference.workshop.evaluation.crossplay.asked import UNGUIDED
 from reference.workshop.evaluation.intervals import Interval, of_trainings
 from reference.workshop.experiment.asked import BEST, Experiment
 from reference.workshop.experiment.steps import Plan, checkpoint_of
@@ -136,10 +136,10 @@ def telling(results: Results, plan: Plan) -> Iterator[tuple[str, Evacuation]]:
     runs = [run for run in results.runs[arm, BEST] if run.robots == team]
     mean = np.mean([run.survival for run in runs])
     seed = min(runs, key=lambda run: abs(run.survival - mean)).seed
-    written = [row for row in experiment.test.robots if row != NOBODY]
+    written = [row for row in experiment.test.robots if row != UNGUIDED]
     written.sort(key=lambda row: results.values(row, RANDOM, "survival").mean())
     fire, arena = plan.strongest(team), experiment.arena
-    robots = {NOBODY: NOBODY} | {row: row for row in written[-1:]}
+    robots = {UNGUIDED: UNGUIDED} | {row: row for row in written[-1:]}
     for folder in (fire, plan.training(team)):
         checkpoint_of(folder)  # refuse a damaged one
     robots[team] = str(plan.training(team))

@@ -84,8 +84,8 @@ class FireOptions:
 
     def __call__(self, moment: Moment) -> Choices:
         """Make the options of the only agent, the fire."""
-        scene = decode_fire(moment.vectors[0], self.building, self.scenario)
-        now = shared.Snapshot(self.navigation, self.scenario, scene, moment.grid)
+        decoded = decode_fire(moment.vectors[0], self.building, self.scenario)
+        now = shared.Snapshot(self.navigation, self.scenario, decoded, moment.grid)
         walking = now.place[now.walking]
         passing = traffic(self.building, walking, now.on_stairs, now.cost)
         place, action_mask = self._places(now, passing)

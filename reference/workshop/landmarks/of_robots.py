@@ -106,8 +106,8 @@ class RobotOptions:
         own = decode(vectors, self.building, self.scenario).robots[:, :1].reshape(-1, 3)
         at_work = np.flatnonzero(own[:, 2] > -0.5)
         if len(at_work):
-            scene = decode(vectors[at_work[0]], self.building, self.scenario)
-            now = shared.Snapshot(self.navigation, self.scenario, scene, moment.grid)
+            decoded = decode(vectors[at_work[0]], self.building, self.scenario)
+            now = shared.Snapshot(self.navigation, self.scenario, decoded, moment.grid)
         for floor in np.unique(own[at_work, 2]).astype(int).tolist():
             g = at_work[own[at_work, 2] == floor]
             view = RobotView(self, now, floor, own[g, :2].astype(float), headed[g])

@@ -18,7 +18,7 @@ from reference.building import Building, Kind
 from reference.flames import cells_beside, fuel, walking_cost
 from reference.navigation import Navigation
 from reference.paper import Scenario
-from reference.workshop.decoding import Scene, burning
+from reference.workshop.decoding import Decoded, burning
 from reference.workshop.strategies.robots import GROUP_RADIUS
 
 FAR = 100.0  # metres: whatever is farther, or unreachable, counts as this far
@@ -61,15 +61,15 @@ class Snapshot:
     """
 
     def __init__(
-        self, nav: Navigation, scenario: Scenario, scene: Scene, cells: np.ndarray
+        self, nav: Navigation, scenario: Scenario, decoded: Decoded, cells: np.ndarray
     ):
-        """scene: one agent's, not a batch; cells: the grid."""
+        """decoded: one agent's vector, not a batch; cells: the grid."""
         self._nav, building = nav, nav.building
         self.building = building
         self.everybody = max(1, sum(scenario.start_counts(building.floors)))
-        self.time = scene.time.item() / scenario.time_limit
-        self.at, self.floor, self.place = _present(nav, scene.humans)
-        self.robots, self.robot_floor, self.robot_place = _present(nav, scene.robots)
+        self.time = decoded.time.item() / scenario.time_limit
+        self.at, self.floor, self.place = _present(nav, decoded.humans)
+        self.robots, self.robot_floor, self.robot_place = _present(nav, decoded.robots)
         self.walking = building.kind.ravel()[self.place] != Kind.STAIRS
         self.on_stairs = stairwell_at(building)[self.place[~self.walking]]
         self.burning = burning(cells, building)

@@ -15,7 +15,7 @@ from reference.workshop.landmarks import landmarks_for
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.workers import memory
 
-LEARNERS, ROUNDS, DEMONSTRATIONS, PAST = range(4)  # what seeds are for
+OF_LEARNERS, ROUNDS, DEMONSTRATIONS, PAST = range(4)  # what seeds are for
 EPISODE = 2**20  # bytes of one, more or less
 
 OF_NETWORK = (
@@ -65,7 +65,7 @@ def _learner(task: Task, side: Side) -> Learner:
         raise SettingsError(
             "fire: nobody learns where sources is 0. Raise it, or let --fire none play."
         )
-    (seed,) = seeds_of(task.seed, LEARNERS, SIDES.index(side), 1)
+    (seed,) = seeds_of(task.seed, OF_LEARNERS, SIDES.index(side), 1)
     landmarks = landmarks_for(side, settings)
     return learner_for(side, task.plan, scenario, settings, seed, landmarks)
 

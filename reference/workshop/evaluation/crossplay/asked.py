@@ -42,7 +42,7 @@ EPISODES = 100
 
 ABOUT = "evaluation.json"
 MOST_RUNS = 1_000_000
-NOBODY = "none"  # no robots: people are unguided
+UNGUIDED = "none"  # no robots: people are unguided
 
 
 @dataclass(frozen=True)
@@ -225,7 +225,7 @@ def _arena(asked: Asked, robots: tuple[str, ...], trained: Trained) -> Arena:
         if asked.building is not None:
             name, building = asked.building, load(asked.building)
         scenario = first.scenario_to_evaluate(asked.people)
-        if not scenario.robots_per_floor and robots != (NOBODY,):
+        if not scenario.robots_per_floor and robots != (UNGUIDED,):
             scenario = replace(scenario, robots_per_floor=ROBOTS_PER_FLOOR)
     arena = Arena(name, plan_of(building), scenario)
     _refuse_misfits(trained, arena)
