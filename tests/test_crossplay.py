@@ -369,7 +369,7 @@ def test_where_nobody_gets_out_there_is_no_time_and_no_health():
     dead = cells([a_record(**NOBODY_OUT), a_record("none", reward=1e9)], PAPER)
     assert dead[0].evacuation_time is dead[0].mean_health is dead[1].score is None
     Path("out").mkdir()
-    crossplay.write(Path("out"), evaluation, PAPER, dead)
+    crossplay.write_cells(Path("out"), evaluation, PAPER, dead)
     written = [path.read_text() for path in Path("out").iterdir()]
     for text in (*written, table(dead)):
         assert "nan" not in text.lower().replace("nobody", "")
@@ -410,7 +410,7 @@ def test_the_csv_of_cells_has_a_row_for_each_match(small):
     """With the same numbers as the cells."""
     found = cells(small, PAPER)
     Path("out").mkdir()
-    crossplay.write(Path("out"), begin(SMALL), PAPER, found)
+    crossplay.write_cells(Path("out"), begin(SMALL), PAPER, found)
     with Path("out/cells.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [float(row["score_low"]) for row in rows] == [c.score.low for c in found]

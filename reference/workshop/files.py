@@ -90,7 +90,7 @@ def making_folder(folder: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def about(path: Path) -> Iterator[None]:
+def naming(path: Path) -> Iterator[None]:
     """Turn errors about a file's content into InputErrors that name the file."""
     try:
         yield

@@ -118,7 +118,7 @@ def _keep(
     from reference.workshop.drawing import page
     from reference.workshop.drawing import ruler as rulers
 
-    crossplay.write(folder, evaluation, ruler, cells)
+    crossplay.write_cells(folder, evaluation, ruler, cells)
     pictures = {
         "matrix.png": played.matrix(cells),
         "evacuations.png": played.curves(records),

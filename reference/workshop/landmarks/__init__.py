@@ -6,7 +6,7 @@ the action, which stays two floats, with the fire's floor three.  A policy is tr
 for one building, so it may use its map; of what changes, only the observation, and
 where robots are headed, which they remember.
 
-    G   agents;  K  options, their number fixed per scenario;  F  features of an option
+    G   agents;  O  options, their number fixed per scenario;  F  features of an option
 """
 
 from reference.learning.settings import Side, TrainerSettings

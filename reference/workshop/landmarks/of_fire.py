@@ -2,7 +2,7 @@
 
 Clauses: D1, D2, D6.
 
-    K   options;  L  landmarks;  p  place
+    O   options;  L  landmarks;  p  place
 """
 
 from enum import IntEnum
@@ -67,7 +67,7 @@ class FireOptions:
     """Options of the fire: free room cells beside ways, groups and robots [D6]."""
 
     def __init__(self, building: Building, scenario: Scenario):
-        """size K and features F follow from the building and the number of robots."""
+        """size O and features F follow from the building and the number of robots."""
         self.building, self.scenario = building, scenario
         self.navigation = navigation_of(building)
         kind = [FireOption[mark.kind.name] for mark in building.landmarks]
@@ -99,7 +99,7 @@ class FireOptions:
     def _places(
         self, now: shared.Snapshot, passing: Traffic
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Choose each option's cell, (K,), and whether it exists, (K,) bool.
+        """Choose each option's cell, (O,), and whether it exists, (O,) bool.
 
         It is the one of the nearest free cells that most people pass: around a
         clearance many are equally near.
@@ -143,7 +143,7 @@ class FireOptions:
         return place[shared.group_centres(near, np.ones(len(place)))]
 
     def _actions(self, place: np.ndarray) -> np.ndarray:
-        """Make (K, 3) float32: the middle of a floor's share of [-1, 1], x and y."""
+        """Make (O, 3) float32: the middle of a floor's share of [-1, 1], x and y."""
         floors = self.building.floors
         floor = (2 * (place // self.navigation.floor_size) + 1) / floors - 1
         metres = self.navigation.centres[place]
@@ -154,9 +154,9 @@ class FireOptions:
 class FireView:
     """All floors as the fire sees them; FIRE_TABLE reads the attributes.
 
-    kind, place, floor, leads_out, here_open  (K,) of each option
-    to_people, to_robots  (K, m) metres as the crow flies, FAR from floor to floor
-    cross, come, ahead    (K,) people who pass, as in `Traffic`, ahead on average
+    kind, place, floor, leads_out, here_open  (O,) of each option
+    to_people, to_robots  (O, m) metres as the crow flies, FAR from floor to floor
+    cross, come, ahead    (O,) people who pass, as in `Traffic`, ahead on average
     out                   (places,) metres to the cheapest way out
     flames_beside         (places,) share of the square around that burns
     burning, open         (floors,) cells;  mean of here_open over the ways out
@@ -169,7 +169,7 @@ class FireView:
         place: np.ndarray,
         passing: Traffic,
     ):
-        """place: (K,) the cell of each option."""
+        """place: (O,) the cell of each option."""
         self.nav, self.now = options.navigation, now
         self.kind, self.place = options.kind, place
         self.floor = place // self.nav.floor_size
@@ -182,7 +182,7 @@ class FireView:
         self._count(passing)
 
     def _distances(self, at: np.ndarray, on: np.ndarray) -> np.ndarray:
-        """(K, m) metres to points at, (m, 2), on floors, (m,)."""
+        """(O, m) metres to points at, (m, 2), on floors, (m,)."""
         off = self.nav.centres[self.place][:, None] - at
         apart = np.hypot(off[..., 0], off[..., 1])
         return np.where(self.floor[:, None] == on, apart, shared.FAR)

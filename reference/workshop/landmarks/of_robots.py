@@ -83,7 +83,7 @@ class RobotOptions:
     """Options of all robots of a world."""
 
     def __init__(self, building: Building, scenario: Scenario):
-        """size K and features F follow from the building alone."""
+        """size O and features F follow from the building alone."""
         self.building, self.scenario = building, scenario
         self.navigation = navigation_of(building)
         self.fixed = [
@@ -99,10 +99,10 @@ class RobotOptions:
         A robot that has left reads this from its own vector, and may only stay.
         """
         vectors, headed = moment.vectors, moment.headed
-        G, K = len(vectors), self.size
-        places = np.zeros((G, K, 2), dtype=np.float32)
-        features = np.zeros((G, K, self.features), dtype=np.float32)
-        action_mask = np.repeat(np.arange(K)[None] == RobotOption.STAY, G, axis=0)
+        G, size = len(vectors), self.size
+        places = np.zeros((G, size, 2), dtype=np.float32)
+        features = np.zeros((G, size, self.features), dtype=np.float32)
+        action_mask = np.repeat(np.arange(size)[None] == RobotOption.STAY, G, axis=0)
         own = decode(vectors, self.building, self.scenario).robots[:, :1].reshape(-1, 3)
         at_work = np.flatnonzero(own[:, 2] > -0.5)
         if len(at_work):

@@ -50,12 +50,14 @@ def evaluate(table: FeatureTable, view: Any) -> np.ndarray:
 class Snapshot:
     """An observation, located on the map.
 
+    building   whose map it is;  everybody  people who start, 1 at least
     at         (n, 2) metres, floor (n,), place (n,) of all people inside
     walking    (n,) bool, on a floor and not on the stairs
     on_stairs  stairwells of those who are on stairs
     robots     (R, 2) metres of robots at work, robot_floor (R,), robot_place (R,)
     burning    (floors, rows, cols) bool
     cost       of a metre, in metres, the same shape
+    flames     (floors,) bool, where any cell burns
     time       share of the time limit
     occupancy  (floors,) people;  above (floors,) people above a floor
     """

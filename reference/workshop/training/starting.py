@@ -14,7 +14,7 @@ from reference.building import Building, building_of, load, plan_of
 from reference.learning.players import Learned
 from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
-from reference.workshop.files import about
+from reference.workshop.files import naming
 from reference.workshop.runs import (
     RunError,
     building_asked,
@@ -108,7 +108,7 @@ def resume(asked: Asked, folder: Path) -> Training:
     refuse_version(path, checkpoint.version)
     compared = _asked_and_begun(asked, checkpoint.task)
     refuse_contradictions(f"the training in {folder}", compared)
-    with about(path):
+    with naming(path):
         return Training.resumed(checkpoint)
 
 

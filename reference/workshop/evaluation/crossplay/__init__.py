@@ -31,5 +31,5 @@ from reference.workshop.evaluation.crossplay.results import (
     read_ruler,
     ruler_of,
     table,
-    write,
+    write_cells,
 )

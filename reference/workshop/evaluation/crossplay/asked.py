@@ -23,7 +23,7 @@ from reference.paper import ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
 from reference.workshop.evaluation.contestants import WORST, contestant
 from reference.workshop.evaluation.crossplay.records import Key, Match
-from reference.workshop.files import about, read_json, refuse_no_file, write_json
+from reference.workshop.files import naming, read_json, refuse_no_file, write_json
 from reference.workshop.plain import record_from
 from reference.workshop.runs import (
     ContradictionError,
@@ -186,7 +186,7 @@ def resume(asked: Asked, folder: Path) -> Evaluation:
             building_asked(asked.building, arena.building, arena.plan),
         ),
     )
-    with about(path):
+    with naming(path):
         for file in begun.files.values():
             _refuse_changed(file)
         _refuse_misfits(_trained(begun.robots, begun.fires, begun.files), arena)
@@ -354,6 +354,6 @@ def read(path: Path) -> Evaluation:
     version, game = content.pop("version", "unknown"), content.pop("game", 1)
     refuse_version(path, version, game)
     found = record_from(Evaluation, content, str(path))
-    with about(path):
+    with naming(path):
         _refuse_crowds(found.arena)
     return found

@@ -213,7 +213,7 @@ def as_plain(figures: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def write(
+def write_cells(
     folder: Path, evaluation: Evaluation, ruler: Ruler | None, cells: Sequence[Cell]
 ) -> None:
     """Write cells.csv and cells.json into the evaluation's folder. Raises OSError."""
