@@ -1,4 +1,4 @@
-"""Options of a pointer head: landmarks, computed from the observation.
+"""Options of a pointer head: candidate places, computed from the observation.
 
 Clauses: A3, A4, C1, C3, C5, C6, C7, D1, D2, D6.  [C5, chosen] [D2, chosen] A pointer
 head scores options by their features, and the coordinates of the one it chooses are

@@ -1,4 +1,4 @@
-"""Landmarks beside which the fire can break out: ways, groups of people, robots.
+"""Options of the fire: free cells beside ways, groups of people and robots.
 
 Clauses: D1, D2, D6.
 

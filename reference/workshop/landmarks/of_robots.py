@@ -1,10 +1,9 @@
-"""Landmarks a robot can go to: groups of people, ways out, the foot of stairs.
+"""Options of a robot: groups of people, ways out, the foot of stairs.
 
-Clauses: A3, A4, C5, C6, C7.  What helps nobody is no option [C5, chosen]: a way out,
-for a robot that leads nobody; rooms, since it is observed where people are; where a
-group was that has gone; its own place, where it would stay forever. With them robots
-learn to walk up and down before an exit and to wait for whoever finds it, and keep to
-it.
+Clauses: A3, A4, C5, C6, C7.  Left out [C5, chosen] are a way out for a robot that leads
+nobody; rooms, since it is observed where people are; a place whose group has gone; and
+the robot's own place, while there is another option. With them robots learned to pace
+before an exit and to wait for whoever finds it.
 
     k   options of one floor;  r  robots and m  people there
 """
