@@ -312,7 +312,7 @@ def test_the_tiny_experiment_makes_every_part(tmp_path, capsys):
         "sweep",
     }
     assert told["answer"] in text
-    assert "in their fourth fifth" in text
+    assert "in the fourth fifth" in text
     pictures = re.findall(r"\]\(([^)]+)\)", text)
     assert len(pictures) == 6
     assert all((tmp_path / "new" / name).stat().st_size > 5_000 for name in pictures)

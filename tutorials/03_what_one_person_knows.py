@@ -27,9 +27,9 @@ place = bodies.place[0]
 
 # %% Rays
 # Rays go out in all directions from the middle of the visitor's cell, the first to the
-# east. Each returns the first thing it meets, and how far away that is [B1]. A ray that
-# meets nothing within its range returns nothing: in that direction the building is
-# unexplored [B2].
+# east. Each returns the first thing it meets, and how far away the middle of its cell
+# is [B1]. A ray that meets nothing within its range returns nothing: in that direction
+# the building is unexplored [B2].
 
 hits = rays(simulation.world, simulation.sight, 0)
 print(len(hits), "rays of", simulation.sight.reach, "m")

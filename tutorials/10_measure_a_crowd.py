@@ -76,8 +76,10 @@ print("slower where it is dense:", slower)
 
 # %% The picture
 # Left: people walk straight to the exit and wait in a half circle. Middle: N(t) climbs
-# in steps, because whoever enters the exit shuts it for a moment for the next [A5].
-# Right: from 1 to 4 people per square metre speed falls.
+# in steps: whoever enters in the same tick shuts the exit behind them, for as long as
+# 1.3 people per second and metre need [A5]. Right: from 1 to 4 people per square metre
+# speed falls. Those who are slow at less than 1 wait at the crowd's edge, where a
+# Voronoi cell reaches into the empty room.
 
 figure, (floor, flow, pace) = plt.subplots(
     1, 3, figsize=(14, 4.6), width_ratios=(1.15, 1, 1), layout="constrained"

@@ -59,7 +59,7 @@ def agree(arguments: Namespace) -> None:
 
 
 def gap(arguments: Namespace) -> None:
-    """Simulates places that several fires choose to the end, in the same futures."""
+    """Plays the places that several fires choose to the end, with the same seeds."""
     _refuse_output(arguments)
     fires = tuple(dict.fromkeys([*CHOOSERS, *(arguments.fire or ())]))
     asked = Asked(
@@ -168,7 +168,7 @@ AGREE_OPTIONS: options.Table = {
 }
 GAP_OPTIONS: options.Table = {
     **options.player("robots", "default: sweep", default="sweep"),
-    **options.player("fire", f"besides {', '.join(CHOOSERS)}", **options.SEVERAL),
+    **options.player("fire", f"added to {', '.join(CHOOSERS)}", **options.SEVERAL),
     **options.PLACE,
     "--moments": options.number(
         1, f"one of each evacuation; default: {MOMENTS}", default=MOMENTS

@@ -180,7 +180,7 @@ EVALUATE_OPTIONS: options.Table = {
     "--baseline": {
         "metavar": "S",
         "help": "compare all with these robots, seed by seed, and calibrate the "
-        "ruler: they score 1 on average over their fires; name weak and strong ones",
+        "ruler: they score 1 on average over the fires; give weak and strong fires",
     },
 }
 

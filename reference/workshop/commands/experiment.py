@@ -141,27 +141,28 @@ def _pictures(plan: Any, results: Any, folder: Path) -> Iterator[tuple[str, Path
         ("trainings", "Survivors while robots learned", "robots"),
         ("responses", "Survivors while best responses learned", "fire"),
     ):
-        if arms := _curves(plan.folder / name):
+        if arms := _curves(plan, name):
             figure = survivors(title, arms, side)
             if side == "fire":
                 gain = points(last_gain(chain(*arms.values())))
-                title += f"; in their fourth fifth {gain} points more than in the last"
+                title += f"; in the fourth fifth less those in the last: {gain} points"
             yield title, page.save(figure, folder / f"{name}.png")
     yield from _films(plan, results, folder)
 
 
-def _curves(folder: Path) -> dict[str, list[Any]]:
-    """Read the curves of finished trainings in a folder, by arm."""
+def _curves(plan: Any, name: str) -> dict[str, list[Any]]:
+    """Read the curves of finished trainings in a folder, by arm, as in tables."""
     from reference.workshop.drawing.runs import read
     from reference.workshop.experiment.jobs import DONE
     from reference.workshop.experiment.results import arm_of
 
-    found: dict[str, list[Any]] = {}
-    for done in sorted(folder.glob(f"*/{DONE}")):
+    asked = plan.experiment
+    found: dict[str, list[Any]] = {arm: [] for arm in (*asked.arms, *asked.test.robots)}
+    for done in sorted((plan.folder / name).glob(f"*/{DONE}")):
         with suppress(InputError):  # too short to draw
             run = read(done.parent)
-            found.setdefault(arm_of(run.name), []).append(run)
-    return found
+            found[arm_of(run.name)].append(run)
+    return {arm: runs for arm, runs in found.items() if runs}
 
 
 def _films(plan: Any, results: Any, folder: Path) -> Iterable[tuple[str, Path]]:

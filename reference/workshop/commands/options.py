@@ -45,6 +45,8 @@ def player(side: Side, note: str, words: Sequence[str] = (), **more: Any) -> Tab
         return text
 
     what = f"{', '.join(known)}; {note}"
+    if "FILE" in known:
+        what += "; FILE: a checkpoint or a training's folder"
     return {f"--{side}": {"type": somebody, "metavar": "S", "help": what, **more}}
 
 

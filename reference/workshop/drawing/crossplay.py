@@ -97,7 +97,8 @@ def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
     axes.set_xticks(np.arange(len(fires)) + 0.5, names(fires))
     axes.set_yticks(np.arange(len(robots)) + 0.5, names(robots))
     axes.tick_params(length=0, labelcolor=TEXT)
-    axes.set(xlabel="fire", ylabel="robots")
+    axes.set_ylabel("robots")
+    axes.set_xlabel("fire", labelpad=9)  # else it reads as part of a fire's name
     axes.spines[:].set_visible(False)
     bar = page.colorbar(boxes, ticks=MaxNLocator(4), format=PercentFormatter(1, 0, ""))
     bar.outline.set_visible(False)

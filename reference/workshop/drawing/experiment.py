@@ -23,7 +23,10 @@ COLUMNS = 4
 
 
 def survivors(title: str, arms: Mapping[str, Sequence[Run]], side: str) -> Figure:
-    """Draw running means of survivors over a side's decisions, arm by arm."""
+    """Draw running means of survivors over a side's decisions, arm by arm.
+
+    Robots begin with hardly any; what fires still gain is a few points, shown large.
+    """
     rows, columns = ceil(len(arms) / COLUMNS), min(COLUMNS, len(arms))
     figure = sheet(title, max(6.0, 2.8 * columns), 2.4 * rows + 1.2)
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
@@ -35,13 +38,15 @@ def survivors(title: str, arms: Mapping[str, Sequence[Run]], side: str) -> Figur
         for line in lines:
             axes.plot(*line, color=colour, lw=0.8, alpha=0.5)
         axes.plot(*mean_of(lines), color=colour, lw=2)
-        axes.set(title=arm, ylim=(0, 100))
+        axes.set_title(arm)
         if k + columns >= len(arms):  # nothing below
             axes.set_xlabel(f"decisions of the {side}")
             axes.tick_params(labelbottom=True)
         axes.grid(axis="y")
         axes.xaxis.set_major_locator(MaxNLocator(4))
         write_numbers(axes.xaxis)
+    if side == "robots":
+        axes.set_ylim(0, 100)  # of all panels
     for axes in panels.flat[len(arms) :]:
         axes.remove()
     for axes in panels[:, 0]:
