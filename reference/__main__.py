@@ -18,7 +18,6 @@ if __name__ == "__main__":  # if stopped during the imports below: exit silently
     if sys.stderr is None:  # closed, which some libraries do not expect
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
 
-import re
 from _thread import interrupt_main
 from argparse import ArgumentParser, Namespace
 from argparse import RawDescriptionHelpFormatter as Formatter
@@ -95,14 +94,8 @@ def _arguments(words: Sequence[str]) -> Namespace:
 
 def _complain(message: str, status: int) -> int:
     with suppress(OSError):  # stderr is closed
-        print(_shortened(message), file=sys.stderr)
+        print(message, file=sys.stderr)
     return status
-
-
-def _shortened(message: str) -> str:
-    """Cut words of the first line that are too long for any path."""
-    first, *page = message.split("\n")
-    return "\n".join([re.sub(r"(\S{60})\S{240,}", r"\1...", first), *page])
 
 
 def _drop_unprinted() -> None:
@@ -116,16 +109,8 @@ def _drop_unprinted() -> None:
 # -- The command line --------------------------------------------------------------
 
 
-class Parser(ArgumentParser):
-    """A parser whose errors shorten endless words."""
-
-    def error(self, message: str) -> NoReturn:
-        """Print the error and the usage; exit with status 2."""
-        super().error(_shortened(message))
-
-
-def _parser() -> Parser:
-    top = Parser(
+def _parser() -> ArgumentParser:
+    top = ArgumentParser(
         prog="python -m reference",
         description="One evacuation of the paper's building, the robots that ship "
         "against the fire that ships;\na summary, and an animation in evacuation.gif.",

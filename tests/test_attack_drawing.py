@@ -8,10 +8,9 @@ from pages import overlaps, words
 from reference.paper import Scenario
 from reference.workshop.drawing import attack
 from reference.workshop.evaluation.contestants import Evacuation
-from reference.workshop.evaluation.gap import Comparison, Cost, Result, gap
+from reference.workshop.evaluation.gap import Comparison, Result, gap
 
 FIRES = ("random", "greedy", "critic:out/robots-0/checkpoint-000245.pt", "worst-case")
-COSTS = [Cost(n, 240.0 * n) for n in range(1, 9)]
 
 
 def results(count=12, fires=FIRES, foreseen=-900.0):
@@ -32,7 +31,7 @@ def results(count=12, fires=FIRES, foreseen=-900.0):
 def test_each_fire_has_a_row_with_its_harm_and_interval():
     """Of the mean over moments, as `gap` tells it; a faint dot for each moment."""
     found = results()
-    left, _ = attack.figure(found, COSTS).axes
+    (left,) = attack.figure(found).axes
     bars = [line for line in left.lines if line.get_linewidth() == 3]
     assert len(bars) == len(FIRES)
     for row, (bar, fire) in enumerate(zip(bars, FIRES, strict=True)):
@@ -46,21 +45,12 @@ def test_each_fire_has_a_row_with_its_harm_and_interval():
 @pytest.mark.paper("F4", "chosen")
 def test_what_looking_ahead_foresaw_stands_beside_what_came():
     """900 less was foreseen, 1500 less came; without `worst-case` there is neither."""
-    left, _ = attack.figure(results(), COSTS).axes
+    (left,) = attack.figure(results()).axes
     (mark,) = [line for line in left.lines if line.get_marker() == "D"]
     assert to_hex(mark.get_markeredgecolor()) == attack.FORESEEN
     assert mark.get_xdata()[0] == pytest.approx(900) and mark.get_ydata()[0] == 3
-    left, _ = attack.figure(results(fires=FIRES[:2]), COSTS).axes
+    (left,) = attack.figure(results(fires=FIRES[:2])).axes
     assert not [line for line in left.lines if line.get_marker() == "D"]
-
-
-@pytest.mark.paper("F4", "linear complexity")
-def test_the_line_through_the_costs_begins_at_nothing():
-    """Eight evacuations of 240 s a decision."""
-    _, right = attack.figure(results(), COSTS).axes
-    (line,) = [line for line in right.lines if line.get_linestyle() == "-"]
-    assert line.get_xydata().tolist() == [[0, 0], [8, pytest.approx(8 * 240)]]
-    assert right.get_title("left") == "looking ahead: 240 s for each decision"
 
 
 @pytest.mark.parametrize(
@@ -68,18 +58,11 @@ def test_the_line_through_the_costs_begins_at_nothing():
 )
 def test_nothing_overlaps_and_nothing_is_clipped(fires, count):
     """However many fires and moments there are."""
-    assert overlaps(attack.figure(results(count, fires), COSTS)) == []
+    assert overlaps(attack.figure(results(count, fires))) == []
 
 
 def test_the_caption_says_what_stands_behind_it():
     """How many moments, futures, and which robots."""
-    text = [t.get_text() for t in words(attack.figure(results(), COSTS))]
+    text = [t.get_text() for t in words(attack.figure(results()))]
     (caption,) = [t for t in text if t.startswith("robots: sweep")]
     assert "12 moments" in caption and "4 fresh futures" in caption
-
-
-@pytest.mark.parametrize(("found", "costs"), [([], COSTS), (results(1), [])])
-def test_refuses_to_draw_nothing(found, costs):
-    """It says what is needed."""
-    with pytest.raises(ValueError, match="nothing to draw: re-score a moment"):
-        attack.figure(found, costs)

@@ -33,7 +33,7 @@ from reference.workshop.training.checkpoints import (
 from reference.workshop.training.policies import (
     LearnedFire,
     LearnedRobots,
-    named_or_file,
+    policy_of,
 )
 from reference.workshop.training.session import Training
 
@@ -296,7 +296,7 @@ SMALL = tiny().scenario
 @pytest.mark.paper("D2")
 def test_learned_policies_play_both_sides_of_an_evacuation(path, office):
     """By file name, where a strategy's name would stand; same seed, same run."""
-    robots, fire = named_or_file(str(path), "robots"), named_or_file(path, "fire")
+    robots, fire = policy_of(str(path), "robots"), policy_of(path, "fire")
     runs = [Simulation(office, SMALL, robots, fire, seed=5) for _ in range(2)]
     outcomes = [run.run() for run in runs]
     assert outcomes[0] == outcomes[1]

@@ -75,8 +75,8 @@ def test_a_strategy_remembers_nothing_of_the_evacuation_before(monkeypatch):
     evacuation = Evacuation(TINY, Scenario(people=2), "sweep", "worst-case", seed=0)
     for _ in range(2):
         fire = evacuation.simulation().fire_strategy
-        assert fire.ticks == 0
-        fire.ticks = 9
+        assert fire.foreseen == []
+        fire.foreseen.append("something")
 
 
 @pytest.mark.parametrize(

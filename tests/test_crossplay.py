@@ -316,6 +316,12 @@ def test_words_before_a_checkpoint_stay_when_it_is_pinned(run):
     assert files == [f"perturbed:0.5:{newest}", f"critic:{newest}"]
 
 
+def test_refuses_a_critic_where_nobody_is_valued(run):
+    """It would fail while it plays, after the others have played."""
+    with pytest.raises(ContradictionError, match="with --robots none there are none"):
+        begin(Asked(("none", "sweep"), (f"critic:{run}",)))
+
+
 # -- What it comes to ---------------------------------------------------------------
 
 

@@ -569,6 +569,17 @@ def test_a_film_shows_robots_that_learned_whatever_is_compared_first(
     assert [name for name, _ in telling(results, plan)] == ["none", "sweep", "ppo-0"]
 
 
+def test_a_film_shows_the_first_training_that_did_not_fail(tmp_path, monkeypatch):
+    """The others have their page all the same."""
+    monkeypatch.setattr(results_module, "checkpoint_of", lambda folder: None)
+    one = {"best_response": {"decisions": 9, "seeds": 1}, "seeds": [3, 4]}
+    experiment = small(**COMPARED | one)
+    runs = [run("ppo-4", fire, 0, 0.5) for fire in ("random", BEST)]
+    plan = Plan(experiment, tmp_path, here=True)
+    films = list(telling(Results(experiment, runs), plan))
+    assert [name for name, _ in films][-1] == "ppo-4"
+
+
 def test_the_page_says_what_an_arm_changes():
     """Two arms that differ in one number are told apart."""
     arms = {"short": {"robots": {"gamma": 0.9}}, "long": {"robots": {"gamma": 0.99}}}

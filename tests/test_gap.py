@@ -1,7 +1,6 @@
-"""Re-scoring: the same moments, fresh futures for all, and what looking ahead costs."""
+"""Re-scoring: the same moments, and fresh futures for all."""
 
 import pickle
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,10 +12,8 @@ from reference.workshop.evaluation.contestants import Evacuation, contestant
 from reference.workshop.evaluation.gap import (
     LATEST,
     Comparison,
-    Cost,
     Result,
     comparisons,
-    cost,
     gap,
     moment_of,
     optimism,
@@ -100,14 +97,11 @@ def test_moments_take_turns_over_evacuations():
     assert [q.evacuation.seed for q in found] == list(range(6))
 
 
-@pytest.mark.parametrize("job", [rescore, cost])
-def test_any_executor_can_do_it(job):
+def test_any_executor_can_do_it():
     """Jobs and results are plain data, and functions stand at the top of a module."""
     work = compared("none", robots="none", before=0, futures=1)
-    if job is cost:
-        work = replace(work.evacuation, fire="worst-case")
-    assert pickle.loads(pickle.dumps((job, work))) == (job, work)
-    found = job(work)
+    assert pickle.loads(pickle.dumps((rescore, work))) == (rescore, work)
+    found = rescore(work)
     assert pickle.loads(pickle.dumps(found)) == found
 
 
@@ -177,18 +171,3 @@ def test_refuses_to_sum_up_nothing():
     """No moment, no figure."""
     with pytest.raises(ValueError, match="at least one value"):
         gap([], "none", "greedy")
-
-
-# -- Cost ---------------------------------------------------------------------------
-
-
-@pytest.mark.paper("F4", "linear complexity")
-def test_a_fire_without_sources_looks_nowhere():
-    """Decisions and simulated seconds are counted, and begin at nothing."""
-    scenarios = replace(SCENARIO, sources=0), replace(SCENARIO, sources=1)
-    nothing, once = (
-        cost(Evacuation(PLAN, scenario, "none", "worst-case", 0))
-        for scenario in scenarios
-    )
-    assert nothing == Cost(0, 0)
-    assert once.decisions == 1 and once.simulated_seconds > 0

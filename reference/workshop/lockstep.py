@@ -4,7 +4,7 @@ Clauses: A5, A7, B3, B7, C7.  The people of all worlds are one crowd in shared a
 so that one look-up serves them all; minds, robots' ways, flames and events stay with
 each simulation.  Results equal those of running each alone, to the last bit.
 
-    K   worlds;  n  people and R robots of each
+    K   worlds;  n  people of each
     i   a row of the crowd: n times the number of a world + a person's own number
 """
 
@@ -17,14 +17,9 @@ import numpy as np
 
 from reference import motion, paper
 from reference.events import Event
-from reference.paper import ROBOT_SPEED
 from reference.perception import look
-from reference.robots import CROWD_GAP, FOLLOWER_GAP, RobotAlgorithm
 from reference.simulation import Simulation, Touched, Watcher
-from reference.world import Bodies, Robot, World
-
-CERTAIN = 1e-6
-"""Metres by which sums in another order may differ: closer cases are asked again."""
+from reference.world import Bodies
 
 
 def together(runs: Sequence[Simulation]) -> None:
@@ -59,9 +54,8 @@ class Lockstep(Simulation):
             for part in fields(Bodies)
         }
         minds = [mind for world in worlds for mind in world.minds]
-        robots = [robot for world in worlds for robot in world.robots]
         bodies = Bodies(**arrays)
-        self.world = replace(self.world, bodies=bodies, minds=minds, robots=robots)
+        self.world = replace(self.world, bodies=bodies, minds=minds)
         self._turn = np.tile(self._turn, len(runs))
         self._due = np.concatenate([run._due for run in runs])
         self._full_until = np.stack([run._full_until for run in runs])
@@ -93,10 +87,9 @@ class Lockstep(Simulation):
         self._people_decide(who, views)
         destinations = [run._strategies_decide() for run in going]
         # MOVE
-        algorithm = _KnowsWhoWaits(self._may_wait())
         for run, decided in zip(going, destinations, strict=True):
             for robot, destination in zip(run.world.robots, decided, strict=True):
-                algorithm.act(robot, run.world, destination, self.tick)
+                run.algorithm.act(robot, run.world, destination, self.tick)
         touched = self._people_move()
         # BURN
         for run in going:
@@ -108,21 +101,6 @@ class Lockstep(Simulation):
         return []
 
     # -- What a simulation does for one world, for all at once ----------------------
-
-    def _may_wait(self) -> set[int]:
-        """Find robots, by id, whose followers may be too far behind."""
-        bodies, robots = self.world.bodies, self.world.robots
-        i = np.flatnonzero(bodies.leader >= self.n)
-        if not len(i):
-            return set()
-        team = len(self.worlds[0].robots)
-        r = i // self.n * team + bodies.leader[i] - self.n
-        at = np.array([robot.position for robot in robots])
-        off, count = bodies.position[i] - at[r], np.bincount(r, minlength=len(robots))
-        gap = np.bincount(r, np.hypot(off[:, 0], off[:, 1]), len(robots))
-        most = FOLLOWER_GAP + CROWD_GAP * count**0.5 - CERTAIN
-        behind = (gap > count * most) & (count > 0)
-        return {id(robots[r]) for r in np.flatnonzero(behind).tolist()}
 
     def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
         bodies, free = self.world.bodies, self._free(who)
@@ -204,15 +182,3 @@ class Lockstep(Simulation):
         for run, leaves in zip(self.runs, eventful, strict=True):
             if leaves or id(run) in own:
                 run._settle(own.get(id(run), []))
-
-
-class _KnowsWhoWaits(RobotAlgorithm):
-    """Algorithm 3 that checks only those robots that may have to wait."""
-
-    def __init__(self, may_wait: set[int]):
-        self.may_wait = may_wait
-
-    def speed(self, robot: Robot, world: World) -> float:
-        return (
-            super().speed(robot, world) if id(robot) in self.may_wait else ROBOT_SPEED
-        )

@@ -7,7 +7,6 @@ import json
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from typing import Any
 
 from reference.building import load, plan_of
@@ -21,7 +20,7 @@ from reference.workshop.commands.common import (
 )
 from reference.workshop.evaluation import agreement as agreements
 from reference.workshop.evaluation import gap as gaps
-from reference.workshop.evaluation.contestants import WORST, Evacuation
+from reference.workshop.evaluation.contestants import WORST
 from reference.workshop.evaluation.crossplay import Asked, as_plain, begin
 from reference.workshop.evaluation.intervals import Interval
 from reference.workshop.workers import Given, Made, in_order
@@ -80,18 +79,7 @@ def gap(arguments: Namespace) -> None:
         from reference.workshop import drawing
         from reference.workshop.drawing.attack import figure
 
-        attempts = [
-            Evacuation(
-                arena.plan,
-                replace(arena.scenario, sources=n),
-                arguments.robots,
-                WORST,
-                first + n,
-            )
-            for n in range(1, arena.scenario.sources + 1)
-        ]
-        costs = _done(gaps.cost, attempts, arguments, "evacuation")
-        drawing.save(figure(results, costs), arguments.output)
+        drawing.save(figure(results), arguments.output)
     _tell(facts, arguments, "what one more fire costs, by who chose its place")
 
 

@@ -83,9 +83,9 @@ def contestant(text: str, side: Side, sample: bool = False) -> Any:
         metres, file = _metres_and_file(text.removeprefix(PERTURBED))
         epsilon = perturbed.EPSILON if metres is None else metres
         return perturbed.PerturbedRobots(file, epsilon)
-    from reference.workshop.training.policies import named_or_file
+    from reference.workshop.training.policies import policy_of
 
-    return named_or_file(text, side, sample)
+    return policy_of(text, side, sample)
 
 
 _loaded = lru_cache(maxsize=32)(contestant)  # copies are played: networks are read once

@@ -1,4 +1,4 @@
-"""Re-score fires' placements in fresh futures, and count what choosing costs.
+"""Re-score fires' placements in fresh futures.
 
 Clause: F4.  Neither a critic nor a look-ahead is trusted: several fires choose at the
 same moments, and each choice is then simulated to the end in the same futures, which no
@@ -8,7 +8,7 @@ fire has seen, with the same rule for later fires.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -71,7 +71,6 @@ def comparisons(
     seeds: Sequence[int],
 ) -> Iterator[Comparison]:
     """Take one moment of each evacuation, so that moments are independent."""
-    scenario = replace(scenario, training=False)
     for k, seed in enumerate(seeds):
         before = k % min(LATEST, max(1, scenario.sources))
         evacuation = Evacuation(plan, scenario, robots, "random", seed)
@@ -171,23 +170,3 @@ def optimism(results: Sequence[Result]) -> Interval | None:
 
 def _means(results: Sequence[Result], fire: str) -> np.ndarray:
     return np.array([np.mean(result.rewards[fire]) for result in results])
-
-
-# -- Cost ---------------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Cost:
-    """Decisions of the fire that looks ahead, and seconds simulated for them."""
-
-    decisions: int
-    simulated_seconds: float
-
-
-def cost(evacuation: Evacuation) -> Cost:
-    """Play an evacuation against `worst-case`; count what it simulated."""
-    simulation = evacuation.simulation()
-    simulation.run()
-    fire: Any = simulation.fire_strategy
-    lit = sum(isinstance(event, FireLit) for event in simulation.events)
-    return Cost(lit, fire.ticks * simulation.tick)

@@ -14,7 +14,7 @@ import numpy as np
 import reference
 from reference.learning.players import Learned
 from reference.workshop.experiment.asked import RESPONSES, Experiment
-from reference.workshop.files import read_json, write_whole
+from reference.workshop.files import read_json, write_json
 from reference.workshop.plain import mapping
 from reference.workshop.runs import (
     RunError,
@@ -37,7 +37,7 @@ def begin(experiment: Experiment, folder: Path) -> None:
         now["arms"] = mapping(begun.get("arms"), ABOUT) | now["arms"]
         now["best_response"] = now["best_response"] or begun.get("best_response")
     content = {"version": reference.__version__, "game": reference.GAME} | now
-    write_whole(path, json.dumps(content, indent=2).encode())
+    write_json(path, content)
 
 
 def refuse_changed(experiment: Experiment, folder: Path) -> None:

@@ -15,13 +15,13 @@ from reference.workshop.evaluation.intervals import Interval, of_trainings
 from reference.workshop.experiment.asked import BEST, LEARNS, Experiment
 from reference.workshop.experiment.results import RANDOM, Results
 from reference.workshop.runs import rows_of_both
+from reference.workshop.training.shipping import TRAINERS
 
 ENOUGH = 5  # trainings of an arm; with fewer a result is preliminary
 OVER = (
     "interquartile means over an arm's trainings, with 95 % bootstrap intervals over "
     "trainings and evacuations; robots written by hand count as one training"
 )
-TRAINERS = {"poca": "MA-POCA", "ppo": "PPO"}
 FIGURES = {"reward": "R", "difficulty": "h", "score": "E"}
 
 

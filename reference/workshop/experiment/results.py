@@ -35,9 +35,10 @@ class Results:
 
     def __init__(self, experiment: Experiment, records: Sequence[Record]):
         self.experiment = experiment
-        self.runs: dict[tuple[str, str], list[Record]] = defaultdict(list)
+        self.runs: dict[tuple[str, str], list[Record]] = {}
         for run in records:
-            self.runs[arm_of(run.robots), self._column(run)].append(run)
+            match = arm_of(run.robots), self._column(run)
+            self.runs.setdefault(match, []).append(run)
 
     def _column(self, run: Record) -> str:
         """Name a fire's kind, or tell whether it learned with these robots."""
@@ -50,7 +51,7 @@ class Results:
         found: dict[str, dict[int, list[float]]] = defaultdict(
             lambda: defaultdict(list)
         )
-        for run in self.runs[row, column]:
+        for run in self.runs.get((row, column), ()):
             found[run.robots][run.seed].append(getattr(run, figure))
         return np.array(
             [[np.mean(of[seed]) for seed in sorted(of)] for of in found.values()]
@@ -123,8 +124,8 @@ class Results:
 def telling(results: Results, plan: Plan) -> Iterator[tuple[str, Evacuation]]:
     """Yield evacuations by nobody, the best robots written by hand, and learned ones.
 
-    All meet the best response to the learned ones: the first training of the first arm
-    that is compared and has one. The seed is that whose survival is nearest to their
+    All meet the best response to the learned ones: the first training that met one, of
+    the first arm that is compared. The seed is that whose survival is nearest to their
     mean. Nothing where no arm has one. Raises RunError for a damaged checkpoint.
     """
     experiment, known = results.experiment, results.exploitable
@@ -132,11 +133,12 @@ def telling(results: Results, plan: Plan) -> Iterator[tuple[str, Evacuation]]:
     arms = [name for name in named if name in experiment.arms]
     if (arm := next((arm for arm in arms if arm in known), None)) is None:
         return
-    team = next(t for t in experiment.teams if arm_of(t) == arm)
+    team = results.runs[arm, BEST][0].robots
     runs = [run for run in results.runs[arm, BEST] if run.robots == team]
     mean = np.mean([run.survival for run in runs])
     seed = min(runs, key=lambda run: abs(run.survival - mean)).seed
-    written = [row for row in experiment.test.robots if row != UNGUIDED]
+    written = [row for row in experiment.test.robots if (row, RANDOM) in results.runs]
+    written = [row for row in written if row != UNGUIDED]
     written.sort(key=lambda row: results.values(row, RANDOM, "survival").mean())
     fire, arena = plan.strongest(team), experiment.arena
     robots = {UNGUIDED: UNGUIDED} | {row: row for row in written[-1:]}

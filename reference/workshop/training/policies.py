@@ -21,7 +21,7 @@ from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import Destination
-from reference.workshop.strategies import LEARNED, SCRIPTS, SHIPPED
+from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     CheckpointError,
@@ -168,8 +168,6 @@ def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
     }
 
 
-def named_or_file(text: str, side: Side, sample: bool = False) -> Any:
-    """Load a checkpoint's or the shipped policy; return a script's name as it is."""
-    if text in SCRIPTS[side]:
-        return text
-    return POLICIES[side](SHIPPED if text == LEARNED else text, sample)
+def policy_of(word: str, side: Side, sample: bool = False) -> Any:
+    """Load the policy of a checkpoint's path, or of LEARNED."""
+    return POLICIES[side](SHIPPED if word == LEARNED else word, sample)

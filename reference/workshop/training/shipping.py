@@ -14,7 +14,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from reference.learning.players import Learned
 from reference.learning.settings import SIDES, Side
 from reference.workshop.strategies import SHIPPED
 from reference.workshop.training.checkpoints import Checkpoint, load, save
@@ -30,10 +29,7 @@ def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
     """
     policies = LearnedRobots(robots), LearnedFire(fire)
     policies[1].refuse_elsewhere(policies[0].building, policies[0].scenario)
-    fixed: dict[Any, Any] = {
-        side: Learned(policy.learned.settings, policy.learned.weights)
-        for side, policy in zip(SIDES, policies, strict=True)
-    }
+    fixed: dict[Any, Any] = {policy.side: policy.learned for policy in policies}
     settings = replace(robots.task.settings, fire=fire.task.settings.fire)
     task = replace(
         robots.task, settings=settings, fixed=fixed, initial={}, imitate=None

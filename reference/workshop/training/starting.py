@@ -23,10 +23,10 @@ from reference.workshop.runs import (
     refuse_version,
     rows_of_both,
 )
-from reference.workshop.strategies import LEARNED, SHIPPED
+from reference.workshop.strategies import LEARNED, SCRIPTS, SHIPPED
 from reference.workshop.training.checkpoints import CheckpointError, Task, newest
 from reference.workshop.training.checkpoints import load as load_checkpoint
-from reference.workshop.training.policies import POLICIES, named_or_file
+from reference.workshop.training.policies import POLICIES, policy_of
 from reference.workshop.training.presets import Settings, preset, read_yaml
 from reference.workshop.training.session import Training
 
@@ -132,11 +132,11 @@ def fixed_player(
 
     Raises CheckpointError for a network that does not fit here.
     """
-    found = named_or_file(who, side)
-    if isinstance(found, str):
-        return found
-    found.refuse_elsewhere(building, scenario)
-    return found.learned
+    if who in SCRIPTS[side]:
+        return who
+    policy = policy_of(who, side)
+    policy.refuse_elsewhere(building, scenario)
+    return policy.learned
 
 
 def initial_of(
@@ -189,10 +189,9 @@ def _asked_and_begun(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]
 
 def _same(who: str, side: Side, fixed: Learned | str) -> bool:
     """Tell whether this word names a fixed side's player."""
-    if isinstance(fixed, str):
+    if isinstance(fixed, str) or who in SCRIPTS[side]:
         return who == fixed
-    found = named_or_file(who, side)
-    return not isinstance(found, str) and _equal(found.learned, fixed)
+    return _equal(policy_of(who, side).learned, fixed)
 
 
 def _beginnings(word: str, task: Task) -> tuple[str, str]:

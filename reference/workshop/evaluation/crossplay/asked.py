@@ -6,7 +6,7 @@ its newest checkpoint, though more may come while runs are played.
 """
 
 import hashlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
 from itertools import product
@@ -21,7 +21,7 @@ from reference.evaluation.score import Point
 from reference.learning.settings import Side
 from reference.paper import ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
-from reference.workshop.evaluation.contestants import WORST, contestant
+from reference.workshop.evaluation.contestants import CRITIC, WORST, contestant
 from reference.workshop.evaluation.crossplay.records import Key, Match
 from reference.workshop.files import naming, read_json, refuse_no_file, write_json
 from reference.workshop.plain import record_from
@@ -152,6 +152,7 @@ def begin(asked: Asked, folder: Path | None = None) -> Evaluation:
     if folder is not None:
         refuse_used(folder)
     robots, fires = _once(asked.robots or ROBOTS), _once(asked.fire or FIRES)
+    _refuse_unguided(robots, fires)
     files = _files(robots, fires)
     if asked.sample and not files:
         raise ContradictionError("--sample goes with a checkpoint. Leave it out here.")
@@ -189,12 +190,21 @@ def resume(asked: Asked, folder: Path) -> Evaluation:
     with naming(path):
         for file in begun.files.values():
             _refuse_changed(file)
-        _refuse_misfits(_trained(begun.robots, begun.fires, begun.files), arena)
     robots = _once([*begun.robots, *(asked.robots or ())])
     fires = _once([*begun.fires, *(asked.fire or ())])
+    _refuse_unguided(robots, fires)
     files = {**_files(robots, fires), **begun.files}
     _refuse_misfits(_trained(robots, fires, files), arena)
     return replace(begun, robots=robots, fires=fires, files=files)
+
+
+def _refuse_unguided(robots: Sequence[str], fires: Sequence[str]) -> None:
+    """Raise ContradictionError for a critic of robots who are not there."""
+    if UNGUIDED in robots and any(fire.startswith(CRITIC) for fire in fires):
+        raise ContradictionError(
+            f"--fire {CRITIC}FILE asks what the robots' critic expects, and with "
+            f"--robots {UNGUIDED} there are none. Leave one of them out."
+        )
 
 
 def _once(words: Iterable[str]) -> tuple[str, ...]:

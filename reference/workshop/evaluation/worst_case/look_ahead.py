@@ -42,7 +42,6 @@ class WorstCase:
     flames will really spread. The least of such values is biased low: `gap` re-scores
     it.
 
-    ticks     simulated by all look-aheads together
     foreseen  at the last decision, the worst first; among equals the busiest, since
               what can wait in one future may be too late in another
     """
@@ -50,7 +49,6 @@ class WorstCase:
     def __init__(self, choices: int = CHOICES, horizon: float = HORIZON):
         """choices: how many placements are tried;  horizon: seconds of each."""
         self.choices, self.horizon = choices, horizon
-        self.ticks = 0
         self.foreseen: list[Foreseen] = []
         self._now: Simulation | None = None
 
@@ -77,7 +75,6 @@ class WorstCase:
         end = run.world.time + self.horizon - 1e-9
         while not run.done and run.world.time < end:
             run.step()
-        self.ticks += run.ticks - future.ticks
         reward = group_reward(run.events[len(future.events) :])
         rest = 0.0 if run.done else value_estimate(run.world)
         return Foreseen(reward + rest, placement)
