@@ -78,7 +78,7 @@ def with_people_at(
         burnt=np.zeros(len(building.landmarks), dtype=bool),
     )
     for robot in world.robots:
-        robot.active = world.people_at_or_above(robot.floor) > 0
+        robot.active = world.anybody_at_or_above(robot.floor)
     return world
 
 
@@ -110,7 +110,7 @@ def _bodies(
         rank=rng.random(n),
         anchor=position.copy(),
         anchor_time=np.zeros(n),
-        reckless=np.full(n, -inf),
+        reckless_until=np.full(n, -inf),
     )
 
 

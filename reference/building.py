@@ -269,7 +269,8 @@ class Building:
 def burn(graph: Graph, doors: Collection[str]) -> Graph:
     """View a graph of rooms without the doors with these ids [A6].
 
-    [A6, chosen] Nobody passes a destroyed door. Raises KeyError for an unknown id.
+    [A6, chosen] A destroyed door is no way out any more; its cell burns, so only who is
+    stuck or stands in flames walks through. Raises KeyError for an unknown id.
     """
     edges = [edge for edge in graph.edges(keys=True) if edge[2] in doors]
     if missing := set(doors) - {key for *_, key in edges}:

@@ -43,7 +43,8 @@ class Generator:
     """The fire source generator: Eqs. 2-3, and rule D6 in both modes.
 
     [D6, chosen] If another place burns, it is the first free one in an order drawn
-    once, however often that has happened. So a fire treats all robots alike.
+    once per run: with the same seed the same refused places lead to the same fires,
+    whoever guides.
     """
 
     def __init__(self, building: Building, scenario: Scenario, rng: Rng):

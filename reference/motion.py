@@ -9,6 +9,8 @@ and cannot make room, tries a small random step.
     e_i    unit vector i means to walk along;  v_i  its speed, m/s
     s      metres from the edge of i to the edge of j
     room   (k,) metres that the middles of i and j keep apart
+    to_j   (k, 2) unit vectors from i to j;  apart  (k,) metres between their middles
+    yields (k,) bool, i gives way;  far  (n,) metres to the target
 """
 
 from collections.abc import Callable
@@ -17,6 +19,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from reference.paper import BODY_RADIUS
+from reference.world import FLOOR_APART
 
 DIAMETER = 2 * BODY_RADIUS
 SHOULDERS = 0.25  # [A7, chosen] metres: people who meet turn sideways, as deep as that
@@ -45,8 +48,6 @@ crowds that meet sort themselves into lanes."""
 
 Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k, 2) positions of (k,) bodies -> (k,) bool: may they stand there?"""
-
-FLOOR_APART = 1e4  # metres between two floors in the search for neighbours
 
 
 def step(
@@ -209,7 +210,11 @@ def _off(points: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
 
 
 def _not_into_walls(position: np.ndarray, wished: np.ndarray, free: Free) -> np.ndarray:
-    """Slide along what is in the way: both coordinates, then one, then none."""
+    """Slide along what is in the way: both coordinates, then one, then none.
+
+    Only where a step ends is looked at [A7, chosen]: where two barred cells meet at a
+    corner, a body may slip through between them.
+    """
     everybody = np.arange(len(position))
     barred = everybody[~free(wished, everybody)]
     if not len(barred):

@@ -23,7 +23,8 @@ LOOK_AHEAD = 6
 """[A7, chosen] metres: the longest line tried when a way is pulled straight."""
 
 KEPT_WAYS, KEPT_COSTS, KEPT_LINES = 512, 64, 4096
-"""Sizes of caches: the last searches, weighted steps and lines; some 30 MB in all."""
+"""Sizes of caches: the last searches, weighted steps and lines;
+for the paper's building some 30 MB in all."""
 
 NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
 
@@ -231,7 +232,7 @@ class Navigation:
 
         At a goal, and where there is no way, the next place is the place itself.
         goals: (k,) places of one floor; cost: factor on every step into or out of a
-        place (inf: no way), (places,) or (floors, rows, cols), never changed later.
+        place (inf: no way), (places,) or (floors, rows, cols).
         """
         d, after = np.full(self.places, np.inf), np.arange(self.places)
         if len(goals):

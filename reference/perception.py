@@ -14,7 +14,7 @@ import numpy as np
 
 from reference.paper import RAYS
 from reference.sight import Direction, Hit, Sight
-from reference.world import NOBODY, NOWHERE, Aim, Bodies, Goal, Said, World
+from reference.world import FLOOR_APART, NOBODY, NOWHERE, Aim, Bodies, Goal, Said, World
 
 
 @dataclass(frozen=True)
@@ -192,7 +192,10 @@ def _show_people(
     seen: np.ndarray,
     j: np.ndarray,
 ) -> None:
-    """Add leaders to the views; rows, seen: who sees whom; j: seen in its world.
+    """Add leaders to the views.
+
+    rows: (p,) indices of views; seen: (p,) indices of bodies; j: (p,) their numbers in
+    their own worlds.
 
     followed: sorted, one number per follower seen, made of viewer and leader; how
     often it occurs is how many followers of that leader the viewer sees.
@@ -241,9 +244,9 @@ def _everybody(worlds: Sequence[World], bodies: Bodies) -> list[np.ndarray]:
     """
     robots = [robot for world in worlds for robot in world.robots]
     at = np.array([robot.position for robot in robots]).reshape(-1, 2)
-    apart = 1e4 * np.array([robot.floor for robot in robots], dtype=np.int64)
+    apart = FLOOR_APART * np.array([robot.floor for robot in robots], dtype=np.int64)
     columns = (
-        (bodies.position[:, 0] + 1e4 * bodies.floor, at[:, 0] + apart),
+        (bodies.position[:, 0] + FLOOR_APART * bodies.floor, at[:, 0] + apart),
         (bodies.position[:, 1], at[:, 1]),
         (bodies.place, np.array([robot.place for robot in robots], dtype=np.int64)),
         (bodies.walking, np.array([robot.active for robot in robots], dtype=bool)),
@@ -258,7 +261,7 @@ def _everybody(worlds: Sequence[World], bodies: Bodies) -> list[np.ndarray]:
 def rays(world: World, sight: Sight, person: int) -> list[Hit | None]:
     """What every ray of one human returns; None is an unexplored direction [B1] [B2].
 
-    For pictures and tests: the simulation uses `look`. People, robots and flames are
+    For tutorials and tests: the simulation uses `look`. People, robots and flames are
     met by the ray at their middle only; flames in sight hide a door that they burn.
     """
     around = Surroundings.of(world, sight)

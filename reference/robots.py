@@ -40,7 +40,7 @@ class RobotAlgorithm:
     ) -> None:
         """One pass of the loop, `seconds` long."""
         # "in this level": people here, or above, who come through it [C8]
-        robot.active = world.people_at_or_above(robot.floor) > 0  # 1
+        robot.active = world.anybody_at_or_above(robot.floor)  # 1
         if not robot.active:
             return
         speed = self.speed(robot, world)  # 2
@@ -116,7 +116,8 @@ def said_on_the_way(building: Building, floor: int, target: Destination) -> Said
     here = [mark for mark in building.landmarks if mark.floor == floor]
     exits = [mark for mark in here if mark.kind is Kind.EXIT]
     wells = [s for s in building.stairwells if s.centre == target]
-    if wells and wells[0].leads_down(floor):
+    wells = [s for s in wells if s.leads_down(floor)]
+    if wells:
         instruction = Instruction.THIS_STAIRWELL
         marks = [building.landmarks[m] for m in wells[0].entrances[floor]]
     elif any(dist(mark.position, target) <= AT_EXIT for mark in exits):

@@ -32,7 +32,7 @@ from reference.humans import pass_landmark, think
 from reference.navigation import Navigation, navigation_of
 from reference.paper import Scenario
 from reference.perception import Surroundings, View, look
-from reference.robots import Destination, RobotAlgorithm
+from reference.robots import Destinations, RobotAlgorithm
 from reference.sight import Sight, sight_of
 from reference.strategies import FireStrategy, NoFire, NoRobots, RobotStrategy
 from reference.world import NOBODY, NOWHERE, Aim, Fate, Source, World
@@ -121,7 +121,7 @@ class Simulation:
     def step(self) -> list[Event]:
         """Run one tick; return its events."""
         already = len(self.events)
-        if self._fire_turn and isinstance(self.fire_strategy, Watcher):
+        if self.fire_turn and isinstance(self.fire_strategy, Watcher):
             self.fire_strategy.watch(self.copy())
         # SENSE
         who = np.flatnonzero(self._due & self.world.bodies.walking)
@@ -190,7 +190,7 @@ class Simulation:
     # -- SENSE and DECIDE -----------------------------------------------------------
 
     @property
-    def _fire_turn(self) -> bool:
+    def fire_turn(self) -> bool:
         """Does the fire decide in this tick? Only while it has sources left [D6]."""
         number, between = divmod(self.ticks, self.decision_ticks)
         left = len(self.world.flames.sources) < self.scenario.sources
@@ -211,20 +211,20 @@ class Simulation:
         bodies.landmark[who] = marks
         bodies.target[who] = np.where(stays, bodies.position[who], there)
 
-    def _strategies_decide(self) -> list[Destination | None]:
+    def _strategies_decide(self) -> Destinations:
         """Ask the robots' strategy at each decision, the fire's at every k-th.
 
         Both see the same world. Returns a destination per robot; None keeps the old.
         """
         robots = self.world.robots
-        decided: list[Destination | None] = [None] * len(robots)
+        decided: Destinations = [None] * len(robots)
         active = [k for k, robot in enumerate(robots) if robot.active]
         if active and self.ticks % self.decision_ticks == 0:
             team = [robots[k] for k in active]
             answers = self.robot_strategy.decide(self.world, team, self.rng["robots"])
             for k, answer in zip(active, answers, strict=True):
                 decided[k] = answer
-        if self._fire_turn:
+        if self.fire_turn:
             self._fire_decides()
         return decided
 
@@ -248,8 +248,6 @@ class Simulation:
         """Walk one tick; return who stepped onto a landmark, and from where [A5]."""
         bodies, nav = self.world.bodies, self.navigation
         who = np.flatnonzero(bodies.walking)
-        if not len(who):
-            return []
         before, floor = bodies.place[who], bodies.floor[who]
         marks, target = bodies.landmark[who], bodies.target[who]
         guided = np.flatnonzero(marks >= 0)
@@ -277,8 +275,9 @@ class Simulation:
         nav, bodies = self.navigation, self.world.bodies
         place, floor = bodies.place[who], bodies.floor[who]
         unburnt, inside = ~self.world.flames.burning.ravel(), self._marks[place]
-        fearless = ~unburnt[place] | (bodies.reckless[who] > self.world.time - 1e-9)
-        full = self._full_until > self.world.time + 1e-9
+        time = self.world.time
+        fearless = ~unburnt[place] | (bodies.reckless_until[who] > time - 1e-9)
+        full = self._full_until > time + 1e-9
 
         def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
             place = nav.places_at(floor[which], position)
@@ -317,9 +316,9 @@ class Simulation:
         ahead = (moved > paper.STUCK_METRES) | arrived | anew
         bodies.anchor[who[ahead]] = position[ahead]
         bodies.anchor_time[who[ahead]] = time
-        calm = bodies.reckless[who] < time - 1e-9
+        calm = bodies.reckless_until[who] < time - 1e-9
         halted = who[~ahead & calm & (waited > paper.STUCK_SECONDS)]
-        bodies.reckless[halted] = time + paper.RECKLESS_SECONDS
+        bodies.reckless_until[halted] = time + paper.RECKLESS_SECONDS
 
     # -- BURN -----------------------------------------------------------------------
 

@@ -18,6 +18,7 @@ from reference.building import Building, Graph, burn
 
 NOBODY = -1
 NOWHERE = -1
+FLOOR_APART = 1e4  # metres between two floors, where distances are taken of all at once
 
 
 class Mode(IntEnum):
@@ -93,7 +94,7 @@ class Bodies:
     rank: np.ndarray  # who leads whom when people meet: the higher rank [B6, chosen]
     anchor: np.ndarray  # metres: where the body last made headway [B5]
     anchor_time: np.ndarray  # s: when it was there
-    reckless: np.ndarray  # s: until then the body ignores flames [B5]
+    reckless_until: np.ndarray  # s: until then the body ignores flames [B5]
 
     copy = _copied
 
@@ -135,8 +136,8 @@ class Mind:
     waits_until: float = 0.0  # s: a stuck follower without leader waits till then
     goal: Goal = STAY  # where it has set off to
     trail: list[int] = field(default_factory=list)  # doors to go back by, newest last
-    patches: set[int] = field(default_factory=set)  # patches seen or tried [B2]
-    facing: tuple[float, float] = (0.0, 0.0)  # unit vector of the last direction walked
+    patches: set[int] = field(default_factory=set)  # patches stood in, or burning [B2]
+    facing: tuple[float, float] = (0.0, 0.0)  # unit vector, to the last goal
 
     copy = _copied
 
@@ -147,7 +148,7 @@ class Robot:
 
     body: int  # its index among all bodies
     floor: int
-    team: int  # its number on its floor, 0 is the first
+    number: int  # on its floor, 0 is the first
     position: np.ndarray  # (2,) metres
     place: int  # the cell it stands in
     destination: np.ndarray | None = None  # (2,) metres after Eq. 1; None: not decided
@@ -206,6 +207,6 @@ class World:
         doors = [self.building.landmarks[k].id for k in np.flatnonzero(self.burnt)]
         return burn(self.building.graph, doors)
 
-    def people_at_or_above(self, floor: int) -> int:
-        """Count people inside on a floor or above it, who come through it [C8]."""
-        return sum(self.occupancy[floor:])
+    def anybody_at_or_above(self, floor: int) -> bool:
+        """Is anybody inside on a floor or above it, who will come through it? [C8]"""
+        return any(self.occupancy[floor:])

@@ -6,6 +6,7 @@ names begin with the stage: page, characters, shape, floor, building.
 """
 
 import os
+import pickle
 import re
 from contextlib import suppress
 from pathlib import Path
@@ -430,3 +431,12 @@ def test_refuses_an_unknown_floor_and_names_those_that_ship():
         find("papper")
     assert "Did you mean 'paper'?" in str(caught.value)
     assert all(path.stem in str(caught.value) for path in SHIPPED)
+
+
+def test_mistakes_travel_between_processes():
+    """A job with a bad map fails with its page, and not the pool."""
+    with pytest.raises(FloorPlanError) as caught:
+        parse("floor 1:\n####\n#..#\n####\n", "bad.txt")
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert str(again) == str(caught.value)
+    assert again.mistakes == caught.value.mistakes

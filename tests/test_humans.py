@@ -478,8 +478,8 @@ def test_the_stuck_become_careful_again():
     play(sim, 4)
     halt(sim, "p")
     bodies = sim.world.bodies
-    play_until(sim, lambda: bodies.reckless[0] > sim.world.time)
-    play_until(sim, lambda: bodies.reckless[0] < sim.world.time)
+    play_until(sim, lambda: bodies.reckless_until[0] > sim.world.time)
+    play_until(sim, lambda: bodies.reckless_until[0] < sim.world.time)
     bodies.pace[:] = WALKING_SPEED
     assert play(sim, STUCK_SECONDS - 4) == drawn(
         "###########\n#...p*....E\n###########"
@@ -506,7 +506,7 @@ def test_who_means_to_pass_a_door_gets_stuck_before_it_too():
     halt(sim, "p")
     assert sim.world.bodies.landmark[0] == mark(sim, Kind.DOOR)
     play(sim, STUCK_SECONDS + 0.6)
-    assert sim.world.bodies.reckless[0] > sim.world.time
+    assert sim.world.bodies.reckless_until[0] > sim.world.time
 
 
 @pytest.mark.paper("B5", "stuck, chosen")

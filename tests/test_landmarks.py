@@ -156,7 +156,7 @@ def test_robots_always_have_an_option_in_the_main_body(name):
         assert np.isfinite(options.features).all()
         assert np.abs(options.places).max(initial=0) <= 1
         assert np.abs(options.features).max(initial=0) <= 10
-        at_work = [sim.world.people_at_or_above(r.floor) > 0 for r in sim.world.robots]
+        at_work = [sim.world.anybody_at_or_above(r.floor) for r in sim.world.robots]
         assert not away[np.logical_not(at_work)].any()
 
 
@@ -171,7 +171,7 @@ def test_who_is_under_way_may_keep_on_where_it_may_help_somebody(name):
         leads = feature(options, "mine")[:, 0] > 0
         for k, robot in enumerate(sim.world.robots):
             keeps = options.action_mask[k, RobotOption.KEEP]
-            at_work = sim.world.people_at_or_above(robot.floor) > 0
+            at_work = sim.world.anybody_at_or_above(robot.floor)
             if not (robot.way and at_work):
                 assert not keeps
                 continue

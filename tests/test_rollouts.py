@@ -8,6 +8,7 @@ from lives import settings
 
 from reference.building import building_of, load, plan_of
 from reference.game.environment import FIRE, Environment, fire_decision
+from reference.game.observations import robots_at_work
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.players import Player
 from reference.learning.rollouts import Episode, Job, play
@@ -71,13 +72,15 @@ def test_a_trajectory_is_what_the_environment_says_to_its_actions(
     paid, seen, cut = replayed(episode, environment)
     *team, fire = environment.possible_agents
     assert cut == team[:robots_go_on] + [fire] * (robots_go_on > 0)
+    at_work = robots_at_work(environment.simulation.world)  # when time was up
     for side, agents in {"robots": team, "fire": [fire]}.items():
         t = getattr(episode, side)
         assert t.rewards == pytest.approx(paid[side]) and any(paid[side])
         assert np.array_equal(t.vectors[-1], [seen[a]["vector"] for a in agents])
         assert np.array_equal(t.grids[-1], seen[fire]["grid"])
         assert np.array_equal(t.shown, t.actions[..., :2])  # raw, for the critic
-    assert episode.robots.alive[-1].tolist() == [agent in cut for agent in team]
+    goes_on = [agent in cut and at_work[k] for k, agent in enumerate(team)]
+    assert episode.robots.alive[-1].tolist() == goes_on
     assert episode.fire.alive[-1].tolist() == [fire_goes_on]
 
 

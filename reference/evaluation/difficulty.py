@@ -22,7 +22,7 @@ from reference.simulation import Simulation
 from reference.world import World
 
 HARDEST = ALPHA * sqrt(K * BETA)
-"""[F10, chosen] 3853: no way out was ever open, so E = 1 whatever the reward."""
+"""[F10, chosen] 3853: no way out was ever open; that alone is worth E = 1."""
 
 MOMENTS = round(HEALTH_SECONDS / FLAME_SECONDS)
 """[F11, chosen] ways are compared whenever flames move on, from 0 to

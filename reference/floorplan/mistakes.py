@@ -49,7 +49,11 @@ class FloorPlanError(InputError):
             least = "at least " if len(mistakes) == MOST else ""
             page.append(f"… and {least}{len(mistakes) - SHOWN} more")
         super().__init__("\n".join(page))
-        self.mistakes = mistakes
+        self.path, self.mistakes = path, mistakes
+
+    def __reduce__(self) -> tuple[type, tuple[str, Sequence[Mistake]]]:
+        """Travel between processes, where exceptions are made anew from arguments."""
+        return FloorPlanError, (self.path, self.mistakes)
 
 
 def clip(text: str) -> str:

@@ -18,11 +18,11 @@ import numpy as np
 
 from reference.building import Building
 from reference.events import Event
-from reference.fire import Decision, fire_acts
+from reference.fire import Decision
 from reference.game import observations
 from reference.game.rewards import fire_reward, group_reward
 from reference.paper import Scenario
-from reference.robots import Destination
+from reference.robots import Destination, Destinations
 from reference.simulation import Simulation
 from reference.strategies import FireStrategy, RobotStrategy
 from reference.world import Robot, World
@@ -82,7 +82,7 @@ class AgentRobots:
 
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
-    ) -> list[Destination | None]:
+    ) -> Destinations:
         """The destinations chosen last."""
         return [self.chosen.get(robot.body) for robot in robots]
 
@@ -257,9 +257,7 @@ class Environment:
 
     def _infos(self, agents: list[str]) -> dict[str, dict[str, float]]:
         """Tell whose next action is read: the fire's at its turn, with sources left."""
-        lit = len(self.simulation.world.flames.sources)
-        acts = self._at_work()
-        acts[FIRE] = lit < self.scenario.sources and fire_acts(self.decision)
+        acts = self._at_work() | {FIRE: self.simulation.fire_turn}
         done = self.simulation.done
         return {agent: {"acts": float(acts[agent] and not done)} for agent in agents}
 

@@ -214,7 +214,7 @@ def _robot_points(world: World) -> np.ndarray:
 
 def robots_at_work(world: World) -> np.ndarray:
     """(R,) bool: is anybody inside on the robot's floor or above it? [C8]"""
-    here = [world.people_at_or_above(robot.floor) > 0 for robot in world.robots]
+    here = [world.anybody_at_or_above(robot.floor) for robot in world.robots]
     return np.array(here, dtype=bool)
 
 
@@ -234,7 +234,8 @@ def _nearest_first(world: World, humans: np.ndarray) -> np.ndarray:
 def headed(world: World) -> np.ndarray:
     """(R, 2) float32 normalised: where robots under way go to, nan for the others.
 
-    Their own last decision, clipped to the main body: repeating it keeps it.
+    The actual target of their last decision (Eq. 1), clipped to the main body: deciding
+    it again changes nothing.
     """
     spots = [r.destination if r.way else (np.nan, np.nan) for r in world.robots]
     metres = np.array(spots, dtype=np.float64).reshape(-1, 2)

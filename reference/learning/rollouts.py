@@ -18,7 +18,7 @@ from reference.game.environment import (
     until_next_decision,
 )
 from reference.game.moments import Moment
-from reference.game.observations import headed
+from reference.game.observations import headed, robots_at_work
 from reference.game.rewards import fire_reward, shaping
 from reference.learning.experience import GroupDecision, Trajectory, trajectory_of
 from reference.learning.players import Player, Recorded
@@ -192,12 +192,12 @@ class _Run:
                 sides[side] = trajectory_of(decisions, self.rewards[side], last)
         return Episode(seed=self.seed, facts=_facts(self.environment), **sides)
 
-    def _cut_off(self, side: Side) -> bool:
-        """Has time ended the episode while there was something left to decide?"""
-        environment = self.environment
-        lit = len(environment.simulation.world.flames.sources)
-        left = side == "robots" or lit < environment.scenario.sources
-        return self.truncated and left
+    def _cut_off(self, side: Side) -> np.ndarray | bool:
+        """(G,) bool, or one for all: has time left them with something to decide?"""
+        world, scenario = self.environment.simulation.world, self.environment.scenario
+        if side == "robots":
+            return self.truncated & robots_at_work(world)
+        return self.truncated and len(world.flames.sources) < scenario.sources
 
     def _grid(self, seen: dict[str, dict[str, np.ndarray]]) -> np.ndarray:
         """Return the grid, the same for every agent; the last one if none observes."""

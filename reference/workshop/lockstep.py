@@ -77,7 +77,7 @@ class Lockstep(Simulation):
         """Run one tick of all that are not done; each keeps its own events."""
         going = [run for run in self.runs if not run.done]
         for run in going:
-            if run._fire_turn and isinstance(run.fire_strategy, Watcher):
+            if run.fire_turn and isinstance(run.fire_strategy, Watcher):
                 run.fire_strategy.watch(run.copy())
         # SENSE
         bodies = self.world.bodies
@@ -136,7 +136,8 @@ class Lockstep(Simulation):
         nav, bodies, time = self.navigation, self.world.bodies, self.world.time
         world, floor, own = who // self.n, bodies.floor[who], bodies.place[who]
         inside, full = self._marks[own], self._full_until > time + 1e-9
-        fearless = self._burning[world, own] | (bodies.reckless[who] > time - 1e-9)
+        reckless = bodies.reckless_until[who] > time - 1e-9
+        fearless = self._burning[world, own] | reckless
 
         def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
             place, k = nav.places_at(floor[which], position), world[which]

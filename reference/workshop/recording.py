@@ -70,8 +70,7 @@ def _frames(simulation: Simulation) -> Iterator[np.ndarray]:
         before, walked = position, np.flatnonzero(bodies.walking)
         simulation.step()
         position = bodies.position.copy()
-        if len(walked):
-            position[walked] = simulation.walked_to  # before stairs took anybody in
+        position[walked] = simulation.walked_to  # before stairs took anybody in
         step = position - before
         far = np.hypot(*step.T)[:, None]
         heading = np.where(far > 0, step / np.maximum(far, 1e-9), heading)

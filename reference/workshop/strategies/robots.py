@@ -209,7 +209,7 @@ def station(world: World, robot: Robot) -> Destination | None:
         return None
     coming = world.bodies.stairwell[world.bodies.inside]
     counts = [int((coming == k).sum()) for k in wells]
-    k = int(np.argmax(counts)) if any(counts) else robot.team % len(wells)
+    k = int(np.argmax(counts)) if any(counts) else robot.number % len(wells)
     return before_stairwell(world.building, robot.floor, wells[k])
 
 
@@ -283,7 +283,7 @@ def _round(building: Building, robot: Robot) -> list[Destination]:
     """List room, nearest way out, next room, ...; mates start at different rooms."""
     ways = [building.landmarks[m].position for m in building.ways_out(robot.floor)]
     rooms = [room.centre for room in building.rooms(robot.floor)]
-    shift = robot.team * len(rooms) // 2
+    shift = robot.number * len(rooms) // 2
     stops = []
     for room in rooms[shift:] + rooms[:shift]:
         near = min(ways, key=lambda way: float(np.hypot(*np.subtract(way, room))))

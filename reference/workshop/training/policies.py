@@ -20,7 +20,7 @@ from reference.learning.networks import one_thread
 from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
-from reference.robots import Destination
+from reference.robots import Destinations
 from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.checkpoints import (
     Checkpoint,
@@ -129,7 +129,7 @@ class LearnedRobots(LearnedPolicy):
 
     def decide(
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
-    ) -> list[Destination | None]:
+    ) -> Destinations:
         """Choose the next destination of each of these robots, metres."""
         self._check_fits(world)
         emitted = self._emitted(robot_vectors(world, self.scenario), world, rng)
