@@ -87,7 +87,7 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
-__version__ = "0.9.5"
+__version__ = "0.9.6"
 
 GAME = 4
 """Increases when rules or numbers of the game change: policies learned in another game
