@@ -3,8 +3,8 @@
 The way ML-Agents arranges them: one row per agent and decision; for every row the image
 and every mate are encoded anew; absent mates are rows of nan, masked with −1e6 in the
 attention; heads are mixed first and then go through one output layer. Nothing of
-`reference.learning.networks` is called: weights are read by name (`NAMES` says what
-ML-Agents calls them), so gradients arrive in the same parameters.
+`reference.learning.networks` is called: weights are read by name, so gradients arrive
+in the same parameters.
 
     p  parameters by name;  B, G, V, H  as in `networks`
 """
@@ -17,36 +17,6 @@ from torch.nn import functional
 
 HEADS = 4
 MASK = -1e6
-
-_ENCODER = "network_body.observation_encoder.processors."
-NAMES = {  # ours: ML-Agents' (vectors are its observation 0, the grid is 1)
-    "encoder.normaliser.count": _ENCODER + "0.normalizer.normalization_steps",
-    "encoder.normaliser.mean": _ENCODER + "0.normalizer.running_mean",
-    "encoder.normaliser.squares": _ENCODER + "0.normalizer.running_variance",
-    "encoder.grid.conv1": _ENCODER + "1.conv_layers.0",
-    "encoder.grid.conv2": _ENCODER + "1.conv_layers.2",
-    "encoder.grid.dense": _ENCODER + "1.dense.0",
-    "layers": "network_body._body_endoder.seq_layers",
-    "gaussian.mean": "action_model._continuous_distribution.mu",
-    "gaussian.log_sigma": "action_model._continuous_distribution.log_sigma",
-    "gaussian.branches": "action_model._discrete_distribution.branches",
-    "g": "network_body.obs_encoder.self_ent_encoder.seq_layers",
-    "f": "network_body.obs_action_encoder.self_ent_encoder.seq_layers",
-    "attention.query": "network_body.self_attn.fc_q",
-    "attention.key": "network_body.self_attn.fc_k",
-    "attention.to_value": "network_body.self_attn.fc_v",
-    "attention.out": "network_body.self_attn.fc_out",
-    "trunk": "network_body.linear_encoder.seq_layers",
-    "most": "network_body._current_max_agents",
-    "value": "value_heads.value_heads.extrinsic",
-}
-
-
-def theirs(name: str) -> str:
-    """What ML-Agents calls a tensor of ours; its log sigma is one row, (1, C)."""
-    name = name.removeprefix("body.")
-    start = next(s for s in NAMES if name == s or name.startswith(f"{s}."))
-    return NAMES[start] + name.removeprefix(start)
 
 
 def parameters(module: torch.nn.Module) -> dict[str, Tensor]:

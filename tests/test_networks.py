@@ -177,17 +177,6 @@ def check_begins(network, begins):
             assert not p.any(), name
 
 
-@pytest.mark.paper("E3")
-def test_every_tensor_has_its_place_in_the_original_s_networks():
-    """So that ML-Agents' weights can be read in, and no two of ours share a place."""
-    for kind in (Actor, Critic, GroupCritic):
-        names = list(kind(MIXED, lives.settings()).state_dict())
-        assert len({oracle.theirs(name) for name in names}) == len(names)
-    assert oracle.theirs("body.encoder.grid.conv1.weight") == (
-        "network_body.observation_encoder.processors.1.conv_layers.0.weight"
-    )
-
-
 # -- Policies -----------------------------------------------------------------------
 
 
