@@ -39,6 +39,8 @@ E.......#
 
 
 @pytest.mark.paper("F4", "Eq. 6")
+@pytest.mark.paper("F5")
+@pytest.mark.paper("B8")
 def test_the_worst_reward_is_everybodys_death():
     """-12000 for forty, and Critical Point 1 lies there."""
     assert worst_reward() == -12000 == WORST_POINT[0]
