@@ -77,11 +77,11 @@ def test_the_best_case_from_the_third_floor_is_critical_point_2():
 
 
 @pytest.mark.paper("F8")
-@pytest.mark.parametrize("seed", range(3))
-def test_the_outcomes_reward_is_the_sum_over_its_people(seed):
+def test_the_outcomes_reward_is_the_sum_over_its_people():
     """Person by person, from the events of a whole run."""
-    sim = Simulation(shipped("paper"), seed=seed, fire=RandomFire(), robots=Sweep())
+    sim = Simulation(shipped("tiny"), seed=2, fire=RandomFire(), robots=Sweep())
     outcome = sim.run()
+    assert outcome.evacuated and outcome.died
     by_hand = sum(e.health for e in sim.events if isinstance(e, LeftFloor))
     by_hand += FIXED_REWARD * outcome.evacuated - FIXED_PENALTY * outcome.died
     assert outcome.reward == pytest.approx(by_hand)
@@ -97,10 +97,3 @@ def test_shaping_changes_every_discounted_return_by_the_same():
             for k, (before, after) in enumerate(pairwise(inside))
         ]
         assert sum(paid) == pytest.approx(40 * gamma ** (HEALTH_SECONDS / seconds))
-
-
-def test_nobody_lives_longer_than_health_lasts():
-    """The potential is that of a death which is certain."""
-    run = Simulation(shipped("paper"), seed=1)
-    run.run()
-    assert run.world.time <= HEALTH_SECONDS + 1e-6
