@@ -1,12 +1,11 @@
 """Trajectories are cut into segments, fill a buffer, and come out as minibatches."""
 
-import lives
 import numpy as np
 import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
-from lives import SIZES, life, settings, through_a_file
+from lives import life
 
 from reference.learning.experience import (
     Buffer,
@@ -15,8 +14,6 @@ from reference.learning.experience import (
     minibatches,
     segments,
 )
-from reference.learning.ppo import Learner
-from reference.workshop.training.states import restore, state_of
 
 
 def alive(*lives_, T):
@@ -56,16 +53,6 @@ def test_segments_hold_every_decision_of_every_agent_once(lengths, horizon):
 
 
 @pytest.mark.paper("E3")
-def test_the_buffer_is_full_when_it_holds_more_than_its_size():
-    """Four of four are not enough; steps are counted, not group decisions."""
-    buffer = Buffer(4)
-    buffer.add(decisions_of(life("###", "#..")))
-    assert (len(buffer), buffer.full) == (4, False)
-    buffer.add(decisions_of(life("#")))
-    assert (len(buffer), buffer.full) == (5, True)
-
-
-@pytest.mark.paper("E3")
 def test_all_of_the_buffer_comes_out_at_once_and_in_order():
     """And it is empty then."""
     buffer, lives_ = Buffer(4), [life("##"), life("###", seed=1)]
@@ -75,22 +62,6 @@ def test_all_of_the_buffer_comes_out_at_once_and_in_order():
     expected = np.concatenate([t.vectors[:-1] for t in lives_])
     assert np.array_equal(everything.vectors.numpy(), expected)
     assert len(buffer) == 0 and not buffer.full
-
-
-@pytest.mark.paper("E3")
-def test_a_buffer_comes_back_from_a_checkpoint_as_it_was():
-    """Tensor by tensor, though its grids are packed to an eighth."""
-    one, two = Learner(settings("ppo"), SIZES, 0), Learner(settings("ppo"), SIZES, 1)
-    for t in (life("##", "#."), life("##>", "##>", seed=1)):
-        one.buffer.add(decisions_of(t))
-    state = through_a_file(state_of(one))
-    restore(two, state)
-    before = dict(one.buffer.emptied().columns())
-    after = dict(two.buffer.emptied().columns())
-    assert before.keys() == after.keys()
-    assert all(torch.equal(x, after[name]) for name, x in before.items())
-    bits = state["buffer"][0]["grids"]["bits"]
-    assert bits.numel() == before["grids"][:2].numel() / 8
 
 
 # -- Minibatches --------------------------------------------------------------------
@@ -173,13 +144,3 @@ def test_a_pointer_s_options_travel_with_the_decisions():
     assert both.options is not None
     assert np.array_equal(both.options.features.numpy(), features[[1, 0]])
     assert both.options.action_mask.shape == (2, 1, 4)
-
-
-def test_what_is_drawn_is_what_the_tests_mean():
-    """`life` itself: who decides when, and who is cut off."""
-    t = life("##>", "#..")
-    assert t.alive.T.tolist() == [[True, True, True], [True, False, False]]
-    assert lives.shown(np.array([[0.5, 2.0]]), MIXED_ONE).tolist() == [[0.5, 0, 0, 1]]
-
-
-MIXED_ONE = lives.Sizes(vector=1, grid=(1, 20, 20), continuous=1, branches=(3,))

@@ -237,9 +237,9 @@ def test_an_update_goes_num_epoch_times_through_whole_minibatches():
 
 @pytest.mark.paper("E3")
 def test_a_buffer_is_full_with_more_than_buffer_size_steps():
-    """Eight do not fill it, nine do; both count for the schedules."""
+    """Eight of two agents do not fill it, nine do; both count for the schedules."""
     learner = made(buffer_size=8)
-    learner.add([life("#" * 8, sizes=MIXED)])
+    learner.add([life("#####", "###..", sizes=MIXED)])
     assert (learner.steps, learner.buffer.full) == (8, False)
     learner.add([life("#", sizes=MIXED)])
     assert (learner.steps, learner.buffer.full) == (9, True)
@@ -382,14 +382,20 @@ def test_the_same_seed_begins_with_the_same_networks():
 @pytest.mark.paper("E3")
 @pytest.mark.parametrize("trainer_type", ["ppo", "poca"])
 def test_going_on_from_a_saved_state_is_going_on(trainer_type):
-    """Bit for bit: with a half-full buffer, momentum, normalisers and shuffles."""
+    """Bit for bit: with a half-full buffer, momentum, normalisers and shuffles.
+
+    Grids are packed to an eighth on the way.
+    """
     kind = {"ppo": ppo, "poca": poca}[trainer_type].Learner
     table = settings(trainer_type, learning_rate=0.01, num_epoch=2, max_steps=100)
     one, two = kind(table, MIXED, 0), kind(table, MIXED, 99)
     one.add([life("######", "####..", sizes=MIXED)])
     one.update()
     one.add([life("###>", "###>", sizes=MIXED, seed=1)])
-    restore(two, through_a_file(state_of(one)))
+    saved = through_a_file(state_of(one))
+    restore(two, saved)
+    bits = saved["buffer"][0]["grids"]["bits"]
+    assert bits.numel() == one.buffer.parts[0].grids.numel() / 8
     for learner in (one, two):
         learner.add([life("#####", "##...", sizes=MIXED, seed=2)])
     assert one.update() == two.update()

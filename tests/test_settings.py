@@ -239,4 +239,3 @@ def test_settings_cannot_be_changed_in_place():
     """What a run began with is what it ends with."""
     with pytest.raises(AttributeError):
         preset("tiny").robots.gamma = 0.5
-    assert isinstance(preset("tiny"), Settings)
