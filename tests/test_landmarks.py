@@ -1,6 +1,7 @@
 """Landmarks: what a pointer head chooses among, where it leads, if it is enough."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -85,6 +86,12 @@ def moments(name, every=10.0, robots="sweep", seed=3, **scenario):
     yield sim
 
 
+@cache
+def evacuation(name):
+    """One such evacuation, kept: copies of the simulation and all robots' options."""
+    return [(sim.copy(), robots_of(sim)) for sim in moments(name)]
+
+
 def feature(options, name):
     """(G, K) one of the robots' features."""
     return options.features[..., ROBOT_FEATURES.index(name)]
@@ -149,8 +156,7 @@ def survival(robots, fire, seeds, scenario):
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_robots_always_have_an_option_in_the_main_body(name):
     """At every decision, with finite features; whoever has left may only stay."""
-    for sim in moments(name):
-        options = robots_of(sim)
+    for sim, options in evacuation(name):
         away = np.delete(options.action_mask, RobotOption.STAY, axis=1).any(axis=1)
         assert (options.action_mask[:, RobotOption.STAY] == ~away).all()
         assert np.isfinite(options.features).all()
@@ -166,8 +172,7 @@ def test_robots_always_have_an_option_in_the_main_body(name):
 def test_who_is_under_way_may_keep_on_where_it_may_help_somebody(name):
     """To the same place before stairs, or out, with people; or after those it seeks."""
     kept, given_up = 0, 0
-    for sim in moments(name):
-        options = robots_of(sim)
+    for sim, options in evacuation(name):
         leads = feature(options, "mine")[:, 0] > 0
         for k, robot in enumerate(sim.world.robots):
             keeps = options.action_mask[k, RobotOption.KEEP]
@@ -209,8 +214,7 @@ def lost_within(sim, robot, metres):
 def test_where_a_robot_is_already_is_no_option(name):
     """Nothing but to keep the destination leads less than THERE metres away."""
     there = 0
-    for sim in moments(name):
-        options = robots_of(sim)
+    for _, options in evacuation(name):
         way = 20 * feature(options, "way")
         at_work = options.action_mask.sum(axis=1) > 1
         here = (way < THERE)[at_work][:, OWN:]
@@ -287,8 +291,7 @@ def test_every_way_out_of_a_floor_is_listed(name):
 def test_who_leads_nobody_is_offered_no_way_out(name):
     """Who leads somebody, as far as it knows, is: but for one where it is already."""
     offered = 0
-    for sim in moments(name):
-        options = robots_of(sim)
+    for _, options in evacuation(name):
         out = [of_kind(options, k) for k in (RobotOption.STAIRWELL, RobotOption.EXIT)]
         out = out[0] | out[1]
         alone = feature(options, "mine")[:, :1] == 0
