@@ -39,6 +39,7 @@ from reference.simulation import Simulation
 from reference.world import Fate
 
 MATCHES = [("none", "none"), ("sweep", "random"), ("patrol", "greedy")]
+SEEDS = [*range(5), *(pytest.param(k, marks=pytest.mark.slow) for k in range(5, 20))]
 
 
 def run(name="tiny", people=20, robots="sweep", fire="random", seed=0, **scenario):
@@ -118,16 +119,16 @@ def everybody_has_one_end(sim):
 
 
 @pytest.mark.parametrize(("robots", "fire"), MATCHES)
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", SEEDS)
 def test_nobody_is_ever_in_a_wall_lost_or_counted_twice(robots, fire, seed):
-    """Twenty seeds on two small floors, from the first tick to the last."""
+    """Five seeds, or twenty, on two small floors, from the first tick to the last."""
     sim = run(robots=robots, fire=fire, seed=seed)
     audit(sim)
     everybody_has_one_end(sim)
 
 
 @pytest.mark.parametrize(("robots", "fire"), MATCHES)
-def test_nor_on_the_papers_floors(robots, fire):
+def test_nobody_is_in_a_wall_or_lost_on_the_papers_floors(robots, fire):
     """Forty people, three floors, both stairwells."""
     sim = run("paper", PEOPLE, robots, fire, seed=7)
     audit(sim)
@@ -135,7 +136,7 @@ def test_nor_on_the_papers_floors(robots, fire):
 
 
 @pytest.mark.slow
-def test_nor_in_a_crowd_of_a_thousand():
+def test_nobody_is_in_a_wall_or_lost_in_a_crowd_of_a_thousand():
     """The first twenty seconds, when all are inside."""
     sim = run("paper", 1000, seed=1, time_limit=20)
     audit(sim)
@@ -153,7 +154,9 @@ def test_nor_in_a_crowd_of_a_thousand():
 )
 @settings(max_examples=15)
 @pytest.mark.slow
-def test_nor_in_any_scenario(people, robots, sources, frames, doors, training, seed):
+def test_nobody_is_in_a_wall_or_lost_in_any_scenario(
+    people, robots, sources, frames, doors, training, seed
+):
     """Zero people, zero robots, long ticks and short ones."""
     sim = run(
         people=people,
@@ -361,7 +364,7 @@ def test_health_falls_with_every_frame():
 
 
 @pytest.mark.paper("B7")
-@pytest.mark.parametrize("frames", [1, 2, 5, 8, 10, 20, 25])
+@pytest.mark.parametrize("frames", [5, 10, 25])
 def test_health_lasts_as_long_whatever_the_tick(frames):
     """Sums of many small losses round up or down; neither counts."""
     board = "############\n#p.........E\n############"

@@ -272,7 +272,7 @@ def test_a_training_with_past_fires_goes_on_as_if_never_interrupted(
         Training.resumed(broken)
 
 
-def test_who_has_not_played_has_nothing_to_tell():
+def test_a_fire_reports_only_episodes_it_played():
     """The fire learns from its own episodes and reports them; robots from all."""
     often = {"summary_freq": 1}
     training = begun(tiny(random_fires=0.5, robots=often, fire=often))

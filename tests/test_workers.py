@@ -27,7 +27,7 @@ def test_results_come_in_the_order_of_the_jobs():
     assert found == [3, 5, 9]
 
 
-def test_or_they_come_as_they_are_done():
+def test_results_can_come_as_they_are_done():
     """Each with the number of its job, so that it can be kept at once."""
     with ThreadPoolExecutor(2) as executor:
         found = as_done(executor, time.sleep, [0.5, 0.0], never)

@@ -207,8 +207,8 @@ def test_its_cost_is_linear_in_the_number_of_decisions(monkeypatch):
 
 
 @pytest.mark.paper("A6")
-def test_beside_means_not_in_a_door():
-    """Placements are never on what leads out."""
+def test_placements_are_never_in_doors_or_entrances():
+    """Beside what leads out means on the floor."""
     sim = against("none", "paper", PEOPLE)
     nav, kind = navigation_of(sim.building), sim.building.kind.ravel()
     choice = placements(sim.world, sim.scenario)
