@@ -2,17 +2,13 @@
 
 import csv
 import json
-import os
 import shutil
-import subprocess
-import sys
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from clauses import ROOT
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from trainings import begun, room_for, tiny, trained
@@ -148,23 +144,6 @@ def test_the_fire_that_looks_ahead_takes_part_by_its_name():
 def test_nothing_is_written_without_a_folder(small):
     """An evaluation in a notebook leaves no trace."""
     assert list(Path().iterdir()) == []
-
-
-def test_torch_is_not_loaded_where_nobody_learned():
-    """Processes that evaluate scripts and the look-ahead start at once."""
-    program = (
-        "import sys\n"
-        "from reference.workshop.evaluation.crossplay import Asked, begin, evaluate\n"
-        "from reference.workshop.workers import InProcess\n"
-        "asked = Asked(('none',), ('worst-case',), 'tiny', people=1, episodes=1)\n"
-        "evaluate(begin(asked), None, InProcess())\n"
-        "print('torch' in sys.modules)\n"
-    )
-    surroundings = os.environ | {"PYTHONPATH": str(ROOT)}
-    done = subprocess.check_output(
-        [sys.executable, "-c", program], env=surroundings, text=True
-    )
-    assert done == "False\n"
 
 
 # -- What is kept -------------------------------------------------------------------

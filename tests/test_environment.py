@@ -1,7 +1,5 @@
 """The environment: who acts when, what it pays, how it ends."""
 
-import subprocess
-import sys
 from itertools import pairwise
 
 import numpy as np
@@ -104,14 +102,6 @@ def test_refuses_what_the_simulation_refuses_at_once():
     building = shipped("tiny")
     with pytest.raises(ValueError, match="people do not fit"):
         Environment(building, Scenario(people=5000))
-
-
-def test_neither_pettingzoo_nor_torch_is_needed():
-    """Whoever only plays does not wait for them."""
-    code = "import sys, reference.game.environment; print(*sys.modules)"
-    loaded = subprocess.check_output([sys.executable, "-c", code], text=True).split()
-    assert "reference.game.environment" in loaded
-    assert not {"pettingzoo", "gymnasium", "torch", "matplotlib"} & set(loaded)
 
 
 # -- Observations and infos ---------------------------------------------------------

@@ -1,6 +1,7 @@
 """The house itself: who imports whom, what is installed, what the README promises."""
 
 import ast
+import os
 import re
 import shutil
 import subprocess
@@ -102,15 +103,34 @@ def test_torch_is_imported_only_where_there_are_networks():
     assert all(entry.startswith(allowed) for entry in importers("torch"))
 
 
-def test_torch_is_loaded_by_nothing_that_does_not_learn():
-    """Not even behind the back, through something else."""
+MATCH = "--robots none --fire worst-case --episodes 1 --workers 0"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "evacuate --building tiny --people 1",
+        f"evaluate --building tiny --people 1 {MATCH}",
+        "train --help",
+    ],
+)
+def test_torch_is_loaded_by_nothing_that_does_not_learn(command, tmp_path):
+    """Not even behind the back, through something else; nor by the environment."""
     code = (
-        "import sys, reference.__main__, reference.workshop.evaluation.crossplay\n"
-        "print(*sys.modules)"
+        "import sys, reference.game.environment; from reference.__main__ import main\n"
+        "try: status = main(sys.argv[1:])\n"
+        "except SystemExit as end: status = end.code\n"
+        "print(f'status {status}', *sys.modules)"
     )
-    loaded = subprocess.check_output([sys.executable, "-c", code], text=True).split()
-    assert "reference.simulation" in loaded
-    assert not {"torch", "matplotlib"} & set(loaded)
+    done = subprocess.check_output(
+        [sys.executable, "-c", code, *command.split()],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        cwd=tmp_path,
+        text=True,
+    )
+    loaded = done.splitlines()[-1].removeprefix("status 0 ").split()
+    assert loaded[0] == "sys"
+    assert not {"torch", "matplotlib", "pettingzoo", "gymnasium"} & set(loaded)
 
 
 def test_nothing_is_imported_that_is_not_declared():

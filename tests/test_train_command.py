@@ -421,20 +421,3 @@ def test_refuses_a_checkpoint_where_it_does_not_belong(
     words = [run if word == "RUN" else word for word in options]
     assert status("evacuate", *words) == code
     assert hint in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("command", ["evacuate --building tiny", "train --help"])
-def test_torch_is_not_loaded_by_commands_that_do_not_learn(command):
-    """They start at once."""
-    code = (
-        "import sys; from reference.__main__ import main\n"
-        "try: main(sys.argv[1:])\n"
-        "except SystemExit: pass\n"
-        "print('torch' in sys.modules)"
-    )
-    done = subprocess.check_output(
-        [sys.executable, "-c", code, *command.split()],
-        env=os.environ | {"PYTHONPATH": str(ROOT)},
-        text=True,
-    )
-    assert done.splitlines()[-1] == "False"
