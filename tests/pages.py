@@ -18,6 +18,11 @@ def words(figure):
     return [text for text in shown if text.get_text().strip()]
 
 
+def writing(figure):
+    """What these texts say, in the order in which they are found."""
+    return [text.get_text() for text in words(figure)]
+
+
 def overlaps(figure):
     """Pairs of texts that lie on each other, and texts that leave the page."""
     figure.draw_without_rendering()

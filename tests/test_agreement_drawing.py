@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pages import overlaps, words
+from pages import overlaps, writing
 
 from reference.evaluation.difficulty import HARDEST
 from reference.workshop.drawing import agreement as drawing
@@ -37,7 +37,7 @@ def test_the_picture_tells_both_coefficients():
     """And how many fires it shows."""
     measured = fires()
     figure = drawing.figure(measured)
-    assert any("60 fires" in text.get_text() for text in words(figure))
+    assert any("60 fires" in text for text in writing(figure))
     told = figure.axes[0].get_title("left")
     for name in ("spearman", "pearson", "within"):
         assert f"{getattr(measured, name):.2f}" in told

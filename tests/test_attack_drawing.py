@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
-from pages import overlaps, words
+from pages import overlaps, writing
 
 from reference.paper import Scenario
 from reference.workshop.drawing import attack
@@ -63,6 +63,6 @@ def test_nothing_overlaps_and_nothing_is_clipped(fires, count):
 
 def test_the_caption_says_what_stands_behind_it():
     """How many moments, futures, and which robots."""
-    text = [t.get_text() for t in words(attack.figure(results()))]
+    text = writing(attack.figure(results()))
     (caption,) = [t for t in text if t.startswith("robots: sweep")]
     assert "12 moments" in caption and "4 fresh futures" in caption

@@ -18,7 +18,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.path import Path as Outline
-from matplotlib.text import Text
+from pages import writing
 from PIL import Image, ImageSequence
 
 from reference.building import Building, Kind, load
@@ -111,17 +111,6 @@ def colour_at(axes, x, y):
     return image[len(image) - 1 - int(up), int(across)]
 
 
-def texts(figure):
-    """All that is written on a page."""
-    found = figure.findobj(lambda artist: isinstance(artist, Text))
-    return [text for text in found if text.get_text().strip() and text.get_visible()]
-
-
-def words(figure):
-    """The words of all texts on a page."""
-    return {text.get_text() for text in texts(figure)}
-
-
 # -- Buildings ----------------------------------------------------------------------
 
 
@@ -206,7 +195,7 @@ def test_every_name_lies_inside_its_room(institute):
 def test_the_drawn_graph_has_all_nodes_and_its_edges_never_cross_a_wall(institute):
     """An edge goes round the corners of its room and through its door."""
     figure = drawn("graph", "paper")
-    assert {area.name for area in institute.areas} <= words(figure)
+    assert {area.name for area in institute.areas} <= set(writing(figure))
     edges = 0
     for floor, axes in enumerate(figure.axes):
         for line in axes.lines:
@@ -290,7 +279,7 @@ def test_the_walkable_picture_says_how_much_one_may_walk_on(tiny):
     """The number is the building's own."""
     area = int((tiny.kind >= Kind.FLOOR).sum())
     title = f"Tiny office: where one may walk, {area} m²"
-    assert title in words(drawn("walkable", "tiny"))
+    assert title in writing(drawn("walkable", "tiny"))
 
 
 @pytest.mark.paper("A8", "Fig. 3")
@@ -428,7 +417,7 @@ def test_an_empty_house_can_be_drawn(tiny):
     """No people, no robots, no fire."""
     scenario = Scenario(people=0, robots_per_floor=0)
     world = Simulation(tiny, scenario, NoRobots(), NoFire()).world
-    assert "0 inside, 0 out, 0 dead" in " ".join(words(drawing.frame(world)))
+    assert "0 inside, 0 out, 0 dead" in " ".join(writing(drawing.frame(world)))
 
 
 @pytest.mark.paper("A8")

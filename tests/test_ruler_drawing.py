@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from pages import overlaps, words
+from pages import overlaps, writing
 
 from reference.evaluation.score import PAPER, RulerError, base_and_control
 from reference.paper import BETA
@@ -30,11 +30,6 @@ def readings(count, seed=0):
 def single(robots, reward, difficulty, fire="none"):
     """A reading of one run, whose intervals have no width."""
     return Reading(robots, fire, Interval(*[reward] * 3), Interval(*[difficulty] * 3))
-
-
-def texts(figure):
-    """All that is written on a page."""
-    return [text.get_text() for text in words(figure)]
 
 
 def dots(axes):
@@ -64,7 +59,7 @@ def test_the_tangents_have_the_slopes_that_the_text_names(papers):
     drawn = [line.get_xydata() for line in papers.axes[0].lines[-3:]]
     slopes = [(y[1] - y[0]) / (x[1] - x[0]) for x, y in (line.T for line in drawn)]
     assert slopes == pytest.approx([3.54e-5, 0.354, 0.505], rel=2e-3)
-    written = "\n".join(texts(papers))
+    written = "\n".join(writing(papers))
     for ours, papers in (("0.0000354", "0.00004"), ("0.354", "0.4"), ("0.505", "0.5")):
         assert f"slope {ours} (paper: {papers})" in written
 
@@ -100,7 +95,7 @@ def test_every_reading_is_a_point_with_its_intervals_and_its_score():
     across, up = (bar.get_segments()[0].tolist() for bar in bars.lines[2])
     assert across == [[8800, 2000], [9100, 2000]]
     assert up == [[9000, 1900], [9000, 2150]]
-    assert f"sweep, fire random  {PAPER.score(9000, 2000):.2f}" in texts(figure)
+    assert f"sweep, fire random  {PAPER.score(9000, 2000):.2f}" in writing(figure)
 
 
 def test_the_legend_has_a_column_for_each_team_of_robots():
@@ -150,7 +145,7 @@ def test_who_lies_off_the_ruler_is_named_and_not_drawn():
     pairs = [single("sweep", 9e4, 0), single("sweep", 9000, 2000, "random")]
     figure = drawing.contours(PAPER, pairs)
     assert dots(figure.axes[0]).tolist() == [[9000, 2000]]
-    assert any("Off this ruler: sweep, fire none" in text for text in texts(figure))
+    assert any("Off this ruler: sweep, fire none" in text for text in writing(figure))
 
 
 @pytest.mark.parametrize("beta", [0.5, 1e6])

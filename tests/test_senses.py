@@ -1,13 +1,11 @@
 """What an agent sees, as a picture: the arrays, and every number explained."""
 
-from itertools import combinations
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matplotlib.text import Text
 from matplotlib.transforms import Affine2D, Bbox
+from pages import overlaps
 
 from reference.building import load
 from reference.game import observations
@@ -68,12 +66,6 @@ def images(figure):
         for title, axes in named.items()
         if title[:1].isdigit()
     }
-
-
-def words(figure):
-    """All that is written on a page."""
-    found = figure.findobj(lambda artist: isinstance(artist, Text))
-    return [text for text in found if text.get_text().strip() and text.get_visible()]
 
 
 # -- The grid -----------------------------------------------------------------------
@@ -221,22 +213,10 @@ def test_all_can_be_read_in_the_papers_building(robot_page, fire_page):
 
 def assert_readable(figure):
     """No words on others, and all of them on the page."""
-    figure.draw_without_rendering()
-    boxes = [text.get_window_extent().shrunk(1, 0.8) for text in readable(figure)]
-    assert [(a, b) for a, b in combinations(boxes, 2) if a.overlaps(b)] == []
+    assert overlaps(figure) == []
     (width, height), box = figure.get_size_inches(), figure.get_tightbbox()
     assert 0 <= box.x0 < box.x1 <= width
     assert 0 <= box.y0 < box.y1 <= height
-
-
-def readable(figure):
-    """Words, without the labels of ticks that are out of a panel's view."""
-    hidden = set()
-    for axis in (axis for axes in figure.axes for axis in (axes.xaxis, axes.yaxis)):
-        low, high = sorted(axis.get_view_interval())
-        out = [t for t in axis.get_major_ticks() if not low <= t.get_loc() <= high]
-        hidden.update(tick.label1 for tick in out)
-    return [text for text in words(figure) if text not in hidden]
 
 
 def test_refuses_a_robot_that_is_not_there(simulation):
