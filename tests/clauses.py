@@ -163,20 +163,13 @@ def citations() -> Iterator[tuple[str, Path, int]]:
                         yield part, path, number
 
 
-def marks() -> Iterator[tuple[str, Path, int]]:
-    """Clause, file and line of every `pytest.mark.paper("D3")` in tests/."""
+def marks() -> Iterator[tuple[str, Path, int, list[str]]]:
+    """Clause, file, line and places, such as "Eq. 2", of every mark in tests/."""
     for path in sorted((ROOT / "tests").rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Call) and _is_mark(node.func) and node.args:
-                yield ast.literal_eval(node.args[0]), path, node.lineno
-
-
-def marked_places() -> Iterator[str]:
-    """What marks name besides a clause, such as "Alg. 1:5" and "Eq. 2"."""
-    for path in sorted((ROOT / "tests").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Call) and _is_mark(node.func):
-                yield from (str(ast.literal_eval(place)) for place in node.args[1:])
+                clause, *places = map(ast.literal_eval, node.args)
+                yield clause, path, node.lineno, places
 
 
 def _is_mark(function: ast.expr) -> bool:

@@ -1,7 +1,7 @@
 """The mark that ties a test to its clause, and the index made of those marks.
 
 `pytest --paper-index` runs nothing; it prints for each clause of the appendix where
-the code carries it, which tests hold it, and how it stands.
+the code carries it, and which tests hold it.
 """
 
 import os
@@ -37,7 +37,7 @@ def pytest_addoption(parser):
     parser.addoption(
         "--paper-index",
         action="store_true",
-        help="run nothing; print clause, code, tests and status for the whole paper",
+        help="run nothing; print clause, code and tests for the whole paper",
     )
 
 

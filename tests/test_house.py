@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from clauses import CLAUSES, PRINTED, ROOT, citations, marked_places, marks
+from clauses import CLAUSES, PRINTED, ROOT, citations, marks
 from paper_index import places_in
 
 from reference import BOOK, READING_ORDER, WORKSHOP, __version__
@@ -151,9 +151,15 @@ def test_nothing_is_imported_that_is_not_declared():
 
 def test_every_clause_cited_in_the_code_is_marked_in_a_test():
     """Nothing of the paper is claimed that no test holds."""
-    marked = {clause for clause, _, _ in marks()}
+    marked = {clause for clause, *_ in marks()}
     cited = {clause: f"{path.name}:{line}" for clause, path, line in citations()}
     assert {c: place for c, place in cited.items() if c not in marked} == {}
+
+
+def test_every_clause_is_cited_in_the_code_and_not_by_a_number_alone():
+    """No statement of the paper is left out; the numbers stand in `paper`."""
+    cited = {clause for clause, path, _ in citations() if path.name != "paper.py"}
+    assert set(CLAUSES) - cited == set()
 
 
 def test_a_module_names_at_its_head_every_clause_that_it_cites():
@@ -176,7 +182,8 @@ def test_every_citation_and_every_mark_names_a_real_clause():
 
 def test_every_printed_line_equation_table_and_figure_is_marked_in_a_test():
     """All but `end` and `else`, which say nothing of their own."""
-    marked = {place for text in marked_places() for place in places_in(text)}
+    named = [text for *_, texts in marks() for text in texts]
+    marked = {place for text in named for place in places_in(text)}
     said = {place for place, text in PRINTED.items() if text not in ("end", "else")}
     whole = {place for place in said if re.fullmatch(r"Alg\. \d", place)}
     assert said - whole - marked == set()
