@@ -30,6 +30,17 @@ MIXED = replace(SIZES, branches=(3,), shown=5)
 """With a discrete branch, as the fire has."""
 
 
+def tensor(*numbers: float) -> Tensor:
+    """In float64, as an oracle would have it."""
+    return torch.tensor(numbers, dtype=torch.float64)
+
+
+def random(seed: int, *shape: int) -> Tensor:
+    """Normal numbers in float64."""
+    generator = torch.Generator().manual_seed(seed)
+    return torch.randn(shape, generator=generator, dtype=torch.float64)
+
+
 def settings(trainer_type: str = "poca", **changes: Any) -> TrainerSettings:
     """Table I with a small network, rewards as they are and no end of training."""
     small = {"hidden_units": 16, "num_layers": 2, "reward_scale": 1.0, "num_epoch": 1}

@@ -10,6 +10,7 @@ import time
 
 import pytest
 from clauses import ROOT
+from refusals import refusal
 
 from reference.__main__ import COMMANDS, main
 
@@ -41,17 +42,6 @@ def shed(tmp_path):
     path = tmp_path / "shed.txt"
     path.write_text(SHED)
     return str(path)
-
-
-def refusal(capsys, *command):
-    """Exit status and message of a command that refuses; nothing is on stdout."""
-    try:
-        status = main(command)
-    except SystemExit as end:
-        status = end.code
-    out, err = capsys.readouterr()
-    assert out == ""
-    return status, err
 
 
 # -- check --------------------------------------------------------------------------
@@ -121,8 +111,8 @@ def test_draw_shows_one_floor_alone(tmp_path, capsys):
 )
 def test_refuses_to_draw_what_cannot_be_drawn(shed, options, status, hint, capsys):
     """Before any work, with a hint, and no file is left."""
-    assert refusal(capsys, "draw", shed, *options)[0] == status
-    assert hint in refusal(capsys, "draw", shed, *options)[1]
+    found, message = refusal(capsys, "draw", shed, *options)
+    assert (found, hint in message) == (status, True), message
 
 
 # -- evacuate -----------------------------------------------------------------------
@@ -232,9 +222,9 @@ def test_a_pipe_and_a_device_are_no_files(command, path, capsys):
 )
 def test_refuses_an_evacuation_that_cannot_be(options, status, hint, capsys, tmp_path):
     """One message with a hint, the right exit status, and nothing is written."""
-    assert refusal(capsys, "evacuate", *options)[0] == status
-    assert hint in refusal(capsys, "evacuate", *options)[1]
-    assert len(refusal(capsys, "evacuate", *options)[1]) < 1000
+    found, message = refusal(capsys, "evacuate", *options)
+    assert (found, hint in message) == (status, True), message
+    assert len(message) < 1000
     assert list(tmp_path.iterdir()) == []
 
 

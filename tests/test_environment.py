@@ -4,6 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from alike import same
 from movies import fire_named, robots_named, shipped
 
 from reference.events import FireLit, FireRefused
@@ -51,15 +52,6 @@ def episode(environment, seed, actions=7):
     while environment.agents:
         told.append(environment.step(sampled(environment, rng)))
     return told
-
-
-def same(one, other):
-    """Are two such things the same, number by number?"""
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(same(one[k], other[k]) for k in one)
-    if isinstance(one, list | tuple):
-        return len(one) == len(other) and all(map(same, one, other))
-    return np.array_equal(one, other)
 
 
 def gone(environment, *floors):

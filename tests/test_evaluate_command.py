@@ -5,6 +5,7 @@ import json
 import signal
 
 import pytest
+from refusals import refusal
 
 from reference.__main__ import main
 from reference.evaluation import score
@@ -27,17 +28,6 @@ def evaluated(capsys, *options):
     """The JSON object of a small evaluation, in this process."""
     assert main(["evaluate", *SMALL, "--workers", "0", "--json", *options]) == 0
     return json.loads(capsys.readouterr().out)
-
-
-def refusal(capsys, *arguments):
-    """Exit status and message of a command that refuses; nothing is on stdout."""
-    try:
-        status = main(list(arguments))
-    except SystemExit as end:
-        status = end.code
-    told = capsys.readouterr()
-    assert told.out == ""
-    return status, told.err
 
 
 # -- evaluate -----------------------------------------------------------------------

@@ -11,24 +11,12 @@ import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
-from lives import SIZES, gradients, life, settings
+from lives import SIZES, gradients, life, random, settings, tensor
 
 from reference.learning.experience import Trajectory
 from reference.learning.networks import Sizes
 from reference.learning.poca import Learner, baseline_loss, lambda_returns
 from reference.learning.ppo import gae
-
-
-def tensor(*numbers):
-    """In float64, as an oracle would have it."""
-    return torch.tensor(numbers, dtype=torch.float64)
-
-
-def random(seed, *shape):
-    """Normal numbers in float64."""
-    generator = torch.Generator().manual_seed(seed)
-    return torch.randn(shape, generator=generator, dtype=torch.float64)
-
 
 # -- What has a formula -------------------------------------------------------------
 

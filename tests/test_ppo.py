@@ -13,7 +13,8 @@ import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
-from lives import MIXED, gradients, life, settings, through_a_file
+from lives import MIXED, gradients, life, random, settings, tensor, through_a_file
+from trainings import equal
 
 from reference.learning import poca, ppo
 from reference.learning.ppo import (
@@ -25,18 +26,6 @@ from reference.learning.ppo import (
     value_loss,
 )
 from reference.workshop.training.states import restore, state_of
-
-
-def tensor(*numbers):
-    """In float64, as an oracle would have it."""
-    return torch.tensor(numbers, dtype=torch.float64)
-
-
-def random(seed, *shape):
-    """Normal numbers in float64."""
-    generator = torch.Generator().manual_seed(seed)
-    return torch.randn(shape, generator=generator, dtype=torch.float64)
-
 
 # -- What has a formula -------------------------------------------------------------
 
@@ -400,21 +389,7 @@ def test_going_on_from_a_saved_state_is_going_on(trainer_type):
         learner.add([life("#####", "##...", sizes=MIXED, seed=2)])
     assert one.update() == two.update()
     assert one.steps == two.steps == 23
-    state, same = flat(state_of(one)), flat(state_of(two))
-    assert state.keys() == same.keys()
-    assert all(torch.equal(torch.as_tensor(x), same[k]) for k, x in state.items())
-
-
-def flat(state, prefix=""):
-    """A nested state as one dict of tensors."""
-    pairs = state.items() if isinstance(state, dict) else enumerate(state)
-    found = {}
-    for name, x in pairs:
-        if isinstance(x, dict | list | tuple):
-            found |= flat(x, f"{prefix}{name}.")
-        elif x is not None:
-            found[f"{prefix}{name}"] = torch.as_tensor(x)
-    return found
+    assert equal(state_of(one), state_of(two))
 
 
 def test_refuses_the_weights_of_a_network_of_another_shape():

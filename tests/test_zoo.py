@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from alike import same
 from movies import shipped
 
 from reference.game.environment import FIRE, Environment
@@ -66,15 +67,6 @@ def test_whole_episodes_are_the_same_with_and_without_pettingzoo(sides):
         }
         ours, theirs, steps = bare.step(actions), wrapped.step(actions), steps + 1
     assert same(ours[:-1], theirs[:-1]) and wrapped.agents == [] and steps > 5
-
-
-def same(one, other):
-    """Are two such things the same, number by number?"""
-    if isinstance(one, dict):
-        return one.keys() == other.keys() and all(same(one[k], other[k]) for k in one)
-    if isinstance(one, tuple):
-        return len(one) == len(other) and all(map(same, one, other))
-    return np.array_equal(one, other)
 
 
 def test_it_is_one_of_pettingzoos_with_gymnasiums_spaces():
