@@ -9,10 +9,10 @@ from lives import settings
 from reference.building import building_of, load, plan_of
 from reference.game.environment import FIRE, Environment, fire_decision
 from reference.game.observations import robots_at_work
-from reference.learning.adversarial import learner_for, player_of
+from reference.learning.adversarial import adversarial, learner_for, player_of
 from reference.learning.players import Player
 from reference.learning.rollouts import Episode, Job, play
-from reference.learning.settings import SettingsError
+from reference.learning.settings import SIDES, SettingsError
 from reference.paper import Scenario
 
 TINY = plan_of(load("tiny"))
@@ -82,6 +82,25 @@ def test_a_trajectory_is_what_the_environment_says_to_its_actions(
     goes_on = [agent in cut and at_work[k] for k, agent in enumerate(team)]
     assert episode.robots.alive[-1].tolist() == goes_on
     assert episode.fire.alive[-1].tolist() == [fire_goes_on]
+
+
+@pytest.mark.paper("E6")
+def test_each_round_both_sides_learn_and_play_the_next_with_what_they_learned():
+    """The second round's episodes are those of the players after the first update."""
+    table = replace(TABLE, batch_size=2, buffer_size=2)  # every round fills the buffers
+    scene = replace(SCENARIO, time_limit=70.0)
+    learners = {s: learner_for(s, TINY, scene, table, seed=1) for s in SIDES}
+    before = {side: player_of(learner) for side, learner in learners.items()}
+    rounds = adversarial(TINY, scene, learners, [(1,), (2,)])
+    next(rounds)
+    after = {side: player_of(learner) for side, learner in learners.items()}
+    for side in SIDES:
+        one, other = (p[side].weights["gaussian.mean.weight"] for p in (before, after))
+        assert not np.array_equal(one, other), side
+    (second,), (again,) = next(rounds), play(Job(TINY, scene, **after, seeds=(2,)))
+    for side in SIDES:
+        one, other = getattr(second, side), getattr(again, side)
+        assert np.array_equal(one.actions, other.actions), side
 
 
 @pytest.mark.paper("E3")
