@@ -75,6 +75,18 @@ def test_it_ends_when_both_sides_are_past_their_max_steps(whole):
     assert load(folder).round == training.round
 
 
+@pytest.mark.paper("E1")
+@pytest.mark.paper("E2")
+@pytest.mark.parametrize(("side", "interval"), [("robots", 100), ("fire", 6)])
+def test_a_checkpoint_is_kept_every_checkpoint_interval_steps(side, interval, tmp_path):
+    """Round 2 passes the interval, round 1 does not; beginning and end are kept too."""
+    often = {name: {"checkpoint_interval": 10**6} for name in SIDES}
+    often[side] = {"checkpoint_interval": interval}
+    trained(begun(tiny(**often)), tmp_path, rounds=3)
+    kept = sorted(path.name for path in tmp_path.glob("*.pt"))
+    assert kept == [f"checkpoint-{number:06}.pt" for number in (0, 2, 3)]
+
+
 @pytest.mark.paper("E6")
 def test_both_sides_learn_from_the_same_episodes(whole):
     """Their rows tell of the same episodes, at their own decision rates."""
