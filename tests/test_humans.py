@@ -206,6 +206,19 @@ def test_an_instruction_is_heard_only_in_sight_and_remembered(heard):
     assert (decide(sim, "p").aim is Aim.LANDMARK) is heard
 
 
+@pytest.mark.paper("C7", "chosen")
+@pytest.mark.paper("B5", "Alg. 1:7-8")
+def test_who_follows_a_human_no_longer_obeys_the_robot_before():
+    """A robot said: this exit. q, whom p follows now, walks the other way."""
+    sim = stage("############\n#q.....p...E\n############", sight_range=8)
+    lead(sim, "q")
+    follow(sim, "p", body("q"))
+    mind(sim, "p").told = Said(Instruction.THIS_EXIT, mark(sim, Kind.EXIT))
+    assert mark(sim, Kind.EXIT) in view(sim, "p").landmarks
+    assert decide(sim, "p")[:2] == (Aim.LEADER, body("q"))
+    assert mind(sim, "p").told is None
+
+
 APART = """
     ###############
     #p............#
@@ -300,6 +313,17 @@ def test_a_leader_goes_to_an_exit_in_view():
     assert events_of(sim, Evacuated)
 
 
+@pytest.mark.paper("B6", "Alg. 2:2-3, chosen")
+@pytest.mark.parametrize(("row", "nth"), [("E..p.....E", 1), ("E.....p..E", 2)])
+def test_of_two_exits_in_view_the_nearest_is_gone_to(row, nth):
+    """Whichever comes first on the map."""
+    sim = stage(f"##########\n{row}\n##########", sight_range=9)
+    lead(sim, "p")
+    both = {mark(sim, Kind.EXIT), mark(sim, Kind.EXIT, 2)}
+    assert set(view(sim, "p").landmarks) == both
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.EXIT, nth))
+
+
 @pytest.mark.paper("B6", "Alg. 2:5-7")
 @pytest.mark.paper("B4")
 def test_a_leader_in_view_of_a_door_and_a_suitable_leader_follows():
@@ -387,6 +411,18 @@ def test_a_leader_goes_to_an_unvisited_door_that_is_not_desired():
     decide(sim, "q")
     assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.DOOR))
     assert mind(sim, "p").mode is Mode.LEADER
+
+
+@pytest.mark.paper("B6", "Alg. 2:19-20, chosen")
+@pytest.mark.parametrize(("row", "nth"), [("+..p...+", 1), ("+...p..+", 2)])
+def test_of_two_unvisited_doors_the_nearest_is_gone_to(row, nth):
+    """A flame beside either way: neither door is desired."""
+    sim = stage(f"##############\n#..#.*..*.#..#\n#..{row}..E\n##############")
+    lead(sim, "p")
+    doors = [mark(sim, Kind.DOOR), mark(sim, Kind.DOOR, 2)]
+    seen = view(sim, "p")
+    assert set(seen.landmarks) == set(doors) and not any(map(seen.safe, doors))
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, doors[nth - 1])
 
 
 @pytest.mark.paper("B6", "Alg. 2:19-20")
@@ -809,13 +845,14 @@ def test_a_burnt_door_is_no_way_back():
 
 @pytest.mark.paper("B6", "Alg. 2:17, chosen")
 def test_without_any_door_to_go_back_to_everything_is_tried_again():
-    """All memories of doors are dropped."""
+    """All memories of doors are dropped; p starts from the far end of the room."""
     sim = stage(CLOSETS)
     lead(sim, "p")
     passed(sim, "p", mark(sim, Kind.DOOR))
     sim.world.burnt[:] = True
     mind(sim, "p").patches.add(0)
-    assert decide(sim, "p").aim is not Aim.LANDMARK
+    goal = decide(sim, "p")
+    assert goal == view(sim, "p").far_end and goal.place != NOWHERE
     me = mind(sim, "p")
     assert not me.doors and not me.trail and not me.patches
 
