@@ -31,6 +31,7 @@ from reference.paper import (
     HEALTH,
     HEALTH_RATE,
     PEOPLE,
+    STAIRS_FLOW,
     STAIRS_SECONDS,
     WALKING_SPEED,
     Scenario,
@@ -584,6 +585,40 @@ def test_an_exit_lets_a_limited_flow_through():
         seconds.append(times[-1] - times[0])
     least = 47 / (2 * DOOR_FLOW) - sim.tick
     assert seconds[0] >= least > 1.5 * seconds[1]
+
+
+@pytest.mark.paper("A5", "chosen")
+def test_stairs_let_fewer_people_through_than_doors():
+    """STAIRS_FLOW people per second and metre, here from a queue before them."""
+    sim = stage(
+        """
+        ################
+        #AA+...........E
+        ################
+
+        ################
+        #AA+pqrstuvwxyz#
+        ################
+        """,
+        sight_range=14,
+    )
+    sim.run()
+    left = [event for event in sim.events if isinstance(event, LeftFloor)]
+    times = [event.time for event in left if event.floor == 1]
+    assert len(times) == 11
+    assert times[-1] - times[0] >= 10 / STAIRS_FLOW - sim.tick
+
+
+@pytest.mark.paper("A5", "chosen")
+def test_who_is_in_a_full_door_walks_on():
+    """It is full for others: p, who fills it, does not slow down in it."""
+    sim = stage("##########\n#p..+....E\n##########")
+    play_until(sim, lambda: sim.world.minds[0].doors)
+    assert sim._full_until[0] > sim.world.time
+    x = sim.world.bodies.position[0, 0]
+    play(sim, 0.6)
+    walked = sim.world.bodies.position[0, 0] - x
+    assert walked == pytest.approx(0.6 * WALKING_SPEED, rel=0.05)
 
 
 @pytest.mark.paper("A5", "chosen")
