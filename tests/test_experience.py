@@ -134,6 +134,17 @@ def test_a_minibatch_s_rows_stay_together():
     assert (k, len(b)) == (2 * 2, 2)
 
 
+@pytest.mark.paper("E3")
+def test_each_epoch_shuffles_anew():
+    """The same eight rows twice, in two orders."""
+    rng, decisions = torch.Generator().manual_seed(0), numbered("#" * 8)
+    batches = minibatches(decisions, 4, rng, epochs=2)
+    rows = torch.cat([b.advantages[:, 0] for b in batches]).tolist()
+    first, second = rows[:8], rows[8:]
+    assert sorted(first) == sorted(second) == list(range(8))
+    assert first != second
+
+
 def test_a_pointer_s_options_travel_with_the_decisions():
     """There are none for Gaussians; for a pointer both tensors, row by row."""
     assert decisions_of(life("##")).options is None
