@@ -227,6 +227,17 @@ def test_a_fire_that_is_lit_changes_its_point_and_the_count_of_its_floor():
 
 
 @pytest.mark.paper("C1")
+def test_fire_sources_come_in_the_order_of_lighting():
+    """Wherever they are: the first one lit is on the floor above the second."""
+    sim = scene()
+    lit = [Source(1, 2.5, -3.5, 10.0), Source(0, -8.5, 15.5, 35.0)]
+    sim.world.flames.sources.extend(lit)
+    fires = decoded(sim).fires
+    assert fires[:2].tolist() == [[2.5, -3.5, 1], [-8.5, 15.5, 0]]
+    assert (fires[2:] == SENTINEL).all()
+
+
+@pytest.mark.paper("C1")
 def test_the_number_of_robots_in_the_team_is_there():
     """Three on each floor."""
     sim = scene(robots_per_floor=3)
