@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from movies import built, robots_named, shipped, stage
+from movies import body, built, robots_named, shipped, stage
 
 from reference.building import Kind, burn
 from reference.evaluation.difficulty import (
@@ -24,6 +24,7 @@ from reference.flames import Spread, fuel, rim
 from reference.floorplan.plan import OUTSIDE
 from reference.paper import FIRE_SOURCES, HEALTH, HEALTH_SECONDS, Scenario
 from reference.simulation import Simulation
+from reference.stairs import enter
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import Sweep
@@ -364,9 +365,25 @@ def test_without_people_given_each_floor_counts_the_same():
 @pytest.mark.paper("F11")
 def test_people_are_counted_where_they_are():
     """In rooms and on the stairs; nobody, no difficulty."""
-    sim = stage("#######\n#pq.+r.E\n#######".replace("#######", "########"))
-    assert people_in(sim.world).tolist() == [2, 1]
-    nobody = np.zeros(2)
+    sim = stage(
+        """
+           #########
+        ####pq.+r..#
+        #AA+...#...E
+        ####...#...#
+           #########
+
+           #########
+        ####.......#
+        #AA+.st....#
+        ####.......#
+           #########
+        """
+    )
+    enter(sim.world, body("s"), sim.building.stairwells[0].entrances[1][0])
+    counts = [2, 1, 0, 1, 1]  # rooms, then stairs, floor by floor
+    assert people_in(sim.world).tolist() == counts
+    nobody = np.zeros(len(counts))
     assert difficulty(sim.building, np.zeros(sim.building.kind.shape), nobody) == 0
 
 
