@@ -23,7 +23,13 @@ from movies import (
 from reference.building import Kind
 from reference.events import Evacuated
 from reference.paper import DECISION_SECONDS, NEAR_STAIRWELL, ROBOT_SPEED, Scenario
-from reference.robots import DOORWAY, FOLLOW_ME, actual_target, said_on_the_way
+from reference.robots import (
+    DOORWAY,
+    FOLLOW_ME,
+    actual_target,
+    said_on_the_way,
+    speed_while_leading,
+)
 from reference.simulation import Simulation
 from reference.stairs import enter
 from reference.strategies import NoFire, NoRobots, RandomFire, RandomRobots
@@ -135,6 +141,30 @@ def test_a_robot_waits_for_followers_who_are_far_behind():
     sim.world.bodies.pace[:] = 0
     follow(sim, "p", sim.world.robots[0].body)
     assert play(sim, 1) == drawn("############\n#p....R....E\n############")
+
+
+CROWD = """
+    ##############
+    #.q..........#
+    #.rpR........E
+    #.s..........#
+    ##############
+    """
+FARTHER = CROWD.replace(".q", "q.").replace(".r", "r.").replace(".s", "s.")
+
+
+@pytest.mark.paper("C7", "Alg. 3:2, chosen")
+@pytest.mark.parametrize(
+    ("board", "waits"), [(CROWD, False), (FARTHER, True)], ids=["near", "far"]
+)
+def test_a_crowd_may_be_farther_behind_than_one_follower(board, waits):
+    """Four are waited for from 2.0 m on, one from 1.6 m; here it is 1.9 or 2.6 m."""
+    sim = stage(board)
+    robot = sim.world.robots[0]
+    robot.way = [robot.place + 1]
+    for letter in "pqrs":
+        follow(sim, letter, robot.body)
+    assert (speed_while_leading(robot, sim.world) == 0) is waits
 
 
 @pytest.mark.paper("C7", "Alg. 3:2, chosen")
@@ -318,6 +348,15 @@ def test_the_instruction_goes_with_the_destination(floor, where, instruction):
         "middle": (0.0, 0.0),
     }
     assert said_on_the_way(building, floor, targets[where]).instruction is instruction
+
+
+@pytest.mark.paper("C7", "Alg. 3:5, chosen")
+def test_of_two_exits_the_nearest_to_the_destination_is_meant():
+    """Both are near it."""
+    building = built("#E####\n#....#\n####E#")
+    for exit in building.exits:
+        said = said_on_the_way(building, 0, building.landmarks[exit].position)
+        assert said == Said(Instruction.THIS_EXIT, exit)
 
 
 # -- Robots among people and flames -------------------------------------------------
