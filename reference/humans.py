@@ -120,7 +120,7 @@ def _kept_or_nearest(me: Mind, observe: View, ways: list[int]) -> int | None:
 
     Without hysteresis people dither between two ways [B6, chosen].
     """
-    if me.goal.aim is Aim.LANDMARK and me.goal.which in ways[1:]:
+    if me.goal.aim is Aim.LANDMARK and me.goal.which in ways:
         kept, nearest = (
             observe.landmarks[m].distance for m in (me.goal.which, ways[0])
         )
