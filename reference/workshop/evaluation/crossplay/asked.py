@@ -190,6 +190,7 @@ def resume(asked: Asked, folder: Path) -> Evaluation:
     with naming(path):
         for file in begun.files.values():
             _refuse_changed(file)
+        _refuse_misfits(_trained(begun.robots, begun.fires, begun.files), arena)
     robots = _once([*begun.robots, *(asked.robots or ())])
     fires = _once([*begun.fires, *(asked.fire or ())])
     _refuse_unguided(robots, fires)
