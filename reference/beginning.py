@@ -5,7 +5,6 @@ Clauses: B4, B5, B7, B8, C2.
     n   people;  p  place
 """
 
-from collections import deque
 from math import inf
 
 import numpy as np
@@ -64,7 +63,7 @@ def with_people_at(
 
     They begin as followers without a leader: Alg. 1:3 makes them leaders at once.
     """
-    doors, bodies = scenario.doors_remembered, _bodies(building, place, position, rng)
+    bodies = _bodies(building, place, position, rng)
     shape = building.kind.shape
     calm = (np.full(shape, inf), np.zeros(shape, bool), np.zeros(shape), np.ones(shape))
     world = World(
@@ -72,7 +71,7 @@ def with_people_at(
         time=0.0,
         occupancy=occupancy(bodies, building.floors),
         bodies=bodies,
-        minds=[Mind(deque(maxlen=doors), Mode.FOLLOWER) for _ in place],
+        minds=[Mind(Mode.FOLLOWER) for _ in place],
         robots=_robots(building, scenario.robots_per_floor, len(bodies)),
         flames=Flames(*calm, sources=[]),
         burnt=np.zeros(len(building.landmarks), dtype=bool),

@@ -1,5 +1,8 @@
 """Flames spread by first passage: a cell burns when the fastest chain reaches it.
 
+It burns for FLAMES_LAST and is ash then, which people cross again: a way that fire has
+sealed opens again.
+
 Clauses: A6, B7, C5, D6, D7.
 
     p   place
@@ -53,13 +56,15 @@ class Spread:
         return other
 
     def advance(self, flames: Flames, time: float) -> float:
-        """Burn every cell whose time has come; return when the next one will (s)."""
-        flames.burning = flames.arrival <= time
+        """Burn every cell whose time has come; return when the next changes (s)."""
+        ends = flames.arrival + paper.FLAMES_LAST
+        flames.burning = (flames.arrival <= time) & (time < ends)
         burning, beside = flames.burning, cells_beside(self.building, flames.burning)
         heat = np.where(beside, paper.HEAT_LOSS, 0.0)
         flames.harm = np.where(burning, paper.BURN_LOSS, heat)
         flames.cost = walking_cost(burning, beside)
-        return float(flames.arrival[~flames.burning].min(initial=inf))
+        changes = np.where(flames.burning, ends, flames.arrival)
+        return float(changes[changes > time].min(initial=inf))
 
 
 @lru_cache(maxsize=8)
@@ -104,15 +109,13 @@ def walking_cost(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
 def _delays(building: Building, rng: Rng) -> csr_matrix:
     """(places, places) seconds for every border that flames can pass [D7].
 
-    Both cells must be `fuel`; doors take longer.
+    Both cells must be `fuel`. Embers pass a border whose delay outlasts the flames.
     """
     kind, burns = building.kind, fuel(building)
-    slow = (kind == Kind.DOOR).ravel()
     east = np.flatnonzero(burns & shifted(burns, 0, 1))
     south = np.flatnonzero(burns & shifted(burns, 1, 0))
     one = np.concatenate([east, south])
     other = np.concatenate([east + 1, south + kind.shape[2]])
     delay = rng.exponential(1 / paper.SPREAD_RATE, len(one))
-    delay[slow[one] | slow[other]] *= paper.DOOR_DELAY_FACTOR
     where = (np.concatenate([one, other]), np.concatenate([other, one]))
     return csr_matrix((np.tile(delay, 2), where), shape=(kind.size, kind.size))

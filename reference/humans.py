@@ -12,7 +12,7 @@ leave open: "stuck", "suitable leader", "desired" and the memory, each defined o
 
 from reference import paper
 from reference.perception import View
-from reference.world import NOBODY, NOWHERE, STAY, Aim, Goal, Mind, Mode
+from reference.world import NOBODY, NOWHERE, STAY, Aim, Goal, Mind, Mode, Passed
 
 # -- The algorithms -----------------------------------------------------------------
 
@@ -98,7 +98,7 @@ def exit_in_view(observe: View) -> int | None:
 def desired(me: Mind, observe: View) -> int | None:
     """Find the stair or door in view to go to, or None [B6, chosen].
 
-    It is intact, not passed lately, and has no flame in sight on or beside the way.
+    It is intact, not yet visited, and has no flame in sight on or beside the way.
     Stairs that lead down come before doors.
     """
     ways = [m for m in observe.landmarks if m not in me.doors and observe.safe(m)]
@@ -107,7 +107,7 @@ def desired(me: Mind, observe: View) -> int | None:
 
 
 def not_yet_visited(me: Mind, observe: View) -> int | None:
-    """A door or stair in view, not passed lately, that can be reached [B6, chosen].
+    """A door or stair in view, not yet visited, that can be reached [B6, Alg. 2:13].
 
     Wider than `desired`: the way may lead beside flames, though not through them.
     """
@@ -235,12 +235,11 @@ def back_to_last_door(me: Mind, observe: View) -> Goal:
     A human still in that door has turned back already and takes the one before.
     With no door left, they forget all and start again from the far end of the room.
     """
-    if me.trail and me.trail[-1] == observe.here:
+    if me.trail and me.trail[-1].door == observe.here:
         me.trail.pop()
     if me.trail:
-        return go_to(me.trail[-1])
-    me.doors.clear()
-    me.patches.clear()
+        return go_to(me.trail[-1].door)
+    forget(me)
     return observe.far_end
 
 
@@ -250,15 +249,28 @@ def back_to_last_door(me: Mind, observe: View) -> Goal:
 def remember(me: Mind, observe: View) -> None:
     """Update the memory from the view, before the algorithm asks about it.
 
-    Add the patch of floor; count a direction that burns as tried; drop doors on the way
-    back that are seen destroyed; note where the leader is.
+    Add patches of floor looked at; count a direction that burns as tried; add doors
+    seen from both sides; drop doors on the way back that are seen destroyed; note where
+    the leader is.
     """
-    me.patches.add(observe.patch)
+    me.patches |= observe.looked_at
+    _remember_doors(me, observe)
     if me.goal.aim is Aim.DIRECTION and observe.burns_towards(me.goal.place):
         me.patches.add(me.goal.which)
     if burnt := observe.burnt:
-        me.trail = [door for door in me.trail if door not in burnt]
+        me.trail = [p for p in me.trail if p.door not in burnt]
     _remember_leader(me, observe)
+
+
+def _remember_doors(me: Mind, observe: View) -> None:
+    """Count a door as visited once it was seen from two rooms [B6, chosen].
+
+    It joins rooms that one has been in: nothing new is behind it.
+    """
+    if observe.room != NOWHERE:
+        for mark in observe.landmarks:
+            if me.seen_from.setdefault(mark, observe.room) != observe.room:
+                me.doors.add(mark)
 
 
 def _remember_leader(me: Mind, observe: View) -> None:
@@ -268,20 +280,25 @@ def _remember_leader(me: Mind, observe: View) -> None:
         me.told = observe.robots.get(me.leader)
 
 
-def pass_landmark(me: Mind, landmark: int, beyond: int) -> None:
+def pass_landmark(me: Mind, landmark: int, side: int, beyond: int) -> None:
     """Remember a door or entrance just entered; a leader goes on past it [B6, chosen].
 
-    beyond: the place on its other side.
+    side: area it was entered from;  beyond: the place on its other side.
     """
-    if me.trail and me.trail[-1] == landmark:
+    entered = Passed(landmark, side)
+    if me.trail and me.trail[-1].door == landmark and me.trail[-1] != entered:
         me.trail.pop()  # walked back through it: drop it
-    else:
-        me.trail.append(landmark)
-    if landmark in me.doors:
-        me.doors.remove(landmark)
-    me.doors.append(landmark)
+    elif entered not in me.trail[-1:]:  # else stepped back out of it, and in again
+        me.trail.append(entered)
+    me.doors.add(landmark)
     if me.mode is Mode.LEADER:
         me.goal = Goal(Aim.THRESHOLD, landmark, beyond)
+
+
+def forget(me: Mind) -> None:
+    """Forget doors, the way back and what was explored, all together [B6]."""
+    for memory in (me.doors, me.seen_from, me.trail, me.patches):
+        memory.clear()
 
 
 def arrive(me: Mind, landmark: int, beyond: int) -> None:
@@ -290,7 +307,6 @@ def arrive(me: Mind, landmark: int, beyond: int) -> None:
     Nobody goes back by this entrance: nobody walks up.
     """
     me.mode, me.leader = Mode.LEADER, NOBODY
-    me.doors.clear()
-    me.patches.clear()
-    pass_landmark(me, landmark, beyond)
+    forget(me)
+    pass_landmark(me, landmark, NOWHERE, beyond)
     me.trail.clear()

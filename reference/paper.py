@@ -43,7 +43,6 @@ WALKING_SPEED = 1.34  # [F8, chosen] m/s, the mean over people: Weidmann (1993)
 STAIRS_METRES = STAIRS_SECONDS * WALKING_SPEED  # that one storey adds to a way
 WALKING_SPREAD = 0.26  # [F8, chosen] m/s, their standard deviation: Weidmann, too
 BODY_RADIUS = 0.2  # [A7, chosen] metres: two people can pass each other in a door
-DOORS_REMEMBERED = 2  # [B6, chosen] last doors passed: people under stress circle
 STUCK_METRES = 1.0  # [B5, chosen] stuck: moved less than this ...
 STUCK_SECONDS = 8.0  # [B5, chosen] ... in this long, though meaning to move
 RECKLESS_SECONDS = 4.0  # [B5, chosen] the stuck then ignore flames for this long
@@ -70,11 +69,12 @@ FIRE_EVERY_DECISIONS = 5  # [D2, chosen] ... 25 s apart: 8 last as long as healt
 FIRE_REFUSED_PENALTY = 10.0  # [D6, chosen] "a certain reward" deducted, health points
 PROTECTED_METRES = 4.0
 """[D6, D7, chosen] nothing burns this near, on foot, to exits and stairwell entrances:
-codes keep ways out free of fuel, and two fires beside two exits would decide all."""
+codes keep ways out free of fuel. It delays what two fires beside two exits do to
+people, until flames have walked round the clearance; it does not prevent it."""
 
 SPREAD_RATE = 0.08  # [D7, chosen] ignitions per second and border between two cells
 FLAME_SECONDS = 1.0  # [D7, chosen] flames spread, and new ones appear, this often
-DOOR_DELAY_FACTOR = 3.0  # [D7, chosen] a closed door burns more slowly than a carpet
+FLAMES_LAST = 40.0  # [D7, chosen] seconds a cell burns; then it is ash, and passable
 BURN_LOSS = 10.0  # [B7, chosen] health lost per second inside flames
 HEAT_LOSS = 2.0  # [B7, chosen] health lost per second beside flames
 BURN_COST, HEAT_COST = 50.0, 4.0
@@ -145,11 +145,10 @@ MOST = MappingProxyType(
     {
         "robots_per_floor": 100,
         "sources": 1000,
-        "doors_remembered": 1000,
         "sight_range": 100.0,
     }
 )
-"""[B2, B6, C2, chosen] upper limits: no building needs more, and a slip could take
+"""[B2, C2, chosen] upper limits: no building needs more, and a slip could take
 hours or all memory. People are limited already, by the free cells."""
 
 
@@ -168,7 +167,6 @@ class Scenario:
     training: bool = False  # rule D6: an occupied place yields no fire (else another)
     time_limit: float = 240.0  # s: people inside then are neither saved nor dead
     sight_range: float = SIGHT_RANGE  # metres [B2]
-    doors_remembered: int = DOORS_REMEMBERED  # [B6]
     ghosts: bool = False  # do people walk through each other? shows what crowding costs
     frames_per_tick: int = FRAMES_PER_TICK
     decision_seconds: float = DECISION_SECONDS
@@ -194,9 +192,8 @@ class Scenario:
         object.__setattr__(self, "decision_seconds", ticks * self.tick)
         if self.rooms and self.people_per_floor is not None:
             raise InputError("people start in rooms or per floor, not both")
-        ranges = self.time_limit > 0, self.sight_range >= 1, self.doors_remembered >= 1
-        if not all(ranges):
-            raise InputError("time limit > 0 s, sight >= 1 m, doors remembered >= 1")
+        if not (self.time_limit > 0 and self.sight_range >= 1):
+            raise InputError("time limit > 0 s, sight >= 1 m")
 
     @property
     def tick(self) -> float:

@@ -107,9 +107,14 @@ class View:
         return [way for way in ways if not self.burns_towards(way.place)]
 
     @property
-    def patch(self) -> int:
-        """The patch of floor that one stands in."""
-        return self._around.sight.patches[self.place]
+    def room(self) -> int:
+        """The room that one stands in, or NOWHERE."""
+        return int(self._around.sight.building.area.flat[self.place])
+
+    @property
+    def looked_at(self) -> frozenset[int]:
+        """Patches of floor that one sees well from here [B2]."""
+        return self._around.sight.looked_at(self.place)
 
     @property
     def far_end(self) -> Goal:

@@ -3,7 +3,8 @@
 Clauses: B1, B2, B6.  Walls do not move, so during a simulation a ray is a table
 look-up.  A ray returns the first thing it meets; doors, entrances and exits stop it too
 [B1, chosen: in the paper's engine triggers do], so only people standing
-in a door see through it.
+in a door see through it.  Bodies are seen through entrances, which have no leaf: so a
+robot that Eq. 1 moves inside a stairwell still leads [A3, C6, chosen].
 
     p, q   places (see navigation)
     k      number of a ray, counted counter-clockwise from east
@@ -22,6 +23,10 @@ from reference.paper import RAYS
 
 PATCH = 4
 """[B6, chosen] metres: directions that end in the same patch of floor count as one."""
+
+DIM = 3.0
+"""[B2, chosen] metres short of the limit of sight: what is farther is seen, but not
+well, and does not count as explored. So who sees farther explores a room sooner."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +67,8 @@ class Sight:
         self.building, self.reach = building, reach
         self.navigation: Navigation = navigation_of(building)
         clear = np.isin(building.kind, (Kind.FLOOR, Kind.STAIRS))
-        self.sees = StraightLines(clear, building.walkable, reach, strict=False)
+        through = clear | (building.kind == Kind.ENTRANCE)
+        self.sees = StraightLines(through, building.walkable, reach, strict=False)
         self.hits = np.full((RAYS, building.kind.size), -1, dtype=np.int32)
         ends = np.empty_like(self.hits)
         centres, farthest = self.navigation.centres, np.arange(building.kind.size)
@@ -80,6 +86,7 @@ class Sight:
         self.open = self._open_directions(ends)
         self.patches: list[int] = self._patch_of(np.arange(building.kind.size)).tolist()
         self._seen: dict[int, frozenset[int]] = {}
+        self._looked_at: dict[int, frozenset[int]] = {}
         self._lines: dict[tuple[int, int], tuple[frozenset[int], frozenset[int]]] = {}
 
     def _cast(self, k: int, clear: np.ndarray) -> np.ndarray:
@@ -147,6 +154,15 @@ class Sight:
             met, ends = hits[hits >= 0], (way.place for way in self.open[p])
             self._seen[p] = frozenset((*inside.tolist(), *met.tolist(), *ends))
         return self._seen[p]
+
+    def looked_at(self, p: int) -> frozenset[int]:
+        """Patches of floor seen well from place p: nearer than the limit by DIM."""
+        if p not in self._looked_at:
+            seen = np.array([p, *self.seen(p)])
+            off = self.navigation.centres[seen] - self.navigation.centres[p]
+            well = seen[np.hypot(*off.T) <= self.reach - DIM]
+            self._looked_at[p] = frozenset(self.patches[q] for q in (p, *well.tolist()))
+        return self._looked_at[p]
 
     def line(self, p: int, landmark: int) -> tuple[frozenset[int], frozenset[int]]:
         """List places on the line from p to a landmark in view; and on or beside it.

@@ -26,7 +26,7 @@ from reference.events import (
     LeftFloor,
 )
 from reference.fire import Generator, fire_acts
-from reference.flames import Spread
+from reference.flames import Spread, cells_beside
 from reference.game.rewards import group_reward
 from reference.humans import pass_landmark, think
 from reference.navigation import Navigation, navigation_of
@@ -344,9 +344,11 @@ class Simulation:
             bodies.health[walking] -= harm * self.tick
 
     def _burn_doors(self) -> None:
-        """Destroy the doors that flames touch [A6]."""
-        alight = self._marks[self.world.flames.burning.ravel()]
-        for mark in np.unique(alight[alight >= 0]).tolist():
+        """Destroy the regular doors that have flames beside them [A6]."""
+        burning = self.world.flames.burning
+        touched = burning | cells_beside(self.building, burning)
+        doors = self._marks[(touched & (self.building.kind == Kind.DOOR)).ravel()]
+        for mark in np.unique(doors).tolist():
             if not self.world.burnt[mark]:
                 self.world.burnt[mark] = True
                 self._record(DoorBurnt, mark)
@@ -387,7 +389,7 @@ class Simulation:
         elif not self.world.burnt[mark]:
             side = int(self._areas[before])
             beyond = self.navigation.beyond(int(bodies.place[i]), side)
-            pass_landmark(self.world.minds[i], mark, beyond)
+            pass_landmark(self.world.minds[i], mark, side, beyond)
             self._due[i] = True
 
     def _leave(self, i: int, fate: Fate) -> None:

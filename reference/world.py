@@ -7,7 +7,6 @@ arrays and move all at once; minds are small objects that think one at a time.
     i   a body: people are 0 .. n-1, robots n .. n+R-1
 """
 
-from collections import deque
 from dataclasses import dataclass, field, fields, replace
 from enum import IntEnum
 from typing import Any, NamedTuple
@@ -122,11 +121,17 @@ class Said(NamedTuple):
 FOLLOW_ME = Said(Instruction.FOLLOW_ME)
 
 
+class Passed(NamedTuple):
+    """A door passed, and the area from which it was entered."""
+
+    door: int
+    side: int
+
+
 @dataclass(slots=True)
 class Mind:
     """What one human remembers; nobody knows the map [B3]."""
 
-    doors: deque[int]  # landmarks passed lately [B6]
     mode: Mode = Mode.LEADER
     leader: int = NOBODY  # body followed
     seen_at: float = 0.0  # s: when the leader was seen last
@@ -135,8 +140,10 @@ class Mind:
     pause_until: float = 0.0  # s: no new human leader before then
     waits_until: float = 0.0  # s: a stuck follower without leader waits till then
     goal: Goal = STAY  # where it has set off to
-    trail: list[int] = field(default_factory=list)  # doors to go back by, newest last
-    patches: set[int] = field(default_factory=set)  # patches stood in, or burning [B2]
+    doors: set[int] = field(default_factory=set)  # visited on this floor [B6]
+    seen_from: dict[int, int] = field(default_factory=dict)  # door -> room, first
+    trail: list[Passed] = field(default_factory=list)  # the way back, newest last
+    patches: set[int] = field(default_factory=set)  # of floor explored [B2]
     facing: tuple[float, float] = (0.0, 0.0)  # unit vector, to the last goal
 
     copy = _copied
@@ -173,12 +180,16 @@ class Flames:
     """The fire; arrays are (floors, rows, cols)."""
 
     arrival: np.ndarray  # s, when each cell begins to burn; inf: never, so far
-    burning: np.ndarray  # bool
+    burning: np.ndarray  # bool; what has burnt out is ash
     harm: np.ndarray  # health lost per second there, heat and flames [B7]
     cost: np.ndarray  # metres that a metre there counts as, when a way is planned
     sources: list[Source]  # in order of time
 
     copy = _copied
+
+    def burnt_by(self, time: float) -> np.ndarray:
+        """Mark cells that burn at a time (s) or are ash, (floors, rows, cols) bool."""
+        return self.arrival <= time
 
 
 @dataclass

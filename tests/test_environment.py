@@ -104,7 +104,7 @@ def test_observations_keep_their_shape_for_whoever_leaves_too(name):
     """Float32 vectors and grids, as laid out; infos say who acts."""
     environment = game(name, time_limit=60)
     where = environment.building, environment.scenario
-    robots, fire = observations.robot_layout(*where), observations.fire_layout(*where)
+    robots, fire = observations.vector_layout(*where), observations.fire_layout(*where)
     for told in episode(environment, seed=3):
         for agent, seen in told[0].items():
             size = (fire if agent == FIRE else robots).size

@@ -60,7 +60,7 @@ def decoded(sim, k=0):
 def test_a_robot_of_the_paper_observes_167_numbers():
     """40 people, 6 robots, their team, the time, 8 fires and 3 floors."""
     sim = scene()
-    assert observations.robot_layout(sim.building, sim.scenario).size == 167
+    assert observations.vector_layout(sim.building, sim.scenario).size == 167
     assert vectors(sim).shape == (6, 167)
     assert vectors(sim).dtype == np.float32
 
@@ -87,7 +87,7 @@ def test_sizes_follow_from_the_building_and_the_scenario(name):
     sim = scene(name, seconds=20, people=7, robots_per_floor=3, sources=2)
     floors = sim.building.floors
     size = 3 * 7 + 3 * 3 * floors + 1 + 1 + 3 * 2 + floors
-    assert observations.robot_layout(sim.building, sim.scenario).size == size
+    assert observations.vector_layout(sim.building, sim.scenario).size == size
     assert vectors(sim).shape == (3 * floors, size)
     grid = observations.grid(sim.world)
     assert grid.shape == observations.grid_shape(sim.building)
@@ -102,7 +102,7 @@ def test_sizes_follow_from_the_building_and_the_scenario(name):
 def test_sizes_hold_for_nobody_and_nothing_too(people, robots, sources):
     """No people, no robots, no fires: empty parts, not errors."""
     sim = scene("tiny", people=people, robots_per_floor=robots, sources=sources)
-    size = observations.robot_layout(sim.building, sim.scenario).size
+    size = observations.vector_layout(sim.building, sim.scenario).size
     assert vectors(sim).shape == (2 * robots, size)
     fire = observations.fire_vector(sim.world, sim.scenario)
     assert fire.shape == (3 * (people + 2 * robots),)
@@ -113,7 +113,7 @@ def test_no_number_is_beyond_its_limits(name):
     """From the first second to the last, on all floors."""
     sim = scene(name)
     where = sim.building, sim.scenario
-    robots, fire = observations.robot_layout(*where), observations.fire_layout(*where)
+    robots, fire = observations.vector_layout(*where), observations.fire_layout(*where)
     while not sim.done:
         for numbers, layout in (
             (vectors(sim), robots),
@@ -130,7 +130,7 @@ def test_no_number_is_beyond_its_limits(name):
 def slots(sim):
     """What is at which place of a robot's vector, by name."""
     return {
-        s.what: s for s in observations.robot_layout(sim.building, sim.scenario).slots
+        s.what: s for s in observations.vector_layout(sim.building, sim.scenario).slots
     }
 
 
@@ -146,7 +146,10 @@ def test_the_table_of_numbers_has_every_number_once(name):
     """Each slot begins where the last one ends; the fire's likewise."""
     sim = scene(name)
     where = sim.building, sim.scenario
-    for layout in (observations.robot_layout(*where), observations.fire_layout(*where)):
+    for layout in (
+        observations.vector_layout(*where),
+        observations.fire_layout(*where),
+    ):
         table = layout.slots
         assert [slot.start for slot in table] == [0, *(s.stop for s in table[:-1])]
         assert table[-1].stop == layout.size == len(layout.low) == len(layout.high)
@@ -155,7 +158,7 @@ def test_the_table_of_numbers_has_every_number_once(name):
 
 @pytest.mark.paper("C1")
 def test_the_table_names_the_numbers_of_the_paper():
-    """The rows that `robot_layout` itself lists for the paper."""
+    """The rows that `vector_layout` itself lists for the paper."""
     table = slots(scene())
     assert table["human 1: x, y, storey"][:2] == (0, 3)
     assert table["human 40: x, y, storey"][:2] == (117, 120)
@@ -515,4 +518,4 @@ def test_refuses_a_scenario_for_another_number_of_floors():
     """In a sentence, not in numpy's words."""
     scenario = replace(Scenario(), people_per_floor=(1, 2))
     with pytest.raises(ValueError, match="names 2 floors, the building has 3"):
-        observations.robot_layout(shipped("paper"), scenario)
+        observations.vector_layout(shipped("paper"), scenario)

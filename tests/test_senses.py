@@ -54,7 +54,7 @@ def seen_by(simulation, robot):
         observations.grid(world),
         vector,
         decoding.decode(vector, world.building, scenario),
-        observations.robot_layout(world.building, scenario).slots,
+        observations.vector_layout(world.building, scenario).slots,
     )
 
 

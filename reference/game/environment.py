@@ -115,7 +115,7 @@ class Environment:
     simulation  what runs now;  decision  decisions taken in this episode
     agents      who has not left, of possible_agents; their infos say who acts
 
-    An observation has a "vector" (`observations.robot_layout` or `.fire_layout`) and
+    An observation has a "vector" (`observations.vector_layout`) and
     the "grid", both float32.  An action is float32, clipped to [-1, 1]: a robot's
     is (2,) x, y, or all nan to keep the old destination; the fire's is (3,) a floor,
     x, y.  Robots are paid the group's reward, the fire its own [E5] [D6].  An agent's

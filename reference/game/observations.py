@@ -84,6 +84,11 @@ class Layout:
             self.read(vectors, name)[:] = rows
         return vectors
 
+    def scaled(self, vectors: np.ndarray) -> np.ndarray:
+        """Scale each number of vectors (..., V) from its bounds to [-1, 1]."""
+        span = np.maximum(self.high - self.low, 1e-9)
+        return 2 * (vectors - self.low) / span - 1
+
     def read(self, vectors: np.ndarray, part: str) -> np.ndarray:
         """A part of vectors (..., V) as a view, (..., rows, width)."""
         where, rows, width = self._where[part]
@@ -91,20 +96,21 @@ class Layout:
 
 
 @lru_cache(maxsize=64)
-def robot_layout(building: Building, scenario: Scenario) -> Layout:
-    """Lay out a robot's vector; 167 numbers for the paper [C1] [C2].
+def vector_layout(building: Building, scenario: Scenario) -> Layout:
+    """Lay out an agent's vector; 167 numbers for the paper [C1] [C2] [D1].
 
     In the order of C1, and as C4 says for the observer; for the paper:
 
           0-119  humans: own floor first, then above, then below; nearest first
         120-137  robots: the observer, its team, those elsewhere; by number
-        138      robots in the observer's team
+        138      robots in the observer's team that are still at work
         139      time
         140-163  fire sources, in the order of lighting
         164-166  fire sources on each floor, the first floor first
 
     A human who is out or dead, a robot whose work is done and a fire not yet lit is
-    SENTINEL; people who are gone come last.
+    SENTINEL; people who are gone come last. The fire observes the same from nobody's
+    point of view [D1, chosen]: people and robots by number, the team is all robots.
     """
     floors, team, most = building.floors, scenario.robots_per_floor, scenario.sources
     point = ("m, m, storey", *_corners(building))
@@ -118,22 +124,10 @@ def robot_layout(building: Building, scenario: Scenario) -> Layout:
     return Layout(
         humans=Part(_humans(building, scenario), *point),
         robots=Part(robots, *point),
-        team=Part(["robots in the observer's team"], "1", (0.0,), (team,)),
+        team=Part(["robots in the observer's team"], "1", (0.0,), (team * floors,)),
         time=Part(["time since the beginning"], "s", (0.0,), (end,)),
         fires=Part(_points("fire source ", range(1, most + 1)), *point),
         fires_per_floor=Part(on_floors, "1", (0.0,), (most,)),
-    )
-
-
-@lru_cache(maxsize=64)
-def fire_layout(building: Building, scenario: Scenario) -> Layout:
-    """Lay out the fire's vector; 3 (n + R) = 138 numbers for the paper [D1]."""
-    low, high = to_normalised(building, np.array(_corners(building))).tolist()
-    point = ("normalised, normalised, share of the highest storey", (*low,), (*high,))
-    robots = range(1, scenario.robots_per_floor * building.floors + 1)
-    return Layout(
-        humans=Part(_humans(building, scenario), *point),
-        robots=Part(_points("robot ", robots), *point),
     )
 
 
@@ -158,39 +152,52 @@ def _corners(building: Building) -> tuple[tuple[float, ...], tuple[float, ...]]:
 
 
 def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
-    """(R, V) float32: row k is what robot k observes, see `robot_layout` [C1] [C4].
+    """(R, V) float32: row k is what robot k observes, see `vector_layout` [C1] [C4].
 
     scenario: as asked for.
     """
     humans, robots = points(world)
-    fires = np.tile(SENTINEL, (scenario.sources, 1))
-    for k, source in enumerate(world.flames.sources[: scenario.sources]):
-        fires[k] = source.x, source.y, source.floor
     floor = tuple(robot.floor for robot in world.robots)
-    counts = [[(fires[:, 2] == f).sum()] for f in range(world.building.floors)]
-    return robot_layout(world.building, scenario).write(
-        len(robots),
-        humans=humans[_nearest_first(world, humans)],
-        robots=robots[_observer_first(floor)],
-        team=scenario.robots_per_floor,
-        time=world.time,
-        fires=fires,
-        fires_per_floor=counts,
-    )
+    work = robots_at_work(world)
+    team = [work[np.equal(floor, own)].sum() for own in floor]
+    humans = humans[_nearest_first(world, humans)]
+    robots = robots[_observer_first(floor)]
+    return _written(world, scenario, humans, robots, np.reshape(team, (-1, 1, 1)))
 
 
 def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
-    """(V,) float32: points of all humans, then of all robots, by number [D1].
+    """(V,) float32: what the fire observes, see `vector_layout` [D1].
 
-    [D1, chosen] They are normalised here, since Table II does not normalise. scenario:
-    as asked for; its robots are SENTINEL where `NoRobots` plays.
+    scenario: as asked for; its robots are SENTINEL where `NoRobots` plays.
     """
     humans, robots = points(world)
     if not len(robots):
         robots = np.array(SENTINEL)
-    humans, robots = (to_normalised(world.building, p) for p in (humans, robots))
-    layout = fire_layout(world.building, scenario)
-    return layout.write(1, humans=humans, robots=robots)[0]
+    team = robots_at_work(world).sum()
+    return _written(world, scenario, humans[None], robots[None], team)[0]
+
+
+def _written(
+    world: World,
+    scenario: Scenario,
+    humans: np.ndarray,
+    robots: np.ndarray,
+    team: ArrayLike,
+) -> np.ndarray:
+    """Write vectors (k, V) from points (k, n, 3) and (k, R, 3) and robots at work."""
+    fires = np.tile(SENTINEL, (scenario.sources, 1))
+    for k, source in enumerate(world.flames.sources[: scenario.sources]):
+        fires[k] = source.x, source.y, source.floor
+    counts = [[(fires[:, 2] == f).sum()] for f in range(world.building.floors)]
+    return vector_layout(world.building, scenario).write(
+        len(humans),
+        humans=humans,
+        robots=robots,
+        team=team,
+        time=world.time,
+        fires=fires,
+        fires_per_floor=counts,
+    )
 
 
 def points(world: World) -> tuple[np.ndarray, np.ndarray]:
@@ -258,7 +265,7 @@ def summary(
     People on each floor, then those outside the main body, on stairs; people at or
     above the observer's floor; log(1 + cells in flames) of each floor.
     """
-    layout, floors = robot_layout(building, scenario), np.arange(building.floors)
+    layout, floors = vector_layout(building, scenario), np.arange(building.floors)
     humans = layout.read(vectors, "humans")
     storey = humans[..., 2].round()
     stairs = (np.abs(to_normalised(building, humans[..., :2])) > 1).any(axis=-1)

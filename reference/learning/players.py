@@ -18,11 +18,10 @@ from torch import Tensor
 from reference.building import Building
 from reference.game.moments import Choices, Chooser, Moment
 from reference.game.observations import (
-    fire_layout,
     grid_shape,
-    robot_layout,
     summary,
     summary_size,
+    vector_layout,
 )
 from reference.learning.experience import GroupDecision
 from reference.learning.networks import RAW_LIMIT, Actor, Options, Policy, Sizes
@@ -63,7 +62,7 @@ class Player:
         if side == "fire":
             refuse_of_robots(settings)
         self.side, self.building, self.scenario = side, building, scenario
-        self.settings = settings
+        self.settings, self.layout = settings, vector_layout(building, scenario)
         self.chooser = landmarks and landmarks(building, scenario)
         self.keeps = settings.commitment > 0 and not self.chooser
         self.sizes = self._sizes()
@@ -78,9 +77,12 @@ class Player:
         self.actor.load_state_dict(tensors)
 
     def seen(self, moment: Moment) -> np.ndarray:
-        """Build the network's input, (G, V) float32: vectors and what settings add."""
+        """Build the network's input, (G, V) float32: vectors and what settings add.
+
+        The fire's are scaled: Table II does not normalise them [E4, chosen].
+        """
         vectors, s = moment.vectors, self.settings
-        parts = [vectors]
+        parts = [self.layout.scaled(vectors) if self.side == "fire" else vectors]
         if s.summary:
             parts.append(summary(vectors, moment.grid, self.building, self.scenario))
         if s.own_state:
@@ -158,12 +160,11 @@ class Player:
 
     def _sizes(self) -> Sizes:
         """Compute the input and output sizes of this side's networks."""
-        building, scenario, s = self.building, self.scenario, self.settings
+        building, s = self.building, self.settings
         of_robots = self.side == "robots"
-        layout = robot_layout if of_robots else fire_layout
         branches = (2,) * self.keeps if of_robots else (building.floors,)
         added = summary_size(building) * s.summary + (AXES + 1) * s.own_state
-        sizes = Sizes(layout(building, scenario).size + added, grid_shape(building))
+        sizes = Sizes(self.layout.size + added, grid_shape(building))
         if not self.chooser:
             return replace(sizes, continuous=AXES, branches=branches, shown=AXES)
         emitted = AXES if of_robots else 1 + AXES

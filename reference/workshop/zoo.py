@@ -13,7 +13,6 @@ import numpy as np
 from reference.building import Building, load
 from reference.game import observations
 from reference.game.environment import (
-    FIRE,
     Environment,
     Observation,
     Returns,
@@ -77,10 +76,8 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
         }
 
     def _observed(self, agent: str) -> spaces.Dict:
-        fire = agent == FIRE
-        layout = observations.fire_layout if fire else observations.robot_layout
         building, scenario = self.environment.building, self.environment.scenario
-        numbers = layout(building, scenario)
+        numbers = observations.vector_layout(building, scenario)
         vector = spaces.Box(numbers.low, numbers.high)
         grid = spaces.Box(0, 1, observations.grid_shape(building))
         return spaces.Dict({"vector": vector, "grid": grid})

@@ -29,14 +29,13 @@ from reference.game.observations import (
     GRID_KINDS,
     Slot,
     channels,
-    fire_layout,
     fire_vector,
     grid,
-    robot_layout,
     robot_vectors,
+    vector_layout,
 )
 from reference.paper import Scenario
-from reference.workshop.decoding import Decoded, decode, decode_fire
+from reference.workshop.decoding import Decoded, decode
 from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import DROP, FLAME, INK, SOURCE, STEPS
 from reference.workshop.drawing.page import COLOURS, Style
@@ -69,7 +68,7 @@ def robot_senses(world: World, scenario: Scenario, robot: int = 0) -> Figure:
         )
     building, vector = world.building, robot_vectors(world, scenario)[robot]
     decoded = decode(vector, building, scenario)
-    slots = robot_layout(building, scenario).slots
+    slots = vector_layout(building, scenario).slots
     title = f"{building.title}: what robot_{robot} sees"
     return _page(Senses(title, building, grid(world), vector, decoded, slots))
 
@@ -80,8 +79,8 @@ def fire_senses(world: World, scenario: Scenario) -> Figure:
     People and robots are numbered as they always are.
     """
     building, vector = world.building, fire_vector(world, scenario)
-    decoded = decode_fire(vector, building, scenario)
-    slots = fire_layout(building, scenario).slots
+    decoded = decode(vector, building, scenario)
+    slots = vector_layout(building, scenario).slots
     title = f"{building.title}: what fire_0 sees"
     return _page(Senses(title, building, grid(world), vector, decoded, slots))
 

@@ -17,7 +17,7 @@ from reference.game.moments import Choices, Moment
 from reference.game.observations import to_normalised
 from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.workshop.decoding import decode_fire
+from reference.workshop.decoding import decode
 from reference.workshop.landmarks import shared
 from reference.workshop.traffic import Traffic, traffic
 
@@ -84,7 +84,7 @@ class FireOptions:
 
     def __call__(self, moment: Moment) -> Choices:
         """Make the options of the only agent, the fire."""
-        decoded = decode_fire(moment.vectors[0], self.building, self.scenario)
+        decoded = decode(moment.vectors[0], self.building, self.scenario)
         now = shared.Snapshot(self.navigation, self.scenario, decoded, moment.grid)
         walking = now.place[now.walking]
         passing = traffic(self.building, walking, now.on_stairs, now.cost)

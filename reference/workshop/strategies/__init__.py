@@ -18,7 +18,12 @@ from reference.strategies import (
     RandomRobots,
     RobotStrategy,
 )
-from reference.workshop.strategies.fires import BusiestFire, CloserFire, GreedyFire
+from reference.workshop.strategies.fires import (
+    BusiestFire,
+    CloserFire,
+    FixedFire,
+    GreedyFire,
+)
 from reference.workshop.strategies.robots import Escort, Observer, Patrol, Sweep
 
 ROBOTS: dict[str, type[RobotStrategy]] = {
@@ -35,6 +40,7 @@ FIRES: dict[str, type[FireStrategy]] = {
     "random": RandomFire,
     "greedy": GreedyFire,
     "closer": CloserFire,
+    "fixed": FixedFire,
     "busiest": BusiestFire,
 }
 SCRIPTS: Mapping[Side, Mapping[str, Callable[[], Any]]] = {

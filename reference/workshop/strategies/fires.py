@@ -5,10 +5,13 @@ Clauses: D2, D6, F4.
     p   place
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from reference.building import Kind
 from reference.fire import Decision, decision_at, free_places
+from reference.flames import fuel
 from reference.navigation import navigation_of
 from reference.strategies import RandomFire
 from reference.workshop.traffic import traffic, walk
@@ -55,6 +58,35 @@ class CloserFire:
         if np.isinf(metres).all():
             return RandomFire().decide(world, rng)
         return decision_at(world, int(metres.argmin()))
+
+
+class FixedFire:
+    """Lights one place after the other, whatever happens: the yardstick of fires.
+
+    A fire is adaptive only if it does more harm than its own most frequent sequence.
+    """
+
+    def __init__(self, places: Sequence[Decision] | None = None):
+        """places: what to light, in order; by default the cells nearest to the exits,
+        then to the stairwell entrances, lowest floors first."""
+        self.places = places
+
+    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
+        """Choose by the number of sources so far; nothing after the last place."""
+        if self.places is None:
+            self.places = beside_ways_out(world)
+        lit = len(world.flames.sources)
+        return self.places[lit] if lit < len(self.places) else None
+
+
+def beside_ways_out(world: World) -> list[Decision]:
+    """The cell nearest to each exit, then to each entrance, that fire may enter."""
+    nav, burns = navigation_of(world.building), fuel(world.building).ravel()
+    marks = [mark for mark in world.building.landmarks if mark.kind is not Kind.DOOR]
+    ways = sorted(marks, key=lambda mark: (mark.kind is not Kind.EXIT, mark.floor))
+    burns = burns & (world.building.kind == Kind.FLOOR).ravel()
+    near = (np.where(burns, nav.distance[way.index], np.inf) for way in ways)
+    return [decision_at(world, int(d.argmin())) for d in near if np.isfinite(d).any()]
 
 
 class BusiestFire:

@@ -18,7 +18,7 @@ from numpy.random import Generator as Rng
 
 from reference.building import Building
 from reference.game.moments import Moment
-from reference.game.observations import robot_layout, robots_at_work
+from reference.game.observations import robots_at_work, vector_layout
 from reference.learning.networks import one_thread
 from reference.learning.poca import GroupCritic
 from reference.paper import InputError, Scenario
@@ -103,7 +103,7 @@ class PerturbedRobots(LearnedRobots):
     def _perturbed(self, vector: np.ndarray, rng: Rng) -> np.ndarray:
         """Draw (K, V) corners of the ball around a vector (V,), clipped to the map."""
         delta = rng.choice([-self.epsilon, self.epsilon], (self.tries, len(vector)))
-        layout = robot_layout(self.building, self.scenario)
+        layout = vector_layout(self.building, self.scenario)
         below = np.nextafter(layout.high, layout.low)
         seen = (vector + delta).clip(layout.low, below)
         free = perturbable(vector, self.building, self.scenario)
@@ -131,7 +131,7 @@ def perturbable(
 ) -> np.ndarray:
     """Mark x and y of the points in a robot's vector that are there: (V,) bool."""
     free = np.zeros(len(vector), dtype=bool)
-    for slot in robot_layout(building, scenario).slots:
+    for slot in vector_layout(building, scenario).slots:
         if slot.stop - slot.start == 3 and vector[slot.stop - 1] >= 0:
             free[slot.start : slot.stop - 1] = True
     return free

@@ -1,0 +1,99 @@
+"""What could an adversary teach? A family of guides under every fire.
+
+    python tutorials/experiments/what_is_there_to_learn.py
+
+The value of adaptation: how much the guide that is best under a fire saves more there
+than the guide that is best under random fire, on the same evacuations. Where it is
+nothing, no adversary can teach, however well one learns. All guides know only what a
+robot observes.
+"""
+
+from argparse import ArgumentParser
+from concurrent.futures import ProcessPoolExecutor
+from itertools import product
+from math import inf
+from unittest.mock import patch
+
+import numpy as np
+
+from reference import paper
+from reference.building import load
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.workshop.evaluation.intervals import of_mean
+from reference.workshop.lockstep import to_the_end
+from reference.workshop.strategies import FIRES, robots
+from reference.workshop.strategies.robots import Observer, Sweep, as_observed
+
+
+class SweepAsObserved(Sweep):
+    """`sweep`, with a robot's knowledge."""
+
+    def decide(self, world, robots, rng):
+        return super().decide(as_observed(world), robots, rng)
+
+
+class OneWayOutEach(Observer):
+    """`observer`, but each robot of a floor keeps to a way out of its own."""
+
+    def _way_out(self, world, robot, d, led):
+        ways = world.building.ways_out(robot.floor)
+        on = self._outside[ways[robot.number % len(ways)]]
+        return ways[robot.number % len(ways)], on, float(on[robot.place])
+
+
+FAMILY = {
+    "observer": (Observer, {}),
+    "no detour": (Observer, {"DETOUR": 0.0}),
+    "short detours": (Observer, {"DETOUR": 4.0}),
+    "long detours": (Observer, {"DETOUR": 16.0}),
+    "any detour": (Observer, {"DETOUR": inf}),
+    "hasty": (Observer, {"FULL": 4, "TRIP": 1.0}),
+    "bold": (Observer, {"SOON_COST": 0.0}),
+    "careful": (Observer, {"SOON": 10.0, "SOON_COST": 8.0}),
+    "a way out each": (OneWayOutEach, {}),
+    "sweep as observed": (SweepAsObserved, {}),
+}
+"""A class, and what is different in it or in its module."""
+
+UNDER = ("random", "greedy", "closer", "busiest", "fixed")
+
+
+def saved(name, fire, seeds, last):
+    """Per cent of people saved in each evacuation; last: seconds that flames last."""
+    guide, differs = FAMILY[name]
+    owner = {key: guide if hasattr(guide, key) else robots for key in differs}
+    patches = [patch.object(owner[key], key, value) for key, value in differs.items()]
+    for one in (*patches, patch.object(paper, "FLAMES_LAST", last)):
+        one.start()
+    runs = [
+        Simulation(load("paper"), Scenario(), guide(), FIRES[fire](), seed)
+        for seed in seeds
+    ]
+    to_the_end(runs)
+    patch.stopall()
+    return np.array([100 * r.outcome().evacuated / r.outcome().people for r in runs])
+
+
+if __name__ == "__main__":
+    parser = ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--episodes", type=int, default=100, metavar="N")
+    parser.add_argument("--seed", type=int, default=70_000, metavar="N")
+    parser.add_argument("--flames-last", type=float, default=paper.FLAMES_LAST)
+    parser.add_argument("--workers", type=int, default=2, metavar="N")
+    asked = parser.parse_args()
+    seeds = range(asked.seed, asked.seed + asked.episodes)
+    pairs = list(product(FAMILY, UNDER))
+    with ProcessPoolExecutor(asked.workers) as pool:
+        jobs = [pool.submit(saved, *pair, seeds, asked.flames_last) for pair in pairs]
+        found = {pair: job.result() for pair, job in zip(pairs, jobs, strict=True)}
+    print(f"{'':18}" + "".join(f"{fire:>9}" for fire in UNDER))
+    for name in FAMILY:
+        row = (f"{found[name, fire].mean():9.1f}" for fire in UNDER)
+        print(f"{name:18}" + "".join(row))
+    best = {fire: max(FAMILY, key=lambda g: found[g, fire].mean()) for fire in UNDER}
+    print(f"\nbest under random fire: {best['random']}; what the best elsewhere adds:")
+    for fire in UNDER[1:]:
+        more = found[best[fire], fire] - found[best["random"], fire]
+        mean, low, high = of_mean(more)
+        print(f"{fire:9} {best[fire]:18} {mean:5.1f} [{low:.1f}, {high:.1f}]")
