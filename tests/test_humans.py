@@ -102,6 +102,15 @@ def test_a_follower_without_leader_who_is_not_stuck_leads():
     assert play(sim, 8) == drawn("########\n#......E\n########")
 
 
+@pytest.mark.paper("B5", "Alg. 1:2", "Alg. 1:10")
+def test_a_follower_whose_leader_is_in_sight_does_not_switch_mode():
+    """Line 2 is for those without one, line 10 for those who see it no longer."""
+    sim = stage("############\n#p..q......E\n############")
+    follow(sim, "p", body("q"))
+    decide(sim, "p")
+    assert (mind(sim, "p").mode, mind(sim, "p").leader) == (Mode.FOLLOWER, body("q"))
+
+
 @pytest.mark.paper("B5", "Alg. 1:5-6")
 def test_a_follower_moves_towards_the_leader_in_sight():
     """Away from the exit in view: who follows does not look for it."""
@@ -228,7 +237,7 @@ APART = """
     """
 
 
-@pytest.mark.paper("B5", "Alg. 1:10-11")
+@pytest.mark.paper("B5", "Alg. 1:5", "Alg. 1:10-11")
 def test_a_follower_whose_leader_is_out_of_sight_disconnects_and_leads():
     """q stands behind the wall, and was seen long ago."""
     sim = stage(APART)
@@ -273,7 +282,7 @@ def test_where_the_leader_was_seen_last_and_is_not_the_search_ends():
 
 @pytest.mark.paper("B5", "Alg. 1:5")
 def test_a_follower_comes_along_through_a_door():
-    """The leader goes first and is out of sight for a moment; both get out."""
+    """The leader goes first and is out of sight for a moment, but not let go of."""
     sim = stage(
         """
         ##############
@@ -285,7 +294,9 @@ def test_a_follower_comes_along_through_a_door():
     )
     lead(sim, "q")
     follow(sim, "p", body("q"))
-    play(sim, 12)
+    play_until(sim, lambda: mind(sim, "p").doors)
+    assert mind(sim, "p").leader == body("q")
+    play(sim, 8)
     first, second = events_of(sim, Evacuated)
     assert (first.person, second.person) == (body("q"), body("p"))
 
@@ -346,15 +357,43 @@ def test_a_leader_goes_to_the_desired_door():
     assert play(sim, 1.6) == drawn("############\n#q.....p+..E\n############")
 
 
+AROUND = """
+    ################
+    #p.............#
+    ##########+#####
+    #..............E
+    ################
+    """
+
+
 @pytest.mark.paper("B6", "Alg. 2:13-15")
 @pytest.mark.paper("B2")
 def test_without_doors_in_view_a_leader_takes_an_unexplored_direction():
-    """The only one: east, where the rays return nothing."""
-    sim = stage("################\n#p.............E\n################")
+    """The only one: east, where the rays return nothing. No door is gone back to."""
+    sim = stage(AROUND)
     lead(sim, "p")
+    passed(sim, "p", mark(sim, Kind.DOOR))
+    assert not view(sim, "p").landmarks
     assert decide(sim, "p").aim is Aim.DIRECTION
-    after = "################\n#...p..........E\n################"
-    assert play(sim, 2.4) == drawn(after)
+    assert play(sim, 2.4) == drawn(AROUND.replace("p...", "...p"))
+
+
+@pytest.mark.paper("B6", "Alg. 2:13")
+def test_one_unvisited_door_in_view_is_enough_to_go_on():
+    """East, past a flame: not all doors have been passed, only the one in the west."""
+    sim = stage(
+        """
+        ###############
+        #..#....*.#...#
+        #..+.p....+...E
+        ###############
+        """
+    )
+    lead(sim, "p")
+    west, east = mark(sim, Kind.DOOR), mark(sim, Kind.DOOR, 2)
+    passed(sim, "p", west)
+    assert set(view(sim, "p").landmarks) == {west, east}
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, east)
 
 
 @pytest.mark.paper("B6", "Alg. 2:13-15")
@@ -402,8 +441,7 @@ BESIDE_FLAMES = """
     """
 
 
-@pytest.mark.paper("B6", "Alg. 2:12")
-@pytest.mark.paper("B6", "Alg. 2:19-20")
+@pytest.mark.paper("B6", "Alg. 2:11-12", "Alg. 2:19-20")
 def test_a_leader_goes_to_an_unvisited_door_that_is_not_desired():
     """Past a flame, so p does not want to; and nobody follows q there."""
     sim = stage(BESIDE_FLAMES, sight_range=7)
@@ -495,7 +533,7 @@ def test_the_stuck_ignore_flames_for_a_while():
     assert events_of(sim, Evacuated) and not events_of(sim, Died)
 
 
-@pytest.mark.paper("B5", "stuck, chosen")
+@pytest.mark.paper("B5", "Alg. 1:2, stuck, chosen")
 @pytest.mark.parametrize(
     ("seconds", "mode"), [(-0.1, Mode.LEADER), (0.1, Mode.FOLLOWER)]
 )
@@ -585,12 +623,14 @@ TOWER = """
     """
 
 
+@pytest.mark.paper("B6", "Alg. 2:8-9")
 @pytest.mark.paper("B6", "desired, chosen")
 def test_above_the_first_floor_stairs_come_before_doors():
     """p stands beside a door, three metres from the stairs."""
     sim = stage(TOWER)
     lead(sim, "p")
     stairs = sim.building.stairwells[0].entrances[1][0]
+    assert list(view(sim, "p").landmarks)[-1] == stairs
     assert decide(sim, "p") == Goal(Aim.LANDMARK, stairs)
 
 
@@ -713,6 +753,7 @@ def test_a_human_leads_only_so_many(places_left):
     assert mind(sim, "p").leader == (body(leader) if places_left else NOBODY)
 
 
+@pytest.mark.paper("B6", "Alg. 2:6-7")
 @pytest.mark.paper("B6", "suitable, chosen")
 def test_a_robot_in_view_is_always_suitable():
     """Also in a dead end, where no door is wanted, and right after losing a leader."""
@@ -865,6 +906,7 @@ CROSSROADS = """
 
 
 @pytest.mark.paper("B2")
+@pytest.mark.paper("B6", "Alg. 2:14-15")
 @pytest.mark.parametrize("seen", [-1, 1], ids=["west", "east"])
 def test_a_patch_of_floor_already_seen_is_no_unexplored_direction(seen):
     """Both ways lie open; p has been at the end of one and takes the other."""
@@ -943,7 +985,7 @@ def test_a_follower_passes_a_door_after_its_leader():
     assert (list(me.doors), me.trail, me.goal) == ([4], [4], Goal(Aim.LEADER, 1))
 
 
-@pytest.mark.paper("B5", "Alg. 1:5")
+@pytest.mark.paper("B6", "Alg. 2:7")
 def test_where_a_new_leader_was_seen_is_remembered():
     """And when; p walks there."""
     sim = stage("############\n#p..q..+...E\n############", sight_range=7)

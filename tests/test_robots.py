@@ -341,13 +341,15 @@ def test_of_two_stairwells_over_the_same_cells_the_one_that_leads_down_is_meant(
 )
 def test_the_instruction_goes_with_the_destination(floor, where, instruction):
     """Nobody is sent into stairs that lead nowhere, or to an exit of another floor."""
-    building = stage(UPSTAIRS).building
+    building = built(UPSTAIRS)
     targets = {
         "stairwell": building.stairwells[0].centre,
         "exit": next(building.landmarks[m].position for m in building.exits),
         "middle": (0.0, 0.0),
     }
-    assert said_on_the_way(building, floor, targets[where]).instruction is instruction
+    sim = stage(UPSTAIRS, robots=Send(*targets[where]))
+    sim.step()
+    assert sim.world.robots[floor].says.instruction is instruction
 
 
 @pytest.mark.paper("C7", "Alg. 3:5, chosen")

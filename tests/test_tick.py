@@ -111,7 +111,7 @@ def test_people_decide_before_they_move():
     )
 
 
-@pytest.mark.paper("C7", "Alg. 3:4, 7")
+@pytest.mark.paper("C7", "Alg. 3:4", "Alg. 3:7")
 def test_robots_decide_before_they_move():
     """The first decision is walked in its own tick."""
     sim = stage("#########\n#R.....pE\n#########", robots=Send(1.5, 0.5))
