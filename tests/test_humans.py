@@ -23,7 +23,7 @@ from movies import (
 
 from reference.building import Kind
 from reference.events import Died, Evacuated, LeftFloor
-from reference.humans import pass_landmark
+from reference.humans import pass_landmark, stuck
 from reference.paper import (
     FOLLOW_DISTANCE,
     FRAMES_PER_SECOND,
@@ -41,6 +41,7 @@ from reference.paper import (
     Scenario,
 )
 from reference.perception import Surroundings, look
+from reference.robots import followers_of
 from reference.simulation import Simulation
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.robots import Sweep
@@ -1078,6 +1079,45 @@ def test_a_storey_of_stairs_takes_its_time():
     play_until(sim, lambda: len(events_of(sim, LeftFloor)) == 2)
     start, landing = (event.time for event in events_of(sim, LeftFloor))
     assert landing - start == pytest.approx(STAIRS_SECONDS, abs=sim.tick)
+
+
+@pytest.mark.paper("A3", "chosen")
+def test_the_second_flight_of_stairs_takes_as_long_as_the_first():
+    """From the third floor to the landing, and from there to the first floor."""
+    sim = stage(TOWER.replace("p", "."))
+    bodies, times = sim.world.bodies, []
+    reached = {
+        "the stairs": lambda: bodies.stairwell[0] >= 0,
+        "the landing": lambda: bodies.floor[0] == 1,
+        "the first floor": lambda: bodies.walking[0],
+    }
+    for where in reached.values():
+        play_until(sim, where)
+        times.append(sim.world.time)
+    assert np.diff(times) == pytest.approx([STAIRS_SECONDS] * 2, abs=sim.tick)
+
+
+@pytest.mark.paper("A3", "chosen")
+@pytest.mark.paper("B5", "chosen")
+def test_on_the_stairs_people_follow_nobody():
+    """Their robot stays on its floor, and no longer waits for them."""
+    sim = stage(INSTRUCTED)
+    robot = sim.world.robots[1]
+    say(sim, robot, Instruction.THIS_STAIRWELL)
+    follow(sim, "p", robot.body)
+    assert followers_of(sim.world, robot).tolist() == [body("p")]
+    play_until(sim, lambda: sim.world.bodies.stairwell[0] >= 0)
+    assert followers_of(sim.world, robot).tolist() == []
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
+def test_who_comes_out_of_a_stairwell_is_not_stuck():
+    """Though the stairs have taken longer than STUCK_SECONDS."""
+    assert STAIRS_SECONDS > STUCK_SECONDS
+    sim = stage(TOWER.replace("q", "."))
+    bodies = sim.world.bodies
+    play_until(sim, lambda: not bodies.floor[0] and bodies.walking[0])
+    assert not stuck(mind(sim, "p"), view(sim, "p"))
 
 
 @pytest.mark.paper("B5", "chosen")

@@ -388,6 +388,31 @@ def test_at_zero_health_a_human_is_dead():
     assert sim.outcome().reward == -FIXED_PENALTY
 
 
+@pytest.mark.paper("B7")
+def test_health_falls_on_the_stairs_too():
+    """Half a point a second, as everywhere."""
+    sim = stage(LANDING.replace("p", "."))
+    people = sim.world.bodies
+    play_until(sim, lambda: people.stairwell[0] >= 0)
+    before = people.health[0]
+    play(sim, 10)
+    assert people.stairwell[0] >= 0
+    assert before - people.health[0] == pytest.approx(5)
+
+
+@pytest.mark.paper("B7")
+def test_the_dead_stand_in_nobodys_way():
+    """Where q has died p walks as if nobody had ever been there."""
+    ways = []
+    for board in ("########\n#p..q..E\n########", "########\n#p.....E\n########"):
+        sim = stage(board, sight_range=8)
+        lead(sim, "p")
+        sim.world.bodies.health[1:] = 0
+        sim.world.bodies.pace[1:] = 0
+        ways.append([play(sim, 0.2).replace("q", ".") for _ in range(20)])
+    assert ways[0] == ways[1]
+
+
 def test_people_inside_at_the_time_limit_are_neither_saved_nor_dead():
     """They are counted as inside."""
     sim = stage("############\n#p.........E\n############", time_limit=4)
