@@ -19,6 +19,7 @@ from movies import (
     play_until,
     shipped,
     stage,
+    ticks,
     view,
 )
 
@@ -211,8 +212,7 @@ def test_flames_move_on_once_a_second():
     sim = Simulation(shipped("tiny"), hurry, NoRobots(), RandomFire(), seed=3)
     sim.world.bodies.pace[:] = 0
     states = []
-    while not sim.done:
-        sim.step()
+    for _ in ticks(sim):
         states.append((sim.world.time, sim.world.flames.burning.sum()))
     changes = [after for (_, a), (after, b) in pairwise(states) if a != b]
     assert len(changes) > 2
