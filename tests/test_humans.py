@@ -24,7 +24,7 @@ from movies import (
 
 from reference.building import Kind
 from reference.events import Died, Evacuated, LeftFloor
-from reference.humans import pass_landmark, stuck
+from reference.humans import desired, pass_landmark, stuck
 from reference.paper import (
     FOLLOW_DISTANCE,
     FRAMES_PER_SECOND,
@@ -772,6 +772,16 @@ def test_a_robot_in_view_is_always_suitable():
     lead(sim, "p")
     passed(sim, "p", mark(sim, Kind.DOOR))
     mind(sim, "p").pause_until = 99.0
+    decide(sim, "p")
+    assert mind(sim, "p").leader == sim.world.robots[0].body
+
+
+@pytest.mark.paper("B6", "Alg. 2:6-7, chosen")
+def test_a_robot_in_view_is_followed_though_a_door_is_wanted():
+    """The door is nearer, and without the robot p would go there."""
+    sim = stage("############\n#..+p..R...E\n############")
+    lead(sim, "p")
+    assert desired(mind(sim, "p"), view(sim, "p")) == mark(sim, Kind.DOOR)
     decide(sim, "p")
     assert mind(sim, "p").leader == sim.world.robots[0].body
 

@@ -1,8 +1,9 @@
 """Every printed line of Algorithms 1-3 counts: taken out, it is missed.
 
-`CHANGES` takes out one line after the other; at least one of the tests that are filed
-under that line must then fail.  Only "end" says nothing that could be taken out, and
-lines 2 and 3 of Algorithm 1 are not taken out together: then line 11 does what they do.
+`CHANGES` takes out one line after the other, or a part of what it asks; at least one of
+the tests that are filed under that line must then fail.  Only "end" says nothing that
+could be taken out, and lines 2 and 3 of Algorithm 1 are not taken out together: line 11
+does the same then.
 """
 
 import inspect
@@ -33,9 +34,11 @@ CHANGES = [
     (Follower, "Alg. 1:11", "return disconnect(me, observe)", "return STAY"),
     (Simulation, "Alg. 2:1", "self._leave(i, Fate.EVACUATED)", "pass"),
     (Leader, "Alg. 2:2", "exit_in_view(observe)", "None"),
+    (Leader, "Alg. 2:2", "exit_in_view(", "None if observe.robots else exit_in_view("),
     (Leader, "Alg. 2:3", "return go_to(found)", "pass"),
     (Leader, "Alg. 2:5", "desired(me, observe)", "None"),
     (Leader, "Alg. 2:6-7", "observe.robots:", "False:"),
+    (Leader, "Alg. 2:6-7", "robots:", "robots and not observe.landmarks:"),
     (Leader, "Alg. 2:6", "suitable_leader(me, observe, wanted)", "None"),
     (Leader, "Alg. 2:7", "return follow(me, leader, observe)", "pass"),
     (Leader, "Alg. 2:8-9", "return go_to(wanted)", "pass"),
