@@ -12,6 +12,7 @@ is left to chance.
 
 from functools import cache, partial
 from inspect import cleandoc
+from math import ceil
 from unittest.mock import patch
 
 import numpy as np
@@ -76,21 +77,47 @@ class Idle:
         return [None] * len(robots)
 
 
+def ticks(sim, seconds=None):
+    """Step to the end, or some seconds long at most; the events of each tick.
+
+    Counted, so that a test also ends where the clock stands still.
+    """
+    limit = sim.scenario.time_limit if seconds is None else seconds
+    for _ in range(ceil((limit - 1e-9) / sim.tick)):
+        if sim.done:
+            break
+        yield sim.step()
+    assert sim.done or seconds is not None, "time is up, and it is not done"
+
+
+def turns(environment):
+    """Count the steps of an environment until no agent is left, or time must be up."""
+    scenario = environment.simulation.scenario
+    for k in range(ceil(scenario.time_limit / scenario.decision_seconds)):
+        if not environment.agents:
+            break
+        yield k
+    assert not environment.agents, "time is up, and agents are left"
+
+
+def wait(sim, seconds):
+    """Let some seconds pass."""
+    for _ in ticks(sim, seconds):
+        pass
+
+
 def play(sim, seconds):
     """The board some seconds later."""
-    end = sim.world.time + seconds - 1e-9
-    while sim.world.time < end and not sim.done:
-        sim.step()
+    wait(sim, seconds)
     return show(sim)
 
 
 def play_until(sim, happened, seconds=240):
     """Let time pass until something is so; fail if it does not come about."""
-    end = sim.world.time + seconds
+    left = ticks(sim, seconds)
     while not happened():
-        waits = sim.world.time < end and not sim.done
+        waits = next(left, None) is not None
         assert waits, f"it has not happened by {sim.world.time:.1f} s:\n{show(sim)}"
-        sim.step()
 
 
 def show(sim):

@@ -11,6 +11,7 @@ from zipfile import ZipFile
 import numpy as np
 import pytest
 import torch
+from movies import turns
 from trainings import begun, equal, room_for, tiny
 
 from reference.building import load as load_building
@@ -307,7 +308,7 @@ def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path, off
     alone = Simulation(office, SMALL, policy, RandomFire(), seed=7)
     environment = Environment(office, SMALL, fire=RandomFire())
     environment.reset(seed=7)
-    while environment.agents:
+    for _ in turns(environment):
         world = environment.simulation.world
         vectors = robot_vectors(world, SMALL)
         moment = Moment.of(world, vectors, np.ones(len(vectors), bool))

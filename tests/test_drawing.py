@@ -18,6 +18,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.path import Path as Outline
+from movies import ticks
 from pages import writing
 from PIL import Image, ImageSequence
 
@@ -473,8 +474,7 @@ def test_a_films_legend_lists_all_that_comes_to_happen_and_stays(tiny):
     simulation = Simulation(tiny, long, Sweep(), RandomFire(), seed=1)
     scene, history = film.scene_of(simulation), []
     shapes, _, curves = listed(scene.figure)
-    while not simulation.done:
-        simulation.step()
+    for _ in ticks(simulation):
         history.append(drawing.tally(simulation.world))
         scene.show(simulation.world, history)
         assert scene.shown() - {"way"} <= shapes | curves

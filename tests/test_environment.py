@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from alike import same
-from movies import fire_named, robots_named, shipped
+from movies import fire_named, robots_named, shipped, turns
 
 from reference.events import FireLit, FireRefused
 from reference.game import observations
@@ -49,7 +49,7 @@ def episode(environment, seed, actions=7):
     """All returns of an episode of random actions, the reset's first."""
     rng = np.random.default_rng(actions)
     told = [environment.reset(seed)]
-    while environment.agents:
+    for _ in turns(environment):
         told.append(environment.step(sampled(environment, rng)))
     return told
 
@@ -372,7 +372,7 @@ def test_nobody_comes_back_and_nobody_is_forgotten(seed):
     environment = game("paper", people=9, seed=seed)
     there = set(environment.agents)
     rng = np.random.default_rng(seed)
-    while there:
+    for _ in turns(environment):
         told = environment.step(sampled(environment, rng))
         assert all(set(part) == there for part in told)
         left = {a for a in there if told[2][a] or told[3][a]}

@@ -13,7 +13,7 @@ from scipy.stats import ks_2samp
 
 from reference.building import Kind
 from reference.events import DoorBurnt, FireLit, FireRefused
-from reference.fire import Generator, occupied, snapped
+from reference.fire import Generator, free_places, occupied, snapped
 from reference.flames import Spread, fuel, rim
 from reference.paper import (
     BURN_LOSS,
@@ -33,7 +33,7 @@ from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.fires import BusiestFire, CloserFire, GreedyFire
 from reference.workshop.strategies.robots import Sweep
-from reference.world import Flames, Source
+from reference.world import Fate, Flames, Source
 
 COORDINATES = st.floats(-1e6, 1e6)
 
@@ -207,6 +207,17 @@ def test_a_free_place_is_taken_as_it_is(training):
     x, y = sim.building.metres(1, 4)
     result = generated(sim, (0, x + 0.3, y), sim.rng["fire"])
     assert result == Source(0, x, y, 0.0)
+
+
+@pytest.mark.paper("D6")
+@pytest.mark.parametrize("fate", [Fate.DEAD, Fate.EVACUATED])
+def test_a_place_where_somebody_died_is_free(fate):
+    """Or from where somebody got out: only people inside occupy a place."""
+    sim = stage(BOARD, training=True)
+    sim.world.bodies.fate[body("p")] = fate
+    where = spot(sim, "human")
+    assert generated(sim, where, sim.rng["fire"]) == Source(*where, 0.0)
+    assert free_places(sim.world)[sim.world.bodies.place[body("p")]]
 
 
 @pytest.mark.paper("D6")

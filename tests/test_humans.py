@@ -19,11 +19,12 @@ from movies import (
     shipped,
     stage,
     view,
+    wait,
 )
 
 from reference.building import Kind
 from reference.events import Died, Evacuated, LeftFloor
-from reference.humans import pass_landmark
+from reference.humans import desired, pass_landmark, stuck
 from reference.paper import (
     FOLLOW_DISTANCE,
     FRAMES_PER_SECOND,
@@ -41,6 +42,7 @@ from reference.paper import (
     Scenario,
 )
 from reference.perception import Surroundings, look
+from reference.robots import followers_of
 from reference.simulation import Simulation
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.robots import Sweep
@@ -100,6 +102,15 @@ def test_a_follower_without_leader_who_is_not_stuck_leads():
     play(sim, 0.2)
     assert mind(sim, "p").mode is Mode.LEADER
     assert play(sim, 8) == drawn("########\n#......E\n########")
+
+
+@pytest.mark.paper("B5", "Alg. 1:2", "Alg. 1:10")
+def test_a_follower_whose_leader_is_in_sight_does_not_switch_mode():
+    """Line 2 is for those without one, line 10 for those who see it no longer."""
+    sim = stage("############\n#p..q......E\n############")
+    follow(sim, "p", body("q"))
+    decide(sim, "p")
+    assert (mind(sim, "p").mode, mind(sim, "p").leader) == (Mode.FOLLOWER, body("q"))
 
 
 @pytest.mark.paper("B5", "Alg. 1:5-6")
@@ -228,7 +239,7 @@ APART = """
     """
 
 
-@pytest.mark.paper("B5", "Alg. 1:10-11")
+@pytest.mark.paper("B5", "Alg. 1:5", "Alg. 1:10-11")
 def test_a_follower_whose_leader_is_out_of_sight_disconnects_and_leads():
     """q stands behind the wall, and was seen long ago."""
     sim = stage(APART)
@@ -273,7 +284,7 @@ def test_where_the_leader_was_seen_last_and_is_not_the_search_ends():
 
 @pytest.mark.paper("B5", "Alg. 1:5")
 def test_a_follower_comes_along_through_a_door():
-    """The leader goes first and is out of sight for a moment; both get out."""
+    """The leader goes first and is out of sight for a moment, but not let go of."""
     sim = stage(
         """
         ##############
@@ -285,7 +296,9 @@ def test_a_follower_comes_along_through_a_door():
     )
     lead(sim, "q")
     follow(sim, "p", body("q"))
-    play(sim, 12)
+    play_until(sim, lambda: mind(sim, "p").doors)
+    assert mind(sim, "p").leader == body("q")
+    play(sim, 8)
     first, second = events_of(sim, Evacuated)
     assert (first.person, second.person) == (body("q"), body("p"))
 
@@ -346,15 +359,43 @@ def test_a_leader_goes_to_the_desired_door():
     assert play(sim, 1.6) == drawn("############\n#q.....p+..E\n############")
 
 
+AROUND = """
+    ################
+    #p.............#
+    ##########+#####
+    #..............E
+    ################
+    """
+
+
 @pytest.mark.paper("B6", "Alg. 2:13-15")
 @pytest.mark.paper("B2")
 def test_without_doors_in_view_a_leader_takes_an_unexplored_direction():
-    """The only one: east, where the rays return nothing."""
-    sim = stage("################\n#p.............E\n################")
+    """The only one: east, where the rays return nothing. No door is gone back to."""
+    sim = stage(AROUND)
     lead(sim, "p")
+    passed(sim, "p", mark(sim, Kind.DOOR))
+    assert not view(sim, "p").landmarks
     assert decide(sim, "p").aim is Aim.DIRECTION
-    after = "################\n#...p..........E\n################"
-    assert play(sim, 2.4) == drawn(after)
+    assert play(sim, 2.4) == drawn(AROUND.replace("p...", "...p"))
+
+
+@pytest.mark.paper("B6", "Alg. 2:13")
+def test_one_unvisited_door_in_view_is_enough_to_go_on():
+    """East, past a flame: not all doors have been passed, only the one in the west."""
+    sim = stage(
+        """
+        ###############
+        #..#....*.#...#
+        #..+.p....+...E
+        ###############
+        """
+    )
+    lead(sim, "p")
+    west, east = mark(sim, Kind.DOOR), mark(sim, Kind.DOOR, 2)
+    passed(sim, "p", west)
+    assert set(view(sim, "p").landmarks) == {west, east}
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, east)
 
 
 @pytest.mark.paper("B6", "Alg. 2:13-15")
@@ -402,8 +443,7 @@ BESIDE_FLAMES = """
     """
 
 
-@pytest.mark.paper("B6", "Alg. 2:12")
-@pytest.mark.paper("B6", "Alg. 2:19-20")
+@pytest.mark.paper("B6", "Alg. 2:11-12", "Alg. 2:19-20")
 def test_a_leader_goes_to_an_unvisited_door_that_is_not_desired():
     """Past a flame, so p does not want to; and nobody follows q there."""
     sim = stage(BESIDE_FLAMES, sight_range=7)
@@ -495,7 +535,7 @@ def test_the_stuck_ignore_flames_for_a_while():
     assert events_of(sim, Evacuated) and not events_of(sim, Died)
 
 
-@pytest.mark.paper("B5", "stuck, chosen")
+@pytest.mark.paper("B5", "Alg. 1:2, stuck, chosen")
 @pytest.mark.parametrize(
     ("seconds", "mode"), [(-0.1, Mode.LEADER), (0.1, Mode.FOLLOWER)]
 )
@@ -585,12 +625,14 @@ TOWER = """
     """
 
 
+@pytest.mark.paper("B6", "Alg. 2:8-9")
 @pytest.mark.paper("B6", "desired, chosen")
 def test_above_the_first_floor_stairs_come_before_doors():
     """p stands beside a door, three metres from the stairs."""
     sim = stage(TOWER)
     lead(sim, "p")
     stairs = sim.building.stairwells[0].entrances[1][0]
+    assert list(view(sim, "p").landmarks)[-1] == stairs
     assert decide(sim, "p") == Goal(Aim.LANDMARK, stairs)
 
 
@@ -713,6 +755,7 @@ def test_a_human_leads_only_so_many(places_left):
     assert mind(sim, "p").leader == (body(leader) if places_left else NOBODY)
 
 
+@pytest.mark.paper("B6", "Alg. 2:6-7")
 @pytest.mark.paper("B6", "suitable, chosen")
 def test_a_robot_in_view_is_always_suitable():
     """Also in a dead end, where no door is wanted, and right after losing a leader."""
@@ -729,6 +772,16 @@ def test_a_robot_in_view_is_always_suitable():
     lead(sim, "p")
     passed(sim, "p", mark(sim, Kind.DOOR))
     mind(sim, "p").pause_until = 99.0
+    decide(sim, "p")
+    assert mind(sim, "p").leader == sim.world.robots[0].body
+
+
+@pytest.mark.paper("B6", "Alg. 2:6-7, chosen")
+def test_a_robot_in_view_is_followed_though_a_door_is_wanted():
+    """The door is nearer, and without the robot p would go there."""
+    sim = stage("############\n#..+p..R...E\n############")
+    lead(sim, "p")
+    assert desired(mind(sim, "p"), view(sim, "p")) == mark(sim, Kind.DOOR)
     decide(sim, "p")
     assert mind(sim, "p").leader == sim.world.robots[0].body
 
@@ -865,6 +918,7 @@ CROSSROADS = """
 
 
 @pytest.mark.paper("B2")
+@pytest.mark.paper("B6", "Alg. 2:14-15")
 @pytest.mark.parametrize("seen", [-1, 1], ids=["west", "east"])
 def test_a_patch_of_floor_already_seen_is_no_unexplored_direction(seen):
     """Both ways lie open; p has been at the end of one and takes the other."""
@@ -943,7 +997,7 @@ def test_a_follower_passes_a_door_after_its_leader():
     assert (list(me.doors), me.trail, me.goal) == ([4], [4], Goal(Aim.LEADER, 1))
 
 
-@pytest.mark.paper("B5", "Alg. 1:5")
+@pytest.mark.paper("B6", "Alg. 2:7")
 def test_where_a_new_leader_was_seen_is_remembered():
     """And when; p walks there."""
     sim = stage("############\n#p..q..+...E\n############", sight_range=7)
@@ -1038,6 +1092,45 @@ def test_a_storey_of_stairs_takes_its_time():
     assert landing - start == pytest.approx(STAIRS_SECONDS, abs=sim.tick)
 
 
+@pytest.mark.paper("A3", "chosen")
+def test_the_second_flight_of_stairs_takes_as_long_as_the_first():
+    """From the third floor to the landing, and from there to the first floor."""
+    sim = stage(TOWER.replace("p", "."))
+    bodies, times = sim.world.bodies, []
+    reached = {
+        "the stairs": lambda: bodies.stairwell[0] >= 0,
+        "the landing": lambda: bodies.floor[0] == 1,
+        "the first floor": lambda: bodies.walking[0],
+    }
+    for where in reached.values():
+        play_until(sim, where)
+        times.append(sim.world.time)
+    assert np.diff(times) == pytest.approx([STAIRS_SECONDS] * 2, abs=sim.tick)
+
+
+@pytest.mark.paper("A3", "chosen")
+@pytest.mark.paper("B5", "chosen")
+def test_on_the_stairs_people_follow_nobody():
+    """Their robot stays on its floor, and no longer waits for them."""
+    sim = stage(INSTRUCTED)
+    robot = sim.world.robots[1]
+    say(sim, robot, Instruction.THIS_STAIRWELL)
+    follow(sim, "p", robot.body)
+    assert followers_of(sim.world, robot).tolist() == [body("p")]
+    play_until(sim, lambda: sim.world.bodies.stairwell[0] >= 0)
+    assert followers_of(sim.world, robot).tolist() == []
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
+def test_who_comes_out_of_a_stairwell_is_not_stuck():
+    """Though the stairs have taken longer than STUCK_SECONDS."""
+    assert STAIRS_SECONDS > STUCK_SECONDS
+    sim = stage(TOWER.replace("q", "."))
+    bodies = sim.world.bodies
+    play_until(sim, lambda: not bodies.floor[0] and bodies.walking[0])
+    assert not stuck(mind(sim, "p"), view(sim, "p"))
+
+
 @pytest.mark.paper("B5", "chosen")
 def test_out_of_a_stairwell_people_look_again():
     """As leaders who remember nothing but the entrance they came by.
@@ -1087,9 +1180,8 @@ def test_what_is_out_of_sight_changes_no_decision(fire):
     scene = Scenario(people=60)
     sim = Simulation(shipped("museum"), scene, Sweep(), FIRES[fire](), seed=1)
     rng = np.random.default_rng(0)
-    while sim.world.time < 60:
-        for _ in range(20):
-            sim.step()
+    for _ in range(15):
+        wait(sim, 4)
         for i in np.flatnonzero(sim.world.bodies.walking)[::3].tolist():
             same, other = twin(sim), twin(sim)
             alter_elsewhere(other, i, rng)

@@ -5,7 +5,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from movies import fire_named, robots_named, shipped, stage
+from movies import fire_named, robots_named, shipped, stage, wait
 
 from reference.building import Kind
 from reference.events import FireRefused
@@ -79,10 +79,10 @@ def moments(name, every=10.0, robots="sweep", seed=3, **scenario):
     sim = Simulation(
         shipped(name), Scenario(**scenario), robots_named(robots), RandomFire(), seed
     )
-    while not sim.done:
-        yield sim
-        for _ in range(round(every / sim.tick)):
-            sim.step()
+    for _ in range(round(sim.scenario.time_limit / every)):
+        if not sim.done:
+            yield sim
+            wait(sim, every)
     yield sim
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from movies import shipped, stage
+from movies import shipped, stage, wait
 
 from reference.game import observations
 from reference.game.observations import SENTINEL
@@ -37,8 +37,7 @@ TWO_FLOORS = """
 def scene(name="paper", seed=0, seconds=0.0, **scenario):
     """A simulation of a building that ships, some seconds after its beginning."""
     sim = Simulation(shipped(name), Scenario(**scenario), Sweep(), RandomFire(), seed)
-    while sim.world.time < seconds:
-        sim.step()
+    wait(sim, seconds)
     return sim
 
 
@@ -114,14 +113,14 @@ def test_no_number_is_beyond_its_limits(name):
     sim = scene(name)
     where = sim.building, sim.scenario
     robots, fire = observations.vector_layout(*where), observations.fire_layout(*where)
-    while not sim.done:
+    for _ in range(round(sim.scenario.time_limit / 5)):
         for numbers, layout in (
             (vectors(sim), robots),
             (observations.fire_vector(sim.world, sim.scenario), fire),
         ):
             assert (layout.low <= numbers).all() and (numbers <= layout.high).all()
-        for _ in range(25):
-            sim.step()
+        wait(sim, 5)
+    assert sim.done
 
 
 # -- Number by number ---------------------------------------------------------------

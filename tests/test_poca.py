@@ -82,6 +82,21 @@ def test_the_baseline_s_loss_has_the_slope_of_its_differences(seed):
         )
 
 
+@pytest.mark.paper("E1")
+def test_an_advantage_is_the_return_less_the_agent_s_own_baseline():
+    """γ = λ = ½, V = 1 after the first decision: R₁ = 0 + ½·2, R₀ = 1 + ½(½·1 + ½·1).
+
+    For two agents with the same R and different b.
+    """
+    both = torch.ones(2, dtype=torch.float64)
+    rewards, values = tensor(1, 0)[:, None] * both, tensor(9, 1)[:, None] * both
+    baselines = torch.stack([tensor(1, 2), tensor(0.5, -1)])
+    learner = Learner(settings("poca", gamma=0.5, lambd=0.5), SIZES, seed=1)
+    A, R = learner._targets(rewards, values, baselines, 2 * both)
+    assert R.tolist() == [[1.5, 1.5], [1.0, 1.0]]
+    assert A.tolist() == [[0.5, -0.5], [0.5, 2.0]]
+
+
 # -- The whole loss -----------------------------------------------------------------
 
 

@@ -98,7 +98,7 @@ def test_a_recording_shows_everybody_who_walks_in_every_tick(recorded):
     folder, watched = recorded
     run, floors = begun(), [rows(folder, floor) for floor in (0, 1)]
     bodies, gone, going = run.world.bodies, set(), set()
-    while True:
+    for _ in range(round(run.scenario.time_limit / run.tick) + 1):
         for floor, found in enumerate(floors):
             here = np.flatnonzero(bodies.walking & (bodies.floor == floor)).tolist()
             in_frame = {i for frame, i in found if frame == run.ticks}

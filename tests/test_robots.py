@@ -18,6 +18,8 @@ from movies import (
     robots_named,
     shipped,
     stage,
+    ticks,
+    wait,
 )
 
 from reference.building import Kind
@@ -341,13 +343,15 @@ def test_of_two_stairwells_over_the_same_cells_the_one_that_leads_down_is_meant(
 )
 def test_the_instruction_goes_with_the_destination(floor, where, instruction):
     """Nobody is sent into stairs that lead nowhere, or to an exit of another floor."""
-    building = stage(UPSTAIRS).building
+    building = built(UPSTAIRS)
     targets = {
         "stairwell": building.stairwells[0].centre,
         "exit": next(building.landmarks[m].position for m in building.exits),
         "middle": (0.0, 0.0),
     }
-    assert said_on_the_way(building, floor, targets[where]).instruction is instruction
+    sim = stage(UPSTAIRS, robots=Send(*targets[where]))
+    sim.step()
+    assert sim.world.robots[floor].says.instruction is instruction
 
 
 @pytest.mark.paper("C7", "Alg. 3:5, chosen")
@@ -646,8 +650,7 @@ def test_an_observer_takes_whoever_is_in_sight_of_a_robot_for_its_follower():
 def test_an_observer_decides_the_same_whatever_people_have_in_mind():
     """Whom they follow, where they are headed, and how far down the stairs they are."""
     sim = Simulation(shipped("paper"), Scenario(), Escort(), RandomFire(), seed=3)
-    while sim.world.time < 40:
-        sim.step()
+    wait(sim, 40)
     world, rng = sim.world, np.random.default_rng(0)
     before = Observer().decide(world, world.robots, rng)
     bodies, n = world.bodies, len(world.bodies)
@@ -682,8 +685,7 @@ def test_a_robot_sent_elsewhere_in_mid_step_does_not_cut_into_a_wall():
     """Many orders, so that it often stands beside the middle of its cell."""
     hurry = Scenario(decision_seconds=1, time_limit=60)
     sim = Simulation(shipped("tower"), hurry, RandomRobots(), NoFire(), seed=0)
-    while not sim.done:
-        sim.step()
+    for _ in ticks(sim):
         assert sim.navigation.walkable[
             [robot.place for robot in sim.world.robots]
         ].all()

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.transforms import Affine2D, Bbox
+from movies import wait
 from pages import overlaps
 
 from reference.building import load
@@ -21,8 +22,7 @@ from reference.workshop.strategies.robots import Sweep
 def after(building, seconds):
     """A simulation with people, robots and fires, some of them gone."""
     simulation = Simulation(building, Scenario(), Sweep(), GreedyFire(), seed=3)
-    while simulation.world.time < seconds:
-        simulation.step()
+    wait(simulation, seconds)
     return simulation
 
 

@@ -19,6 +19,7 @@ from movies import (
     shipped,
     show,
     stage,
+    ticks,
 )
 
 from reference.building import Kind
@@ -68,8 +69,7 @@ def equal(one, other):
 def audit(sim):
     """Run to the end, and check after every tick what must never happen."""
     before = bodies(sim)
-    while not sim.done:
-        sim.step()
+    for _ in ticks(sim):
         now = bodies(sim)
         nobody_is_lost(sim, now)
         nobody_is_in_a_wall(sim, now)
@@ -191,8 +191,8 @@ def test_a_step_returns_what_happened_in_it():
     """All steps together are all events."""
     sim = run(seed=2)
     told = []
-    while not sim.done:
-        told += sim.step()
+    for events in ticks(sim):
+        told += events
     assert told == sim.events and told
 
 
@@ -388,6 +388,31 @@ def test_at_zero_health_a_human_is_dead():
     assert sim.outcome().reward == -FIXED_PENALTY
 
 
+@pytest.mark.paper("B7")
+def test_health_falls_on_the_stairs_too():
+    """Half a point a second, as everywhere."""
+    sim = stage(LANDING.replace("p", "."))
+    people = sim.world.bodies
+    play_until(sim, lambda: people.stairwell[0] >= 0)
+    before = people.health[0]
+    play(sim, 10)
+    assert people.stairwell[0] >= 0
+    assert before - people.health[0] == pytest.approx(5)
+
+
+@pytest.mark.paper("B7")
+def test_the_dead_stand_in_nobodys_way():
+    """Where q has died p walks as if nobody had ever been there."""
+    ways = []
+    for board in ("########\n#p..q..E\n########", "########\n#p.....E\n########"):
+        sim = stage(board, sight_range=8)
+        lead(sim, "p")
+        sim.world.bodies.health[1:] = 0
+        sim.world.bodies.pace[1:] = 0
+        ways.append([play(sim, 0.2).replace("q", ".") for _ in range(20)])
+    assert ways[0] == ways[1]
+
+
 def test_people_inside_at_the_time_limit_are_neither_saved_nor_dead():
     """They are counted as inside."""
     sim = stage("############\n#p.........E\n############", time_limit=4)
@@ -400,10 +425,10 @@ def test_people_inside_at_the_time_limit_are_neither_saved_nor_dead():
 def test_the_outcome_adds_up():
     """People, mean health of those who got out, seconds times people inside."""
     sim = run(seed=6)
-    inside = 0.0
-    while not sim.done:
-        inside += sim.world.bodies.inside.sum() * sim.tick
-        sim.step()
+    inside, before = 0.0, sim.world.bodies.inside.sum()
+    for _ in ticks(sim):
+        inside += before * sim.tick
+        before = sim.world.bodies.inside.sum()
     outcome = sim.outcome()
     out = [event.health for event in sim.events if isinstance(event, Evacuated)]
     assert outcome.people == outcome.evacuated + outcome.died + outcome.inside == 20
@@ -642,8 +667,7 @@ def test_nobody_heads_for_a_burnt_door_that_they_see():
     """From the next thought on; the world's graph is without it."""
     sim = run("paper", PEOPLE, "none", "greedy", seed=2)
     bodies, burnt, seen_since = sim.world.bodies, set(), {}
-    while not sim.done:
-        events = sim.step()
+    for events in ticks(sim):
         burnt |= {event.landmark for event in events if isinstance(event, DoorBurnt)}
         going = np.flatnonzero(bodies.walking & np.isin(bodies.landmark, list(burnt)))
         sees = sim.sight.meets[bodies.place[going], bodies.landmark[going]]

@@ -1,6 +1,7 @@
 """The order of one tick: SENSE, DECIDE, MOVE, BURN, SETTLE.
 
-Each test fails if two phases change places; its name says which comes first.
+A test with "before" in its name fails if the two things it names change places; the
+others hold what is done at once, when, or in which of the phases.
 """
 
 from itertools import pairwise
@@ -14,9 +15,11 @@ from movies import (
     lead,
     mark,
     mind,
+    play,
     play_until,
     shipped,
     stage,
+    ticks,
     view,
 )
 
@@ -26,6 +29,7 @@ from reference.paper import (
     FLAME_SECONDS,
     FRAMES_PER_TICK,
     HEALTH_RATE,
+    HEAT_LOSS,
     ROBOT_SPEED,
     WALKING_SPEED,
     Scenario,
@@ -33,7 +37,7 @@ from reference.paper import (
 from reference.robots import CROWD_GAP, FOLLOWER_GAP
 from reference.simulation import Simulation
 from reference.strategies import NoRobots, RandomFire
-from reference.world import NOWHERE, Aim, Fate, Goal, Mode
+from reference.world import NOBODY, NOWHERE, Aim, Fate, Goal, Mode
 
 LOSS = HEALTH_RATE * FRAMES_PER_TICK  # health that everybody loses in a tick
 
@@ -63,6 +67,18 @@ class ProbeFire:
 
 
 # -- SENSE and DECIDE ---------------------------------------------------------------
+
+
+@pytest.mark.paper("B4")
+def test_everybody_looks_before_anybody_decides():
+    """p sets off to the door now; q, who thinks after p, sees that a turn later."""
+    sim = stage("############\n#p..q..+...E\n############", sight_range=7)
+    lead(sim, "p", "q")
+    sim.world.bodies.rank[body("p")] = 9
+    sim.step()
+    assert sim.world.bodies.landmark[body("p")] == mark(sim, Kind.DOOR)
+    assert mind(sim, "q").leader == NOBODY
+    play_until(sim, lambda: mind(sim, "q").leader == body("p"), seconds=1)
 
 
 @pytest.mark.paper("B4")
@@ -111,7 +127,7 @@ def test_people_decide_before_they_move():
     )
 
 
-@pytest.mark.paper("C7", "Alg. 3:4, 7")
+@pytest.mark.paper("C7", "Alg. 3:4", "Alg. 3:7")
 def test_robots_decide_before_they_move():
     """The first decision is walked in its own tick."""
     sim = stage("#########\n#R.....pE\n#########", robots=Send(1.5, 0.5))
@@ -152,6 +168,43 @@ def test_people_move_before_flames_hurt_them():
     assert 100 - sim.world.bodies.health[0] == pytest.approx(LOSS)
 
 
+@pytest.mark.paper("D7")
+def test_people_move_before_flames_move_on():
+    """p steps into a cell that begins to burn in this tick, and would not in the next.
+
+    Lit at 2 s, it burns at 3 s.
+    """
+    fire = ProbeFire(lambda world: None, 0, -2.5, 0.5)
+    board = "############\n#.p........E\n############"
+    sim = stage(board, fire=fire, decision_seconds=1, sight_range=12)
+    bodies, flames = sim.world.bodies, sim.world.flames
+    bodies.pace[:] = 0
+    play(sim, 3 - sim.tick)
+    bodies.pace[:] = WALKING_SPEED
+    bodies.position[0, 0] += 0.45
+    assert not flames.burning.any()
+    sim.step()
+    assert flames.burning.ravel()[bodies.place[0]]
+
+
+@pytest.mark.paper("B7")
+def test_flames_move_on_before_they_hurt():
+    """The tick in which the cell beside p begins to burn costs p more already."""
+    fire = ProbeFire(lambda world: None, 0, -2.5, 0.5)
+    board = "############\n#.p........E\n############"
+    sim = stage(board, fire=fire, decision_seconds=1)
+    sim.world.bodies.pace[:] = 0
+    health = []
+
+    def burns():
+        health.append(sim.world.bodies.health[0])
+        return sim.world.flames.burning.any()
+
+    play_until(sim, burns)
+    last_two = [LOSS, LOSS + HEAT_LOSS * sim.tick]
+    assert -np.diff(health)[-2:] == pytest.approx(last_two)
+
+
 @pytest.mark.paper("A6")
 def test_flames_move_on_once_a_second():
     """At whole seconds and at no other tick, however fast they spread."""
@@ -159,8 +212,7 @@ def test_flames_move_on_once_a_second():
     sim = Simulation(shipped("tiny"), hurry, NoRobots(), RandomFire(), seed=3)
     sim.world.bodies.pace[:] = 0
     states = []
-    while not sim.done:
-        sim.step()
+    for _ in ticks(sim):
         states.append((sim.world.time, sim.world.flames.burning.sum()))
     changes = [after for (_, a), (after, b) in pairwise(states) if a != b]
     assert len(changes) > 2

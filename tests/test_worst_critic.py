@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from movies import robots_named, shipped
+from movies import robots_named, shipped, wait
 from trainings import begun, tiny
 
 from reference.game.moments import Moment
@@ -33,8 +33,7 @@ def moment(fire, seconds=12, robots="sweep"):
     sim = Simulation(
         shipped("tiny"), scenario, robots_named(robots), RandomFire(), seed=1
     )
-    while sim.world.time < seconds:
-        sim.step()
+    wait(sim, seconds)
     return sim
 
 

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from movies import robots_named, shipped, stage
+from movies import robots_named, shipped, stage, wait
 
 from reference.building import Kind
 from reference.events import FireLit
@@ -45,8 +45,7 @@ def lit(sim):
 def test_placements_are_free_cells_of_rooms(seconds):
     """Where a fire can break out: about sixty of them in the paper's building."""
     sim = against(RandomFire(), "paper", PEOPLE)
-    while sim.world.time < seconds:
-        sim.step()
+    wait(sim, seconds)
     choice = placements(sim.world, sim.scenario)
     free, nav = free_places(sim.world), navigation_of(sim.building)
     assert 40 < len(choice) == len(set(choice)) < 70

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from movies import shipped
+from movies import shipped, wait
 from trainings import begun, tiny
 
 from reference.game.moments import Moment
@@ -36,8 +36,7 @@ def moment(robots, seconds, seed=1):
     """An evacuation of the tiny building after some seconds."""
     scenario = replace(robots.scenario_to_evaluate(), time_limit=60.0)
     sim = Simulation(shipped("tiny"), scenario, Sweep(), RandomFire(), seed)
-    while sim.world.time < seconds:
-        sim.step()
+    wait(sim, seconds)
     return sim.world
 
 
