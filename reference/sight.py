@@ -4,6 +4,7 @@ Clauses: B1, B2, B6.  Walls do not move, so during a simulation a ray is a table
 look-up.  A ray returns the first thing it meets; doors, entrances and exits stop it too
 [B1, chosen: in the paper's engine triggers do], so only people standing
 in a door see through it.
+Rays go all around, 360 degrees, and neither people nor flames stop one [B1, chosen].
 
     p, q   places (see navigation)
     k      number of a ray, counted counter-clockwise from east
