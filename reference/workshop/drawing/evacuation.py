@@ -334,7 +334,7 @@ def _looks(metre: float) -> dict[str, Style]:
     """Markers of all that moves but the people; metre: in points."""
     mark = float(np.clip(metre, 5, 11))
     return {
-        TRAIL: {"color": page.FAINT, "lw": 1.3, "alpha": TRAIL_ALPHA},
+        TRAIL: {"color": page.FAINT, "lw": 1.0, "alpha": TRAIL_ALPHA},
         "flames": _marker("s", 0.94 * metre, FLAME, EMBER, 0.6),
         "burnt door": _marker("s", 0.9 * metre, CHAR, FLAME, 1.0),
         "fire source": _marker(DROP, 1.9 * mark, SOURCE, "white", 0.9),
