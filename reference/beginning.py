@@ -1,6 +1,6 @@
 """The world before the first tick: who stands where, and what they remember.
 
-Clauses: B4, B5, B7, B8, C2.
+Clauses: B4, B5, B7, B8, C2, C5.
 
     n   people;  p  place
 """
@@ -89,7 +89,7 @@ def occupancy(bodies: Bodies, floors: int) -> list[int]:
 def _bodies(
     building: Building, place: np.ndarray, position: np.ndarray, rng: Rng
 ) -> Bodies:
-    """Bodies in these places, with a pace drawn for each."""
+    """Bodies of people in these places, with a pace drawn for each."""
     n = len(place)
     pace = rng.normal(WALKING_SPEED, WALKING_SPREAD, n)
     slowest, fastest = WALKING_SPEED + np.array([-2, 2]) * WALKING_SPREAD
@@ -147,7 +147,11 @@ def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
 
 
 def _robots(building: Building, per_floor: int, people: int) -> list[Robot]:
-    """Put a team on each floor, a robot at each stairwell in turn [C2]."""
+    """Put a team on each floor, a robot at each stairwell in turn [C2].
+
+    Robots have no bodies [C5, chosen]: they and people walk through each other. Their
+    numbers follow those of people's bodies, so that who follows whom is one number.
+    """
     nav = navigation_of(building)
     robots: list[Robot] = []
     for floor in range(building.floors):

@@ -1,8 +1,9 @@
-"""The numbers of the paper's appendix, stated, derived or chosen, with their clauses.
+"""The numbers of the paper's appendix, stated, derived or ours, with their clauses.
 
 Clauses: A1, A3, A5, A7, B1, B2, B4-B8, C2, C5, C6, D2, D6, D7, E1, E2, E4, E5, F1, F2,
 F4-F10.
-Stated numbers carry only their clause; chosen ones say why they are what they are.
+Stated numbers carry only their clause; chosen ones and deviations say why they are
+what they are.
 """
 
 from dataclasses import dataclass
@@ -19,8 +20,10 @@ STAIRS_SPEED = 0.8  # [A3, chosen] m/s, mean; IMO MSC.1/Circ.1533: 0.64 to 1.07
 STAIRS_SECONDS = FLIGHT / STAIRS_SPEED  # of a mean walker; F8 does not count them
 
 DOOR_FLOW, STAIRS_FLOW = 1.3, 1.1
-"""[A5, chosen] most people per second and metre of width, through doors and exits and
-through stairwell entrances: the same circular's maximum specific flows."""
+"""[A5, deviation] most people per second and metre of width, through doors and exits
+and through stairwell entrances. The paper's are without volume; ours hold crowds up on
+purpose. The values are the same circular's maximum specific flows, made for design:
+real narrow exits pass 1.9 to 2.4."""
 
 # -- People (Appendix B and F) ------------------------------------------------------
 
@@ -33,8 +36,8 @@ MOST_FRAMES_PER_TICK = 25  # [F8, chosen] in longer ticks people step through wa
 SIGHT_RANGE = 5.0  # [B2, chosen] metres, in smoke: about as wide as a small office
 
 RAYS = 360
-"""[B1, chosen] rays around a human, one per degree: a door 4 m along the wall where one
-stands fills 2 degrees; with fewer rays, people in corners see no way out."""
+"""[B1, chosen] rays all around a human, one per degree: a door 4 m along the wall where
+one stands fills 2 degrees; with fewer rays, people in corners see no way out."""
 
 LOSS_PER_SECOND = HEALTH_RATE * FRAMES_PER_SECOND  # [F7] rate and framesp of Eq. 7
 NO_HEALTH = 1e-9  # [B7, chosen] less is rounding: 1000 ticks of 0.1 leave 1e-12

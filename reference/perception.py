@@ -2,6 +2,7 @@
 
 Clauses: A6, B1, B2, B3, B6.  Walls and landmarks are in the sight tables; which
 people, robots and flames are in sight is computed anew for all who are about to think.
+Neither people nor flames hide what is behind them [B1, chosen].
 
     i  who looks;  j  a body in sight, by its number in its world;  w  number of a world
 """

@@ -39,7 +39,7 @@ class RobotAlgorithm:
         self, robot: Robot, world: World, decision: Destination | None, seconds: float
     ) -> None:
         """One pass of the loop, `seconds` long."""
-        # "in this level": people here, or above, who come through it [C8]
+        # "in this level": here, or above, from where people come through [C8, chosen]
         robot.active = world.anybody_at_or_above(robot.floor)  # 1
         if not robot.active:
             return

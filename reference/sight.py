@@ -4,7 +4,8 @@ Clauses: B1, B2, B6.  Walls do not move, so during a simulation a ray is a table
 look-up.  A ray returns the first thing it meets; doors, entrances and exits stop it too
 [B1, chosen: in the paper's engine triggers do], so only people standing
 in a door see through it.  Bodies are seen through entrances, which have no leaf: so a
-robot that Eq. 1 moves inside a stairwell still leads [A3, C6, chosen].
+robot that Eq. 1 moves inside a stairwell still leads [A3, C6, chosen].  Rays go all
+around, 360 degrees, and neither people nor flames stop one [B1, chosen].
 
     p, q   places (see navigation)
     k      number of a ray, counted counter-clockwise from east

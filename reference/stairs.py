@@ -1,7 +1,9 @@
 """Stairs: people leave a floor, pass landings and come out at the lowest floor.
 
 Clauses: A3, F8.  On the stairs nobody is seen and nobody is in the way; the bottleneck
-is the entrance at either end [A3, chosen].  Nobody walks up.
+is the entrance at either end [A3, chosen].  Nobody walks up.  The paper's entrances
+join a floor's platform and its staircases; ours stand between room and stairwell, and
+the platform is part of the stairs: who enters is on the stairs [A3, deviation].
 
     i   person;  p  place;  k  stairwell
 """

@@ -219,5 +219,5 @@ class World:
         return burn(self.building.graph, doors)
 
     def anybody_at_or_above(self, floor: int) -> bool:
-        """Is anybody inside on a floor or above it, who will come through it? [C8]"""
+        """Is anybody inside on a floor, or above, to come through it? [C8, chosen]"""
         return any(self.occupancy[floor:])

@@ -5,6 +5,7 @@ Each id stands with the kind of statement it is and a title of one line:
 stated    the appendix says it
 derived   it follows from what the appendix says
 erratum   what is printed cannot be meant; we implement what is meant
+deviation the appendix says it; we do otherwise on purpose, and say why
 chosen    the appendix is silent; we chose, and say why where the code does it
 
 Code cites them in one grammar, `[D3, Eq. 2]`, and tests by `@pytest.mark.paper("D3")`;
@@ -14,9 +15,12 @@ Code cites them in one grammar, `[D3, Eq. 2]`, and tests by `@pytest.mark.paper(
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
+
+KINDS = ("stated", "derived", "erratum", "deviation", "chosen")
 
 CLAUSES = {
     "A1": ("stated", "three floors, each 40 x 40 units of 1 m"),
@@ -42,7 +46,7 @@ CLAUSES = {
     "C5": ("stated", "a robot's action is a destination, two floats"),
     "C6": ("stated", "Eq. 1, destinations near a stairwell"),
     "C7": ("stated", "Algorithm 3, whoever decides: model or algorithm"),
-    "C8": ("derived", "robots finish when all people above are gone"),
+    "C8": ("chosen", '"in this level" is "here or above": a robot ends its work'),
     "D1": ("stated", "the fire is the adversary and sees everything"),
     "D2": ("stated", "the fire's action is a floor and a place"),
     "D3": ("stated", "a source appears at the nearest cell's centre"),
@@ -154,13 +158,28 @@ CLAUSE = re.compile(r"[A-F]\d{1,2}")
 
 def citations() -> Iterator[tuple[str, Path, int]]:
     """Clause, file and line of every citation such as `[D3, Eq. 2]` in reference/."""
-    for path in sorted((ROOT / "reference").rglob("*.py")):
-        lines = path.read_text(encoding="utf-8").splitlines()
-        for number, line in enumerate(lines, start=1):
-            for cited in CITATION.findall(line):
-                for part in re.split(r"[,;:] *", cited):
-                    if CLAUSE.fullmatch(part):
-                        yield part, path, number
+    for parts, path, number in _cited():
+        for part in parts:
+            if CLAUSE.fullmatch(part):
+                yield part, path, number
+
+
+def kinds_of(clause: str) -> list[str]:
+    """The kind of a clause, then those that the code tags: `[A5, deviation]`."""
+    tagged = {part for parts, *_ in _cited() if clause in parts for part in parts}
+    kind, _ = CLAUSES[clause]
+    return [kind, *(each for each in KINDS if each in tagged - {kind})]
+
+
+@cache
+def _cited() -> list[tuple[list[str], Path, int]]:
+    """The parts, file and line of every citation."""
+    return [
+        (re.split(r"[,;:] *", cited), path, number)
+        for path in sorted((ROOT / "reference").rglob("*.py"))
+        for number, line in enumerate(path.read_text("utf-8").splitlines(), start=1)
+        for cited in CITATION.findall(line)
+    ]
 
 
 def marks() -> Iterator[tuple[str, Path, int, list[str]]]:

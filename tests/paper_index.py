@@ -1,8 +1,8 @@
 """The index of the paper: clause by clause, and line by line of its algorithms.
 
 Each entry names the code that carries it, the main place first, and the tests that
-hold it; a clause's also what kind of statement it is. `test_house` sees to it that none
-lacks code or a test.
+hold it; a clause's also what kinds of statement it is: its own, and those that the code
+tags. `test_house` sees to it that none lacks code or a test.
 """
 
 import ast
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
-from clauses import CITATION, CLAUSES, PRINTED, ROOT, citations
+from clauses import CITATION, CLAUSES, PRINTED, ROOT, citations, kinds_of
 
 from reference import BOOK
 
@@ -36,8 +36,8 @@ def paper_index(items: Iterable[pytest.Item]) -> Iterator[str]:
     clauses, printed = _tests(items)
     code, code_of_printed = _code()
     yield "CLAUSES"
-    for clause, (kind, title) in CLAUSES.items():
-        yield from _entry(f"{clause}  {title}", kind)
+    for clause, (_, title) in CLAUSES.items():
+        yield from _entry(f"{clause}  {title}", ", ".join(kinds_of(clause)))
         yield from _places("code", code[clause])
         yield from _held_by(clauses[clause])
     yield ""

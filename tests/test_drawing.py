@@ -28,7 +28,15 @@ from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop import drawing
 from reference.workshop.drawing import evacuation, film, relief
-from reference.workshop.drawing.evacuation import EMBER, FLAME, SOURCE, STEPS, Scene
+from reference.workshop.drawing.evacuation import (
+    EMBER,
+    FLAME,
+    SOURCE,
+    STEPS,
+    TRAIL,
+    TRAIL_SECONDS,
+    Scene,
+)
 from reference.workshop.drawing.page import COLOURS, MEANINGS, arrange, sheet
 from reference.workshop.drawing.plans import outward, widest
 from reference.workshop.strategies.robots import Sweep
@@ -379,6 +387,48 @@ def test_robots_destinations_flames_and_burnt_doors_have_marks_of_their_own(simu
     assert count["burnt door"] == 2
 
 
+def walked(world, *spots, seconds=1.0):
+    """Trails after a past in which person 0 stood in these spots: runs of points."""
+    scene, history = Scene(world.building, 8), []
+    for k, spot in enumerate(spots):
+        others = np.full((7, 3), [0, np.nan, np.nan])
+        history.append(drawing.Tally(k * seconds, 0, 8, 0, np.vstack([spot, others])))
+    scene.show(world, history)
+    ways = np.transpose(scene.marks[TRAIL].get_data())
+    cuts = np.flatnonzero(np.isnan(ways).any(axis=1))
+    runs = [run[np.isfinite(run).all(axis=1)] for run in np.split(ways, cuts)]
+    return [(run - scene.offset[0]).round(6).tolist() for run in runs if len(run)]
+
+
+def test_a_trail_is_where_a_person_walked_lately(simulation):
+    """Older spots are forgotten: so many seconds of them, one spot a second."""
+    spots = [(0, k, 2.0 * k) for k in range(30)]
+    (trail,) = walked(simulation.world, *spots)
+    assert trail == [[k, 2.0 * k] for k in range(30 - TRAIL_SECONDS, 30)]
+
+
+def test_a_trail_breaks_on_stairs_and_goes_on_on_the_next_floor(simulation):
+    """Nobody walks from one drawn floor to another."""
+    world, on_stairs = simulation.world, (1, np.nan, np.nan)
+    above, below = walked(world, (1, 3, 4), (1, 4, 4), on_stairs, (0, 9, 9), (0, 8, 9))
+    assert below == [[9, 9], [8, 9]]
+    up = np.subtract(*Scene(world.building, 8).offset[[1, 0]])
+    assert np.allclose(above, np.array([[3, 4], [4, 4]]) + up)
+
+
+@pytest.mark.parametrize("fate", [Fate.EVACUATED, Fate.DEAD])
+def test_who_is_out_or_dead_leaves_no_trail(simulation, fate):
+    """It vanishes with the person."""
+    simulation.world.bodies.fate[0] = fate
+    assert walked(simulation.world, (0, 1, 1), (0, 2, 1)) == []
+
+
+def test_instants_that_are_far_apart_make_no_trail(simulation):
+    """A straight line between them would cross walls."""
+    spots = [(0, k, 1) for k in range(12)]
+    assert walked(simulation.world, *spots, seconds=5) == []
+
+
 def listed(figure):
     """What the legends of an instant list: shapes, then kinds of cells; the curves."""
     shapes, cells = (
@@ -392,7 +442,7 @@ def test_an_instant_lists_only_what_occurs_in_it():
     """Nobody guides, nothing burns, nobody is dead, and there are no stairs."""
     run = Simulation(house("museum"), SHORT, NoRobots(), NoFire(), seed=1)
     run.world.bodies.mode[:] = Mode.LEADER
-    figure = drawing.frame(run.world, [drawing.tally(run.world)] * 2)
+    figure = drawing.frame(run.world, [drawing.Tally(0.0, 0, 8, 0)] * 2)
     assert listed(figure) == ({"leader"}, {"wall", "door", "exit"}, {"inside"})
 
 
@@ -464,6 +514,7 @@ def test_a_blitted_frame_is_the_frame_painted_anew(simulation):
     simulation.world.time = history[-1].time
     used.show(simulation.world, history)
     fresh.show(simulation.world, history)
+    assert TRAIL in used.shown()
     last = paint()
     np.testing.assert_array_equal(last, film.painter(fresh)())
 
@@ -486,7 +537,7 @@ def test_a_film_lists_neither_fires_nor_robots_where_there_are_none(tiny):
     """They cannot come: the strategies are known."""
     calm = Simulation(tiny, SHORT, NoRobots(), NoFire(), seed=1)
     shapes, _, curves = listed(film.scene_of(calm).figure)
-    assert shapes == {"follower", "leader", "died here"}
+    assert shapes == {"follower", "leader", TRAIL, "died here"}
     assert curves == {"out", "inside", "dead"}
 
 

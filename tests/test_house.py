@@ -11,8 +11,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from clauses import CLAUSES, PRINTED, ROOT, citations, marks
-from paper_index import places_in
+from clauses import CLAUSES, KINDS, PRINTED, ROOT, citations, kinds_of, marks
+from paper_index import paper_index, places_in
 
 from reference import BOOK, READING_ORDER, WORKSHOP, __version__
 from reference.__main__ import COMMANDS, main
@@ -178,6 +178,15 @@ def test_every_citation_and_every_mark_names_a_real_clause():
     named = [*citations(), *marks()]
     assert named
     assert [found for found in named if found[0] not in CLAUSES] == []
+
+
+def test_the_index_tells_the_kinds_that_the_code_tags():
+    """A clause may be stated, and what we do about it a deviation or chosen."""
+    assert {kind for kind, _ in CLAUSES.values()} <= set(KINDS)
+    assert kinds_of("A4") == ["stated"]
+    assert kinds_of("A3") == ["stated", "deviation", "chosen"]
+    index = {line[:2]: line.split("  ")[-1].strip() for line in paper_index([])}
+    assert (index["A5"], index["C8"]) == ("stated, deviation", "chosen")
 
 
 def test_every_printed_line_equation_table_and_figure_is_marked_in_a_test():

@@ -597,7 +597,7 @@ PARLOUR = """
     """
 
 
-@pytest.mark.paper("A5", "chosen")
+@pytest.mark.paper("A5", "deviation")
 def test_an_exit_lets_a_limited_flow_through():
     """DOOR_FLOW people per second and metre; ghosts pass it as they come."""
     seconds = []
@@ -612,7 +612,7 @@ def test_an_exit_lets_a_limited_flow_through():
     assert seconds[0] >= least > 1.5 * seconds[1]
 
 
-@pytest.mark.paper("A5", "chosen")
+@pytest.mark.paper("A5", "deviation")
 def test_stairs_let_fewer_people_through_than_doors():
     """STAIRS_FLOW people per second and metre, here from a queue before them."""
     sim = stage(
@@ -634,7 +634,7 @@ def test_stairs_let_fewer_people_through_than_doors():
     assert times[-1] - times[0] >= 10 / STAIRS_FLOW - sim.tick
 
 
-@pytest.mark.paper("A5", "chosen")
+@pytest.mark.paper("A5", "deviation")
 def test_who_is_in_a_full_door_walks_on():
     """It is full for others: p, who fills it, does not slow down in it."""
     sim = stage("##########\n#p..+....E\n##########")
@@ -646,7 +646,7 @@ def test_who_is_in_a_full_door_walks_on():
     assert walked == pytest.approx(0.6 * WALKING_SPEED, rel=0.05)
 
 
-@pytest.mark.paper("A5", "chosen")
+@pytest.mark.paper("A5", "deviation")
 @pytest.mark.parametrize("frames", [1, 10])
 def test_what_a_full_way_lets_through_hardly_hangs_on_the_tick(frames):
     """It becomes free within a tick, and counts from then on."""

@@ -11,7 +11,11 @@ from reference.navigation import navigation_of
 from reference.workshop.drawing import validation as drawing
 from reference.workshop.validation.cases import (
     CASES,
+    EXITS_OF,
+    MEASURED,
     NOT_MODELLED,
+    ONE_WAY,
+    OPPOSED,
     Case,
     measured,
     weidmann,
@@ -120,6 +124,19 @@ def test_a_case_that_fails_is_no_error(capsys, monkeypatch):
     assert "fails 3/3" in told and "s: - (never in 3/3) (it is icy)" in told
 
 
+def test_what_to_know_of_a_case_is_told_whatever_its_verdict(capsys, monkeypatch):
+    """That the flow through doors is a parameter: IMO 4 cannot but pass."""
+    doors = CASES["doors"]
+    passing = doors._replace(measure=lambda seed: (True, {"exit 1 m": 1.3}))
+    monkeypatch.setitem(CASES, "doors", passing)
+    assert main(["validate", "--only", "doors", "--json"]) == 0
+    (row,) = json.loads(capsys.readouterr().out)["cases"]
+    assert (row["verdict"], row["why"]) == ("passes", "")
+    assert row["note"].startswith("by construction: ") and "1.9 to 2.4" in row["note"]
+    assert main(["validate", "--only", "doors"]) == 0
+    assert f"exit 1 m: 1.3 ({row['note']})" in capsys.readouterr().out
+
+
 def test_people_who_never_get_through_are_counted_and_not_averaged(monkeypatch):
     """A mean over the seeds that end, and how many do not: the verdict says it too."""
     late = Case(
@@ -161,6 +178,18 @@ def quick(monkeypatch):
 def test_no_words_of_the_pictures_overlap(draw, quick):
     """And all lie on the page."""
     assert overlaps(draw(0)) == []
+
+
+def test_real_people_stand_beside_the_model(quick):
+    """A dozen points, and where they come from."""
+    facts = {drawing.diagram: (ONE_WAY, OPPOSED), drawing.door: (EXITS_OF,)}
+    for draw, tables in facts.items():
+        figure = draw(0)
+        lines = [line for axes in figure.axes for line in axes.lines]
+        drawn = [np.transpose(line.get_data()).tolist() for line in lines]
+        for table in tables:
+            assert [list(point) for point in table.items()] in drawn
+        assert MEASURED in figure.legends[0].get_title().get_text()
 
 
 def test_the_pictures_go_to_a_folder(quick, tmp_path, capsys):

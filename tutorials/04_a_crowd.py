@@ -57,9 +57,10 @@ while world.time < 120:
 #>  120       15          8              1          0   17
 
 # %% The picture
-# One minute after the start: triangles lead, discs follow. The colour is their health.
-# It falls without a fire too [B7]: whoever is not out after 200 s is dead. The curve at
-# the lower right shows that nobody has got out since the first seconds.
+# One minute after the start: triangles lead, discs follow. A faint line is where a
+# person walked in the last ten seconds. The colour is their health. It falls without a
+# fire too [B7]: whoever is not out after 200 s is dead. The curve at the lower right
+# shows that nobody has got out since the first seconds.
 
 Path("out").mkdir(exist_ok=True)
 print(drawing.save(figure, "out/04_a_crowd.png"))

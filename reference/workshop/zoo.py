@@ -20,7 +20,7 @@ from reference.game.environment import (
 )
 from reference.paper import Scenario
 from reference.strategies import FireStrategy, RobotStrategy
-from reference.workshop.drawing.evacuation import Scene, tally
+from reference.workshop.drawing.evacuation import TRAIL, Scene, tally
 from reference.workshop.drawing.film import painter, scene_of
 
 try:
@@ -126,7 +126,8 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
 
     @cached_property
     def _film(self) -> tuple[Scene, Callable[[], np.ndarray]]:
-        scene = scene_of(self.environment.simulation)
+        simulation = self.environment.simulation
+        scene = scene_of(simulation, without={TRAIL})  # decisions are seconds apart
         return scene, painter(scene)
 
 

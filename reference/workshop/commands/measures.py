@@ -54,7 +54,7 @@ def _tell(rows: list[dict[str, Any]]) -> None:
 
 
 def _line(row: dict[str, Any]) -> tuple[str, ...]:
-    """Write a case in words: its verdict, what was measured, and why it fails."""
+    """Write a case in words: its verdict, what was measured, and what to know of it."""
     verdict, runs = row["verdict"], row["runs"]
     if row["failed"] and runs > 1:
         verdict += f" {row['failed']}/{runs}"
@@ -62,8 +62,9 @@ def _line(row: dict[str, Any]) -> tuple[str, ...]:
     for name, count in row["never"].items():
         words[name] += f" (never in {count}/{runs})"
     numbers = ", ".join(f"{name}: {word}" for name, word in words.items())
-    why = f" ({row['why']})" if row["why"] else ""
-    return verdict, row["source"], row["what"], row["accepted"], numbers + why
+    said = "; ".join(filter(None, (row["why"], row["note"])))
+    numbers += f" ({said})" if said else ""
+    return verdict, row["source"], row["what"], row["accepted"], numbers
 
 
 # -- bench --------------------------------------------------------------------------

@@ -2,11 +2,12 @@
 
 Clauses: B4 and B7 for people's modes and health, C5 for robots and their destinations,
 D3, D7 and A6 for sources, flames and burnt doors.  Shapes tell things apart as well as
-colours do: disc follower, triangle leader, diamond robot, drop fire source.
+colours do: disc follower, triangle leader, diamond robot, drop fire source.  A faint
+line is where a person walked lately: who walks in circles draws one.
 """
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import ceil
 from typing import Any
 
@@ -39,11 +40,14 @@ HEALTHS = ListedColormap(STEPS, name="health")
 
 MODES = {Mode.FOLLOWER: "follower", Mode.LEADER: "leader"}
 FIRES = ("flames", "fire source", "burnt door")
-ENTRIES = (*MODES.values(), "robot", "destination", *FIRES, "died here")
+TRAIL_SECONDS = 10
+TRAIL = f"walked in {TRAIL_SECONDS} s"
+ENTRIES = (*MODES.values(), TRAIL, "robot", "destination", *FIRES, "died here")
 """What the legend can list, besides the kinds of cells and the curves."""
 
 INK = "#16191d"
 FLAME, EMBER, SOURCE, CHAR = "#f47b20", "#c43c00", "#d11a1a", "#1d120c"
+TRAIL_ALPHA = 0.5
 CURVES: dict[str, Style] = {
     "out": {"color": COLOURS[Kind.EXIT], "ls": "-"},
     "inside": {"color": page.FAINT, "ls": (0, (4, 1.5))},
@@ -60,26 +64,34 @@ _TITLE, _STRIP = 0.5, 1.45  # inches for the title, and for legend and curve bel
 
 @dataclass(frozen=True)
 class Tally:
-    """How many people were where at a time (seconds)."""
+    """How many people were where at a time (seconds).
+
+    spots: (n, 3) each one's floor, and x and y in metres, NaN for who does not walk
+    """
 
     time: float
     out: int
     inside: int
     dead: int
+    spots: np.ndarray | None = field(default=None, compare=False, repr=False)
 
 
 def tally(world: World) -> Tally:
     """Count the people of a world."""
-    count = np.bincount(world.bodies.fate, minlength=len(Fate)).tolist()
+    bodies = world.bodies
+    count = np.bincount(bodies.fate, minlength=len(Fate)).tolist()
     out, inside, dead = (count[f] for f in (Fate.EVACUATED, Fate.INSIDE, Fate.DEAD))
-    return Tally(world.time, out, inside, dead)
+    walked = np.where(bodies.walking[:, None], bodies.position, np.nan)
+    spots = np.column_stack([bodies.floor, walked])
+    return Tally(world.time, out, inside, dead, spots)
 
 
 def frame(world: World, history: Sequence[Tally] | None = None) -> Figure:
     """Draw people, robots and fire on all floors at one instant.
 
-    history: the tallies up to now, oldest first, for the curve of who is out; without
-    it there is no curve.  The legends list what occurs in the picture.
+    history: the tallies up to now, oldest first, for the curve of who is out and for
+    people's trails; without it there are none.  The legends list what occurs in the
+    picture.
     """
     scene = Scene(world.building, len(world.bodies))
     scene.show(world, history or [tally(world)])
@@ -94,7 +106,7 @@ def possible(building: Building, robots: bool, fire: bool) -> set[str]:
     robots, fire: whether there are any
     """
     doors = any(mark.kind is Kind.DOOR for mark in building.landmarks)
-    names = {*MODES.values(), "died here", *CURVES}
+    names = {*MODES.values(), TRAIL, "died here", *CURVES}
     names |= {"robot", "destination"} if robots else set()
     names |= {*FIRES} if fire else set()
     return names if doors else names - {"burnt door"}
@@ -138,6 +150,7 @@ class Scene:
         """Move everything to where it is in a world."""
         self._show_fire(world)
         self._show_robots(world)
+        self._show_trails(world, history)
         self._show_people(world)
         self._show_curve(history)
         now = history[-1]
@@ -192,6 +205,19 @@ class Scene:
         dead = bodies.fate == Fate.DEAD
         spots = self._on_page(bodies.floor[dead], bodies.position[dead])
         self.marks["died here"].set_data(*spots)
+
+    def _show_trails(self, world: World, history: Sequence[Tally]) -> None:
+        """Draw where people inside walked, unless tallies are over a second apart."""
+        since = history[-1].time - TRAIL_SECONDS
+        recent = [t.spots for t in history if t.time > since and t.spots is not None]
+        if len(recent) < 2 or len(recent) < min(TRAIL_SECONDS, history[-1].time):
+            self.marks[TRAIL].set_data([], [])
+            return
+        floor, x, y = np.stack(recent, axis=1)[world.bodies.inside].T  # (tallies, n)
+        ways = self._on_page(floor, np.stack([x, y], axis=2)).reshape(2, *x.shape)
+        apart = np.full((2, 1, x.shape[1]), np.nan)  # from one person to the next
+        ways = np.concatenate([ways, apart], axis=1)
+        self.marks[TRAIL].set_data(*ways.swapaxes(1, 2).reshape(2, -1))
 
     def _show_robots(self, world: World) -> None:
         robots = world.robots
@@ -308,6 +334,7 @@ def _looks(metre: float) -> dict[str, Style]:
     """Markers of all that moves but the people; metre: in points."""
     mark = float(np.clip(metre, 5, 11))
     return {
+        TRAIL: {"color": page.FAINT, "lw": 1.0, "alpha": TRAIL_ALPHA},
         "flames": _marker("s", 0.94 * metre, FLAME, EMBER, 0.6),
         "burnt door": _marker("s", 0.9 * metre, CHAR, FLAME, 1.0),
         "fire source": _marker(DROP, 1.9 * mark, SOURCE, "white", 0.9),
@@ -338,7 +365,7 @@ def _legend(figure: Figure, building: Building, names: Sequence[str]) -> None:
             bbox_to_anchor=(0.1 / WIDTH, bottom / figure.get_size_inches()[1]),
             ncols=max(ceil(len(handles) / rows), 1),
             handlelength=1.3,
-            columnspacing=1.4,
+            columnspacing=1.1,
         )
 
 

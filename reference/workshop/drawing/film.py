@@ -6,7 +6,7 @@ painted on top (blitting); GIF and player store only the pixels that changed.
 
 import json
 from base64 import b64encode
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from contextlib import AbstractContextManager, contextmanager, suppress
 from html import escape
 from io import BytesIO
@@ -77,12 +77,16 @@ def animate(simulation: Simulation, path: str | Path) -> Outcome:
     return simulation.run()
 
 
-def scene_of(simulation: Simulation) -> Scene:
-    """Make the page of a film; its legend lists what can occur in this film."""
+def scene_of(simulation: Simulation, without: Collection[str] = ()) -> Scene:
+    """Make the page of a film; its legend lists what can occur in this film.
+
+    without: names that cannot, all the same
+    """
     world, sources = simulation.world, simulation.scenario.sources
     fire = sources > 0 and not isinstance(simulation.fire_strategy, NoFire)
     scene = Scene(world.building, len(world.bodies), DPI)
-    scene.explain(possible(world.building, bool(world.robots), fire))
+    names = possible(world.building, bool(world.robots), fire)
+    scene.explain(names.difference(without))
     return scene
 
 
@@ -172,6 +176,7 @@ def _palette() -> np.ndarray:
     mixes += [(ink, ground, 1 / 2) for ink in inks for ground in grounds]
     mixes += [(i, COLOURS[Kind.FLOOR], t) for i in inks for t in (1 / 3, 2 / 3)]
     mixes += [(i, WHITE, t / 10) for i in (TEXT, FAINT) for t in range(1, 10)]
+    mixes += [(FAINT, COLOURS[Kind.FLOOR], t / 10) for t in range(5, 10)]  # trails
     colours = np.full((256, 3), 255, dtype=np.uint8)
     for place, (ink, ground, share) in enumerate(mixes):
         one, other = np.array(to_rgb(ink)), np.array(to_rgb(ground))
