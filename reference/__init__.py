@@ -87,8 +87,8 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
-__version__ = "0.9.6"
+__version__ = "0.10.0"
 
-GAME = 4
+GAME = 5
 """Increases when rules or numbers of the game change: policies learned in another game
 are refused, and runs begun in it are not resumed."""

@@ -81,8 +81,8 @@ def occupied(world: World, floor: int, x: float, y: float) -> str:
         return kind.name.lower()
     if not fuel(world.building)[floor, row, col]:
         return "protected"
-    if world.flames.burnt_by(world.time)[floor, row, col]:
-        return "fire" if world.flames.burning[floor, row, col] else "ash"
+    if world.flames.burning[floor, row, col]:
+        return "fire"
     p = navigation_of(world.building).place(floor, x, y)
     if any(robot.place == p for robot in world.robots):
         return "robot"
@@ -90,10 +90,9 @@ def occupied(world: World, floor: int, x: float, y: float) -> str:
 
 
 def free_places(world: World) -> np.ndarray:
-    """(places,) bool: unprotected room cells, unburnt, without human or robot [D6]."""
+    """(places,) bool: unprotected room cells without flames, human or robot [D6]."""
     room = world.building.kind == Kind.FLOOR
-    burnt = world.flames.burnt_by(world.time)
-    free = (room & fuel(world.building) & ~burnt).ravel()
+    free = (room & fuel(world.building) & ~world.flames.burning).ravel()
     free[world.bodies.place[world.bodies.walking]] = False
     free[[robot.place for robot in world.robots]] = False
     return free

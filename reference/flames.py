@@ -1,8 +1,5 @@
 """Flames spread by first passage: a cell burns when the fastest chain reaches it.
 
-It burns for FLAMES_LAST and is ash then, which people cross again: a way that fire has
-sealed opens again.
-
 Clauses: A6, B7, C5, D6, D7.
 
     p   place
@@ -56,15 +53,13 @@ class Spread:
         return other
 
     def advance(self, flames: Flames, time: float) -> float:
-        """Burn every cell whose time has come; return when the next changes (s)."""
-        ends = flames.arrival + paper.FLAMES_LAST
-        flames.burning = (flames.arrival <= time) & (time < ends)
+        """Burn every cell whose time has come; return when the next one will (s)."""
+        flames.burning = flames.arrival <= time
         burning, beside = flames.burning, cells_beside(self.building, flames.burning)
         heat = np.where(beside, paper.HEAT_LOSS, 0.0)
         flames.harm = np.where(burning, paper.BURN_LOSS, heat)
         flames.cost = walking_cost(burning, beside)
-        changes = np.where(flames.burning, ends, flames.arrival)
-        return float(changes[changes > time].min(initial=inf))
+        return float(flames.arrival[~flames.burning].min(initial=inf))
 
 
 @lru_cache(maxsize=8)
@@ -109,13 +104,13 @@ def walking_cost(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
 def _delays(building: Building, rng: Rng) -> csr_matrix:
     """(places, places) seconds for every border that flames can pass [D7].
 
-    Both cells must be `fuel`. Embers pass a border whose delay outlasts the flames.
+    Both cells must be `fuel`.
     """
-    kind, burns = building.kind, fuel(building)
+    burns, shape = fuel(building), building.kind.shape
     east = np.flatnonzero(burns & shifted(burns, 0, 1))
     south = np.flatnonzero(burns & shifted(burns, 1, 0))
     one = np.concatenate([east, south])
-    other = np.concatenate([east + 1, south + kind.shape[2]])
+    other = np.concatenate([east + 1, south + shape[2]])
     delay = rng.exponential(1 / paper.SPREAD_RATE, len(one))
     where = (np.concatenate([one, other]), np.concatenate([other, one]))
-    return csr_matrix((np.tile(delay, 2), where), shape=(kind.size, kind.size))
+    return csr_matrix((np.tile(delay, 2), where), shape=(burns.size, burns.size))

@@ -77,7 +77,6 @@ people, until flames have walked round the clearance; it does not prevent it."""
 
 SPREAD_RATE = 0.08  # [D7, chosen] ignitions per second and border between two cells
 FLAME_SECONDS = 1.0  # [D7, chosen] flames spread, and new ones appear, this often
-FLAMES_LAST = 40.0  # [D7, chosen] seconds a cell burns; then it is ash, and passable
 BURN_LOSS = 10.0  # [B7, chosen] health lost per second inside flames
 HEAT_LOSS = 2.0  # [B7, chosen] health lost per second beside flames
 BURN_COST, HEAT_COST = 50.0, 4.0

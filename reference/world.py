@@ -180,16 +180,12 @@ class Flames:
     """The fire; arrays are (floors, rows, cols)."""
 
     arrival: np.ndarray  # s, when each cell begins to burn; inf: never, so far
-    burning: np.ndarray  # bool; what has burnt out is ash
+    burning: np.ndarray  # bool
     harm: np.ndarray  # health lost per second there, heat and flames [B7]
     cost: np.ndarray  # metres that a metre there counts as, when a way is planned
     sources: list[Source]  # in order of time
 
     copy = _copied
-
-    def burnt_by(self, time: float) -> np.ndarray:
-        """Mark cells that burn at a time (s) or are ash, (floors, rows, cols) bool."""
-        return self.arrival <= time
 
 
 @dataclass

@@ -16,7 +16,6 @@ from unittest.mock import patch
 
 import numpy as np
 
-from reference import paper
 from reference.building import load
 from reference.paper import Scenario
 from reference.simulation import Simulation
@@ -59,12 +58,12 @@ FAMILY = {
 UNDER = ("random", "greedy", "closer", "busiest", "fixed")
 
 
-def saved(name, fire, seeds, last):
-    """Per cent of people saved in each evacuation; last: seconds that flames last."""
+def saved(name, fire, seeds):
+    """Per cent of people saved in each evacuation."""
     guide, differs = FAMILY[name]
     owner = {key: guide if hasattr(guide, key) else robots for key in differs}
     patches = [patch.object(owner[key], key, value) for key, value in differs.items()]
-    for one in (*patches, patch.object(paper, "FLAMES_LAST", last)):
+    for one in patches:
         one.start()
     runs = [
         Simulation(load("paper"), Scenario(), guide(), FIRES[fire](), seed)
@@ -79,13 +78,12 @@ if __name__ == "__main__":
     parser = ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--episodes", type=int, default=100, metavar="N")
     parser.add_argument("--seed", type=int, default=70_000, metavar="N")
-    parser.add_argument("--flames-last", type=float, default=paper.FLAMES_LAST)
     parser.add_argument("--workers", type=int, default=2, metavar="N")
     asked = parser.parse_args()
     seeds = range(asked.seed, asked.seed + asked.episodes)
     pairs = list(product(FAMILY, UNDER))
     with ProcessPoolExecutor(asked.workers) as pool:
-        jobs = [pool.submit(saved, *pair, seeds, asked.flames_last) for pair in pairs]
+        jobs = [pool.submit(saved, *pair, seeds) for pair in pairs]
         found = {pair: job.result() for pair, job in zip(pairs, jobs, strict=True)}
     print(f"{'':18}" + "".join(f"{fire:>9}" for fire in UNDER))
     for name in FAMILY:
