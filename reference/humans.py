@@ -163,9 +163,10 @@ def leader_in_sight(me: Mind, observe: View) -> bool:
 def unexplored(me: Mind, observe: View) -> Goal | None:
     """Find the unexplored direction that needs the least turning, or None [B2].
 
-    A direction once taken is followed to its end.
+    A direction once taken is followed to its patch, unless flames bar it.
     """
-    if me.goal.aim is Aim.DIRECTION and me.goal.which not in me.patches:
+    taken = me.goal.aim is Aim.DIRECTION and me.goal.which != observe.patch
+    if taken and not observe.burns_towards(me.goal.place):
         return me.goal
     ways = [way for way in observe.open if way.patch not in me.patches]
     if not ways:

@@ -113,6 +113,11 @@ class View:
         return int(self._around.sight.building.area.flat[self.place])
 
     @property
+    def patch(self) -> int:
+        """The patch of floor that one stands in."""
+        return self._around.sight.patches[self.place]
+
+    @property
     def looked_at(self) -> frozenset[int]:
         """Patches of floor that one sees well from here [B2]."""
         return self._around.sight.looked_at(self.place)

@@ -1,6 +1,5 @@
 """People: Algorithms 1 and 2 branch by branch, and the words they leave open."""
 
-from collections import deque
 from copy import copy
 
 import numpy as np
@@ -55,6 +54,7 @@ from reference.world import (
     Instruction,
     Mind,
     Mode,
+    Passed,
     Said,
 )
 
@@ -68,8 +68,8 @@ def halt(sim, letter):
 
 def passed(sim, letter, *doors):
     """Let somebody remember these doors, the last one last."""
-    mind(sim, letter).doors.extend(doors)
-    mind(sim, letter).trail.extend(doors)
+    mind(sim, letter).doors.update(doors)
+    mind(sim, letter).trail.extend(Passed(door, NOWHERE) for door in doors)
 
 
 def events_of(sim, kind):
