@@ -289,6 +289,7 @@ def rays(world: World, sight: Sight, person: int) -> list[Hit | None]:
         x, y = where - bodies.position[person]
         k, far = round(np.arctan2(y, x) / (2 * np.pi) * RAYS) % RAYS, np.hypot(x, y)
         met = hits[k]
-        if met is None or far < met.distance or kind == "fire":
+        seen_through = met is None or met.kind == "entrance"  # it has no leaf
+        if seen_through or far < met.distance or kind == "fire":
             hits[k] = Hit(kind, float(far), index)
     return hits

@@ -1,6 +1,6 @@
 """What can be seen from where: rays of limited range, cast once per building.
 
-Clauses: B1, B2, B6.  Walls do not move, so during a simulation a ray is a table
+Clauses: A3, B1, B2, B6, C6.  Walls do not move, so during a simulation a ray is a table
 look-up.  A ray returns the first thing it meets; doors, entrances and exits stop it too
 [B1, chosen: in the paper's engine triggers do], so only people standing
 in a door see through it.  Bodies are seen through entrances, which have no leaf: so a

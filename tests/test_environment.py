@@ -101,14 +101,12 @@ def test_refuses_what_the_simulation_refuses_at_once():
 
 @pytest.mark.parametrize("name", ["tiny", "tower"])
 def test_observations_keep_their_shape_for_whoever_leaves_too(name):
-    """Float32 vectors and grids, as laid out; infos say who acts."""
+    """Float32 vectors and grids, as laid out for all alike; infos say who acts."""
     environment = game(name, time_limit=60)
-    where = environment.building, environment.scenario
-    robots, fire = observations.vector_layout(*where), observations.fire_layout(*where)
+    layout = observations.vector_layout(environment.building, environment.scenario)
     for told in episode(environment, seed=3):
         for agent, seen in told[0].items():
-            size = (fire if agent == FIRE else robots).size
-            assert seen["vector"].shape == (size,)
+            assert seen["vector"].shape == (layout.size,)
             assert seen["grid"].shape == observations.grid_shape(environment.building)
             assert seen["vector"].dtype == seen["grid"].dtype == np.float32
             assert told[-1][agent]["acts"] in (0.0, 1.0)

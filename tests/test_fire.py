@@ -1,7 +1,6 @@
 """The fire: Eqs. 2-3, rule D6 in both modes, first passage, scripted strategies."""
 
 from math import floor, inf, trunc
-from unittest.mock import patch
 
 import networkx as nx
 import numpy as np
@@ -14,11 +13,10 @@ from scipy.stats import ks_2samp
 from reference.building import Kind
 from reference.events import DoorBurnt, FireLit, FireRefused
 from reference.fire import Generator, free_places, occupied, snapped
-from reference.flames import Spread, fuel, rim
+from reference.flames import Spread, cells_beside, fuel, rim
 from reference.paper import (
     BURN_LOSS,
     DECISION_SECONDS,
-    DOOR_DELAY_FACTOR,
     FIRE_EVERY_DECISIONS,
     FIRE_FIRST_DECISION,
     FLAME_SECONDS,
@@ -31,7 +29,12 @@ from reference.simulation import Simulation
 from reference.stairs import enter
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import FIRES
-from reference.workshop.strategies.fires import BusiestFire, CloserFire, GreedyFire
+from reference.workshop.strategies.fires import (
+    BusiestFire,
+    CloserFire,
+    FixedFire,
+    GreedyFire,
+)
 from reference.workshop.strategies.robots import Sweep
 from reference.world import Fate, Flames, Source
 
@@ -357,21 +360,6 @@ def test_the_rim_of_a_clearance_is_what_flames_must_fill_to_close_it():
 
 
 @pytest.mark.paper("D7")
-def test_doors_burn_slowly():
-    """Every border of a door takes DOOR_DELAY_FACTOR times as long, no other does."""
-    building = shipped("paper")
-    slow = Spread(building, np.random.default_rng(1)).delays.tocoo()
-    with patch("reference.paper.DOOR_DELAY_FACTOR", 1.0):
-        quick = Spread(building, np.random.default_rng(1)).delays.tocoo()
-    kind = building.kind.ravel()
-    ends = np.stack([kind[slow.row], kind[slow.col]])
-    door = (ends == Kind.DOOR).any(axis=0)
-    np.testing.assert_allclose(
-        slow.data / quick.data, np.where(door, DOOR_DELAY_FACTOR, 1)
-    )
-
-
-@pytest.mark.paper("D7")
 def test_delays_are_the_same_both_ways_and_differ_by_seed(spread):
     """A border has one delay, fixed for the run."""
     assert (spread.delays != spread.delays.T).nnz == 0
@@ -485,23 +473,43 @@ def test_in_another_future_new_sources_meet_the_same_delays(spread):
 
 
 @pytest.mark.paper("A6")
+def test_a_door_is_destroyed_as_soon_as_flames_burn_beside_it():
+    """Its own cell does not burn yet, and it is no edge of the graph any more."""
+    sim = stage("##############\n#p......+....E\n##############")
+    (door,) = np.flatnonzero([m.kind == Kind.DOOR for m in sim.building.landmarks])
+    (cell,) = np.flatnonzero(sim.building.landmark == door)
+    arrival = sim.world.flames.arrival.ravel()
+    arrival[cell - 2], arrival[cell - 1], arrival[cell] = 0.9, 1.9, 50.0
+    sim._next_ignition = 0.9
+    play(sim, 1.4)
+    assert not sim.world.burnt[door]
+    play(sim, 1)
+    assert sim.world.burnt[door] and not sim.world.flames.burning.flat[cell]
+    assert sim.building.landmarks[door].id not in {
+        key for *_, key in sim.world.graph.edges(keys=True)
+    }
+
+
+@pytest.mark.paper("A6")
 def test_every_door_that_flames_reach_burns_once():
-    """Entrances and exits stand."""
+    """In their cells or beside them; entrances and exits stand."""
     sim = Simulation(
         shipped("tiny"), Scenario(people=0), NoRobots(), seed=3, fire=RandomFire()
     )
     for _ in range(1000):
         sim.step()
     told = [e.landmark for e in sim.events if isinstance(e, DoorBurnt)]
-    reached = sim.building.landmark[sim.world.flames.burning]
-    doors = {m for m in reached.tolist() if m >= 0} - sim.building.exits
+    burning = sim.world.flames.burning
+    reached = sim.building.landmark[burning | cells_beside(sim.building, burning)]
+    doors = {m for m in reached.tolist() if m >= 0}
+    doors -= sim.building.exits | set(sim.building.stairwell_of)
     assert told and len(told) == len(set(told))
     assert set(told) == doors == set(np.flatnonzero(sim.world.burnt).tolist())
 
 
 @pytest.mark.paper("A6")
 def test_a_door_burns_within_a_second_of_the_flames_arrival():
-    """And never before."""
+    """In it or beside it, and never before."""
     sim = Simulation(
         shipped("tiny"), Scenario(people=0), NoRobots(), seed=3, fire=RandomFire()
     )
@@ -509,6 +517,7 @@ def test_a_door_burns_within_a_second_of_the_flames_arrival():
         for event in sim.step():
             if isinstance(event, DoorBurnt):
                 cells = sim.building.landmark == event.landmark
+                cells |= cells_beside(sim.building, cells)
                 late = event.time - sim.world.flames.arrival[cells].min()
                 assert 0 <= late <= FLAME_SECONDS + 1e-9
 
@@ -627,6 +636,25 @@ def test_a_busiest_fire_counts_who_comes_from_above():
     enter(sim.world, body("r"), mark(sim, Kind.ENTRANCE, 2))
     decision = BusiestFire().decide(sim.world, np.random.default_rng(0))
     assert (decision[0], *sim.building.cell(*decision[1:])) == (0, 2, 11)
+
+
+@pytest.mark.paper("D2", "chosen")
+def test_a_fixed_fire_lights_the_same_places_whoever_is_there():
+    """Beside the exits, then the entrances, lowest floors first; then no more."""
+    sim = Simulation(shipped("paper"), Scenario(people=0, sources=9), seed=1)
+    fire, rng = FixedFire(), np.random.default_rng(0)
+    marks = [m for m in sim.building.landmarks if m.kind is not Kind.DOOR]
+    marks.sort(key=lambda m: (m.kind is not Kind.EXIT, m.floor))
+    for way in marks:
+        floor, x, y = fire.decide(sim.world, rng)
+        nearest = sim.navigation.distance[way.index]
+        p = sim.navigation.place(floor, x, y)
+        assert nearest[p] == nearest[fuel(sim.building).ravel()].min()
+        sim.world.flames.sources.append(Source(floor, x, y, 0.0))
+    assert fire.decide(sim.world, rng) is None
+    named = FixedFire([(0, 1.5, 2.5)])
+    sim.world.flames.sources.clear()
+    assert named.decide(sim.world, rng) == (0, 1.5, 2.5)
 
 
 @pytest.mark.paper("D2", "chosen")

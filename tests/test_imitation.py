@@ -70,7 +70,7 @@ def off_course(training):
 def test_robots_that_copied_sweep_go_where_it_would():
     """In evacuations that they have not seen; they did not before."""
     settings = tiny(robots={"hidden_units": 32})
-    settings = replace(settings, imitation_episodes=4, imitation_epochs=150)
+    settings = replace(settings, imitation_episodes=8, imitation_epochs=150)
     training = begun(settings, imitate="sweep")
     before = off_course(training)
     training.imitate([e for job in training.demonstrations() for e in play(job)])

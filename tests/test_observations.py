@@ -46,9 +46,19 @@ def vectors(sim):
     return observations.robot_vectors(sim.world, sim.scenario)
 
 
+def fire_vector(sim):
+    """(V,) what the fire observes."""
+    return observations.fire_vector(sim.world, sim.scenario)
+
+
 def decoded(sim, k=0):
     """What robot k observes."""
     return decoding.decode(vectors(sim)[k], sim.building, sim.scenario)
+
+
+def fire_decoded(sim):
+    """What the fire observes."""
+    return decoding.decode(fire_vector(sim), sim.building, sim.scenario)
 
 
 # -- Sizes --------------------------------------------------------------------------
@@ -73,11 +83,11 @@ def test_the_grid_of_the_paper_is_9_by_40_by_40():
 
 
 @pytest.mark.paper("D1")
-def test_the_fire_of_the_paper_observes_138_numbers():
-    """40 people and 6 robots; fires it sees on the grid."""
+def test_the_fire_of_the_paper_observes_167_numbers_too():
+    """Its own one row of them, with no robots but those that are there."""
     sim = scene()
-    assert observations.fire_layout(sim.building, sim.scenario).size == 138
-    assert observations.fire_vector(sim.world, sim.scenario).shape == (138,)
+    assert fire_vector(sim).shape == (167,)
+    assert fire_vector(sim).dtype == np.float32
 
 
 @pytest.mark.parametrize("name", BUILDINGS)
@@ -88,6 +98,7 @@ def test_sizes_follow_from_the_building_and_the_scenario(name):
     size = 3 * 7 + 3 * 3 * floors + 1 + 1 + 3 * 2 + floors
     assert observations.vector_layout(sim.building, sim.scenario).size == size
     assert vectors(sim).shape == (3 * floors, size)
+    assert fire_vector(sim).shape == (size,)
     grid = observations.grid(sim.world)
     assert grid.shape == observations.grid_shape(sim.building)
     assert len(grid) == 3 * floors and min(grid.shape[1:]) >= 20
@@ -103,21 +114,17 @@ def test_sizes_hold_for_nobody_and_nothing_too(people, robots, sources):
     sim = scene("tiny", people=people, robots_per_floor=robots, sources=sources)
     size = observations.vector_layout(sim.building, sim.scenario).size
     assert vectors(sim).shape == (2 * robots, size)
-    fire = observations.fire_vector(sim.world, sim.scenario)
-    assert fire.shape == (3 * (people + 2 * robots),)
+    assert fire_vector(sim).shape == (size,)
+    assert size == 3 * (people + 2 * robots + sources) + 1 + 1 + 2
 
 
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_no_number_is_beyond_its_limits(name):
     """From the first second to the last, on all floors."""
     sim = scene(name)
-    where = sim.building, sim.scenario
-    robots, fire = observations.vector_layout(*where), observations.fire_layout(*where)
+    layout = observations.vector_layout(sim.building, sim.scenario)
     for _ in range(round(sim.scenario.time_limit / 5)):
-        for numbers, layout in (
-            (vectors(sim), robots),
-            (observations.fire_vector(sim.world, sim.scenario), fire),
-        ):
+        for numbers in (vectors(sim), fire_vector(sim)):
             assert (layout.low <= numbers).all() and (numbers <= layout.high).all()
         wait(sim, 5)
     assert sim.done
@@ -142,17 +149,13 @@ def changed(sim, change):
 
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_the_table_of_numbers_has_every_number_once(name):
-    """Each slot begins where the last one ends; the fire's likewise."""
+    """Each slot begins where the last one ends."""
     sim = scene(name)
-    where = sim.building, sim.scenario
-    for layout in (
-        observations.vector_layout(*where),
-        observations.fire_layout(*where),
-    ):
-        table = layout.slots
-        assert [slot.start for slot in table] == [0, *(s.stop for s in table[:-1])]
-        assert table[-1].stop == layout.size == len(layout.low) == len(layout.high)
-        assert len({slot.what for slot in table}) == len(table)
+    layout = observations.vector_layout(sim.building, sim.scenario)
+    table = layout.slots
+    assert [slot.start for slot in table] == [0, *(s.stop for s in table[:-1])]
+    assert table[-1].stop == layout.size == len(layout.low) == len(layout.high)
+    assert len({slot.what for slot in table}) == len(table)
 
 
 @pytest.mark.paper("C1")
@@ -240,11 +243,14 @@ def test_fire_sources_come_in_the_order_of_lighting():
 
 
 @pytest.mark.paper("C1")
-def test_the_number_of_robots_in_the_team_is_there():
-    """Three on each floor."""
+def test_the_number_of_robots_at_work_in_the_team_is_there():
+    """Three on each floor, none above once all there are out; the fire: of all."""
     sim = scene(robots_per_floor=3)
     place = slots(sim)["robots in the observer's team"].start
-    assert (vectors(sim)[:, place] == 3).all()
+    assert (vectors(sim)[:, place] == 3).all() and fire_vector(sim)[place] == 9
+    sim.world.occupancy[2] = 0
+    assert vectors(sim)[:, place].tolist() == [3] * 6 + [0] * 3
+    assert fire_vector(sim)[place] == 6
 
 
 def test_flames_that_spread_are_not_counted_as_fires():
@@ -284,9 +290,8 @@ def test_a_robot_whose_work_is_done_is_below_the_ground():
     sim.world.occupancy = [2, 0]
     below = (decoded(sim, k=0).robots == SENTINEL).all(axis=1)
     assert below.tolist() == [False, True]
-    fire = observations.fire_vector(sim.world, sim.scenario)
-    robots = decoding.decode_fire(fire, sim.building, sim.scenario).robots
-    assert (robots == SENTINEL).all(axis=1).tolist() == [False, True]
+    below = (fire_decoded(sim).robots == SENTINEL).all(axis=1)
+    assert below.tolist() == [False, True]
 
 
 def test_who_walks_down_the_stairs_is_seen_there():
@@ -361,49 +366,75 @@ def test_within_a_floor_distances_never_fall():
 
 
 @pytest.mark.paper("D1")
-def test_the_fire_observes_everybody_in_normalised_coordinates():
-    """The corners of the main body are at 1 and -1, the third floor is at 1."""
+def test_a_step_changes_exactly_the_fires_numbers_of_this_human():
+    """Human 8, by number and not by distance, for the fire stands nowhere."""
+    sim = scene()
+    before = fire_vector(sim)
+    sim.world.bodies.position[7, 0] += 0.5
+    (place,) = np.flatnonzero(fire_vector(sim) != before)
+    assert place == slots(sim)["human 8: x, y, storey"].start
+    assert fire_vector(sim)[place] - before[place] == pytest.approx(0.5)
+
+
+@pytest.mark.paper("D1")
+def test_the_fire_keeps_everybody_at_their_own_number():
+    """Human 1 is out: nobody moves up; robots stand as numbered, floor by floor."""
+    sim = scene(seconds=30)
+    sim.world.bodies.fate[0] = Fate.EVACUATED
+    bodies, seen = sim.world.bodies, fire_decoded(sim)
+    points = np.column_stack([bodies.position, bodies.floor])
+    points[~bodies.inside] = SENTINEL
+    assert np.array_equal(seen.humans, np.float32(points))
+    assert seen.humans[0].tolist() == list(SENTINEL) != seen.humans[1].tolist()
+    robots = [[*robot.position, robot.floor] for robot in sim.world.robots]
+    assert np.array_equal(seen.robots, np.float32(robots))
+
+
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_robots_and_the_fire_are_told_the_same(name):
+    """The same numbers to the last bit, people and robots in whatever order."""
+    sim = scene(name, seconds=40, seed=4)
+    fire = fire_decoded(sim)
+    for k in range(len(sim.world.robots)):
+        robot = decoded(sim, k)
+        assert sorted(robot.humans.tolist()) == sorted(fire.humans.tolist())
+        assert sorted(robot.robots.tolist()) == sorted(fire.robots.tolist())
+        assert np.array_equal(robot.fires, fire.fires) and robot.time == fire.time
+    per_floor = [s.start for what, s in slots(sim).items() if "on floor" in what]
+    assert (vectors(sim)[:, per_floor] == fire_vector(sim)[per_floor]).all()
+    assert (fire.fires != SENTINEL).any() and fire.time == pytest.approx(40)
+
+
+@pytest.mark.paper("E4", "chosen")
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_a_scaled_vector_lies_between_its_bounds(name):
+    """-1 is a number's lower bound, 1 its upper one, 0 halfway, from end to end."""
+    sim = scene(name, seconds=40)
+    layout = observations.vector_layout(sim.building, sim.scenario)
+    ends = np.stack([layout.low, (layout.low + layout.high) / 2, layout.high])
+    wanted = np.repeat([[-1.0], [0.0], [1.0]], layout.size, axis=1)
+    np.testing.assert_allclose(layout.scaled(ends), wanted, atol=1e-6)
+    assert layout.scaled(ends).dtype == np.float32
+    now = layout.scaled(np.stack([fire_vector(sim), *vectors(sim)]))
+    assert (np.abs(now) <= 1 + 1e-6).all() and np.unique(now).size > 20
+
+
+def test_a_number_that_can_be_nothing_else_is_scaled_without_trouble():
+    """No robots: their count is always 0, and division by its span is none by 0."""
+    sim = scene("tiny", robots_per_floor=0, sources=0)
+    layout = observations.vector_layout(sim.building, sim.scenario)
+    assert (np.abs(layout.scaled(fire_vector(sim))) <= 1).all()
+
+
+@pytest.mark.paper("C5")
+@pytest.mark.paper("D2")
+def test_actions_are_in_coordinates_of_the_main_body():
+    """Its corners are at 1 and -1, the third floor is at 1."""
     building = shipped("paper")
     corner = np.array([[20.0, -20.0, 2.0], [0.0, 0.0, 0.0]])
     spots = observations.to_normalised(building, corner)
     assert spots.tolist() == [[1, -1, 1], [0, 0, 0]]
     assert observations.from_normalised(building, spots).tolist() == corner.tolist()
-
-
-@pytest.mark.paper("D1")
-def test_a_step_changes_exactly_the_fires_numbers_of_this_human():
-    """Human 8, by number and not by distance, for the fire stands nowhere."""
-    sim = scene()
-    table = observations.fire_layout(sim.building, sim.scenario).slots
-    before = observations.fire_vector(sim.world, sim.scenario)
-    sim.world.bodies.position[7, 0] += 0.5
-    after = observations.fire_vector(sim.world, sim.scenario)
-    (place,) = np.flatnonzero(after != before)
-    slot = next(s for s in table if s.start <= place < s.stop)
-    assert slot.what == "human 8: x, y, storey" and place == slot.start
-    assert after[place] - before[place] == pytest.approx(0.5 / 20)
-
-
-@pytest.mark.parametrize("name", BUILDINGS)
-def test_what_the_fire_observes_is_of_order_one(name):
-    """Table II does not normalise; stairwells lie a little outside the body."""
-    sim = scene(name, seconds=40)
-    assert np.abs(observations.fire_vector(sim.world, sim.scenario)).max() < 1.7
-
-
-@pytest.mark.parametrize("name", BUILDINGS)
-def test_robots_and_the_fire_are_told_the_same_points(name):
-    """Decoded into metres, in whatever order."""
-    sim = scene(name, seconds=40, seed=4)
-    where = sim.building, sim.scenario
-    robots = decoding.decode(vectors(sim), *where)
-    fire = decoding.decode_fire(
-        observations.fire_vector(sim.world, sim.scenario), *where
-    )
-    assert robots.humans.shape == (len(sim.world.robots), 40, 3)
-    ours, theirs = (np.round(p, 3) for p in (robots.humans[0], fire.humans))
-    assert np.allclose(sorted(ours.tolist()), sorted(theirs.tolist()), atol=1e-2)
-    assert np.isnan(fire.time) and fire.fires.shape == (0, 3)
 
 
 # -- The grid -----------------------------------------------------------------------
@@ -471,9 +502,7 @@ def test_a_grid_belongs_to_whoever_asked_for_it():
 @pytest.mark.paper("C1")
 def test_a_summary_counts_what_the_observation_implies():
     """People per floor, on stairs, at or above the observer; flames per floor."""
-    run = Simulation(shipped("paper"), Scenario(), Sweep(), RandomFire(), seed=2)
-    for _ in range(400):
-        run.step()
+    run = scene(seconds=50, seed=2)
     world, building = run.world, run.building
     vectors = observations.robot_vectors(world, run.scenario)
     cells = observations.grid(world)
@@ -508,7 +537,7 @@ def test_observing_does_not_change_the_world():
     one, other = scene(seconds=30), scene(seconds=30)
     for _ in range(3):
         vectors(one), observations.grid(one.world)
-        observations.fire_vector(one.world, one.scenario)
+        fire_vector(one)
     assert np.array_equal(vectors(one), vectors(other))
     assert str(one.run()) == str(other.run())
 

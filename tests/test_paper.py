@@ -167,7 +167,6 @@ def test_refuses_a_scenario_for_another_number_of_floors():
         {"sources": -1},
         {"time_limit": 0},
         {"sight_range": 0.5},
-        {"doors_remembered": 0},
         {"frames_per_tick": 0},
         {"frames_per_tick": 26},
         {"rooms": ("1/hall",), "people_per_floor": (1, 0, 0)},

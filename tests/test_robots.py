@@ -19,6 +19,7 @@ from movies import (
     shipped,
     stage,
     ticks,
+    view,
     wait,
 )
 
@@ -373,6 +374,30 @@ def test_robots_stay_on_their_floor():
     floors = [robot.floor for robot in sim.world.robots]
     sim.run()
     assert [robot.floor for robot in sim.world.robots] == floors == [0, 0, 1, 1]
+
+
+@pytest.mark.paper("A3", "C6, chosen")
+@pytest.mark.paper("C6", "Eq. 1")
+def test_a_robot_inside_a_stairwell_is_seen_by_those_it_leads():
+    """Eq. 1 moves it in; the entrance in between has no leaf."""
+    board = """
+        ##########
+        #......+A#
+        #R.....###
+        ###E######
+
+        ##########
+        #p...R.+A#
+        #......###
+        ##########
+        """
+    sim = stage(board, sight_range=8)
+    robot = sim.world.robots[1]
+    robot.place += 3
+    robot.position = sim.navigation.centres[robot.place]
+    lead(sim, "p")
+    assert sim.building.kind.flat[robot.place] == Kind.STAIRS
+    assert robot.body in view(sim, "p").robots
 
 
 @pytest.mark.paper("C5", "chosen")

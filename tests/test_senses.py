@@ -117,14 +117,17 @@ def test_every_point_inside_is_on_its_floor_and_nobody_else_is(simulation):
 
 @pytest.mark.paper("D1")
 def test_the_fire_sees_people_under_their_own_numbers(simulation, fire_page):
-    """In metres again, wherever they are; no observer, and no fires."""
+    """At its very place; and the fires that burn, as the robots see them."""
     bodies = simulation.world.bodies
     person = np.flatnonzero(bodies.inside & (bodies.floor == 2))[-1]
     axes = next(a for a in fire_page.axes if a.get_title("left").startswith("Floor 3"))
     spots = np.array([line.get_xydata()[0] for line in axes.lines])
     assert np.abs(spots - bodies.position[person]).max(axis=1).min() < 1e-4
+    marks = {text.get_text(): text.xy for text in axes.texts}
+    for mark in marks.keys() & {str(k + 1) for k in range(len(bodies))}:
+        assert marks[mark] == pytest.approx(bodies.position[int(mark) - 1], abs=1e-4)
     legend = [text.get_text() for text in fire_page.legends[0].get_texts()]
-    assert legend[:4] == ["human", "robot", "wall", "in flames"]
+    assert {"human", "robot", "fire source", "in flames"} <= set(legend)
 
 
 spots = st.lists(st.tuples(st.integers(0, 60), st.integers(0, 60)), max_size=25)
@@ -206,7 +209,7 @@ def test_all_can_be_read_in_any_building(name):
 
 
 def test_all_can_be_read_in_the_papers_building(robot_page, fire_page):
-    """Three tall floors; the units of the fire have long names."""
+    """Three tall floors, for a robot and for the fire."""
     assert_readable(robot_page)
     assert_readable(fire_page)
 

@@ -19,7 +19,8 @@ from reference.strategies import NoFire, NoRobots
 def line_of_sight(building, p, q):
     """Oracle: does a glance from the middle of place p reach the middle of place q?
 
-    Every cell between is see-through; at a corner met exactly, one cell beside it is.
+    Every cell between is see-through, entrances included; at a corner met exactly, one
+    cell beside it is.
     """
     here, there = (np.array(np.unravel_index(k, building.kind.shape)) for k in (p, q))
     if here[0] != there[0]:
@@ -27,7 +28,8 @@ def line_of_sight(building, p, q):
     t = (np.arange(1000)[:, None] + 0.3) / 1000  # never exactly at a corner
     points = np.floor(here[1:] + 0.5 + t * (there - here)[1:]).astype(int)
     cells = list(dict.fromkeys(map(tuple, points.tolist())))
-    clear = np.isin(building.kind[here[0]], (Kind.FLOOR, Kind.STAIRS))
+    through = (Kind.FLOOR, Kind.STAIRS, Kind.ENTRANCE)
+    clear = np.isin(building.kind[here[0]], through)
     beside = [
         clear[one[0], other[1]] or clear[other[0], one[1]]
         for one, other in pairwise(cells)

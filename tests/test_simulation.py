@@ -149,14 +149,14 @@ def test_nobody_is_in_a_wall_or_lost_in_a_crowd_of_a_thousand():
     robots=st.integers(0, 3),
     sources=st.integers(0, 8),
     frames=st.integers(1, 25),
-    doors=st.integers(1, 4),
+    sight=st.sampled_from((1.0, 5.0, 12.0)),
     training=st.booleans(),
     seed=st.integers(0, 2**32),
 )
 @settings(max_examples=15)
 @pytest.mark.slow
 def test_nobody_is_in_a_wall_or_lost_in_any_scenario(
-    people, robots, sources, frames, doors, training, seed
+    people, robots, sources, frames, sight, training, seed
 ):
     """Zero people, zero robots, long ticks and short ones."""
     sim = run(
@@ -165,7 +165,7 @@ def test_nobody_is_in_a_wall_or_lost_in_any_scenario(
         robots_per_floor=robots,
         sources=sources,
         frames_per_tick=frames,
-        doors_remembered=doors,
+        sight_range=sight,
         training=training,
         time_limit=30,
     )

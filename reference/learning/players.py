@@ -1,6 +1,6 @@
 """Players: decide for one side of an episode, and record its decisions.
 
-Clauses: C5, D2, E3.  Both heads emit the environment's action, numbers in [−1, 1].
+Clauses: C5, D2, E3, E4.  Both heads emit the environment's action, numbers in [−1, 1].
 
     S    episodes played at once;  G  agents of a side
     A    numbers of the environment's action;  V, K, E, O, F  as in `networks`
