@@ -1,14 +1,15 @@
 """The robot's frame: how a policy reads the 167 numbers and speaks a destination.
 
-Clauses: C1, C2, C4, C5, C6.  [C4, chosen] The environment keeps the paper's interface,
-coordinates of the whole floor; a policy sees and means everything from where its robot
-stands, in an order that follows from the map: those whom nobody leads come first.
-All of it follows from the observation, the map, and where robots are headed.
+Clauses: C1, C4, C5, C6.  [C5, chosen] The environment keeps the paper's interface,
+coordinates of the whole floor.  A policy reads and speaks from where its robot stands:
+points relative to it, those people first whom nobody leads, and a destination that may
+mean one of a few anchors.  All of it follows from the observation, the map, and where
+robots are headed.
 
-    B   robots, of all worlds at once;  n  people;  R  robots;  S  fire sources
-    K   anchors: points that a destination may mean
-    way   metres on foot, flames not counted;  near  1 / (1 + way / HALFWAY)
-    guide  who leads somebody, as an index: a guess, nobody observes it
+    B   robots, of all worlds at once;  n  people;  R  robots;  K  anchors
+    way    metres on foot, flames not counted;  near  1 / (1 + way / HALFWAY)
+    guide  index of the robot that leads somebody, or NOBODY: a guess
+    lost   people whom nobody leads, on a robot's own floor
 """
 
 from dataclasses import dataclass
@@ -36,14 +37,15 @@ ASTRAY = 8.0  # [C5, chosen] metres: hardly anybody goes farther between decisio
 EDGE = 1e-3  # metres: a point on the drawing's edge is inside
 
 KEEP, STAY = 0, 1
-"""The first two anchors: where a robot is headed, and where it stands."""
+"""The first anchors: where a robot is headed, and where it stands."""
 
 
 @dataclass(frozen=True)
 class Seen:
-    """What robots see in their own frames, float32 in units of UNIT metres.
+    """What robots see in their own frames.
 
-    numbers  (B, V), what a network reads;  anchors  (B, K, 2), from the robot
+    numbers  (B, V) float32, what a network reads
+    anchors  (B, K, 2) float32, units of UNIT metres from the robot
     allowed  (B, K) bool, which anchors may be meant; STAY always
     """
 
@@ -59,30 +61,24 @@ class Frame:
     """
 
     def __init__(self, building: Building, scenario: Scenario, masks: bool = False):
-        """masks: forbid what helps nobody, see `_helpful`."""
-        self.building, self.masks, self.end = building, masks, scenario.time_limit
+        """masks: forbid what helps nobody, see `View.helpful`."""
+        self.building, self.masks = building, masks
         self.layout = robot_layout(building, scenario)
-        self.ways = Ways(building)
-        each = [way_marks(building, floor) for floor in range(building.floors)]
-        outs, feet = zip(*each, strict=True)
-        self.outs, self.feet = self._marks(outs), self._marks(feet)
+        self.time_limit = scenario.time_limit
+        self.map = Map(building)
         nobody = np.zeros((1, self.layout.size), dtype=np.float32)
         seen = self.read(nobody, np.full((1, 2), np.nan))
         self.size, self.anchors = seen.numbers.shape[1], seen.anchors.shape[1]
 
-    def _marks(self, floors: tuple[np.ndarray, ...]) -> np.ndarray:
-        """(floors, most, 2) metres of each floor's marks; nan where there are fewer."""
-        marks = np.full((len(floors), max(map(len, floors)), 2), np.nan)
-        for floor, points in enumerate(floors):
-            marks[floor, : len(points)] = points
-        return marks
-
-    # -- Speaking -------------------------------------------------------------------
+    def read(self, vectors: np.ndarray, headed: np.ndarray) -> Seen:
+        """Read observations (B, V); headed (B, 2): as a `Moment` says."""
+        view = View(self, vectors, headed)
+        return Seen(view.numbers(), view.off.astype(np.float32), view.allowed)
 
     def spoken(self, vectors: np.ndarray, actions: np.ndarray) -> np.ndarray:
         """Convert actions (..., 2) to the environment's, normalised [C5].
 
-        The destination is the robot's place + UNIT metres for each unit.
+        A destination is the robot's place + UNIT metres for each unit.
         """
         metres = self._own(vectors) + UNIT * actions
         return to_normalised(self.building, metres).clip(-1, 1).astype(np.float32)
@@ -95,146 +91,155 @@ class Frame:
     def _own(self, vectors: np.ndarray) -> np.ndarray:
         return self.layout.read(vectors, "robots")[..., 0, :2].astype(np.float64)
 
-    # -- Reading --------------------------------------------------------------------
 
-    def read(self, vectors: np.ndarray, headed: np.ndarray) -> Seen:
-        """vectors (B, V): robots' observations; headed (B, 2): as a `Moment` says."""
-        humans, robots, fires = (
-            self.layout.read(vectors, name).astype(np.float64)
+class View:
+    """What robots see, step by step.
+
+    me       (B, 2) metres, floor (B,), place (B,), of those who look
+    lost, mine  (B, n) bool, people in the order of the vector; order (B, n), ours
+    spot     (B, 2) metres, where robots are headed; outs, feet  (B, k, 2) metres, ways
+             out and feet of stairs, nearest first; nan for none
+    off      (B, K, 2) units, the anchors; way (B, K) to them; allowed (B, K) bool
+    """
+
+    def __init__(self, frame: Frame, vectors: np.ndarray, headed: np.ndarray):
+        self.frame, self.map, self.vectors = frame, frame.map, vectors
+        self.humans, self.robots, self.fires = (
+            frame.layout.read(vectors, name).astype(np.float64)
             for name in ("humans", "robots", "fires")
         )
-        me, floor = robots[:, 0, :2], robots[:, 0, 2].round().clip(0).astype(int)
-        here = From(self.ways, me, floor)
+        own = self.robots[:, 0]
+        self.me, self.floor = own[:, :2], own[:, 2].round().clip(0).astype(int)
+        self.place = self.map.places(own)
+        self._sort_people()
+        self.spot = from_normalised(frame.building, headed.astype(np.float64))
+        self.outs = self._nearest_first(self.map.outs)
+        self.feet = self._nearest_first(self.map.feet)
+        self._find_anchors()
 
-        # PEOPLE: first those on my floor whom nobody leads
-        inside, place = humans[..., 2] > -0.5, self.ways.places(humans)
-        walking = inside & ~self.ways.stairs[place]
-        at_work, robot_place = robots[..., 2] > -0.5, self.ways.places(robots)
-        guide = guides(self.ways.nav, robot_place, at_work, place, walking)
-        on_mine = walking & (humans[..., 2].round() == floor[:, None])
-        lost = on_mine & (guide == NOBODY)
-        mine = on_mine & (guide == 0)
-        groups = [lost, mine, on_mine, inside]  # then those who are out or dead
+    def _sort_people(self) -> None:
+        """Lost people first, by way, then mine, my mates', those elsewhere [C4]."""
+        place, inside = self.map.places(self.humans), _there(self.humans)
+        walking = inside & ~self.map.stairs[place]
+        robots, at_work = self.map.places(self.robots), _there(self.robots)
+        guide = guides(self.map.nav, robots, at_work, place, walking)
+        here = walking & (self.humans[..., 2].round() == self.floor[:, None])
+        self.alone = walking & (guide == NOBODY)
+        self.lost, self.mine = here & self.alone, here & (guide == 0)
+        groups = [self.lost, self.mine, here, inside]  # at last those out or dead
         group = np.select(groups, range(len(groups)), len(groups))
-        way = np.where(on_mine, here.way(place), FAR)
-        order = np.lexsort((way, group), axis=1)
-        seen = here.points(humans, walking & (guide == NOBODY))
-        people = np.take_along_axis(seen, order[..., None], axis=1)
+        way = np.where(here, self._way(place), FAR)
+        self.order = np.lexsort((way, group), axis=1)
 
-        # ANCHORS: keep, stay, ways out, feet of stairs, lost people
-        spot = from_normalised(self.building, headed.astype(np.float64))
-        under_way = ~np.isnan(spot[:, :1])
-        outs, feet = here.nearest_first(self.outs), here.nearest_first(self.feet)
-        first = order[:, :PEOPLE]
-        who = np.take_along_axis(humans[..., :2], first[..., None], axis=1)
-        who[~np.take_along_axis(lost, first, axis=1)] = np.nan
-        parts = [spot[:, None], me[:, None], outs, feet, who]
+    def _find_anchors(self) -> None:
+        """Keep, stay, ways out, feet of stairs, the nearest lost people [C5]."""
+        first = self.order[:, :PEOPLE]
+        people = np.take_along_axis(self.humans[..., :2], first[..., None], axis=1)
+        people[~np.take_along_axis(self.lost, first, axis=1)] = np.nan
+        parts = [self.spot[:, None], self.me[:, None], self.outs, self.feet, people]
         anchors = np.concatenate(parts, axis=1)
-        way_there = here.way_to(anchors)
-        exists = ~np.isnan(anchors[..., 0])
-        out = _within(spot, outs, AT_EXIT)  # is it headed to a way out?
-        leads, astray = mine.sum(axis=1), _within(spot, humans, ASTRAY, lost)
-        allowed = exists & (way_there < FAR)
-        if self.masks:
-            leave = slice(STAY + 1, STAY + 1 + outs.shape[1])
-            allowed[:, leave] &= leads[:, None] > 0
-            foot = _within(spot, feet, AT_EXIT)
-            allowed[:, KEEP] &= np.where(out, leads > 0, foot | astray)
-        allowed[:, STAY] = True
-        off = np.nan_to_num((anchors - me[:, None]) / UNIT)
+        self.off = np.nan_to_num((anchors - self.me[:, None]) / UNIT)
+        self.way = self._way_to(anchors)
+        self.allowed = self.way < FAR
+        if self.frame.masks:
+            self.allowed &= self.helpful()
+        self.allowed[:, STAY] = True
 
-        # COUNTS
-        floors = np.arange(self.building.floors)
-        on_floors = (humans[..., 2:].round() == floors).sum(axis=1)
-        lit = self.layout.read(vectors, "fires_per_floor")[..., 0]
-        time = self.layout.read(vectors, "time")[:, 0]
-        alone = [leads[:, None], lost.sum(axis=1)[:, None], under_way, out[:, None]]
-        return Seen(
-            numbers=_joined(
-                people,
-                here.points(robots[:, 1:], at_work[:, 1:]),
-                here.points(fires, fires[..., 2] > -0.5),
-                off,
-                near(way_there),
-                way_there / UNIT,
-                allowed,
-                on_floors / UNIT,
-                lit,
-                floor[:, None] == floors,
-                time / self.end,
-                *alone,
-            ),
-            anchors=off.astype(np.float32),
-            allowed=allowed,
+    def helpful(self) -> np.ndarray:
+        """(B, K) bool: leading nobody no way out, nor on to where nobody is lost.
+
+        Robots without these masks learn to pace before a way out.
+        """
+        leads = self.mine.any(axis=1)
+        near_lost = _within(ASTRAY, self.spot, self.humans, self.lost)
+        helps = np.ones_like(self.allowed)
+        helps[:, STAY + 1 : STAY + 1 + self.outs.shape[1]] = leads[:, None]
+        to_foot = _within(AT_EXIT, self.spot, self.feet)
+        helps[:, KEEP] = np.where(self.to_way_out(), leads, to_foot | near_lost)
+        return helps
+
+    def to_way_out(self) -> np.ndarray:
+        """(B,) bool: is the robot headed to one?"""
+        return _within(AT_EXIT, self.spot, self.outs)
+
+    def numbers(self) -> np.ndarray:
+        """(B, V) float32: people, robots, mates first, fires, anchors, counts."""
+        people = self._points(self.humans, self.alone)
+        mates, floors = self.robots[:, 1:], np.arange(self.frame.building.floors)
+        layout, vectors = self.frame.layout, self.vectors
+        return _joined(
+            np.take_along_axis(people, self.order[..., None], axis=1),
+            self._points(mates, _there(mates)),
+            self._points(self.fires, _there(self.fires)),
+            *(self.off, near(self.way), self.way / UNIT, self.allowed),
+            (self.humans[..., 2:].round() == floors).sum(axis=1) / UNIT,
+            layout.read(vectors, "fires_per_floor"),
+            self.floor[:, None] == floors,
+            layout.read(vectors, "time") / self.frame.time_limit,
+            *(some.sum(axis=1) / UNIT for some in (self.mine, self.lost)),
+            *(~np.isnan(self.spot[:, 0]), self.to_way_out()),
         )
 
-
-@dataclass(frozen=True)
-class From:
-    """Where robots stand, and what they see from there: metres (B, 2), floor (B,)."""
-
-    ways: "Ways"
-    me: np.ndarray
-    floor: np.ndarray
-
-    @property
-    def _place(self) -> np.ndarray:
-        return self.ways.places_on(self.floor[:, None], self.me[:, None])
-
-    def way(self, place: np.ndarray) -> np.ndarray:
-        """Metres on foot to places (B, m)."""
-        return np.minimum(self.ways.nav.between(self._place, place), FAR)
-
-    def way_to(self, metres: np.ndarray) -> np.ndarray:
-        """Metres on foot to points (B, m, 2) of the same floor; nan is FAR."""
-        place = self.ways.places_on(self.floor[:, None], np.nan_to_num(metres))
-        return np.where(np.isnan(metres[..., 0]), FAR, self.way(place))
-
-    def nearest_first(self, marks: np.ndarray) -> np.ndarray:
-        """Sort the marks of each robot's floor, (B, k, 2) metres; nan comes last."""
-        own = marks[self.floor]
-        order = np.argsort(self.way_to(own), axis=1, kind="stable")
-        return np.take_along_axis(own, order[..., None], axis=1)
-
-    def points(self, points: np.ndarray, flag: np.ndarray) -> np.ndarray:
+    def _points(self, points: np.ndarray, flag: np.ndarray) -> np.ndarray:
         """(B, m, 5): x, y and storeys from me, near, flag; zeros for SENTINEL."""
-        there = points[..., 2] > -0.5
         off = (points[..., :2] - self.me[:, None]) / UNIT
         up = points[..., 2:] - self.floor[:, None, None]
-        close = near(self.way(self.ways.places(points)))
+        close = near(self._way(self.map.places(points)))
         parts = [off, up, close[..., None], flag[..., None]]
-        return np.concatenate(parts, axis=-1) * there[..., None]
+        return np.concatenate(parts, axis=-1) * _there(points)[..., None]
+
+    def _way(self, place: np.ndarray) -> np.ndarray:
+        """Metres on foot to places (B, m)."""
+        return np.minimum(self.map.nav.between(self.place[:, None], place), FAR)
+
+    def _way_to(self, metres: np.ndarray) -> np.ndarray:
+        """Metres on foot to points (B, m, 2) of my floor; to nan it is FAR."""
+        place = self.map.places_on(self.floor[:, None], np.nan_to_num(metres))
+        return np.where(np.isnan(metres[..., 0]), FAR, self._way(place))
+
+    def _nearest_first(self, marks: np.ndarray) -> np.ndarray:
+        """Sort the marks of my floor, (floors, k, 2) metres: (B, k, 2)."""
+        mine = marks[self.floor]
+        order = np.argsort(self._way_to(mine), axis=1, kind="stable")
+        return np.take_along_axis(mine, order[..., None], axis=1)
 
 
-class Ways:
-    """Places of a building's points, those in walls moved to the nearest free place."""
+class Map:
+    """What robots know of a building.
+
+    stairs  (places,) bool;  free  (places,) the nearest place where one can stand
+    outs, feet  (floors, k, 2) metres of ways out and feet of stairs, nan for none
+    """
 
     def __init__(self, building: Building):
-        self.nav = navigation_of(building)
-        free = building.walkable
-        cells = [
+        self.nav, free = navigation_of(building), building.walkable
+        self.stairs = building.kind.ravel() == Kind.STAIRS
+        nearest = [
             ndimage.distance_transform_edt(
                 ~floor, return_distances=False, return_indices=True
             )
             for floor in free
         ]
-        each = (self.nav.places_of(k, c.reshape(2, -1).T) for k, c in enumerate(cells))
-        self.free = np.concatenate([*each])
-        self.stairs = building.kind.ravel() == Kind.STAIRS
-        left, top = building.metres(-0.5, -0.5)
-        right, bottom = building.metres(free.shape[1] - 0.5, free.shape[2] - 0.5)
+        cells = (near.reshape(2, -1).T for near in nearest)
+        self.free = np.concatenate([*map(self.nav.places_of, range(len(free)), cells)])
+        (left, top), (right, bottom) = (
+            building.metres(*corner)
+            for corner in ((-0.5, -0.5), np.subtract(free.shape[1:], 0.5))
+        )
         self.edges = (left + EDGE, bottom + EDGE), (right - EDGE, top - EDGE)
+        floors = [way_marks(building, floor) for floor in range(building.floors)]
+        self.outs, self.feet = map(_filled, zip(*floors, strict=True))
 
     def places(self, points: np.ndarray) -> np.ndarray:
-        """(..., m) places of points (..., m, 3); SENTINEL's is on the first floor."""
-        floor = points[..., 2].round().clip(0).astype(int)
-        return self.places_on(floor, points[..., :2])
+        """(...) places of points (..., 3); SENTINEL's is on the first floor."""
+        return self.places_on(points[..., 2].round().clip(0).astype(int), points)
 
-    def places_on(self, floor: np.ndarray, metres: np.ndarray) -> np.ndarray:
-        """(..., m) places of (..., m, 2) metres; floor: (..., m) or broadcast to it."""
-        floor = np.broadcast_to(floor, metres.shape[:-1]).ravel()
-        inside = metres.clip(*self.edges).reshape(-1, 2)
-        return self.free[self.nav.places_at(floor, inside)].reshape(metres.shape[:-1])
+    def places_on(self, floor: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """(...) places of points (..., 2 or 3); floor: broadcast to (...)."""
+        shape = points.shape[:-1]
+        inside = points[..., :2].clip(*self.edges).reshape(-1, 2)
+        floor = np.broadcast_to(floor, shape).ravel()
+        return self.free[self.nav.places_at(floor, inside)].reshape(shape)
 
 
 def near(way: np.ndarray) -> np.ndarray:
@@ -272,28 +277,33 @@ def way_marks(building: Building, floor: int) -> tuple[np.ndarray, np.ndarray]:
     """
     low, high = np.reshape(building.body, (2, 2))
     marks, wells = building.landmarks, building.stairwells
-    down = [well.centre for well in wells if well.leads_down(floor)]
-    outs = [tuple(np.clip(centre, low, high)) for centre in down]
+    outs = [np.clip(w.centre, low, high) for w in wells if w.leads_down(floor)]
     exits = (m for m in marks if m.kind is Kind.EXIT and m.floor == floor)
-    outs += [at_exit(building, mark) for mark in exits]
-    feet = [
-        before_stairwell(building, floor, k)
-        for k, well in enumerate(wells)
-        if well.lowest == floor
-    ]
+    ends = (k for k, well in enumerate(wells) if well.lowest == floor)
+    outs += [np.array(at_exit(building, mark)) for mark in exits]
+    feet = [before_stairwell(building, floor, k) for k in ends]
     return np.reshape(outs, (-1, 2)), np.reshape(feet, (-1, 2))
 
 
+def _filled(floors: tuple[np.ndarray, ...]) -> np.ndarray:
+    """(floors, most, 2) of points (k, 2) on each floor; nan where there are fewer."""
+    filled = np.full((len(floors), max(map(len, floors)), 2), np.nan)
+    for floor, points in zip(filled, floors, strict=True):
+        floor[: len(points)] = points
+    return filled
+
+
+def _there(points: np.ndarray) -> np.ndarray:
+    """(...) bool: which points (..., 3) are not SENTINEL?"""
+    return np.asarray(points[..., 2] > -0.5)
+
+
 def _within(
-    spot: np.ndarray,
-    points: np.ndarray,
-    metres: float,
-    which: np.ndarray | None = None,
+    metres: float, spot: np.ndarray, points: np.ndarray, which: np.ndarray | bool = True
 ) -> np.ndarray:
-    """(B,) bool: is one of these points, (B, m, 2 or 3), so near to the spot (B, 2)?"""
+    """(B,) bool: is any of which points (B, m, 2 or 3) so near to a spot (B, 2)?"""
     off = np.nan_to_num(points[..., :2] - spot[:, None], nan=np.inf)
-    close = np.hypot(off[..., 0], off[..., 1]) <= metres
-    return (close if which is None else close & which).any(axis=1)
+    return ((np.hypot(off[..., 0], off[..., 1]) <= metres) & which).any(axis=1)
 
 
 def _joined(*parts: np.ndarray) -> np.ndarray:

@@ -323,9 +323,9 @@ class Mixture(Policy):
         return torch.logsumexp(self.choice.logits + near, dim=-1, keepdim=True)
 
     def entropy(self) -> Tensor:
-        """(...): of the choice + of a Gaussian, its dimensions' mean as above.
+        """(...): of the choice + of a Gaussian, which does not change [C5, chosen].
 
-        An upper bound of the mixture's own, reached where no two anchors are close.
+        The mixture's own has no formula; it is less where anchors are close.
         """
         return self.choice.entropy() + self.gaussian.entropy()[..., 0, :].mean(dim=-1)
 
