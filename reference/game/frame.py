@@ -140,7 +140,7 @@ class View:
         anchors = np.concatenate(parts, axis=1)
         self.off = np.nan_to_num((anchors - self.me[:, None]) / UNIT)
         self.way = self._way_to(anchors)
-        self.allowed = self.way < FAR
+        self.allowed = ~np.isnan(anchors[..., 0])
         if self.frame.masks:
             self.allowed &= self.helpful()
         self.allowed[:, STAY] = True
