@@ -110,6 +110,7 @@ def test_each_round_both_sides_learn_and_play_the_next_with_what_they_learned():
         ({"head": "pointer"}, "needs landmarks"),
         ({"shaping": 300.0}, "fire: shaping is about robots"),
         ({"own_state": True}, "fire: own_state is about robots"),
+        ({"head": "mixture"}, "fire: a head 'mixture' draws around what robots see"),
     ],
 )
 def test_refuses_settings_that_a_player_cannot_follow(rows, why):

@@ -425,7 +425,7 @@ class Actor(nn.Module):
                 sizes.continuous,
                 sizes.branches,
                 settings.commitment,
-                settings.robots_frame,
+                settings.in_robots_frame,
             )
 
     def forward(

@@ -1,6 +1,6 @@
 """Players: decide for one side of an episode, and record its decisions.
 
-Clauses: C5, D2, E3.  Both heads emit the environment's action, numbers in [−1, 1].
+Clauses: C5, D2, E3.  All heads emit the environment's action, numbers in [−1, 1].
 
     S    episodes played at once;  G  agents of a side
     A    numbers of the environment's action;  V, K, E, O, F  as in `networks`
@@ -67,7 +67,7 @@ class Player:
         self.settings = settings
         self.chooser = landmarks and landmarks(building, scenario)
         self.frame = None
-        if settings.robots_frame:
+        if settings.in_robots_frame:
             self.frame = Frame(building, scenario, settings.masks)
         self.keeps = settings.head == "gaussian" and settings.commitment > 0
         self.sizes = self._sizes()
@@ -95,16 +95,16 @@ class Player:
         """
         if self.frame is None:
             return [*map(self._with_counts, moments)], [*map(self._choices, moments)]
-        headed = np.concatenate([m.headed for m in moments])
-        seen = self.frame.read(np.concatenate([m.vectors for m in moments]), headed)
-        each = (
+        vectors = np.concatenate([m.vectors for m in moments])
+        seen = self.frame.read(vectors, np.concatenate([m.headed for m in moments]))
+        places = self.frame.spoken(vectors[:, None], seen.anchors)
+        numbers, *anchors = (
             np.split(array, len(moments))
-            for array in (seen.numbers, seen.anchors, seen.allowed)
+            for array in (seen.numbers, places, seen.anchors, seen.allowed)
         )
-        numbers, anchors, allowed = each
         if self.settings.head == "gaussian":
             return numbers, [*map(self._choices, moments)]
-        return numbers, [*map(Choices, anchors, anchors, allowed)]
+        return numbers, [*map(Choices, *anchors)]
 
     def _with_counts(self, moment: Moment) -> np.ndarray:
         vectors, s = moment.vectors, self.settings
@@ -172,23 +172,20 @@ class Player:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Convert Gaussians: clamp(a, −3, 3)/3 [E3]; the fire's floor, a branch, first.
 
-        In the robot's frame they are units from the robot.
-
-        Also returns the raw numbers, for the critic. A kept destination replaces both.
+        In the robot's frame, from units around it. Also returns the raw numbers, for
+        the critic. A kept destination replaces both.
         """
         shown = raw[..., :AXES]
         axes = shown.clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT
         if self.side == "fire":
             floor = (2 * raw[..., AXES:] + 1) / self.building.floors - 1
             return np.concatenate([floor, axes], axis=-1), shown
-        headed = np.stack([m.headed for m in moments])
-        old = headed
+        vectors = np.stack([m.vectors for m in moments])
         if self.frame:
-            vectors = np.stack([m.vectors for m in moments])
             axes = self.frame.spoken(vectors, shown)
-            old = self.frame.actions(vectors, headed)
         if self.keeps:
-            kept = raw[..., AXES:] == 0
+            kept, headed = raw[..., AXES:] == 0, np.stack([m.headed for m in moments])
+            old = self.frame.actions(vectors, headed) if self.frame else headed
             axes = np.where(kept, np.nan_to_num(headed), axes)
             shown = np.where(kept, np.nan_to_num(old), shown)
         return axes, shown

@@ -65,8 +65,8 @@ class TrainerSettings:
                   without it a new policy would turn round before it arrives anywhere
     shaping       weight, health points per human inside, of a potential-based reward
                   that cancels deaths caused by time alone, `game.rewards.shaping`
-    frame         a policy reads and speaks coordinates of the "floor", as printed, or
-                  everything from where its "robot" stands, `game.frame`
+    robots_frame  a Gaussian reads and speaks from where its robot stands, as a mixture
+                  always does, `game.frame`; without, coordinates of the floor
     spread        metres, standard deviation of a mixture around each of its anchors
     masks         a mixture may not mean what helps nobody, `game.frame`
     summary       add to the observation counts that it implies
@@ -100,7 +100,7 @@ class TrainerSettings:
     reward_scale: Annotated[float, Row(None, low=ABOVE_0)] = REWARD_SCALE
     commitment: Annotated[float, Row(None, low=0)] = 0.0
     shaping: Annotated[float, Row(None, low=0)] = 0.0
-    frame: Annotated[str, Row(None, ("floor", "robot"))] = "floor"
+    robots_frame: Annotated[bool, Row(None)] = False
     spread: Annotated[float, Row(None, low=0.01)] = 0.4
     masks: Annotated[bool, Row(None)] = False
     summary: Annotated[bool, Row(None)] = False
@@ -113,11 +113,6 @@ class TrainerSettings:
                 f"buffer_size {self.buffer_size} holds no minibatch of batch_size "
                 f"{self.batch_size}: make it a few times as large"
             )
-        if self.head == "mixture" and self.frame != "robot":
-            raise SettingsError(
-                "head is mixture, and its anchors are points around a robot: write "
-                "frame robot"
-            )
         if self.trainer_type == "poca" and self.hidden_units % ATTENTION_HEADS:
             raise SettingsError(
                 f"hidden_units {self.hidden_units} cannot be shared among the "
@@ -125,27 +120,31 @@ class TrainerSettings:
             )
 
     @property
-    def robots_frame(self) -> bool:
-        """Whether its network reads and speaks in the robot's frame."""
-        return self.frame == "robot" and self.head != "pointer"
+    def in_robots_frame(self) -> bool:
+        """Whether its networks read and speak in the robot's frame."""
+        return self.head == "mixture" or (self.robots_frame and self.head == "gaussian")
 
 
 class SettingsError(InputError):
     """A setting with an impossible value: which, why, and what to write instead."""
 
 
-OF_ROBOTS = ("commitment", "shaping", "frame", "masks", "summary", "own_state")
+OF_ROBOTS = ("commitment", "shaping", "robots_frame", "masks", "summary", "own_state")
 """Rows that only robots have."""
 
 
 def refuse_of_robots(settings: TrainerSettings) -> None:
     """Raise SettingsError if a fire's settings have what only robots can have."""
     for name in OF_ROBOTS:
-        if getattr(settings, name) not in (0, False, "floor"):
+        if getattr(settings, name):
             raise SettingsError(
                 f"fire: {name} is about robots, which walk between two decisions and "
                 "see the clock; leave it out"
             )
+    if settings.head == "mixture":
+        raise SettingsError(
+            "fire: a head 'mixture' draws around what robots see; write gaussian"
+        )
 
 
 # -- Checks -------------------------------------------------------------------------

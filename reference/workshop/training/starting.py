@@ -117,10 +117,10 @@ def settings_of(asked: Asked, base: Settings) -> Settings:
     made = base if asked.settings is None else read_yaml(asked.settings, base)
     robots, fire, scenario = made.robots, made.fire, made.scenario
     robots = replace(robots, trainer_type=asked.trainer or robots.trainer_type)
-    if asked.head == "mixture":  # the fire has no robot's frame, and keeps its head
-        robots = replace(robots, head=asked.head, frame="robot")
-    elif asked.head:
-        robots, fire = (replace(s, head=asked.head) for s in (robots, fire))
+    if asked.head:
+        robots = replace(robots, head=asked.head)
+    if asked.head and asked.head != "mixture":  # which only robots have
+        fire = replace(fire, head=asked.head)
     if asked.robots == "none":
         scenario = replace(scenario, robots_per_floor=0)
     schedule = asked.schedule or made.schedule
