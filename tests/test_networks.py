@@ -314,7 +314,7 @@ def test_a_mixture_s_log_probability_is_torch_s():
 
 @pytest.mark.paper("C5", "chosen")
 def test_a_mixture_s_gradient_is_that_of_finite_differences():
-    """In its weights: how much likelier would what was done become?"""
+    """In its weights, in float64."""
     anchors, actions = lives.random(0, 3, 4, 2), lives.random(2, 3, 2)
 
     def log_probs(logits):
@@ -371,7 +371,7 @@ def test_a_gaussian_in_the_robot_s_frame_begins_with_five_metres():
     assert as_printed.unique().tolist() == [1.0]
     head = GaussianHead(8, 2, (), robots_frame=True)
     assert head(x).gaussian.stddev.median().item() == pytest.approx(0.5, abs=0.05)
-    torch.nn.init.normal_(head.spread.weight, std=10)
+    torch.nn.init.normal_(head.log_sigma.weight, std=10)
     sigma = head(x).gaussian.stddev
     assert [sigma.min().item(), sigma.max().item()] == pytest.approx(SIGMAS)
 

@@ -282,11 +282,12 @@ class GaussianHead(nn.Module):
         robots_frame: bool = False,
     ):
         super().__init__()
-        self.commitment, self.spread = commitment, None
+        self.commitment = commitment
         self.mean = linear(hidden, continuous, MEAN_GAIN / sqrt(hidden))
+        self.log_sigma: nn.Parameter | nn.Linear
         if robots_frame:
-            self.spread = linear(hidden, continuous, BRANCH_GAIN / sqrt(hidden))
-            nn.init.constant_(self.spread.bias, log(FIRST_SIGMA))
+            self.log_sigma = linear(hidden, continuous, BRANCH_GAIN / sqrt(hidden))
+            nn.init.constant_(self.log_sigma.bias, log(FIRST_SIGMA))
         else:
             self.log_sigma = nn.Parameter(torch.zeros(continuous))
         self.branches = nn.ModuleList(
@@ -298,10 +299,9 @@ class GaussianHead(nn.Module):
         logits = [branch(x) for branch in self.branches]
         if options is not None:
             logits = [_committed(logits[0], options, self.commitment)]
-        if self.spread is None:
-            log_sigma = self.log_sigma
-        else:
-            log_sigma = self.spread(x).clamp(*map(log, SIGMAS))
+        log_sigma = self.log_sigma
+        if isinstance(log_sigma, nn.Linear):
+            log_sigma = log_sigma(x).clamp(*map(log, SIGMAS))
         return Policy(self.mean(x), log_sigma, logits, options is not None)
 
 
