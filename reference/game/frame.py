@@ -95,11 +95,12 @@ class Frame:
 class View:
     """What robots see, step by step.
 
-    me       (B, 2) metres, floor (B,), place (B,), of those who look
-    lost, mine  (B, n) bool, people in the order of the vector; order (B, n), ours
-    spot     (B, 2) metres, where robots are headed; outs, feet  (B, k, 2) metres, ways
-             out and feet of stairs, nearest first; nan for none
-    off      (B, K, 2) units, the anchors; way (B, K) to them; allowed (B, K) bool
+    me     (B, 2) metres, floor (B,), place (B,): where they stand
+    alone, lost, mine  (B, n) bool, people whom nobody leads, those on my floor, and
+           those I lead, in the order of the vector;  order  (B, n), the frame's
+    spot   (B, 2) metres, where robots are headed;  outs, feet  (B, k, 2) metres, ways
+           out and feet of stairs, nearest first; nan for none
+    off    (B, K, 2) units, the anchors;  way  (B, K) metres;  allowed  (B, K) bool
     """
 
     def __init__(self, frame: Frame, vectors: np.ndarray, headed: np.ndarray):
@@ -146,10 +147,7 @@ class View:
         self.allowed[:, STAY] = True
 
     def helpful(self) -> np.ndarray:
-        """(B, K) bool: leading nobody no way out, nor on to where nobody is lost.
-
-        Robots without these masks learn to pace before a way out.
-        """
+        """(B, K) bool: leading nobody no way out, nor on to where nobody is lost."""
         leads = self.mine.any(axis=1)
         near_lost = _within(ASTRAY, self.spot, self.humans, self.lost)
         helps = np.ones_like(self.allowed)
@@ -171,13 +169,18 @@ class View:
             np.take_along_axis(people, self.order[..., None], axis=1),
             self._points(mates, _there(mates)),
             self._points(self.fires, _there(self.fires)),
-            *(self.off, near(self.way), self.way / UNIT, self.allowed),
+            self.off,
+            near(self.way),
+            self.way / UNIT,
+            self.allowed,
             (self.humans[..., 2:].round() == floors).sum(axis=1) / UNIT,
             layout.read(vectors, "fires_per_floor"),
             self.floor[:, None] == floors,
             layout.read(vectors, "time") / self.frame.time_limit,
-            *(some.sum(axis=1) / UNIT for some in (self.mine, self.lost)),
-            *(~np.isnan(self.spot[:, 0]), self.to_way_out()),
+            self.mine.sum(axis=1) / UNIT,
+            self.lost.sum(axis=1) / UNIT,
+            ~np.isnan(self.spot[:, 0]),
+            self.to_way_out(),
         )
 
     def _points(self, points: np.ndarray, flag: np.ndarray) -> np.ndarray:
@@ -220,7 +223,7 @@ class Map:
             )
             for floor in free
         ]
-        cells = (near.reshape(2, -1).T for near in nearest)
+        cells = (indices.reshape(2, -1).T for indices in nearest)
         self.free = np.concatenate([*map(self.nav.places_of, range(len(free)), cells)])
         (left, top), (right, bottom) = (
             building.metres(*corner)
