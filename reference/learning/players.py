@@ -237,7 +237,7 @@ class Recorded(ABC):
 class Learned(Recorded):
     """A side that a network plays: its settings, and its weights by name.
 
-    landmarks  makes a pointer head's options; None for the Gaussian head
+    landmarks  makes a pointer head's options; None for other heads
     """
 
     settings: TrainerSettings
