@@ -96,9 +96,9 @@ class _Teacher(Player):
     ) -> GroupDecision[np.ndarray]:
         """Record actions as the head's, with log_probs of 0.
 
-        Those are the nearest option, or for Gaussians the spot; and "keep" where the
-        teacher keeps a destination. What the head does not offer is left out, `alive`
-        False: to stay put, to go where no option is near, or to keep if it cannot.
+        Those are a pointer's nearest option, or the spot; and "keep" where the teacher
+        keeps a destination. What the head does not offer is left out, `alive` False:
+        to go where no option or anchor is near, to keep if it cannot, to stay put.
         """
         new, spots = ~np.isnan(wanted).any(axis=1), np.nan_to_num(wanted)
         actions, features, action_mask = spots * RAW_LIMIT, None, None
