@@ -27,6 +27,7 @@ BOOK = (
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE
     "game",  # the learning problem:
     "game.observations",  # the 167 numbers and the grid
+    "game.frame",  # how a robot's policy reads and speaks: from where it stands
     "game.moments",  # what a side decides upon, and its options
     "game.environment",  # who decides when, what an action means, who leaves
     "learning",  # the learners:

@@ -10,7 +10,7 @@ numbering:
 """
 
 from collections.abc import Iterable
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -209,6 +209,28 @@ class Navigation:
     ) -> np.ndarray:
         """(places,) metres to the nearest of the goals, times costs; see `shortest`."""
         return self.shortest(np.asarray(list(goals), dtype=np.int64), cost)[0]
+
+    def between(self, p: np.ndarray, q: np.ndarray) -> np.ndarray:
+        """Metres on foot from places p to places q, broadcast; inf between floors.
+
+        They come from a table; a row is computed when it is first asked for.
+        """
+        known, table = self._table
+        new = np.unique(p)
+        new = new[~known[new]]
+        for floor in np.unique(new // self.floor_size).tolist():
+            rows = new[new // self.floor_size == floor]
+            start = floor * self.floor_size
+            table[rows] = dijkstra(self._steps[floor], indices=rows - start)
+        known[new] = True
+        metres = table[p, q % self.floor_size]
+        return np.where(p // self.floor_size == q // self.floor_size, metres, np.inf)
+
+    @cached_property
+    def _table(self) -> tuple[np.ndarray, np.ndarray]:
+        """(places,) bool, which rows are known, and (places, floor_size) float32."""
+        table = np.empty((self.places, self.floor_size), dtype=np.float32)
+        return np.zeros(self.places, dtype=bool), table
 
     def way(
         self, start: int, goal: int, cost: np.ndarray | None = None

@@ -6,11 +6,12 @@ Clauses: B5, C5-C8.  Who decides where a robot goes is in `strategies`.
     p           place
 """
 
+from functools import lru_cache
 from math import dist
 
 import numpy as np
 
-from reference.building import Building, Kind
+from reference.building import Building, Kind, Landmark
 from reference.navigation import Navigation, navigation_of
 from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED
 from reference.world import FOLLOW_ME, Instruction, Robot, Said, World
@@ -126,6 +127,35 @@ def said_on_the_way(building: Building, floor: int, target: Destination) -> Said
         return FOLLOW_ME
     nearest = min(marks, key=lambda mark: dist(mark.position, target))
     return Said(instruction, nearest.index)
+
+
+@lru_cache(maxsize=64)
+def before_stairwell(building: Building, floor: int, index: int) -> Destination:
+    """Find the room cell nearest to a stairwell that Eq. 1 does not pull inside."""
+    nav = navigation_of(building)
+    well = building.stairwells[index]
+    d = nav.distance[well.entrances[floor][0]].copy()
+    d[building.kind.ravel() != Kind.FLOOR] = np.inf
+    off = nav.centres - well.centre
+    d[np.hypot(off[:, 0], off[:, 1]) <= NEAR_STAIRWELL] = np.inf
+    x, y = nav.centres[int(np.argmin(d))].tolist()
+    return x, y
+
+
+def at_exit(building: Building, exit_: Landmark) -> Destination:
+    """Find a point that means this exit and no stairwell beside it [C6] [C7].
+
+    The exit itself, unless Eq. 1 leads away from there.
+    """
+    points = navigation_of(building).centres[: building.kind[0].size]
+    off = np.hypot(*(points - exit_.position).T)
+    near = points[np.argsort(off, kind="stable")[: int((off <= AT_EXIT).sum())]]
+    for point in [exit_.position, *((float(x), float(y)) for x, y in near)]:
+        target = actual_target(building, exit_.floor, *point)
+        said = said_on_the_way(building, exit_.floor, target)
+        if said.instruction is Instruction.THIS_EXIT:
+            return point
+    return exit_.position
 
 
 def planned_way(robot: Robot, world: World, target: Destination) -> list[int]:

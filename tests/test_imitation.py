@@ -8,6 +8,7 @@ from trainings import TINY, begun, tiny
 
 from reference.building import building_of
 from reference.game.environment import destination
+from reference.game.frame import KEEP, STAY
 from reference.game.moments import Moment
 from reference.game.observations import (
     from_normalised,
@@ -40,7 +41,7 @@ class Observed(Sweep):
         everybody = np.ones(len(vectors), dtype=bool)
         moment = Moment.of(world, vectors, everybody)
         (emitted,), _ = self.player.act([moment])
-        choices = self.player.chooser(moment)
+        _, (choices,) = self.player.read([moment])
         row = {robot.body: k for k, robot in enumerate(world.robots)}
         for robot, spot in zip(robots, decided, strict=True):
             if spot is None:
@@ -67,10 +68,13 @@ def off_course(training):
 
 @pytest.mark.paper("C7", "chosen")
 @pytest.mark.paper("E1", "chosen")
-def test_robots_that_copied_sweep_go_where_it_would():
+@pytest.mark.parametrize(
+    ("head", "episodes", "epochs"), [("pointer", 4, 150), ("mixture", 32, 60)]
+)
+def test_robots_that_copied_sweep_go_where_it_would(head, episodes, epochs):
     """In evacuations that they have not seen; they did not before."""
-    settings = tiny(robots={"hidden_units": 32})
-    settings = replace(settings, imitation_episodes=8, imitation_epochs=150)
+    settings = tiny(robots={"hidden_units": 32, "head": head})
+    settings = replace(settings, imitation_episodes=episodes, imitation_epochs=epochs)
     training = begun(settings, imitate="sweep")
     before = off_course(training)
     training.imitate([e for job in training.demonstrations() for e in play(job)])
@@ -102,3 +106,26 @@ def test_what_no_option_comes_near_is_not_taught():
         near = np.hypot(*(ends - spot).T).min() <= GROUP_RADIUS
         assert near or not taught[-1]
     assert any(taught) and not all(taught)
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_mixture_is_taught_the_point_that_the_teacher_means():
+    """In units from the robot: a new one, the one it is headed to, or its own place."""
+    settings = tiny(robots={"head": "mixture", "masks": False})
+    teacher = Demonstration(settings.robots, "patrol").player(
+        "robots", building_of(TINY), settings.scenario
+    )
+    sim = Simulation(building_of(TINY), settings.scenario, Sweep(), RandomFire(), 1)
+    for _ in range(40):
+        sim.step()
+    vectors = robot_vectors(sim.world, sim.scenario)
+    moment = Moment.of(sim.world, vectors, np.ones(len(vectors), dtype=bool))
+    under_way = ~np.isnan(moment.headed[:, 0])
+    assert under_way.any()
+    nothing_new = np.full((len(vectors), 2), np.nan, dtype=np.float32)
+    told = teacher._recorded(moment, nothing_new)
+    keep, stay = told.features[:, KEEP], told.features[:, STAY]
+    assert np.allclose(told.actions, np.where(under_way[:, None], keep, stay))
+    assert told.alive.all() and not stay.any()
+    told = teacher._recorded(moment, moment.headed)
+    assert np.allclose(told.actions, keep) and told.alive[under_way].all()

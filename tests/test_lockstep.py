@@ -132,13 +132,13 @@ def test_who_has_nothing_to_do_from_the_beginning_decides_nothing():
     assert one.robots.alive[0, :below].all() and not one.robots.alive[:, below:].any()
 
 
-@pytest.mark.parametrize("head", ["pointer", "gaussian"])
+@pytest.mark.parametrize("head", ["pointer", "gaussian", "mixture"])
 def test_episodes_are_the_same_whoever_steps_the_worlds(head):
     """Learned robots and fires: facts, and every number of the trajectories."""
     settings, plan = preset("tiny"), to_text(load("tiny").plan)
     sides: dict[str, Any] = {
-        side: learned(side, settings, plan, settings.scenario, head)
-        for side in ("robots", "fire")
+        "robots": learned("robots", settings, plan, settings.scenario, head),
+        "fire": learned("fire", settings, plan, settings.scenario),
     }
     job = Job(plan, settings.scenario, **sides, seeds=(1, 2, 3))
     for one, other in zip(play(job), play(job, together), strict=True):

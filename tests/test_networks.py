@@ -11,12 +11,17 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 from lives import MIXED, SIZES
+from torch.distributions import Independent, MixtureSameFamily
 
 from reference.learning.networks import (
+    REFUSED,
+    SIGMAS,
     Actor,
     Encoder,
     GaussianHead,
     GridEncoder,
+    Mixture,
+    MixtureHead,
     Normaliser,
     Options,
     PointerHead,
@@ -285,6 +290,90 @@ def test_without_context_options_are_all_that_a_pointer_looks_at():
         first = probs(0.0, features)
         assert torch.equal(first, probs(1.0, features)) != context
         assert not torch.allclose(first, probs(0.0, features + 1))
+
+
+# -- The mixture ----------------------------------------------------------------------
+
+
+def mixture(rows=7, anchors=4, sigma=0.3):
+    """A mixture for each row, with an anchor that may not be meant; in float64."""
+    logits = lives.random(1, rows, anchors)
+    logits[:, -1] = REFUSED
+    return Mixture(lives.random(0, rows, anchors, 2), sigma, logits)
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_mixture_s_log_probability_is_torch_s():
+    """One number for both floats, whichever anchor they were drawn around."""
+    policy, actions = mixture(), lives.random(2, 7, 2)
+    oracle = MixtureSameFamily(policy.choice, Independent(policy.gaussian, 1))
+    found = policy.log_probs(actions)
+    assert found.shape == (7, 1)
+    assert torch.allclose(found[:, 0], oracle.log_prob(actions))
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_mixture_s_gradient_is_that_of_finite_differences():
+    """In its weights, in float64."""
+    anchors, actions = lives.random(0, 3, 4, 2), lives.random(2, 3, 2)
+
+    def log_probs(logits):
+        return Mixture(anchors, 0.5, logits).log_probs(actions)
+
+    assert torch.autograd.gradcheck(log_probs, lives.random(1, 3, 4).requires_grad_())
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_mixture_s_entropy_is_that_of_its_choice_and_of_one_gaussian():
+    """Two equally likely anchors: log 2, and log sigma + log(2 pi e) / 2."""
+    policy = Mixture(torch.zeros(1, 2, 2), 0.3, torch.zeros(1, 2))
+    gaussian = math.log(0.3) + math.log(2 * math.pi * math.e) / 2
+    assert policy.entropy().item() == pytest.approx(math.log(2) + gaussian)
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_mixture_is_drawn_around_its_anchors_as_often_as_they_weigh():
+    """The one that may not be meant never; without noise, at the likeliest itself."""
+    rng, n = np.random.default_rng(0), 20_000
+    anchors = torch.tensor([[0.0, 0.0], [5.0, 0.0], [0.0, 9.0]]).expand(n, 3, 2)
+    logits = torch.tensor([0.0, 1.0, REFUSED]).expand(n, 3)
+    policy = Mixture(anchors, 0.2, logits)
+    normals, gumbels = policy.noise()
+    noise = [rng.standard_normal((n, normals)), rng.gumbel(size=(n, gumbels))]
+    drawn = policy.act(torch.from_numpy(np.hstack(noise)).float())
+    second = drawn[:, 0] > 2.5
+    assert second.float().mean().item() == pytest.approx(
+        1 / (1 + math.exp(-1)), abs=0.01
+    )
+    off = drawn - torch.where(second[:, None], anchors[:, 1], anchors[:, 0])
+    assert torch.allclose(off.std(dim=0), torch.tensor(0.2), atol=0.005)
+    assert off.abs().max() < 1.2
+    assert torch.equal(policy.act(), anchors[:, 1])
+
+
+@pytest.mark.paper("C7", "Alg. 3:3")
+def test_commitment_is_a_bonus_for_the_anchor_where_a_mixture_is_headed():
+    """Where it is headed somewhere; else that anchor is refused."""
+    head = MixtureHead(8, 3, 0.04, 2.5)
+    torch.nn.init.zeros_(head.weights.weight)
+    mask = torch.tensor([[True, True, True], [False, True, True]])
+    probs = head(torch.randn(2, 8), Options(torch.zeros(2, 3, 2), mask)).choice.probs
+    keep = math.exp(2.5) / (math.exp(2.5) + 2)
+    assert probs[0].tolist() == pytest.approx([keep, (1 - keep) / 2, (1 - keep) / 2])
+    assert probs[1].tolist() == pytest.approx([0, 0.5, 0.5])
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_gaussian_in_the_robot_s_frame_begins_with_five_metres():
+    """Its deviation follows from what is seen, between bounds; as printed, it is 1."""
+    x = torch.randn(200, 8)
+    as_printed = GaussianHead(8, 2, ())(x).gaussian.stddev
+    assert as_printed.unique().tolist() == [1.0]
+    head = GaussianHead(8, 2, (), robots_frame=True)
+    assert head(x).gaussian.stddev.median().item() == pytest.approx(0.5, abs=0.05)
+    torch.nn.init.normal_(head.log_sigma.weight, std=10)
+    sigma = head(x).gaussian.stddev
+    assert [sigma.min().item(), sigma.max().item()] == pytest.approx(SIGMAS)
 
 
 # -- Critics ------------------------------------------------------------------------

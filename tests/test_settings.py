@@ -40,7 +40,7 @@ def test_the_preset_paper_is_the_two_tables_row_by_row():
     for settings, table in ((ROBOTS, TABLE_I), (FIRE, TABLE_II)):
         rows = asdict(settings)
         assert (rows.pop("head"), rows.pop("reward_scale")) == ("gaussian", 0.001)
-        assert rows.pop("context")
+        assert rows.pop("context") and rows.pop("spread")
         assert not any(rows.pop(name) for name in OF_ROBOTS)
         assert rows == dict(table)
 

@@ -135,6 +135,17 @@ def test_train_takes_trainer_head_and_schedule(once, capsys):
     assert (settings.fire.head, settings.schedule) == ("gaussian", "alternate")
 
 
+def test_a_mixture_is_a_head_of_the_robots_alone(once, capsys):
+    """The fire keeps its own; what was learned plays, and goes on learning."""
+    assert train("--out", "new", "--head", "mixture") == 0
+    assert "robots poca (mixture head)" in capsys.readouterr().err
+    settings = load("new").task.settings
+    assert (settings.robots.head, settings.fire.head) == ("mixture", "pointer")
+    assert status("evaluate", "--robots", "new", "--fire", "none", "--episodes", 2) == 0
+    assert train("--resume", "--out", "new", "--head", "mixture") == 0
+    assert train("--resume", "--out", "new", "--head", "gaussian") == 2
+
+
 def test_train_takes_a_file_of_settings_and_a_checkpoint_as_opponent(run, capsys):
     """ML-Agents' keys; and a folder of a training stands for its newest."""
     pytest.importorskip("yaml")

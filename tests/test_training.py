@@ -10,6 +10,7 @@ import torch
 from trainings import TINY, begun, equal, tiny, trained
 
 from reference.building import building_of
+from reference.game.frame import KEEP
 from reference.game.observations import summary_size
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.experience import Decisions, decisions_of
@@ -629,12 +630,15 @@ def test_shaping_pays_learners_and_changes_no_episode():
 
 
 @pytest.mark.paper("C7", "Alg. 3:3")
-@pytest.mark.parametrize("head", ["pointer", "gaussian"])
+@pytest.mark.parametrize("head", ["pointer", "gaussian", "mixture"])
 def test_a_committed_robot_goes_on_until_it_is_there(head):
     """It chooses anew exactly where it has arrived, whichever head it has."""
     for episode in first_round(head=head, commitment=50.0):
         robots, there = episode.robots, episode.robots.alive[:-1]
         kept, under_way = robots.actions[..., -1] == 0, robots.action_mask[..., 0]
+        if head == "mixture":
+            off = robots.actions - robots.features[..., KEEP, :]
+            kept = under_way & (np.hypot(*off.T).T < 0.2)  # five deviations
         assert kept[there].tolist() == under_way[there].tolist()
         assert 0 < under_way[there].sum() < there.sum()
 

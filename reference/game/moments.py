@@ -1,7 +1,7 @@
 """Moments and choices: what a side decides upon, and the options it has.
 
 Clauses: C1, C5, C7, D1, D2.  Whoever plays a side, a network or a teacher, decides upon
-a `Moment`; a pointer head, not a Gaussian one, chooses among `Choices`.
+a `Moment`; a pointer head chooses among `Choices`, and a mixture draws around them.
 
     G   agents of a side;  V  numbers of a vector;  A  numbers of an action
     O   options of an agent;  F  features of an option;  R  robots, the fire's G is 1
@@ -54,7 +54,7 @@ class Choices:
     """What agents choose among.
 
     places       (G, O, A) float32, the action that each option emits, in [-1, 1]
-    features     (G, O, F) float32, of size about 1
+    features     (G, O, F) float32, of size about 1; of a mixture's anchors x and y
     action_mask  (G, O) bool, False for padding; at least one is True in a row
     """
 

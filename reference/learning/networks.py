@@ -1,4 +1,4 @@
-"""The networks that both trainers share: encoders, and actors with two kinds of head.
+"""The networks that both trainers share: encoders, and actors with three heads.
 
 Clauses: C3, C4, C5, C7, D2, E1-E4.  What ML-Agents 0.29.0 builds from Tables I and II,
 with one difference: whatever the agents of a group share is computed once [E3, chosen].
@@ -6,19 +6,21 @@ with one difference: whatever the agents of a group share is computed once [E3, 
     B    group decisions in a batch;  G  agents of the group;  V  numbers an agent sees
     C    continuous components of an action;  D  discrete branches;  K = C + D
     H    hidden units;  E  numbers of an action that a critic sees
-    O    options a pointer head chooses among;  F  features of an option
+    O    options a head chooses among: places, or a mixture's anchors
+    F    features of an option: a pointer's, or where an anchor is
 """
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import sqrt
+from math import log, sqrt
 
 import torch
 from torch import Tensor, nn
 from torch.distributions import Categorical, Normal
 from torch.nn import functional
 
+from reference.game.frame import UNIT
 from reference.learning.settings import TrainerSettings
 
 MOST_DEVIATIONS = 5.0  # [E4] normalised inputs are clipped there
@@ -26,6 +28,9 @@ RELU_GAIN = 1.41  # [E3] of the layer after the convolutions
 MEAN_GAIN, BRANCH_GAIN = 0.2, 0.1  # [E3] a new policy hardly prefers anything
 RAW_LIMIT = 3.0  # [E3] a raw continuous action is clipped to ±this, then divided by it
 REFUSED = -1e9  # the score of a masked option
+FIRST_SIGMA, SIGMAS = 0.5, (0.02, 1.0)
+"""[C5, chosen] of a Gaussian in the robot's frame, in units of 10 m: where it begins,
+and between which it stays."""
 
 
 @contextmanager
@@ -46,6 +51,7 @@ class Sizes:
     vector      numbers an agent observes;  grid  (channels, height, width)
     continuous  Gaussian components;  branches  options of each discrete branch
     features    of an option, 0 without a pointer head
+    anchors     of a mixture head, else 0
     shown       numbers of an action that a critic sees
     """
 
@@ -54,6 +60,7 @@ class Sizes:
     continuous: int = 0
     branches: tuple[int, ...] = ()
     features: int = 0
+    anchors: int = 0
     shown: int = 0
 
 
@@ -61,7 +68,8 @@ class Sizes:
 class Options:
     """Options of a discrete choice, and which of them are allowed.
 
-    features (..., O, F), F = 0 for a Gaussian head;  action_mask (..., O) bool
+    features (..., O, F), of a mixture's anchors their x and y, of a Gaussian none
+    action_mask (..., O) bool
     """
 
     features: Tensor
@@ -203,7 +211,7 @@ class Policy:
         branches: Sequence[Tensor],
         keeps: bool = False,
     ):
-        """mean (..., C), log_sigma (C,), and for each branch its logits (..., n).
+        """mean (..., C), log_sigma (..., C), and for each branch its logits (..., n).
 
         keeps: where the first branch takes option 0, "keep", the Gaussians' samples
         are not used, and their log-probabilities count as 0.
@@ -233,6 +241,11 @@ class Policy:
         assert isinstance(total, Tensor)
         return total
 
+    def noise(self) -> tuple[int, int]:
+        """How many standard normal and Gumbel numbers `act` needs for an agent."""
+        counts = (branch.logits.shape[-1] for branch in self.branches)
+        return self.gaussian.mean.shape[-1], sum(counts)
+
     def act(self, noise: Tensor | None = None) -> Tensor:
         """Sample actions (..., C + D) with `noise`; without it, the mean or likeliest.
 
@@ -255,6 +268,9 @@ class GaussianHead(nn.Module):
 
     A linear layer gives the mean; log sigma is a free vector that begins at 0. With
     commitment there is one branch: keep the current destination, or take the new one.
+
+    [C5, chosen] In the robot's frame a linear layer gives log sigma too, from
+    FIRST_SIGMA on: a free number hardly moves in a short training.
     """
 
     def __init__(
@@ -263,11 +279,17 @@ class GaussianHead(nn.Module):
         continuous: int,
         branches: tuple[int, ...],
         commitment: float = 0.0,
+        robots_frame: bool = False,
     ):
         super().__init__()
         self.commitment = commitment
         self.mean = linear(hidden, continuous, MEAN_GAIN / sqrt(hidden))
-        self.log_sigma = nn.Parameter(torch.zeros(continuous))
+        self.log_sigma: nn.Parameter | nn.Linear
+        if robots_frame:
+            self.log_sigma = linear(hidden, continuous, BRANCH_GAIN / sqrt(hidden))
+            nn.init.constant_(self.log_sigma.bias, log(FIRST_SIGMA))
+        else:
+            self.log_sigma = nn.Parameter(torch.zeros(continuous))
         self.branches = nn.ModuleList(
             linear(hidden, n, BRANCH_GAIN / sqrt(hidden)) for n in branches
         )
@@ -277,7 +299,67 @@ class GaussianHead(nn.Module):
         logits = [branch(x) for branch in self.branches]
         if options is not None:
             logits = [_committed(logits[0], options, self.commitment)]
-        return Policy(self.mean(x), self.log_sigma, logits, options is not None)
+        log_sigma = self.log_sigma
+        if isinstance(log_sigma, nn.Linear):
+            log_sigma = log_sigma(x).clamp(*map(log, SIGMAS))
+        return Policy(self.mean(x), log_sigma, logits, options is not None)
+
+
+class Mixture(Policy):
+    """A mixture of Gaussians around anchors: two floats, one log-probability.
+
+    log p(a) = log sum_k w_k N(a; m_k, sigma)
+    """
+
+    def __init__(self, anchors: Tensor, sigma: float, logits: Tensor):
+        """anchors m (..., O, 2) and their logits (..., O)."""
+        log_sigma = anchors.new_tensor(log(sigma))
+        super().__init__(anchors, log_sigma, [logits])
+        self.choice = self.branches[0]
+
+    def log_probs(self, actions: Tensor) -> Tensor:
+        """(..., 1), exact: whichever anchor an action (..., 2) was drawn around."""
+        near = self.gaussian.log_prob(actions[..., None, :]).sum(dim=-1)
+        return torch.logsumexp(self.choice.logits + near, dim=-1, keepdim=True)
+
+    def entropy(self) -> Tensor:
+        """(...): of the choice + of a Gaussian, which does not change [C5, chosen].
+
+        The mixture's own has no formula; it is less where anchors are close.
+        """
+        return self.choice.entropy() + self.gaussian.entropy()[..., 0, :].mean(dim=-1)
+
+    def noise(self) -> tuple[int, int]:
+        """One Gaussian's, and one for each anchor."""
+        return self.gaussian.mean.shape[-1], self.choice.logits.shape[-1]
+
+    def act(self, noise: Tensor | None = None) -> Tensor:
+        """Sample (..., 2) around a sampled anchor; without noise, the likeliest one."""
+        scores, anchors = self.choice.logits, self.gaussian.mean
+        if noise is not None:
+            scores = scores + noise[..., 2:]
+        chosen = scores.argmax(dim=-1)[..., None, None].expand(*scores.shape[:-1], 1, 2)
+        spot = anchors.gather(-2, chosen)[..., 0, :]
+        sigma = self.gaussian.stddev[..., 0, :]
+        return spot if noise is None else spot + sigma * noise[..., :2]
+
+
+class MixtureHead(nn.Module):
+    """Weights anchors of the robot's frame by one linear layer [C5, chosen].
+
+    The first anchor, "keep", has the commitment as a bonus; `game.frame` says which
+    there are, and which may be meant now.
+    """
+
+    def __init__(self, hidden: int, anchors: int, sigma: float, commitment: float):
+        super().__init__()
+        self.sigma, self.commitment = sigma, commitment
+        self.weights = linear(hidden, anchors, BRANCH_GAIN / sqrt(hidden))
+
+    def forward(self, x: Tensor, options: Options) -> Mixture:
+        """Mixture from the body's (..., H) and the anchors, as features (..., O, 2)."""
+        logits = _committed(self.weights(x), options, self.commitment)
+        return Mixture(options.features, self.sigma, logits)
 
 
 class PointerHead(nn.Module):
@@ -324,26 +406,39 @@ class Actor(nn.Module):
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
         hidden, context = settings.hidden_units, settings.context
-        self.pointer = self.gaussian = None
+        self.pointer = self.gaussian = self.mixture = None
         self.body = None
         if context or not sizes.features:
             self.body = Body(sizes, settings)
-        if sizes.features:
+        if sizes.anchors:
+            sigma = settings.spread / UNIT
+            self.mixture = MixtureHead(
+                hidden, sizes.anchors, sigma, settings.commitment
+            )
+        elif sizes.features:
             self.pointer = PointerHead(
                 hidden, sizes.features, settings.commitment, context
             )
         else:
             self.gaussian = GaussianHead(
-                hidden, sizes.continuous, sizes.branches, settings.commitment
+                hidden,
+                sizes.continuous,
+                sizes.branches,
+                settings.commitment,
+                settings.in_robots_frame,
             )
 
     def forward(
         self, vectors: Tensor, grids: Tensor, options: Options | None = None
     ) -> Policy:
-        """(B, [G,] V), (B, channels, height, width) and, for a pointer, options."""
+        """(B, [G,] V), (B, channels, height, width) and options, if there are any."""
         x = None if self.body is None else self.body(vectors, grids)
         if self.pointer is not None:
             assert options is not None
             return self.pointer(x, options)
-        assert self.gaussian is not None and x is not None
+        assert x is not None
+        if self.mixture is not None:
+            assert options is not None
+            return self.mixture(x, options)
+        assert self.gaussian is not None
         return self.gaussian(x, options)

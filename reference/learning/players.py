@@ -1,6 +1,6 @@
 """Players: decide for one side of an episode, and record its decisions.
 
-Clauses: C5, D2, E3, E4.  Both heads emit the environment's action, numbers in [−1, 1].
+Clauses: C5, D2, E3, E4.  All heads emit the environment's action, numbers in [−1, 1].
 
     S    episodes played at once;  G  agents of a side
     A    numbers of the environment's action;  V, K, E, O, F  as in `networks`
@@ -16,6 +16,7 @@ import torch
 from torch import Tensor
 
 from reference.building import Building
+from reference.game.frame import Frame
 from reference.game.moments import Choices, Chooser, Moment
 from reference.game.observations import (
     grid_shape,
@@ -50,21 +51,24 @@ class Player:
         settings: TrainerSettings,
         landmarks: Landmarks | None = None,
     ):
-        """landmarks: makes a pointer head's options; None for the Gaussian head.
+        """landmarks: makes a pointer head's options; None for other heads.
 
         Raises SettingsError where settings and side, or head and landmarks, do not fit.
         """
         if (settings.head == "pointer") != (landmarks is not None):
             raise SettingsError(
-                "a head 'pointer' needs landmarks to choose among, and a head "
-                "'gaussian' takes none"
+                "a head 'pointer' needs landmarks to choose among, and no other head "
+                "takes any"
             )
         if side == "fire":
             refuse_of_robots(settings)
         self.side, self.building, self.scenario = side, building, scenario
         self.settings, self.layout = settings, vector_layout(building, scenario)
         self.chooser = landmarks and landmarks(building, scenario)
-        self.keeps = settings.commitment > 0 and not self.chooser
+        self.frame = None
+        if settings.in_robots_frame:
+            self.frame = Frame(building, scenario, settings.masks)
+        self.keeps = settings.head == "gaussian" and settings.commitment > 0
         self.sizes = self._sizes()
         self.actor = Actor(self.sizes, settings).eval()
 
@@ -77,9 +81,34 @@ class Player:
         self.actor.load_state_dict(tensors)
 
     def seen(self, moment: Moment) -> np.ndarray:
-        """Build the network's input, (G, V) float32: vectors and what settings add.
+        """Build the network's input, (G, V) float32; see `read`."""
+        return self.read([moment])[0][0]
 
-        The fire's are scaled: Table II does not normalise them [E4, chosen].
+    def read(
+        self, moments: Sequence[Moment]
+    ) -> tuple[list[np.ndarray], list[Choices | None]]:
+        """Build the network's inputs (G, V), and what there is to choose among.
+
+        In the robot's frame, what it sees of all moments at once; else vectors and what
+        settings add.
+        """
+        if self.frame is None:
+            return [*map(self._with_counts, moments)], [*map(self._choices, moments)]
+        vectors = np.concatenate([m.vectors for m in moments])
+        seen = self.frame.read(vectors, np.concatenate([m.headed for m in moments]))
+        places = self.frame.spoken(vectors[:, None], seen.anchors)
+        numbers, *anchors = (
+            np.split(array, len(moments))
+            for array in (seen.numbers, places, seen.anchors, seen.allowed)
+        )
+        if self.settings.head == "gaussian":
+            return numbers, [*map(self._choices, moments)]
+        return numbers, [*map(Choices, *anchors)]
+
+    def _with_counts(self, moment: Moment) -> np.ndarray:
+        """Append what settings add; scale the fire's numbers [E4, chosen].
+
+        Table II does not normalise them.
         """
         vectors, s = moment.vectors, self.settings
         parts = [self.layout.scaled(vectors) if self.side == "fire" else vectors]
@@ -98,8 +127,8 @@ class Player:
 
         Returns (S, G, A) float32, the environment's actions, and what to record.
         """
-        seen = [self.seen(m) for m in moments]
-        found = [choices for m in moments if (choices := self._choices(m))]
+        seen, each = self.read(moments)
+        found = [choices for choices in each if choices]
         options = found and Options(
             _stacked([choices.features for choices in found]),
             _stacked([choices.action_mask for choices in found]),
@@ -146,16 +175,22 @@ class Player:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Convert Gaussians: clamp(a, −3, 3)/3 [E3]; the fire's floor, a branch, first.
 
-        Also returns the raw numbers, for the critic. A kept destination replaces both.
+        In the robot's frame, from units around it. Also returns the raw numbers, for
+        the critic. A kept destination replaces both.
         """
         shown = raw[..., :AXES]
         axes = shown.clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT
         if self.side == "fire":
             floor = (2 * raw[..., AXES:] + 1) / self.building.floors - 1
             return np.concatenate([floor, axes], axis=-1), shown
+        vectors = np.stack([m.vectors for m in moments])
+        if self.frame:
+            axes = self.frame.spoken(vectors, shown)
         if self.keeps:
-            kept, old = raw[..., AXES:] == 0, np.nan_to_num([m.headed for m in moments])
-            axes, shown = np.where(kept, old, axes), np.where(kept, old, shown)
+            kept, headed = raw[..., AXES:] == 0, np.stack([m.headed for m in moments])
+            old = self.frame.actions(vectors, headed) if self.frame else headed
+            axes = np.where(kept, np.nan_to_num(headed), axes)
+            shown = np.where(kept, np.nan_to_num(old), shown)
         return axes, shown
 
     def _sizes(self) -> Sizes:
@@ -164,9 +199,15 @@ class Player:
         of_robots = self.side == "robots"
         branches = (2,) * self.keeps if of_robots else (building.floors,)
         added = summary_size(building) * s.summary + (AXES + 1) * s.own_state
-        sizes = Sizes(self.layout.size + added, grid_shape(building))
+        size = self.layout.size + added
+        if self.frame:
+            size = self.frame.size
+        sizes = Sizes(size, grid_shape(building), shown=AXES)
+        if s.head == "mixture":
+            assert self.frame is not None
+            return replace(sizes, anchors=self.frame.anchors)
         if not self.chooser:
-            return replace(sizes, continuous=AXES, branches=branches, shown=AXES)
+            return replace(sizes, continuous=AXES, branches=branches)
         emitted = AXES if of_robots else 1 + AXES
         return replace(sizes, features=self.chooser.features, shown=emitted)
 
@@ -177,10 +218,9 @@ def _stacked(arrays: Sequence[np.ndarray]) -> Tensor:
 
 def _noise(moments: Sequence[Moment], policy: Policy) -> Tensor | None:
     """Draw `Policy.act`'s noise (S, G, C + sum n), by each episode's generator."""
-    agents, continuous = policy.gaussian.mean.shape[-2:]
-    counts = sum(branch.logits.shape[-1] for branch in policy.branches)
+    continuous, counts = policy.noise()
     rows = []
-    for rng in (m.rng for m in moments if m.rng is not None):
+    for rng, agents in ((m.rng, len(m.alive)) for m in moments if m.rng is not None):
         normal = rng.standard_normal((agents, continuous), dtype=np.float32)
         gumbel = rng.gumbel(size=(agents, counts)).astype(np.float32)
         rows.append(np.concatenate([normal, gumbel], axis=1))
@@ -199,7 +239,7 @@ class Recorded(ABC):
 class Learned(Recorded):
     """A side that a network plays: its settings, and its weights by name.
 
-    landmarks  makes a pointer head's options; None for the Gaussian head
+    landmarks  makes a pointer head's options; None for other heads
     """
 
     settings: TrainerSettings

@@ -52,8 +52,9 @@ Schedule = Annotated[str, Row(HYPER, ("linear", "constant"))]  # to a floor at m
 class TrainerSettings:
     """One side's table; a step is one agent's decision. Raises SettingsError.
 
-    head          ours: "gaussian" draws the paper's two floats; "pointer" scores
-                  landmarks and emits the two floats of the chosen one
+    head          ours: "gaussian" draws the paper's two floats; "mixture" draws them
+                  around one of several anchors; "pointer" scores landmarks and emits
+                  the two floats of the chosen one
     context       ours: a pointer also sees the observation, not the options alone;
                   critics and Gaussians always do
     reward_scale  ours: factor on rewards before anything is learned from them
@@ -64,6 +65,10 @@ class TrainerSettings:
                   without it a new policy would turn round before it arrives anywhere
     shaping       weight, health points per human inside, of a potential-based reward
                   that cancels deaths caused by time alone, `game.rewards.shaping`
+    robots_frame  a Gaussian reads and speaks from where its robot stands, as a mixture
+                  always does, `game.frame`; without, coordinates of the floor
+    spread        metres, standard deviation of a mixture around each of its anchors
+    masks         a mixture may not mean what helps nobody, `game.frame`
     summary       add to the observation counts that it implies
     own_state     ... and where each robot is headed
     """
@@ -90,11 +95,14 @@ class TrainerSettings:
     max_steps: int
     time_horizon: int  # decisions of a trajectory, at most
     summary_freq: int  # steps
-    head: Annotated[str, Row(None, ("gaussian", "pointer"))] = "gaussian"
+    head: Annotated[str, Row(None, ("gaussian", "mixture", "pointer"))] = "gaussian"
     context: Annotated[bool, Row(None)] = True
     reward_scale: Annotated[float, Row(None, low=ABOVE_0)] = REWARD_SCALE
     commitment: Annotated[float, Row(None, low=0)] = 0.0
     shaping: Annotated[float, Row(None, low=0)] = 0.0
+    robots_frame: Annotated[bool, Row(None)] = False
+    spread: Annotated[float, Row(None, low=0.01)] = 0.4
+    masks: Annotated[bool, Row(None)] = False
     summary: Annotated[bool, Row(None)] = False
     own_state: Annotated[bool, Row(None)] = False
 
@@ -111,12 +119,17 @@ class TrainerSettings:
                 f"{ATTENTION_HEADS} attention heads of poca: take a multiple of them"
             )
 
+    @property
+    def in_robots_frame(self) -> bool:
+        """Whether its networks read and speak in the robot's frame."""
+        return self.head == "mixture" or (self.robots_frame and self.head == "gaussian")
+
 
 class SettingsError(InputError):
     """A setting with an impossible value: which, why, and what to write instead."""
 
 
-OF_ROBOTS = ("commitment", "shaping", "summary", "own_state")
+OF_ROBOTS = ("commitment", "shaping", "robots_frame", "masks", "summary", "own_state")
 """Rows that only robots have."""
 
 
@@ -128,6 +141,10 @@ def refuse_of_robots(settings: TrainerSettings) -> None:
                 f"fire: {name} is about robots, which walk between two decisions and "
                 "see the clock; leave it out"
             )
+    if settings.head == "mixture":
+        raise SettingsError(
+            "fire: a head 'mixture' draws around what robots see; write gaussian"
+        )
 
 
 # -- Checks -------------------------------------------------------------------------

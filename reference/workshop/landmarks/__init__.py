@@ -17,7 +17,7 @@ from reference.workshop.landmarks.of_robots import RobotOptions
 def landmarks_for(
     side: Side, settings: TrainerSettings
 ) -> type[RobotOptions | FireOptions] | None:
-    """Look up what makes a side's pointer options; None for the Gaussian head."""
+    """Look up what makes a side's pointer options; None for other heads."""
     if settings.head != "pointer":
         return None
     return RobotOptions if side == "robots" else FireOptions

@@ -15,18 +15,16 @@ from functools import lru_cache
 
 import numpy as np
 
-from reference.building import Building, Kind, Landmark
+from reference.building import Building, Kind
 from reference.game.environment import DECIMALS
 from reference.game.moments import Choices, Moment
 from reference.game.observations import from_normalised, to_normalised
 from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.robots import AT_EXIT, Destination, actual_target, said_on_the_way
+from reference.robots import Destination, actual_target, at_exit, before_stairwell
 from reference.workshop.decoding import decode
 from reference.workshop.landmarks import shared
-from reference.workshop.strategies.robots import before_stairwell
 from reference.workshop.traffic import places_out
-from reference.world import Instruction
 
 OWN = 2  # options of the robot itself: keep and stay
 FLAMES_AROUND = 7  # cells: side of the square in which a robot counts flames
@@ -291,20 +289,4 @@ def _found_on(
             yield RobotOption.LANDING, before, shaft
     for mark in building.landmarks:
         if mark.kind is Kind.EXIT and mark.floor == floor:
-            yield RobotOption.EXIT, _at_exit(building, mark), -1
-
-
-def _at_exit(building: Building, exit_: Landmark) -> Destination:
-    """Find a point that means this exit and no stairwell beside it [C6] [C7].
-
-    The exit itself, unless Eq. 1 leads away from there.
-    """
-    points = navigation_of(building).centres[: building.kind[0].size]
-    off = np.hypot(*(points - exit_.position).T)
-    near = points[np.argsort(off, kind="stable")[: int((off <= AT_EXIT).sum())]]
-    for point in [exit_.position, *((float(x), float(y)) for x, y in near)]:
-        target = actual_target(building, exit_.floor, *point)
-        said = said_on_the_way(building, exit_.floor, target)
-        if said.instruction is Instruction.THIS_EXIT:
-            return point
-    return exit_.position
+            yield RobotOption.EXIT, at_exit(building, mark), -1

@@ -7,23 +7,22 @@ Clauses: C1, C5, C7.
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache
 from math import inf
 from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator as Rng
 
-from reference.building import Building, Kind
+from reference.building import Building
+from reference.game.frame import guides
 from reference.navigation import navigation_of
-from reference.paper import (
-    NEAR_STAIRWELL,
-    ROBOT_SPEED,
-    SIGHT_RANGE,
-    STAIRS_METRES,
-    STAIRS_SECONDS,
+from reference.paper import ROBOT_SPEED, STAIRS_METRES, STAIRS_SECONDS
+from reference.robots import (
+    Destination,
+    Destinations,
+    before_stairwell,
+    flame_cost,
 )
-from reference.robots import Destination, Destinations, flame_cost
 from reference.workshop.traffic import ways_outside
 from reference.world import NOBODY, NOWHERE, Robot, World
 
@@ -245,12 +244,13 @@ def as_observed(world: World) -> World:
     Whoever is in sight of a robot on foot, flames or not, follows the nearest such;
     nobody else is led, nobody is headed for a landmark, all on stairs are halfway.
     """
-    nav, bodies = navigation_of(world.building), world.bodies
-    leader, nearest = np.full(len(bodies), NOBODY), np.full(len(bodies), inf)
-    for robot in world.robots:
-        d = nav.distances([robot.place])[bodies.place]
-        mine = robot.active & bodies.walking & (d <= SIGHT_RANGE) & (d < nearest)
-        leader[mine], nearest[mine] = robot.body, d[mine]
+    nav, bodies, robots = navigation_of(world.building), world.bodies, world.robots
+    body, place, active = (
+        np.array([getattr(robot, name) for robot in robots], dtype=int)
+        for name in ("body", "place", "active")
+    )
+    guide = guides(nav, place, active > 0, bodies.place, bodies.walking)
+    leader = np.append(body, NOBODY)[guide]
     halfway = np.where(
         np.isfinite(bodies.stairs_until), world.time + STAIRS_SECONDS / 2, inf
     )
@@ -265,18 +265,6 @@ def unguided(world: World) -> np.ndarray:
     leads_out = np.array([m.leads_out for m in world.building.landmarks] + [False])
     led = guided_by(world) >= len(bodies)
     return bodies.walking & ~led & ~leads_out[bodies.landmark]
-
-
-@lru_cache(maxsize=64)
-def before_stairwell(building: Building, floor: int, index: int) -> Destination:
-    """Find the room cell nearest to a stairwell that Eq. 1 does not pull inside."""
-    nav = navigation_of(building)
-    well = building.stairwells[index]
-    d = nav.distance[well.entrances[floor][0]].copy()
-    d[building.kind.ravel() != Kind.FLOOR] = np.inf
-    off = nav.centres - well.centre
-    d[np.hypot(off[:, 0], off[:, 1]) <= NEAR_STAIRWELL] = np.inf
-    return _metres(nav.centres[int(np.argmin(d))])
 
 
 def _round(building: Building, robot: Robot) -> list[Destination]:

@@ -15,6 +15,7 @@ import numpy as np
 import torch
 
 from reference.building import Building
+from reference.game.frame import UNIT
 from reference.game.moments import Moment
 from reference.game.observations import from_normalised, to_normalised
 from reference.learning.experience import (
@@ -28,6 +29,7 @@ from reference.learning.players import Player, Recorded
 from reference.learning.ppo import Learner
 from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
+from reference.robots import actual_target
 from reference.strategies import RobotStrategy
 from reference.workshop.landmarks import landmarks_for
 from reference.workshop.landmarks.of_robots import RobotOption
@@ -82,7 +84,10 @@ class _Teacher(Player):
         decided = strategy.decide(world, [world.robots[k] for k in active], rng)
         for k, destination in zip(active, decided, strict=True):
             if destination is not None:
-                spot = to_normalised(self.building, np.array(destination))
+                target = actual_target(
+                    self.building, world.robots[k].floor, *destination
+                )
+                spot = to_normalised(self.building, np.array(target))
                 actions[k] = spot.clip(-1, 1)
         return actions
 
@@ -91,17 +96,24 @@ class _Teacher(Player):
     ) -> GroupDecision[np.ndarray]:
         """Record actions as the head's, with log_probs of 0.
 
-        Those are the nearest option, or for Gaussians the spot; and "keep" where the
-        teacher keeps a destination. What the head does not offer is left out, `alive`
-        False: to stay put, to go where no option is near, or to keep if it cannot.
+        Those are a pointer's nearest option, or the spot; and "keep" where the teacher
+        keeps a destination. What the head does not offer is left out, `alive` False:
+        to go where no option or anchor is near, to keep if it cannot, to stay put.
         """
         new, spots = ~np.isnan(wanted).any(axis=1), np.nan_to_num(wanted)
         actions, features, action_mask = spots * RAW_LIMIT, None, None
+        if self.frame:
+            actions = self._in_frame(moment, wanted)
         taught = new
-        if (choices := self._choices(moment)) is not None:
+        (seen,), (choices,) = self.read([moment])
+        if choices is not None:
             features, action_mask = choices.features, choices.action_mask
             kept = ~new & action_mask[:, RobotOption.KEEP]
-            if self.chooser is None:
+            if self.settings.head == "mixture":
+                off = np.linalg.norm(features - actions[:, None], axis=-1)
+                off = np.where(action_mask, off, np.inf).min(axis=1)
+                new = (off * UNIT <= GROUP_RADIUS) & moment.alive
+            elif self.chooser is None:
                 actions = np.concatenate([actions, new[:, None]], axis=1)
             else:
                 ends, aims = (
@@ -117,7 +129,7 @@ class _Teacher(Player):
             taught = new | kept
         actions = actions.astype(np.float32)
         return GroupDecision(
-            vectors=self.seen(moment),
+            vectors=seen,
             grids=moment.grid,
             alive=taught,
             actions=actions,
@@ -126,6 +138,15 @@ class _Teacher(Player):
             features=features,
             action_mask=action_mask,
         )
+
+    def _in_frame(self, moment: Moment, wanted: np.ndarray) -> np.ndarray:
+        """(G, 2) units from the robot; where none is wanted, where it is headed to.
+
+        If it is not, its own place.
+        """
+        assert self.frame is not None
+        aims = np.where(np.isnan(wanted), moment.headed, wanted)
+        return np.nan_to_num(self.frame.actions(moment.vectors, aims))
 
 
 def clone(

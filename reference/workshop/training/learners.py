@@ -20,7 +20,7 @@ EPISODE = 2**20  # bytes of one, more or less
 
 OF_NETWORK = (
     *("head", "hidden_units", "num_layers", "normalize"),
-    *("context", "commitment", "summary", "own_state"),
+    *("context", "commitment", "in_robots_frame", "summary", "own_state"),
 )
 """Rows of settings on which the meaning of a network's weights depends."""
 

@@ -157,6 +157,7 @@ def _laptop() -> Settings:
     robots |= {"beta": 1e-3, "beta_schedule": "linear"}
     robots |= {"commitment": 2.5, "shaping": 300.0, "gamma": 0.97, "context": False}
     robots |= {"summary": True, "own_state": True}
+    robots |= {"robots_frame": True, "masks": True}
     robots |= {"max_steps": 480_000, "summary_freq": 5000}
     robots |= {"keep_checkpoints": 25, "checkpoint_interval": 24_000}
     fire = {"batch_size": 64, "buffer_size": 250, "max_steps": 19_200}
@@ -183,6 +184,7 @@ def _tiny() -> Settings:
     net |= {"learning_rate": 3e-3, "keep_checkpoints": 3}
     robots: dict[str, Any] = {"batch_size": 32, "buffer_size": 64, "max_steps": 600}
     robots |= {"commitment": 5.0, "shaping": 300.0, "summary": True, "own_state": True}
+    robots |= {"robots_frame": True, "masks": True}
     robots |= {"checkpoint_interval": 200, "summary_freq": 100}
     fire = {"batch_size": 2, "buffer_size": 4, "max_steps": 30}
     fire |= {"checkpoint_interval": 10, "summary_freq": 5}

@@ -1,0 +1,315 @@
+"""The robot's frame: how a policy reads the 167 numbers and speaks a destination.
+
+Clauses: C1, C4, C5, C6.  [C5, chosen] The environment keeps the paper's interface,
+coordinates of the whole floor.  A policy reads and speaks from where its robot stands:
+points relative to it, those people first whom nobody leads, and a destination that may
+mean one of a few anchors.  All of it follows from the observation, the map, and where
+robots are headed.
+
+    B   robots, of all worlds at once;  n  people;  R  robots;  K  anchors
+    way    metres on foot, flames not counted;  near  1 / (1 + way / HALFWAY)
+    guide  index of the robot that leads somebody, or NOBODY: a guess
+    lost   people whom nobody leads, on a robot's own floor
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy import ndimage
+
+from reference.building import Building, Kind
+from reference.game.observations import (
+    from_normalised,
+    to_normalised,
+    vector_layout,
+)
+from reference.navigation import Navigation, navigation_of
+from reference.paper import SIGHT_RANGE, Scenario
+from reference.robots import AT_EXIT, at_exit, before_stairwell
+from reference.world import NOBODY
+
+UNIT = 10.0  # [C5, chosen] metres of one unit of an action
+HALFWAY = 5.0  # [C4, chosen] metres on foot that are half as near as none
+FAR = 100.0  # metres: whatever is farther, or unreachable, counts as this far
+PEOPLE = 6  # [C5, chosen] anchors at people
+ASTRAY = 8.0  # [C5, chosen] metres: hardly anybody goes farther between decisions
+EDGE = 1e-3  # metres: a point on the drawing's edge is inside
+
+KEEP, STAY = 0, 1
+"""The first anchors: where a robot is headed, and where it stands."""
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What robots see in their own frames.
+
+    numbers  (B, V) float32, what a network reads
+    anchors  (B, K, 2) float32, units of UNIT metres from the robot
+    allowed  (B, K) bool, which anchors may be meant; STAY always
+    """
+
+    numbers: np.ndarray
+    anchors: np.ndarray
+    allowed: np.ndarray
+
+
+class Frame:
+    """The frame of robots in one building.
+
+    size  V, how many numbers a network reads;  anchors  K
+    """
+
+    def __init__(self, building: Building, scenario: Scenario, masks: bool = False):
+        """masks: forbid what helps nobody, see `View.helpful`."""
+        self.building, self.masks = building, masks
+        self.layout = vector_layout(building, scenario)
+        self.time_limit = scenario.time_limit
+        self.map = Map(building)
+        nobody = np.zeros((1, self.layout.size), dtype=np.float32)
+        seen = self.read(nobody, np.full((1, 2), np.nan))
+        self.size, self.anchors = seen.numbers.shape[1], seen.anchors.shape[1]
+
+    def read(self, vectors: np.ndarray, headed: np.ndarray) -> Seen:
+        """Read observations (B, V); headed (B, 2): as a `Moment` says."""
+        view = View(self, vectors, headed)
+        return Seen(view.numbers(), view.off.astype(np.float32), view.allowed)
+
+    def spoken(self, vectors: np.ndarray, actions: np.ndarray) -> np.ndarray:
+        """Convert actions (..., 2) to the environment's, normalised [C5].
+
+        A destination is the robot's place + UNIT metres for each unit.
+        """
+        metres = self._own(vectors) + UNIT * actions
+        return to_normalised(self.building, metres).clip(-1, 1).astype(np.float32)
+
+    def actions(self, vectors: np.ndarray, normalised: np.ndarray) -> np.ndarray:
+        """Invert `spoken`; nan, for none, stays nan."""
+        metres = from_normalised(self.building, normalised.astype(np.float64))
+        return ((metres - self._own(vectors)) / UNIT).astype(np.float32)
+
+    def _own(self, vectors: np.ndarray) -> np.ndarray:
+        return self.layout.read(vectors, "robots")[..., 0, :2].astype(np.float64)
+
+
+class View:
+    """What robots see, step by step.
+
+    me     (B, 2) metres, floor (B,), place (B,): where they stand
+    alone, lost, mine  (B, n) bool, people whom nobody leads, those on my floor, and
+           those I lead, in the order of the vector;  order  (B, n), the frame's
+    spot   (B, 2) metres, where robots are headed;  outs, feet  (B, k, 2) metres, ways
+           out and feet of stairs, nearest first; nan for none
+    off    (B, K, 2) units, the anchors;  way  (B, K) metres;  allowed  (B, K) bool
+    """
+
+    def __init__(self, frame: Frame, vectors: np.ndarray, headed: np.ndarray):
+        self.frame, self.map, self.vectors = frame, frame.map, vectors
+        self.humans, self.robots, self.fires = (
+            frame.layout.read(vectors, name).astype(np.float64)
+            for name in ("humans", "robots", "fires")
+        )
+        own = self.robots[:, 0]
+        self.me, self.floor = own[:, :2], own[:, 2].round().clip(0).astype(int)
+        self.place = self.map.places(own)
+        self._sort_people()
+        self.spot = from_normalised(frame.building, headed.astype(np.float64))
+        self.outs = self._nearest_first(self.map.outs)
+        self.feet = self._nearest_first(self.map.feet)
+        self._find_anchors()
+
+    def _sort_people(self) -> None:
+        """Lost people first, by way, then mine, my mates', those elsewhere [C4]."""
+        place, inside = self.map.places(self.humans), _there(self.humans)
+        walking = inside & ~self.map.stairs[place]
+        robots, at_work = self.map.places(self.robots), _there(self.robots)
+        guide = guides(self.map.nav, robots, at_work, place, walking)
+        here = walking & (self.humans[..., 2].round() == self.floor[:, None])
+        self.alone = walking & (guide == NOBODY)
+        self.lost, self.mine = here & self.alone, here & (guide == 0)
+        groups = [self.lost, self.mine, here, inside]  # at last those out or dead
+        group = np.select(groups, range(len(groups)), len(groups))
+        way = np.where(here, self._way(place), FAR)
+        self.order = np.lexsort((way, group), axis=1)
+
+    def _find_anchors(self) -> None:
+        """Keep, stay, ways out, feet of stairs, the nearest lost people [C5]."""
+        first = self.order[:, :PEOPLE]
+        people = np.take_along_axis(self.humans[..., :2], first[..., None], axis=1)
+        people[~np.take_along_axis(self.lost, first, axis=1)] = np.nan
+        parts = [self.spot[:, None], self.me[:, None], self.outs, self.feet, people]
+        anchors = np.concatenate(parts, axis=1)
+        self.off = np.nan_to_num((anchors - self.me[:, None]) / UNIT)
+        self.way = self._way_to(anchors)
+        self.allowed = ~np.isnan(anchors[..., 0])
+        if self.frame.masks:
+            self.allowed &= self.helpful()
+        self.allowed[:, STAY] = True
+
+    def helpful(self) -> np.ndarray:
+        """(B, K) bool: leading nobody no way out, nor on to where nobody is lost."""
+        leads = self.mine.any(axis=1)
+        near_lost = _within(ASTRAY, self.spot, self.humans, self.lost)
+        helps = np.ones_like(self.allowed)
+        helps[:, STAY + 1 : STAY + 1 + self.outs.shape[1]] = leads[:, None]
+        to_foot = _within(AT_EXIT, self.spot, self.feet)
+        helps[:, KEEP] = np.where(self.to_way_out(), leads, to_foot | near_lost)
+        return helps
+
+    def to_way_out(self) -> np.ndarray:
+        """(B,) bool: is the robot headed to one?"""
+        return _within(AT_EXIT, self.spot, self.outs)
+
+    def numbers(self) -> np.ndarray:
+        """(B, V) float32: people, robots, mates first, fires, anchors, counts."""
+        people = self._points(self.humans, self.alone)
+        mates, floors = self.robots[:, 1:], np.arange(self.frame.building.floors)
+        layout, vectors = self.frame.layout, self.vectors
+        return _joined(
+            np.take_along_axis(people, self.order[..., None], axis=1),
+            self._points(mates, _there(mates)),
+            self._points(self.fires, _there(self.fires)),
+            self.off,
+            near(self.way),
+            self.way / UNIT,
+            self.allowed,
+            (self.humans[..., 2:].round() == floors).sum(axis=1) / UNIT,
+            layout.read(vectors, "fires_per_floor"),
+            self.floor[:, None] == floors,
+            layout.read(vectors, "time") / self.frame.time_limit,
+            self.mine.sum(axis=1) / UNIT,
+            self.lost.sum(axis=1) / UNIT,
+            ~np.isnan(self.spot[:, 0]),
+            self.to_way_out(),
+        )
+
+    def _points(self, points: np.ndarray, flag: np.ndarray) -> np.ndarray:
+        """(B, m, 5): x, y and storeys from me, near, flag; zeros for SENTINEL."""
+        off = (points[..., :2] - self.me[:, None]) / UNIT
+        up = points[..., 2:] - self.floor[:, None, None]
+        close = near(self._way(self.map.places(points)))
+        parts = [off, up, close[..., None], flag[..., None]]
+        return np.concatenate(parts, axis=-1) * _there(points)[..., None]
+
+    def _way(self, place: np.ndarray) -> np.ndarray:
+        """Metres on foot to places (B, m)."""
+        return np.minimum(self.map.nav.between(self.place[:, None], place), FAR)
+
+    def _way_to(self, metres: np.ndarray) -> np.ndarray:
+        """Metres on foot to points (B, m, 2) of my floor; to nan it is FAR."""
+        place = self.map.places_on(self.floor[:, None], np.nan_to_num(metres))
+        return np.where(np.isnan(metres[..., 0]), FAR, self._way(place))
+
+    def _nearest_first(self, marks: np.ndarray) -> np.ndarray:
+        """Sort the marks of my floor, (floors, k, 2) metres: (B, k, 2)."""
+        mine = marks[self.floor]
+        order = np.argsort(self._way_to(mine), axis=1, kind="stable")
+        return np.take_along_axis(mine, order[..., None], axis=1)
+
+
+class Map:
+    """What robots know of a building.
+
+    stairs  (places,) bool;  free  (places,) the nearest place where one can stand
+    outs, feet  (floors, k, 2) metres of ways out and feet of stairs, nan for none
+    """
+
+    def __init__(self, building: Building):
+        self.nav, free = navigation_of(building), building.walkable
+        self.stairs = building.kind.ravel() == Kind.STAIRS
+        nearest = [
+            ndimage.distance_transform_edt(
+                ~floor, return_distances=False, return_indices=True
+            )
+            for floor in free
+        ]
+        cells = (indices.reshape(2, -1).T for indices in nearest)
+        self.free = np.concatenate([*map(self.nav.places_of, range(len(free)), cells)])
+        (left, top), (right, bottom) = (
+            building.metres(*corner)
+            for corner in ((-0.5, -0.5), np.subtract(free.shape[1:], 0.5))
+        )
+        self.edges = (left + EDGE, bottom + EDGE), (right - EDGE, top - EDGE)
+        floors = [way_marks(building, floor) for floor in range(building.floors)]
+        self.outs, self.feet = map(_filled, zip(*floors, strict=True))
+
+    def places(self, points: np.ndarray) -> np.ndarray:
+        """(...) places of points (..., 3); SENTINEL's is on the first floor."""
+        return self.places_on(points[..., 2].round().clip(0).astype(int), points)
+
+    def places_on(self, floor: np.ndarray, points: np.ndarray) -> np.ndarray:
+        """(...) places of points (..., 2 or 3); floor: broadcast to (...)."""
+        shape = points.shape[:-1]
+        inside = points[..., :2].clip(*self.edges).reshape(-1, 2)
+        floor = np.broadcast_to(floor, shape).ravel()
+        return self.free[self.nav.places_at(floor, inside)].reshape(shape)
+
+
+def near(way: np.ndarray) -> np.ndarray:
+    """1 for a way of no metres, one half at HALFWAY; 0 for what is FAR."""
+    return np.where(way < FAR, 1 / (1 + way / HALFWAY), 0)
+
+
+def guides(
+    nav: Navigation,
+    robots: np.ndarray,
+    at_work: np.ndarray,
+    people: np.ndarray,
+    walking: np.ndarray,
+) -> np.ndarray:
+    """Guess who leads whom [C1, chosen]: (..., n) index of a robot, or NOBODY.
+
+    robots (..., R), people (..., n): places; at_work (..., R), walking (..., n) bool.
+    The nearest robot at work, if it is in sight on foot, flames or not: right nineteen
+    times in twenty.
+    """
+    if not robots.shape[-1]:
+        return np.full(people.shape, NOBODY)
+    way = nav.between(robots[..., None], people[..., None, :])
+    way = np.where(at_work[..., None], way, np.inf)
+    led = walking & (way.min(axis=-2) <= SIGHT_RANGE)
+    return np.where(led, way.argmin(axis=-2), NOBODY)
+
+
+@lru_cache(maxsize=64)
+def way_marks(building: Building, floor: int) -> tuple[np.ndarray, np.ndarray]:
+    """Find a floor's ways out and the feet of its stairs, (k, 2) metres each [C6].
+
+    Where stairs lead down, the nearest point of the main body: Eq. 1 leads inside;
+    where they end, before them, where people come out.
+    """
+    low, high = np.reshape(building.body, (2, 2))
+    marks, wells = building.landmarks, building.stairwells
+    outs = [np.clip(w.centre, low, high) for w in wells if w.leads_down(floor)]
+    exits = (m for m in marks if m.kind is Kind.EXIT and m.floor == floor)
+    ends = (k for k, well in enumerate(wells) if well.lowest == floor)
+    outs += [np.array(at_exit(building, mark)) for mark in exits]
+    feet = [before_stairwell(building, floor, k) for k in ends]
+    return np.reshape(outs, (-1, 2)), np.reshape(feet, (-1, 2))
+
+
+def _filled(floors: tuple[np.ndarray, ...]) -> np.ndarray:
+    """(floors, most, 2) of points (k, 2) on each floor; nan where there are fewer."""
+    filled = np.full((len(floors), max(map(len, floors)), 2), np.nan)
+    for floor, points in zip(filled, floors, strict=True):
+        floor[: len(points)] = points
+    return filled
+
+
+def _there(points: np.ndarray) -> np.ndarray:
+    """(...) bool: which points (..., 3) are not SENTINEL?"""
+    return np.asarray(points[..., 2] > -0.5)
+
+
+def _within(
+    metres: float, spot: np.ndarray, points: np.ndarray, which: np.ndarray | bool = True
+) -> np.ndarray:
+    """(B,) bool: is any of which points (B, m, 2 or 3) so near to a spot (B, 2)?"""
+    off = np.nan_to_num(points[..., :2] - spot[:, None], nan=np.inf)
+    return ((np.hypot(off[..., 0], off[..., 1]) <= metres) & which).any(axis=1)
+
+
+def _joined(*parts: np.ndarray) -> np.ndarray:
+    """(B, V) float32 of parts (B, ...)."""
+    rows = [part.reshape(len(part), -1).astype(np.float32) for part in parts]
+    return np.concatenate(rows, axis=1)

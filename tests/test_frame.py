@@ -1,0 +1,209 @@
+"""The robot's frame: what a robot sees from where it stands, and how it means it."""
+
+import numpy as np
+import pytest
+from movies import shipped, stage
+
+from reference.game.environment import destination
+from reference.game.frame import (
+    ASTRAY,
+    KEEP,
+    STAY,
+    UNIT,
+    Frame,
+    guides,
+    near,
+    way_marks,
+)
+from reference.game.observations import headed, robot_vectors, vector_layout
+from reference.navigation import navigation_of
+from reference.paper import SIGHT_RANGE, Scenario
+from reference.robots import actual_target, said_on_the_way
+from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop.strategies.robots import Sweep
+from reference.world import NOBODY, Instruction
+
+BUILDINGS = ("paper", "tiny", "museum", "maze", "school", "tower")
+HALL = """
+    ##############################
+    #............................#
+    #q...........................#
+    #........p...................#
+    #........R.....r.............E
+    #....................R.......#
+    #.....................s......#
+    ##############################
+    """
+WIDTH = 5  # numbers of a point
+
+
+def seen(sim, masks=False, going=None):
+    """A frame and what all robots of a simulation see; going: where they are headed."""
+    frame = Frame(sim.building, sim.scenario, masks)
+    vectors = robot_vectors(sim.world, sim.scenario)
+    going = headed(sim.world) if going is None else going
+    return frame, frame.read(vectors, going)
+
+
+def people(found, n):
+    """(B, n, 5) what robots see of people."""
+    return found.numbers[:, : n * WIDTH].reshape(-1, n, WIDTH)
+
+
+def evacuation(name, every=10.0):
+    """A simulation as it is at a few decisions of an evacuation."""
+    sim = Simulation(shipped(name), Scenario(), Sweep(), RandomFire(), seed=3)
+    while not sim.done:
+        for _ in range(round(every / sim.tick)):
+            sim.step()
+        yield sim
+
+
+@pytest.mark.paper("C4", "chosen")
+def test_people_whom_nobody_leads_come_first_the_nearest_on_foot_first():
+    """Then mine, then my mates'; p follows the first robot, s the second."""
+    _, found = seen(stage(HALL))
+    first, second = people(found, 4)
+    assert first[:, 4].tolist() == second[:, 4].tolist() == [1, 1, 0, 0]
+    x = {"p": 0.0, "q": -0.8, "r": 0.6, "s": 1.3}
+    assert np.allclose(first[:, 0], [x["r"], x["q"], x["p"], x["s"]], atol=1e-6)
+    assert np.allclose(second[:, 0] + 1.2, [x["r"], x["q"], x["s"], x["p"]], atol=1e-6)
+    assert first[0, 3] == pytest.approx(near(6.0)) == pytest.approx(1 / (1 + 6 / 5))
+
+
+@pytest.mark.paper("C4", "chosen")
+def test_what_moves_together_looks_the_same_to_a_robot():
+    """Only what stands still, the way out, has come nearer; as if the hall were longer.
+
+    In the paper's own numbers, all have changed.
+    """
+    sim = stage(HALL, sources=2)
+    frame = Frame(sim.building, sim.scenario)
+    layout = vector_layout(sim.building, sim.scenario)
+    vectors = robot_vectors(sim.world, sim.scenario)
+    layout.read(vectors, "fires")[:] = (3.0, 1.0, 0.0)
+    moved = vectors.copy()
+    for part in ("humans", "robots", "fires"):
+        layout.read(moved, part)[..., 0] += 2
+    nowhere = np.full((2, 2), np.nan)
+    one, other = frame.read(vectors, nowhere), frame.read(moved, nowhere)
+    same = (4 + 1 + 2) * WIDTH  # people, a mate, fires
+    assert np.allclose(one.numbers[:, :same], other.numbers[:, :same], atol=1e-6)
+    off = other.anchors - one.anchors
+    exit_ = STAY + 1
+    assert np.allclose(off[:, exit_], (-2 / UNIT, 0), atol=1e-6)
+    assert np.allclose(np.delete(off, exit_, axis=1), 0, atol=1e-6)
+
+
+@pytest.mark.paper("C4")
+def test_worlds_that_are_read_at_once_are_read_as_each_alone():
+    """To the last bit."""
+    for name in BUILDINGS:
+        sim, each = None, []
+        for sim in evacuation(name, every=40):
+            each.append((robot_vectors(sim.world, sim.scenario), headed(sim.world)))
+        frame = Frame(sim.building, sim.scenario, masks=True)
+        alone = [frame.read(*one) for one in each]
+        both = frame.read(*map(np.concatenate, zip(*each, strict=True)))
+        for part in ("numbers", "anchors", "allowed"):
+            parts = [getattr(one, part) for one in alone]
+            assert np.array_equal(np.concatenate(parts), getattr(both, part))
+        assert np.isfinite(both.numbers).all() and np.isfinite(both.anchors).all()
+        assert both.numbers.shape[1] == frame.size and both.allowed[:, STAY].all()
+        assert both.anchors.shape[1] == frame.anchors
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_destination_is_the_robot_s_place_and_ten_metres_for_each_unit():
+    """Clipped to the main body; `actions` reads it back."""
+    sim = stage(HALL)
+    frame, _ = seen(sim)
+    vectors, robot = robot_vectors(sim.world, sim.scenario)[:1], sim.world.robots[0]
+    said = frame.spoken(vectors, np.array([[0.2, -0.1]]))
+    x, y = robot.position
+    assert destination(sim.building, said[0]) == pytest.approx((x + 2, y - 1), abs=1e-3)
+    assert np.allclose(frame.actions(vectors, said), (0.2, -0.1), atol=1e-5)
+    far = frame.spoken(vectors, np.array([[9.0, 9.0]]))
+    assert far.tolist() == [[1, 1]]
+    assert np.isnan(frame.actions(vectors, np.full((1, 2), np.nan))).all()
+
+
+@pytest.mark.paper("C5", "chosen")
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_to_keep_is_to_decide_once_more_what_was_decided(name):
+    """Under way; others have no such anchor, and everybody may stay."""
+    kept = 0
+    for sim in evacuation(name):
+        frame, found = seen(sim)
+        vectors = robot_vectors(sim.world, sim.scenario)
+        said = frame.spoken(vectors, found.anchors[:, KEEP])
+        for k, robot in enumerate(sim.world.robots):
+            if not robot.active:
+                continue
+            assert found.allowed[k, KEEP] == bool(robot.way)
+            if robot.way:
+                place = destination(sim.building, said[k])
+                target = actual_target(sim.building, robot.floor, *place)
+                assert target == pytest.approx(tuple(robot.destination), abs=2e-3)
+                kept += 1
+    assert kept > 3
+
+
+@pytest.mark.paper("C6")
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_an_anchor_at_a_way_out_tells_people_to_take_it(name):
+    """Nearest first; and one at the foot of stairs tells them to follow."""
+    building = shipped(name)
+    for floor in range(building.floors):
+        outs, feet = way_marks(building, floor)
+        assert len(outs) + len(feet)
+        for points, leads_out in ((outs, True), (feet, False)):
+            for point in points:
+                target = actual_target(building, floor, *point.tolist())
+                said = said_on_the_way(building, floor, target).instruction
+                assert (said is not Instruction.FOLLOW_ME) == leads_out
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_without_masks_a_robot_may_mean_whatever_is_there():
+    """The way out, q and r, whom nobody leads; no other people; no old destination."""
+    _, found = seen(stage(HALL))
+    assert found.allowed.tolist() == [[False, True, True, True, True, False, False]] * 2
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_masks_forbid_what_helps_nobody():
+    """A way out to who leads nobody, and to go on to where nobody is lost any more."""
+    board = HALL.replace("s", ".")  # the second robot leads nobody
+    sim = stage(board)
+    r, exit_ = (1.5, 0.0), (14.0, 0.0)
+    for going, keeps in ((r, [True, True]), (exit_, [True, False])):
+        metres = np.tile(going, (2, 1)) / (np.array(sim.building.body[2:]))
+        _, found = seen(sim, masks=True, going=metres.astype(np.float32))
+        assert found.allowed[:, KEEP].tolist() == keeps
+        assert found.allowed[:, STAY + 1].tolist() == [True, False]
+    nobody = np.full((2, 2), (-0.1, 0.9), dtype=np.float32)
+    _, found = seen(sim, masks=True, going=nobody)
+    off = np.hypot(*(np.array([-1.5, 2.5]) - (1.5, -0.5)))
+    assert found.allowed[:, KEEP].tolist() == [off <= ASTRAY] * 2
+
+
+@pytest.mark.paper("C1", "chosen")
+def test_the_nearest_robot_in_sight_on_foot_is_the_guide():
+    """Against ways one by one; whose work is done leads nobody, nor on the stairs."""
+    nav, rng = navigation_of(shipped("paper")), np.random.default_rng(0)
+    free = np.flatnonzero(nav.walkable)
+    robots, folk = rng.choice(free, (3, 6)), rng.choice(free, (3, 40))
+    at_work, walking = rng.random((3, 6)) < 0.7, rng.random((3, 40)) < 0.9
+    robots[:, 1] = folk[:, 0]
+    found = guides(nav, robots, at_work, folk, walking)
+    for world in range(3):
+        for k, place in enumerate(folk[world].tolist()):
+            way = [nav.distances([p])[place] for p in robots[world].tolist()]
+            way = np.where(at_work[world], way, np.inf)
+            led = walking[world, k] and way.min() <= SIGHT_RANGE
+            assert found[world, k] == (way.argmin() if led else NOBODY)
+    assert (found != NOBODY).any()
+    nobody = np.zeros((3, 0), dtype=int)
+    assert (guides(nav, nobody, nobody > 0, folk, walking) == NOBODY).all()
