@@ -75,7 +75,7 @@ PROTECTED_METRES = 4.0
 codes keep ways out free of fuel. It delays what two fires beside two exits do to
 people, until flames have walked round the clearance; it does not prevent it."""
 
-SPREAD_RATE = 0.08  # [D7, chosen] ignitions per second and border between two cells
+SPREAD_RATE = 0.12  # [D7, chosen] ignitions per second and border between two cells
 FLAME_SECONDS = 1.0  # [D7, chosen] flames spread, and new ones appear, this often
 BURN_LOSS = 10.0  # [B7, chosen] health lost per second inside flames
 HEAT_LOSS = 2.0  # [B7, chosen] health lost per second beside flames

@@ -57,9 +57,9 @@ for training in (True, False):
 #> Source(floor=0, x=7.5, y=-6.5, time=0.0)
 
 # %% First passage
-# Flames take a random time from a cell to its neighbour, longer through doors; these
-# times are drawn once. A cell burns from the time of the quickest path that leads to it
-# from a source [D7]: first-passage percolation. Dijkstra's algorithm finds these times.
+# Flames take a random time from a cell to its neighbour; these times are drawn once. A
+# cell burns from the time of the quickest path that leads to it from a source [D7]:
+# first-passage percolation. Dijkstra's algorithm finds these times.
 
 graphs = {}  # seconds: the graph of rooms by then
 while night.world.time < 300:
@@ -69,13 +69,13 @@ arrival = night.world.flames.arrival[0]
 for seconds in (30, 60, 120, 240):
     print(f"after {seconds:3} s {np.sum(arrival <= seconds):3} m2 burn")
 #> after  30 s  27 m2 burn
-#> after  60 s  80 m2 burn
-#> after 120 s 114 m2 burn
-#> after 240 s 288 m2 burn
+#> after  60 s  92 m2 burn
+#> after 120 s 169 m2 burn
+#> after 240 s 478 m2 burn
 
 # %% Burnt doors leave the graph
-# A door that flames touched is no way any more: whoever sees that chooses another, and
-# its edge leaves the graph [A6]. The first door that burns doubles the way out of the
+# A door that flames burn beside is no way any more: whoever sees that chooses another,
+# and its edge leaves the graph [A6]. The first door that burns doubles the way out of the
 # room with the maps. When the room's only door burns, it has none. In the end all rooms
 # but the foyer are cut off.
 
@@ -93,12 +93,15 @@ for event in night.events:
         way, lost = metres.get("1/maps", np.inf), len(left) - len(metres)
         print(f"{event.time:3.0f} s {door:>9}: {way:3.0f} m, {lost} rooms cut off")
 #> before the fire:  41 m
-#>  33 s 1/door-11:  85 m, 0 rooms cut off
-#> 151 s  1/door-8:  85 m, 1 rooms cut off
-#> 194 s  1/door-9:  85 m, 2 rooms cut off
-#> 211 s  1/door-6: inf m, 3 rooms cut off
-#> 217 s 1/door-10: inf m, 10 rooms cut off
-#> 231 s  1/door-5: inf m, 10 rooms cut off
+#>  32 s 1/door-11:  85 m, 0 rooms cut off
+#>  49 s  1/door-8:  85 m, 1 rooms cut off
+#> 106 s  1/door-9:  85 m, 2 rooms cut off
+#> 138 s  1/door-6: inf m, 3 rooms cut off
+#> 142 s  1/door-5: inf m, 4 rooms cut off
+#> 153 s 1/door-10: inf m, 10 rooms cut off
+#> 208 s  1/door-3: inf m, 10 rooms cut off
+#> 216 s  1/door-7: inf m, 10 rooms cut off
+#> 282 s  1/door-4: inf m, 10 rooms cut off
 
 # %% The picture
 # Red cells burn first, yellow ones last. Flames never enter the white floor in front of
