@@ -41,7 +41,6 @@ from reference.workshop.commands import (
 )
 from reference.workshop.files import told
 from reference.workshop.runs import ContradictionError
-from reference.workshop.strategies import LEARNED
 
 COMMANDS = {
     "check": building.CHECK,
@@ -112,8 +111,8 @@ def _drop_unprinted() -> None:
 def _parser() -> ArgumentParser:
     top = ArgumentParser(
         prog="python -m reference",
-        description="One evacuation of the paper's building, the robots that ship "
-        "against the fire that ships;\na summary, and an animation in evacuation.gif.",
+        description="One evacuation of the paper's building, robots `escort` against fire "
+        "`busiest`;\na summary, and an animation in evacuation.gif.",
         epilog="example:\n  python -m reference --seed 7",
         formatter_class=Formatter,
     )
@@ -123,8 +122,8 @@ def _parser() -> ArgumentParser:
         json=False,
         run=evacuation.evacuate,
         building="paper",
-        robots=LEARNED,
-        fire=LEARNED,
+        robots="escort",
+        fire="busiest",
         people=PEOPLE,
         episodes=1,
         sample=False,

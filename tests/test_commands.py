@@ -236,14 +236,14 @@ def test_refuses_an_mp4_where_ffmpeg_is_missing(capsys, monkeypatch):
     assert "end the name in .gif or .html." in message
 
 
-def test_the_main_job_is_an_evacuation_of_what_was_learned(monkeypatch):
-    """`python -m reference` alone: both sides learned, evacuation.gif."""
+def test_the_main_job_is_an_evacuation_of_the_best_by_hand(monkeypatch):
+    """`python -m reference` alone: both sides written by hand, evacuation.gif."""
     asked = []
     monkeypatch.setattr("reference.workshop.commands.evacuation.evacuate", asked.append)
     assert main([]) == 0
     words = vars(asked[0])
     assert (words["building"], words["people"], words["episodes"]) == ("paper", 40, 1)
-    assert (words["robots"], words["fire"]) == ("learned", "learned")
+    assert (words["robots"], words["fire"]) == ("escort", "busiest")
     assert str(words["animate"]) == "evacuation.gif"
 
 
