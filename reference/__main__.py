@@ -111,8 +111,8 @@ def _drop_unprinted() -> None:
 def _parser() -> ArgumentParser:
     top = ArgumentParser(
         prog="python -m reference",
-        description="One evacuation of the paper's building, robots `escort` against fire "
-        "`busiest`;\na summary, and an animation in evacuation.gif.",
+        description="One evacuation of the paper's building, robots `escort` against "
+        "fire `busiest`;\na summary, and an animation in evacuation.gif.",
         epilog="example:\n  python -m reference --seed 7",
         formatter_class=Formatter,
     )

@@ -84,7 +84,7 @@ def test_the_grid_of_the_paper_is_9_by_40_by_40():
 
 @pytest.mark.paper("D1")
 def test_the_fire_of_the_paper_observes_167_numbers_too():
-    """Its own one row of them, with no robots but those that are there."""
+    """The same as a robot, in one row: it is one agent."""
     sim = scene()
     assert fire_vector(sim).shape == (167,)
     assert fire_vector(sim).dtype == np.float32
@@ -420,7 +420,7 @@ def test_a_scaled_vector_lies_between_its_bounds(name):
 
 
 def test_a_number_that_can_be_nothing_else_is_scaled_without_trouble():
-    """No robots: their count is always 0, and division by its span is none by 0."""
+    """Without robots and fires their counts are always 0, and nothing is nan."""
     sim = scene("tiny", robots_per_floor=0, sources=0)
     layout = observations.vector_layout(sim.building, sim.scenario)
     assert (np.abs(layout.scaled(fire_vector(sim))) <= 1).all()

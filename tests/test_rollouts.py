@@ -69,7 +69,7 @@ def replayed(episode: Episode, environment: Environment):
 @pytest.mark.paper("E4", "chosen")
 @pytest.mark.parametrize(
     ("seconds", "robots_go_on", "fire_goes_on"),
-    [(50, 4, True), (115, 2, False), (200, 0, False)],
+    [(30, 4, True), (95, 2, False), (200, 0, False)],
     ids=["time is up", "the last source is lit", "nobody is inside"],
 )
 def test_a_trajectory_is_what_the_environment_says_to_its_actions(
@@ -77,7 +77,7 @@ def test_a_trajectory_is_what_the_environment_says_to_its_actions(
 ):
     """Rewards, last observations, and who is cut off with something left to decide.
 
-    Robots are shown the very numbers; the fire's are scaled, as no trainer does it.
+    Robots are shown the very numbers; the fire's are scaled first.
     """
     scenario = replace(SCENARIO, time_limit=float(seconds))
     episode = played(scenario)

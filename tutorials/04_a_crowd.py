@@ -67,8 +67,8 @@ print(drawing.save(figure, "out/04_a_crowd.png"))
 #> out/04_a_crowd.png
 
 # %% What does it depend on?
-# In smoke people see a few metres [B2]. Does seeing farther help? The same seeds put the
-# same people in the same places; only the range of sight changes.
+# In smoke people see a few metres [B2]. Does seeing farther help? The same seeds put
+# the same people in the same places; only the range of sight changes.
 
 
 def out(metres: float, seeds: range = range(3)) -> int:
