@@ -209,7 +209,7 @@ print(drawing.save(figure, "out/07_finishing_early.png"))
 #> out/07_finishing_early.png
 
 # %% The robots that ship
-# The robots called `learned` learned from 152,348 decisions in the paper's building.
+# The robots called `learned` took 480,118 decisions in the paper's building.
 # Two evacuations each, with random fires: without guides, and with them.
 
 paper = load("paper")
@@ -226,9 +226,9 @@ saved = {who: alive(who, "random") for who in ("none", "learned")}
 print("more than with nobody:", saved["learned"] > saved["none"])
 #> more than with nobody: True
 
-# These began with nothing and learned by MA-POCA, against random fires. RESULTS.md says
-# where they beat the robots that are written by hand, where they lose, and what they do
-# otherwise. Watch:
+# These began with nothing and learned by MA-POCA, with two floats around points that
+# they see, and never met a fire: their ways avoid flames by themselves. RESULTS.md
+# compares them with robots that are written by hand. Watch:
 #
 #     python -m reference evacuate --robots learned --fire random --animate learned.gif
 

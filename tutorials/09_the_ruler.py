@@ -101,15 +101,15 @@ records = crossplay.evaluate(evaluation, None, InProcess())
 for cell in cells(records, PAPER):
     R, h, E = cell.reward.mean, cell.difficulty.mean, cell.score.mean
     print(f"{cell.robots:6} {cell.fire:6} R {R:6.0f}  h {h:4.0f}  E {E:.3f}")
-#> none   none   R   2007  h    0  E 0.009
-#> none   random R   -167  h 1521  E 0.160
-#> none   greedy R    546  h 1508  E 0.158
-#> patrol none   R   2123  h    0  E 0.009
-#> patrol random R   1711  h 1521  E 0.164
-#> patrol greedy R   1518  h 1612  E 0.182
-#> sweep  none   R   2163  h    0  E 0.009
-#> sweep  random R   1740  h 1521  E 0.164
-#> sweep  greedy R   1768  h 1573  E 0.175
+#> none   none   R   2043  h    0  E 0.009
+#> none   random R   -203  h 2129  E 0.309
+#> none   greedy R     47  h 1900  E 0.247
+#> patrol none   R   1891  h    0  E 0.008
+#> patrol random R   1238  h 2129  E 0.312
+#> patrol greedy R   1054  h 2370  E 0.384
+#> sweep  none   R   2174  h    0  E 0.009
+#> sweep  random R   1119  h 2129  E 0.312
+#> sweep  greedy R   1111  h 2209  E 0.335
 
 # %% The ruler does not fit
 # The paper's ruler is made for rewards up to 14000, of forty people on the third floor.
@@ -127,16 +127,16 @@ for cell in cells(records, ruler):
     score, low, high = cell.score
     print(f"{cell.robots:6} {cell.fire:6} E {score:.2f} [{low:.2f}, {high:.2f}]")
 #> critical points: ((-3600.0, 0.1), (2300.0, 1000.0))
-#> b = 4.764, k = 0.00722, beta = 774
-#> none   none   E 0.82 [0.75, 0.89]
-#> none   random E 0.44 [0.36, 0.55]
-#> none   greedy E 0.49 [0.38, 0.64]
-#> patrol none   E 0.98 [0.92, 1.03]
-#> patrol random E 0.93 [0.71, 1.21]
-#> patrol greedy E 0.84 [0.56, 1.24]
-#> sweep  none   E 1.04 [0.99, 1.08]
-#> sweep  random E 0.95 [0.77, 1.26]
-#> sweep  greedy E 1.01 [0.80, 1.35]
+#> b = 4.764, k = 0.00833, beta = 755
+#> none   none   E 0.89 [0.83, 0.94]
+#> none   random E 0.75 [0.66, 0.85]
+#> none   greedy E 0.61 [0.47, 0.82]
+#> patrol none   E 0.70 [0.38, 1.03]
+#> patrol random E 0.97 [0.82, 1.28]
+#> patrol greedy E 1.08 [0.90, 1.33]
+#> sweep  none   E 1.09 [1.05, 1.12]
+#> sweep  random E 0.93 [0.80, 1.33]
+#> sweep  greedy E 0.98 [0.84, 1.21]
 
 # %% The picture
 # Each point is a pair of robots and fire; on the bold line E is 1, as for the baseline.
