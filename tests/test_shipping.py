@@ -75,4 +75,4 @@ def test_the_policies_do_what_is_claimed(robots, fire, claimed, capsys):
     )
     assert main(command.split()) == 0
     facts = json.loads(capsys.readouterr().out)
-    assert 100 * facts["evacuated"] / facts["people"] == pytest.approx(claimed, abs=12)
+    assert 100 * facts["evacuated"] / facts["people"] == pytest.approx(claimed, abs=8)
