@@ -1,8 +1,8 @@
 """Floors as text: what is read, what is refused, and what is said about a mistake.
 
-tests/maps/good holds drawings that are fine in every tolerated way, tests/maps/bad one
-for each kind of mistake, `NAME.txt` beside `NAME.expected`, the whole message. The
-names begin with the stage: page, characters, shape, floor, building.
+`maps/good` holds drawings that are fine in every tolerated way, `maps/bad` one for each
+kind of mistake, `NAME.txt` beside `NAME.expected`, the whole message. The names begin
+with the stage: page, characters, shape, floor, building.
 """
 
 import os
@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from reference.floorplan import FloorPlanError, Plan, Storey, find, parse, read, to_text
 
 HERE = Path(__file__).parent
-SHIPPED = sorted((HERE.parent / "floors").glob("*.txt"))
+SHIPPED = sorted((HERE.parents[1] / "floors").glob("*.txt"))
 GOOD = sorted((HERE / "maps" / "good").glob("*.txt"))
 BAD = sorted((HERE / "maps" / "bad").glob("*.txt"))
 
