@@ -17,7 +17,9 @@ from reference.humans import Follower, Leader
 from reference.robots import RobotAlgorithm
 from reference.simulation import Simulation
 
-FILES = [str(ROOT / "tests" / f"test_{k}.py") for k in ("humans", "robots", "tick")]
+FILES = [
+    str(ROOT / "tests" / "paper" / f"test_{k}.py") for k in ("humans", "robots", "tick")
+]
 
 CHANGES = [
     (Simulation, "Alg. 1:1", "self._leave(i, Fate.EVACUATED)", "pass"),

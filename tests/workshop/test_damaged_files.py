@@ -230,7 +230,7 @@ def whole(tmp_path_factory):
     _json(tomllib.loads((folder / "tiny.toml").read_text()), folder / "tiny.json")
     (folder / "experiment").mkdir()
     on_resume.begin(asked.read(folder / "tiny.toml"), folder / "experiment")
-    unity = _from_yaml(ROOT / "tests" / "trainers" / "unity.yaml")
+    unity = _from_yaml(ROOT / "tests" / "workshop" / "trainers" / "unity.yaml")
     _yaml(unity | OURS, folder / "settings.yaml")
     with one_thread():
         trained(begun(tiny(robots={"buffer_size": 200})), folder / "run", rounds=2)
