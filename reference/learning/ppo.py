@@ -291,7 +291,7 @@ class Learner:
     def policy_terms(self, batch: Decisions, epsilon: float) -> tuple[Tensor, Tensor]:
         """Policy loss and mean entropy over the live rows of a minibatch."""
         live = batch.alive
-        policy = self.actor(batch.vectors, batch.grids, batch.options)
+        policy = self.actor(batch.vectors, batch.grids)
         loss = policy_loss(
             policy.log_probs(batch.actions)[live],
             batch.log_probs[live],

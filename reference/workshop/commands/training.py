@@ -132,9 +132,9 @@ TRAIN_OPTIONS: options.Table = {
     ),
     "--head": options.choice(
         ROWS["head"].choices,
-        "of both policies. gaussian: emits coordinates, as in the paper; mixture: of "
-        "the robots alone, coordinates around anchors; pointer: chooses among "
-        "candidate places; default: preset's",
+        "of the robots' policy. floor: one Gaussian of the whole floor, as in the "
+        "paper; frame: one around where the robot stands; mixture: Gaussians around "
+        "anchors; default: preset's",
     ),
     **options.player("robots", NOTE, (*SCRIPTS["robots"], LEARNED, "FILE")),
     **options.player("fire", NOTE, (*SCRIPTS["fire"], LEARNED, "FILE")),

@@ -119,8 +119,6 @@ def settings_of(asked: Asked, base: Settings) -> Settings:
     robots = replace(robots, trainer_type=asked.trainer or robots.trainer_type)
     if asked.head:
         robots = replace(robots, head=asked.head)
-    if asked.head and asked.head != "mixture":  # which only robots have
-        fire = replace(fire, head=asked.head)
     if asked.robots == "none":
         scenario = replace(scenario, robots_per_floor=0)
     schedule = asked.schedule or made.schedule
@@ -170,8 +168,6 @@ def _asked_and_begun(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]
     yield "--preset", asked.preset, settings.preset
     yield "--trainer", asked.trainer, settings.robots.trainer_type
     yield "--head", asked.head, settings.robots.head
-    if asked.head != "mixture":
-        yield "--head", asked.head, settings.fire.head
     yield "--schedule", asked.schedule, settings.schedule
     yield "--imitate", asked.imitate, task.imitate or "nobody to imitate"
     if asked.initialize_from is not None:

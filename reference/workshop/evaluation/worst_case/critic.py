@@ -48,7 +48,7 @@ class CriticFire(LearnedPolicy):
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Take the placement of lowest value; a random cell if nobody is inside."""
         self._check_fits(world)
-        choice = placements(world, self.scenario)
+        choice = placements(world)
         if not choice:
             return RandomFire().decide(world, rng)
         return choice[int(self.values(world, choice).argmin())]

@@ -60,7 +60,7 @@ class WorstCase:
         """Try out the busiest placements, take the worst; a random cell if none."""
         now, self._now = self._now, None
         assert now is not None, "a Simulation asks this fire, after showing itself"
-        choice = placements(now.world, now.scenario)[: self.choices]
+        choice = placements(now.world)[: self.choices]
         if not choice:
             return RandomFire().decide(world, rng)
         future = now.another_future(int(rng.integers(2**32)))

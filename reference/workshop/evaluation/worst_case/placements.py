@@ -3,43 +3,29 @@
 Clauses: D2, D6, F4.
 """
 
-from functools import lru_cache
-
 import numpy as np
 
-from reference.building import Building
-from reference.fire import Decision, occupied
-from reference.game.environment import fire_decision
-from reference.game.moments import Moment
-from reference.game.observations import fire_vector
-from reference.paper import Scenario
-from reference.workshop.landmarks.of_fire import FIRE_FEATURES, FireOptions
+from reference.fire import Decision, decision_at, free_places
+from reference.navigation import navigation_of
+from reference.workshop.traffic import traffic
 from reference.world import World
 
-CROSS = [FIRE_FEATURES.index(name) for name in ("cross", "come")]
-"""Counts of people, of the floor and from above, whose cheapest way out passes."""
 
+def placements(world: World) -> list[Decision]:
+    """List the free cells nearest to doors, entrances and exits of floors in use.
 
-def placements(world: World, scenario: Scenario) -> list[Decision]:
-    """List free cells beside ways, people and robots; none if nobody is inside.
-
-    [F4, chosen] They are the options of a learned fire's pointer head: one for each
-    landmark, group and robot of floors where somebody is or still comes through, about
-    60 in the paper's building. Those that most people's cheapest ways out pass come
-    first: mostly the worst are among them. scenario: the simulation's own.
+    [F4, chosen] Those that most people's cheapest ways out pass come first: mostly the
+    worst are among them. A floor is in use where, or above which, somebody is inside.
     """
-    if not any(world.occupancy):
-        return []
-    moment = Moment.of(world, fire_vector(world, scenario)[None], np.ones(1, bool))
-    options = _options(world.building, scenario)(moment)
-    there = np.flatnonzero(options.action_mask[0])
-    crossing = options.features[0][:, CROSS].sum(axis=1)
-    busiest = there[np.argsort(-crossing[there], kind="stable")]
-    places = options.places[0][busiest]
-    found = dict.fromkeys(fire_decision(world.building, p) for p in places)
-    return [place for place in found if not occupied(world, *place)]
-
-
-@lru_cache(maxsize=8)
-def _options(building: Building, scenario: Scenario) -> FireOptions:
-    return FireOptions(building, scenario)
+    bodies, building = world.bodies, world.building
+    stairs = bodies.stairwell[bodies.inside & (bodies.stairwell >= 0)]
+    walking = bodies.place[bodies.walking]
+    passing = traffic(building, walking, stairs, world.flames.cost)
+    free, people = free_places(world), passing.cross + passing.come
+    distance, places = navigation_of(building).distance, []
+    for mark in building.landmarks:
+        metres = np.where(free, distance[mark.index], np.inf)
+        if world.anybody_at_or_above(mark.floor) and np.isfinite(metres).any():
+            places.append(int(metres.argmin()))
+    places.sort(key=lambda place: -people[place])
+    return [decision_at(world, place) for place in dict.fromkeys(places)]
