@@ -55,7 +55,8 @@ class Frame:
         self.map = Map(building)
         nobody = np.zeros((1, self.layout.size), dtype=np.float32)
         view = View(self, nobody, np.full((1, 2), np.nan))
-        self.size, self.anchors = view.numbers().shape[1], view.anchors.shape[1]
+        self.size: int = view.numbers().shape[1]
+        self.anchors: int = view.anchors.shape[1]
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(B, V) float32 of observations (B, V); headed (B, 2): as a `Moment` says."""

@@ -123,7 +123,8 @@ class RobotsFrame(Interface):
     @property
     def sizes(self) -> Sizes:
         """As the paper's, but for what a network reads and its head."""
-        s, head = self.settings, partial(FrameHead, continuous=AXES)
+        s = self.settings
+        head: partial[nn.Module] = partial(FrameHead, continuous=AXES)
         if self.mixes:
             head = partial(
                 MixtureHead, self.frame.anchors, AXES, s.spread, s.commitment
