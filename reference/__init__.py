@@ -55,7 +55,8 @@ WORKSHOP = (
     "workshop.lockstep",  # many simulations tick together
     "workshop.strategies",  # hand-written robots and fires, by name
     "workshop.decoding",  # from observations back to points
-    "workshop.remedies",  # what helps learning: other heads, other rewards
+    "workshop.heads",  # other heads than the paper's
+    "workshop.remedies",  # what helps learning: other frames, other rewards
     "workshop.training",  # trainings, kept in files:
     "workshop.training.mlagents",  # ML-Agents' trainer files
     "workshop.training.presets",  # whole settings: tiny, laptop, paper

@@ -126,7 +126,7 @@ class View:
         people[~np.take_along_axis(self.lost, first, axis=1)] = np.nan
         parts = [self.spot[:, None], self.me[:, None], self.outs, self.feet, people]
         anchors = np.concatenate(parts, axis=1)
-        self.anchors = np.nan_to_num((anchors - self.me[:, None]) / UNIT)
+        self.anchors: np.ndarray = np.nan_to_num((anchors - self.me[:, None]) / UNIT)
         self.way = self._way_to(anchors)
         self.allowed = ~np.isnan(anchors[..., 0])
         if self.frame.masks:

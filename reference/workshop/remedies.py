@@ -12,28 +12,21 @@ remedies give them another `Interface`, with another head, and shape the reward.
     C    numbers it emits, in units of UNIT metres: x and y; the fire's storey first
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from math import log, sqrt
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
-import torch
-from torch import Tensor, nn
 
 from reference.building import Building
 from reference.game.frame import UNIT, Frame
 from reference.game.interface import AXES, Interface, Sizes
 from reference.game.observations import grid_shape, to_normalised
-from reference.learning.networks import BRANCH_GAIN, MEAN_GAIN, REFUSED, Policy, linear
 from reference.learning.settings import Row, SettingsError, Side, TrainerSettings
 from reference.navigation import navigation_of
 from reference.paper import HEALTH_SECONDS, Scenario
 from reference.workshop.strategies.fires import places_beside
-
-FIRST_SIGMA, SIGMAS = 0.5, (0.02, 1.0)
-"""[C5, chosen] of one Gaussian in a robot's frame, units: where it begins, and between
-which it stays; a free number hardly moves in a short training."""
 
 LIT = 2.0
 """[D2, chosen] metres: an anchor so near to a source is not lit again."""
@@ -123,8 +116,10 @@ class RobotsFrame(Interface):
     @property
     def sizes(self) -> Sizes:
         """As the paper's, but for what a network reads and its head."""
+        from reference.workshop.heads import FrameHead, MixtureHead  # torch
+
         s = self.settings
-        head: partial[nn.Module] = partial(FrameHead, continuous=AXES)
+        head: Callable[[int], Any] = partial(FrameHead, continuous=AXES)
         if self.mixes:
             head = partial(
                 MixtureHead, self.frame.anchors, AXES, s.spread, s.commitment
@@ -172,6 +167,8 @@ class MixtureOfFire(Interface):
     @property
     def sizes(self) -> Sizes:
         """As the paper's, but for the anchors, and one more number that is drawn."""
+        from reference.workshop.heads import MixtureHead  # torch
+
         K, C = self.anchors.shape
         head = partial(MixtureHead, K, C, self.settings.spread, 0.0)
         return Sizes(
@@ -198,85 +195,3 @@ class MixtureOfFire(Interface):
         axes = to_normalised(self.building, UNIT * raw[..., 1:]).clip(-1, 1)
         parts = [(2 * floor + 1) / floors - 1, axes]
         return np.concatenate(parts, axis=-1, dtype=np.float32)
-
-
-# -- Heads --------------------------------------------------------------------------
-
-
-class FrameHead(nn.Module):
-    """One Gaussian whose sigma is a linear layer's, too [C5, chosen]."""
-
-    def __init__(self, hidden: int, continuous: int):
-        super().__init__()
-        self.mean = linear(hidden, continuous, MEAN_GAIN / sqrt(hidden))
-        self.log_sigma = linear(hidden, continuous, BRANCH_GAIN / sqrt(hidden))
-        nn.init.constant_(self.log_sigma.bias, log(FIRST_SIGMA))
-
-    def forward(self, x: Tensor, vectors: Tensor) -> Policy:
-        """Policy from the body's (..., H)."""
-        return Policy(self.mean(x), self.log_sigma(x).clamp(*map(log, SIGMAS)), [])
-
-
-class Mixture(Policy):
-    """A mixture of Gaussians around anchors, whose samples have one log-probability.
-
-    log p(a) = log sum_k w_k N(a; m_k, sigma)
-    """
-
-    def __init__(self, anchors: Tensor, sigma: float, logits: Tensor):
-        """anchors m (..., K, C) and their logits (..., K)."""
-        super().__init__(anchors, anchors.new_tensor(log(sigma)), [logits])
-        self.choice = self.branches[0]
-
-    def log_probs(self, actions: Tensor) -> Tensor:
-        """(..., 1), exact: whichever anchor an action (..., C) was drawn around."""
-        near = self.gaussian.log_prob(actions[..., None, :]).sum(dim=-1)
-        return torch.logsumexp(self.choice.logits + near, dim=-1, keepdim=True)
-
-    def entropy(self) -> Tensor:
-        """(...): of the choice + of a Gaussian, which does not change [C5, chosen].
-
-        The mixture's own has no formula; it is less where anchors are close.
-        """
-        return self.choice.entropy() + self.gaussian.entropy()[..., 0, :].mean(dim=-1)
-
-    def act(self, noise: Tensor | None = None) -> Tensor:
-        """Sample (..., C) around a sampled anchor; without noise, the likeliest one."""
-        scores, anchors = self.choice.logits, self.gaussian.mean
-        C = anchors.shape[-1]
-        if noise is not None:
-            scores = scores + noise[..., C:]
-        chosen = scores.argmax(dim=-1)[..., None, None].expand(*scores.shape[:-1], 1, C)
-        spot = anchors.gather(-2, chosen)[..., 0, :]
-        sigma = self.gaussian.stddev[..., 0, :]
-        return spot if noise is None else spot + sigma * noise[..., :C]
-
-
-class MixtureHead(nn.Module):
-    """Weigh anchors by one linear layer [C5, chosen].
-
-    The numbers that a network reads begin with the K anchors, C numbers each, and with
-    K numbers, 1 for those that may be meant now. The first anchor has the commitment
-    as a bonus.
-    """
-
-    def __init__(
-        self,
-        anchors: int,
-        continuous: int,
-        spread: float,
-        commitment: float,
-        hidden: int,
-    ):
-        super().__init__()
-        self.shape, self.sigma = (anchors, continuous), spread / UNIT
-        self.commitment = commitment
-        self.weights = linear(hidden, anchors, BRANCH_GAIN / sqrt(hidden))
-
-    def forward(self, x: Tensor, vectors: Tensor) -> Mixture:
-        """Mixture from the body's (..., H) and the numbers read (..., V)."""
-        K, C = self.shape
-        anchors = vectors[..., : K * C].unflatten(-1, (K, C))
-        allowed = vectors[..., K * C : K * C + K] > 0.5
-        logits = self.weights(x) + self.commitment * (torch.arange(K) == 0)
-        return Mixture(anchors, self.sigma, logits.masked_fill(~allowed, REFUSED))

@@ -11,7 +11,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from reference.learning.settings import TrainerSettings, rows_of
+from reference.learning.settings import rows_of
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
@@ -21,12 +21,13 @@ from reference.workshop.commands.common import (
     workforce,
     writable,
 )
+from reference.workshop.remedies import SideSettings
 from reference.workshop.runs import ContradictionError, held
 from reference.workshop.strategies import GUIDES, LEARNED, SCRIPTS
 from reference.workshop.training.presets import PRESETS, Settings
 from reference.workshop.training.summaries import SUMMARIES
 
-ROWS = rows_of(TrainerSettings) | rows_of(Settings)
+ROWS = rows_of(SideSettings) | rows_of(Settings)
 
 
 def train(arguments: Namespace) -> None:
