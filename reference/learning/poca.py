@@ -212,7 +212,8 @@ class SelfAttention(nn.Module):
         scores = scores.masked_fill(~alive[:, None, None], REFUSED)
         attended = (scores.softmax(dim=-1) @ v).transpose(1, 2).flatten(2)
         rows = layer_norm(self.out(attended) + x) * alive[..., None]
-        return rows.sum(dim=1) / (alive.sum(dim=1, keepdim=True) + POOLING_EPSILON)
+        n = alive.sum(dim=1, keepdim=True, dtype=x.dtype)
+        return rows.sum(dim=1) / (n + POOLING_EPSILON)
 
     def counterfactual(self, f: Tensor, g: Tensor, alive: Tensor) -> Tensor:
         """Attend to the group without agent j's action, in row j: (B, G, H).

@@ -73,9 +73,13 @@ class SideSettings(TrainerSettings):
         return self.shaping * shaped(gone, time, seconds, self.gamma)
 
 
+OF_ROBOTS = ("commitment", "masks", "shaping")
+"""Rows that only robots have."""
+
+
 def refuse_of_robots(settings: SideSettings) -> None:
     """Raise SettingsError if a fire's settings have what only robots can have."""
-    for name in ("commitment", "masks", "shaping"):
+    for name in OF_ROBOTS:
         if getattr(settings, name):
             raise SettingsError(
                 f"fire: {name} is about robots, which walk between two decisions and "

@@ -92,13 +92,14 @@ class _Teacher(Player):
     ) -> GroupDecision[np.ndarray]:
         """Record actions as the head's, with log_probs of 0.
 
-        What the head cannot say is left out, `alive` False: to keep a destination
-        without an anchor for it, to go where no anchor is near.
+        Who keeps a destination means it once more, or the own place without one. What
+        the head cannot say is left out, `alive` False: what no anchor of a mixture is
+        near, and to keep anything by a Gaussian.
         """
         kept, (seen,) = np.isnan(wanted).any(axis=1), self.read([moment])
         aims = np.where(kept[:, None], moment.headed, wanted)
         actions = np.nan_to_num(self.interface.raw(aims, moment.vectors))
-        taught = moment.alive & ~np.isnan(aims).any(axis=1)
+        taught = moment.alive.copy()
         if isinstance(self.interface, RobotsFrame) and self.interface.mixes:
             taught &= self.interface.off_anchors(actions, seen) <= GROUP_RADIUS
         else:
