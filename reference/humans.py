@@ -268,9 +268,9 @@ def _remember_doors(me: Mind, observe: View) -> None:
 
     It joins rooms that one has been in: nothing new is behind it.
     """
-    if observe.room != NOWHERE:
+    if (room := observe.room) != NOWHERE:
         for mark in observe.landmarks:
-            if me.seen_from.setdefault(mark, observe.room) != observe.room:
+            if me.seen_from.setdefault(mark, room) != room:
                 me.doors.add(mark)
 
 

@@ -110,7 +110,7 @@ class View:
     @property
     def room(self) -> int:
         """The room that one stands in, or NOWHERE."""
-        return int(self._around.sight.building.area.flat[self.place])
+        return self._around.sight.rooms[self.place]
 
     @property
     def patch(self) -> int:

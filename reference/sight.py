@@ -61,6 +61,7 @@ class Sight:
     open       per place, the directions whose rays return nothing, one per patch
     farthest   per place, the last free place of its longest ray
     patches    per place, the patch of floor it lies in
+    rooms      per place, the room, or NOWHERE
     """
 
     def __init__(self, building: Building, reach: float):
@@ -86,6 +87,7 @@ class Sight:
             self.meets[p, list(met)] = True
         self.open = self._open_directions(ends)
         self.patches: list[int] = self._patch_of(np.arange(building.kind.size)).tolist()
+        self.rooms: list[int] = building.area.ravel().tolist()
         self._seen: dict[int, frozenset[int]] = {}
         self._looked_at: dict[int, frozenset[int]] = {}
         self._lines: dict[tuple[int, int], tuple[frozenset[int], frozenset[int]]] = {}

@@ -103,7 +103,7 @@ def vector_layout(building: Building, scenario: Scenario) -> Layout:
 
           0-119  humans: own floor first, then above, then below; nearest first
         120-137  robots: the observer, its team, those elsewhere; by number
-        138      robots in the observer's team that are still at work
+        138      robots of the observer's team that are still at work
         139      time
         140-163  fire sources, in the order of lighting
         164-166  fire sources on each floor, the first floor first
@@ -114,17 +114,13 @@ def vector_layout(building: Building, scenario: Scenario) -> Layout:
     """
     floors, team, most = building.floors, scenario.robots_per_floor, scenario.sources
     point = ("m, m, storey", *_corners(building))
-    robots = [
-        *["the observer: x, y, storey"] * min(team, 1),
-        *_points("team mate ", range(1, team)),
-        *_points("robot elsewhere ", range(1, team * (floors - 1) + 1)),
-    ]
+    robots = _points("robot ", range(1, team * floors + 1))
     on_floors = [f"fire sources on floor {k}" for k in range(1, floors + 1)]
     end = scenario.time_limit + scenario.tick
     return Layout(
         humans=Part(_humans(building, scenario), *point),
         robots=Part(robots, *point),
-        team=Part(["robots in the observer's team"], "1", (0.0,), (team * floors,)),
+        team=Part(["robots of the team at work"], "1", (0.0,), (team * floors,)),
         time=Part(["time since the beginning"], "s", (0.0,), (end,)),
         fires=Part(_points("fire source ", range(1, most + 1)), *point),
         fires_per_floor=Part(on_floors, "1", (0.0,), (most,)),

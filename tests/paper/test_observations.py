@@ -164,10 +164,10 @@ def test_the_table_names_the_numbers_of_the_paper():
     table = slots(scene())
     assert table["human 1: x, y, storey"][:2] == (0, 3)
     assert table["human 40: x, y, storey"][:2] == (117, 120)
-    assert table["the observer: x, y, storey"][:2] == (120, 123)
-    assert table["team mate 1: x, y, storey"][:2] == (123, 126)
-    assert table["robot elsewhere 4: x, y, storey"][:2] == (135, 138)
-    assert table["robots in the observer's team"][:2] == (138, 139)
+    assert table["robot 1: x, y, storey"][:2] == (120, 123)
+    assert table["robot 2: x, y, storey"][:2] == (123, 126)
+    assert table["robot 6: x, y, storey"][:2] == (135, 138)
+    assert table["robots of the team at work"][:2] == (138, 139)
     assert table["time since the beginning"][:2] == (139, 140)
     assert table["fire source 1: x, y, storey"][:2] == (140, 143)
     assert table["fire source 8: x, y, storey"][:2] == (161, 164)
@@ -193,7 +193,7 @@ def test_a_step_of_somebody_changes_exactly_their_numbers():
 def test_a_robot_that_moves_changes_exactly_its_numbers():
     """A robot of the third floor a little east."""
     sim = scene()
-    mark = slots(sim)["robot elsewhere 4: x, y, storey"].start
+    mark = slots(sim)["robot 6: x, y, storey"].start
 
     def move(world):
         world.robots[5].position = world.robots[5].position + np.array([0.5, 0])
@@ -246,7 +246,7 @@ def test_fire_sources_come_in_the_order_of_lighting():
 def test_the_number_of_robots_at_work_in_the_team_is_there():
     """Three on each floor, none above once all there are out; the fire: of all."""
     sim = scene(robots_per_floor=3)
-    place = slots(sim)["robots in the observer's team"].start
+    place = slots(sim)["robots of the team at work"].start
     assert (vectors(sim)[:, place] == 3).all() and fire_vector(sim)[place] == 9
     sim.world.occupancy[2] = 0
     assert vectors(sim)[:, place].tolist() == [3] * 6 + [0] * 3

@@ -50,6 +50,7 @@ def seen_by(simulation, robot):
     vector = observations.robot_vectors(world, scenario)[robot]
     return senses.Senses(
         "",
+        "R1",
         world.building,
         observations.grid(world),
         vector,
@@ -163,6 +164,14 @@ def test_a_mark_stands_right_of_a_lonely_point():
     assert -8 < edge[0] < -3
 
 
+def test_on_the_fires_page_no_robot_is_the_observer(simulation):
+    """All robots look alike to it."""
+    figure = drawing.fire_senses(simulation.world, simulation.scenario)
+    legend = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "robot" in legend
+    assert "the observer" not in legend
+
+
 # -- The table ----------------------------------------------------------------------
 
 
@@ -173,10 +182,8 @@ def test_the_table_explains_all_167_numbers(simulation):
     lines = senses.table(seen_by(simulation, 0))
     assert [(line.numbers, line.marks, line.what) for line in lines] == [
         ("0 to 119", "1 to 40", "human: x, y, storey (m, m, storey)"),
-        ("120 to 122", "R1", "the observer: x, y, storey (m, m, storey)"),
-        ("123 to 125", "R2", "team mate: x, y, storey (m, m, storey)"),
-        ("126 to 137", "R3 to R6", "robot elsewhere: x, y, storey (m, m, storey)"),
-        ("138", "", "robots in the observer's team"),
+        ("120 to 137", "R1 to R6", "robot: x, y, storey (m, m, storey)"),
+        ("138", "", "robots of the team at work"),
         ("139", "", "time since the beginning (s)"),
         ("140 to 163", "F1 to F8", "fire source: x, y, storey (m, m, storey)"),
         ("164 to 166", "", "fire sources on floor 1, …"),
@@ -191,10 +198,9 @@ def test_the_table_tells_what_the_first_numbers_are_now(simulation):
     gone = (~simulation.world.bodies.inside).sum()
     assert by_what["human"].endswith(f"…, {gone} not there")
     x, y, storey = seen.vector[120:123]
-    assert by_what["the observer"] == f"({x:.3g}, {y:.3g}, {storey:g})".replace(
-        "-", "−"
-    )
-    assert by_what["robots in the observer's team"] == "2"
+    me = f"({x:.3g}, {y:.3g}, {storey:g})".replace("-", "−")
+    assert by_what["robot"].startswith(me)
+    assert by_what["robots of the team at work"] == "2"
 
 
 # -- The page -----------------------------------------------------------------------

@@ -44,9 +44,13 @@ from reference.world import World
 
 @dataclass(frozen=True)
 class Senses:
-    """What an agent is given, the vector decoded, and the meaning of its numbers."""
+    """What an agent is given, the vector decoded, and the meaning of its numbers.
+
+    observed_by  the mark of the robot that observes, "" for the fire
+    """
 
     title: str
+    observed_by: str
     building: Building
     cells: np.ndarray
     vector: np.ndarray
@@ -70,7 +74,7 @@ def robot_senses(world: World, scenario: Scenario, robot: int = 0) -> Figure:
     decoded = decode(vector, building, scenario)
     slots = vector_layout(building, scenario).slots
     title = f"{building.title}: what robot_{robot} sees"
-    return _page(Senses(title, building, grid(world), vector, decoded, slots))
+    return _page(Senses(title, "R1", building, grid(world), vector, decoded, slots))
 
 
 def fire_senses(world: World, scenario: Scenario) -> Figure:
@@ -82,7 +86,7 @@ def fire_senses(world: World, scenario: Scenario) -> Figure:
     decoded = decode(vector, building, scenario)
     slots = vector_layout(building, scenario).slots
     title = f"{building.title}: what fire_0 sees"
-    return _page(Senses(title, building, grid(world), vector, decoded, slots))
+    return _page(Senses(title, "", building, grid(world), vector, decoded, slots))
 
 
 # -- The page -----------------------------------------------------------------------
@@ -173,7 +177,7 @@ class Dot(NamedTuple):
     storey: float
 
 
-_LETTERS = {"human": "", "the observer": "R", "fire source": "F"}
+_LETTERS = {"human": "", "robot": "R", "fire source": "F"}
 """First letter of a mark, by what a slot says first; other slots are robots."""
 
 
@@ -184,10 +188,13 @@ def _points(senses: Senses) -> list[Dot]:
     names = [slot.what for slot in senses.slots if ":" in slot.what]
     found = []
     for what, point in zip(names, points, strict=True):
-        look = next((name for name in _LETTERS if what.startswith(name)), "robot")
-        letter = _LETTERS.get(look, "R")
+        look = next(name for name in _LETTERS if what.startswith(name))
+        letter = _LETTERS[look]
         counts[letter] += 1
-        found.append(Dot(look, f"{letter}{counts[letter]}", *point))
+        mark = f"{letter}{counts[letter]}"
+        if mark == senses.observed_by:
+            look = "the observer"
+        found.append(Dot(look, mark, *point))
     return found
 
 
