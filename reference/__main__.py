@@ -31,7 +31,6 @@ from typing import NoReturn
 from reference.paper import PEOPLE, InputError
 from reference.workshop.commands import (
     building,
-    checks,
     evacuation,
     evaluation,
     experiment,
@@ -47,8 +46,6 @@ COMMANDS = {
     "draw": building.DRAW,
     "evacuate": evacuation.EVACUATE,
     "evaluate": evaluation.EVALUATE,
-    "agree": checks.AGREE,
-    "gap": checks.GAP,
     "train": training.TRAIN,
     "curves": training.CURVES,
     "experiment": experiment.EXPERIMENT,
