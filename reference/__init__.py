@@ -76,6 +76,7 @@ WORKSHOP = (
     "workshop.validation",  # standard cases of pedestrian dynamics
     "workshop.bench",  # how fast all of it runs
     "workshop.drawing",  # figures and animations
+    "workshop.annotated",  # the paper beside the code, and the index of its clauses
     "workshop.zoo",  # the environment, for PettingZoo
     "workshop.commands",  # what each command takes, does and prints
     "__main__",  # the command line

@@ -30,6 +30,7 @@ from typing import NoReturn
 
 from reference.paper import PEOPLE, InputError
 from reference.workshop.commands import (
+    annotated,
     building,
     evacuation,
     evaluation,
@@ -51,6 +52,7 @@ COMMANDS = {
     "experiment": experiment.EXPERIMENT,
     "validate": measures.VALIDATE,
     "bench": measures.BENCH,
+    "paper": annotated.PAPER,
 }
 
 STOPPED = "stopped; nothing half-written is left"

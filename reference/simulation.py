@@ -355,7 +355,7 @@ class Simulation:
         landmark = self.building.landmarks[mark]
         if landmark.leads_out:
             self._record(LeftFloor, i, landmark.floor, float(bodies.health[i]))
-        if landmark.kind is Kind.EXIT:  # deregistered from the environment [A4]
+        if landmark.kind is Kind.EXIT:  # out: the loop ends [A4, Alg. 1:1, Alg. 2:1]
             self._leave(i, Fate.EVACUATED)
             self._record(Evacuated, i, landmark.floor, float(bodies.health[i]), mark)
         elif landmark.leads_out:

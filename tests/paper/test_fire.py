@@ -59,7 +59,7 @@ def test_equation_2_by_example(x, centre):
     assert snapped(x) == centre
 
 
-@pytest.mark.paper("D4")
+@pytest.mark.paper("D4", "Eq. 2")
 @pytest.mark.parametrize("bracket", [floor, trunc, round])
 @given(x=COORDINATES)
 def test_equation_2_holds_however_its_brackets_are_read(bracket, x):

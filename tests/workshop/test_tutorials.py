@@ -40,6 +40,15 @@ def printed(tutorial: Path, folder: Path) -> list[str]:
     return [line.rstrip() for line in done.stdout.splitlines()]
 
 
+@pytest.mark.slow
+def test_ma_poca_in_one_file_learns_what_ppo_does_not(tmp_path):
+    """It draws both curves, and says last what each of them learned."""
+    script = ROOT / "tutorials" / "ma_poca.py"
+    *curves, poca, ppo = printed(script, tmp_path)
+    assert [poca, ppo] == promised(script)
+    assert len(curves) == 22
+
+
 @pytest.mark.parametrize("tutorial", SCRIPTS, ids=lambda path: path.stem)
 def test_a_tutorial_prints_what_it_says_it_prints(tutorial, tmp_path):
     """A student who runs it sees the lines that stand in it, in their order."""

@@ -1,0 +1,106 @@
+"""MA-POCA in one file, `tutorials/ma_poca.py`, computes what `reference.learning` does.
+
+Both have the same weights here. The networks of `reference` see an image too, but all
+numbers of its encoder are 0, so nothing comes of it.
+"""
+
+import importlib.util
+
+import pytest
+import torch
+from clauses import ROOT
+from lives import SIZES, batch, doubled, life, settings
+
+from reference.learning.poca import LEARNERS
+
+spec = importlib.util.spec_from_file_location("ma_poca", ROOT / "tutorials/ma_poca.py")
+ma_poca = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(ma_poca)
+
+LEARNERS_HERE = {"poca": ma_poca.MAPOCA, "ppo": ma_poca.PPO}
+BOTH = pytest.mark.parametrize("kind", LEARNERS_HERE)
+
+
+def pair(kind, dtype):
+    """The file's learner and that of `reference`, with the same random weights."""
+    table = settings(kind, normalize=False)
+    same = {"hidden": table.hidden_units, "layers": table.num_layers}
+    same |= {"gamma": table.gamma, "lam": table.lambd}
+    same |= {"beta": table.beta, "epsilon": table.epsilon}
+    V, K = SIZES.vector, SIZES.continuous
+    ours = LEARNERS_HERE[kind](V, K, ma_poca.Settings(**same))
+    theirs = LEARNERS[kind](table, SIZES, seed=1)
+    for network in (ours.actor, ours.critic, theirs.actor, theirs.critic):
+        network.to(dtype)
+    torch.manual_seed(1)
+    with torch.no_grad():
+        for network in (theirs.actor, theirs.critic):
+            for name, p in network.named_parameters():
+                p.copy_(torch.randn(p.shape) * (0.0 if "encoder" in name else 0.4))
+        for mine, p in zip(weights(ours), weights(theirs), strict=True):
+            mine.copy_(without_image(p, mine))
+    return ours, theirs
+
+
+def weights(learner):
+    """All parameters but an image encoder's, the actor's deviations last."""
+    networks = (learner.actor, learner.critic)
+    found = [named for network in networks for named in network.named_parameters()]
+    there = [(name, p) for name, p in found if "encoder" not in name]
+    return [p for name, p in sorted(there, key=lambda named: "log_sigma" in named[0])]
+
+
+def without_image(theirs, mine):
+    """Leave out columns for what the image's encoder says; it follows the vector."""
+    V, image = SIZES.vector, theirs.shape[-1] - mine.shape[-1]
+    if not image:
+        return theirs
+    return torch.cat([theirs[..., :V], theirs[..., V + image :]], dim=-1)
+
+
+def close(x, y):
+    """Equal to 1e-5."""
+    return torch.allclose(x, y.to(x.dtype), atol=1e-5, rtol=1e-5)
+
+
+@pytest.mark.paper("E1", "E2", "E3")
+@BOTH
+def test_the_file_has_the_same_loss_and_gradients(kind):
+    """Of six group decisions of three agents, not all of them alive."""
+    ours, theirs = pair(kind, torch.float64)
+    b = doubled(batch(6, 3))
+    mine = ma_poca.Batch(
+        b.vectors, b.alive, b.actions, b.log_probs, b.advantages, b.returns, b.baselines
+    )
+    loss, (expected, _) = ours.loss(mine), theirs.loss(b, ours.s.epsilon, ours.s.beta)
+    assert close(loss, expected)
+    loss.backward()
+    expected.backward()
+    for p, q in zip(weights(ours), weights(theirs), strict=True):
+        assert close(p.grad, without_image(q.grad, p))
+
+
+LIVES = {
+    "together": ("####", "####", "####"),
+    "early finishers": ("#...", "##..", "####"),
+    "interrupted": ("##..", "####>", "####>"),
+}
+
+
+@pytest.mark.paper("E1", "E2", "C8")
+@pytest.mark.parametrize("rows", LIVES.values(), ids=LIVES)
+@BOTH
+def test_the_file_has_the_same_returns_and_advantages(kind, rows):
+    """However an agent's part in the episode ends."""
+    ours, theirs = pair(kind, torch.float32)
+    t = life(*rows)
+    theirs.add([t])
+    (expected,) = theirs.buffer.parts
+    episode = (t.vectors, t.alive, t.actions, t.log_probs, t.rewards.astype("float32"))
+    found = ours.targets(ma_poca.Episode(*map(torch.from_numpy, episode)))
+    live = found.alive
+    assert torch.equal(live, expected.alive)
+    assert close(found.A[live], expected.advantages[live])
+    assert close(found.y[live], expected.returns[live])
+    if kind == "poca":
+        assert close(found.Q[live], expected.baselines[live])

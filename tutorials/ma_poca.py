@@ -1,0 +1,391 @@
+"""MA-POCA in one file, against PPO, in a game for two agents. It takes 15 seconds.
+
+MA-POCA (Cohen et al. 2021, arXiv 2111.05992) trains a group that is rewarded together
+and whose members may finish at different times. It is PPO (Schulman et al. 2017, arXiv
+1707.06347) with a critic for the group. This file needs torch alone, and reads from top
+to bottom. It computes what ML-Agents 0.29.0 does as `poca` and `ppo`: a test finds the
+same losses and gradients here and in `reference.learning`.
+
+    T, t   decisions of a group in one episode;  G  agents of the group
+    B      decisions of the group in a minibatch;  M  decisions of single agents in it
+    D      numbers that an agent observes;  K  components of an action;  H  hidden units
+    o, a   what all agents observe and do;  alive  which of them still decide
+    logp   log-probabilities of a's components when it was sampled
+    r      reward of the group;  V  value of the group;  y  λ-return, the target of V
+    Q      counterfactual baseline: value of the group without one agent's action
+    A      advantage;  γ, λ, ε, β  as in the papers
+    g, f   embeddings of an agent: of its o, and of its o and a
+
+Four mistakes are easy to make, and the program runs all the same: see `TRAP`.
+"""
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import NamedTuple
+
+import torch
+from torch import Tensor, nn
+from torch.distributions import Normal
+from torch.nn.functional import layer_norm
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What one tunes; in brackets what the robots' paper has (its Table I)."""
+
+    gamma: float = 1.0  # γ, discount [0.9]
+    lam: float = 0.5  # λ of the returns [0.95]
+    epsilon: float = 0.2  # ε, clip range [0.2, falling to 0.1]
+    beta: float = 0.005  # β, weight of the entropy [0.005]
+    learning_rate: float = 0.003  # [0.0001, falling to 0]
+    epochs: int = 3  # times that an update goes through its decisions [3]
+    batch_size: int = 40  # group decisions in a minibatch [1024, of single agents]
+    hidden: int = 32  # H [256]
+    layers: int = 2  # [3]
+    heads: int = 4  # of the attention [4]
+
+
+# -- The game -----------------------------------------------------------------------
+
+
+class Game:
+    """Three decisions of two agents; only the first decision of agent 0 matters.
+
+    Above 0 it goes, and is done. Then the group earns 3 on average, otherwise 1. Agents
+    see who they are, what time it is, and whether agent 0 has gone.
+    """
+
+    G, D, K = 2, 4, 1
+
+    def reset(self) -> Tensor:
+        """Begin an episode; return o (G, D)."""
+        self.t, self.gone = 0, False
+        return self._observed()
+
+    def step(self, a: Tensor) -> tuple[Tensor, Tensor, float]:
+        """a (G, K), each in [-1, 1] -> o (G, D), alive (G,), and the group's reward."""
+        if self.t == 0:
+            self.gone = a[0, 0].item() > 0
+        luck = 1.0 if torch.rand(()) < 0.5 else 3.0
+        r = ((0.0, 1.0, luck) if self.gone else (0.0, 0.0, 1.0))[self.t]
+        self.t += 1
+        alive = torch.tensor([not self.gone, True]) & (self.t < 3)
+        return self._observed(), alive, r
+
+    def _observed(self) -> Tensor:
+        return torch.tensor([[1.0, 0, self.t, self.gone], [0.0, 1, self.t, self.gone]])
+
+
+class Episode(NamedTuple):
+    """What a group observed, did and earned.
+
+    All begin together, and who is done does not come back. o and alive have one row
+    more: what is observed after the last decision. An agent that is done keeps its last
+    observation. The last row of alive is true for agents whose game was interrupted, as
+    by a time limit; here, for nobody.
+    """
+
+    o: Tensor  # (T + 1, G, D)
+    alive: Tensor  # (T + 1, G) bool
+    a: Tensor  # (T, G, K)
+    logp: Tensor  # (T, G, K)
+    r: Tensor  # (T,)
+
+
+@torch.no_grad()
+def play(game: Game, actor: "Actor") -> Episode:
+    """Play one episode with sampled actions."""
+    o, alive, done = [game.reset()], [torch.ones(game.G, dtype=torch.bool)], []
+    while alive[-1].any():
+        policy = actor(o[-1])
+        a = policy.sample()  # (G, K); learners keep it as it is, the game clips it
+        o_next, alive_next, r = game.step(a.clamp(-3, 3) / 3)
+        done.append((a, policy.log_prob(a), torch.tensor(r)))
+        o.append(o_next)
+        alive.append(alive_next)
+    return Episode(
+        torch.stack(o), torch.stack(alive), *map(torch.stack, zip(*done, strict=True))
+    )
+
+
+# -- Networks -----------------------------------------------------------------------
+
+
+def linear(size: int, out: int, std: float) -> nn.Linear:
+    """A layer (..., size) -> (..., out) with small normal weights and zero biases."""
+    layer = nn.Linear(size, out)
+    nn.init.normal_(layer.weight, std=std)
+    nn.init.zeros_(layer.bias)
+    return layer
+
+
+def trunk(size: int, s: Settings, gain: float = 1.0) -> nn.Sequential:
+    """Layers (..., size) -> (..., H), each with a swish, the last one too."""
+    stack: list[nn.Module] = []
+    for n in [size] + [s.hidden] * (s.layers - 1):
+        stack += [linear(n, s.hidden, gain / sqrt(n)), nn.SiLU()]
+    return nn.Sequential(*stack)
+
+
+def value_head(size: int) -> nn.Linear:
+    """A layer (..., size) -> (..., 1)."""
+    head = linear(size, 1, 0.0)
+    nn.init.xavier_uniform_(head.weight)
+    return head
+
+
+class Actor(nn.Module):
+    """The policy, independent Gaussians. Agents share it, and decide without mates."""
+
+    def __init__(self, D: int, K: int, s: Settings):
+        super().__init__()
+        self.trunk = trunk(D, s)
+        self.mean = linear(s.hidden, K, 0.2 / sqrt(s.hidden))
+        self.log_sigma = nn.Parameter(torch.zeros(K))  # the same wherever an agent is
+
+    def forward(self, o: Tensor) -> Normal:
+        """o (..., D) -> distributions (..., K)."""
+        mean = self.mean(self.trunk(o))  # (..., K)
+        return Normal(mean, self.log_sigma.exp().expand_as(mean))
+
+
+class GroupCritic(nn.Module):
+    """MA-POCA's critic: V of the group and Q of every agent, by one network.
+
+    V   = value(attention({g(o_i): all i}))
+    Q_j = value(attention({g(o_j)} + {f(o_i, a_i): all i but j}))
+
+    So Q_j knows what the mates of j did, but not what j did.
+    """
+
+    def __init__(self, D: int, K: int, s: Settings):
+        super().__init__()
+        std = sqrt(0.125 / s.hidden)
+        self.g = nn.Sequential(linear(D, s.hidden, std), nn.SiLU())
+        self.f = nn.Sequential(linear(D + K, s.hidden, std), nn.SiLU())
+        self.attention = ResidualSelfAttention(s, std)
+        self.trunk = trunk(s.hidden, s, gain=std)
+        self.head = value_head(s.hidden + 1)
+        self.register_buffer("most", torch.ones(()))  # agents ever alive at once
+
+    def forward(self, o: Tensor, alive: Tensor) -> Tensor:
+        """o (B, G, D), alive (B, G) -> V (B,)."""
+        return self._value(self.g(o), alive)
+
+    def counterfactual(self, o: Tensor, a: Tensor, alive: Tensor) -> Tensor:
+        """o (B, G, D), a (B, G, K), alive (B, G) -> Q (B, G)."""
+        G = alive.shape[1]
+        g = self.g(o)  # (B, G, H)
+        f = self.f(torch.cat([o, a], dim=-1))  # (B, G, H)
+        own = torch.eye(G, dtype=torch.bool)[..., None]  # (G, G, 1)
+        sets = torch.where(own, g[:, None], f[:, None])  # (B, G, G, H): sets of Q_j
+        return self._value(sets, alive[:, None].expand(-1, G, -1))
+
+    def _value(self, agents: Tensor, alive: Tensor) -> Tensor:
+        """Sets of agents (..., G, H), alive (..., G) -> one number each (...)."""
+        x = self.trunk(self.attention(agents, alive))  # (..., H)
+        n = alive.sum(dim=-1, keepdim=True).to(x.dtype)  # (..., 1)
+        self.most = torch.maximum(self.most, n.max())
+        share = 2 * n / self.most - 1  # (..., 1): the mean of a set hides its size
+        return self.head(torch.cat([x, share], dim=-1))[..., 0]
+
+
+class ResidualSelfAttention(nn.Module):
+    """Each agent attends to all (Vaswani et al. 2017); then the mean over agents.
+
+    As in ML-Agents scores are divided by √H, not by √(H / heads), norms have no
+    parameters, and what is added is the normalised input.
+    """
+
+    def __init__(self, s: Settings, std: float):
+        super().__init__()
+        self.heads = s.heads
+        self.query, self.key, self.to_value, self.out = (
+            linear(s.hidden, s.hidden, std) for _ in range(4)
+        )
+
+    def forward(self, x: Tensor, alive: Tensor) -> Tensor:
+        """x (..., G, H), alive (..., G) -> (..., H). Absent agents have no effect."""
+        H = x.shape[-1]
+        x = layer_norm(x, (H,))
+        projections = self.query, self.key, self.to_value
+        q, k, v = (p(x).unflatten(-1, (self.heads, -1)) for p in projections)
+        scores = torch.einsum("...ihd,...jhd->...hij", q, k) / sqrt(H)
+        absent = ~alive[..., None, None, :]  # (..., 1, 1, G)
+        weights = scores.masked_fill(absent, -1e9).softmax(-1)  # (..., heads, G, G)
+        mixed = torch.einsum("...hij,...jhd->...ihd", weights, v)  # (..., G, heads, d)
+        x = layer_norm(x + self.out(mixed.flatten(-2)), (H,))  # (..., G, H)
+        there = alive[..., None].to(x.dtype)  # (..., G, 1)
+        return (x * there).sum(-2) / (there.sum(-2) + 1e-7)
+
+
+# -- Returns ------------------------------------------------------------------------
+
+
+def lambda_returns(e: Episode, V: Tensor, V_end: Tensor, s: Settings) -> Tensor:
+    """y_t = r_t + γ((1 − λ)V_t+1 + λy_t+1); V (T, G), V_end (T, G) -> y (T, G).
+
+    An agent's last decision t returns r_t + γV_end_t instead.
+    """
+    y = torch.empty_like(V, memory_format=torch.contiguous_format)
+    y[-1] = e.r[-1] + s.gamma * V_end[-1]
+    for t in reversed(range(len(V) - 1)):
+        goes_on = (1 - s.lam) * V[t + 1] + s.lam * y[t + 1]  # (G,)
+        y[t] = e.r[t] + s.gamma * torch.where(e.alive[t + 1], goes_on, V_end[t])
+    return y
+
+
+# -- Losses -------------------------------------------------------------------------
+
+
+def policy_loss(logp: Tensor, old_logp: Tensor, A: Tensor, epsilon: float) -> Tensor:
+    """−mean min(ρA, clip(ρ, 1 ± ε)A); logp, old_logp (M, K), A (M,)."""
+    # TRAP 1. Each component of an action has its own ratio ρ and its own clip. Do not
+    # sum log-probabilities over components.
+    rho, A = (logp - old_logp).exp(), A[:, None]  # (M, K), (M, 1)
+    return -torch.minimum(rho * A, rho.clamp(1 - epsilon, 1 + epsilon) * A).mean()
+
+
+def value_loss(V: Tensor, y: Tensor) -> Tensor:
+    """mean (V − y)²; both (M,)."""
+    # TRAP 2. Many versions of PPO clip this loss. Here it is not; Q's is, below.
+    return (V - y).square().mean()
+
+
+def baseline_loss(Q: Tensor, old_Q: Tensor, y: Tensor, epsilon: float) -> Tensor:
+    """mean max((Q − y)², (Q_old + clip(Q − Q_old, ±ε) − y)²); all (M,)."""
+    clipped = old_Q + (Q - old_Q).clamp(-epsilon, epsilon)  # so scale y to about 1
+    return torch.maximum((Q - y).square(), (clipped - y).square()).mean()
+
+
+# -- Learners -----------------------------------------------------------------------
+
+
+class Batch(NamedTuple):
+    """Group decisions and what to learn from them, for agents that are alive."""
+
+    o: Tensor  # (B, G, D)
+    alive: Tensor  # (B, G) bool
+    a: Tensor  # (B, G, K)
+    logp: Tensor  # (B, G, K)
+    A: Tensor  # (B, G)
+    y: Tensor  # (B, G)
+    Q: Tensor  # (B, G), as it was before the update
+
+
+class PPO:
+    """Each agent for itself: V of its own observation, and nothing after its end."""
+
+    def __init__(self, D: int, K: int, s: Settings):
+        self.s, self.actor, self.critic = s, Actor(D, K, s), self.new_critic(D, K, s)
+        both = [*self.actor.parameters(), *self.critic.parameters()]
+        self.adam = torch.optim.Adam(both, lr=s.learning_rate)
+
+    def new_critic(self, D: int, K: int, s: Settings) -> nn.Module:
+        """o (..., G, D) -> V (..., G)."""
+        return nn.Sequential(trunk(D, s), value_head(s.hidden), nn.Flatten(-2))
+
+    @torch.no_grad()
+    def targets(self, e: Episode) -> Batch:
+        """A = y − V: this is GAE, the advantage of Schulman et al. (2016)."""
+        V = self.critic(e.o[:-1])  # (T, G)
+        V_end = self.critic(e.o[1:]) * e.alive[1:]  # (T, G)
+        y = lambda_returns(e, V, V_end, self.s)
+        return Batch(e.o[:-1], e.alive[:-1], e.a, e.logp, y - V, y, V)
+
+    def critic_loss(self, b: Batch) -> Tensor:
+        """0.5 · value loss."""
+        return 0.5 * value_loss(self.critic(b.o)[b.alive], b.y[b.alive])
+
+    def loss(self, b: Batch) -> Tensor:
+        """policy loss + critic loss − β · entropy, over agents that are alive."""
+        policy, live = self.actor(b.o), b.alive
+        logp = policy.log_prob(b.a)  # (B, G, K)
+        of_policy = policy_loss(logp[live], b.logp[live], b.A[live], self.s.epsilon)
+        entropy = policy.entropy()[live].mean()  # over components and agents
+        return of_policy + self.critic_loss(b) - self.s.beta * entropy
+
+    def update(self, episodes: list[Episode]) -> None:
+        """Learn from some episodes, and forget them."""
+        b = Batch(*map(torch.cat, zip(*map(self.targets, episodes), strict=True)))
+        live = b.A[b.alive]  # normalised once, not in every minibatch
+        b = b._replace(A=(b.A - live.mean()) / (live.std(correction=0) + 1e-10))
+        for _ in range(self.s.epochs):
+            for rows in torch.randperm(len(b.o)).split(self.s.batch_size):
+                self.adam.zero_grad()
+                self.loss(Batch(*(x[rows] for x in b))).backward()
+                self.adam.step()
+
+
+class MAPOCA(PPO):
+    """The group together: V of all, a baseline for each, and credit after its end."""
+
+    def new_critic(self, D: int, K: int, s: Settings) -> nn.Module:
+        return GroupCritic(D, K, s)
+
+    @torch.no_grad()
+    def targets(self, e: Episode) -> Batch:
+        """A = y − Q: more than was to be expected, knowing what the mates did."""
+        o, alive = e.o[:-1], e.alive[:-1]  # (T, G, D), (T, G)
+        V = self.critic(o, alive)[:, None].expand(alive.shape)  # (T, G)
+        # TRAP 3. Posthumous credit: after the end of an agent whose mates go on, V_end
+        # is not 0. It is V of them, and of its own last observation. Only when all are
+        # done, it is 0. (In Cohen et al. y goes on with the rewards of the mates.)
+        V_end = self.critic(e.o[1:], alive) * e.alive[1:].any(dim=1)  # (T,)
+        y = lambda_returns(e, V, V_end[:, None].expand(alive.shape), self.s)
+        # TRAP 4. y is made of V alone. Q is subtracted only now: A is not GAE with Q.
+        Q = self.critic.counterfactual(o, e.a, alive)  # (T, G)
+        return Batch(o, alive, e.a, e.logp, y - Q, y, Q)
+
+    def critic_loss(self, b: Batch) -> Tensor:
+        """0.5 · (value loss + 0.5 · baseline loss)."""
+        live, y = b.alive, b.y[b.alive]  # (B, G), (M,)
+        V = self.critic(b.o, live)[:, None].expand(live.shape)[live]  # (M,)
+        Q = self.critic.counterfactual(b.o, b.a, live)[live]  # (M,)
+        of_baseline = baseline_loss(Q, b.Q[live], y, self.s.epsilon)
+        return 0.5 * (value_loss(V, y) + 0.5 * of_baseline)
+
+
+# -- Curves -------------------------------------------------------------------------
+
+UPDATES, EPISODES, SEEDS = 20, 40, 3
+
+
+def trained(kind: type[PPO], seed: int) -> list[float]:
+    """Train a learner; return in what share of episodes agent 0 went, by update."""
+    torch.manual_seed(seed)
+    learner, curve = kind(Game.D, Game.K, Settings()), []
+    for _ in range(UPDATES):
+        episodes = [play(Game(), learner.actor) for _ in range(EPISODES)]
+        curve.append(sum(not e.alive[1, 0].item() for e in episodes) / EPISODES)
+        learner.update(episodes)
+    return curve
+
+
+def draw(curves: dict[str, list[float]], width: int = 50) -> None:
+    """Print curves of shares downwards, each by the first letter of its name."""
+    print(f"update  0 %{'100 %':>{width - 1}}")
+    for k in range(UPDATES):
+        row = [" "] * (width + 1)
+        for name, curve in curves.items():
+            row[round(curve[k] * width)] = name[0]
+        print(f"{k + 1:6} |{''.join(row)}|")
+
+
+if __name__ == "__main__":
+    torch.set_num_threads(1)  # networks as small as these are quickest on one core
+    print(f"How often agent 0 goes; mean of {SEEDS} trainings by MA-POCA (M), PPO (P)")
+    curves = {}
+    for kind in (MAPOCA, PPO):
+        runs = torch.tensor([trained(kind, seed) for seed in range(SEEDS)])
+        curves[kind.__name__] = runs.mean(dim=0).tolist()
+    draw(curves)
+    for name, curve in curves.items():
+        print(name, "learned to", "go" if curve[-1] > 0.5 else "wait")
+#> MAPOCA learned to go
+#> PPO learned to wait
+
+# -- Exercise -----------------------------------------------------------------------
+# Take the credit after an agent's end away from MA-POCA: its `V_end` is 0 for an agent
+# that is done, as PPO's is. What does agent 0 learn?
+# Hint: `e.alive[1:]` are those who are not done.
