@@ -32,7 +32,6 @@ from reference.paper import PEOPLE, InputError
 from reference.workshop.commands import (
     annotated,
     building,
-    checks,
     evacuation,
     evaluation,
     experiment,
@@ -48,8 +47,6 @@ COMMANDS = {
     "draw": building.DRAW,
     "evacuate": evacuation.EVACUATE,
     "evaluate": evaluation.EVALUATE,
-    "agree": checks.AGREE,
-    "gap": checks.GAP,
     "train": training.TRAIN,
     "curves": training.CURVES,
     "experiment": experiment.EXPERIMENT,

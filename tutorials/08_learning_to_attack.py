@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import torch
+from reference.workshop.landmarks import landmarks_for
 
 from reference.building import building_of, load
 from reference.fire import free_places
@@ -24,8 +25,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop import drawing
-from reference.workshop.evaluation.contestants import contestant
-from reference.workshop.landmarks import landmarks_for
+from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.strategies.robots import Escort, Sweep
 from reference.workshop.training.presets import preset
 

@@ -22,9 +22,9 @@ from reference.learning.networks import one_thread
 from reference.learning.settings import SettingsError
 from reference.paper import InputError
 from reference.workshop import workers as workforce
+from reference.workshop.crossplay import Record, records
 from reference.workshop.drawing.experiment import last_gain
 from reference.workshop.drawing.runs import Run
-from reference.workshop.evaluation.crossplay import Record, records
 from reference.workshop.experiment import asked as asked_module
 from reference.workshop.experiment import page, steps
 from reference.workshop.experiment import results as results_module

@@ -221,7 +221,7 @@ def test_resume_of_a_training_that_is_over_tells_what_came_of_it(
 @pytest.mark.parametrize(
     ("options", "hint"),
     [
-        (["--head", "gaussian"], "--head: gaussian was asked for"),
+        (["--head", "floor"], "--head: floor was asked for"),
         (["--trainer", "ppo"], "--trainer: ppo was asked for"),
         (["--schedule", "alternate"], "--schedule: alternate was asked for"),
         (["--preset", "paper"], "--preset: paper was asked for"),

@@ -9,7 +9,7 @@ algorithm has its lines' numbers as comments, `# 5`.  Tests are marked
 
 import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
@@ -19,6 +19,7 @@ from reference.paper import InputError
 from reference.workshop.annotated.source import (
     PACKAGE,
     Symbol,
+    lines_of,
     symbol_at,
     symbols,
     tree_of,
@@ -54,7 +55,7 @@ class Citation(NamedTuple):
     @property
     def source(self) -> str:
         """Its line of the file."""
-        return self.path.read_text(encoding="utf-8").splitlines()[self.line - 1]
+        return lines_of(self.path)[self.line - 1]
 
     @property
     def beside_code(self) -> bool:
@@ -72,28 +73,26 @@ def citations() -> tuple[Citation, ...]:
 
 
 def _cited(path: Path) -> Iterator[Citation]:
-    text = path.read_text(encoding="utf-8")
-    for number, line in enumerate(text.splitlines(), 1):
+    for number, line in enumerate(lines_of(path), 1):
         for cited in re.findall(r"\[([A-F]\d{1,2}\b[^\[\]]*)\]", line):
             parts = re.split(r"[,;:] *", cited)
             clauses = [part for part in parts if re.fullmatch(r"[A-F]\d{1,2}", part)]
             places = [name for name in named_in(cited) if name in PLACES]
             kinds = tuple(kind for kind in KINDS if kind in parts)
             yield Citation((*clauses, *places), kinds, path, number, cited)
-    if "Alg. " in text:
-        yield from _numbered(path, text.splitlines())
+    if any("Alg. " in line for line in lines_of(path)):
+        yield from _numbered(path)
 
 
-def _numbered(path: Path, lines: list[str]) -> Iterator[Citation]:
+def _numbered(path: Path) -> Iterator[Citation]:
     """Lines of an algorithm, by the numbers beside its code."""
     for found in symbols(path):
         cited = re.search(r"\[.*(Alg\. \d)\]", found.doc.split("\n")[0])
         for row in range(found.first, found.last + 1) if cited else ():
-            comment = re.search(r"  # ([\d, ]+)(?:\D|$)", lines[row - 1])
+            comment = re.search(r"  # ([\d, ]+)(?:\D|$)", lines_of(path)[row - 1])
             numbers = re.findall(r"\d+", comment[1]) if comment else ()
             if cited and numbers:
-                keys = tuple(f"{cited[1]}:{k}" for k in numbers)
-                yield Citation(keys, (), path, row)
+                yield Citation(tuple(f"{cited[1]}:{k}" for k in numbers), (), path, row)
 
 
 def code_of(key: str) -> list[Citation]:
@@ -119,21 +118,13 @@ def kinds_of(clause: str) -> list[str]:
     return [kind, *(each for each in KINDS if each in tagged - {kind})]
 
 
-class Reason(NamedTuple):
-    """Why something is chosen, or deviates: its name, value and reason."""
-
-    name: str
-    value: str
-    text: str
-    cited: Citation
-
-
-def reasons(clause: str, kind: str) -> list[Reason]:
+def reasons(clause: str, kind: str) -> dict[str, Citation]:
     """What the code says where it tags a clause with a kind; numbers first."""
     tagged = [c for c in citations() if clause in c.keys and kind in c.kinds]
-    found = [Reason(c.symbol.title, c.symbol.value, _reason(c), c) for c in tagged]
-    unique = {(reason.name, reason.text): reason for reason in found}
-    return sorted(unique.values(), key=lambda reason: not reason.value)
+    found: dict[str, Citation] = {}
+    for cited in sorted(tagged, key=lambda cited: not cited.symbol.value):
+        found.setdefault(_reason(cited), cited)
+    return found
 
 
 def _reason(cited: Citation) -> str:
@@ -204,7 +195,7 @@ def marked_tests() -> tuple[MarkedTest, ...]:
     found = tuple(
         MarkedTest(path, node, frozenset(key for mark in marks for key in mark), marks)
         for path in sorted(TESTS.rglob("test_*.py"))
-        if ".paper(" in path.read_text(encoding="utf-8")
+        if any(".paper(" in line for line in lines_of(path))
         for node in tree_of(path).body
         if isinstance(node, ast.FunctionDef) and (marks := _marks(node))
     )
@@ -231,38 +222,19 @@ def marked_with(key: str) -> list[MarkedTest]:
     return [test for test in marked_tests() if key in test.keys]
 
 
-def clauses_of(place: str) -> list[str]:
-    """The clauses that tests name beside a place."""
-    marks = [
-        mark for test in marked_with(place) for mark in test.marks if place in mark
+def beside(key: str, others: Iterable[str]) -> list[str]:
+    """Those of the others that tests name together with a key."""
+    marks = [mark for test in marked_with(key) for mark in test.marks if key in mark]
+    return [other for other in others if any(other in mark for mark in marks)]
+
+
+def read_at(setting: str) -> list[str]:
+    """Where trainers and trainings read a setting, as file:line."""
+    read = re.compile(rf"\b(s|settings|robots|fire|made)\.{setting}\b")
+    return [
+        f"{path.relative_to(PACKAGE.parent)}:{number}"
+        for folder in ("learning", "workshop/training")
+        for path in sorted((PACKAGE / folder).glob("*.py"))
+        for number, line in enumerate(lines_of(path), 1)
+        if read.search(line)
     ]
-    return list(dict.fromkeys(clause for clause, *_ in marks))
-
-
-def places_of(clause: str) -> list[str]:
-    """The places that tests name beside a clause."""
-    marks = [mark for test in marked_with(clause) for mark in test.marks]
-    named = {place for first, *places in marks if first == clause for place in places}
-    return [place for place in PLACES if place in named]
-
-
-# -- Settings -----------------------------------------------------------------------
-
-
-@cache
-def reads() -> dict[str, list[str]]:
-    """Where trainers and trainings read each setting, as file:line."""
-    found: dict[str, list[str]] = {}
-    for folder in ("learning", "workshop/training"):
-        for path in sorted((PACKAGE / folder).glob("*.py")):
-            for node in ast.walk(tree_of(path)):
-                if isinstance(node, ast.Attribute) and _is_settings(node.value):
-                    where = f"{path.relative_to(PACKAGE.parent)}:{node.lineno}"
-                    found.setdefault(node.attr, []).append(where)
-    return found
-
-
-def _is_settings(node: ast.expr) -> bool:
-    """By its last name."""
-    name = getattr(node, "attr", getattr(node, "id", ""))
-    return name in ("s", "settings", "robots", "fire", "made")

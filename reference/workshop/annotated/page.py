@@ -16,13 +16,12 @@ from reference.workshop import drawing
 from reference.workshop.annotated.index import (
     Citation,
     MarkedTest,
-    clauses_of,
+    beside,
     code_of,
     kinds_of,
     marked_tests,
     marked_with,
-    places_of,
-    reads,
+    read_at,
     reasons,
 )
 from reference.workshop.annotated.source import Symbol, boards, snippet, symbol
@@ -33,6 +32,7 @@ from reference.workshop.training.presets import preset
 
 LONGEST = 45  # lines of a symbol that are shown
 MOST = 4  # places where a setting is read
+WIDEST = 40  # letters of a value
 
 
 def page(building: Building) -> str:
@@ -200,7 +200,7 @@ def _filter(kind: str) -> str:
 def _algorithm(name: str) -> str:
     title, *lines = WORDS["algorithms"][name]
     places = [place for place in PLACES if place.startswith(f"{name}:")]
-    clauses = dict.fromkeys(c for place in places for c in clauses_of(place))
+    clauses = dict.fromkeys(c for place in places for c in beside(place, CLAUSES))
     head = f"Algorithm {name[-1]}: {title} {_links(clauses)}"
     return "".join(
         [
@@ -244,7 +244,7 @@ def _equation(place: str) -> str:
     picture = inline(pictures[place]()) if place in pictures else ""
     return tag(
         "article",
-        tag("h3", head, _links(clauses_of(place))),
+        tag("h3", head, _links(beside(place, CLAUSES))),
         read,
         tag("p", _text(told["note"])),
         *code,
@@ -259,38 +259,34 @@ def _formula(tex: str) -> str:
     return tag("div", svg, class_="formula")
 
 
+HEADS = ("our field", "Tab. I", "Tab. II", "laptop", "what it does", "where it is read")
+"""Of the table; `laptop` is the preset that one core can train."""
+
+
 def _tables() -> Iterator[str]:
     for place, title in WORDS["tables"].items():
-        head = f"{place}: {title} {_links(clauses_of(place))}"
+        head = f"{place}: {title} {_links(beside(place, CLAUSES))}"
         yield tag("h3", head, id=anchor(place))
-        yield "".join(map(_source, _symbols(place))) + _list(
-            "Tests", marked_with(place)
-        )
-    heads = ("row", "Tab. I", "Tab. II", "laptop", "what it does", "where it is read")
-    rows = (
-        tag("tr", *map(_cell, heads, _row(row)), id=f"row-{row}")
-        for row in WORDS["rows"]
-    )
-    top = tag("thead", tag("tr", *(tag("th", head) for head in heads)))
+        yield from map(_source, _symbols(place))
+        yield _list("Tests", marked_with(place))
+    rows = (tag("tr", *_row(row), id=f"row-{row}") for row in WORDS["rows"])
+    top = tag("thead", tag("tr", *(tag("th", head) for head in HEADS)))
     yield tag("table", top, tag("tbody", *rows))
 
 
-def _row(row: str) -> list[str]:
-    """The cells of a row: printed values, what is easier to train, and what it does."""
+def _row(row: str) -> Iterator[str]:
+    """The cells of a row."""
     easy, printed = preset("laptop"), (TABLE_I[row], TABLE_II[row])
     ours = getattr(easy.robots, row), getattr(easy.fire, row)
     field = symbol(f"learning.settings.TrainerSettings.{row}")
-    return [
+    cells = (
         tag("code", row) + " " + _where(field.where),
         *map(_value, printed),
         "as printed" if ours == printed else " / ".join(map(_value, ours)),
         _text(WORDS["rows"][row]),
-        " ".join(map(_where, reads().get(row, ["checked only"])[:MOST])),
-    ]
-
-
-def _cell(head: str, inner: str) -> str:
-    return tag("td", inner, data_head=head)
+        " ".join(map(_where, (read_at(row) or ["checked only"])[:MOST])),
+    )
+    return (tag("td", c, data_head=h) for h, c in zip(HEADS, cells, strict=True))
 
 
 def _value(value: object) -> str:
@@ -306,7 +302,7 @@ def _figure(building: Building, place: str) -> str:
     picture = inline(getattr(drawing, draw.name)(building, **where))
     return tag(
         "figure",
-        tag("figcaption", f"<b>{place}</b>: {title} {_links(clauses_of(place))} "),
+        tag("figcaption", f"<b>{place}</b>: {title} {_links(beside(place, CLAUSES))} "),
         f'<img src="{picture}" alt="{place}: {title}">',
         tag("code", how),
         _source(draw) + _list("Tests", marked_with(place)),
@@ -328,7 +324,7 @@ def _clause(clause: str) -> str:
         "article",
         tag("h4", link, f" {_text(title)} ", *map(_badge, kinds)),
         tag("p", _text(WORDS["errata"].get(clause, ""))),
-        tag("p", _links(places_of(clause))),
+        tag("p", _links(beside(clause, PLACES))),
         *(_reasons(clause, kind) for kind in ("deviation", "chosen")),
         _list("In the code", _symbols(clause)),
         _list("Tests", marked_with(clause)),
@@ -340,11 +336,13 @@ def _clause(clause: str) -> str:
 
 def _reasons(clause: str, kind: str) -> str:
     """Names and values with their reasons."""
-    rows = [
-        tag("dt", tag("code", escape(f"{r.name}{' = ' * bool(r.value)}{r.value[:40]}")))
-        + tag("dd", f"{_text(r.text)} {_where(r.cited.where)}")
-        for r in reasons(clause, kind)
-    ]
+    rows = []
+    for text, cited in reasons(clause, kind).items():
+        name, value = cited.symbol.title, cited.symbol.value[:WIDEST]
+        rows.append(
+            tag("dt", tag("code", escape(f"{name}{' = ' * bool(value)}{value}")))
+        )
+        rows.append(tag("dd", f"{_text(text)} {_where(cited.where)}"))
     return tag("div", _badge(kind), tag("dl", *rows)) if rows else ""
 
 

@@ -48,58 +48,53 @@ class Symbol(NamedTuple):
     @property
     def sentence(self) -> str:
         """The first sentence of its docstring, without citations."""
-        return re.split(r"(?<=[.?])\s|\n\n", uncited(self.doc))[0]
+        short = re.sub(r"\b(Alg|Eqs?|Tab|Figs?)\. ", r"\1.\0", uncited(self.doc))
+        return re.split(r"(?<=[.?]) ", short)[0].replace("\0", " ")
+
+
+@cache
+def lines_of(path: Path) -> list[str]:
+    """The lines of a file."""
+    return path.read_text(encoding="utf-8").splitlines()
 
 
 @cache
 def tree_of(path: Path) -> ast.Module:
-    """Parse a file."""
-    return ast.parse(path.read_text(encoding="utf-8"))
+    """A file, parsed."""
+    return ast.parse("\n".join(lines_of(path)))
 
 
 @cache
 def symbols(path: Path) -> tuple[Symbol, ...]:
     """All symbols of a file, each before those within it."""
     tree = tree_of(path)
-    last = path.read_text(encoding="utf-8").count("\n") + 1
-    whole = Symbol(path, 1, last, "", ast.get_docstring(tree) or "")
-    return whole, *_within(tree, path, "")
+    doc = ast.get_docstring(tree) or ""
+    return Symbol(path, 1, len(lines_of(path)), "", doc), *_within(tree, path, "")
 
 
 def _within(
     parent: ast.Module | ast.ClassDef | ast.FunctionDef, path: Path, prefix: str
 ) -> Iterator[Symbol]:
-    for node, after in zip(parent.body, [*parent.body[1:], None], strict=True):
+    for k, node in enumerate(parent.body, 1):
         last = node.end_lineno or node.lineno
         if isinstance(node, ast.ClassDef | ast.FunctionDef):
             name = f"{prefix}{node.name}"
             first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
             yield Symbol(path, first, last, name, ast.get_docstring(node) or "")
             yield from _within(node, path, f"{name}.")
-        elif isinstance(node, ast.Assign | ast.AnnAssign) and _outside(parent):
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
             target = node.targets[0] if isinstance(node, ast.Assign) else node.target
-            doc = _string(after)
-            if doc and after is not None:
-                last = after.end_lineno or last
+            doc = ast.get_docstring(ast.Module(parent.body[k:], [])) or ""
+            last = parent.body[k].end_lineno or last if doc else last
             name, value = f"{prefix}{_flat(target)}", _flat(node.value)
-            yield Symbol(path, node.lineno, last, name, doc, value)
+            if not isinstance(parent, ast.FunctionDef):
+                yield Symbol(path, node.lineno, last, name, doc, value)
 
 
 def _flat(node: ast.expr | None) -> str:
     """The source of an expression; a tuple without its brackets."""
     parts = node.elts if isinstance(node, ast.Tuple) else [node]
     return ", ".join(ast.unparse(part) for part in parts if part)
-
-
-def _outside(parent: ast.AST) -> bool:
-    return not isinstance(parent, ast.FunctionDef)
-
-
-def _string(node: ast.stmt | None) -> str:
-    """The text of a statement that is a string, else nothing."""
-    is_text = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
-    value = node.value.value if is_text else ""  # type: ignore[union-attr]
-    return cleandoc(value) if isinstance(value, str) else ""
 
 
 def symbol_at(path: Path, line: int) -> Symbol:
@@ -136,10 +131,10 @@ _INK = {getattr(tokenize, name, None): "s" for name in _STRINGS} | {
 @cache
 def coloured(path: Path) -> list[str]:
     """The lines of a file as HTML: keywords k, strings s, numbers n, comments c."""
-    text = path.read_text(encoding="utf-8")
-    lines, html = text.splitlines(), [""] * (text.count("\n") + 1)
-    done = [0] * len(html)  # columns of each line that are written
-    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+    lines = lines_of(path)
+    html, done = [""] * len(lines), [0] * len(lines)  # done: columns that are written
+    source = io.StringIO("\n".join(lines) + "\n")
+    for token in tokenize.generate_tokens(source.readline):
         ink = "k" if keyword.iskeyword(token.string) else _INK.get(token.type)
         (first, start), (last, end) = token.start, token.end
         for row in range(first - 1, last) if ink else ():
@@ -150,13 +145,13 @@ def coloured(path: Path) -> list[str]:
             done[row] = b
     return [
         h + escape(line[d:], quote=False)
-        for h, line, d in zip(html, lines, done, strict=False)
+        for h, line, d in zip(html, lines, done, strict=True)
     ]
 
 
 def snippet(path: Path, first: int, last: int) -> str:
     """Lines first to last in colour, without the indentation they share."""
-    lines = path.read_text(encoding="utf-8").splitlines()[first - 1 : last]
+    lines = lines_of(path)[first - 1 : last]
     indent = min(len(line) - len(line.lstrip()) for line in lines if line.strip())
     margin = re.compile(rf"^(<i class=\w>)? {{{indent}}}")
     return "\n".join(

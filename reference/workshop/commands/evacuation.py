@@ -22,18 +22,13 @@ from reference.workshop.commands.common import (
     noted,
     writable,
 )
-from reference.workshop.evaluation.crossplay import (
-    Asked,
-    Evaluation,
-    begin,
-    evacuation_of,
-)
+from reference.workshop.crossplay.matches import Evaluation, Run, begin
 from reference.workshop.recording import record
 from reference.workshop.runs import refuse_used
 from reference.workshop.strategies import LEARNED
 
 SAME = ("building", "people", "seed", "episodes", "sample")
-"""Options with the names of `Asked`'s fields."""
+"""Options with the names of what `begin` takes."""
 
 
 def evacuate(arguments: Namespace) -> None:
@@ -65,17 +60,14 @@ def evacuate(arguments: Namespace) -> None:
 
 def _evaluation(arguments: Namespace) -> Evaluation:
     """Make one match; building and people are a checkpoint's, unless asked for."""
-    asked = Asked(
-        robots=(arguments.robots,),
-        fire=(arguments.fire,),
-        **{name: getattr(arguments, name) for name in SAME},
-    )
-    return begin(asked)
+    asked = {name: getattr(arguments, name) for name in SAME}
+    known = {name: value for name, value in asked.items() if value is not None}
+    return begin((arguments.robots,), (arguments.fire,), **known)
 
 
 def _begun(evaluation: Evaluation, seed: int) -> Simulation:
-    (match,) = evaluation.matches
-    return evacuation_of(evaluation, (*match, seed)).simulation()
+    (robots,), (fire,) = evaluation.robots, evaluation.fires
+    return evaluation.evacuation(Run(robots, fire, seed)).simulation()
 
 
 def _animate(simulation: Simulation, path: Path) -> None:

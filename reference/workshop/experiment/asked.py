@@ -45,13 +45,13 @@ from reference.learning.settings import (
     SIDES,
     SettingsError,
     Side,
-    TrainerSettings,
     unknown,
 )
-from reference.workshop.evaluation.contestants import WORST
-from reference.workshop.evaluation.crossplay import EPISODES, MOST_RUNS, Arena
+from reference.workshop.crossplay.contestants import WORST
+from reference.workshop.crossplay.matches import EPISODES, MOST_RUNS, Arena
 from reference.workshop.files import read_text
 from reference.workshop.plain import checked, mapping, record_from
+from reference.workshop.remedies import SideSettings
 from reference.workshop.strategies import FIRES, GUIDES, LEARNED, ROBOTS
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.presets import Settings, changed, preset
@@ -323,7 +323,7 @@ class Experiment:
         return range(end, end + max(1, self.test.episodes // 2))
 
 
-def _with_budget(settings: TrainerSettings, decisions: int) -> TrainerSettings:
+def _with_budget(settings: SideSettings, decisions: int) -> SideSettings:
     return replace(
         settings,
         max_steps=decisions,
