@@ -62,7 +62,7 @@ _ROOM = (10.7, 5.2)  # inches for all floors of one
 _SPARE = (0.15, 0.3)  # inches beside and above each floor
 _COUNTS = "after {:.0f} s: {} inside, {} out, {} dead"
 _CELLS = (Kind.WALL, Kind.DOOR, Kind.ENTRANCE, Kind.EXIT, Kind.STAIRS)
-_TITLE, _STRIP = 0.75, 1.45  # inches for the title, and for legend and curve below
+_TITLE, _STRIP = 0.66, 1.45  # inches for the title, and for legend and curve below
 
 
 @dataclass(frozen=True)

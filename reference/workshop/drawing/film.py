@@ -8,12 +8,14 @@ import json
 from base64 import b64encode
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from contextlib import suppress
+from errno import EIO
 from html import escape
 from io import BytesIO
 from pathlib import Path
 from shutil import which
 from string import Template
 from subprocess import DEVNULL, PIPE, Popen
+from tempfile import TemporaryFile
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -234,19 +236,25 @@ def _html(path: Path, scene: Scene, frames: Iterable[Frame]) -> None:
 
 
 def _mp4(path: Path, scene: Scene, frames: Iterable[Frame]) -> None:
-    """Pipe raw frames into ffmpeg, which wants even sizes and a steady rate."""
+    """Pipe raw frames into ffmpeg, which wants even sizes and a steady rate.
+
+    Whatever it complains of is a failure: on a full disk it may exit with status 0.
+    """
     width, height = scene.figure.canvas.get_width_height()
     raw = f"-f rawvideo -pix_fmt rgba -s {width}x{height} -r {1 / PACE:g} -i -"
     even = "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white -pix_fmt yuv420p -y"
-    command = ["ffmpeg", "-xerror", *raw.split(), *even.split(), str(path)]
-    ffmpeg = Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=DEVNULL)
-    pipe = ffmpeg.stdin
-    assert pipe is not None
-    with suppress(BrokenPipeError), ffmpeg:  # its exit status tells what went wrong
-        for pixels, seconds in frames:
-            pipe.write(pixels.tobytes() * round(seconds / PACE))
-    if ffmpeg.returncode:
-        raise OSError(f"{path}: ffmpeg could not write it. Try .gif or .html.")
+    command = ["ffmpeg", "-v", "error", "-xerror", *raw.split(), *even.split()]
+    with TemporaryFile() as said:
+        ffmpeg = Popen([*command, str(path)], stdin=PIPE, stdout=DEVNULL, stderr=said)
+        pipe = ffmpeg.stdin
+        assert pipe is not None
+        with suppress(BrokenPipeError), ffmpeg:
+            for pixels, seconds in frames:
+                pipe.write(pixels.tobytes() * round(seconds / PACE))
+        said.seek(0)
+        words = said.read().decode(errors="replace").splitlines()
+    if ffmpeg.returncode or words:
+        raise OSError(EIO, f"ffmpeg: {words[-1] if words else 'it says no reason'}")
 
 
 FORMATS: dict[str, Callable[[Path, Scene, Iterable[Frame]], None]] = {
