@@ -16,6 +16,7 @@ from refusals import refusal
 from reference import __version__
 from reference.__main__ import COMMANDS, main
 from reference.simulation import Simulation
+from reference.workshop.commands.evacuation import FIRST_LOOK
 
 SHED = """\
 building: Shed
@@ -556,6 +557,12 @@ def test_every_command_explains_itself_with_an_example(command, capsys):
         main([*command, "--help"])
     text = capsys.readouterr().out
     assert f"example:\n  python -m reference {' '.join(command)}" in text
-    assert ("--json" in text) == (command not in (["draw"], ["curves"], ["floors"]))
-    without_chance = (["check"], ["draw"], ["floors"], ["curves"])
-    assert ("--seed" in text) == (command not in without_chance)
+    told = COMMANDS[command[0]] if command else FIRST_LOOK
+    assert ("--json" in text) == told.numbers
+    assert ("--seed" in text) == told.chance
+
+
+def test_commands_without_chance_take_no_seed():
+    """A seed that changes nothing would be a promise."""
+    same = {name for name, command in COMMANDS.items() if not command.chance}
+    assert same == {"check", "draw", "floors", "curves", "paper"}
