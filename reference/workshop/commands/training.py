@@ -23,10 +23,10 @@ from reference.workshop.commands.common import (
 )
 from reference.workshop.runs import ContradictionError, held
 from reference.workshop.strategies import GUIDES, LEARNED, SCRIPTS
-from reference.workshop.training.presets import PRESETS, Settings
+from reference.workshop.training.presets import PRESETS
 from reference.workshop.training.summaries import SUMMARIES
 
-ROWS = rows_of(TrainerSettings) | rows_of(Settings)
+ROWS = rows_of(TrainerSettings)
 
 
 def train(arguments: Namespace) -> None:
@@ -138,10 +138,6 @@ TRAIN_OPTIONS: options.Table = {
     ),
     **options.player("robots", NOTE, (*SCRIPTS["robots"], LEARNED, "FILE")),
     **options.player("fire", NOTE, (*SCRIPTS["fire"], LEARNED, "FILE")),
-    "--schedule": options.choice(
-        ROWS["schedule"].choices,
-        "both sides learn together, or in turn; default: preset's",
-    ),
     "--imitate": options.choice(
         GUIDES, "robots imitate this strategy first (behavioural cloning)"
     ),
