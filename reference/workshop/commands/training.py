@@ -163,4 +163,6 @@ TRAIN = Command(
     "  python -m reference train --resume --out out/tiny\n"
     "  python -m reference evacuate --robots out/tiny --fire greedy",
 )
-CURVES = Command(curves, CURVES_OPTIONS, "curves out/tiny -o curves.png", numbers=False)
+CURVES = Command(
+    curves, CURVES_OPTIONS, "curves out/tiny -o curves.png", numbers=False, chance=False
+)
