@@ -32,7 +32,6 @@ from reference.paper import InputError
 from reference.workshop.commands import (
     annotated,
     building,
-    checks,
     evacuation,
     evaluation,
     experiment,
@@ -50,8 +49,6 @@ COMMANDS = {
     "floors": building.FLOORS,
     "evacuate": evacuation.EVACUATE,
     "evaluate": evaluation.EVALUATE,
-    "agree": checks.AGREE,
-    "gap": checks.GAP,
     "train": training.TRAIN,
     "curves": training.CURVES,
     "experiment": experiment.EXPERIMENT,

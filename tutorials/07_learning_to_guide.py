@@ -19,7 +19,7 @@ from reference.learning.networks import Sizes
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import drawing
-from reference.workshop.evaluation.contestants import contestant
+from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.training.presets import preset
 
 # %% Two robots, one of them finished early

@@ -314,7 +314,7 @@ def test_a_pipe_and_a_device_are_no_files(command, path, capsys):
         (["--building", "caf\udce9.txt"], 2, "'caf\\udce9.txt' is not UTF-8"),
         (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),
         (["--fire", "hot"], 2, "'hot' is no file and names nobody"),
-        (["--fire", "critic:nowhere"], 2, "'nowhere': there is no such file"),
+        (["--fire", "nowhere.pt"], 2, "'nowhere.pt' is no file"),
         (["--seed", "-1"], 2, "--seed"),
     ],
 )

@@ -22,9 +22,9 @@ from reference.learning.networks import one_thread
 from reference.learning.settings import SettingsError
 from reference.paper import InputError
 from reference.workshop import workers as workforce
+from reference.workshop.crossplay.runs import RunResult, table_of
 from reference.workshop.drawing.experiment import last_gain
 from reference.workshop.drawing.runs import Run
-from reference.workshop.evaluation.crossplay import Record, records
 from reference.workshop.experiment import asked as asked_module
 from reference.workshop.experiment import page, steps
 from reference.workshop.experiment import results as results_module
@@ -339,7 +339,7 @@ def chosen(tmp_path):
         for k, survival in enumerate((0.5, 0.2, 0.8)):
             make_folder(plan.test(team, str(k)).parent)
             runs = [run(team, str(k), seed, survival) for seed in asked.choices]
-            records.table_of(plan.test(team, str(k)), runs)
+            table_of(plan.test(team, str(k)), runs)
     return plan
 
 
@@ -425,8 +425,8 @@ COMPARED = {
 def run(robots, fire, seed, survival):
     """The record of an evacuation of ten people."""
     out = round(10 * survival)
-    rest = (10, out, 10 - out, 0, survival, 100.0 * out, 50.0, 9.0, 8.0, 80.0, 90.0)
-    return Record(robots, fire, seed, *rest, times=tuple(range(out)))
+    rest = (10, out, 10 - out, 0, survival, 100.0 * out, 50.0, 9.0, 80.0, 90.0)
+    return RunResult(robots, fire, seed, *rest, times=tuple(range(out)))
 
 
 def outcome(best, random=0.8):

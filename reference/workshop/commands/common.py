@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from reference.paper import InputError
 from reference.workshop.commands.options import Table
-from reference.workshop.evaluation.crossplay import Evaluation, unlike_training
+from reference.workshop.crossplay.matches import Evaluation, unlike_training
 from reference.workshop.runs import ContradictionError, RunError
 from reference.workshop.workers import STOPS, InProcess, workers
 

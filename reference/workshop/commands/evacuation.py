@@ -20,12 +20,7 @@ from reference.learning.settings import SIDES
 from reference.simulation import Simulation
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command, figures, noted, writable
-from reference.workshop.evaluation.crossplay import (
-    Asked,
-    Evaluation,
-    begin,
-    evacuation_of,
-)
+from reference.workshop.crossplay.matches import Evaluation, Run, begin
 from reference.workshop.recording import recording, ticks
 from reference.workshop.runs import ContradictionError
 from reference.workshop.strategies import LEARNED
@@ -40,7 +35,7 @@ TYPICAL = 3
 
 FILM = Path("evacuation.html")
 SAME = ("building", "people", "seed", "episodes", "sample")
-"""Options with the names of `Asked`'s fields."""
+"""Options with the names of what `begin` takes."""
 
 
 # -- The first look -----------------------------------------------------------------
@@ -109,11 +104,12 @@ def _pairs(robots: Sequence[str], fires: Sequence[str]) -> list[Pair]:
 def _evaluation(pairs: Iterable[Pair], **asked: Any) -> Evaluation:
     """Make the matches; building and people are a checkpoint's, unless asked for."""
     robots, fires = (tuple(dict.fromkeys(side)) for side in zip(*pairs, strict=True))
-    return begin(Asked(robots=robots, fire=fires, **asked))
+    known = {name: value for name, value in asked.items() if value is not None}
+    return begin(robots, fires, **known)
 
 
 def _begun(evaluation: Evaluation, pair: Pair, seed: int) -> Simulation:
-    return evacuation_of(evaluation, (*pair, seed)).simulation()
+    return evaluation.evacuation(Run(*pair, seed)).simulation()
 
 
 def _play(

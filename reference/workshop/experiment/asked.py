@@ -48,8 +48,8 @@ from reference.learning.settings import (
     TrainerSettings,
     unknown,
 )
-from reference.workshop.evaluation.contestants import WORST
-from reference.workshop.evaluation.crossplay import EPISODES, MOST_RUNS, Arena
+from reference.workshop.crossplay.contestants import WORST
+from reference.workshop.crossplay.matches import EPISODES, MOST_RUNS, Arena
 from reference.workshop.files import read_text
 from reference.workshop.plain import checked, mapping, record_from
 from reference.workshop.strategies import FIRES, GUIDES, LEARNED, ROBOTS
