@@ -221,7 +221,7 @@ def test_best_responses_may_begin_with_a_fire_that_learned(
 
 @pytest.mark.paper("E6")
 def test_a_side_of_an_arm_may_begin_with_a_network(whole, tmp_path, monkeypatch):
-    """And at first its critic learns alone; the network may not change later."""
+    """Which may not change later."""
     fire = whole / "trainings" / "learning-3"
     own = load(fire).player("fire")
     another = replace(own, weights={n: w + 1 for n, w in own.weights.items()})
@@ -233,7 +233,6 @@ def test_a_side_of_an_arm_may_begin_with_a_network(whole, tmp_path, monkeypatch)
     task = load(tmp_path / "trainings" / "strong-3").task
     assert (list(task.initial), task.fixed) == (["fire"], {})
     assert equal(task.initial["fire"].weights, own.weights)
-    assert Training(task).phase == "critic"
     assert "`fire.initialize_from = " in page.set_up(asked)
     both = {"imitate": "sweep", "robots": words["fire"]}
     with pytest.raises(SettingsError, match="not both"):

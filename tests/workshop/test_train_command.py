@@ -129,14 +129,13 @@ def test_curves_draws_what_a_training_wrote(tmp_path_factory, capsys):
     assert status("curves", folder, "-o", "c.txt") == 2
 
 
-def test_train_takes_trainer_head_and_schedule(once, capsys):
-    """The ablations, by name; alternating is an option."""
-    options = ["--trainer", "ppo", "--head", "gaussian", "--schedule", "alternate"]
-    assert train("--out", "new", *options) == 0
+def test_train_takes_trainer_and_head(once, capsys):
+    """The ablations, by name."""
+    assert train("--out", "new", "--trainer", "ppo", "--head", "gaussian") == 0
     assert "robots ppo (gaussian head)" in capsys.readouterr().err
     settings = load("new").task.settings
     assert (settings.robots.trainer_type, settings.fire.trainer_type) == ("ppo", "ppo")
-    assert (settings.fire.head, settings.schedule) == ("gaussian", "alternate")
+    assert settings.fire.head == "gaussian"
 
 
 def test_a_mixture_is_a_head_of_the_robots_alone(once, capsys):
@@ -227,7 +226,6 @@ def test_resume_of_a_training_that_is_over_tells_what_came_of_it(
     [
         (["--head", "gaussian"], "--head: gaussian was asked for"),
         (["--trainer", "ppo"], "--trainer: ppo was asked for"),
-        (["--schedule", "alternate"], "--schedule: alternate was asked for"),
         (["--preset", "paper"], "--preset: paper was asked for"),
         (["--building", "paper"], "--building: paper was asked for"),
         (["--fire", "greedy"], "--fire: greedy was asked for"),

@@ -24,14 +24,14 @@ from reference.workshop.commands.common import (
 )
 from reference.workshop.runs import ContradictionError, held
 from reference.workshop.strategies import GUIDES, LEARNED, SCRIPTS
-from reference.workshop.training.presets import PRESETS, Settings
+from reference.workshop.training.presets import PRESETS
 from reference.workshop.training.summaries import SUMMARIES
 
 PEOPLE = ("survival", "evacuated", "died")
 TINY = """\
 note: preset tiny shows in seconds how a training runs; it ends before anything is
 learned. To learn, take --preset laptop."""
-ROWS = rows_of(TrainerSettings) | rows_of(Settings)
+ROWS = rows_of(TrainerSettings)
 
 
 def train(arguments: Namespace) -> None:
@@ -160,10 +160,6 @@ TRAIN_OPTIONS: options.Table = {
     ),
     **options.player("robots", NOTE, (*SCRIPTS["robots"], LEARNED, "FILE")),
     **options.player("fire", NOTE, (*SCRIPTS["fire"], LEARNED, "FILE")),
-    "--schedule": options.choice(
-        ROWS["schedule"].choices,
-        "both sides learn together, or in turn; default: preset's",
-    ),
     "--imitate": options.choice(
         GUIDES, "robots imitate this strategy first (behavioural cloning)"
     ),
