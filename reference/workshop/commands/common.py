@@ -23,12 +23,16 @@ TWICE = 1.0  # s from one signal to the next, if they are two
 
 
 class Command(NamedTuple):
-    """A command: what it does, its options, one example, whether it has --json."""
+    """A command: what it does, its options, one example.
+
+    numbers  whether it has --json;  chance  whether it has --seed
+    """
 
     run: Callable[[Namespace], None]
     options: Table
     example: str
     numbers: bool = True
+    chance: bool = True
 
 
 def writable(path: Path, formats: Iterable[str], what: str) -> None:

@@ -13,7 +13,7 @@ Clauses: E6, F12.
     [arms.random_fire]
     fire = "random"               # by name; left out: a fire that learns
     [arms.pool]                   # further rows differ in this arm
-    past_fires = 0.25             # share of rollout jobs with its earlier versions
+    random_fires = 0.25
     fire.initialize_from = "learned"  # the policy to begin with: a path, or what ships
     [arms.copied]
     imitate = "observer"          # these robots imitate a strategy first
