@@ -12,7 +12,6 @@ import torch
 from matplotlib.figure import Figure
 from torch import tensor
 
-from reference.building import load
 from reference.learning import poca, ppo
 from reference.learning.experience import Trajectory
 from reference.learning.networks import Sizes
@@ -20,6 +19,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import drawing
 from reference.workshop.evaluation.contestants import contestant
+from reference.workshop.maps import load
 from reference.workshop.training.presets import preset
 
 # %% Two robots, one of them finished early

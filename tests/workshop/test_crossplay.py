@@ -13,7 +13,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from trainings import begun, room_for, tiny, trained
 
-from reference.building import load
 from reference.evaluation.difficulty import difficulty_of, people_in
 from reference.evaluation.score import PAPER, RulerError
 from reference.learning.networks import one_thread
@@ -35,6 +34,7 @@ from reference.workshop.evaluation.crossplay import (
     unlike_training,
 )
 from reference.workshop.evaluation.intervals import of_mean
+from reference.workshop.maps import load
 from reference.workshop.runs import ContradictionError, RunError
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.workers import InProcess, workers

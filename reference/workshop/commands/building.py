@@ -8,10 +8,10 @@ from argparse import Namespace
 from pathlib import Path
 from typing import Any
 
-from reference.building import Building, Kind, load
-from reference.floorplan import find
+from reference.building import Building, Kind
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command, counted, writable
+from reference.workshop.maps import find, load
 from reference.workshop.runs import ContradictionError
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")

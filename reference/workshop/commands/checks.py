@@ -9,7 +9,7 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from reference.building import load, plan_of
+from reference.building import plan_of
 from reference.paper import InputError, Scenario
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
@@ -23,6 +23,7 @@ from reference.workshop.evaluation import gap as gaps
 from reference.workshop.evaluation.contestants import WORST
 from reference.workshop.evaluation.crossplay import Asked, as_plain, begin
 from reference.workshop.evaluation.intervals import Interval
+from reference.workshop.maps import load
 from reference.workshop.workers import Given, Made, in_order
 
 MOMENTS = 40

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import reference
-from reference.building import building_of, load, plan_of
+from reference.building import building_of, plan_of
 from reference.evaluation.bounds import critical_points
 from reference.evaluation.score import Point
 from reference.learning.settings import Side
@@ -24,6 +24,7 @@ from reference.simulation import Simulation
 from reference.workshop.evaluation.contestants import CRITIC, WORST, contestant
 from reference.workshop.evaluation.crossplay.records import Key, Match
 from reference.workshop.files import naming, read_json, refuse_no_file, write_json
+from reference.workshop.maps import load
 from reference.workshop.plain import record_from
 from reference.workshop.runs import (
     ContradictionError,
@@ -146,7 +147,7 @@ def begin(asked: Asked, folder: Path | None = None) -> Evaluation:
     """Make a new evaluation; its folder, if any, is empty or not there yet.
 
     Raises RunError for any other folder, for an unknown word, and for contestants that
-    do not fit the arena; ValueError for more people than fit; FloorPlanError for the
+    do not fit the arena; ValueError for more people than fit; MistakesError for the
     map; OSError for a file that cannot be read.
     """
     if folder is not None:
