@@ -18,7 +18,7 @@ from reference.learning.networks import Sizes
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import drawing
-from reference.workshop.evaluation.contestants import contestant
+from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.maps import load
 from reference.workshop.training.presets import preset
 

@@ -20,7 +20,7 @@ from reference.evaluation.score import (
     weight,
 )
 from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
-from reference.workshop.evaluation.crossplay import read_ruler
+from reference.workshop.crossplay.results import read_ruler
 
 POINTS = (WORST_POINT, BEST_POINT)
 EASY, HARD = Case(14_000.0, 2418.0), Case(10_000.0, 3559.0)

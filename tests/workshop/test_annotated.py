@@ -45,7 +45,7 @@ class Elements(HTMLParser):
     def handle_starttag(self, tag, attrs):
         """Note an element, and open those that are closed again."""
         self.found.append((tag, dict(attrs)))
-        if tag not in ("meta", "img", "input"):
+        if tag not in ("meta", "img", "input", "wbr"):
             self.inside.append(dict(attrs).get("id"))
 
     def handle_endtag(self, tag):

@@ -109,7 +109,7 @@ def _text(text: str) -> str:
 
 
 def _where(where: str) -> str:
-    return tag("code", where, class_="where")
+    return tag("code", where.replace("/", "/<wbr>"), class_="where")
 
 
 def _told(found: Symbol | MarkedTest) -> str:
@@ -280,7 +280,7 @@ def _row(row: str) -> Iterator[str]:
     ours = getattr(easy.robots, row), getattr(easy.fire, row)
     field = symbol(f"learning.settings.TrainerSettings.{row}")
     cells = (
-        tag("code", row) + " " + _where(field.where),
+        f"{tag('code', row)} {_where(field.where)}",
         *map(_value, printed),
         "as printed" if ours == printed else " / ".join(map(_value, ours)),
         _text(WORDS["rows"][row]),

@@ -26,4 +26,4 @@ OPTIONS: options.Table = {
     )
 }
 
-PAPER = Command(paper, OPTIONS, "paper -o paper.html", numbers=False)
+PAPER = Command(paper, OPTIONS, "paper -o paper.html", numbers=False, chance=False)
