@@ -69,18 +69,14 @@ WORKSHOP = (
     "workshop.training.starting",  # start a training, or resume it
     "workshop.training.shipping",  # the policies that ship
     "workshop.training.loop",  # the adversarial loop, with files
-    "workshop.evaluation",  # comparisons:
-    "workshop.evaluation.intervals",  # bootstrap
-    "workshop.evaluation.worst_case",  # Eq. 5, the worst fires and the worst inputs
-    "workshop.evaluation.contestants",  # from a name to a strategy; who plays where
-    "workshop.evaluation.agreement",  # h beside a simulated measure
-    "workshop.evaluation.gap",  # fires' choices, re-scored in fresh futures
-    "workshop.evaluation.crossplay",  # robots x fires x seeds
+    "workshop.worst_case",  # Eq. 5, the worst fire that a simulation finds
+    "workshop.crossplay",  # robots x fires x seeds, with intervals
     "workshop.experiment",  # arms x seeds x tests, from one file
     "workshop.recording",  # trajectories that PedPy reads
     "workshop.validation",  # standard cases of pedestrian dynamics
     "workshop.bench",  # how fast all of it runs
     "workshop.drawing",  # figures and animations
+    "workshop.annotated",  # the paper beside the code, and the index of its clauses
     "workshop.zoo",  # the environment, for PettingZoo
     "workshop.commands",  # what each command takes, does and prints
     "__main__",  # the command line

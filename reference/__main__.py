@@ -23,15 +23,15 @@ from argparse import ArgumentParser, Namespace
 from argparse import RawDescriptionHelpFormatter as Formatter
 from collections.abc import Sequence
 from contextlib import suppress
-from pathlib import Path
 from threading import Event, Timer
 from types import FrameType
 from typing import NoReturn
 
-from reference.paper import PEOPLE, InputError
+import reference
+from reference.paper import InputError
 from reference.workshop.commands import (
+    annotated,
     building,
-    checks,
     evacuation,
     evaluation,
     experiment,
@@ -39,21 +39,22 @@ from reference.workshop.commands import (
     options,
     training,
 )
+from reference.workshop.commands.common import Command
 from reference.workshop.files import told
 from reference.workshop.runs import ContradictionError
 
 COMMANDS = {
     "check": building.CHECK,
     "draw": building.DRAW,
+    "floors": building.FLOORS,
     "evacuate": evacuation.EVACUATE,
     "evaluate": evaluation.EVALUATE,
-    "agree": checks.AGREE,
-    "gap": checks.GAP,
     "train": training.TRAIN,
     "curves": training.CURVES,
     "experiment": experiment.EXPERIMENT,
     "validate": measures.VALIDATE,
     "bench": measures.BENCH,
+    "paper": annotated.PAPER,
 }
 
 STOPPED = "stopped; nothing half-written is left"
@@ -88,7 +89,13 @@ def _arguments(words: Sequence[str]) -> Namespace:
     for word in words:
         if word != word.encode("utf-8", "replace").decode():
             parser.error(f"{word!a} is not UTF-8. Give the file another name")
-    return parser.parse_args(words)
+    arguments, unknown = parser.parse_known_args(words)
+    for word in unknown:
+        meant = f"--building {word}"
+        known = "building" in arguments and not word.startswith("-")
+        hint = f"Did you mean {meant}?" if known else "See --help."
+        parser.error(f"{word!r} is no option of this command. {hint}")
+    return arguments
 
 
 def _complain(message: str, status: int) -> int:
@@ -108,43 +115,37 @@ def _drop_unprinted() -> None:
 # -- The command line --------------------------------------------------------------
 
 
+class _Parser(ArgumentParser):
+    """Tells a mistake in one line, without the usage above it."""
+
+    def error(self, message: str) -> NoReturn:
+        """Exit with status 2."""
+        self.exit(2, f"{self.prog}: {message}\n")
+
+
 def _parser() -> ArgumentParser:
-    top = ArgumentParser(
-        prog="python -m reference",
-        description="One evacuation of the paper's building, robots `escort` against "
-        "fire `busiest`;\na summary, and an animation in evacuation.gif.",
-        epilog="example:\n  python -m reference --seed 7",
-        formatter_class=Formatter,
-    )
-    options.add(top, options.SEED | options.JSON)
-    top.set_defaults(
-        seed=None,
-        json=False,
-        run=evacuation.evacuate,
-        building="paper",
-        robots="escort",
-        fire="busiest",
-        people=PEOPLE,
-        episodes=1,
-        sample=False,
-        animate=Path("evacuation.gif"),
-        record=None,
-    )
+    top = _Parser(prog="python -m reference", formatter_class=Formatter)
+    _describe(top, evacuation.FIRST_LOOK)
+    version = f"fire-rescue-reference {reference.__version__}"
+    top.add_argument("--version", action="version", version=version)
+    top.set_defaults(seed=None, json=False)
     commands = top.add_subparsers(title="commands", metavar="COMMAND")
     for name, command in COMMANDS.items():
-        parser = commands.add_parser(
-            name,
-            help=command.run.__doc__,
-            description=command.run.__doc__,
-            epilog=f"example:\n  python -m reference {command.example}",
-            formatter_class=Formatter,
+        told = command.run.__doc__
+        _describe(
+            commands.add_parser(name, help=told, formatter_class=Formatter), command
         )
-        own = command.options  # its own --seed, if it has one
-        options.add(parser, own | options.SEED | own)
-        if command.numbers:
-            options.add(parser, options.JSON)
-        parser.set_defaults(run=command.run)
     return top
+
+
+def _describe(parser: ArgumentParser, command: Command) -> None:
+    """Give a parser what a command does and takes."""
+    parser.description = command.run.__doc__
+    parser.epilog = f"example:\n  python -m reference {command.example}"
+    chance = options.SEED if command.chance else {}
+    numbers = options.JSON if command.numbers else {}
+    options.add(parser, command.options | chance | numbers | command.options)
+    parser.set_defaults(run=command.run)
 
 
 # -- The process -------------------------------------------------------------------

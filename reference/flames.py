@@ -36,22 +36,6 @@ class Spread:
         flames.arrival = np.minimum(flames.arrival, source.time + delay)
         flames.sources.append(source)
 
-    def resampled(self, flames: Flames, time: float, rng: Rng) -> "Spread":
-        """Draw another future of the same fire, given what burns at a time (s).
-
-        [D7, chosen] Exponential delays have no memory: what is left of one is
-        distributed like a new one. So fresh delays, begun now at the edge of what
-        burns, have exactly the right distribution.
-        """
-        other = Spread(self.building, rng)
-        arrival = flames.arrival.ravel()
-        alight = np.flatnonzero(arrival <= time)
-        if len(alight):
-            delay = dijkstra(other.delays, indices=alight, min_only=True)
-            arrival = np.where(arrival <= time, arrival, time + delay)
-        flames.arrival = arrival.reshape(flames.arrival.shape)
-        return other
-
     def advance(self, flames: Flames, time: float) -> float:
         """Burn every cell whose time has come; return when the next one will (s)."""
         flames.burning = flames.arrival <= time

@@ -1,6 +1,6 @@
 """One run of an evacuation, tick by tick: SENSE, DECIDE, MOVE, BURN, SETTLE.
 
-Clauses: A4, A5, A6, B4, B5, B7, B8, C7, C8, D6, D7, F4.  Only this module changes
+Clauses: A4, A5, A6, B4, B5, B7, B8, C7, C8, D6, D7.  Only this module changes
 a world, through the modules before it.
 
     i   a human;  mark  index of a landmark
@@ -10,7 +10,6 @@ from collections import Counter
 from copy import copy, deepcopy
 from dataclasses import dataclass, replace
 from math import inf, nan
-from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -55,14 +54,6 @@ class Outcome:
     person_seconds: float
 
 
-@runtime_checkable
-class Watcher(Protocol):
-    """A fire that looks ahead: before each turn it gets a copy of the simulation."""
-
-    def watch(self, now: "Simulation") -> None:
-        """Look ahead as the tick begins; give the copy another fire to run on."""
-
-
 class Simulation:
     """People, robots and a fire in one building, from one seed.
 
@@ -82,7 +73,7 @@ class Simulation:
     ):
         """Set up a run. Same seed and inputs, same run; default: no robots and no fire.
 
-        world: what exists at 0 s; else drawn as the scenario says.
+        world: what exists now; else drawn as the scenario says.
         Raises ValueError for more people than fit.
         """
         self.building, self.scenario = building, scenario or Scenario()
@@ -100,11 +91,11 @@ class Simulation:
         self.algorithm = RobotAlgorithm()
         self.generator = Generator(building, self.scenario, self.rng["elsewhere"])
         self.events: list[Event] = []
-        self.ticks, self.person_seconds = 0, 0.0
+        self.ticks, self.person_seconds = round(self.world.time / self.tick), 0.0
         self.walked_to = np.empty((0, 2))
         self.decision_ticks = round(self.scenario.decision_seconds / self.tick)
         self._flame_ticks = max(1, round(paper.FLAME_SECONDS / self.tick))
-        self._next_ignition = inf
+        self._next_ignition = self.world.time if self.world.flames.sources else inf
         self._surroundings = Surroundings.of(self.world, self.sight)
         self._full_until = np.zeros(len(building.landmarks) + 1)  # s; the last: nowhere
         self._turn = np.arange(len(self.world.bodies)) % paper.RECONSIDER_TICKS
@@ -121,8 +112,6 @@ class Simulation:
     def step(self) -> list[Event]:
         """Run one tick; return its events."""
         already = len(self.events)
-        if self.fire_turn and isinstance(self.fire_strategy, Watcher):
-            self.fire_strategy.watch(self.copy())
         # SENSE
         who = np.flatnonzero(self._due & self.world.bodies.walking)
         views = look([self.world], [self._surroundings], self.world.bodies, who)
@@ -170,21 +159,6 @@ class Simulation:
         other.rng, other.robot_strategy, other.fire_strategy = deepcopy(
             (self.rng, self.robot_strategy, self.fire_strategy)
         )
-        return other
-
-    def another_future(self, seed: int) -> "Simulation":
-        """A copy with the same past and another random future [F4] [D7].
-
-        A `copy` knows when every cell will burn; here flames spread from what burns
-        with fresh delays, and strategies draw from fresh generators.
-        """
-        other = self.copy()
-        other.rng = generators(seed)
-        flames, rng = other.world.flames, other.rng["flames"]
-        other.spread = self.spread.resampled(flames, other.world.time, rng)
-        other._next_ignition = other.world.time
-        rng = other.rng["elsewhere"]
-        other.generator = Generator(self.building, self.scenario, rng)
         return other
 
     # -- SENSE and DECIDE -----------------------------------------------------------
@@ -237,7 +211,7 @@ class Simulation:
         result = self.generator.generate(self.world, decision)
         if isinstance(result, Source):
             self.spread.ignite(flames, result)
-            self._next_ignition = self.world.time
+            self._next_ignition = self.world.time if self.world.flames.sources else inf
             self._record(FireLit, result.floor, result.x, result.y)
         else:
             self.events.append(result)
@@ -381,7 +355,7 @@ class Simulation:
         landmark = self.building.landmarks[mark]
         if landmark.leads_out:
             self._record(LeftFloor, i, landmark.floor, float(bodies.health[i]))
-        if landmark.kind is Kind.EXIT:  # deregistered from the environment [A4]
+        if landmark.kind is Kind.EXIT:  # out: the loop ends [A4, Alg. 1:1, Alg. 2:1]
             self._leave(i, Fate.EVACUATED)
             self._record(Evacuated, i, landmark.floor, float(bodies.health[i]), mark)
         elif landmark.leads_out:

@@ -1,7 +1,8 @@
-"""The mark that ties a test to its clause, and the index made of those marks.
+"""The mark that ties a test to its clause, and what is made of those marks.
 
-`pytest --paper-index` runs nothing; it prints for each clause of the appendix where
-the code carries it, and which tests hold it.
+`pytest --paper "Alg. 2:13-15"` runs the tests of some lines, `--paper B5` those of a
+clause.  `pytest --paper-index` runs nothing; it prints where the code carries each
+clause and each line, and which tests hold it; `--paper-index=B5` prints one.
 """
 
 import os
@@ -9,8 +10,9 @@ import signal
 
 import hypothesis
 import pytest
-from paper_index import paper_index
+from paper_index import asked_for, paper_index
 
+from reference.workshop.annotated.index import marked_tests
 from reference.workshop.workers import STOPS
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # torch: small networks want no more
@@ -21,6 +23,8 @@ for stop in STOPS:  # some tests send them, even to a suite that ignores them (`
         signal.signal(stop, signal.SIG_DFL)
 if signal.getsignal(signal.SIGINT) == signal.SIG_DFL:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+EVERYTHING = "all"
 
 hypothesis.settings.register_profile("same every time", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("same every time")
@@ -33,18 +37,23 @@ def unprotected(monkeypatch):
 
 
 def pytest_addoption(parser):
-    """Adds `--paper-index`."""
+    """Adds `--paper` and `--paper-index`."""
+    parser.addoption(
+        "--paper",
+        metavar="WHAT",
+        help='run the tests of a clause or of a line: B5, "Alg. 2:13-15", "Eq. 3"',
+    )
     parser.addoption(
         "--paper-index",
-        action="store_true",
-        help="run nothing; print clause, code and tests for the whole paper",
+        nargs="?",
+        const=EVERYTHING,
+        metavar="WHAT",
+        help="run nothing; print where code and tests carry the paper, or a part of it",
     )
 
 
 def pytest_configure(config):
-    """Registers the marks; the index names slow tests too."""
-    if config.option.paper_index:
-        config.option.markexpr = ""
+    """Registers the marks; finds the tests that `--paper` asks for."""
     config.addinivalue_line("markers", "slow: takes seconds; run them by `-m slow`")
     config.addinivalue_line("markers", "extra: is skipped without one of the extras")
     config.addinivalue_line(
@@ -52,15 +61,34 @@ def pytest_configure(config):
         "paper(clause, *places): what this test holds of the appendix, "
         'such as paper("B5", "Alg. 1:5")',
     )
+    if config.option.paper:
+        keys = set(asked_for(config.option.paper))
+        config.of_paper = {
+            (t.path, t.node.name) for t in marked_tests() if keys & t.keys
+        }
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_runtestloop(session):
-    """Prints the index instead of running the tests, if it is asked for."""
-    if not session.config.option.paper_index:
+def pytest_cmdline_main(config):
+    """Prints the index instead of running tests, if it is asked for."""
+    if (asked := config.option.paper_index) is None:
         return None
-    write = session.config.get_terminal_writer().line
-    write()
-    for line in paper_index(session.items):
-        write(line)
-    return True
+    lines = paper_index() if asked == EVERYTHING else paper_index(asked_for(asked))
+    print(*lines, sep="\n")
+    return pytest.ExitCode.OK
+
+
+def pytest_ignore_collect(collection_path, config):
+    """Files without any test that `--paper` asks for are not read."""
+    if config.option.paper and collection_path.suffix == ".py":
+        return collection_path not in {path for path, _ in config.of_paper} or None
+    return None
+
+
+def pytest_collection_modifyitems(config, items):
+    """Leaves the tests that `--paper` asks for."""
+    if config.option.paper:
+        names = ((item.path, getattr(item, "originalname", "")) for item in items)
+        asked = [name in config.of_paper for name in names]
+        both = list(zip(items, asked, strict=True))
+        config.hook.pytest_deselected(items=[item for item, stays in both if not stays])
+        items[:] = [item for item, stays in both if stays]

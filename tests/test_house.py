@@ -11,11 +11,13 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from clauses import CLAUSES, KINDS, PRINTED, ROOT, citations, kinds_of, marks
-from paper_index import paper_index, places_in
+from clauses import ROOT
+from paper_index import paper_index
 
 from reference import BOOK, READING_ORDER, WORKSHOP, __version__
 from reference.__main__ import COMMANDS, main
+from reference.workshop.annotated.index import citations, kinds_of, marked_tests
+from reference.workshop.annotated.words import CLAUSES, KINDS
 
 PACKAGE = ROOT / "reference"
 MODULES = {
@@ -149,35 +151,44 @@ def test_nothing_is_imported_that_is_not_declared():
 # -- Code, clauses and tests --------------------------------------------------------
 
 
+CITED = {
+    (key, cited.path)
+    for cited in citations()
+    for key in cited.keys
+    if re.fullmatch(r"[A-F]\d+", key)
+}
+"""Clauses that the code cites, each with the file."""
+
+
 def test_every_clause_cited_in_the_code_is_marked_in_a_test():
     """Nothing of the paper is claimed that no test holds."""
-    marked = {clause for clause, *_ in marks()}
-    cited = {clause: f"{path.name}:{line}" for clause, path, line in citations()}
-    assert {c: place for c, place in cited.items() if c not in marked} == {}
+    marked = {key for test in marked_tests() for key in test.keys}
+    assert {
+        (clause, path.name) for clause, path in CITED if clause not in marked
+    } == set()
 
 
 def test_every_clause_is_cited_in_the_code_and_not_by_a_number_alone():
     """No statement of the paper is left out; the numbers stand in `paper`."""
-    cited = {clause for clause, path, _ in citations() if path.name != "paper.py"}
-    assert set(CLAUSES) - cited == set()
+    assert {clause for clause, path in CITED if path.name != "paper.py"} == set(CLAUSES)
 
 
 def test_a_module_names_at_its_head_every_clause_that_it_cites():
     """One by one, or from one to another: C1-C4."""
-    for path in sorted({path for _, path, _ in citations()}):
+    for path in sorted({path for _, path in CITED}):
         found = re.search(r"Clauses?: (.*?)\.\s", path.read_text(), re.DOTALL)
         named = found[1] if found else ""
         head = set(re.findall(r"[A-F]\d+", named))
         for letter, first, last in re.findall(r"([A-F])(\d+)-[A-F](\d+)", named):
             head |= {f"{letter}{k}" for k in range(int(first), int(last))}
-        assert {c for c, where, _ in citations() if where == path} <= head, path.name
+        assert {clause for clause, where in CITED if where == path} <= head, path.name
 
 
 def test_every_citation_and_every_mark_names_a_real_clause():
     """A slip such as C9 or B12 is found here."""
-    named = [*citations(), *marks()]
-    assert named
-    assert [found for found in named if found[0] not in CLAUSES] == []
+    assert {clause for clause, _ in CITED} <= set(CLAUSES)
+    for test in marked_tests():
+        assert all(mark and mark[0] in CLAUSES for mark in test.marks), test.where
 
 
 def test_the_index_tells_the_kinds_that_the_code_tags():
@@ -185,17 +196,13 @@ def test_the_index_tells_the_kinds_that_the_code_tags():
     assert {kind for kind, _ in CLAUSES.values()} <= set(KINDS)
     assert kinds_of("A4") == ["stated"]
     assert kinds_of("A3") == ["stated", "deviation", "chosen"]
-    index = {line[:2]: line.split("  ")[-1].strip() for line in paper_index([])}
+    index = {line[:2]: line.split("  ")[-1].strip() for line in paper_index()}
     assert (index["A5"], index["C8"]) == ("stated, deviation", "chosen")
 
 
-def test_every_printed_line_equation_table_and_figure_is_marked_in_a_test():
-    """All but `end` and `else`, which say nothing of their own."""
-    named = [text for *_, texts in marks() for text in texts]
-    marked = {place for text in named for place in places_in(text)}
-    said = {place for place, text in PRINTED.items() if text not in ("end", "else")}
-    whole = {place for place in said if re.fullmatch(r"Alg\. \d", place)}
-    assert said - whole - marked == set()
+def test_the_index_fits_into_eighty_columns():
+    """A terminal's width."""
+    assert max(map(len, paper_index())) <= 80
 
 
 def test_every_test_says_in_a_sentence_what_it_shows():

@@ -24,7 +24,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop import drawing
-from reference.workshop.evaluation.contestants import contestant
+from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.landmarks import landmarks_for
 from reference.workshop.strategies.robots import Escort, Sweep
 from reference.workshop.training.presets import preset

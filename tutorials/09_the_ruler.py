@@ -19,10 +19,10 @@ from reference.evaluation.bounds import (
 from reference.evaluation.difficulty import HARDEST, difficulty
 from reference.evaluation.score import PAPER
 from reference.flames import rim
+from reference.workshop import crossplay
+from reference.workshop.crossplay import cells
 from reference.workshop.drawing import ruler as pictures
 from reference.workshop.drawing.page import save
-from reference.workshop.evaluation import crossplay
-from reference.workshop.evaluation.crossplay import Asked, cells
 from reference.workshop.workers import InProcess
 
 # %% The worst and the best
@@ -89,16 +89,15 @@ for rewards in ([10000, 10000], [15000, 5000]):
 # All robots meet all fires, with the same seeds: the same people in the same places and
 # the same fire. Here the building is small and the runs are few, so that it is quick.
 
-asked = Asked(
+evaluation = crossplay.begin(
     robots=("none", "patrol", "sweep"),
-    fire=("none", "random", "greedy"),
+    fires=("none", "random", "greedy"),
     building="museum",
     people=12,
     episodes=10,
 )
-evaluation = crossplay.begin(asked)
-records = crossplay.evaluate(evaluation, None, InProcess())
-for cell in cells(records, PAPER):
+results = crossplay.evaluate(evaluation, None, InProcess())
+for cell in cells(results, PAPER):
     R, h, E = cell.reward.mean, cell.difficulty.mean, cell.score.mean
     print(f"{cell.robots:6} {cell.fire:6} R {R:6.0f}  h {h:4.0f}  E {E:.3f}")
 #> none   none   R   2043  h    0  E 0.009
@@ -121,9 +120,9 @@ for cell in cells(records, PAPER):
 museum = building_of(evaluation.arena.plan)
 points = critical_points(museum, evaluation.arena.scenario)
 print("critical points:", points)
-ruler = crossplay.ruler_of(records, "sweep", *points)
+ruler = crossplay.ruler_of(results, "sweep", *points)
 print(f"b = {ruler.base:.3f}, k = {ruler.k:.3g}, beta = {ruler.beta:.0f}")
-for cell in cells(records, ruler):
+for cell in cells(results, ruler):
     score, low, high = cell.score
     print(f"{cell.robots:6} {cell.fire:6} E {score:.2f} [{low:.2f}, {high:.2f}]")
 #> critical points: ((-3600.0, 0.1), (2300.0, 1000.0))
@@ -144,15 +143,11 @@ for cell in cells(records, ruler):
 # the more reward. The fire `greedy` reacts to people, so its h differs a little from
 # guide to guide. Wide intervals say that ten runs are few.
 
-readings = [
-    pictures.Reading(cell.robots, cell.fire, cell.reward, cell.difficulty)
-    for cell in cells(records, ruler)
-]
 Path("out").mkdir(exist_ok=True)
-print(save(pictures.contours(ruler, readings), "out/09_the_ruler.png"))
+print(save(pictures.contours(ruler, cells(results, ruler)), "out/09_the_ruler.png"))
 #> out/09_the_ruler.png
 
 # %% Exercise
 # Calibrate the ruler once more from ten other seeds (`seed=100`). By how much does E of
 # the same pair move, and how does that compare with the width of its interval?
-# Hint: `crossplay.ruler_of` takes any records; read the old ones with the new ruler.
+# Hint: `crossplay.ruler_of` takes any results; read the old ones with the new ruler.

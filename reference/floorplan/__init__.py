@@ -67,7 +67,7 @@ def find(name: str | PathLike[str]) -> Path:
 
     Raises FileNotFoundError with the names that ship, OSError for no possible path.
     """
-    path, bare, shipped = Path(name), str(name).removesuffix(".txt"), _shipped()
+    path, bare, shipped = Path(name), str(name).removesuffix(".txt"), shipped_floors()
     try:
         if path.exists() and not (path.is_dir() and bare in shipped):
             return path
@@ -83,7 +83,7 @@ def find(name: str | PathLike[str]) -> Path:
     )
 
 
-def _shipped() -> dict[str, Path]:
+def shipped_floors() -> dict[str, Path]:
     """Floors beside the checkout, or in the installed package, by name."""
     package = Path(__file__).parent.parent
     files = [*package.glob("floors/*.txt"), *package.parent.glob("floors/*.txt")]

@@ -43,13 +43,11 @@ def adversarial(
         yield episodes
 
 
-def learn(
-    side: Side, learner: Learner, episodes: Sequence[Episode], critic_only: bool = False
-) -> Summary:
+def learn(side: Side, learner: Learner, episodes: Sequence[Episode]) -> Summary:
     """Add a side's trajectories; if the buffer is full, update and summarise."""
     trajectories = (getattr(episode, side) for episode in episodes)
     learner.add([t for t in trajectories if t is not None])
-    return learner.update(critic_only) if learner.buffer.full else {}
+    return learner.update() if learner.buffer.full else {}
 
 
 def player_of(learner: Learner, landmarks: Landmarks | None = None) -> Learned:

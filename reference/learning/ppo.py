@@ -35,8 +35,8 @@ Deliberate differences from the original, here and in `poca`, all of them [E3, c
   agent's own), and a summary's row stands at the step where its round ended (the
   original: at multiples of `summary_freq`);
 * a training that begins with a policy learned before takes the actor alone (the
-  original: critic and optimiser too, and whatever fits), and the new critic learns
-  alone for some rounds; one `keep_checkpoints` counts for both sides;
+  original: critic and optimiser too, and whatever fits); one `keep_checkpoints`
+  counts for both sides;
 * rewards are scaled by `reward_scale` before anything is learned from them (the
   original's own scale is `strength`, which multiplies it here).
 """
@@ -239,11 +239,8 @@ class Learner:
 
     # -- The update -----------------------------------------------------------------
 
-    def update(self, critic_only: bool = False) -> Summary:
-        """Learn from the whole buffer, `num_epoch` times, and empty it.
-
-        With critic_only the policy stays, for instance one that was learned before.
-        """
+    def update(self) -> Summary:
+        """Learn from the whole buffer, `num_epoch` times, and empty it."""
         s = self.settings
         buffer = self.buffer.emptied()
         live = buffer.alive
@@ -253,7 +250,7 @@ class Learner:
             group["lr"] = learning_rate
         seen: dict[str, list[float]] = defaultdict(list)
         for batch in minibatches(buffer, s.batch_size, self.rng, s.num_epoch):
-            loss, parts = self.loss(batch, epsilon, beta, critic_only)
+            loss, parts = self.loss(batch, epsilon, beta)
             self.optimiser.zero_grad()
             loss.backward()
             self.optimiser.step()
@@ -268,16 +265,15 @@ class Learner:
         }
 
     def loss(
-        self, batch: Decisions, epsilon: float, beta: float, critic_only: bool = False
+        self, batch: Decisions, epsilon: float, beta: float
     ) -> tuple[Tensor, dict[str, Tensor]]:
         """The summed loss of a minibatch, and its parts by their summary names.
 
         policy + 0.5·value − β·entropy [E2] [E3].
         """
         policy, entropy = self.policy_terms(batch, epsilon)
-        loss, parts = self.critic_terms(batch, epsilon)
-        if not critic_only:
-            loss = loss + policy - beta * entropy
+        critic, parts = self.critic_terms(batch, epsilon)
+        loss = critic + policy - beta * entropy
         return loss, {"Losses/Policy Loss": policy, **parts, "Policy/Entropy": entropy}
 
     def critic_terms(

@@ -200,5 +200,5 @@ def unknown(name: object, known: Iterable[str]) -> str:
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:
     """Suggest the closest known name in a question; empty where none is close."""
-    close = get_close_matches(str(name).lower(), list(known), 1)
+    close = get_close_matches(str(name).lower(), list(known), 1, cutoff=0.5)
     return f" Did you mean '{close[0]}'?" if close else ""

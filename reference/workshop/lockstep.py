@@ -18,7 +18,7 @@ import numpy as np
 from reference import motion, paper
 from reference.events import Event
 from reference.perception import look
-from reference.simulation import Simulation, Touched, Watcher
+from reference.simulation import Simulation, Touched
 from reference.world import Bodies
 
 
@@ -76,9 +76,6 @@ class Lockstep(Simulation):
     def step(self) -> list[Event]:
         """Run one tick of all that are not done; each keeps its own events."""
         going = [run for run in self.runs if not run.done]
-        for run in going:
-            if run.fire_turn and isinstance(run.fire_strategy, Watcher):
-                run.fire_strategy.watch(run.copy())
         # SENSE
         bodies = self.world.bodies
         who = np.flatnonzero(self._due & bodies.walking)

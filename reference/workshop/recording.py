@@ -17,15 +17,15 @@ a step on in the same cell: PedPy counts who crosses a line if a row follows.
 """
 
 import sqlite3
-from collections.abc import Iterator
-from contextlib import closing
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
 from pathlib import Path
 
 import numpy as np
 from scipy.ndimage import label
 
 from reference.building import Building
-from reference.simulation import Outcome, Simulation
+from reference.simulation import Simulation
 from reference.workshop.files import making_folder
 from reference.workshop.runs import refuse_used
 from reference.world import Bodies
@@ -46,40 +46,69 @@ EDGES = ((0, 0, 1, 0), (1, 0, 0, 1), (1, 1, -1, 0), (0, 1, 0, -1))
 """A cell's edges, anticlockwise: starting corner (x, y) and direction (dx, dy)."""
 
 
-def record(simulation: Simulation, folder: Path) -> Outcome:
-    """Run a simulation to its end and write floor-1.sqlite, floor-2.sqlite, ...
+def ticks(
+    simulations: Sequence[Simulation], notes: Sequence[Callable[[], None]] = ()
+) -> Iterator[None]:
+    """Run simulations side by side to their ends; pause at 0 s and after each tick.
 
-    Writes all files or none. Raises RunError for a folder that is not empty, OSError
-    for one that cannot be written.
+    notes: called before each pause, such as what `recording` yields
+    """
+    running = True
+    while running:
+        for note in notes:
+            note()
+        yield
+        running = False
+        for simulation in simulations:
+            if not simulation.done:
+                simulation.step()
+                running = True
+
+
+def record(simulation: Simulation, folder: Path) -> None:
+    """Run a simulation to its end and record it, as `recording` does."""
+    with recording(simulation, folder) as note:
+        for _ in ticks([simulation], [note]):
+            pass
+
+
+@contextmanager
+def recording(simulation: Simulation, folder: Path) -> Iterator[Callable[[], None]]:
+    """Yield what notes an instant; at the end write floor-1.sqlite, floor-2.sqlite, ...
+
+    Call it at 0 s and after each tick. Writes all files or none. Raises RunError for a
+    folder that is not empty, OSError for one that cannot be written.
     """
     refuse_used(folder, "Name another folder.")
     with making_folder(folder) as partial:
-        rows = np.concatenate(list(_frames(simulation)))
+        frames, noted = _frames(simulation), list[np.ndarray]()
+        yield lambda: noted.append(next(frames))
+        rows = np.concatenate(noted)
         for floor in range(simulation.building.floors):
             content = _file(simulation, floor, rows[rows[:, 0] == floor, 1:])
             (partial / f"floor-{floor + 1}.sqlite").write_bytes(content)
-    return simulation.outcome()
 
 
 def _frames(simulation: Simulation) -> Iterator[np.ndarray]:
-    """Run to the end; yield rows (k, 10) for each tick, floor in the first column."""
+    """Yield rows (k, 10), floor in the first column; each time asked, of the tick."""
     bodies = simulation.world.bodies
     position, heading = bodies.position.copy(), np.zeros_like(bodies.position)
-    yield _rows(bodies, np.flatnonzero(bodies.walking), 0, position, heading)
-    while not simulation.done:
+    rows = _rows(bodies, np.flatnonzero(bodies.walking), 0, position, heading)
+    while True:
         before, walked = position, np.flatnonzero(bodies.walking)
-        simulation.step()
+        yield rows
         position = bodies.position.copy()
         position[walked] = simulation.walked_to  # before stairs took anybody in
         step = position - before
         far = np.hypot(*step.T)[:, None]
         heading = np.where(far > 0, step / np.maximum(far, 1e-9), heading)
         here = np.union1d(walked, np.flatnonzero(bodies.walking))
-        yield _rows(bodies, here, simulation.ticks, position, heading)
+        rows = _rows(bodies, here, simulation.ticks, position, heading)
         left = walked[~bodies.walking[walked] & (bodies.health[walked] > 0)]
         cell = np.floor(position)
         beyond = np.clip(position + step, cell + HAIR, cell + 1 - HAIR)
-        yield _rows(bodies, left, simulation.ticks + 1, beyond, heading)
+        more = _rows(bodies, left, simulation.ticks + 1, beyond, heading)
+        rows = np.concatenate([rows, more])
 
 
 def _rows(

@@ -127,7 +127,7 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
     @cached_property
     def _film(self) -> tuple[Scene, Callable[[], np.ndarray]]:
         simulation = self.environment.simulation
-        scene = scene_of(simulation, without={TRAIL})  # decisions are seconds apart
+        scene = scene_of([simulation], without={TRAIL})  # decisions are seconds apart
         return scene, painter(scene)
 
 

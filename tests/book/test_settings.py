@@ -64,7 +64,6 @@ def test_every_preset_trains_a_group_against_one_fire(name):
     assert (settings.robots.trainer_type, settings.fire.trainer_type) == ("poca", "ppo")
     assert (settings.robots.normalize, settings.fire.normalize) == (True, False)
     assert settings.robots.hidden_units <= 256
-    assert settings.schedule == "together"
 
 
 @pytest.mark.paper("D6")
@@ -181,9 +180,9 @@ def test_refuses_to_train_outside_of_training():
     assert "D6" in refusal(lambda: replace(preset("paper"), scenario=Scenario()))
 
 
-def test_refuses_rounds_of_nothing_and_orders_that_are_none():
+def test_refuses_rounds_of_nothing():
     """The rows about rounds are checked like the tables'."""
-    for rows in ({"jobs_per_round": 0}, {"schedule": "alternating"}, {"robots": 1}):
+    for rows in ({"jobs_per_round": 0}, {"random_fires": 1.5}, {"robots": 1}):
         message = refusal(partial(replace, preset("tiny")), **rows)
         assert message.startswith(next(iter(rows)))
 

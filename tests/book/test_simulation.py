@@ -1,5 +1,6 @@
 """Whole runs: nobody in a wall, lost or counted twice; the same seed, the same run."""
 
+from copy import deepcopy
 from dataclasses import fields
 from itertools import pairwise
 from math import isnan
@@ -243,112 +244,23 @@ def test_a_copy_runs_on_like_the_original_and_leaves_it_alone(robots):
     assert str(sim_outcome) == str(ahead_outcome)
 
 
-# -- Another future ------------------------------------------------------------------
+# -- A world that exists already ----------------------------------------------------
 
 
-def ahead(seed=3, ticks=150, robots="sweep", fire="random", **scenario):
-    """A run of the paper's building at 30 s: two sources burn."""
-    sim = run("paper", robots=robots, fire=fire, seed=seed, **scenario)
-    for _ in range(ticks):
+@pytest.mark.parametrize("seed", [3, 4])
+def test_a_simulation_may_begin_with_a_world_that_exists(seed):
+    """Without a fire and a crowd the same comes of it, at the same time."""
+    sim = run("paper", fire="none", seed=3, ghosts=True)
+    for _ in range(150):
         sim.step()
-    return sim
-
-
-@pytest.mark.paper("F4", "chosen")
-def test_another_future_has_the_same_past():
-    """Bodies, events, and what burns by now: bit for bit."""
-    sim = ahead()
-    other = sim.another_future(1)
-    assert equal(bodies(sim), bodies(other)) and sim.events == other.events
-    arrived = [s.world.flames.arrival for s in (sim, other)]
-    past = arrived[0] <= sim.world.time
-    assert past.any() and np.array_equal(past, arrived[1] <= sim.world.time)
-    assert np.array_equal(arrived[0][past], arrived[1][past])
-
-
-@pytest.mark.paper("F4", "chosen")
-def test_another_future_draws_what_is_to_come_anew():
-    """Flames spread otherwise, fires break out elsewhere; the seed tells how."""
-    sim = ahead()
-    futures = [sim.another_future(seed) for seed in (1, 1, 2)]
-    for future in futures:
-        future.run()
-    same, same_too, other = (future.world.flames for future in futures)
-    assert same.sources == same_too.sources != other.sources
-    assert np.array_equal(same.arrival, same_too.arrival)
-    assert not np.array_equal(same.arrival, other.arrival)
-    assert futures[0].events == futures[1].events != futures[2].events
-
-
-@pytest.mark.paper("F4", "chosen")
-@pytest.mark.slow
-def test_another_future_leaves_this_one_alone():
-    """Whoever looks ahead changes nothing."""
-    sim, untouched = ahead(), ahead()
-    sim.another_future(1).run()
-    assert equal(bodies(sim), bodies(untouched))
-    assert str(sim.run()) == str(untouched.run()) and sim.events == untouched.events
-
-
-def test_without_a_fire_and_a_crowd_there_is_only_one_future():
-    """Minds draw nothing on the way, and neither does sweep."""
-    sim = ahead(fire="none", ghosts=True)
-    other = sim.another_future(1)
-    assert str(sim.run()) == str(other.run()) and sim.events == other.events
-
-
-class Onlooker:
-    """A fire that burns where it is told, and keeps what it is shown."""
-
-    def __init__(self, *decisions):
-        self.decisions, self.shown = list(decisions), []
-
-    def watch(self, now):
-        """Keep it."""
-        self.shown.append(now)
-
-    def decide(self, world, rng):
-        """The next one, then nothing."""
-        return self.decisions.pop(0) if self.decisions else None
-
-
-HALL = (0, -8.5, 15.5)
-"""A cell of the paper's hall."""
-
-
-@pytest.mark.paper("F4", "chosen")
-def test_a_fire_that_watches_is_shown_all_there_is_before_its_turns():
-    """At 10 s and then every 25 s, until its sources are used up."""
-    fire = Onlooker(HALL, (1, 0.5, 12.5))
-    ahead(fire=fire, ticks=400, sources=2)
-    assert [now.world.time for now in fire.shown] == pytest.approx([10, 35])
-
-
-@pytest.mark.paper("F4", "chosen")
-@pytest.mark.parametrize("robots", ["sweep", "patrol", "random"])
-def test_what_it_is_shown_runs_on_exactly_as_it_comes(robots):
-    """The copy stands at the tick's beginning: nobody has thought or decided yet."""
-    fire = Onlooker(HALL)
-    sim = ahead(fire=fire, ticks=51, robots=robots)
-    (now,) = fire.shown
-    now.fire_strategy = Onlooker(HALL)
-    now.step()
-    for _ in range(60):
-        sim.step(), now.step()
-    assert equal(bodies(sim), bodies(now)) and sim.events == now.events
-
-
-def test_what_it_does_with_what_it_is_shown_changes_nothing():
-    """It has a copy."""
-
-    class Vandal(Onlooker):
-        def watch(self, now):
-            now.fire_strategy = Onlooker()
-            now.world.bodies.health[:] = 0
-            now.run()
-
-    plain, watched = (ahead(fire=kind(HALL)) for kind in (Onlooker, Vandal))
-    assert equal(bodies(plain), bodies(watched)) and plain.events == watched.events
+    robots = deepcopy(sim.robot_strategy)
+    other = Simulation(
+        sim.building, sim.scenario, robots, seed=seed, world=sim.world.copy()
+    )
+    assert other.world.time == sim.world.time
+    events = len(sim.events)
+    sim.run(), other.run()
+    assert other.events == sim.events[events:]
 
 
 # -- Health, time, outcome ----------------------------------------------------------

@@ -72,7 +72,7 @@ def test_the_best_reward_of_the_papers_building_is_the_papers():
     assert best_reward(building) == pytest.approx(15_000, rel=0.02)
 
 
-@pytest.mark.paper("F7")
+@pytest.mark.paper("F7", "Eq. 7")
 @pytest.mark.paper("F8")
 @pytest.mark.parametrize(
     ("frames", "divided", "fixed_reward", "best"),

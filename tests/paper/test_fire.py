@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from movies import body, built, found, mark, play, shipped, split, stage
-from scipy.stats import ks_2samp
 
 from reference.building import Kind
 from reference.events import DoorBurnt, FireLit, FireRefused
@@ -22,7 +21,6 @@ from reference.paper import (
     FLAME_SECONDS,
     HEAT_LOSS,
     PROTECTED_METRES,
-    SPREAD_RATE,
     Scenario,
 )
 from reference.simulation import Simulation
@@ -36,7 +34,7 @@ from reference.workshop.strategies.fires import (
     GreedyFire,
 )
 from reference.workshop.strategies.robots import Sweep
-from reference.world import Fate, Flames, Source
+from reference.world import Fate, Source
 
 COORDINATES = st.floats(-1e6, 1e6)
 
@@ -61,7 +59,7 @@ def test_equation_2_by_example(x, centre):
     assert snapped(x) == centre
 
 
-@pytest.mark.paper("D4")
+@pytest.mark.paper("D4", "Eq. 2")
 @pytest.mark.parametrize("bracket", [floor, trunc, round])
 @given(x=COORDINATES)
 def test_equation_2_holds_however_its_brackets_are_read(bracket, x):
@@ -394,79 +392,6 @@ def test_people_in_flames_and_beside_them_lose_health_accordingly():
     sim.step()
     lost = before - sim.world.bodies.health
     assert lost[body("p")] - lost[body("q")] == pytest.approx(HEAT_LOSS * sim.tick)
-
-
-# -- Another future -----------------------------------------------------------------
-
-
-def arrivals(lane, seconds, alight, count=300):
-    """When q begins to burn, given that so many cells do after so many seconds.
-
-    Lit is p. Two samples of seconds from then on: as it comes, and in other futures.
-    """
-    building = built(f"{'#' * len(lane)}\n{lane}\n{'#' * len(lane)}")
-    (_, _, p), (_, _, q) = found([[lane]], "pq")
-    source = Source(0, *building.metres(1, p), 0.0)
-    rng, came, comes = np.random.default_rng(0), [], []
-    for _ in range(100 * count):
-        spread, now = Spread(building, rng), nothing_burns(building)
-        spread.ignite(now, source)
-        if (now.arrival <= seconds).sum() == alight and now.arrival[0, 1, q] > seconds:
-            came.append(now.arrival[0, 1, q] - seconds)
-            spread.resampled(now, seconds, rng)
-            comes.append(now.arrival[0, 1, q] - seconds)
-            if len(came) == count:
-                return came, comes
-    raise AssertionError(f"only {len(came)} fires of {100 * count} are of this kind")
-
-
-def nothing_burns(building):
-    """Flames before the first source."""
-    shape = building.kind.shape
-    return Flames(np.full(shape, inf), *np.zeros((3, *shape)), [])
-
-
-@pytest.mark.paper("D7", "chosen")
-@pytest.mark.usefixtures("unprotected")
-@pytest.mark.parametrize("lane", ["#.pq..E", "#p..q.E", "#p+q..E"])
-@pytest.mark.parametrize(("seconds", "alight"), [(1.0, 1), (12.0, 1), (12.0, 2)])
-def test_fresh_delays_are_distributed_like_what_is_left_of_the_old(
-    lane, seconds, alight
-):
-    """A delay that is not over forgets how long it has lasted, a door's too."""
-    came, comes = arrivals(lane, seconds, alight)
-    assert ks_2samp(came, comes).pvalue > 0.01
-
-
-@pytest.mark.paper("D7", "chosen")
-@pytest.mark.usefixtures("unprotected")
-def test_what_is_left_of_a_delay_is_exponential():
-    """On average 1 / SPREAD_RATE for two cells side by side, however late it is."""
-    came, comes = arrivals("#pq...E", 12.0, alight=1)
-    for sample in (came, comes):
-        assert np.mean(sample) == pytest.approx(1 / SPREAD_RATE, rel=0.2)
-
-
-@pytest.mark.paper("D7", "chosen")
-def test_in_another_future_what_burns_has_burnt_since_the_same_time(spread):
-    """And nothing else burns yet: it begins to after now."""
-    now = flames(spread, ONE, OTHER)
-    before = now.arrival.copy()
-    spread.resampled(now, 40.0, np.random.default_rng(1))
-    past = before <= 40
-    assert np.array_equal(now.arrival[past], before[past])
-    assert now.arrival[~past].min() > 40
-    assert not np.array_equal(now.arrival, before)
-
-
-@pytest.mark.paper("D7", "chosen")
-def test_in_another_future_new_sources_meet_the_same_delays(spread):
-    """Lit after now, a source burns on by the delays that the old ones met."""
-    now, rng = flames(spread, ONE), np.random.default_rng(1)
-    other = spread.resampled(now, 40.0, rng)
-    old = now.arrival.copy()
-    other.ignite(now, Source(*ONE[:3], 50.0))
-    assert np.array_equal(now.arrival, old)
 
 
 # -- Doors --------------------------------------------------------------------------

@@ -11,11 +11,11 @@ import sys
 
 import pytest
 from clauses import PRINTED, ROOT
-from paper_index import places_in
 
 from reference.humans import Follower, Leader
 from reference.robots import RobotAlgorithm
 from reference.simulation import Simulation
+from reference.workshop.annotated.words import named_in
 
 FILES = [
     str(ROOT / "tests" / "paper" / f"test_{k}.py") for k in ("humans", "robots", "tick")
@@ -61,23 +61,6 @@ CHANGES = [
 """Class, printed place, its source, and what stands there instead."""
 
 
-class FiledUnder:
-    """Of all tests that pytest collects, leaves those marked with one printed line."""
-
-    def __init__(self, line):
-        self.line = line
-
-    def pytest_collection_modifyitems(self, items):
-        """Leave these."""
-        items[:] = [item for item in items if self.line in self.lines(item)]
-
-    @staticmethod
-    def lines(item):
-        """All that a test is filed under."""
-        marks = item.iter_markers("paper")
-        return [p for m in marks for text in m.args[1:] for p in places_in(text)]
-
-
 def change(monkeypatch, kind, old, new):
     """Compile a class anew, with a piece of its source replaced."""
     source, made = inspect.getsource(kind), {}
@@ -91,17 +74,17 @@ def change(monkeypatch, kind, old, new):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "line", "old", "new"),
-    [(kind, k, *texts) for kind, place, *texts in CHANGES for k in places_in(place)],
+    [(kind, k, *texts) for kind, place, *texts in CHANGES for k in named_in(place)],
 )
 def test_a_line_taken_out_is_missed(kind, line, old, new, monkeypatch):
     """By one of its own tests at least."""
     change(monkeypatch, kind, old, new)
     options = ["-q", "-x", "-p", "no:cacheprovider"]
-    ended = pytest.main([*options, *FILES], plugins=[FiledUnder(line)])
+    ended = pytest.main([*options, "--paper", line, *FILES])
     assert ended == pytest.ExitCode.TESTS_FAILED
 
 
 def test_every_printed_line_but_end_is_taken_out():
     """And nothing that is not printed."""
-    taken = {line for _, place, *_ in CHANGES for line in places_in(place)}
-    assert taken == {p for p, text in PRINTED.items() if ":" in p and text != "end"}
+    taken = {line for _, place, *_ in CHANGES for line in named_in(place)}
+    assert taken == {p for p, text in PRINTED.items() if text != "end"}

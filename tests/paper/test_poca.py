@@ -306,10 +306,12 @@ class WithoutCounterfactual(Learner):
 def credit(kind):
     """How far the lazy one's advantages spread, compared with the useful one's."""
     learner, rng = player(kind, gamma=0.0), np.random.default_rng(1)
-    for _ in range(16):  # the policy stays: the critic finds out who earns what
+    learner.actor.requires_grad_(False)  # the critic finds out who earns what
+    for _ in range(16):
         learner.add([bandit(learner, rng)[0]])
         spread = learner.buffer.parts[-1].advantages.std(dim=0)
-        learner.update(critic_only=True)
+        learner.update()
+    learner.actor.requires_grad_(True)
     return learner, rng, (spread[1] / spread[0]).item()
 
 

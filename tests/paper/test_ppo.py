@@ -200,10 +200,10 @@ def test_both_networks_normalise_with_what_the_live_agents_saw():
 class Watched(Learner):
     """Notes every minibatch that it is asked for the loss of."""
 
-    def loss(self, batch, epsilon, beta, critic_only=False):
+    def loss(self, batch, epsilon, beta):
         """As always."""
         self.seen = [*getattr(self, "seen", []), (batch, epsilon, beta)]
-        return super().loss(batch, epsilon, beta, critic_only)
+        return super().loss(batch, epsilon, beta)
 
 
 def watched(*agents, **changes):
@@ -310,19 +310,6 @@ def test_an_update_is_adam_s_step_on_the_summed_loss():
     for p, old, g in before:
         expected = old - rate * g / (g.abs() + 1e-8)
         assert torch.allclose(p, expected, atol=0.02 * rate)
-
-
-@pytest.mark.paper("E1")
-def test_while_the_critic_learns_alone_the_policy_stays():
-    """To the last bit, momentum or not; the critic moves."""
-    learner = made(learning_rate=0.01)
-    for critic_only in (False, True):
-        learner.add([life("#" * 9, sizes=MIXED)])
-        actor = [p.clone() for p in learner.actor.parameters()]
-        critic = [p.clone() for p in learner.critic.parameters()]
-        learner.update(critic_only)
-    assert all(map(torch.equal, actor, learner.actor.parameters()))
-    assert not any(map(torch.equal, critic, learner.critic.parameters()))
 
 
 @pytest.mark.paper("E2")

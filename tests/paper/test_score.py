@@ -20,7 +20,7 @@ from reference.evaluation.score import (
     weight,
 )
 from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
-from reference.workshop.evaluation.crossplay import read_ruler
+from reference.workshop.crossplay.results import read_ruler
 
 POINTS = (WORST_POINT, BEST_POINT)
 EASY, HARD = Case(14_000.0, 2418.0), Case(10_000.0, 3559.0)
@@ -49,7 +49,7 @@ def of_one_fire(rewards, difficulties, *points):
 # -- What the paper prints ----------------------------------------------------------
 
 
-@pytest.mark.paper("F2")
+@pytest.mark.paper("F2", "Eq. 4")
 def test_b_and_c_follow_from_the_two_critical_points():
     """b = 1.4251 and c = 1/7.017, to the digits that are printed."""
     b, c = base_and_control(*POINTS)
@@ -65,7 +65,7 @@ def test_equation_4_passes_through_both_critical_points(reward, y):
     assert PAPER.reward_at(y) == pytest.approx(reward)
 
 
-@pytest.mark.paper("F3")
+@pytest.mark.paper("F3", "Eq. 4")
 @pytest.mark.parametrize(
     ("reward", "slope", "printed"),
     [(-12000, 3.54e-5, 0.00004), (14000, 0.354, 0.4), (15000, 0.505, 0.5)],

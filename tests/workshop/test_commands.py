@@ -7,12 +7,16 @@ import signal
 import subprocess
 import sys
 import time
+from unittest.mock import Mock
 
 import pytest
 from clauses import ROOT
 from refusals import refusal
 
+from reference import __version__
 from reference.__main__ import COMMANDS, main
+from reference.simulation import Simulation
+from reference.workshop.commands.evacuation import FIRST_LOOK
 
 SHED = """\
 building: Shed
@@ -78,6 +82,63 @@ def test_refuses_a_map_that_is_not_there():
     assert (done.returncode, done.stdout) == (1, "")
     assert "nowhere.txt" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+# -- floors -------------------------------------------------------------------------
+
+
+def test_floors_lists_the_maps_that_ship(capsys):
+    """By the names that other commands know, with their titles."""
+    assert main(["floors"]) == 0
+    listed = capsys.readouterr().out.splitlines()
+    assert "tiny      Tiny office, 2 floors" in listed
+    names = {path.stem for path in (ROOT / "floors").glob("*.txt")}
+    assert {line.split()[0] for line in listed} == names
+
+
+def test_floors_prints_a_map_to_start_from(capsys, tmp_path):
+    """What it prints, saved to a file, is a map."""
+    assert main(["floors", "museum"]) == 0
+    (tmp_path / "mine.txt").write_text(capsys.readouterr().out)
+    assert main(["check", "mine.txt"]) == 0
+
+
+# -- at every save ------------------------------------------------------------------
+
+
+def saved_in_turn(monkeypatch, path, *texts):
+    """Save one text after the other while a command waits, then press Ctrl-C."""
+    left = list(texts)
+
+    def wait(seconds):
+        if not left:
+            raise KeyboardInterrupt
+        path.write_text(left.pop(0))
+
+    monkeypatch.setattr("reference.workshop.commands.building.sleep", wait)
+
+
+def test_check_watches_a_map_until_ctrl_c(shed, tmp_path, capsys, monkeypatch):
+    """At every save it says again what is wrong, or that the map is fine."""
+    wider = SHED.replace("#...#...#", "#...##..#")
+    saved_in_turn(monkeypatch, tmp_path / "shed.txt", SHED.replace("+", "|"), wider)
+    assert main(["check", shed, "--watch"]) == 0
+    told = capsys.readouterr()
+    assert told.out.count("ok: Shed") == 2
+    assert told.err.startswith(f"{shed}:7:5: ")
+
+
+def test_draw_draws_again_only_what_was_saved_again(
+    shed, tmp_path, capsys, monkeypatch
+):
+    """The picture is as new as the map; no save, no picture."""
+    path = tmp_path / "shed.txt"
+    saved_in_turn(monkeypatch, path, SHED + "; a note\n")
+    assert main(["draw", shed, "--watch"]) == 0
+    assert capsys.readouterr().out == 2 * "shed-top.png\n"
+    saved_in_turn(monkeypatch, tmp_path / "other.txt", SHED, SHED)
+    assert main(["draw", shed, "--watch"]) == 0
+    assert capsys.readouterr().out == "shed-top.png\n"
 
 
 # -- draw ---------------------------------------------------------------------------
@@ -151,11 +212,44 @@ def test_evacuate_prints_a_table_for_people(capsys):
     assert rows[0].split() == ["people", "40", "40", "40"]
 
 
-@pytest.mark.slow
-def test_evacuate_animates_the_first_episode(tmp_path, capsys):
-    """The animation is beside the numbers, and a note on stderr says where."""
-    evacuated(capsys, "--animate", "run.gif")
+def test_evacuate_plays_what_it_films_and_records_once(tmp_path, capsys, monkeypatch):
+    """The same evacuation as unseen, tick by tick; the files are beside the numbers."""
+    unseen, step, steps = evacuated(capsys, "--seed", "2"), Simulation.step, []
+
+    def counted(simulation):
+        steps.append(simulation)
+        return step(simulation)
+
+    monkeypatch.setattr(Simulation, "step", counted)
+    seen = evacuated(capsys, "--seed=2", "--animate=run.gif", "--record=rows")
+    assert len(steps) == round(seen["simulated_seconds"] / steps[0].tick)
+    assert seen["wall_seconds"] is None
+    for facts in (seen, *seen["runs"], unseen, *unseen["runs"]):
+        del facts["wall_seconds"]
+    assert seen == unseen
     assert (tmp_path / "run.gif").read_bytes().startswith(b"GIF89a")
+    assert sorted(file.name for file in (tmp_path / "rows").iterdir()) == [
+        "floor-1.sqlite",
+        "floor-2.sqlite",
+    ]
+
+
+def test_evacuate_plays_two_pairs_and_films_them_side_by_side(capsys, monkeypatch):
+    """One name goes with both; each pair is told as if it had been played alone."""
+    filmed = []
+    monkeypatch.setattr(
+        "reference.workshop.drawing.film.animate", lambda *asked: filmed.append(asked)
+    )
+    both = evacuated(capsys, "--robots", "none", "sweep", "--animate", "both.html")
+    assert [(pair["robots"], pair["fire"]) for pair in both["pairs"]] == [
+        ("none", "random"),
+        ("sweep", "random"),
+    ]
+    alone = evacuated(capsys, "--robots", "none")
+    assert both["pairs"][0]["reward"] == alone["reward"]
+    ((simulations, path, headings, _),) = filmed
+    assert len(simulations) == 2 and str(path) == "both.html"
+    assert headings == ["nobody guides, fire random", "guided by sweep, fire random"]
 
 
 @pytest.mark.parametrize(
@@ -208,6 +302,10 @@ def test_a_pipe_and_a_device_are_no_files(command, path, capsys):
         (["--people", "100000"], 1, "fit"),
         (["--animate", "missing/run.gif"], 1, "Name a file in a folder that exists"),
         (["--animate", "run.avi"], 2, "End the name in .gif, .html or .mp4."),
+        (["--robots", "none", "sweep", "patrol"], 2, "one pair or two"),
+        (["--robots", "none", "sweep", "--record", "rows"], 2, "goes with one pair"),
+        (["tiny"], 2, "Did you mean --building tiny?"),
+        (["--fire", "busy"], 2, "Did you mean 'busiest'?"),
         (["--people", "0"], 2, "'0' is not a whole number from 1 to 1000000"),
         (["--episodes", "many"], 2, "'many' is not a whole number from 1 to"),
         (["--episodes", "9" * 30], 2, "9' is not a whole number from 1 to 1000000"),
@@ -216,7 +314,7 @@ def test_a_pipe_and_a_device_are_no_files(command, path, capsys):
         (["--building", "caf\udce9.txt"], 2, "'caf\\udce9.txt' is not UTF-8"),
         (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),
         (["--fire", "hot"], 2, "'hot' is no file and names nobody"),
-        (["--fire", "critic:nowhere"], 2, "'nowhere': there is no such file"),
+        (["--fire", "nowhere.pt"], 2, "'nowhere.pt' is no file"),
         (["--seed", "-1"], 2, "--seed"),
     ],
 )
@@ -236,15 +334,37 @@ def test_refuses_an_mp4_where_ffmpeg_is_missing(capsys, monkeypatch):
     assert "end the name in .gif or .html." in message
 
 
-def test_the_main_job_is_an_evacuation_of_the_best_by_hand(monkeypatch):
-    """`python -m reference` alone: both sides written by hand, evacuation.gif."""
-    asked = []
-    monkeypatch.setattr("reference.workshop.commands.evacuation.evacuate", asked.append)
+def test_the_first_look_compares_three_evacuations_from_one_seed(capsys, monkeypatch):
+    """Nobody, guides, guides and a worse fire; the film shows the first two."""
+    filmed = []
+    monkeypatch.setattr(
+        "reference.workshop.drawing.film.animate", lambda *asked: filmed.append(asked)
+    )
+    assert main(["--json", "--seed", "5"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert [(run["robots"], run["fire"]) for run in facts["runs"]] == [
+        ("none", "random"),
+        ("escort", "random"),
+        ("escort", "busiest"),
+    ]
+    alone = "evacuate --robots escort --fire busiest --seed 5 --json"
+    assert main(alone.split()) == 0
+    assert facts["runs"][2].items() <= json.loads(capsys.readouterr().out).items()
+    ((simulations, path, headings, _),) = filmed
+    assert [run.robot_strategy is not None for run in simulations] == [True, True]
+    assert str(path) == "evacuation.html"
+    assert headings == ["nobody guides, fire random", "guided by escort, fire random"]
+
+
+def test_the_first_look_tells_people_in_three_lines(capsys, monkeypatch):
+    """How many get out, and how well they are."""
+    monkeypatch.setattr("reference.workshop.drawing.film.animate", Mock())
     assert main([]) == 0
-    words = vars(asked[0])
-    assert (words["building"], words["people"], words["episodes"]) == ("paper", 40, 1)
-    assert (words["robots"], words["fire"]) == ("escort", "busiest")
-    assert str(words["animate"]) == "evacuation.gif"
+    title, *lines = capsys.readouterr().out.splitlines()
+    assert title == "Institute, 40 people, seed 3"
+    assert len(lines) == 3
+    for line in lines:
+        assert re.search(r":  +\d+ get out alive, with \d+ of 100 health", line)
 
 
 @pytest.fixture
@@ -415,6 +535,21 @@ def test_bench_prints_a_table_for_people(capsys, brief):
 # -- All of them --------------------------------------------------------------------
 
 
+def test_a_wrong_command_line_is_told_in_one_line(capsys):
+    """Without the usage above it, which has scrolled the message away before."""
+    status, message = refusal(capsys, "evaluate", "--episodes", "many")
+    assert status == 2
+    assert message.count("\n") == 1
+    assert message.startswith("python -m reference evaluate: argument --episodes: ")
+
+
+def test_the_version_is_told(capsys):
+    """The one that checkpoints and evaluations name, too."""
+    with pytest.raises(SystemExit, match="0"):
+        main(["--version"])
+    assert capsys.readouterr().out == f"fire-rescue-reference {__version__}\n"
+
+
 @pytest.mark.parametrize("command", [[], *([name] for name in COMMANDS)])
 def test_every_command_explains_itself_with_an_example(command, capsys):
     """`--help` tells what it does and shows one line to type."""
@@ -422,5 +557,12 @@ def test_every_command_explains_itself_with_an_example(command, capsys):
         main([*command, "--help"])
     text = capsys.readouterr().out
     assert f"example:\n  python -m reference {' '.join(command)}" in text
-    assert "--seed" in text
-    assert ("--json" in text) == (command not in (["draw"], ["curves"]))
+    told = COMMANDS[command[0]] if command else FIRST_LOOK
+    assert ("--json" in text) == told.numbers
+    assert ("--seed" in text) == told.chance
+
+
+def test_commands_without_chance_take_no_seed():
+    """A seed that changes nothing would be a promise."""
+    same = {name for name, command in COMMANDS.items() if not command.chance}
+    assert same == {"check", "draw", "floors", "curves", "paper"}

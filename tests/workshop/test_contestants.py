@@ -4,15 +4,12 @@ import pytest
 from trainings import TINY, begun, tiny
 
 from reference.paper import Scenario
-from reference.workshop.evaluation import contestants
-from reference.workshop.evaluation.contestants import NAMES, Evacuation, contestant
-from reference.workshop.evaluation.worst_case import WorstCase
-from reference.workshop.evaluation.worst_case.critic import CriticFire
-from reference.workshop.evaluation.worst_case.perturbed import EPSILON, PerturbedRobots
+from reference.workshop.crossplay.contestants import NAMES, Evacuation, contestant
 from reference.workshop.strategies import SCRIPTS
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.training.checkpoints import CheckpointError, save
-from reference.workshop.training.policies import LearnedFire, LearnedRobots
+from reference.workshop.training.policies import POLICIES
+from reference.workshop.worst_case import WorstCase
 
 
 @pytest.fixture(scope="module")
@@ -38,45 +35,32 @@ def test_worst_case_is_the_fire_that_looks_ahead():
     assert isinstance(one, WorstCase) and one is not other
 
 
-@pytest.mark.parametrize(
-    ("word", "side", "kind"),
-    [
-        ("{}", "robots", LearnedRobots),
-        ("{}", "fire", LearnedFire),
-        ("critic:{}", "fire", CriticFire),
-        ("perturbed:{}", "robots", PerturbedRobots),
-        ("perturbed:0.5:{}", "robots", PerturbedRobots),
-    ],
-)
-def test_what_a_checkpoint_can_be(path, word, side, kind):
-    """By its file, and by the folder it is in."""
+@pytest.mark.parametrize(("side", "kind"), POLICIES.items())
+def test_a_file_is_the_policy_that_was_learned_for_a_side(path, side, kind):
+    """And so is the folder it is in."""
     for named in (path, path.rpartition("/")[0]):
-        assert type(contestant(word.format(named), side)) is kind
-
-
-def test_how_far_observations_are_off_stands_before_the_file(path):
-    """In metres; without it they are off by EPSILON."""
-    words = f"perturbed:{path}", f"perturbed:0.5:{path}"
-    found = [contestant(word, "robots").epsilon for word in words]
-    assert found == [EPSILON, 0.5]
+        assert type(contestant(named, side)) is kind
 
 
 def test_only_a_learned_policy_is_sampled(path):
-    """As asked; scripts and worst cases have nothing to sample."""
+    """As asked; scripts have nothing to sample."""
     assert contestant(path, "robots", sample=True).sample
     assert isinstance(contestant("sweep", "robots", sample=True), Sweep)
-    assert not contestant(f"perturbed:{path}", "robots", sample=True).sample
 
 
-def test_a_strategy_remembers_nothing_of_the_evacuation_before(monkeypatch):
+def test_a_strategy_remembers_nothing_of_the_evacuation_before():
     """It begins each as it was made, though it is made once."""
-    made = WorstCase()
-    monkeypatch.setattr(contestants, "_loaded", lambda *_: made)
-    evacuation = Evacuation(TINY, Scenario(people=2), "sweep", "worst-case", seed=0)
-    for _ in range(2):
-        fire = evacuation.simulation().fire_strategy
-        assert fire.foreseen == []
-        fire.foreseen.append("something")
+    evacuation = Evacuation(TINY, Scenario(people=2), "patrol", "random", seed=0)
+    one, other = (evacuation.simulation().robot_strategy for _ in range(2))
+    assert one is not other and vars(one) == vars(other)
+
+
+def test_the_worst_case_is_told_whom_it_meets():
+    """Before the first tick."""
+    scenario = Scenario(people=2)
+    met = Evacuation(TINY, scenario, "sweep", "worst-case", seed=0).simulation()
+    assert met.fire_strategy.robots is met.robot_strategy
+    assert met.fire_strategy.scenario == scenario
 
 
 @pytest.mark.parametrize(
@@ -86,19 +70,15 @@ def test_a_strategy_remembers_nothing_of_the_evacuation_before(monkeypatch):
         ("worst_case", "fire", "mean 'worst-case'"),
         ("worst-case", "robots", "names nobody who plays the robots: none, random"),
         ("sweep", "fire", "'sweep' is no file"),
-        ("critic:nowhere.pt", "fire", "'nowhere.pt': there is no such file"),
-        ("critic:", "fire", "'': there is no such file. Name a checkpoint"),
-        ("perturbed:0.5", "robots", "there is no such file. Name a checkpoint"),
-        ("perturbed:-1:{}", "robots", "give metres from 0 upwards"),
     ],
 )
-def test_refuses_a_word_that_means_nothing(path, word, side, message):
-    """With the nearest that does, or what is missing."""
+def test_refuses_a_word_that_means_nothing(word, side, message):
+    """With the nearest that does."""
     with pytest.raises(ValueError, match=message):
-        contestant(word.format(path), side)
+        contestant(word, side)
 
 
 def test_refuses_a_folder_without_a_checkpoint(tmp_path):
-    """As for a policy."""
+    """As a training that has not begun."""
     with pytest.raises(CheckpointError, match="there is no checkpoint in this folder"):
-        contestant(f"critic:{tmp_path}", "fire")
+        contestant(str(tmp_path), "fire")

@@ -20,26 +20,25 @@ from reference.learning.networks import one_thread
 from reference.paper import BEST_POINT, WORST_POINT, InputError, Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.evaluation import crossplay
-from reference.workshop.evaluation.crossplay import (
-    Asked,
-    Match,
-    Record,
+from reference.workshop.crossplay import (
+    RunResult,
     begin,
     cells,
     evaluate,
-    playing,
     resume,
     ruler_of,
+    runs,
     table,
-    unlike_training,
 )
-from reference.workshop.evaluation.intervals import of_mean
+from reference.workshop.crossplay.intervals import of_mean
+from reference.workshop.crossplay.matches import unlike_training
+from reference.workshop.crossplay.results import as_json, write_cells
 from reference.workshop.runs import ContradictionError, RunError
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.workers import InProcess, workers
 
-SMALL = Asked(("none", "sweep"), ("random",), "tiny", people=4, episodes=2)
+SMALL = {"robots": ("none", "sweep"), "fires": ("random",), "building": "tiny"}
+SMALL |= {"people": 4, "episodes": 2}
 
 
 @pytest.fixture(autouse=True)
@@ -50,8 +49,8 @@ def in_an_empty_folder(tmp_path, monkeypatch):
 
 @pytest.fixture(scope="module")
 def small():
-    """All records of SMALL."""
-    return evaluate(begin(SMALL), None, InProcess())
+    """All results of SMALL."""
+    return evaluate(begin(**SMALL), None, InProcess())
 
 
 @pytest.fixture(scope="module")
@@ -75,18 +74,17 @@ class Counting(InProcess):
         return super().submit(fn, part)
 
 
-def a_record(robots="sweep", fire="random", seed=0, **changes):
+def a_result(robots="sweep", fire="random", seed=0, **changes):
     """Of forty people half are out, one a second."""
     facts = {"people": 40, "evacuated": 20, "died": 20, "inside": 0, "survival": 0.5}
     facts |= {"reward": 0.0, "difficulty": 1000.0, "simulated_seconds": 90.0}
-    facts |= {"evacuation_time": 20.0, "mean_evacuation_time": 10.5}
-    facts |= {"mean_health": 80.0, "times": tuple(map(float, range(1, 21)))}
-    return Record(robots, fire, seed, **facts | changes)
+    facts |= {"evacuation_time": 20.0, "mean_health": 80.0}
+    facts |= {"times": tuple(map(float, range(1, 21)))}
+    return RunResult(robots, fire, seed, **facts | changes)
 
 
 NOBODY_OUT = {"evacuated": 0, "died": 40, "survival": 0.0, "reward": -12000.0}
-NOBODY_OUT |= {"evacuation_time": None, "mean_evacuation_time": None}
-NOBODY_OUT |= {"mean_health": None, "times": ()}
+NOBODY_OUT |= {"evacuation_time": None, "mean_health": None, "times": ()}
 
 
 # -- Runs ---------------------------------------------------------------------------
@@ -94,7 +92,7 @@ NOBODY_OUT |= {"mean_health": None, "times": ()}
 
 @pytest.mark.paper("F12")
 def test_everybody_meets_everybody_on_the_same_seeds(small):
-    """One record for each, in order."""
+    """One result for each, in order."""
     assert [(r.robots, r.fire, r.seed) for r in small] == [
         ("none", "random", 0),
         ("none", "random", 1),
@@ -103,7 +101,7 @@ def test_everybody_meets_everybody_on_the_same_seeds(small):
     ]
 
 
-def test_a_record_tells_what_the_simulation_did(small):
+def test_a_result_tells_what_the_simulation_did(small):
     """Run by hand, from the same seed."""
     scenario = Scenario(people=4)
     run = Simulation(load("tiny"), scenario, Sweep(), RandomFire(), seed=1)
@@ -125,18 +123,18 @@ def test_runs_of_one_seed_have_the_same_fire_whoever_guides(small):
 @pytest.mark.slow
 def test_it_does_not_matter_who_does_the_jobs(small):
     """Threads or processes, in whichever order they are done."""
-    evaluation = begin(SMALL)
+    evaluation = begin(**SMALL)
     with ThreadPoolExecutor(2) as threads:
         assert evaluate(evaluation, None, threads) == small
     with workers(1) as processes:
         assert evaluate(evaluation, Path("out"), processes) == small
-    assert crossplay.read(Path("out/runs.csv")) == small
+    assert runs.read(Path("out/runs.csv")) == small
 
 
 def test_the_fire_that_looks_ahead_takes_part_by_its_name():
     """And lights as many sources as there are."""
-    asked = Asked(("none",), ("worst-case",), "tiny", people=2, episodes=1)
-    (found,) = evaluate(begin(asked), None, InProcess())
+    asked = begin(("none",), ("worst-case",), "tiny", people=2, episodes=1)
+    (found,) = evaluate(asked, None, InProcess())
     assert found.match == ("none", "worst-case")
     assert found.difficulty > 0
 
@@ -151,40 +149,38 @@ def test_nothing_is_written_without_a_folder(small):
 
 def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     """Stopped after two runs; then only the others are played, to the same end."""
-    monkeypatch.setattr(playing, "IN_LOCKSTEP", 2)
+    monkeypatch.setattr(runs, "IN_LOCKSTEP", 2)
     folder, whole = Path("stopped"), Path("whole")
     looks = iter([False])
-    kept = evaluate(
-        begin(SMALL, folder), folder, InProcess(), lambda: next(looks, True)
-    )
-    assert kept == small[:2] == crossplay.read(folder / "runs.csv")
+    kept = evaluate(begin(**SMALL), folder, InProcess(), lambda: next(looks, True))
+    assert kept == small[:2] == runs.read(folder / "runs.csv")
     rest = Counting()
-    assert evaluate(resume(Asked(), folder), folder, rest) == small
+    assert evaluate(resume(folder), folder, rest) == small
     assert [(job.robots, job.seed) for job in rest.jobs] == [("sweep", 0), ("sweep", 1)]
-    evaluate(begin(SMALL, whole), whole, InProcess())
+    evaluate(begin(**SMALL), whole, InProcess())
     assert (folder / "runs.csv").read_bytes() == (whole / "runs.csv").read_bytes()
 
 
 def test_a_row_that_was_half_written_is_played_anew(small):
     """Whoever pulls the plug loses no more than that run."""
     folder = Path("out")
-    evaluate(begin(SMALL, folder), folder, InProcess())
+    evaluate(begin(**SMALL), folder, InProcess())
     runs = folder / "runs.csv"
     runs.write_text(runs.read_text()[:-3])
     rest = Counting()
-    assert evaluate(resume(Asked(), folder), folder, rest) == small
+    assert evaluate(resume(folder), folder, rest) == small
     assert len(rest.jobs) == 1
 
 
 def test_more_robots_can_be_asked_for_later(small):
     """What is there is not played again."""
     folder, more = Path("out"), Counting()
-    evaluate(begin(replace(SMALL, robots=("sweep",)), folder), folder, InProcess())
-    evaluation = resume(Asked(robots=("none", "sweep")), folder)
+    evaluate(begin(**SMALL | {"robots": ("sweep",)}), folder, InProcess())
+    evaluation = resume(folder, ("none", "sweep"))
     assert evaluation.robots == ("sweep", "none")
     assert evaluate(evaluation, folder, more) == [*small[2:], *small[:2]]
     assert {job.robots for job in more.jobs} == {"none"}
-    assert resume(Asked(), folder) == evaluation
+    assert resume(folder) == evaluation
 
 
 NUMBERS = st.floats(-(2.0**60), 2.0**60, width=32)
@@ -193,7 +189,7 @@ WORDS = st.text(st.characters(codec="utf-8", exclude_categories=["Cc"]), min_siz
 
 @settings(max_examples=25)
 @given(
-    numbers=st.tuples(*[NUMBERS] * 7),
+    numbers=st.tuples(*[NUMBERS] * 6),
     times=st.lists(NUMBERS, max_size=3),
     counts=st.tuples(*[st.integers(0, 400)] * 5),
     words=st.tuples(WORDS, WORDS),
@@ -202,32 +198,32 @@ def test_a_table_is_read_as_it_was_written(
     numbers, times, counts, words, tmp_path_factory
 ):
     """Every number to its last bit, whatever the words are."""
-    known = [n if n > 0 else None for n in numbers[3:6]]
-    record = Record(*words, *counts, *numbers[:3], *known, numbers[6], tuple(times))
+    known = [n if n > 0 else None for n in numbers[3:5]]
+    result = RunResult(*words, *counts, *numbers[:3], *known, numbers[5], tuple(times))
     path = tmp_path_factory.mktemp("table") / "runs.csv"
-    written = crossplay.records.table_of(path, [record])
-    written.append([crossplay.records.row_of(record)])
-    assert crossplay.read(path) == [record, record]
+    written = runs.table_of(path, [result])
+    written.append([runs.row_of(result)])
+    assert runs.read(path) == [result, result]
 
 
 def test_a_row_that_cannot_be_written_is_told_with_what_to_do(small):
     """As with a full disk; the rows before are whole."""
-    written = crossplay.records.table_of(Path("runs.csv"), [])
+    written = runs.table_of(Path("runs.csv"), [])
     Path("runs.csv").unlink()
     Path("runs.csv").mkdir()
     with pytest.raises(OSError, match=r"cannot be written .* go on with --resume"):
-        written.append([crossplay.records.row_of(small[0])])
+        written.append([runs.row_of(small[0])])
 
 
 def test_a_disk_that_fills_up_in_the_middle_of_a_row_keeps_the_rows_before(small):
     """What was written of the new ones is taken back: later ones follow whole rows."""
-    path, row = Path("runs.csv"), crossplay.records.row_of(small[0])
-    written = crossplay.records.table_of(path, small[:1])
+    path, row = Path("runs.csv"), runs.row_of(small[0])
+    written = runs.table_of(path, small[:1])
     with room_for(path.stat().st_size + 10), pytest.raises(OSError, match="are whole"):
         written.append([row])
-    assert crossplay.read(path) == small[:1]
+    assert runs.read(path) == small[:1]
     written.append([row])
-    assert crossplay.read(path) == [small[0], small[0]]
+    assert runs.read(path) == [small[0], small[0]]
 
 
 # -- Who is asked for ---------------------------------------------------------------
@@ -235,7 +231,7 @@ def test_a_disk_that_fills_up_in_the_middle_of_a_row_keeps_the_rows_before(small
 
 def test_unless_asked_otherwise_it_is_the_papers_building_and_its_people():
     """The best robots against random fires, a hundred times."""
-    evaluation = begin(Asked())
+    evaluation = begin()
     assert evaluation.arena.building == "paper"
     assert evaluation.arena.scenario == Scenario()
     assert (evaluation.robots, evaluation.fires) == (("sweep",), ("random",))
@@ -244,13 +240,13 @@ def test_unless_asked_otherwise_it_is_the_papers_building_and_its_people():
 
 def test_asked_for_twice_somebody_plays_once():
     """A shell's pattern may name them again."""
-    evaluation = begin(replace(SMALL, robots=("sweep", "none", "sweep")))
-    assert evaluation.matches == [Match("sweep", "random"), Match("none", "random")]
+    evaluation = begin(**SMALL | {"robots": ("sweep", "none", "sweep")})
+    assert evaluation.robots == ("sweep", "none")
 
 
 def test_a_checkpoint_brings_its_building_and_scenario(run):
     """Scripts then play there too, with as many people."""
-    evaluation = begin(Asked(("sweep", str(run)), ("random",), episodes=1))
+    evaluation = begin(("sweep", str(run)), ("random",), episodes=1)
     assert evaluation.arena.building == "tiny"
     assert evaluation.arena.people == 6
     assert evaluation.arena.scenario == replace(tiny().scenario, training=False)
@@ -266,11 +262,11 @@ def test_it_is_said_who_plays_in_another_scenario_than_its_own(run, tmp_path):
     with one_thread():
         trained(begun(short, fixed={"fire": "random"}), other, rounds=0)
     robots = (str(run), str(other), "sweep")
-    assert list(unlike_training(begin(Asked(robots)))) == [
+    assert list(unlike_training(begin(robots))) == [
         f"the robots {other} learned with time_limit 20.0 (here 40.0), "
         "sight_range 7.0 (here 5.0)"
     ]
-    assert list(unlike_training(begin(Asked(robots[:1])))) == []
+    assert list(unlike_training(begin(robots[:1]))) == []
 
 
 def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp_path):
@@ -278,27 +274,11 @@ def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp
     training, folder = tmp_path / "training", tmp_path / "out"
     shutil.copytree(run, training)
     word, first = str(training), str(training / "checkpoint-000001.pt")
-    asked = Asked((word,), ("none",), episodes=1)
-    evaluation = begin(asked, folder)
-    evaluate(evaluation, folder, InProcess())
+    evaluate(begin((word,), ("none",), episodes=1), folder, InProcess())
     shutil.copy(first, training / "checkpoint-000002.pt")
-    again = resume(Asked(fire=("random",)), folder)
+    again = resume(folder, fires=("random",))
     assert (again.robots, again.word(word)) == ((word,), first)
     assert {r.robots for r in evaluate(again, folder, InProcess())} == {word}
-
-
-def test_words_before_a_checkpoint_stay_when_it_is_pinned(run):
-    """Such as how far observations are off."""
-    evaluation = begin(Asked((f"perturbed:0.5:{run}",), (f"critic:{run}",)))
-    files = [file.word for file in evaluation.files.values()]
-    newest = run / "checkpoint-000001.pt"
-    assert files == [f"perturbed:0.5:{newest}", f"critic:{newest}"]
-
-
-def test_refuses_a_critic_where_nobody_is_valued(run):
-    """It would fail while it plays, after the others have played."""
-    with pytest.raises(ContradictionError, match="with --robots none there are none"):
-        begin(Asked(("none", "sweep"), (f"critic:{run}",)))
 
 
 # -- What it comes to ---------------------------------------------------------------
@@ -307,7 +287,7 @@ def test_refuses_a_critic_where_nobody_is_valued(run):
 def test_a_cell_has_the_means_of_its_runs():
     """With their intervals."""
     survival = [0.5, 0.75, 1.0]
-    runs = [a_record(seed=k, survival=s) for k, s in enumerate(survival)]
+    runs = [a_result(seed=k, survival=s) for k, s in enumerate(survival)]
     (cell,) = cells(runs, PAPER)
     assert (cell.robots, cell.fire, cell.n) == ("sweep", "random", 3)
     assert cell.survival == of_mean(survival)
@@ -317,9 +297,9 @@ def test_a_cell_has_the_means_of_its_runs():
 @pytest.mark.paper("F12")
 def test_a_gain_is_the_mean_difference_from_the_baseline_of_the_same_seeds():
     """Of one fire; a seed that the baseline has not played counts for nothing."""
-    ours = [a_record("patrol", seed=k, survival=s) for k, s in enumerate((0.5, 1.0, 0))]
-    theirs = [a_record("sweep", seed=k, survival=s) for k, s in ((1, 0.5), (0, 0.25))]
-    elsewhere = a_record("patrol", fire="greedy")
+    ours = [a_result("patrol", seed=k, survival=s) for k, s in enumerate((0.5, 1.0, 0))]
+    theirs = [a_result("sweep", seed=k, survival=s) for k, s in ((1, 0.5), (0, 0.25))]
+    elsewhere = a_result("patrol", fire="greedy")
     found = cells([*ours, *theirs, elsewhere], PAPER, "sweep")
     assert [cell.gain for cell in found] == [of_mean([0.25, 0.5]), (0, 0, 0), None]
     first, line, *_ = table(found).splitlines()
@@ -331,8 +311,8 @@ def test_a_gain_is_the_mean_difference_from_the_baseline_of_the_same_seeds():
 @pytest.mark.paper("F9")
 def test_the_score_of_a_cell_is_that_of_its_means():
     """E is convex: a mean of scores would pay for being unreliable."""
-    steady = [a_record("steady", seed=k, reward=8000.0) for k in range(8)]
-    gamble = [a_record("gamble", seed=k, reward=16000.0 * (k % 2)) for k in range(8)]
+    steady = [a_result("steady", seed=k, reward=8000.0) for k in range(8)]
+    gamble = [a_result("gamble", seed=k, reward=16000.0 * (k % 2)) for k in range(8)]
     one, other = cells([*steady, *gamble], PAPER)
     assert one.score.mean == pytest.approx(PAPER.score(8000.0, 1000.0))
     assert other.score.mean == pytest.approx(one.score.mean)
@@ -343,18 +323,18 @@ def test_the_score_of_a_cell_is_that_of_its_means():
 
 def test_a_reward_off_the_ruler_has_no_score():
     """Four hundred people on a ruler for forty: the other figures stand."""
-    (cell,) = cells([a_record(reward=1e5)], PAPER)
+    (cell,) = cells([a_result(reward=1e5)], PAPER)
     assert cell.score is None
     assert cell.reward.mean == 1e5
 
 
 def test_where_nobody_gets_out_there_is_no_time_and_no_health():
     """Neither nan nor 0 in any of what is printed and written."""
-    evaluation = begin(SMALL)
-    dead = cells([a_record(**NOBODY_OUT), a_record("none", reward=1e9)], PAPER)
+    evaluation = begin(**SMALL)
+    dead = cells([a_result(**NOBODY_OUT), a_result("none", reward=1e9)], PAPER)
     assert dead[0].evacuation_time is dead[0].mean_health is dead[1].score is None
     Path("out").mkdir()
-    crossplay.write_cells(Path("out"), evaluation, PAPER, dead)
+    write_cells(Path("out"), evaluation, PAPER, dead)
     written = [path.read_text() for path in Path("out").iterdir()]
     for text in (*written, table(dead)):
         assert "nan" not in text.lower().replace("nobody", "")
@@ -364,8 +344,8 @@ def test_where_nobody_gets_out_there_is_no_time_and_no_health():
 
 def test_the_table_is_aligned_and_says_what_is_missing():
     """A line for each match, under a line of heads."""
-    dead = [a_record("none", seed=seed, **NOBODY_OUT) for seed in (0, 1)]
-    first, *lines, note = table(cells([a_record(), *dead], PAPER)).splitlines()
+    dead = [a_result("none", seed=seed, **NOBODY_OUT) for seed in (0, 1)]
+    first, *lines, note = table(cells([a_result(), *dead], PAPER)).splitlines()
     assert first.split()[:3] == ["robots", "fire", "runs"]
     assert [line.split()[:5] for line in lines] == [
         ["sweep", "random", "1", "50.0", "0"],  # a single run has no interval
@@ -373,13 +353,13 @@ def test_the_table_is_aligned_and_says_what_is_missing():
     ]
     assert len({len(line) for line in (first, *lines)}) == 1
     assert note.startswith("-: nobody got out")
-    assert "nobody" not in table(cells([a_record()], PAPER))
+    assert "nobody" not in table(cells([a_result()], PAPER))
 
 
 def test_json_has_the_promised_keys(small):
     """A contract for programs that read it."""
-    evaluation = begin(SMALL)
-    facts = crossplay.as_json(evaluation, PAPER, cells(small, PAPER))
+    evaluation = begin(**SMALL)
+    facts = as_json(evaluation, PAPER, cells(small, PAPER))
     assert json.loads(json.dumps(facts, allow_nan=False)) == facts
     assert (facts["building"], facts["people"], facts["seeds"]) == ("tiny", 4, [0, 1])
     assert facts["ruler"] == asdict(PAPER)
@@ -395,7 +375,7 @@ def test_the_csv_of_cells_has_a_row_for_each_match(small):
     """With the same numbers as the cells."""
     found = cells(small, PAPER)
     Path("out").mkdir()
-    crossplay.write_cells(Path("out"), begin(SMALL), PAPER, found)
+    write_cells(Path("out"), begin(**SMALL), PAPER, found)
     with Path("out/cells.csv").open() as file:
         rows = list(csv.DictReader(file))
     assert [float(row["score_low"]) for row in rows] == [c.score.low for c in found]
@@ -407,8 +387,8 @@ def test_the_baseline_scores_one_on_the_ruler_made_of_its_runs():
     """Over all of its runs, against all fires."""
     rng = np.random.default_rng(1)
     h = rng.uniform(500, 3500, 60)
-    runs = [a_record(seed=k, difficulty=d, reward=1.3e4 - d) for k, d in enumerate(h)]
-    ruler = ruler_of([*runs, a_record("none")], "sweep", WORST_POINT, BEST_POINT)
+    runs = [a_result(seed=k, difficulty=d, reward=1.3e4 - d) for k, d in enumerate(h)]
+    ruler = ruler_of([*runs, a_result("none")], "sweep", WORST_POINT, BEST_POINT)
     assert cells(runs, ruler)[0].score.mean == pytest.approx(1)
 
 
@@ -427,23 +407,35 @@ def test_the_baseline_scores_one_on_the_ruler_made_of_its_runs():
 )
 def test_refuses_to_go_on_with_something_else(changes, message):
     """Runs of two kinds would stand in one table."""
-    evaluate(begin(SMALL, Path("out")), Path("out"), InProcess(), lambda: True)
+    evaluate(begin(**SMALL), Path("out"), InProcess(), lambda: True)
     with pytest.raises(ContradictionError, match=message):
-        resume(Asked(**changes), Path("out"))
-    resume(SMALL, Path("out"))
+        resume(Path("out"), **changes)
+    resume(Path("out"), **SMALL)
 
 
-def test_refuses_a_folder_that_is_used_unless_told_to_go_on():
-    """Nothing is overwritten."""
-    Path("out").mkdir()
-    begin(SMALL, Path("out"))
-    Path("out/notes.txt").touch()
-    with pytest.raises(RunError, match=r"is not empty.*--resume"):
-        begin(SMALL, Path("out"))
-    with pytest.raises(RunError, match="is a file"):
-        begin(SMALL, Path("out/notes.txt"))
+def test_refuses_to_go_on_where_nothing_was_begun():
+    """There is nothing to compare with."""
     with pytest.raises(RunError, match="no evaluation to go on with"):
-        resume(Asked(), Path("out"))
+        resume(Path("out"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('"time_limit": 240.0', '"time_limit": 20.0'),
+        ('"people": 4', '"people": "many"'),
+        ('"seed": 0', '"seed": 1'),
+        ('"robots": [', '"robots": ["escort",'),
+    ],
+)
+def test_refuses_an_edited_evaluation(old, new):
+    """Its new runs would stand beside those of the old one."""
+    path = Path("out/evaluation.json")
+    evaluate(begin(**SMALL), Path("out"), InProcess(), lambda: True)
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(RunError, match=r"evaluation\.json: was edited since its runs"):
+        resume(Path("out"))
 
 
 @pytest.mark.parametrize(
@@ -451,7 +443,6 @@ def test_refuses_a_folder_that_is_used_unless_told_to_go_on():
     [
         ("evaluation.json", "{}", "was written by version unknown"),
         ("evaluation.json", "[" * 9999, "is no JSON object"),
-        ("evaluation.json", "many", "people is 'many': it must be a whole number"),
         ("evaluation.json", None, "was written by version 0.0.1"),
         ("evaluation.json", "game 1", "was written by version .* of game 1, this is"),
         ("runs.csv", "robots,fire\n", "is no table of these runs"),
@@ -461,32 +452,30 @@ def test_refuses_a_folder_that_is_used_unless_told_to_go_on():
 def test_refuses_files_that_are_not_its_own(file, text, message):
     """Or that a later version wrote, in which runs may end otherwise."""
     path = Path("out") / file
-    evaluate(begin(SMALL, Path("out")), Path("out"), InProcess(), lambda: True)
+    evaluate(begin(**SMALL), Path("out"), InProcess(), lambda: True)
     if text is None:
         text = path.read_text() + "sweep,random\n" * (file == "runs.csv")
         version = json.loads(Path("out/evaluation.json").read_text())["version"]
         text = text.replace(f'"{version}"', '"0.0.1"')
-    if text == "many":
-        text = path.read_text().replace('"people": 4', '"people": "many"')
     if text == "game 1":
         text = json.dumps(json.loads(path.read_text()) | {"game": 1})
     path.write_text(text)
     with pytest.raises(ValueError, match=message):
-        evaluate(resume(Asked(), Path("out")), Path("out"), InProcess())
+        evaluate(resume(Path("out")), Path("out"), InProcess())
 
 
 def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
     """Its runs would not be those of the same robots."""
     mine = tmp_path / "mine.pt"
     shutil.copy(run / "checkpoint-000001.pt", mine)
-    asked = Asked((str(mine),), ("none",), episodes=1)
-    evaluate(begin(asked, Path("out")), Path("out"), InProcess(), lambda: True)
+    asked = begin((str(mine),), ("none",), episodes=1)
+    evaluate(asked, Path("out"), InProcess(), lambda: True)
     shutil.copy(run / "checkpoint-000000.pt", mine)
     with pytest.raises(InputError, match="is no more the checkpoint"):
-        resume(Asked(), Path("out"))
+        resume(Path("out"))
     mine.unlink()
     with pytest.raises(InputError, match="this checkpoint, which is not here"):
-        resume(Asked(), Path("out"))
+        resume(Path("out"))
 
 
 @pytest.mark.parametrize(
@@ -500,7 +489,7 @@ def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
 def test_refuses_checkpoints_where_they_cannot_play(run, changes, message):
     """By the word that names them, since there may be many."""
     with pytest.raises(RunError, match=message.replace("RUN", str(run))):
-        begin(replace(Asked(("sweep", str(run))), **changes))
+        begin(**{"robots": ("sweep", str(run)), **changes})
 
 
 def test_refuses_robots_against_a_fire_that_learned_without_any(tmp_path):
@@ -510,26 +499,26 @@ def test_refuses_robots_against_a_fire_that_learned_without_any(tmp_path):
     with one_thread():
         trained(begun(alone, fixed={"robots": "none"}), fire, rounds=0)
     with pytest.raises(RunError, match=r"here it is 4, .* Name --robots none"):
-        begin(Asked(("none", "sweep"), (str(fire),)))
-    assert begin(Asked(("none",), (str(fire),))).arena.people == 6
+        begin(("none", "sweep"), (str(fire),))
+    assert begin(("none",), (str(fire),)).arena.people == 6
 
 
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        (Asked(("sweeep",)), "Did you mean 'sweep'"),
-        (Asked(people=0), "nobody to evacuate"),
-        (Asked(people=5000), "do not fit"),
-        (Asked(sample=True), "--sample goes with a checkpoint"),
+        ({"robots": ("sweeep",)}, "Did you mean 'sweep'"),
+        ({"people": 0}, "nobody to evacuate"),
+        ({"people": 5000}, "do not fit"),
+        ({"sample": True}, "--sample goes with a checkpoint"),
     ],
 )
 def test_refuses_what_nobody_can_play(asked, message):
     """Before the first run."""
     with pytest.raises(ValueError, match=message):
-        begin(replace(asked, building="tiny"))
+        begin(building="tiny", **asked)
 
 
 def test_refuses_a_baseline_without_runs():
     """As one with too few."""
     with pytest.raises(RulerError, match="0 runs make no ruler"):
-        ruler_of([a_record()], "patrol", WORST_POINT, BEST_POINT)
+        ruler_of([a_result()], "patrol", WORST_POINT, BEST_POINT)

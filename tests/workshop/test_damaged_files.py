@@ -21,14 +21,9 @@ from reference.building import load as load_building
 from reference.evaluation.score import PAPER
 from reference.learning.networks import one_thread
 from reference.paper import InputError
+from reference.workshop.crossplay import begin, evaluate, resume
+from reference.workshop.crossplay.results import read_ruler
 from reference.workshop.drawing.runs import read as read_summaries
-from reference.workshop.evaluation.crossplay import (
-    Asked,
-    begin,
-    evaluate,
-    read_ruler,
-    resume,
-)
 from reference.workshop.experiment import asked
 from reference.workshop.experiment import begun as on_resume
 from reference.workshop.files import read_json
@@ -153,7 +148,7 @@ LOAD, LOADED = torch.load, []
 
 
 def _evaluation(path: Path) -> None:
-    evaluate(resume(Asked(), path.parent), path.parent, InProcess(), lambda: True)
+    evaluate(resume(path.parent), path.parent, InProcess(), lambda: True)
 
 
 def _played(path: Path) -> None:
@@ -218,9 +213,8 @@ KINDS = {
 def whole(tmp_path_factory):
     """A folder with a file of every kind, all whole."""
     folder = tmp_path_factory.mktemp("whole")
-    few = Asked(("none",), ("none", "random"), "tiny", people=2, episodes=1)
-    (folder / "evaluation").mkdir()
-    evaluate(begin(few), folder / "evaluation", InProcess())
+    few = begin(("none",), ("none", "random"), "tiny", people=2, episodes=1)
+    evaluate(few, folder / "evaluation", InProcess())
     (folder / "ruler.json").write_text(json.dumps(asdict(PAPER)))
     (folder / "locked").mkdir()
     (folder / "locked" / ".lock").write_text("12345")

@@ -78,14 +78,15 @@ def gif(tmp_path_factory):
     """A short film as GIF, the simulation that it shows, and its outcome."""
     path = tmp_path_factory.mktemp("film") / "film.gif"
     run = Simulation(house("tiny"), SHORT, seed=1, fire=RandomFire(), robots=Sweep())
-    return path, run, drawing.animate(run, path)
+    drawing.animate(run, path)
+    return path, run
 
 
 @pytest.fixture(scope="module")
 def player(tmp_path_factory):
     """A longer one as a page with a player, and the simulation that it shows."""
     path = tmp_path_factory.mktemp("film") / "film.html"
-    long = replace(SHORT, time_limit=12.0)
+    long = replace(SHORT, time_limit=17.0)
     run = Simulation(house("tiny"), long, seed=1, fire=RandomFire(), robots=Sweep())
     drawing.animate(run, path)
     return path.read_text(encoding="utf-8"), run
@@ -319,9 +320,13 @@ def test_followers_are_discs_and_leaders_triangles(simulation):
     world.bodies.mode[:3] = Mode.LEADER
     scene = Scene(world.building, 8)
     scene.show(world, [drawing.tally(world)])
-    counts = {mode: len(crowd.get_offsets()) for mode, crowd in scene.people.items()}
+    counts = {
+        mode: len(crowd.get_offsets()) for mode, crowd in scene.sides[0].people.items()
+    }
     assert counts == {Mode.FOLLOWER: 5, Mode.LEADER: 3}
-    corners = {m: len(c.get_paths()[0].vertices) for m, c in scene.people.items()}
+    corners = {
+        m: len(c.get_paths()[0].vertices) for m, c in scene.sides[0].people.items()
+    }
     assert corners[Mode.LEADER] == 4 < corners[Mode.FOLLOWER]
 
 
@@ -334,7 +339,7 @@ def test_health_is_a_colour_that_darkens(simulation):
     scene = Scene(world.building, 8)
     scene.show(world, [drawing.tally(world)])
     pixels(scene.figure)
-    light = scene.people[Mode.FOLLOWER].get_facecolors()[:, :3].sum(axis=1)
+    light = scene.sides[0].people[Mode.FOLLOWER].get_facecolors()[:, :3].sum(axis=1)
     assert (np.diff(light) <= 0).all()
     assert light[0] > 2 * light[-1]
 
@@ -342,18 +347,18 @@ def test_health_is_a_colour_that_darkens(simulation):
 def test_everybody_is_drawn_on_the_floor_they_are_on(simulation):
     """The place on the page is the colour of that floor's cell."""
     building = simulation.building
-    scene = Scene(building, 8)
+    (side,) = Scene(building, 8).sides
     for floor in (0, 1):
         row, col = np.argwhere(building.kind[floor] == Kind.ENTRANCE)[0]
-        ((x,), (y,)) = scene._on_page(np.array([floor]), building.metres(row, col))
-        colour = colour_at(scene.axes, x, y)
+        ((x,), (y,)) = side.on_page(floor, building.metres(row, col))
+        colour = colour_at(side.axes, x, y)
         np.testing.assert_allclose(colour, to_rgb(COLOURS[Kind.ENTRANCE]), atol=0.01)
 
 
 def test_floors_are_read_like_lines_of_text(tiny):
     """The first floor is drawn first: on the left, or on top."""
     scene = Scene(tiny, 8)
-    (x_1, y_1), (x_2, y_2) = scene.offset
+    (x_1, y_1), (x_2, y_2) = scene.sides[0].offset
     assert (x_1, -y_1) < (x_2, -y_2)
 
 
@@ -363,8 +368,8 @@ def test_the_title_and_the_curve_count_the_same_people(simulation):
     world.bodies.fate[:3] = (Fate.EVACUATED, Fate.EVACUATED, Fate.DEAD)
     scene = Scene(world.building, 8)
     scene.show(world, [drawing.tally(world)])
-    assert scene.title.get_text() == "Tiny office after 0 s: 5 inside, 2 out, 1 dead"
-    ends = {name: line.get_ydata()[-1] for name, line in scene.lines.items()}
+    assert scene.texts[0].get_text() == "after 0 s: 5 inside, 2 out, 1 dead"
+    ends = {name: line.get_ydata()[-1] for name, line in scene.lines[0].items()}
     assert ends == {"out": 2, "inside": 5, "dead": 1}
 
 
@@ -377,7 +382,7 @@ def test_robots_destinations_flames_and_burnt_doors_have_marks_of_their_own(simu
     world.burnt[:2] = True
     scene = Scene(world.building, 8)
     scene.show(world, [drawing.tally(world)])
-    count = {name: len(mark.get_xdata()) for name, mark in scene.marks.items()}
+    count = {name: len(mark.get_xdata()) for name, mark in scene.sides[0].marks.items()}
     sent = sum(r.active and r.destination is not None for r in world.robots)
     assert count["robot"] == len(world.robots) == 2
     assert count["destination"] == sent
@@ -394,10 +399,12 @@ def walked(world, *spots, seconds=1.0):
         others = np.full((7, 3), [0, np.nan, np.nan])
         history.append(drawing.Tally(k * seconds, 0, 8, 0, np.vstack([spot, others])))
     scene.show(world, history)
-    ways = np.transpose(scene.marks[TRAIL].get_data())
+    ways = np.transpose(scene.sides[0].marks[TRAIL].get_data())
     cuts = np.flatnonzero(np.isnan(ways).any(axis=1))
     runs = [run[np.isfinite(run).all(axis=1)] for run in np.split(ways, cuts)]
-    return [(run - scene.offset[0]).round(6).tolist() for run in runs if len(run)]
+    return [
+        (run - scene.sides[0].offset[0]).round(6).tolist() for run in runs if len(run)
+    ]
 
 
 def test_a_trail_is_where_a_person_walked_lately(simulation):
@@ -412,7 +419,7 @@ def test_a_trail_breaks_on_stairs_and_goes_on_on_the_next_floor(simulation):
     world, on_stairs = simulation.world, (1, np.nan, np.nan)
     above, below = walked(world, (1, 3, 4), (1, 4, 4), on_stairs, (0, 9, 9), (0, 8, 9))
     assert below == [[9, 9], [8, 9]]
-    up = np.subtract(*Scene(world.building, 8).offset[[1, 0]])
+    up = np.subtract(*Scene(world.building, 8).sides[0].offset[[1, 0]])
     assert np.allclose(above, np.array([[3, 4], [4, 4]]) + up)
 
 
@@ -523,7 +530,7 @@ def test_a_films_legend_lists_all_that_comes_to_happen_and_stays(tiny):
     """It is known before the first frame, since a legend must not jump."""
     long = replace(SHORT, time_limit=40.0)
     simulation = Simulation(tiny, long, Sweep(), RandomFire(), seed=1)
-    scene, history = film.scene_of(simulation), []
+    scene, history = film.scene_of([simulation]), []
     shapes, _, curves = listed(scene.figure)
     for _ in ticks(simulation):
         history.append(drawing.tally(simulation.world))
@@ -536,7 +543,7 @@ def test_a_films_legend_lists_all_that_comes_to_happen_and_stays(tiny):
 def test_a_film_lists_neither_fires_nor_robots_where_there_are_none(tiny):
     """They cannot come: the strategies are known."""
     calm = Simulation(tiny, SHORT, NoRobots(), NoFire(), seed=1)
-    shapes, _, curves = listed(film.scene_of(calm).figure)
+    shapes, _, curves = listed(film.scene_of([calm]).figure)
     assert shapes == {"follower", "leader", TRAIL, "died here"}
     assert curves == {"out", "inside", "dead"}
 
@@ -568,13 +575,13 @@ def test_a_frame_costs_a_fraction_of_a_whole_page(simulation):
 
 
 def frames_of(simulation):
-    """How many frames the film of a run has: the first, and one for two ticks."""
-    return 1 + ceil(round(simulation.world.time / simulation.tick) / 2)
+    """How many frames the film of a run has: the first, and one for three ticks."""
+    return 1 + ceil(round(simulation.world.time / simulation.tick) / 3)
 
 
 def test_a_gif_has_a_frame_for_every_instant_and_they_differ(gif):
     """The film begins with the beginning and holds the end for three seconds."""
-    path, simulation, _ = gif
+    path, simulation = gif
     with Image.open(path) as film:
         frames = [frame.convert("RGB") for frame in ImageSequence.Iterator(film)]
         assert len(frames) == frames_of(simulation)
@@ -586,7 +593,7 @@ def test_a_gif_has_a_frame_for_every_instant_and_they_differ(gif):
 
 def test_the_patches_of_a_gif_add_up_to_the_page(gif):
     """The last frame is the page as it is drawn, but for a palette of 256 colours."""
-    path, simulation, _ = gif
+    path, simulation = gif
     scene, world = Scene(simulation.building, 8, film.DPI), simulation.world
     scene.show(world, [drawing.tally(world)])
     page = film.painter(scene)()[..., :3].astype(int)
@@ -600,19 +607,50 @@ def test_the_patches_of_a_gif_add_up_to_the_page(gif):
 
 def test_every_colour_that_is_drawn_with_is_in_the_palette():
     """Only the smoothed edges are rounded, not the things themselves."""
-    patches = film.Patches()
+    page = np.full((40, 300, 4), 255, dtype=np.uint8)
     inks = [*COLOURS.values(), *STEPS, FLAME, EMBER, SOURCE, "#ffffff"]
     rows = (np.array([[(*to_rgb(ink), 1) for ink in inks]]) * 255).round()
-    image, corner = patches.next(rows.astype(np.uint8))
+    frames = [(page, 0.1), (rows.astype(np.uint8), 0.1)]
+    _, (image, corner, _) = film.patches(iter(frames), key=1)
     shown = np.asarray(image.convert("RGB")).astype(int)
     assert corner == (0, 0)
     assert np.abs(shown - rows[..., :3]).max() <= 6
+    assert np.asarray(image).max() < film.CLEAR
 
 
 def test_a_film_changes_nothing_in_what_it_films(tiny, gif):
     """The outcome is that of the same run unseen."""
     unseen = Simulation(tiny, SHORT, seed=1, fire=RandomFire(), robots=Sweep()).run()
-    assert gif[2] == unseen
+    assert gif[1].outcome() == unseen
+
+
+def test_two_evacuations_are_shown_side_by_side_until_both_are_over(tiny, tmp_path):
+    """Each under its own heading and with its own curve; who ends first stays."""
+    short, long = (
+        Simulation(tiny, replace(SHORT, time_limit=limit), Sweep(), seed=1)
+        for limit in (1.2, 2.4)
+    )
+    drawing.animate([short, long], tmp_path / "both.gif", ["brief", "long"])
+    assert (short.ticks, long.ticks) == (6, 12)
+    with Image.open(tmp_path / "both.gif") as film:
+        frames = [np.array(f.convert("RGB")) for f in ImageSequence.Iterator(film)]
+    middle = frames[0].shape[1] // 2
+    left, right = ([f[:300, k : k + middle] for f in frames] for k in (0, middle))
+    assert [np.any(a != b) for a, b in pairwise(left)] == [True, True, False, False]
+    assert all(np.any(a != b) for a, b in pairwise(right))
+
+
+def test_a_page_of_two_names_both_and_whose_curve_is_whose(tiny):
+    """The curves of who is out are told apart by their dashes as well."""
+    scene = Scene(tiny, 8, headings=["nobody guides", "robots guide"])
+    for side, outside in enumerate((2, 5)):
+        world = Simulation(tiny, SHORT, seed=1).world
+        scene.show(world, [drawing.Tally(0.0, outside, 8 - outside, 0)], side)
+    scene.explain(scene.shown())
+    assert {"nobody guides", "robots guide"} <= set(writing(scene.figure))
+    assert [line["out"].get_ydata()[-1] for line in scene.lines] == [2, 5]
+    assert listed(scene.figure)[2] == {"out, left", "out, right"}
+    assert len({line["out"].get_linestyle() for line in scene.lines}) == 2
 
 
 def test_the_player_is_one_page_without_any_link(player):
@@ -621,6 +659,15 @@ def test_the_player_is_one_page_without_any_link(player):
     assert not re.search(r"https?:|<link|<script .*src|@import", page)
     for part in ("<canvas", "<button", 'type="range"', "Tiny office"):
         assert part in page
+
+
+def test_the_player_fits_a_phone_and_tells_seconds(player):
+    """As wide as the screen, and as high; time in simulated seconds; four speeds."""
+    page, _ = player
+    assert '<meta name="viewport" content="width=device-width' in page
+    assert "min(100%, 1100px, (100vh - 3em) * 1100 / " in page
+    assert f"step = {film.SECONDS_PER_FRAME}, " in page
+    assert re.findall(r'<option value="(.*?)"', page) == ["0.5", "1", "2", "4"]
 
 
 def test_the_player_holds_every_frame_and_whole_ones_to_jump_to(player):
@@ -668,14 +715,18 @@ def test_refuses_an_mp4_without_ffmpeg_before_anything_runs(
     assert simulation.world.time == 0
 
 
-def test_an_ffmpeg_that_fails_leaves_a_message_and_no_film(
-    simulation, tmp_path, monkeypatch
+@pytest.mark.parametrize("script", ["exit 3", "cat > /dev/null; echo No space >&2"])
+def test_an_ffmpeg_that_fails_or_complains_leaves_the_old_film(
+    simulation, tmp_path, monkeypatch, script
 ):
-    """Whatever its reason was, nothing half-written stays."""
-    ffmpeg(tmp_path, monkeypatch, "exit 3")
-    with pytest.raises(OSError, match="ffmpeg could not write it"):
-        drawing.animate(simulation, tmp_path / "film.mp4")
-    assert [path.name for path in tmp_path.iterdir()] == ["ffmpeg"]
+    """Some versions exit with status 0 though the end could not be written."""
+    ffmpeg(tmp_path, monkeypatch, script)
+    film = tmp_path / "film.mp4"
+    film.write_text("yesterday's")
+    with pytest.raises(OSError, match=r"film\.mp4: cannot be written \(ffmpeg: "):
+        drawing.animate(simulation, film)
+    assert film.read_text() == "yesterday's"
+    assert {path.name for path in tmp_path.iterdir()} == {"ffmpeg", "film.mp4"}
 
 
 @pytest.mark.parametrize("suffix", [".gif", ".html"])

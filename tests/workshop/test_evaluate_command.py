@@ -1,4 +1,4 @@
-"""The commands evaluate, agree and gap: what they print, keep and refuse."""
+"""The command evaluate: what they print, keep and refuse."""
 
 import csv
 import json
@@ -9,10 +9,8 @@ from refusals import refusal
 
 from reference.__main__ import main
 from reference.evaluation import score
-from reference.paper import Scenario
-from reference.workshop.commands import checks
+from reference.workshop.crossplay import runs
 from reference.workshop.drawing import page
-from reference.workshop.evaluation import crossplay, gap
 
 SMALL = ["--building", "tiny", "--people", "6"]
 FIGURES = ("survival", "reward", "difficulty", "score")
@@ -113,7 +111,7 @@ def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
         (["--baseline", "sweep", "--ruler", "x"], 2, "leave out one of the two"),
         (["--ruler", "nowhere.json"], 1, "nowhere.json"),
         (["--robots", "swep"], 2, "Did you mean 'sweep'?"),
-        (["--fire", "perturbed:x"], 2, "names nobody who plays the fire"),
+        (["--fire", "critic:x"], 2, "names nobody who plays the fire"),
         (["--sample"], 2, "--sample goes with a checkpoint"),
         (["--people", "100000"], 1, "fit"),
         (["--episodes", str(10**12)], 2, "is not a whole number from 1 to 1000000"),
@@ -156,46 +154,8 @@ def test_who_stops_is_told_how_to_go_on(monkeypatch, capsys):
         signal.raise_signal(signal.SIGINT)
         return []
 
-    monkeypatch.setattr(crossplay, "evaluate", stopped)
+    monkeypatch.setattr(runs, "evaluate", stopped)
     kept = ["--out", "eval", "--baseline", "sweep"]
     assert main(["evaluate", *SMALL, "--workers", "0", *kept]) == 130
     again = capsys.readouterr().err.splitlines()[-1].split()[3:]
     assert again == ["evaluate", "--resume", *kept]
-
-
-# -- agree and gap ------------------------------------------------------------------
-
-
-@pytest.mark.paper("F11")
-@pytest.mark.slow
-def test_agree_prints_how_well_two_candidates_agree(tmp_path, capsys, monkeypatch):
-    """Three coefficients, and a picture if asked for."""
-    few = Scenario(people=8, time_limit=60.0)
-    monkeypatch.setattr(checks, "Scenario", lambda: few)
-    options = ["--building", "tiny", "--fires", "6", "--workers", "0"]
-    assert main(["agree", *options, "--json", "-o", "agree.png"]) == 0
-    facts = json.loads(capsys.readouterr().out)
-    assert facts["fires"] == 6
-    for name in ("spearman", "pearson", "spearman_within_sources"):
-        assert -1 <= facts[name] <= 1
-    assert (tmp_path / "agree.png").exists()
-
-
-@pytest.mark.paper("F4")
-def test_gap_prints_what_every_chooser_costs(capsys, monkeypatch):
-    """Intervals of harm, and of what others leave more than the look-ahead."""
-    monkeypatch.setattr(gap, "FUTURES", 1)
-    words = ["gap", *SMALL, "--robots", "none", "--moments", "1", "--workers", "0"]
-    assert main([*words, "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)
-    assert facts["moments"] == 1
-    for fire in ("random", "greedy", "worst-case"):
-        found = facts[f"harm of {fire}"]
-        assert found["low"] <= found["mean"] <= found["high"]
-    assert set(facts["random leaves more than worst-case"]) == {"mean", "low", "high"}
-
-
-def test_refuses_to_draw_into_a_file_that_is_no_picture(capsys):
-    """Before anything is played."""
-    assert refusal(capsys, "agree", "-o", "agree.gif")[0] == 2
-    assert refusal(capsys, "gap", "-o", "gap.gif")[0] == 2

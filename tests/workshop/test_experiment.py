@@ -22,9 +22,9 @@ from reference.learning.networks import one_thread
 from reference.learning.settings import SettingsError
 from reference.paper import InputError
 from reference.workshop import workers as workforce
+from reference.workshop.crossplay.runs import RunResult, table_of
 from reference.workshop.drawing.experiment import last_gain
 from reference.workshop.drawing.runs import Run
-from reference.workshop.evaluation.crossplay import Record, records
 from reference.workshop.experiment import asked as asked_module
 from reference.workshop.experiment import page, steps
 from reference.workshop.experiment import results as results_module
@@ -221,7 +221,7 @@ def test_best_responses_may_begin_with_a_fire_that_learned(
 
 @pytest.mark.paper("E6")
 def test_a_side_of_an_arm_may_begin_with_a_network(whole, tmp_path, monkeypatch):
-    """And at first its critic learns alone; the network may not change later."""
+    """Which may not change later."""
     fire = whole / "trainings" / "learning-3"
     own = load(fire).player("fire")
     another = replace(own, weights={n: w + 1 for n, w in own.weights.items()})
@@ -233,7 +233,6 @@ def test_a_side_of_an_arm_may_begin_with_a_network(whole, tmp_path, monkeypatch)
     task = load(tmp_path / "trainings" / "strong-3").task
     assert (list(task.initial), task.fixed) == (["fire"], {})
     assert equal(task.initial["fire"].weights, own.weights)
-    assert Training(task).phase == "critic"
     assert "`fire.initialize_from = " in page.set_up(asked)
     both = {"imitate": "sweep", "robots": words["fire"]}
     with pytest.raises(SettingsError, match="not both"):
@@ -340,7 +339,7 @@ def chosen(tmp_path):
         for k, survival in enumerate((0.5, 0.2, 0.8)):
             make_folder(plan.test(team, str(k)).parent)
             runs = [run(team, str(k), seed, survival) for seed in asked.choices]
-            records.table_of(plan.test(team, str(k)), runs)
+            table_of(plan.test(team, str(k)), runs)
     return plan
 
 
@@ -426,8 +425,8 @@ COMPARED = {
 def run(robots, fire, seed, survival):
     """The record of an evacuation of ten people."""
     out = round(10 * survival)
-    rest = (10, out, 10 - out, 0, survival, 100.0 * out, 50.0, 9.0, 8.0, 80.0, 90.0)
-    return Record(robots, fire, seed, *rest, times=tuple(range(out)))
+    rest = (10, out, 10 - out, 0, survival, 100.0 * out, 50.0, 9.0, 80.0, 90.0)
+    return RunResult(robots, fire, seed, *rest, times=tuple(range(out)))
 
 
 def outcome(best, random=0.8):

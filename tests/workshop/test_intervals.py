@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from reference.evaluation.score import PAPER
-from reference.workshop.evaluation.intervals import (
+from reference.workshop.crossplay.intervals import (
     band,
     iqm,
     of_mean,

@@ -86,13 +86,6 @@ def test_schedules_follow_the_learning_rate_s_unless_stated(read):
 
 
 @pytest.mark.paper("E3")
-def test_even_checkpoints_are_spread_over_all_steps(read):
-    """Their interval follows from their number."""
-    rows = "{even_checkpoints: true, keep_checkpoints: 8, max_steps: 4000}"
-    assert read(f"behaviors: {{Robot: {rows}}}").robots.checkpoint_interval == 500
-
-
-@pytest.mark.paper("E3")
 def test_default_settings_lie_under_both_behaviours_section_by_section(read):
     """A behaviour's own rows win; one that is not there has them as well."""
     settings = read(
@@ -170,7 +163,7 @@ REFUSED = {  # what stands under `Robot`: what the message says
     "behavioral_cloning: {demo_path: d}": "--imitate",
     "self_play: {window: 10}": "the fire is the opponent",
     "init_path: results/old": "--initialize-from",
-    "even_checkpoints: 3": "even_checkpoints is 3: it must be true or false",
+    "even_checkpoints: true": "even_checkpoints is not built",
     "max_steps: 0.5": "robots: max_steps is 0.5: it must be a whole number",
     "trainer_type: sac": "'sac' is unknown",
     "hyperparameters: {batch_size: 99999}": "holds no minibatch",

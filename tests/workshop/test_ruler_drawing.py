@@ -9,27 +9,35 @@ from pages import overlaps, writing
 
 from reference.evaluation.score import PAPER, RulerError, base_and_control
 from reference.paper import BETA
+from reference.workshop.crossplay import Cell
+from reference.workshop.crossplay.intervals import Interval
 from reference.workshop.drawing import ruler as drawing
-from reference.workshop.drawing.ruler import Reading
-from reference.workshop.evaluation.intervals import Interval
 
 B, C = base_and_control((-1200, 0.1), (1100, 1000))
 FEW = type(PAPER)(alpha=1000, base=B, control=C, k=0.02, beta=300)
 """A ruler for four people."""
 
 
-def readings(count, seed=0):
-    """Pairs as an evaluation has them, in two dense groups."""
+def cell(robots, fire, reward, difficulty):
+    """A match, of which the picture shows no more than this."""
+    nothing = dict.fromkeys(("gain", "score", "evacuation_time", "mean_health"))
+    survival = Interval(0.5, 0.5, 0.5)
+    figures = {"reward": reward, "difficulty": difficulty}
+    return Cell(robots, fire, 9, survival, **figures, **nothing)
+
+
+def cells(count, seed=0):
+    """Matches as an evaluation has them, in two dense groups."""
     rng = np.random.default_rng(seed)
     for k in range(count):
         R, h = 7500 + rng.normal(0, 700), (1500, 2400)[k % 2] + rng.normal(0, 60)
         intervals = Interval(R, R - 300, R + 300), Interval(h, h - 50, h + 50)
-        yield Reading(f"robots-{k}", f"fire-{k}", *intervals)
+        yield cell(f"robots-{k}", f"fire-{k}", *intervals)
 
 
 def single(robots, reward, difficulty, fire="none"):
-    """A reading of one run, whose intervals have no width."""
-    return Reading(robots, fire, Interval(*[reward] * 3), Interval(*[difficulty] * 3))
+    """A match of one run, whose intervals have no width."""
+    return cell(robots, fire, Interval(*[reward] * 3), Interval(*[difficulty] * 3))
 
 
 def dots(axes):
@@ -84,11 +92,11 @@ def test_e_is_one_along_the_bold_line():
     assert (R.max(), h.max()) == pytest.approx((15_413, 3855), rel=1e-3)
 
 
-def test_every_reading_is_a_point_with_its_intervals_and_its_score():
+def test_every_match_is_a_point_with_its_intervals_and_its_score():
     """Mean reward and difficulty."""
     intervals = Interval(9000, 8800, 9100), Interval(2000, 1900, 2150)
-    reading = Reading("sweep", "random", *intervals)
-    figure = drawing.contours(PAPER, [reading])
+    match = cell("sweep", "random", *intervals)
+    figure = drawing.contours(PAPER, [match])
     axes = figure.axes[0]
     assert dots(axes).tolist() == [[9000, 2000]]
     (bars,) = axes.containers
@@ -124,7 +132,7 @@ def test_a_colour_is_a_team_and_a_shape_is_a_fire():
 
 PAGES = {
     "for few people": lambda: drawing.curve(FEW, 1500),
-    "twelve pairs": lambda: drawing.contours(PAPER, list(readings(12))),
+    "twelve pairs": lambda: drawing.contours(PAPER, list(cells(12))),
     "of few people": lambda: drawing.contours(FEW, [single("sweep", 800, 1500)]),
 }
 

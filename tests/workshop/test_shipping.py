@@ -8,7 +8,7 @@ import torch
 from trainings import begun, tiny, trained
 
 from reference.__main__ import main
-from reference.workshop.evaluation.contestants import contestant
+from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.checkpoints import CheckpointError, load
 from reference.workshop.training.shipping import about, shipped

@@ -17,10 +17,11 @@ from reference.game.moments import Moment
 from reference.game.observations import from_normalised, robot_vectors
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.workshop.evaluation.contestants import contestant
-from reference.workshop.evaluation.intervals import of_mean
+from reference.workshop.crossplay.contestants import contestant
+from reference.workshop.crossplay.intervals import of_mean
 from reference.workshop.landmarks.of_robots import RobotOption, RobotOptions
 from reference.workshop.lockstep import to_the_end
+from reference.workshop.worst_case import another_future
 
 HOLD = 20.0  # seconds
 
@@ -59,11 +60,11 @@ def saved(team, fire, seed, start, futures):
     group = choices.features[robot, offered, RobotOption.GROUP] > 0
     body, rows = robots[robot].body, []
     for place in (None, *map(tuple, places.tolist())):
-        runs = [now.another_future(k) for k in range(futures)]
-        for run in runs:
-            if place:
-                way = run.robot_strategy, body, place, now.world.time
-                run.robot_strategy = Otherwise(*way)
+        who = now.robot_strategy
+        if place:
+            who = Otherwise(who, body, place, now.world.time)
+        here = now.world, scenario, who, now.fire_strategy
+        runs = [another_future(*here, seed=k) for k in range(futures)]
         to_the_end(runs)
         rows.append([run.outcome().evacuated for run in runs])
     return np.array(rows, dtype=float), group

@@ -16,7 +16,7 @@ from reference.game.rewards import group_reward
 from reference.paper import DECISION_SECONDS, Scenario
 from reference.robots import followers_of
 from reference.simulation import Simulation
-from reference.workshop.evaluation.contestants import contestant
+from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.strategies.robots import GROUP_RADIUS, unguided
 from reference.workshop.training.presets import preset
 from reference.world import Instruction

@@ -17,8 +17,8 @@ from reference.learning.networks import one_thread
 from reference.paper import Scenario
 from reference.robots import actual_target, followers_of, said_on_the_way
 from reference.simulation import Simulation
-from reference.workshop.evaluation.contestants import contestant
-from reference.workshop.evaluation.intervals import of_mean
+from reference.workshop.crossplay.contestants import contestant
+from reference.workshop.crossplay.intervals import of_mean
 from reference.workshop.lockstep import to_the_end
 from reference.world import NOWHERE
 

@@ -1,25 +1,36 @@
-"""Commands for a map: check and draw.
+"""Commands for maps: check, draw and floors.
 
 Clauses: A8 (draw).
 """
 
 import json
+import sys
 from argparse import Namespace
+from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+from time import sleep
 from typing import Any
 
 from reference.building import Building, Kind, load
-from reference.floorplan import find
+from reference.floorplan import find, shipped_floors
+from reference.paper import InputError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command, counted, writable
+from reference.workshop.files import told
 from reference.workshop.runs import ContradictionError
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
 VIEWS_OF_ONE_FLOOR = ("top", "graph")
+POLL = 0.3  # seconds between two looks at a watched file
 
 
 def check(arguments: Namespace) -> None:
     """Says that a map is fine and what is in it, or explains its mistakes."""
+    _at_every_save(arguments, lambda: _check(arguments))
+
+
+def _check(arguments: Namespace) -> None:
     building = load(arguments.file)
     kinds = [landmark.kind for landmark in building.landmarks]
     facts: dict[str, Any] = {
@@ -41,6 +52,10 @@ def check(arguments: Namespace) -> None:
 
 def draw(arguments: Namespace) -> None:
     """Draws a map: the counterparts of the paper's six figures [A8], and its graph."""
+    _at_every_save(arguments, lambda: _draw(arguments))
+
+
+def _draw(arguments: Namespace) -> None:
     building = load(arguments.file)
     name, floor = f"{find(arguments.file).stem}-{arguments.view}", {}
     if arguments.floor is not None:
@@ -52,6 +67,41 @@ def draw(arguments: Namespace) -> None:
     writable(path, drawing.page.PICTURES, "a picture")
     drawing.save(getattr(drawing, arguments.view)(building, **floor), path)
     print(path)
+
+
+def floors(arguments: Namespace) -> None:
+    """Lists the maps that ship, or prints one, to be copied and changed."""
+    if arguments.name is not None:
+        print(find(arguments.name).read_text("utf-8"), end="")
+        return
+    for name in shipped_floors():
+        building = load(name)
+        floors = counted(building.floors, "floors")
+        print(f"{name:10}{building.title}, {floors}")
+
+
+def _at_every_save(arguments: Namespace, work: Callable[[], None]) -> None:
+    """Do the work once; with --watch again after each change, until Ctrl-C."""
+    if not arguments.watch:
+        work()
+        return
+    done, path = None, find(arguments.file)
+    with suppress(KeyboardInterrupt):
+        while True:
+            with suppress(OSError):  # some editors remove a file to write it anew
+                now = path.stat()
+                if done != (done := (now.st_mtime_ns, now.st_size)):
+                    _tried(work)
+            sleep(POLL)
+
+
+def _tried(work: Callable[[], None]) -> None:
+    """Do the work, or tell what hinders it."""
+    try:
+        work()
+    except (InputError, OSError) as error:
+        print(told(error), file=sys.stderr)
+    print(end="", flush=True)
 
 
 def _floor(arguments: Namespace, building: Building) -> int:
@@ -68,7 +118,10 @@ def _floor(arguments: Namespace, building: Building) -> int:
     return arguments.floor - 1
 
 
-CHECK_OPTIONS: options.Table = {"file": {"help": options.MAP}}
+CHECK_OPTIONS: options.Table = {
+    "file": {"help": options.MAP},
+    "--watch": options.flag("again at every save of the file; Ctrl-C ends"),
+}
 DRAW_OPTIONS: options.Table = {
     **CHECK_OPTIONS,
     "--view": options.choice(VIEWS, "default: top", default="top"),
@@ -78,7 +131,18 @@ DRAW_OPTIONS: options.Table = {
     **options.picture("NAME-VIEW.png in this folder"),
 }
 
-CHECK = Command(check, CHECK_OPTIONS, "check floors/paper.txt")
+FLOORS_OPTIONS: options.Table = {
+    "name": {"nargs": "?", "help": "print this one; default: list all"}
+}
+
+CHECK = Command(check, CHECK_OPTIONS, "check paper", chance=False)
 DRAW = Command(
-    draw, DRAW_OPTIONS, "draw paper --view oblique -o paper.png", numbers=False
+    draw,
+    DRAW_OPTIONS,
+    "draw paper --view oblique -o paper.png",
+    numbers=False,
+    chance=False,
+)
+FLOORS = Command(
+    floors, FLOORS_OPTIONS, "floors tiny > mine.txt", numbers=False, chance=False
 )

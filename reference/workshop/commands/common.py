@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from reference.paper import InputError
 from reference.workshop.commands.options import Table
-from reference.workshop.evaluation.crossplay import Evaluation, unlike_training
+from reference.workshop.crossplay.matches import Evaluation, unlike_training
 from reference.workshop.runs import ContradictionError, RunError
 from reference.workshop.workers import STOPS, InProcess, workers
 
@@ -23,12 +23,16 @@ TWICE = 1.0  # s from one signal to the next, if they are two
 
 
 class Command(NamedTuple):
-    """A command: what it does, its options, one example, whether it has --json."""
+    """A command: what it does, its options, one example.
+
+    numbers  whether it has --json;  chance  whether it has --seed
+    """
 
     run: Callable[[Namespace], None]
     options: Table
     example: str
     numbers: bool = True
+    chance: bool = True
 
 
 def writable(path: Path, formats: Iterable[str], what: str) -> None:

@@ -1,8 +1,11 @@
-"""The command evacuate: one evacuation, or some; who got out, a film, a recording."""
+"""Evacuations: the first look, which compares three, and the command evacuate."""
 
 import json
 import sys
 from argparse import Namespace
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict
 from math import isnan
 from pathlib import Path
@@ -12,130 +15,222 @@ from typing import Any
 
 from tqdm import tqdm
 
-from reference.building import Building, building_of
+from reference.building import building_of
 from reference.learning.settings import SIDES
 from reference.simulation import Simulation
 from reference.workshop.commands import options
-from reference.workshop.commands.common import (
-    Command,
-    figures,
-    noted,
-    writable,
-)
-from reference.workshop.evaluation.crossplay import (
-    Asked,
-    Evaluation,
-    begin,
-    evacuation_of,
-)
-from reference.workshop.recording import record
-from reference.workshop.runs import refuse_used
+from reference.workshop.commands.common import Command, figures, noted, writable
+from reference.workshop.crossplay.matches import Evaluation, Run, begin
+from reference.workshop.recording import recording, ticks
+from reference.workshop.runs import ContradictionError
 from reference.workshop.strategies import LEARNED
 
+Pair = tuple[str, str]
+"""Who plays the robots, and who the fire."""
+
+UNGUIDED, GUIDED = ("none", "random"), ("escort", "random")
+ATTACKED = ("escort", "busiest")
+TYPICAL = 3
+"""A seed whose three evacuations end near the means over a hundred seeds."""
+
+FILM = Path("evacuation.html")
 SAME = ("building", "people", "seed", "episodes", "sample")
-"""Options with the names of `Asked`'s fields."""
+"""Options with the names of what `begin` takes."""
+
+
+# -- The first look -----------------------------------------------------------------
+
+
+def first_look(arguments: Namespace) -> None:
+    """Plays one seed without guides, with guides, and with guides and a worse fire."""
+    pairs = [UNGUIDED, GUIDED, ATTACKED]
+    seed = TYPICAL if arguments.seed is None else arguments.seed
+    evaluation = _evaluation(pairs, seed=seed, episodes=1)
+    simulations = [_begun(evaluation, pair, evaluation.seed) for pair in pairs]
+    _play(simulations[:2], pairs[:2], arguments.animate)
+    simulations[2].run()
+    runs = [_facts(simulation) for simulation in simulations]
+    if arguments.json:
+        names = [{"robots": robots, "fire": fire} for robots, fire in pairs]
+        told = [name | run for name, run in zip(names, runs, strict=True)]
+        print(json.dumps({"seed": evaluation.seed, "runs": told}))
+        return
+    title = building_of(evaluation.arena.plan).title
+    print(f"{title}, {runs[0]['people']} people, seed {evaluation.seed}")
+    for pair, run in zip(pairs, runs, strict=True):
+        health = run["mean_health"]
+        mean = "" if health is None else f", with {health:.0f} of 100 health on average"
+        print(f"{_heading(pair) + ':':32}{run['evacuated']:3} get out alive{mean}")
+
+
+# -- evacuate -----------------------------------------------------------------------
 
 
 def evacuate(arguments: Namespace) -> None:
     """Evacuates a building and tells who got out; episode i uses seed + i."""
-    evaluation = _evaluation(arguments)
+    pairs = _pairs(arguments.robots, arguments.fire)
+    asked = {name: getattr(arguments, name) for name in SAME}
+    evaluation = _evaluation(pairs, **asked)
     noted(evaluation)
-    if arguments.record:
-        refuse_used(arguments.record, "Name another folder.")
-    if arguments.animate:
-        _animate(_begun(evaluation, evaluation.seed), arguments.animate)
-    if arguments.record:
-        record(_begun(evaluation, evaluation.seed), arguments.record)
-        print(f"the recording is in {arguments.record}", file=sys.stderr)
-    progress = tqdm(evaluation.seeds, unit="episode", disable=None, leave=False)
-    runs = [_episode(evaluation, seed) for seed in progress]
-    facts: dict[str, Any] = {
+    runs: list[list[dict[str, Any]]] = [[] for _ in pairs]
+    seeds = list(evaluation.seeds)
+    if arguments.animate or arguments.record:
+        first = [_begun(evaluation, pair, seeds[0]) for pair in pairs]
+        _play(first, pairs, arguments.animate, arguments.record)
+        for found, simulation in zip(runs, first, strict=True):
+            found.append({"seed": seeds[0], **_facts(simulation), "wall_seconds": None})
+        del seeds[0]
+    for seed in tqdm(seeds, unit="episode", disable=None, leave=False):
+        for found, pair in zip(runs, pairs, strict=True):
+            found.append(_episode(evaluation, pair, seed))
+    told = [_told(evaluation, *each) for each in zip(pairs, runs, strict=True)]
+    if arguments.json:
+        print(json.dumps(told[0] if len(told) == 1 else {"pairs": told}))
+    else:
+        print("\n\n".join(_summary(evaluation, facts) for facts in told))
+
+
+def _pairs(robots: Sequence[str], fires: Sequence[str]) -> list[Pair]:
+    """Pair the first robots with the first fire, and so on; one name goes with all."""
+    count = max(len(robots), len(fires))
+    if count > 2:
+        raise ContradictionError(
+            "evacuate plays one pair or two, as with --robots none sweep. "
+            "To compare more: evaluate."
+        )
+    return [(robots[k % len(robots)], fires[k % len(fires)]) for k in range(count)]
+
+
+def _evaluation(pairs: Iterable[Pair], **asked: Any) -> Evaluation:
+    """Make the matches; building and people are a checkpoint's, unless asked for."""
+    robots, fires = (tuple(dict.fromkeys(side)) for side in zip(*pairs, strict=True))
+    known = {name: value for name, value in asked.items() if value is not None}
+    return begin(robots, fires, **known)
+
+
+def _begun(evaluation: Evaluation, pair: Pair, seed: int) -> Simulation:
+    return evaluation.evacuation(Run(*pair, seed)).simulation()
+
+
+def _play(
+    simulations: Sequence[Simulation],
+    pairs: Sequence[Pair],
+    film: Path | None,
+    folder: Path | None = None,
+) -> None:
+    """Run simulations to their ends; film them, record one of them into a folder."""
+    with _recorded(simulations, folder) as going:
+        if film:
+            from reference.workshop.drawing.film import FORMATS, animate
+
+            writable(film, FORMATS, "an animation")
+            animate(simulations, film, [_heading(pair) for pair in pairs], going)
+            print(f"the animation is in {film}", file=sys.stderr)
+        deque(going, maxlen=0)
+    if folder:
+        print(f"the recording is in {folder}", file=sys.stderr)
+
+
+@contextmanager
+def _recorded(
+    simulations: Sequence[Simulation], folder: Path | None
+) -> Iterator[Iterator[None]]:
+    """Yield what runs the simulations; recorded, if a folder is named."""
+    if folder is None:
+        yield ticks(simulations)
+    elif len(simulations) > 1:
+        raise ContradictionError("--record goes with one pair. Leave one out.")
+    else:
+        with recording(simulations[0], folder) as note:
+            yield ticks(simulations, [note])
+
+
+def _heading(pair: Pair) -> str:
+    robots, fire = pair
+    guides = "nobody guides" if robots == "none" else f"guided by {robots}"
+    return f"{guides}, {'no fire' if fire == 'none' else f'fire {fire}'}"
+
+
+# -- What is told -------------------------------------------------------------------
+
+
+def _facts(simulation: Simulation) -> dict[str, Any]:
+    """Name the figures of an outcome; None for those that it lacks."""
+    outcome = asdict(simulation.outcome()).items()
+    return {name: None if isnan(value) else value for name, value in outcome}
+
+
+def _episode(evaluation: Evaluation, pair: Pair, seed: int) -> dict[str, Any]:
+    start, simulation = perf_counter(), _begun(evaluation, pair, seed)
+    simulation.run()
+    took = perf_counter() - start
+    return {"seed": seed, **_facts(simulation), "wall_seconds": took}
+
+
+def _told(
+    evaluation: Evaluation, pair: Pair, runs: list[dict[str, Any]]
+) -> dict[str, Any]:
+    """Say what was played, the mean of every figure, and all runs."""
+    values = {name: _known(runs, name) for name in runs[0] if name != "seed"}
+    return {
         "building": evaluation.arena.building,
-        "robots": arguments.robots,
-        "fire": arguments.fire,
+        "robots": pair[0],
+        "fire": pair[1],
         "seed": evaluation.seed,
         "episodes": evaluation.episodes,
-        **_means(runs),
+        **{name: mean(known) if known else None for name, known in values.items()},
+        "runs": runs,
     }
-    if arguments.json:
-        print(json.dumps(facts | {"runs": runs}))
-    else:
-        _summarise(building_of(evaluation.arena.plan), facts, runs)
-
-
-def _evaluation(arguments: Namespace) -> Evaluation:
-    """Make one match; building and people are a checkpoint's, unless asked for."""
-    asked = Asked(
-        robots=(arguments.robots,),
-        fire=(arguments.fire,),
-        **{name: getattr(arguments, name) for name in SAME},
-    )
-    return begin(asked)
-
-
-def _begun(evaluation: Evaluation, seed: int) -> Simulation:
-    (match,) = evaluation.matches
-    return evacuation_of(evaluation, (*match, seed)).simulation()
-
-
-def _animate(simulation: Simulation, path: Path) -> None:
-    """Film one evacuation."""
-    from reference.workshop.drawing import film
-
-    writable(path, film.FORMATS, "an animation")
-    film.animate(simulation, path)
-    print(f"the animation is in {path}", file=sys.stderr)
-
-
-def _episode(evaluation: Evaluation, seed: int) -> dict[str, Any]:
-    start = perf_counter()
-    outcome = asdict(_begun(evaluation, seed).run())
-    known = {name: None if isnan(value) else value for name, value in outcome.items()}
-    return {"seed": seed, **known, "wall_seconds": perf_counter() - start}
-
-
-def _means(runs: list[dict[str, Any]]) -> dict[str, Any]:
-    """The mean of every figure over the episodes that have one."""
-    values = {name: _known(runs, name) for name in runs[0] if name != "seed"}
-    return {name: mean(known) if known else None for name, known in values.items()}
 
 
 def _known(runs: list[dict[str, Any]], name: str) -> list[float]:
     return [run[name] for run in runs if run[name] is not None]
 
 
-def _summarise(
-    building: Building, facts: dict[str, Any], runs: list[dict[str, Any]]
-) -> None:
+def _summary(evaluation: Evaluation, facts: dict[str, Any]) -> str:
+    """Lay out what was played and its figures, one a row."""
+    title, runs = building_of(evaluation.arena.plan).title, facts["runs"]
     first, last = runs[0]["seed"], runs[-1]["seed"]
     seeds = f"seed {first}" if first == last else f"seeds {first} to {last}"
-    print(f"{building.title}: robots {facts['robots']}, fire {facts['fire']}, {seeds}")
+    lines = [f"{title}: robots {facts['robots']}, fire {facts['fire']}, {seeds}"]
     for side in (side for side in SIDES if facts[side] == LEARNED):
         from reference.workshop.training.shipping import about
 
-        print(f"learned {side}: {about(side)}")
+        lines.append(f"learned {side}: {about(side)}")
     if len(runs) > 1:
-        print(f"{'':18}{'mean':>10}{'lowest':>10}{'highest':>10}")
+        lines.append(f"{'':18}{'mean':>10}{'lowest':>10}{'highest':>10}")
     for name in list(runs[0])[1:]:
         known = _known(runs, name)
         spread = [min(known), max(known)] if known and len(runs) > 1 else []
-        print(f"{name.replace('_', ' '):18}{figures([facts[name], *spread])}")
+        words = NAMES.get(name, name.replace("_", " "))
+        lines.append(f"{words:18}{figures([facts[name], *spread])}")
+    return "\n".join(lines)
 
 
+NAMES = {"mean_health": "health of those out"}
+FILMED = ".gif, .html or .mp4 (needs ffmpeg)"
+FIRST_OPTIONS: options.Table = {
+    "--seed": options.SEED["--seed"]
+    | {"help": f"default: {TYPICAL}, which ends near the means over many"},
+    "--animate": options.path(
+        "FILE", f"the film, {FILMED}; default: {FILM}", default=FILM
+    ),
+}
 EVACUATE_OPTIONS: options.Table = {
     **options.PLACE,
-    **options.player("robots", "default: sweep", default="sweep"),
-    **options.player("fire", "default: random", default="random"),
+    **options.player("robots", "default: sweep", default=("sweep",), nargs="+"),
+    **options.player("fire", "default: random", default=("random",), nargs="+"),
     "--episodes": options.number(1, "how many to play; default: 1", default=1),
     **options.SAMPLE,
     "--record": options.path(
         "DIR", "write the first episode's trajectories, a file per floor, for PedPy"
     ),
     "--animate": options.path(
-        "FILE", "film the first episode as .gif, .html or .mp4 (needs ffmpeg)"
+        "FILE", f"film the first episode as {FILMED}; two pairs side by side"
     ),
 }
 
+FIRST_LOOK = Command(first_look, FIRST_OPTIONS, "--seed 7 --animate film.gif")
 EVACUATE = Command(
-    evacuate, EVACUATE_OPTIONS, "evacuate --robots patrol --episodes 20 --json"
+    evacuate, EVACUATE_OPTIONS, "evacuate --robots none sweep --animate both.html"
 )

@@ -10,23 +10,21 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 from reference.building import building_of
 from reference.evaluation.bounds import best_reward
 from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.commands import options
-from reference.workshop.commands.common import (
-    Command,
-    again,
-    noted,
-    workforce,
-)
-from reference.workshop.evaluation import crossplay
+from reference.workshop.commands.common import Command, again, noted, workforce
+from reference.workshop.crossplay import matches, results, runs
+from reference.workshop.crossplay.matches import Evaluation
+from reference.workshop.crossplay.results import Cell
+from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.files import write_json
 from reference.workshop.runs import ContradictionError, held
 
 RULER = "ruler.json"
+ASKED = ("robots", "building", "people", "seed", "episodes", "sample")
 
 
 def evaluate(arguments: Namespace) -> None:
@@ -35,46 +33,25 @@ def evaluate(arguments: Namespace) -> None:
         raise ContradictionError("--resume goes with --out: which folder?")
     start = partial(_evaluation, arguments)
     with held(arguments.out, arguments.resume, start) as evaluation:
-        _evaluate(evaluation, arguments)
+        noted(evaluation)
+        ruler = _given(arguments, evaluation)
+        _tell(arguments, evaluation, ruler, _played(evaluation, arguments))
 
 
-def _evaluate(evaluation: crossplay.Evaluation, arguments: Namespace) -> None:
-    """Play missing runs, then write and print the results."""
-    noted(evaluation)
-    ruler, baseline = _given(arguments, evaluation), arguments.baseline
-    records = _played(evaluation, arguments)
-    try:
-        if not ruler:
-            ruler = crossplay.ruler_of(records, baseline, *evaluation.arena.points)
-        note = _explained(arguments, ruler)
-    except RulerError as error:
-        note = f"no E, since no ruler comes of {baseline}: {error}"
-    cells = crossplay.cells(records, ruler, baseline)
-    if arguments.out:
-        _keep(arguments.out, evaluation, ruler, cells, records)
-    if arguments.json:
-        print(json.dumps(crossplay.as_json(evaluation, ruler, cells)))
-        if not ruler:
-            print(note, file=sys.stderr)
-    else:
-        print(evaluation.about())
-        shown = [name for name in crossplay.HEADINGS if ruler or name != "score"]
-        print(crossplay.table(cells, shown))
-        print(f"[95 % bootstrap intervals over runs]  {note}")
-
-
-def _evaluation(arguments: Namespace) -> crossplay.Evaluation:
+def _evaluation(arguments: Namespace) -> Evaluation:
     """Begin an evaluation, or resume one with further robots and fires."""
-    names = crossplay.Asked.__dataclass_fields__
-    asked = crossplay.Asked(**{name: getattr(arguments, name) for name in names})
-    start = crossplay.resume if arguments.resume else crossplay.begin
-    return start(asked, arguments.out)
+    asked = {name: getattr(arguments, name) for name in ASKED}
+    asked |= {"fires": arguments.fire}
+    known = {name: value for name, value in asked.items() if value is not None}
+    if arguments.resume:
+        return matches.resume(arguments.out, **known)
+    return matches.begin(**known)
 
 
-def _given(arguments: Namespace, evaluation: crossplay.Evaluation) -> Ruler | None:
+def _given(arguments: Namespace, evaluation: Evaluation) -> Ruler | None:
     """The ruler, where it is known before anything is played."""
     if arguments.baseline is None:
-        return crossplay.read_ruler(arguments.ruler) if arguments.ruler else PAPER
+        return results.read_ruler(arguments.ruler) if arguments.ruler else PAPER
     if arguments.ruler:
         raise ContradictionError(
             "--ruler has a baseline already: leave out one of the two."
@@ -87,71 +64,48 @@ def _given(arguments: Namespace, evaluation: crossplay.Evaluation) -> Ruler | No
     return None
 
 
-def _played(
-    evaluation: crossplay.Evaluation, arguments: Namespace
-) -> list[crossplay.Record]:
+def _played(evaluation: Evaluation, arguments: Namespace) -> list[RunResult]:
     """Play all runs; if interrupted, say how to resume."""
     folder = arguments.out
     same = {"baseline": arguments.baseline, "ruler": arguments.ruler}
     resumed = folder and again("evaluate", out=folder, **same)
     after = f"Go on with: {resumed}" if resumed else "Take fewer:"
     with workforce(arguments.workers, evaluation.about(), after) as (executor, stop):
-        records = crossplay.evaluate(evaluation, folder, executor, stop)
-    if len(records) == len(evaluation.runs):
-        return records
+        found = runs.evaluate(evaluation, folder, executor, stop)
+    if len(found) == len(evaluation.runs):
+        return found
     if not resumed:
         raise KeyboardInterrupt("stopped; nothing was kept, since no --out was named")
     raise KeyboardInterrupt(
-        f"stopped after {len(records)} runs, which are kept. Go on with:\n  {resumed}"
+        f"stopped after {len(found)} runs, which are kept. Go on with:\n  {resumed}"
     )
 
 
-def _keep(
-    folder: Path,
-    evaluation: crossplay.Evaluation,
+def _tell(
+    arguments: Namespace,
+    evaluation: Evaluation,
     ruler: Ruler | None,
-    cells: Sequence[crossplay.Cell],
-    records: Sequence[crossplay.Record],
+    found: list[RunResult],
 ) -> None:
-    """Write tables and pictures beside the runs; with a ruler, also its own."""
-    from reference.workshop.drawing import crossplay as played
-    from reference.workshop.drawing import page
-    from reference.workshop.drawing import ruler as rulers
-
-    crossplay.write_cells(folder, evaluation, ruler, cells)
-    pictures = {
-        "matrix.png": played.matrix(cells),
-        "evacuations.png": played.curves(records),
-    }
-    if ruler:
-        building = building_of(evaluation.arena.plan)
-        best = best_reward(building, evaluation.arena.people)
-        write_json(folder / RULER, asdict(ruler))
-        pictures["ruler.png"] = rulers.curve(ruler, best)
-        pictures["scores.png"] = rulers.contours(ruler, _readings(cells))
-    else:  # fewer runs may have yielded one
-        for name in (RULER, "ruler.png", "scores.png"):
-            (folder / name).unlink(missing_ok=True)
-    for name, figure in pictures.items():
-        page.save(figure, folder / name)
-    print(f"tables and pictures are in {folder}", file=sys.stderr)
-
-
-def _readings(cells: Sequence[crossplay.Cell]) -> list[Any]:
-    """Points of each pair for the chart, with labels short even for long paths."""
-    from reference.workshop.drawing.crossplay import names
-    from reference.workshop.drawing.ruler import Reading
-
-    def short(side: str) -> dict[str, str]:
-        players = list(dict.fromkeys(getattr(cell, side) for cell in cells))
-        labels = [name.replace("\n", " ") for name in names(players)]
-        return dict(zip(players, labels, strict=True))
-
-    robots, fire = short("robots"), short("fire")
-    return [
-        Reading(robots[cell.robots], fire[cell.fire], cell.reward, cell.difficulty)
-        for cell in cells
-    ]
+    """Calibrate the ruler, if none was given; print and keep what the runs come to."""
+    baseline = arguments.baseline
+    try:
+        ruler = ruler or results.ruler_of(found, baseline, *evaluation.arena.points)
+        note = _explained(arguments, ruler)
+    except RulerError as error:
+        note = f"no E, since no ruler comes of {baseline}: {error}"
+    cells = results.cells(found, ruler, baseline)
+    if arguments.out:
+        _keep(arguments.out, evaluation, ruler, cells, found)
+    if arguments.json:
+        print(json.dumps(results.as_json(evaluation, ruler, cells)))
+        if not ruler:
+            print(note, file=sys.stderr)
+    else:
+        print(evaluation.about())
+        shown = [name for name in results.HEADINGS if ruler or name != "score"]
+        print(results.table(cells, shown))
+        print(f"[95 % bootstrap intervals over runs]  {note}")
 
 
 def _explained(arguments: Namespace, ruler: Ruler) -> str:
@@ -163,12 +117,43 @@ def _explained(arguments: Namespace, ruler: Ruler) -> str:
     return f"E by a ruler {whose}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
 
 
+def _keep(
+    folder: Path,
+    evaluation: Evaluation,
+    ruler: Ruler | None,
+    cells: Sequence[Cell],
+    found: Sequence[RunResult],
+) -> None:
+    """Write tables and pictures beside the runs; with a ruler, also its own."""
+    from reference.workshop.drawing import crossplay as charts
+    from reference.workshop.drawing import page
+    from reference.workshop.drawing import ruler as rulers
+
+    results.write_cells(folder, evaluation, ruler, cells)
+    pictures = {
+        "matrix.png": charts.matrix(cells),
+        "evacuations.png": charts.curves(found),
+    }
+    if ruler:
+        building = building_of(evaluation.arena.plan)
+        best = best_reward(building, evaluation.arena.people)
+        write_json(folder / RULER, asdict(ruler))
+        pictures["ruler.png"] = rulers.curve(ruler, best)
+        pictures["scores.png"] = rulers.contours(ruler, cells)
+    else:  # fewer runs may have yielded one
+        for name in (RULER, "ruler.png", "scores.png"):
+            (folder / name).unlink(missing_ok=True)
+    for name, figure in pictures.items():
+        page.save(figure, folder / name)
+    print(f"tables and pictures are in {folder}", file=sys.stderr)
+
+
 EVALUATE_OPTIONS: options.Table = {
     **options.player("robots", "default: sweep", **options.SEVERAL),
     **options.player("fire", "default: random", **options.SEVERAL),
     **options.PLACE,
     "--episodes": options.number(
-        1, f"of each pair, number i with seed + i; default: {crossplay.EPISODES}"
+        1, f"of each pair, number i with seed + i; default: {matches.EPISODES}"
     ),
     **options.SAMPLE,
     **options.WORKERS,

@@ -99,7 +99,7 @@ def _hands(
 
 def _tell(asked: Any, arguments: Namespace) -> None:
     """Write page and pictures of all tests that are there; print the answer."""
-    from reference.workshop.evaluation import crossplay
+    from reference.workshop.crossplay import results as crossplay
     from reference.workshop.experiment.page import answer, page
     from reference.workshop.experiment.results import Results
     from reference.workshop.experiment.steps import Plan

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from reference.paper import PEOPLE, InputError
-from reference.workshop.evaluation.contestants import NAMES, Side, refuse_unknown
+from reference.workshop.crossplay.contestants import NAMES, Side, refuse_unknown
 
 Table = dict[str, dict[str, Any]]
 """Names of options, such as "-o/--output", and what argparse is told of each."""

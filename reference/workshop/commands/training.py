@@ -11,6 +11,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from reference.building import building_of
 from reference.learning.settings import TrainerSettings, rows_of
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
@@ -23,10 +24,14 @@ from reference.workshop.commands.common import (
 )
 from reference.workshop.runs import ContradictionError, held
 from reference.workshop.strategies import GUIDES, LEARNED, SCRIPTS
-from reference.workshop.training.presets import PRESETS, Settings
+from reference.workshop.training.presets import PRESETS
 from reference.workshop.training.summaries import SUMMARIES
 
-ROWS = rows_of(TrainerSettings) | rows_of(Settings)
+PEOPLE = ("survival", "evacuated", "died")
+TINY = """\
+note: preset tiny shows in seconds how a training runs; it ends before anything is
+learned. To learn, take --preset laptop."""
+ROWS = rows_of(TrainerSettings)
 
 
 def train(arguments: Namespace) -> None:
@@ -88,8 +93,11 @@ def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
     else:
         print(training.about())
         for name, value in facts.items():
-            if isinstance(value, int | float):
+            if isinstance(value, int | float) and name not in PEOPLE:
                 print(f"{name.replace('_', ' '):22}{figures([value])}")
+        print(_people(training, facts))
+        if facts["preset"] == "tiny":
+            print(TINY, file=sys.stderr)
     fixed = training.task.fixed.items()
     players = {side: who for side, who in fixed if isinstance(who, str)}
     players |= dict.fromkeys(training.learners, facts["checkpoint"])
@@ -98,8 +106,22 @@ def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
     print(
         "to see how it was learned, and what:\n"
         f"  python -m reference curves {folder}\n"
-        f"  python -m reference evacuate {learned} --animate learned.gif",
+        f"  python -m reference evacuate {learned} --animate learned.html",
         file=sys.stderr,
+    )
+
+
+def _people(training: Any, facts: dict[str, Any]) -> str:
+    """Say what became of people in the last round, on average over its episodes."""
+    if facts["evacuated"] is None:
+        return "no round was played"
+    scenario, building = training.settings.scenario, building_of(training.task.plan)
+    people = sum(scenario.start_counts(building.floors))
+    out, dead = facts["evacuated"], facts["died"]
+    inside = people - out - dead
+    return (
+        f"in the last round, of {people} people: {out:.3g} out, {dead:.3g} dead, "
+        f"{inside:.3g} still inside when time was up"
     )
 
 
@@ -138,10 +160,6 @@ TRAIN_OPTIONS: options.Table = {
     ),
     **options.player("robots", NOTE, (*SCRIPTS["robots"], LEARNED, "FILE")),
     **options.player("fire", NOTE, (*SCRIPTS["fire"], LEARNED, "FILE")),
-    "--schedule": options.choice(
-        ROWS["schedule"].choices,
-        "both sides learn together, or in turn; default: preset's",
-    ),
     "--imitate": options.choice(
         GUIDES, "robots imitate this strategy first (behavioural cloning)"
     ),
@@ -167,4 +185,6 @@ TRAIN = Command(
     "  python -m reference train --resume --out out/tiny\n"
     "  python -m reference evacuate --robots out/tiny --fire greedy",
 )
-CURVES = Command(curves, CURVES_OPTIONS, "curves out/tiny -o curves.png", numbers=False)
+CURVES = Command(
+    curves, CURVES_OPTIONS, "curves out/tiny -o curves.png", numbers=False, chance=False
+)

@@ -18,9 +18,10 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, PercentFormatter
 
 from reference.paper import InputError
+from reference.workshop.crossplay.intervals import band
+from reference.workshop.crossplay.results import Cell, mean_and_interval
+from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.drawing.page import TEXT, foot, sheet, shortened
-from reference.workshop.evaluation.crossplay import Cell, Record, mean_and_interval
-from reference.workshop.evaluation.intervals import band
 
 EVEN = LinearSegmentedColormap.from_list("even", ["#dc7d33", "#fbf7ef", "#62a0d8"])
 """Survival: orange where the fire wins, blue where the robots do, for every eye."""
@@ -46,7 +47,7 @@ def names(words: Sequence[str]) -> list[str]:
 
     A name may have several lines.
     """
-    for kept in range(1, 2 + max(word.count("/") for word in words)):
+    for kept in range(1, 2 + max((word.count("/") for word in words), default=0)):
         short = [_name(word, kept) for word in words]
         if len(set(short)) == len(words):
             return short
@@ -54,17 +55,16 @@ def names(words: Sequence[str]) -> list[str]:
 
 
 def _name(word: str, kept: int) -> str:
-    """Keep what stands before a path, such as `critic:`, and the path's last parts."""
-    before, colon, path = word.rpartition(":")
-    *folders, last = path.rstrip("/").split("/")
-    end = [*folders[-kept:], last.removesuffix(".pt")]
-    if last == end[-1]:  # a folder, which says by itself what was trained
-        end = end[-kept:]
-    lines = [before + colon] * bool(colon) + end
+    """Keep a path's last parts, a line each."""
+    *folders, last = word.rstrip("/").split("/")
+    lines = [*folders[-kept:], last.removesuffix(".pt")]
+    if last == lines[-1]:  # a folder, which says by itself what was trained
+        lines = lines[-kept:]
     return "\n".join(shortened(line, LONGEST) for line in lines)
 
 
-def _players(found: Sequence[Cell] | Sequence[Record], side: str) -> list[str]:
+def players(found: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]:
+    """Robots or fires, in the order of first appearance."""
     return list(dict.fromkeys(getattr(each, side) for each in found))
 
 
@@ -81,7 +81,7 @@ def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
         raise InputError(
             "there is nothing to draw: no cells. Evaluate some runs first."
         )
-    robots, fires = _players(cells, "robots"), _players(cells, "fire")
+    robots, fires = players(cells, "robots"), players(cells, "fire")
     size = max(6.4, 1.4 * len(fires) + 2.6), 0.66 * len(robots) + 1.8
     page = sheet("Who beats whom: survivors, %", *size)
     axes = page.subplots()
@@ -126,20 +126,20 @@ def _caption(runs: Sequence[int]) -> str:
 # -- How fast people get out --------------------------------------------------------
 
 
-def curves(records: Sequence[Record]) -> Figure:
+def curves(results: Sequence[RunResult]) -> Figure:
     """Draw evacuation curves: who is out by when, a panel for each fire [F12].
 
-    Means over each strategy's runs, with bands. Raises ValueError without records.
+    Means over each strategy's runs, with bands. Raises ValueError without results.
     """
-    if not records:
+    if not results:
         raise InputError("there is nothing to draw: no runs. Evaluate some first.")
-    robots, fires = _players(records, "robots"), _players(records, "fire")
+    robots, fires = players(results, "robots"), players(results, "fire")
     columns = min(len(fires), 2 if len(fires) == 4 else 3)
     rows = ceil(len(fires) / columns)
     title = "Evacuation curves: who is out by when, with 95 % intervals"
     page = sheet(title, max(7.5, 3.5 * columns), 2.5 * rows + 1.2)
     panels = page.subplots(rows, columns, sharey=True, squeeze=False)
-    t = np.arange(0, max(r.evacuation_time or 0 for r in records) + 2 * STEP, STEP)
+    t = np.arange(0, max(r.evacuation_time or 0 for r in results) + 2 * STEP, STEP)
     labels = [name.replace("\n", " ") for name in names(robots)]
     looks = list(zip(robots, labels, cycle(LINES), strict=False))
     for axes, fire, name in zip(panels.flat, fires, names(fires), strict=False):
@@ -147,7 +147,7 @@ def curves(records: Sequence[Record]) -> Figure:
         axes.set_title("fire: " + name.replace("\n", " "))
         axes.grid(axis="y")
         for word, label, (colour, dashes) in looks:
-            runs = [run for run in records if run.match == (word, fire)]
+            runs = [run for run in results if run.match == (word, fire)]
             mean, low, high = (100 * line for line in band(shares(runs, t)))
             axes.fill_between(t, low, high, color=colour, alpha=0.16, lw=0)
             axes.plot(t, mean, lw=1.9, color=colour, ls=dashes, label=label)
@@ -159,8 +159,8 @@ def curves(records: Sequence[Record]) -> Figure:
     return page
 
 
-def shares(records: Sequence[Record], t: np.ndarray) -> np.ndarray:
+def shares(results: Sequence[RunResult], t: np.ndarray) -> np.ndarray:
     """(n, T) shares of all people who are out by each of (T,) times, run by run."""
-    out = [np.searchsorted(run.times, t, side="right") for run in records]
-    people = np.array([run.people for run in records])
+    out = [np.searchsorted(run.times, t, side="right") for run in results]
+    people = np.array([run.people for run in results])
     return np.stack(out) / people[:, None]

@@ -1,4 +1,4 @@
-"""One instant of an evacuation on all floors, and the curve of who is out.
+"""One instant of an evacuation on all floors, or of two side by side, and its curves.
 
 Clauses: B4 and B7 for people's modes and health, C5 for robots and their destinations,
 D3, D7 and A6 for sources, flames and burnt doors.  Shapes tell things apart as well as
@@ -24,7 +24,7 @@ from matplotlib.ticker import MaxNLocator
 
 from reference.building import Building, Kind
 from reference.paper import HEALTH
-from reference.workshop.drawing import page
+from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.page import COLOURS, Style
 from reference.world import Fate, Mode, World
 
@@ -49,17 +49,20 @@ INK = "#16191d"
 FLAME, EMBER, SOURCE, CHAR = "#f47b20", "#c43c00", "#d11a1a", "#1d120c"
 TRAIL_ALPHA = 0.5
 CURVES: dict[str, Style] = {
-    "out": {"color": COLOURS[Kind.EXIT], "ls": "-"},
-    "inside": {"color": page.FAINT, "ls": (0, (4, 1.5))},
-    "dead": {"color": INK, "ls": (0, (1, 1))},
+    "out": {"label": "out", "color": COLOURS[Kind.EXIT], "ls": "-"},
+    "inside": {"label": "inside", "color": page.FAINT, "ls": (0, (4, 1.5))},
+    "dead": {"label": "dead", "color": INK, "ls": (0, (1, 1))},
 }
+LEFT: Style = {"label": "out, left", "ls": (0, (4, 1.5))}
+RIGHT: Style = {"label": "out, right"}
+"""Of two evacuations one curve each."""
 
-WIDTH = 11.0  # inches
-_ROOM = (10.7, 5.2)  # inches for all floors
+WIDTHS = {1: 11.0, 2: 13.0}  # inches, of a page with one evacuation or two
+_ROOM = (10.7, 5.2)  # inches for all floors of one
 _SPARE = (0.15, 0.3)  # inches beside and above each floor
 _COUNTS = "after {:.0f} s: {} inside, {} out, {} dead"
 _CELLS = (Kind.WALL, Kind.DOOR, Kind.ENTRANCE, Kind.EXIT, Kind.STAIRS)
-_TITLE, _STRIP = 0.5, 1.45  # inches for the title, and for legend and curve below
+_TITLE, _STRIP = 0.66, 1.45  # inches for the title, and for legend and curve below
 
 
 @dataclass(frozen=True)
@@ -86,14 +89,16 @@ def tally(world: World) -> Tally:
     return Tally(world.time, out, inside, dead, spots)
 
 
-def frame(world: World, history: Sequence[Tally] | None = None) -> Figure:
+def frame(
+    world: World, history: Sequence[Tally] | None = None, heading: str = ""
+) -> Figure:
     """Draw people, robots and fire on all floors at one instant.
 
     history: the tallies up to now, oldest first, for the curve of who is out and for
-    people's trails; without it there are none.  The legends list what occurs in the
-    picture.
+    people's trails; without it there are none.  heading: instead of the building's
+    title.  The legends list what occurs in the picture.
     """
-    scene = Scene(world.building, len(world.bodies))
+    scene = Scene(world.building, len(world.bodies), headings=[heading])
     scene.show(world, history or [tally(world)])
     scene.curve.set_visible(history is not None)
     scene.explain(scene.shown())
@@ -113,38 +118,104 @@ def possible(building: Building, robots: bool, fire: bool) -> set[str]:
 
 
 class Scene:
-    """A page whose still parts are drawn once, and its moving parts.
+    """A page of one evacuation, or of two in the same building, side by side.
 
-    It has no legend until `explain` adds one.
+    What stands still is drawn once. It has no legend until `explain` adds one.
 
-    moving  the artists that `show` changes, in the order they are painted
-    still   False after `show` had to change the page itself; paint all of it anew
+    title   all headings
+    sides   what moves in each evacuation
+    still   set to False by `show` if it had to change the page itself
     """
 
-    def __init__(self, building: Building, people: int, dpi: int = page.DPI):
-        self.still = True
-        frame = page.frame_of(building)
-        layout = Layout(building.floors, frame.size)
-        self.figure = page.blank(WIDTH, layout.height, dpi)
-        self.axes = _floors(self.figure, building, layout)
-        self.offset = layout.corners - frame.min
-        self.building, self.title = building, _title(self.figure, building)
-        self.curve, self.lines = _curve(self.figure, people)
+    def __init__(
+        self,
+        building: Building,
+        people: int,
+        dpi: int = page.DPI,
+        headings: Sequence[str] = ("",),
+    ):
+        """headings: the title of each evacuation; "" is the building's."""
+        self.still, self.building = True, building
+        self.title = " | ".join(heading or building.title for heading in headings)
+        width, share = WIDTHS[len(headings)], WIDTHS[len(headings)] / len(headings)
+        room = (share - 0.3, _ROOM[1])
+        layout = Layout(building.floors, page.frame_of(building).size, room)
+        self.figure = page.blank(width, layout.height, dpi)
+        lefts = [share * k for k in range(len(headings))]
+        self.sides = [
+            Side(self.figure, building, layout, (left, share), heading)
+            for left, heading in zip(lefts, headings, strict=True)
+        ]
+        self.curve, self.lines = _curve(self.figure, people, len(headings))
+        _health_bar(self.figure)
+
+    @property
+    def moving(self) -> list[Artist]:
+        """The artists that `show` changes, texts excepted, in the order of painting."""
+        lines = [line for lines in self.lines for line in lines.values()]
+        return [artist for side in self.sides for artist in side.moving] + lines
+
+    @property
+    def texts(self) -> list[Text]:
+        """The texts that `show` changes."""
+        return [side.counts for side in self.sides]
+
+    def show(self, world: World, history: Sequence[Tally], side: int = 0) -> None:
+        """Move everything of one evacuation to where it is in a world."""
+        self.sides[side].show(world, history)
+        times = [tally.time for tally in history]
+        for name, line in self.lines[side].items():
+            line.set_data(times, [getattr(tally, name) for tally in history])
+        if times[-1] > (end := self.curve.get_xlim()[1]):
+            self.curve.set_xlim(0, max(times[-1], 1.5 * end))
+            self.still = False
+
+    def shown(self) -> set[str]:
+        """Name all that the page shows now: marks, modes of people, and curves."""
+        names = set().union(*(side.shown() for side in self.sides))
+        for lines in self.lines:
+            names |= {name for name, line in lines.items() if np.any(line.get_ydata())}
+        return names
+
+    def explain(self, names: Collection[str]) -> None:
+        """Add legends of these names and of the building; hide all other curves."""
+        _legend(self.figure, self.building, [name for name in ENTRIES if name in names])
+        handles = []
+        for lines in self.lines:
+            for name, line in lines.items():
+                line.set_visible(name in names)
+                handles += [line] * (name in names)
+        beside: Style = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+        self.curve.legend(handles=handles, fontsize=9, handlelength=1.8, **beside)
+
+
+class Side:
+    """One evacuation on a page: the building, and what moves in it."""
+
+    def __init__(
+        self,
+        figure: Figure,
+        building: Building,
+        layout: "Layout",
+        span: tuple[float, float],
+        heading: str,
+    ):
+        """span: inches from the page's left edge, and how wide."""
+        self.building = building
+        self.axes = _floors(figure, building, layout, span)
+        self.offset = layout.corners - page.frame_of(building).min
+        for area in building.areas:
+            plans.write_name(self.axes, building, area, self.offset[area.floor], 7.0)
+        self.counts = _title(figure, heading or building.title, span)
         metre = layout.scale * 72  # in points
         looks = _looks(metre).items()
         self.marks = {name: self.axes.plot([], [], **look)[0] for name, look in looks}
         self.people = {mode: self._crowd(mode, metre) for mode in Mode}
-        _health_bar(self.figure)
-        below = [mark for name, mark in self.marks.items() if name != "robot"]
-        self.moving: list[Artist] = [
-            *below,
-            *self.people.values(),
-            self.marks["robot"],
-            *self.lines.values(),
-            self.title,
-        ]
+        robots = self.marks["robot"]
+        below = [mark for mark in self.marks.values() if mark is not robots]
+        self.moving: list[Artist] = [*below, *self.people.values(), robots]
         for order, artist in enumerate(self.moving):
-            artist.set_zorder(2 + order / 100)
+            artist.set_zorder(3 + order / 100)
 
     def show(self, world: World, history: Sequence[Tally]) -> None:
         """Move everything to where it is in a world."""
@@ -152,32 +223,16 @@ class Scene:
         self._show_robots(world)
         self._show_trails(world, history)
         self._show_people(world)
-        self._show_curve(history)
         now = history[-1]
         counts = _COUNTS.format(now.time, now.inside, now.out, now.dead)
-        self.title.set_text(f"{self.building.title} {counts}")
+        self.counts.set_text(counts)
 
     def shown(self) -> set[str]:
-        """Name all that the page shows now: marks, modes of people, and curves."""
-        there: dict[str, Any] = {}
-        for name, mark in self.marks.items():
-            there[name] = np.size(mark.get_xdata())
-        for name, line in self.lines.items():
-            there[name] = np.count_nonzero(line.get_ydata())
+        """Name all marks, and modes of people, that there are now."""
+        there = {name: np.size(mark.get_xdata()) for name, mark in self.marks.items()}
         for mode, crowd in self.people.items():
             there[MODES[mode]] = np.size(crowd.get_offsets())
         return {name for name, count in there.items() if count}
-
-    def explain(self, names: Collection[str]) -> None:
-        """Add legends of these names and of the building; hide all other curves."""
-        _legend(self.figure, self.building, [name for name in ENTRIES if name in names])
-        for name, line in self.lines.items():
-            line.set_visible(name in names)
-        lines = [line for name, line in self.lines.items() if name in names]
-        beside: Style = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
-        self.curve.legend(handles=lines, fontsize=8, handlelength=1.8, **beside)
-
-    # -- What moves -----------------------------------------------------------------
 
     def _crowd(self, mode: Mode, metre: float) -> PathCollection:
         """Add discs for followers or triangles for leaders; metre: in points."""
@@ -186,24 +241,19 @@ class Scene:
         look: Style = {"cmap": HEALTHS, "vmin": 0, "vmax": HEALTH, "edgecolors": INK}
         return self.axes.scatter([], [], size, marker=shape, c=[], lw=0.7, **look)
 
-    def _on_page(self, floor: np.ndarray, position: np.ndarray) -> np.ndarray:
-        """Places (2, k) on the page for (k,) floors and (k, 2) metres."""
+    def on_page(self, floor: Any, position: Any) -> np.ndarray:
+        """Places (2, k) on the page of k floors and (k, 2) metres."""
         floor = np.asarray(floor, dtype=int).reshape(-1)
-        return (np.asarray(position).reshape(-1, 2) + self.offset[floor]).T
-
-    def _places(self, spots: Sequence[tuple[int, Any]]) -> np.ndarray:
-        """Places (2, k) on the page of k spots: the floor, and x and y in metres."""
-        floors, positions = zip(*spots, strict=True) if spots else ((), ())
-        return self._on_page(np.array(floors), np.array(positions))
+        return (np.asarray(position, float).reshape(-1, 2) + self.offset[floor]).T
 
     def _show_people(self, world: World) -> None:
         bodies = world.bodies
         for mode, crowd in self.people.items():
             who = bodies.inside & (bodies.mode == mode)
-            crowd.set_offsets(self._on_page(bodies.floor[who], bodies.position[who]).T)
+            crowd.set_offsets(self.on_page(bodies.floor[who], bodies.position[who]).T)
             crowd.set_array(bodies.health[who])
         dead = bodies.fate == Fate.DEAD
-        spots = self._on_page(bodies.floor[dead], bodies.position[dead])
+        spots = self.on_page(bodies.floor[dead], bodies.position[dead])
         self.marks["died here"].set_data(*spots)
 
     def _show_trails(self, world: World, history: Sequence[Tally]) -> None:
@@ -214,17 +264,17 @@ class Scene:
             self.marks[TRAIL].set_data([], [])
             return
         floor, x, y = np.stack(recent, axis=1)[world.bodies.inside].T  # (tallies, n)
-        ways = self._on_page(floor, np.stack([x, y], axis=2)).reshape(2, *x.shape)
+        ways = self.on_page(floor, np.stack([x, y], axis=2)).reshape(2, *x.shape)
         apart = np.full((2, 1, x.shape[1]), np.nan)  # from one person to the next
         ways = np.concatenate([ways, apart], axis=1)
         self.marks[TRAIL].set_data(*ways.swapaxes(1, 2).reshape(2, -1))
 
     def _show_robots(self, world: World) -> None:
         robots = world.robots
-        here = self._places([(r.floor, r.position) for r in robots])
         sent = [r for r in robots if r.active and r.destination is not None]
-        start = self._places([(r.floor, r.position) for r in sent])
-        there = self._places([(r.floor, r.destination) for r in sent])
+        start = self.on_page([r.floor for r in sent], [r.position for r in sent])
+        there = self.on_page([r.floor for r in sent], [r.destination for r in sent])
+        here = self.on_page([r.floor for r in robots], [r.position for r in robots])
         self.marks["robot"].set_data(*here)
         self.marks["destination"].set_data(*there)
         gaps = np.full_like(there, np.nan)
@@ -234,41 +284,34 @@ class Scene:
     def _show_fire(self, world: World) -> None:
         sources = world.flames.sources
         burnt = [self.building.landmarks[k] for k in np.flatnonzero(world.burnt)]
-        doors = [[mark.floor, *cell] for mark in burnt for cell in mark.cells.tolist()]
-        self._mark_cells("flames", np.argwhere(world.flames.burning).tolist())
-        self._mark_cells("burnt door", doors)
-        lit = self._places([(source.floor, (source.x, source.y)) for source in sources])
+        doors = [(mark.floor, *cell) for mark in burnt for cell in mark.cells]
+        self._mark_cells("flames", np.argwhere(world.flames.burning))
+        self._mark_cells("burnt door", np.array(doors, dtype=int).reshape(-1, 3))
+        lit = self.on_page([s.floor for s in sources], [(s.x, s.y) for s in sources])
         self.marks["fire source"].set_data(*lit)
 
-    def _mark_cells(self, name: str, cells: list[list[int]]) -> None:
-        """Put marks on cells, each given as floor, row and column."""
-        metres = self.building.metres
-        spots = self._places([(f, metres(row, col)) for f, row, col in cells])
-        self.marks[name].set_data(*spots)
-
-    def _show_curve(self, history: Sequence[Tally]) -> None:
-        times = [tally.time for tally in history]
-        for name, line in self.lines.items():
-            line.set_data(times, [getattr(tally, name) for tally in history])
-        end = self.curve.get_xlim()[1]
-        self.still = times[-1] <= end
-        if not self.still:
-            self.curve.set_xlim(0, max(times[-1], 1.5 * end))
+    def _mark_cells(self, name: str, cells: np.ndarray) -> None:
+        """Put marks on cells: (k, 3) floor, row and column."""
+        floor, *cell = cells.T
+        x, y = self.building.metres(*cell)  # of all at once
+        self.marks[name].set_data(*self.on_page(floor, np.stack([x, y], axis=-1)))
 
 
 # -- What stands still --------------------------------------------------------------
 
 
 class Layout:
-    """Places of the floors on the page: inches from the lower left of them all.
+    """Places of the floors of one evacuation: inches from the lower left of them all.
 
     scale    inches to a metre
     page     width and height of all floors together
     corners  (floors, 2) lower left corner of each, metres
     """
 
-    def __init__(self, floors: int, size: tuple[float, float]):
-        columns, self.scale = page.arrange(floors, size, _ROOM, _SPARE)
+    def __init__(
+        self, floors: int, size: tuple[float, float], room: tuple[float, float]
+    ):
+        columns, self.scale = page.arrange(floors, size, room, _SPARE)
         rows = ceil(floors / columns)
         panel = np.array(size) * self.scale + _SPARE
         self.page = panel * (columns, rows)
@@ -286,10 +329,12 @@ def _panel(
     return figure.add_axes((left / across, bottom / up, width / across, height / up))
 
 
-def _floors(figure: Figure, building: Building, layout: Layout) -> Axes:
+def _floors(
+    figure: Figure, building: Building, layout: Layout, span: tuple[float, float]
+) -> Axes:
     """Paint all floors, and a scale, on one set of axes in metres."""
     wide, high = layout.page
-    axes = _panel(figure, (WIDTH - wide) / 2, _STRIP, wide, high)
+    axes = _panel(figure, span[0] + (span[1] - wide) / 2, _STRIP, wide, high)
     axes.set(xlim=(0, wide / layout.scale), ylim=(0, high / layout.scale))
     axes.set_axis_off()
     frame = page.frame_of(building)
@@ -299,34 +344,39 @@ def _floors(figure: Figure, building: Building, layout: Layout) -> Axes:
         name = page.floor_title(building, floor)
         size = page.text_size(name, frame.width * layout.scale, 10)
         axes.text(x, top + 0.05 / layout.scale, name, fontsize=size, va="bottom")
-    metres = page.step_of(frame)
-    right, top = (layout.page - (0.1, 0.15)) / layout.scale
-    axes.plot([right - metres, right], [top, top], color=page.FAINT, linewidth=2)
-    look: Style = {"fontsize": 8, "color": page.FAINT, "ha": "right", "va": "center"}
-    axes.text(right - metres, top, f"{metres} m  ", **look)
+    metres, left, low = page.step_of(frame), *np.array((0.08, -0.13)) / layout.scale
+    line: Style = {"color": page.FAINT, "lw": 2, "clip_on": False}
+    axes.plot([left, left + metres], [low, low], **line)
+    look: Style = {"fontsize": 8, "color": page.FAINT, "va": "center"}
+    axes.text(left + metres, low, f"  {metres} m", **look)
     return axes
 
 
-def _title(figure: Figure, building: Building) -> Text:
-    """Add an empty title with room for the longest one of this building."""
-    longest = f"{building.title} {_COUNTS.format(999, 999, 999, 999)}"
-    size = page.text_size(longest, WIDTH - 0.4, 14)
-    up = 1 - 0.12 / figure.get_size_inches()[1]
-    return figure.text(0.2 / WIDTH, up, "", fontsize=size, va="top")
+def _title(figure: Figure, heading: str, span: tuple[float, float]) -> Text:
+    """Add a heading; return the line below it, for counts."""
+    across, up = figure.get_size_inches()
+    size = page.text_size(heading, span[1] - 0.4, 14)
+    left = (span[0] + 0.2) / across
+    figure.text(left, 1 - 0.1 / up, heading, fontsize=size, weight="bold", va="top")
+    return figure.text(left, 1 - 0.42 / up, "", fontsize=12, va="top")
 
 
-def _curve(figure: Figure, people: int) -> tuple[Axes, dict[str, Line2D]]:
-    """Add axes for how many are out, inside and dead over time."""
-    axes = _panel(figure, WIDTH - 3.55, 0.42, 2.75, _STRIP - 0.6)
+def _curve(
+    figure: Figure, people: int, sides: int
+) -> tuple[Axes, list[dict[str, Line2D]]]:
+    """Add axes for how many are where over time; of two evacuations who is out."""
+    right = WIDTHS[sides] - (0.9 if sides == 1 else 1.15)
+    axes = _panel(figure, 7.45, 0.42, right - 7.45, _STRIP - 0.6)
     axes.set(xlim=(0, 60), ylim=(-0.03 * people, 1.06 * people + 0.1))
     axes.spines[:].set_color("black")
     axes.yaxis.set_major_locator(MaxNLocator(3, integer=True))
     axes.set_xlabel("seconds", fontsize=8, labelpad=1)
     axes.set_ylabel("people", fontsize=8)
-    lines = {
-        name: axes.plot([], [], lw=2, label=name, **look)[0]
-        for name, look in CURVES.items()
-    }
+    pair = [{"out": CURVES["out"] | look} for look in (LEFT, RIGHT)]
+    lines = [
+        {name: axes.plot([], [], lw=2, **look)[0] for name, look in looks.items()}
+        for looks in ([CURVES] if sides == 1 else pair)
+    ]
     return axes, lines
 
 
@@ -358,11 +408,12 @@ def _legend(figure: Figure, building: Building, names: Sequence[str]) -> None:
     }
     shapes = page.samples({name: looks[name] for name in names})
     cells = page.swatches(page.present(building.kind, _CELLS))
+    across, up = figure.get_size_inches()
     for handles, rows, bottom in ((shapes, 2, 0.4), (cells, 1, 0.08)):
         figure.legend(
             handles=handles,
             loc="lower left",
-            bbox_to_anchor=(0.1 / WIDTH, bottom / figure.get_size_inches()[1]),
+            bbox_to_anchor=(0.1 / across, bottom / up),
             ncols=max(ceil(len(handles) / rows), 1),
             handlelength=1.3,
             columnspacing=1.1,

@@ -12,11 +12,11 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from reference.workshop.crossplay.intervals import Interval, of_mean
 from reference.workshop.drawing.crossplay import LINES
 from reference.workshop.drawing.curves import SMOOTHING, Line, mean_of, smooth
 from reference.workshop.drawing.page import foot, sheet, write_numbers
 from reference.workshop.drawing.runs import Run
-from reference.workshop.evaluation.intervals import Interval, of_mean
 from reference.workshop.training.summaries import SURVIVAL
 
 COLUMNS = 4

@@ -1,30 +1,30 @@
-"""An evacuation as a moving picture: GIF, a page with a player, or MP4.
+"""An evacuation, or two side by side, as a moving picture: GIF, web page, or MP4.
 
 Clause: A8, extended in time.  What stands still is painted once and only what moved is
-painted on top (blitting); GIF and player store only the pixels that changed.
+painted on top (blitting); GIF and web page store only the pixels that changed.
 """
 
 import json
 from base64 import b64encode
-from collections.abc import Callable, Collection, Iterator
-from contextlib import AbstractContextManager, contextmanager, suppress
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from contextlib import suppress
+from errno import EIO
 from html import escape
 from io import BytesIO
 from pathlib import Path
 from shutil import which
 from string import Template
 from subprocess import DEVNULL, PIPE, Popen
+from tempfile import TemporaryFile
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from PIL import GifImagePlugin, Image
-from scipy.spatial import KDTree
 from tqdm import tqdm
 
-from reference.building import Kind
 from reference.paper import InputError
-from reference.simulation import Outcome, Simulation
+from reference.simulation import Simulation
 from reference.strategies import NoFire
 from reference.workshop.drawing.evacuation import (
     CHAR,
@@ -40,22 +40,31 @@ from reference.workshop.drawing.evacuation import (
 )
 from reference.workshop.drawing.page import COLOURS, FAINT, TEXT, with_suffix
 from reference.workshop.files import replacing
+from reference.workshop.recording import ticks
 
-DPI = 100  # 1100 pixels wide
-SECONDS_PER_FRAME = 0.4  # simulated
-PACE = SECONDS_PER_FRAME / 4  # seconds that a frame is seen: four times real time
+DPI = 100  # 1100 or 1300 pixels wide
+SECONDS_PER_FRAME = 0.6  # simulated
+PACE = SECONDS_PER_FRAME / 6  # seconds that a frame is seen: six times real time
 HOLD = 3.0  # seconds that the last frame stays
 KEY_FRAMES = 25  # of the player: how far it goes back to jump to a place
 PLAYER = Path(__file__).with_name("player.html")
-WHITE = "#ffffff"
+INKS = (*COLOURS.values(), *STEPS, TEXT, FAINT, INK, CHAR, SOURCE, FLAME, EMBER)
 CLEAR = 255  # the palette's last place: a pixel that did not change
 
-Add = Callable[[np.ndarray, float], None]
-"""Appends (rows, cols, 4) pixels, to be seen for so many seconds."""
+Frame = tuple[np.ndarray, float]
+"""Pixels (rows, cols, 4), valid until the next frame, and seconds they are seen."""
 
 
-def animate(simulation: Simulation, path: str | Path) -> Outcome:
-    """Run a simulation to its end and film it, as .gif, .html or .mp4.
+def animate(
+    simulations: Simulation | Sequence[Simulation],
+    path: str | Path,
+    headings: Sequence[str] = ("",),
+    going: Iterable[None] | None = None,
+) -> None:
+    """Run a simulation, or two in one building, to the end and film it.
+
+    path: .gif, .html or .mp4.  headings: one for each; "" is the building's title.
+    going: runs them instead, and pauses after each tick; see `recording.ticks`.
 
     All of the file is written, or nothing. Raises ValueError for another suffix and for
     .mp4 without ffmpeg, OSError for an unwritable path.
@@ -66,42 +75,51 @@ def animate(simulation: Simulation, path: str | Path) -> Outcome:
             f"{target}: an MP4 needs ffmpeg; install it, or end the name in .gif or "
             ".html."
         )
-    scene = scene_of(simulation)
-    write, pixels = FORMATS[target.suffix.lower()], painter(scene)
-    with replacing(target) as partial, write(partial, scene) as add:
-        history: list[Tally] = []
-        for _ in _frames(simulation):
-            history.append(tally(simulation.world))
-            scene.show(simulation.world, history)
-            add(pixels(), HOLD if simulation.done else PACE)
-    return simulation.run()
+    runs = [simulations] if isinstance(simulations, Simulation) else list(simulations)
+    scene = scene_of(runs, headings)
+    write = FORMATS[target.suffix.lower()]
+    with replacing(target) as partial:
+        write(partial, scene, _frames(scene, runs, going or ticks(runs)))
 
 
-def scene_of(simulation: Simulation, without: Collection[str] = ()) -> Scene:
+def scene_of(
+    simulations: Sequence[Simulation],
+    headings: Sequence[str] = ("",),
+    without: Collection[str] = (),
+) -> Scene:
     """Make the page of a film; its legend lists what can occur in this film.
 
     without: names that cannot, all the same
     """
-    world, sources = simulation.world, simulation.scenario.sources
-    fire = sources > 0 and not isinstance(simulation.fire_strategy, NoFire)
-    scene = Scene(world.building, len(world.bodies), DPI)
-    names = possible(world.building, bool(world.robots), fire)
-    scene.explain(names.difference(without))
+    building, people = simulations[0].building, len(simulations[0].world.bodies)
+    scene = Scene(building, people, DPI, headings)
+    robots = any(simulation.world.robots for simulation in simulations)
+    fire = any(
+        simulation.scenario.sources and not isinstance(simulation.fire_strategy, NoFire)
+        for simulation in simulations
+    )
+    scene.explain(possible(building, robots, fire).difference(without))
     return scene
 
 
-def _frames(simulation: Simulation) -> Iterator[None]:
-    """Run the simulation to its end, with a pause for each frame."""
-    ticks = max(1, round(SECONDS_PER_FRAME / simulation.tick))
-    limit = round(simulation.scenario.time_limit)
+def _frames(
+    scene: Scene, runs: Sequence[Simulation], going: Iterable[None]
+) -> Iterator[Frame]:
+    """Paint the first instant, then one every SECONDS_PER_FRAME, then the last."""
+    pixels, histories = painter(scene), [list[Tally]() for _ in runs]
+    every = max(1, round(SECONDS_PER_FRAME / runs[0].tick))
+    limit = round(runs[0].scenario.time_limit)
     with tqdm(total=limit, unit=" s", disable=None, desc="filming") as bar:
-        yield
-        while not simulation.done:
-            for _ in range(ticks):
-                if not simulation.done:
-                    simulation.step()
-            bar.update(int(simulation.world.time) - bar.n)
-            yield
+        for tick, _ in enumerate(going):
+            over = all(run.done for run in runs)
+            if tick % every and not over:
+                continue
+            for side, (run, history) in enumerate(zip(runs, histories, strict=True)):
+                if not history or history[-1].time < run.world.time:
+                    history.append(tally(run.world))
+                    scene.show(run.world, history, side)
+            bar.update(int(max(run.world.time for run in runs)) - bar.n)
+            yield pixels(), HOLD if over else PACE
         bar.total = bar.n
 
 
@@ -110,19 +128,25 @@ def painter(scene: Scene) -> Callable[[], np.ndarray]:
 
     They are valid until its next call.
     """
-    canvas = FigureCanvasAgg(scene.figure)
-    for artist in scene.moving:
+    canvas, whole = FigureCanvasAgg(scene.figure), scene.figure.bbox
+    moving, texts = scene.moving, scene.texts
+    for artist in (*moving, *texts):
         artist.set_animated(True)
-    page = None
+    page, written, said = None, None, None
 
     def pixels() -> np.ndarray:
-        """Paint the page if it changed, and on it what moves."""
-        nonlocal page
+        """Paint the page and its texts if they changed, and on it what moves."""
+        nonlocal page, written, said
         if page is None or not scene.still:
             canvas.draw()
-            page = canvas.copy_from_bbox(scene.figure.bbox)
-        canvas.restore_region(page)
-        for artist in scene.moving:
+            page, said, scene.still = canvas.copy_from_bbox(whole), None, True
+        if said != (now := [text.get_text() for text in texts]):
+            canvas.restore_region(page)
+            for text in texts:
+                scene.figure.draw_artist(text)
+            written, said = canvas.copy_from_bbox(whole), now
+        canvas.restore_region(written)
+        for artist in moving:
             scene.figure.draw_artist(artist)
         return np.asarray(canvas.buffer_rgba())
 
@@ -132,35 +156,30 @@ def painter(scene: Scene) -> Callable[[], np.ndarray]:
 # -- Only what changed --------------------------------------------------------------
 
 
-class Patches:
-    """Turns frames into 8-bit images of the smallest box around changed pixels."""
+def patches(
+    frames: Iterable[Frame], key: int = 0
+) -> Iterator[tuple[Image.Image, tuple[int, int], float]]:
+    """Reduce frames to 8-bit images of the smallest box around changed pixels.
 
-    def __init__(self) -> None:
-        colours = _palette()
-        self.bytes, self.table = colours.tobytes(), _nearest(colours)
-        self.before: np.ndarray | None = None
-
-    def next(
-        self, pixels: np.ndarray, whole: bool = False
-    ) -> tuple[Image.Image, tuple[int, int]]:
-        """The patch that turns the last frame into this one, and its (left, top)."""
-        packed = pixels.view(np.uint32)[..., 0].copy()
-        changed = np.ones(packed.shape, dtype=bool)
-        if self.before is not None and not whole:
-            changed = packed != self.before
-        self.before = packed
-        rows, cols = (_span(np.flatnonzero(changed.any(axis=k))) for k in (1, 0))
-        changed = changed[rows, cols]
-        patch = np.full(changed.shape, CLEAR, dtype=np.uint8)
-        patch[changed] = self._indices(pixels[rows, cols][changed])
+    key: every key-th is whole; 0: only the first.  Yields the patch, its (left, top) on
+    the frame before, and for how many seconds it is seen.
+    """
+    before, palette = None, None
+    for k, (pixels, seconds) in enumerate(frames):
+        rows, cols, _ = pixels.shape
+        page = Image.frombuffer("RGBA", (cols, rows), pixels)
+        palette = palette or _palette(page.convert("RGB"))
+        now = pixels.view(np.uint32)[..., 0].copy()
+        whole = before is None or (key and k % key == 0)
+        changed = np.ones(now.shape, dtype=bool) if whole else now != before
+        down, across = (_span(np.flatnonzero(changed.any(axis=k))) for k in (1, 0))
+        box = page.crop((across.start, down.start, across.stop, down.stop))
+        part = box.convert("RGB").quantize(palette=palette, dither=Image.Dither.NONE)
+        patch = np.where(changed[down, across], np.asarray(part), np.uint8(CLEAR))
         image = Image.fromarray(patch)
-        image.putpalette(self.bytes)
-        return image, (cols.start, rows.start)
-
-    def _indices(self, colours: np.ndarray) -> np.ndarray:
-        """Places (k,) in the palette of (k, 4) colours."""
-        red, green, blue = (colours[:, :3] >> 3).astype(np.uint16).T
-        return self.table[red << 10 | green << 5 | blue]
+        image.putpalette(palette.getpalette() or [])
+        yield image, (across.start, down.start), seconds
+        before = now
 
 
 def _span(changed: np.ndarray) -> slice:
@@ -168,99 +187,77 @@ def _span(changed: np.ndarray) -> slice:
     return slice(int(changed[0]), int(changed[-1]) + 1) if len(changed) else slice(0, 1)
 
 
-def _palette() -> np.ndarray:
-    """Colours (256, 3) that we draw with, and mixes of them at smoothed edges."""
-    inks = [*COLOURS.values(), *STEPS, TEXT, FAINT, INK, CHAR, SOURCE, FLAME, EMBER]
-    grounds = (COLOURS[Kind.WALL], COLOURS[Kind.STAIRS], INK, FLAME)
-    mixes = [(ink, ink, 0.0) for ink in (WHITE, *inks)]
-    mixes += [(ink, ground, 1 / 2) for ink in inks for ground in grounds]
-    mixes += [(i, COLOURS[Kind.FLOOR], t) for i in inks for t in (1 / 3, 2 / 3)]
-    mixes += [(i, WHITE, t / 10) for i in (TEXT, FAINT) for t in range(1, 10)]
-    mixes += [(FAINT, COLOURS[Kind.FLOOR], t / 10) for t in range(5, 10)]  # trails
-    colours = np.full((256, 3), 255, dtype=np.uint8)
-    for place, (ink, ground, share) in enumerate(mixes):
-        one, other = np.array(to_rgb(ink)), np.array(to_rgb(ground))
-        colours[place] = np.round(255 * (one * (1 - share) + other * share))
-    return colours
-
-
-def _nearest(colours: np.ndarray) -> np.ndarray:
-    """Find the nearest place but CLEAR for colours of 5 bits a channel: (32768,)."""
-    levels = np.arange(32) * 8 + 4
-    cube = np.stack(np.meshgrid(levels, levels, levels, indexing="ij"), axis=-1)
-    return KDTree(colours[:CLEAR]).query(cube.reshape(-1, 3))[1].astype(np.uint8)
+def _palette(page: Image.Image) -> Image.Image:
+    """Choose all colours but CLEAR: the first frame's, and the inks of all frames."""
+    side = 8
+    specimen = page.copy()
+    for k, ink in enumerate(INKS):
+        colour = tuple(round(255 * share) for share in to_rgb(ink))
+        specimen.paste(colour, (side * k, 0, side * (k + 1), side))
+    palette = specimen.quantize(CLEAR, Image.Quantize.MAXCOVERAGE)
+    colours = palette.getpalette() or []
+    palette.putpalette((colours + 256 * colours[:3])[: 3 * 256])  # the rest: unused
+    return palette
 
 
 # -- Formats ------------------------------------------------------------------------
 
 
-@contextmanager
-def _gif(path: Path, scene: Scene) -> Iterator[Add]:
-    """Write a GIF: one palette, each frame a patch on the last."""
-    patches = Patches()
+def _gif(path: Path, scene: Scene, frames: Iterable[Frame]) -> None:
+    """Write the first frame with a header, the others as bare patches."""
     with open(path, "wb") as file:
-
-        def add(pixels: np.ndarray, seconds: float) -> None:
-            """Write the first frame with a header, the others as bare patches."""
-            image, corner = patches.next(pixels)
+        for image, corner, seconds in patches(frames):
             look = {"duration": 1000 * seconds}
-            if not file.tell():
+            if file.tell():
+                look |= {"transparency": CLEAR, "disposal": 1}
+                file.writelines(GifImagePlugin.getdata(image, corner, **look))
+            else:
                 whole = BytesIO()
                 image.save(whole, "GIF", optimize=False, loop=0, **look)
                 file.write(whole.getvalue().removesuffix(b";"))
-                return
-            look |= {"transparency": CLEAR, "disposal": 1}
-            file.writelines(GifImagePlugin.getdata(image, corner, **look))
-
-        yield add
         file.write(b";")
 
 
-@contextmanager
-def _html(path: Path, scene: Scene) -> Iterator[Add]:
+def _html(path: Path, scene: Scene, frames: Iterable[Frame]) -> None:
     """Write a page that needs no other file: patches as PNGs, and a player."""
-    patches, count = Patches(), 0
-    title = escape(scene.building.title)
     width, height = scene.figure.canvas.get_width_height()
-    head, foot = map(Template, PLAYER.read_text("utf-8").split("$frames"))
+    known = {"title": escape(scene.title), "width": width, "height": height}
+    known |= {"key": KEY_FRAMES, "step": SECONDS_PER_FRAME, "pace": 1000 * PACE}
+    page = Template(PLAYER.read_text("utf-8")).substitute(known, frames="\0")
+    head, foot = page.split("\0")
     with open(path, "w", encoding="utf-8") as file:
-        file.write(head.substitute(title=title, width=width, height=height))
-
-        def add(pixels: np.ndarray, seconds: float) -> None:
-            """Write a line of the page's script for a frame."""
-            nonlocal count
-            image, corner = patches.next(pixels, whole=count % KEY_FRAMES == 0)
+        file.write(head)
+        for image, corner, _ in patches(frames, KEY_FRAMES):
             png = BytesIO()
             image.save(png, "PNG", transparency=CLEAR)
-            frame = [*corner, b64encode(png.getvalue()).decode()]
-            file.write(json.dumps(frame) + ",\n")
-            count += 1
-
-        yield add
-        file.write(foot.substitute(pace=1000 * PACE, key=KEY_FRAMES))
+            patch = [*corner, b64encode(png.getvalue()).decode()]
+            file.write(json.dumps(patch) + ",\n")
+        file.write(foot)
 
 
-@contextmanager
-def _mp4(path: Path, scene: Scene) -> Iterator[Add]:
-    """Pipe raw frames into ffmpeg, which wants even sizes and a steady rate."""
+def _mp4(path: Path, scene: Scene, frames: Iterable[Frame]) -> None:
+    """Pipe raw frames into ffmpeg, which wants even sizes and a steady rate.
+
+    Whatever it complains of is a failure: on a full disk it may exit with status 0.
+    """
     width, height = scene.figure.canvas.get_width_height()
     raw = f"-f rawvideo -pix_fmt rgba -s {width}x{height} -r {1 / PACE:g} -i -"
     even = "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white -pix_fmt yuv420p -y"
-    command = ["ffmpeg", *raw.split(), *even.split(), str(path)]
-    ffmpeg = Popen(command, stdin=PIPE, stdout=DEVNULL, stderr=DEVNULL)
-    pipe = ffmpeg.stdin
-    assert pipe is not None
+    command = ["ffmpeg", "-v", "error", "-xerror", *raw.split(), *even.split()]
+    with TemporaryFile() as said:
+        ffmpeg = Popen([*command, str(path)], stdin=PIPE, stdout=DEVNULL, stderr=said)
+        pipe = ffmpeg.stdin
+        assert pipe is not None
+        with suppress(BrokenPipeError), ffmpeg:
+            for pixels, seconds in frames:
+                pipe.write(pixels.tobytes() * round(seconds / PACE))
+        said.seek(0)
+        words = said.read().decode(errors="replace").splitlines()
+    if ffmpeg.returncode or words:
+        raise OSError(EIO, f"ffmpeg: {words[-1] if words else 'it says no reason'}")
 
-    def add(pixels: np.ndarray, seconds: float) -> None:
-        pipe.write(pixels.tobytes() * round(seconds / PACE))
 
-    with suppress(BrokenPipeError), ffmpeg:  # its exit status tells what went wrong
-        yield add
-    if ffmpeg.returncode:
-        raise OSError(f"{path}: ffmpeg could not write it. Try .gif or .html.")
-
-
-FORMATS: dict[str, Callable[[Path, Scene], AbstractContextManager[Add]]] = {
+FORMATS: dict[str, Callable[[Path, Scene, Iterable[Frame]], None]] = {
     ".gif": _gif,
     ".html": _html,
     ".mp4": _mp4,

@@ -34,8 +34,8 @@ def top(building: Building, floor: int | None = None) -> Figure:
         page.paint_floor(axes, building, index)
         _mark_exits(axes, building, index)
         for area in building.areas:
-            if area.floor == index and not area.name.startswith("room-"):
-                _write_name(axes, building, area)
+            if area.floor == index:
+                write_name(axes, building, area)
     return figure
 
 
@@ -111,11 +111,22 @@ def widest(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return first + corner + (size - 1) / 2, size
 
 
-def _write_name(axes: Axes, building: Building, area: Area) -> None:
-    """Write a name as large as it fits, upright in a narrow room; or not at all."""
+def write_name(
+    axes: Axes,
+    building: Building,
+    area: Area,
+    offset: Point = (0.0, 0.0),
+    largest: float = _LARGEST_TEXT,
+) -> None:
+    """Write a room's name, if the map has one and it fits; upright in a narrow room.
+
+    offset: metres, from the building to the axes;  largest: font size, points
+    """
+    if area.name.startswith("room-"):
+        return
     middle, size = widest(area.cells)
     steep, level = (
-        page.text_size(area.name, inches, _LARGEST_TEXT)
+        page.text_size(area.name, inches, largest)
         for inches in 0.9 / 72 * _points_per_metre(axes) * size
     )
     upright = level < _SMALL_TEXT < steep
@@ -123,7 +134,8 @@ def _write_name(axes: Axes, building: Building, area: Area) -> None:
     if fits >= _SMALLEST_TEXT:
         look: Style = {"rotation": 90 * upright, "ha": "center", "va": "center"}
         look["path_effects"] = _HALO  # so that one can draw beneath
-        axes.text(*building.metres(*middle), area.name, fontsize=fits, **look)
+        x, y = np.add(building.metres(*middle), offset)
+        axes.text(x, y, area.name, fontsize=fits, **look)
 
 
 def _points_per_metre(axes: Axes) -> float:

@@ -7,10 +7,9 @@ it evaluated strategies stand.
     y   what R is worth;        e′  y and what h adds to it
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from itertools import cycle, product
-from typing import NamedTuple
 
 import numpy as np
 from matplotlib import colormaps
@@ -22,10 +21,11 @@ from matplotlib.ticker import MaxNLocator
 from reference.building import Kind
 from reference.evaluation.score import LARGEST, PAPER, Ruler, RulerError
 from reference.paper import BEST_POINT, WORST_POINT
+from reference.workshop.crossplay.results import Cell
 from reference.workshop.drawing import page
+from reference.workshop.drawing.crossplay import names, players
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import COLOURS, Style
-from reference.workshop.evaluation.intervals import Interval
 
 BEST_REWARD = 15_000.0
 """[F6] R_b as the paper rounds it."""
@@ -35,7 +35,7 @@ PRINTED = {WORST_POINT[0]: "0.00004", BEST_POINT[0]: "0.4", BEST_REWARD: "0.5"}
 
 CURVE, SLOPE = "#1b5e9e", EMBER
 SHAPES, INKS = "Dos^vPX", (COLOURS[Kind.ENTRANCE], CURVE, EMBER, "#16191d", "#e69f00")
-"""Markers of readings, one for each fire, and colours, one for each team of robots."""
+"""Markers of points, one for each fire, and colours, one for each team of robots."""
 
 _three = partial(page.number, digits=3)
 
@@ -111,19 +111,7 @@ def _caption_of(ruler: Ruler) -> str:
 # -- E over reward and difficulty ---------------------------------------------------
 
 
-class Reading(NamedTuple):
-    """Mean reward and difficulty of robots against a fire, each with its interval."""
-
-    robots: str
-    fire: str
-    reward: Interval
-    difficulty: Interval
-
-    @property
-    def label(self) -> str:
-        """Name the pair."""
-        return f"{self.robots}, fire {self.fire}"
-
+Limits = tuple[float, float]  # of an axis
 
 LEVELS = (0, 0.1, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2)
 """Levels of E between two shades; above the last there is one shade more."""
@@ -133,16 +121,36 @@ SHADES = colormaps["BrBG"].with_extremes(over=colormaps["BrBG"](PALE(2.3)))
 """Colours: brown below E = 1, green above, without the map's darkest shades."""
 
 
-def contours(ruler: Ruler = PAPER, readings: Iterable[Reading] = ()) -> Figure:
-    """Draw E over R and h, the line E = 1, and each reading as a point [F9] [F10].
+def contours(ruler: Ruler = PAPER, cells: Sequence[Cell] = ()) -> Figure:
+    """Draw E over R and h, the line E = 1, and each match as a point [F9] [F10].
 
-    Readings that lie off the ruler are not drawn but named.
+    Matches that lie off the ruler are not drawn but named.
     """
-    found = list(readings)
-    shown = [reading for reading in found if _lies_on(ruler, reading)]
+    shown = [cell for cell in cells if _lies_on(ruler, cell)]
     figure = page.sheet("The score E by reward and difficulty", 10, 7.5)
     axes = figure.subplots()
-    wide, high = _region(ruler, shown)
+    _draw_score(figure, axes, ruler, *_region(ruler, shown))
+    robots, fires = _short(cells, "robots"), _short(cells, "fire")
+    labels = [f"{robots[c.robots]}, fire {fires[c.fire]}" for c in cells]
+    off = [label for c, label in zip(cells, labels, strict=True) if c not in shown]
+    axes.set_title(_caption(bool(shown), off))
+    inks = dict(zip(robots, cycle(INKS), strict=False))
+    shapes = dict(zip(fires, cycle(SHAPES), strict=False))
+    for cell, label in zip(cells, labels, strict=True):
+        if cell in shown:
+            E = ruler.score(cell.reward.mean, cell.difficulty.mean)
+            look = {"marker": shapes[cell.fire], "mfc": inks[cell.robots]}
+            _draw_point(axes, cell, f"{label}  {E:.2f}", look)
+    if shown:
+        tight: Style = {"handletextpad": 0.3, "columnspacing": 1.0, "fontsize": 8}
+        page.foot(figure, columns=len(inks), **tight)
+    return figure
+
+
+def _draw_score(
+    figure: Figure, axes: Axes, ruler: Ruler, wide: Limits, high: Limits
+) -> None:
+    """Shade E over a region of R and h, with a bar, and draw the line E = 1."""
     R, h = np.meshgrid(np.linspace(*wide, 200), np.linspace(*high, 200))
     E = ruler.score(R, h)
     axes.contour(R, h, E, LEVELS, colors="white", linewidths=0.8)
@@ -151,43 +159,34 @@ def contours(ruler: Ruler = PAPER, readings: Iterable[Reading] = ()) -> Figure:
     even = [ruler.reward_at(y) for y in ruler.beta - ruler.difficulty_part(hard)]
     axes.plot(even, hard, color=page.TEXT, lw=2.4, zorder=2)
     axes.set(xlabel="reward R, health points", ylabel="difficulty h")
-    axes.set_title(_caption(found, shown))
     axes.xaxis.set_major_locator(MaxNLocator(9))
     bar = figure.colorbar(shades, pad=0.02)
     bar.set_label("score E; 1: as good as the baseline", labelpad=6)
     bar.outline.set_visible(False)
     bar.set_ticks(LEVELS)
     page.write_numbers(axes.xaxis, axes.yaxis, bar.ax.yaxis)
-    inks = _looks((reading.robots for reading in found), INKS)
-    shapes = _looks((reading.fire for reading in found), SHAPES)
-    for reading in shown:
-        look = {"marker": shapes[reading.fire], "mfc": inks[reading.robots]}
-        _draw_reading(axes, ruler, reading, look)
-    if shown:
-        tight: Style = {"handletextpad": 0.3, "columnspacing": 1.0, "fontsize": 8}
-        page.foot(figure, columns=len(inks), **tight)
-    return figure
 
 
-def _looks(names: Iterable[str], looks: Sequence[str]) -> dict[str, str]:
-    """Give each name a look, in the order of first appearance."""
-    return dict(zip(dict.fromkeys(names), cycle(looks), strict=False))
+def _short(cells: Sequence[Cell], side: str) -> dict[str, str]:
+    """Short labels, in one line each, even for long paths."""
+    found = players(cells, side)
+    labels = zip(found, names(found), strict=True)
+    return {who: name.replace("\n", " ") for who, name in labels}
 
 
-def _lies_on(ruler: Ruler, r: Reading) -> bool:
-    """Whether a reading and its intervals lie on the ruler."""
+def _lies_on(ruler: Ruler, cell: Cell) -> bool:
+    """Whether a match's means and their intervals lie on the ruler."""
     try:
-        return all(ruler.score(R, h) >= 0 for R, h in product(r.reward, r.difficulty))
+        ends = product(cell.reward, cell.difficulty)
+        return all(ruler.score(R, h) >= 0 for R, h in ends)
     except RulerError:
         return False
 
 
-def _region(
-    ruler: Ruler, readings: Sequence[Reading]
-) -> tuple[tuple[float, float], tuple[float, float]]:
-    """Limits of both axes, so that the line E = 1 and all readings are in view."""
-    rewards = [R for reading in readings for R in reading.reward]
-    hard = [h for reading in readings for h in reading.difficulty]
+def _region(ruler: Ruler, cells: Sequence[Cell]) -> tuple[Limits, Limits]:
+    """Limits of both axes, so that the line E = 1 and all points are in view."""
+    rewards = [R for cell in cells for R in cell.reward]
+    hard = [h for cell in cells for h in cell.difficulty]
     worst, one = ruler.reward_at(WORST_POINT[1]), ruler.reward_at(ruler.beta)
     left = min([0.0, one + (worst - one) / 4, *rewards]) if rewards else worst
     right = max([one, *rewards])
@@ -196,12 +195,12 @@ def _region(
     return wide, (0.0, 1.1 * max([ruler.difficulty_at(wide[0]), *hard]))
 
 
-def _caption(found: Sequence[Reading], shown: Sequence[Reading]) -> str:
-    """Say what the line and the points are, and which readings have none."""
+def _caption(points: bool, off: Sequence[str]) -> str:
+    """Say what the line and the points are, and which matches have none."""
     lines = ["Bold line: E = 1"]
-    if shown:
+    if points:
         lines[0] += ".  Points: means with 95 % intervals.  Below: E of each pair"
-    if off := [reading.label for reading in found if reading not in shown]:
+    if off:
         more = f" and {len(off) - 2} more" if len(off) > 2 else ""
         lines.append(f"Off this ruler: {', '.join(off[:2])}{more}")
     return "\n".join(lines)
@@ -210,11 +209,10 @@ def _caption(found: Sequence[Reading], shown: Sequence[Reading]) -> str:
 _BARS: Style = {"ecolor": page.TEXT, "elinewidth": 1, **_DOT}
 
 
-def _draw_reading(axes: Axes, ruler: Ruler, reading: Reading, look: Style) -> None:
-    """Draw a point with its intervals; its name and E are for the legend."""
-    (R, *across), (h, *up) = reading.reward, reading.difficulty
+def _draw_point(axes: Axes, cell: Cell, label: str, look: Style) -> None:
+    """Draw a match with its intervals."""
+    (R, *across), (h, *up) = cell.reward, cell.difficulty
     wide = np.abs(np.subtract(across, R)).reshape(2, 1)
     high = np.abs(np.subtract(up, h)).reshape(2, 1)
-    name = f"{reading.label}  {ruler.score(R, h):.2f}"
     dot, *_ = axes.errorbar(R, h, high, wide, **_BARS, **look)
-    dot.set_label(name)
+    dot.set_label(label)

@@ -13,7 +13,7 @@ Clauses: E6, F12.
     [arms.random_fire]
     fire = "random"               # by name; left out: a fire that learns
     [arms.pool]                   # further rows differ in this arm
-    past_fires = 0.25             # share of rollout jobs with its earlier versions
+    random_fires = 0.25
     fire.initialize_from = "learned"  # the policy to begin with: a path, or what ships
     [arms.copied]
     imitate = "observer"          # these robots imitate a strategy first
@@ -48,8 +48,8 @@ from reference.learning.settings import (
     TrainerSettings,
     unknown,
 )
-from reference.workshop.evaluation.contestants import WORST
-from reference.workshop.evaluation.crossplay import EPISODES, MOST_RUNS, Arena
+from reference.workshop.crossplay.contestants import WORST
+from reference.workshop.crossplay.matches import EPISODES, MOST_RUNS, Arena
 from reference.workshop.files import read_text
 from reference.workshop.plain import checked, mapping, record_from
 from reference.workshop.strategies import FIRES, GUIDES, LEARNED, ROBOTS

@@ -18,9 +18,9 @@ from reference.building import building_of
 from reference.learning.networks import one_thread
 from reference.learning.settings import SIDES, Side
 from reference.simulation import Simulation
-from reference.workshop.evaluation.contestants import contestant
-from reference.workshop.evaluation.crossplay import Arena, Match, Record
-from reference.workshop.evaluation.crossplay.playing import IN_LOCKSTEP, recorded
+from reference.workshop.crossplay.contestants import contestant, encounter
+from reference.workshop.crossplay.matches import Arena, Match, Run
+from reference.workshop.crossplay.runs import IN_LOCKSTEP, RunResult, played
 from reference.workshop.files import make_folder
 from reference.workshop.training.checkpoints import Checkpoint, load, newest, unpacked
 from reference.workshop.training.loop import CLOCK, train
@@ -83,21 +83,22 @@ class Trial:
     learned: Mapping[Side, bytes] = field(default_factory=dict)
 
 
-def trial(job: Trial) -> list[Record]:
+def trial(job: Trial) -> list[RunResult]:
     """Play all evacuations by mean actions; return records in the seeds' order."""
     with one_thread():
         players = [_player(job, side) for side in SIDES]
         return [
             record
             for seeds in chunks(job.seeds, IN_LOCKSTEP)
-            for record in recorded([_set_up(job, players, seed) for seed in seeds])
+            for record in played([_set_up(job, players, seed) for seed in seeds])
         ]
 
 
-def _set_up(job: Trial, players: list[Any], seed: int) -> tuple[Match, int, Simulation]:
-    building, scenario = building_of(job.arena.plan), job.arena.scenario
+def _set_up(job: Trial, players: list[Any], seed: int) -> tuple[Run, Simulation]:
+    scenario = job.arena.scenario
     robots, fire = deepcopy(players)  # they may keep state
-    return job.match, seed, Simulation(building, scenario, robots, fire, seed)
+    run = Run(*job.match, seed)
+    return run, encounter(building_of(job.arena.plan), scenario, robots, fire, seed)
 
 
 def _player(job: Trial, side: Side) -> Any:

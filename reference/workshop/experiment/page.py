@@ -9,9 +9,8 @@ from typing import Any
 
 import reference
 from reference.building import building_of
-from reference.workshop.evaluation.crossplay import Cell, mean_and_interval
-from reference.workshop.evaluation.crossplay.results import formatted
-from reference.workshop.evaluation.intervals import Interval, of_trainings
+from reference.workshop.crossplay.intervals import Interval, of_trainings
+from reference.workshop.crossplay.results import Cell, formatted, mean_and_interval
 from reference.workshop.experiment.asked import BEST, LEARNS, Experiment
 from reference.workshop.experiment.results import RANDOM, Results
 from reference.workshop.runs import rows_of_both

@@ -16,10 +16,11 @@ from itertools import chain
 import numpy as np
 
 from reference.evaluation.score import PAPER, Ruler, RulerError
-from reference.workshop.evaluation.contestants import WORST, Evacuation
-from reference.workshop.evaluation.crossplay import Cell, Record, cells, ruler_of
-from reference.workshop.evaluation.crossplay.asked import UNGUIDED
-from reference.workshop.evaluation.intervals import Interval, of_trainings
+from reference.workshop.crossplay.contestants import WORST, Evacuation
+from reference.workshop.crossplay.intervals import Interval, of_trainings
+from reference.workshop.crossplay.matches import UNGUIDED
+from reference.workshop.crossplay.results import Cell, cells, ruler_of
+from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.experiment.asked import BEST, Experiment
 from reference.workshop.experiment.steps import Plan, checkpoint_of
 
@@ -33,14 +34,14 @@ class Results:
     runs  by row and column of the matrix, all that were played
     """
 
-    def __init__(self, experiment: Experiment, records: Sequence[Record]):
+    def __init__(self, experiment: Experiment, records: Sequence[RunResult]):
         self.experiment = experiment
-        self.runs: dict[tuple[str, str], list[Record]] = {}
+        self.runs: dict[tuple[str, str], list[RunResult]] = {}
         for run in records:
             match = arm_of(run.robots), self._column(run)
             self.runs.setdefault(match, []).append(run)
 
-    def _column(self, run: Record) -> str:
+    def _column(self, run: RunResult) -> str:
         """Name a fire's kind, or tell whether it learned with these robots."""
         if run.fire not in self.experiment.trainings:
             return run.fire
@@ -76,7 +77,7 @@ class Results:
         places = [(row, column) for column in (*columns, *last) for row in rows]
         return [self._cell(*p, self.runs[p]) for p in places if p in self.runs]
 
-    def _cell(self, row: str, column: str, runs: Sequence[Record]) -> Cell:
+    def _cell(self, row: str, column: str, runs: Sequence[RunResult]) -> Cell:
         ruler, named = self.ruler, (replace(r, robots=row, fire=column) for r in runs)
         (cell,) = cells(named, ruler)
         survival, reward, difficulty = (

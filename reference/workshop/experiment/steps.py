@@ -25,8 +25,9 @@ from tqdm import tqdm
 from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.paper import InputError
-from reference.workshop.evaluation.contestants import WORST
-from reference.workshop.evaluation.crossplay import Match, Record, records
+from reference.workshop.crossplay.contestants import WORST
+from reference.workshop.crossplay.matches import Match
+from reference.workshop.crossplay.runs import RunResult, read, table_of
 from reference.workshop.experiment.asked import (
     BEST,
     FIXED_FIRES,
@@ -91,7 +92,7 @@ class Plan:
         kind = "choices" if fire.isdecimal() else "tests"
         return self.folder / kind / f"{team} {fire}.csv"
 
-    def records(self) -> list[Record]:
+    def records(self) -> list[RunResult]:
         """All evacuations of tests that are there. Raises RunError for damaged ones."""
         return [
             run
@@ -100,14 +101,14 @@ class Plan:
             for run in self._runs(team, fire, seeds)
         ]
 
-    def _runs(self, team: str, fire: str, seeds: range) -> list[Record]:
+    def _runs(self, team: str, fire: str, seeds: range) -> list[RunResult]:
         """Read all evacuations of one table; none where there is no table."""
         path = self.test(team, fire)
         if not path.exists():
             return []
         with suppress(InputError):
-            runs = records.read(path)
-            if list(map(records.key, runs)) == [(team, fire, seed) for seed in seeds]:
+            runs = read(path)
+            if [run.run for run in runs] == [(team, fire, seed) for seed in seeds]:
                 return runs
         raise RunError(f"{path}: is damaged. Remove it, and go on with --resume.")
 
@@ -164,9 +165,9 @@ class Plan:
                 found["fire"] = packed(checkpoint_of(folder))
             return Trial(self.experiment.arena, Match(team, fire), seeds, found)
 
-        def keep(runs: list[Record]) -> None:
+        def keep(runs: list[RunResult]) -> None:
             make_folder(path.parent)
-            records.table_of(path, runs)
+            table_of(path, runs)
 
         return Step(f"{path.parent.name}/{path.stem}", path, needs, trial, job, keep)
 

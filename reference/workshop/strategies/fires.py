@@ -17,6 +17,8 @@ from reference.strategies import RandomFire
 from reference.workshop.traffic import traffic, walk
 from reference.world import World
 
+APART = 4.0  # [F4, chosen] metres between two cells that `busiest` lists
+
 
 class GreedyFire:
     """Attacks the ways people use: lights the cell that most are about to cross."""
@@ -90,19 +92,32 @@ def beside_ways_out(world: World) -> list[Decision]:
 
 
 class BusiestFire:
-    """Lights the cell that most people will cross on their cheapest ways outside.
-
-    Among equals it takes the one nearest to the way out.
-    """
+    """Lights the cell that most people will cross on their cheapest ways outside."""
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Choose among all free cells; a random one if nobody is to cross any."""
-        bodies = world.bodies
-        stairs = bodies.stairwell[bodies.inside & (bodies.stairwell >= 0)]
-        walking = bodies.place[bodies.walking]
-        found = traffic(world.building, walking, stairs, world.flames.cost)
-        people = (found.cross + found.come) * free_places(world)
-        if not people.any():
-            return RandomFire().decide(world, rng)
-        most = np.flatnonzero(people == people.max())
-        return decision_at(world, most[found.out[most].argmin()])
+        places = busiest(world, 1)
+        return places[0] if places else RandomFire().decide(world, rng)
+
+
+def busiest(world: World, count: int) -> list[Decision]:
+    """List the free cells that most people will cross, at most so many, APART.
+
+    Everybody takes the cheapest way outside. Among equals, those nearest to the way out
+    come first.
+    """
+    nav, bodies = navigation_of(world.building), world.bodies
+    stairs = bodies.stairwell[bodies.inside & (bodies.stairwell >= 0)]
+    walking = bodies.place[bodies.walking]
+    found = traffic(world.building, walking, stairs, world.flames.cost)
+    people = (found.cross + found.come) * free_places(world)
+    order = np.lexsort((found.out, -people))
+    order = order[people[order] > 0]
+    places: list[Decision] = []
+    while len(order) and len(places) < count:
+        p = order[0]
+        places.append(decision_at(world, p))
+        metres = np.hypot(*(nav.centres[order] - nav.centres[p]).T)
+        same = order // nav.floor_size == p // nav.floor_size
+        order = order[~same | (metres >= APART)]
+    return places

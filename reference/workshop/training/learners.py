@@ -15,7 +15,7 @@ from reference.workshop.landmarks import landmarks_for
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.workers import memory
 
-OF_LEARNERS, ROUNDS, DEMONSTRATIONS, PAST = range(4)  # what seeds are for
+OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
 EPISODE = 2**20  # bytes of one, more or less
 
 OF_NETWORK = (

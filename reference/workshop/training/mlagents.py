@@ -38,14 +38,14 @@ from reference.workshop.plain import mapping
 
 _ROWS = rows_of(TrainerSettings)
 OWN_ROWS = tuple(name for name, row in _ROWS.items() if row.section is None)
-HOMES: dict[str, tuple[str, ...]] = {"even_checkpoints": ()}  # row: its section
-HOMES |= {n: row.section for n, row in _ROWS.items() if row.section is not None}
+HOMES = {n: row.section for n, row in _ROWS.items() if row.section is not None}
 PATHS = tuple((*section, name) for name, section in HOMES.items())
 SECTIONS = tuple(dict.fromkeys(p[:k] for p in PATHS for k in range(1, len(p))))
 
 NO_OTHER_REWARD = "the paper's reward is the only one here"
 OFF = {  # keys that are not built, and what to do instead; null and false pass
     "init_path": "name the checkpoint after --initialize-from",
+    "even_checkpoints": "write a checkpoint_interval",
     "self_play": "the fire is the opponent, and both learn at once",
     "behavioral_cloning": "a strategy is imitated first with --imitate",
     "hyperparameters.shared_critic": "actor and critic are separate networks here",

@@ -15,7 +15,6 @@ from reference.learning.settings import (
     SettingsError,
     TrainerSettings,
     check_rows,
-    check_type,
     refuse_of_robots,
     rows_of,
     unknown,
@@ -28,20 +27,15 @@ from reference.workshop.training.mlagents import OWN_ROWS
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings of a whole training: both sides, the scenario, rounds and schedule.
+    """Settings of a whole training: both sides, the scenario and rounds.
 
     episodes_per_job     episodes one worker plays in lockstep, network calls batched
     jobs_per_round       rollouts between two updates; it does not depend on the number
                          of workers, so that this number changes no result
-    schedule             "together", or "alternate": one side, then the other, ...
-    switch_every         ... each for so many rounds
     random_fires         share of the jobs in which random fire stands in for one that
                          learns: robots easily overfit to a single adversary
-    past_fires           the same, with earlier versions of the fire that learns
     imitation_episodes   of a strategy that is imitated first, if any
     imitation_epochs     passes through these episodes
-    critic_rounds        rounds that teach only the critic what that policy is worth,
-                         or one that was learned before and is begun with
     """
 
     preset: str
@@ -50,13 +44,9 @@ class Settings:
     scenario: Scenario
     episodes_per_job: int
     jobs_per_round: int
-    schedule: Annotated[str, Row(choices=("together", "alternate"))] = "together"
-    switch_every: int = 5
     random_fires: Annotated[float, Row(low=0, high=1)] = 0.0
-    past_fires: Annotated[float, Row(low=0, high=1)] = 0.0
     imitation_episodes: int = 256
     imitation_epochs: int = 10
-    critic_rounds: Annotated[int, Row(low=0)] = 5
 
     def __post_init__(self) -> None:
         check_rows(self)
@@ -64,11 +54,6 @@ class Settings:
             raise SettingsError(
                 "fire: trainer_type is 'poca', but there is one fire: a group of one "
                 "has nobody to share credit with; write ppo, as Table II does"
-            )
-        if self.random_fires + self.past_fires > 1:
-            raise SettingsError(
-                "random_fires and past_fires are shares of the same jobs: lower one, "
-                "so that together they are 1 at most"
             )
         refuse_of_robots(self.fire)
         if not self.scenario.training:
@@ -196,10 +181,8 @@ def _tiny() -> Settings:
         scenario=Scenario(people=6, sources=3, time_limit=60.0, training=True),
         episodes_per_job=2,
         jobs_per_round=2,
-        switch_every=1,
         imitation_episodes=4,
         imitation_epochs=2,
-        critic_rounds=1,
     )
 
 
@@ -251,16 +234,9 @@ def _own_rows(rows: Any, side: str) -> dict[str, Any]:
 
 
 def _trainer(base: TrainerSettings, said: Rows, where: str) -> TrainerSettings:
-    """Change one side's settings; schedules left out are the learning rate's [E3].
-
-    With `even_checkpoints`, `keep_checkpoints` of them are spread over `max_steps`.
-    """
+    """Change one side's settings; schedules left out are the learning rate's [E3]."""
     rows = dict(said)
-    even = rows.pop("even_checkpoints", False)
-    check_type(f"{where}: even_checkpoints", even, bool)
     for name in ("beta_schedule", "epsilon_schedule"):
         if "learning_rate_schedule" in rows:
             rows.setdefault(name, rows["learning_rate_schedule"])
-    made = _changed(base, rows, where)
-    interval = max(1, made.max_steps // made.keep_checkpoints)
-    return replace(made, checkpoint_interval=interval) if even else made
+    return _changed(base, rows, where)

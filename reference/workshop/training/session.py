@@ -1,7 +1,7 @@
 """The state of a training: learners, whose turn it is, and a round's jobs.
 
 Clauses: C1, D1, D6, E1, E2, E3, E6.  Robots and fire play the same episodes and learn
-from them, both at once or in turn, or one of them against somebody who does not learn.
+from them, both at once, or one of them against somebody who does not learn.
 """
 
 from collections.abc import Sequence
@@ -9,11 +9,8 @@ from dataclasses import replace
 from statistics import mean
 from typing import Any
 
-import torch
-
 from reference.building import building_of
 from reference.learning.adversarial import learn, player_of
-from reference.learning.players import Learned
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, SettingsError, Side
@@ -25,7 +22,6 @@ from reference.workshop.training.checkpoints import Checkpoint, Task, must_fit
 from reference.workshop.training.imitation import Demonstration, clone
 from reference.workshop.training.learners import (
     DEMONSTRATIONS,
-    PAST,
     ROUNDS,
     learners_of,
     seeds_of,
@@ -39,10 +35,6 @@ from reference.workshop.training.summaries import (
 )
 from reference.workshop.workers import chunks
 
-PAST_EVERY, MOST_PAST = 5, 10
-"""[E6, chosen] rounds between two fires that are remembered, and how many of them; when
-there are more, every second is forgotten, and the rounds between two are doubled."""
-
 FACTS = (*OF_EPISODES.values(), "fire_reward")  # of an episode
 
 
@@ -51,7 +43,6 @@ class Training:
 
     round  rounds that are over;  episodes  that were learned from;  latest  means of
     the last round's facts;  imitated  whether copying, if asked for, is over
-    past  weights of the fire as it was, oldest first, one every `past_every` rounds
     """
 
     def __init__(self, task: Task):
@@ -65,50 +56,24 @@ class Training:
         self.round = self.episodes = 0
         self.imitated = task.imitate is None
         self.latest: dict[str, float] = {}
-        self.past: list[dict[str, torch.Tensor]] = []
-        self.past_every = PAST_EVERY
 
     # -- Whose turn it is -----------------------------------------------------------
 
     @property
     def over(self) -> bool:
         """Whether every side that learns is past its max_steps."""
-        return not self._unfinished()
+        return not self.learning()
 
     def learning(self) -> tuple[Side, ...]:
-        """The sides that learn in this round."""
-        sides = self._unfinished()
-        if self._critic_only():
-            return self._known()
-        if self.settings.schedule == "alternate" and len(sides) > 1:
-            return (sides[self.round // self.settings.switch_every % len(sides)],)
-        return sides
-
-    @property
-    def phase(self) -> str:
-        """What a summary calls this round: together, robots, fire, or critic."""
-        learning = self.learning()
-        if self._critic_only():
-            return "critic"
-        return "together" if len(learning) > 1 else learning[0]
-
-    def _unfinished(self) -> tuple[Side, ...]:
+        """The sides that learn in this round: those not past their max_steps."""
         both = self.learners.items()
         return tuple(side for side, who in both if who.steps < who.settings.max_steps)
 
-    def _critic_only(self) -> bool:
-        """Whether the critic alone learns, for some rounds and at least one update.
-
-        What a policy that was learned or copied before is worth here is not known yet.
-        """
-        rounds, known = self.settings.critic_rounds, self._known()
-        untaught = (not self.learners[side].optimiser.state for side in known)
-        return bool(known and rounds) and (self.round < rounds or any(untaught))
-
-    def _known(self) -> tuple[Side, ...]:
-        """The sides that do not begin with a random policy."""
-        copying: tuple[Side, ...] = ("robots",) if self.task.imitate else ()
-        return (*copying, *self.task.initial)
+    @property
+    def phase(self) -> str:
+        """What a summary calls this round: together, robots or fire."""
+        learning = self.learning()
+        return "together" if len(learning) > 1 else learning[0]
 
     # -- Reports --------------------------------------------------------------------
 
@@ -117,10 +82,8 @@ class Training:
         sides = ", ".join(f"{side} {who}" for side, who in self._who().items())
         ends = ((who.settings.max_steps, who.steps) for who in self.learners.values())
         left = sum(max(0, end - steps) for end, steps in ends)
-        shares = {"random": self.settings.random_fires}
-        shares["past"] = self.settings.past_fires
-        if len(self.learners) == len(SIDES):
-            sides += "".join(f", {s:.0%} {of} fires" for of, s in shares.items() if s)
+        if (share := self.settings.random_fires) and len(self.learners) == len(SIDES):
+            sides += f", {share:.0%} random fires"
         title = building_of(self.task.plan).title
         return f"{title}: {sides}, seed {self.task.seed}; {left:,} decisions to go"
 
@@ -160,52 +123,29 @@ class Training:
         s = self.settings
         count = s.jobs_per_round * s.episodes_per_job
         seeds = seeds_of(self.task.seed, ROUNDS, self.round, count)
-        robots, learned = (self._player(side) for side in SIDES)
-        fires = {"learned": learned, "random": RandomFire()}
-        jobs = []
-        for k, chunk in enumerate(chunks(seeds, s.episodes_per_job), self._first):
-            name = self._fire(k)
-            fire = self._past_fire(k, learned) if name == "past" else fires[name]
-            jobs.append(Job(self.task.plan, s.scenario, robots, fire, chunk))
-        return jobs
+        robots, fire = (self._player(side) for side in SIDES)
+        first = self.round * s.jobs_per_round
+        return [
+            Job(
+                self.task.plan,
+                s.scenario,
+                robots,
+                RandomFire() if self._random_fire(number) else fire,
+                chunk,
+            )
+            for number, chunk in enumerate(chunks(seeds, s.episodes_per_job), first)
+        ]
 
-    @property
-    def _first(self) -> int:
-        """The number of the round's first job among all of the training."""
-        return self.round * self.settings.jobs_per_round
+    def _random_fire(self, job: int) -> bool:
+        """Whether random fire stands in for the one that learns [E6, chosen].
 
-    def _fire(self, job: int) -> str:
-        """Choose a job's fire: "learned", or one that stands in [E6, chosen].
-
-        While the robots learn, a share `random_fires` of all jobs has "random" fire and
-        a share `past_fires` a "past" one, evenly spread: from one adversary alone they
-        would learn its habits, or, if it is strong, nothing.
+        While the robots learn, it does in a share `random_fires` of all jobs, evenly
+        spread: from a strong adversary alone they would learn nothing.
         """
         if "fire" not in self.learners or "robots" not in self.learning():
-            return "learned"
-        share, past = self.settings.random_fires, self.settings.past_fires
-        if _due(job, share):
-            return "random"
-        others = job - int(job * share)  # of the jobs before, those without random fire
-        due = past and _due(others, past / (1 - share))
-        return "past" if due and self.past else "learned"
-
-    def _past_fire(self, job: int, learned: Learned) -> Learned:
-        """Draw one of the remembered fires for a job."""
-        (seed,) = seeds_of(self.task.seed, PAST, job, 1)
-        weights = self.past[seed % len(self.past)]
-        copies = {name: tensor.numpy().copy() for name, tensor in weights.items()}
-        return replace(learned, weights=copies)
-
-    def _remember(self) -> None:
-        """Remember the fire as it is, if robots are to meet it again, and it is due."""
-        both = len(self.learners) == len(SIDES)
-        if not (both and self.settings.past_fires) or self.round % self.past_every:
-            return
-        weights = self.learners["fire"].actor.state_dict()
-        self.past.append({name: tensor.clone() for name, tensor in weights.items()})
-        if len(self.past) > MOST_PAST:
-            self.past, self.past_every = self.past[1::2], 2 * self.past_every
+            return False
+        share = self.settings.random_fires
+        return int((job + 1) * share) > int(job * share)
 
     def _player(self, side: Side) -> Any:
         """Make a side's player; networks are copies, which do not change in play."""
@@ -221,20 +161,17 @@ class Training:
     def learn(self, episodes: Sequence[Episode]) -> list[Row]:
         """Update the learners whose turn it is; return the summary rows due.
 
-        Raises SettingsError if in their first round they had nothing to decide, or if
-        the last one ends before a network that was copied or given could learn.
+        Raises SettingsError if in their first round they had nothing to decide.
         """
         phase, facts = self.phase, [episode.facts for episode in episodes]
-        jobs = range(self._first, self._first + self.settings.jobs_per_round)
-        played = {"robots": True, "fire": "learned" in map(self._fire, jobs)}
-        episodes = self._without_past(episodes)
+        played = {"robots": True, "fire": self.settings.random_fires < 1}
         self.episodes += len(episodes)
         self.latest = {name: mean(f[name] for f in facts) for name in facts[0]}
         when = {"round": self.round + 1, "episodes": self.episodes, "phase": phase}
         rows = []
         for side in self.learning():
             learner, summary = self.learners[side], self.summaries[side]
-            update = learn(side, learner, episodes, phase == "critic")
+            update = learn(side, learner, episodes)
             if played[side] and not learner.steps:
                 raise SettingsError(
                     f"{side}: nothing to decide in {len(episodes)} episodes. Give the "
@@ -243,23 +180,7 @@ class Training:
             summary.add(_facts(episodes, side), update)
             rows.append(summary.row(learner.steps, when))
         self.round += 1
-        if self._critic_only() and not set(self._known()) <= set(self._unfinished()):
-            raise SettingsError(
-                "max_steps ends before a policy that was learned or copied can learn: "
-                "for critic_rounds its critic learns alone. Raise the one, or lower "
-                "the other."
-            )
-        self._remember()
         return [row for row in rows if row is not None]
-
-    def _without_past(self, episodes: Sequence[Episode]) -> list[Episode]:
-        """Drop the fire's part of episodes that a past fire has played."""
-        size = self.settings.episodes_per_job
-        jobs = (self._first + k // size for k in range(len(episodes)))
-        return [
-            replace(episode, fire=None) if self._fire(job) == "past" else episode
-            for job, episode in zip(jobs, episodes, strict=False)
-        ]
 
     # -- Imitation ------------------------------------------------------------------
 
@@ -289,8 +210,6 @@ class Training:
     def checkpoint(self) -> Checkpoint:
         """Collect everything that is needed to resume."""
         learners = {side: state_of(who) for side, who in self.learners.items()}
-        if self.past:
-            learners["fire"] |= {"past": self.past, "past_every": self.past_every}
         progress = {
             "episodes": self.episodes,
             "imitated": self.imitated,
@@ -308,7 +227,6 @@ class Training:
             for side, learner in training.learners.items():
                 restore(learner, checkpoint.learners[side])
                 training.summaries[side].load(progress["summaries"][side])
-            training._restore_past(checkpoint.learners.get("fire", {}))
             training.round = checkpoint.round
             training.episodes = checked("episodes", progress["episodes"], int)
             training.imitated = checked("imitated", progress["imitated"], bool)
@@ -316,25 +234,8 @@ class Training:
             training.latest = {name: latest[name] for name in FACTS if latest}
         return training
 
-    def _restore_past(self, state: dict[str, Any]) -> None:
-        """Remember the fires of a checkpoint. Raises ValueError for other networks."""
-        self.past = checked("past", state.get("past", []), list)
-        every = checked("past_every", state.get("past_every", PAST_EVERY), int)
-        self.past_every = max(1, every)
-        for weights in self.past:
-            now = self.learners["fire"].actor.state_dict()
-            if {n: t.shape for n, t in weights.items()} != {
-                n: t.shape for n, t in now.items()
-            }:
-                raise ValueError("a past fire's network is of another shape")
-
 
 def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:
     """Facts of the episodes that a side has played; of all if it played none."""
     played = [episode for episode in episodes if getattr(episode, side) is not None]
     return [episode.facts for episode in played or episodes]
-
-
-def _due(number: int, share: float) -> bool:
-    """Tell whether, of jobs counted from 0, this one belongs to a share of them."""
-    return int((number + 1) * share) > int(number * share)

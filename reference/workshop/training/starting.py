@@ -45,7 +45,6 @@ class Asked:
     head: str | None = None
     robots: str | None = None
     fire: str | None = None
-    schedule: str | None = None
     imitate: str | None = None
     initialize_from: str | None = None
     seed: int | None = None
@@ -123,8 +122,7 @@ def settings_of(asked: Asked, base: Settings) -> Settings:
         fire = replace(fire, head=asked.head)
     if asked.robots == "none":
         scenario = replace(scenario, robots_per_floor=0)
-    schedule = asked.schedule or made.schedule
-    return replace(made, robots=robots, fire=fire, scenario=scenario, schedule=schedule)
+    return replace(made, robots=robots, fire=fire, scenario=scenario)
 
 
 def fixed_player(
@@ -172,7 +170,6 @@ def _asked_and_begun(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]
     yield "--head", asked.head, settings.robots.head
     if asked.head != "mixture":
         yield "--head", asked.head, settings.fire.head
-    yield "--schedule", asked.schedule, settings.schedule
     yield "--imitate", asked.imitate, task.imitate or "nobody to imitate"
     if asked.initialize_from is not None:
         yield "--initialize-from", *_beginnings(asked.initialize_from, task)

@@ -20,7 +20,7 @@ from reference.beginning import beginning
 from reference.building import Building, load
 from reference.paper import FLIGHT, WALKING_SPEED, WALKING_SPREAD, Scenario
 from reference.simulation import Simulation
-from reference.workshop.evaluation.intervals import Interval, of_mean
+from reference.workshop.crossplay.intervals import Interval, of_mean
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.validation.crowd import (
     TICK,

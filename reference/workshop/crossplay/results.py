@@ -13,16 +13,16 @@ from typing import Any
 import numpy as np
 
 from reference.evaluation.score import Ruler, RulerError, from_runs
-from reference.workshop.evaluation.crossplay.asked import Evaluation
-from reference.workshop.evaluation.crossplay.records import Match, Record
-from reference.workshop.evaluation.intervals import Interval, of_mean, of_means
+from reference.workshop.crossplay.intervals import Interval, of_mean, of_means
+from reference.workshop.crossplay.matches import Evaluation
+from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.files import Table, read_json, write_json
 from reference.workshop.plain import record_from
 
 
 @dataclass(frozen=True)
 class Cell:
-    """One match: n runs, and each figure's mean, low and high, in units of `Record`.
+    """One match: n runs, and each figure's mean, low and high, in units of `RunResult`.
 
     gain             survival less the baseline's of the same fire and seeds [F12]; None
                      without a baseline, or where it has none of these runs
@@ -48,23 +48,26 @@ FIGURES = tuple(field.name for field in fields(Cell))[3:]
 
 
 def cells(
-    records: Iterable[Record], ruler: Ruler | None, baseline: str | None = None
+    results: Iterable[RunResult], ruler: Ruler | None, baseline: str | None = None
 ) -> list[Cell]:
     """Average every match that has runs, in the order in which they appear.
 
     baseline: the robots that others are compared with, seed by seed.
     """
-    matches: dict[Match, list[Record]] = {}
-    for record in records:
-        matches.setdefault(record.match, []).append(record)
+    matches: dict[tuple[str, str], list[RunResult]] = {}
+    for result in results:
+        matches.setdefault(result.match, []).append(result)
     return [
-        _cell(match, runs, matches.get(Match(baseline or "", match.fire), []), ruler)
+        _cell(match, runs, matches.get((baseline or "", match[1]), []), ruler)
         for match, runs in matches.items()
     ]
 
 
 def _cell(
-    match: Match, runs: list[Record], others: list[Record], ruler: Ruler | None
+    match: tuple[str, str],
+    runs: list[RunResult],
+    others: list[RunResult],
+    ruler: Ruler | None,
 ) -> Cell:
     theirs = {run.seed: run.survival for run in others}
     gains = [run.survival - theirs[run.seed] for run in runs if run.seed in theirs]
@@ -96,7 +99,7 @@ def _mean_if_any(values: Iterable[float | None]) -> Interval | None:
 
 
 def ruler_of(
-    records: Iterable[Record],
+    results: Iterable[RunResult],
     baseline: str,
     worst: tuple[float, float],
     best: tuple[float, float],
@@ -106,7 +109,7 @@ def ruler_of(
     [F12] worst, best: the critical points, reward and y each. Raises RulerError if its
     runs yield no ruler.
     """
-    runs = [run for run in records if run.robots == baseline]
+    runs = [run for run in results if run.robots == baseline]
     rewards, difficulties = [r.reward for r in runs], [r.difficulty for r in runs]
     return from_runs(rewards, difficulties, worst, best, [r.fire for r in runs])
 

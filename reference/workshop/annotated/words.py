@@ -1,0 +1,50 @@
+"""The words of `annotations.toml`: clauses, and what is printed, place by place.
+
+A place is a line, an equation, a table or a figure, as citations and marks name it:
+"Alg. 2:13", "Eq. 3", "Tab. I", "Fig. 4".
+"""
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+WORDS: dict[str, Any] = tomllib.loads(
+    Path(__file__).with_name("annotations.toml").read_text(encoding="utf-8")
+)
+KINDS: tuple[str, ...] = tuple(WORDS["kinds"])
+CLAUSES: dict[str, tuple[str, str]] = {k: tuple(v) for k, v in WORDS["clauses"].items()}
+"""Kind and title of each clause, A1 to F12."""
+
+PLACES: dict[str, str] = (
+    {
+        place: text.strip()
+        for name, (title, *lines) in WORDS["algorithms"].items()
+        for place, text in [
+            (name, title),
+            *((f"{name}:{k}", line) for k, line in enumerate(lines, 1)),
+        ]
+    }
+    | {place: told["title"] for place, told in WORDS["equations"].items()}
+    | WORDS["tables"]
+    | WORDS["figures"]
+)
+"""Each place, in our words."""
+
+_RANGE = (
+    r"(Alg\. \d:|Alg\. |Eq\. |Tab\. |Fig\. |\b[A-F](?=\d))([0-9IVX]+)(?:-[A-F]?(\d+))?"
+)
+
+
+def named_in(text: str) -> list[str]:
+    """Clauses and places that a text names, ranges understood.
+
+    "Alg. 2:13-15" are three lines, "Figs. 4-6" three figures, "Alg. 1" is the whole.
+    """
+    found = []
+    for kind, first, last in re.findall(
+        _RANGE, re.sub(r"\b(Alg|Eq|Tab|Fig)s\.", r"\1.", text)
+    ):
+        numbers = range(int(first), int(last or first) + 1) if first.isdigit() else ()
+        found += [f"{kind}{number}" for number in numbers or [first]]
+    return [name for name in found if name in CLAUSES or name in PLACES]

@@ -1,0 +1,177 @@
+"""Play the runs of an evaluation on any executor, and keep each as a row of a table.
+
+Clause: F12.  Runs of one seed are paired: they have the same people in the same places,
+and the same randomness of the fire, whoever guides.  A row is written at once when its
+run is over, so that an interruption loses no more than the runs that were being played.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from reference.evaluation.difficulty import difficulty_of, people_in
+from reference.events import Evacuated
+from reference.simulation import Simulation
+from reference.workshop.crossplay import matches
+from reference.workshop.crossplay.contestants import Evacuation
+from reference.workshop.crossplay.matches import Evaluation, Run
+from reference.workshop.files import Table, make_folder, number, read_table, whole
+from reference.workshop.lockstep import to_the_end
+from reference.workshop.workers import as_done, chunks
+
+RUNS = "runs.csv"
+IN_LOCKSTEP = 16  # runs of a job
+DIGITS = 6  # of a number that is written, after the point
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """The result of one run.
+
+    inside            people neither out nor dead at the time limit
+    survival          evacuated / people;  reward  R and difficulty  h of Eq. 8
+    evacuation_time   s, when the last person got out; None if nobody did, as for
+                      mean_health, of those who got out [F12, chosen]
+    simulated_seconds  until nobody was inside, or time was up
+    times             s, when each got out, ascending
+    """
+
+    robots: str
+    fire: str
+    seed: int
+    people: int
+    evacuated: int
+    died: int
+    inside: int
+    survival: float
+    reward: float
+    difficulty: float
+    evacuation_time: float | None
+    mean_health: float | None
+    simulated_seconds: float
+    times: tuple[float, ...]
+
+    @property
+    def match(self) -> tuple[str, str]:
+        """Robots and fire."""
+        return self.robots, self.fire
+
+    @property
+    def run(self) -> Run:
+        """What the result is of."""
+        return Run(*self.match, self.seed)
+
+
+def result_of(run: Run, simulation: Simulation, difficulty: float) -> RunResult:
+    """Sum up a run that is over; difficulty: its h."""
+    outcome = simulation.outcome()
+    out = [event.time for event in simulation.events if isinstance(event, Evacuated)]
+    times = tuple(round(time, DIGITS) for time in sorted(out))
+    return RunResult(
+        *run,
+        people=outcome.people,
+        evacuated=outcome.evacuated,
+        died=outcome.died,
+        inside=outcome.inside,
+        survival=outcome.evacuated / max(1, outcome.people),
+        reward=round(outcome.reward, DIGITS),
+        difficulty=round(difficulty, DIGITS),
+        evacuation_time=times[-1] if times else None,
+        mean_health=round(outcome.mean_health, DIGITS) if times else None,
+        simulated_seconds=round(outcome.simulated_seconds, DIGITS),
+        times=times,
+    )
+
+
+# -- Playing ------------------------------------------------------------------------
+
+
+def play(jobs: Sequence[tuple[Run, Evacuation]]) -> list[RunResult]:
+    """Run evacuations from beginning to end; measure how hard their fires were."""
+    return played([(run, evacuation.simulation()) for run, evacuation in jobs])
+
+
+def played(runs: Sequence[tuple[Run, Simulation]]) -> list[RunResult]:
+    """Run simulations to their end, in lockstep; return their results."""
+    people = [people_in(simulation.world) for _, simulation in runs]
+    to_the_end([simulation for _, simulation in runs])
+    return [
+        result_of(run, simulation, difficulty_of(simulation, there))
+        for (run, simulation), there in zip(runs, people, strict=True)
+    ]
+
+
+def evaluate(
+    evaluation: Evaluation,
+    folder: Path | None,
+    executor: Executor,
+    stop: Callable[[], bool] = lambda: False,
+) -> list[RunResult]:
+    """Play all runs; return their results in order, or the finished ones if stopped.
+
+    Runs already in the folder are not played again; new ones are written there at
+    once. Without a folder nothing is written. Raises OSError where something cannot
+    be written, ValueError for a damaged table of runs.
+    """
+    there = read(folder / RUNS) if folder else []
+    table = None
+    if folder:
+        make_folder(folder)
+        matches.write(evaluation, folder)  # first: without it nobody could go on
+        table = table_of(folder / RUNS, there)
+    done = {result.run: result for result in there}
+    left = [run for run in evaluation.runs if run not in done]
+    jobs = [(run, evaluation.evacuation(run)) for run in left]
+    total = len(evaluation.runs)
+    with tqdm(
+        total=total, initial=total - len(left), unit="run", disable=None, leave=False
+    ) as bar:
+        for _, results in as_done(executor, play, chunks(jobs, IN_LOCKSTEP), stop):
+            done |= {result.run: result for result in results}
+            if table:
+                table.append(map(row_of, results))
+            bar.update(len(results))
+    found = [done[run] for run in evaluation.runs if run in done]
+    if folder and len(found) == total:
+        table_of(folder / RUNS, found)
+    return found
+
+
+# -- The table ----------------------------------------------------------------------
+
+READERS: dict[Any, Callable[[str], Any]] = {
+    str: str,
+    int: whole,
+    float: number,
+    float | None: lambda cell: number(cell) if cell else None,
+    tuple[float, ...]: lambda cell: tuple(map(number, cell.split())),
+}
+"""How a cell is read, by the type of its column."""
+
+COLUMNS = {field.name: READERS[field.type] for field in fields(RunResult)}
+
+
+def table_of(path: Path, results: Iterable[RunResult]) -> Table:
+    """The file of an evaluation's runs, with these and no others. Raises OSError."""
+    return Table(path, [*COLUMNS], map(row_of, results))
+
+
+def read(path: Path) -> list[RunResult]:
+    """Read the whole rows of a table of runs; none if there is no file.
+
+    Raises ValueError for another file, OSError for one it cannot read.
+    """
+
+    def result(row: dict[str, str]) -> RunResult:
+        return RunResult(**{name: COLUMNS[name](cell) for name, cell in row.items()})
+
+    return read_table(path, [*COLUMNS], result)
+
+
+def row_of(result: RunResult) -> dict[str, object]:
+    """A row of the table: None is an empty cell, times have spaces between."""
+    return {**vars(result), "times": " ".join(map(str, result.times))}

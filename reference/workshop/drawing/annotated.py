@@ -1,0 +1,81 @@
+"""Pictures of the annotated paper: formulas, and where Eq. 2 puts a coordinate.
+
+Clauses: D3.
+
+    X   what the fire decides, metres;  X′  where its source appears
+"""
+
+from base64 import b64encode
+from io import BytesIO
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+from matplotlib.path import Path
+from matplotlib.textpath import TextPath
+from PIL import Image
+
+from reference.fire import snapped
+from reference.workshop.drawing import page
+from reference.workshop.drawing.ruler import CURVE
+
+INKS = 64  # colours of an inline picture: flat areas need no more
+DOTS = 110  # of it, per inch
+_PEN = {Path.MOVETO: "M", Path.LINETO: "L", Path.CURVE3: "Q", Path.CURVE4: "C"}
+
+
+def formula(tex: str, size: float = 16.0) -> str:
+    """Typeset a formula of matplotlib's mathtext: SVG, in the colour of the text.
+
+    Raises ValueError for what mathtext does not know.
+    """
+    with rc_context({"text.parse_math": True, "mathtext.fontset": "stix"}):
+        path = TextPath((0, 0), f"${tex}$", size=size)
+    drawn = []
+    for points, code in path.iter_segments():
+        numbers = (points.reshape(-1, 2) * (1, -1)).ravel().tolist()
+        ends = code == Path.CLOSEPOLY
+        drawn.append(
+            "Z" if ends else _PEN[code] + " ".join(f"{v:.1f}" for v in numbers)
+        )
+    (left, low), (right, high) = path.vertices.min(axis=0), path.vertices.max(axis=0)
+    wide, tall = right - left + 2, high - low + 2
+    return (
+        f'<svg viewBox="{left - 1:.1f} {-high - 1:.1f} {wide:.1f} {tall:.1f}" '
+        f'width="{wide:.0f}" height="{tall:.0f}"><path d="{"".join(drawn)}"/></svg>'
+    )
+
+
+def inline(figure: Figure) -> str:
+    """Write a figure into a data URI: a PNG of few colours."""
+    drawn, small = BytesIO(), BytesIO()
+    figure.savefig(drawn, format="png", dpi=DOTS)
+    picture = Image.open(drawn).convert("RGB").quantize(INKS, Image.Quantize.FASTOCTREE)
+    picture.save(small, "png", optimize=True)
+    return f"data:image/png;base64,{b64encode(small.getvalue()).decode()}"
+
+
+def snapping() -> Figure:
+    """Draw X′ over X: each coordinate becomes the middle of its cell [D3, Eq. 2]."""
+    figure = page.sheet("The middle of the nearest cell", 4.6, 4.6)
+    axes, edges = figure.subplots(), np.arange(-2, 4)
+    for low in edges[:-1]:
+        to = snapped(low + 0.3)
+        axes.plot([low, low + 1], [to, to], color=CURVE, lw=2.6)
+        axes.plot([low, low + 1], [to, to], "o", color=CURVE, mfc="white", ms=4)
+        axes.plot(low, to, "o", color=CURVE, ms=4)
+    X = -1.2
+    axes.annotate(
+        f"X = {page.number(X)}, X′ = {page.number(snapped(X))}",
+        (X, snapped(X)),
+        (-0.6, -1.9),
+        arrowprops={"arrowstyle": "-", "color": page.FAINT},
+    )
+    axes.plot(edges, edges, color=page.FAINT, lw=1, ls=":", label="X′ = X")
+    axes.plot(X, snapped(X), "D", color=CURVE, ms=6)
+    axes.set(xlabel="X, metres: what the fire decides", ylabel="X′, metres")
+    axes.set(xticks=edges, yticks=edges, aspect="equal")
+    axes.grid(True)
+    axes.legend(loc="upper left")
+    page.write_numbers(axes.xaxis, axes.yaxis)
+    return figure

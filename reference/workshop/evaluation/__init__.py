@@ -1,1 +1,0 @@
-"""Comparisons: contestants, worst cases, cross-play and intervals."""
