@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from lives import settings
 
-from reference.building import building_of, load, plan_of
+from reference.building import building_of, plan_of
 from reference.game.environment import (
     FIRE,
     Environment,
@@ -18,6 +18,7 @@ from reference.learning.adversarial import adversarial, learner_for, player_of
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import SIDES
 from reference.paper import Scenario
+from reference.workshop.maps import load
 
 TINY = plan_of(load("tiny"))
 TABLE = settings("ppo", hidden_units=8, num_layers=1)  # Gaussians, paid no shaping

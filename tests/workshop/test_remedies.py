@@ -10,7 +10,6 @@ import pytest
 import torch
 from torch.distributions import Independent, MixtureSameFamily
 
-from reference.building import load
 from reference.flames import fuel
 from reference.game.environment import destination, fire_decision
 from reference.game.frame import UNIT
@@ -22,6 +21,7 @@ from reference.paper import HEALTH_SECONDS, Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomRobots
 from reference.workshop.heads import SIGMAS, FrameHead, Mixture, MixtureHead
+from reference.workshop.maps import load
 from reference.workshop.remedies import shaped
 from reference.workshop.training.presets import preset
 from reference.world import Source
