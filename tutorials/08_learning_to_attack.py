@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from reference.building import building_of, load
+from reference.building import building_of
 from reference.fire import free_places
 from reference.game.environment import Environment, fire_decision
 from reference.game.observations import vector_layout
@@ -26,6 +26,7 @@ from reference.strategies import RandomFire
 from reference.workshop import drawing
 from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.landmarks import landmarks_for
+from reference.workshop.maps import load
 from reference.workshop.strategies.robots import Escort, Sweep
 from reference.workshop.training.presets import preset
 

@@ -12,7 +12,6 @@ from argparse import ArgumentParser
 
 import numpy as np
 
-from reference.building import load
 from reference.game.moments import Moment
 from reference.game.observations import from_normalised, robot_vectors
 from reference.paper import Scenario
@@ -21,6 +20,7 @@ from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.crossplay.intervals import of_mean
 from reference.workshop.landmarks.of_robots import RobotOption, RobotOptions
 from reference.workshop.lockstep import to_the_end
+from reference.workshop.maps import load
 from reference.workshop.worst_case import another_future
 
 HOLD = 20.0  # seconds
