@@ -10,12 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from reference.building import Kind, load
+from reference.building import Kind
 from reference.paper import Scenario
 from reference.perception import rays
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots
 from reference.workshop import drawing
+from reference.workshop.maps import load
 
 # %% One visitor
 # A scenario says how many people start where. No robots and no fire yet.

@@ -210,10 +210,10 @@ ambushed = saved(scripted(Ambush()))
 print("ambush:", ambushed, "of", 8 * len(SEEDS), "get out")
 #> ambush: 72 of 192 get out
 
-# Two lines of code do as much harm as two hundred evenings of training. But somebody had
-# to think of them, for a building with one exit. The network was told nothing but its
-# reward. In the paper it trains for much longer, and the robots learn too: each side
-# has to answer the other.
+# Two lines of code do as much harm as two hundred evenings of training. But somebody
+# had to think of them, for a building with one exit. The network was told nothing but
+# its reward. In the paper it trains for much longer, and the robots learn too: each
+# side has to answer the other.
 #
 # The fire that ships has learned for longer, in the paper's building; see RESULTS.md.
 # Watch it:

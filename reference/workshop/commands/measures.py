@@ -7,10 +7,10 @@ from typing import Any
 
 from tqdm import tqdm
 
-from reference.building import load
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command
 from reference.workshop.files import make_folder
+from reference.workshop.maps import load
 from reference.workshop.validation.cases import CASES, NOT_MODELLED, measured
 
 HEAD = ("verdict", "case", "what", "accepted", "measured")

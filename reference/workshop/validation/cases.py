@@ -17,10 +17,11 @@ import numpy as np
 
 from reference import motion
 from reference.beginning import beginning
-from reference.building import Building, load
+from reference.building import Building
 from reference.paper import FLIGHT, WALKING_SPEED, WALKING_SPREAD, Scenario
 from reference.simulation import Simulation
 from reference.workshop.crossplay.intervals import Interval, of_mean
+from reference.workshop.maps import load
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.validation.crowd import (
     TICK,
