@@ -77,7 +77,7 @@ class FireOptions:
         self.features = len(FIRE_FEATURES)
         self.beside = _beside(building)
         marks = np.arange(len(self.beside))[:, None]
-        self.metres = self.navigation.distance[marks, self.beside]
+        self.metres = self.navigation.metres_to(marks, self.beside)
         self.rims = [rim(building, m.index) for m in building.landmarks if m.leads_out]
         self.steps = _steps_around(shared.GROUP_RADIUS)
         self.far = np.hypot(*self.steps.T)
@@ -240,7 +240,7 @@ def _beside(building: Building) -> np.ndarray:
     rooms = (fuel(building) & (building.kind == Kind.FLOOR)).ravel()
     rows = np.zeros((len(building.landmarks), NEAREST_CELLS), dtype=int)
     for mark in building.landmarks:
-        d = np.where(rooms, nav.distance[mark.index], np.inf)
+        d = np.where(rooms, nav.distance_to(mark.index), np.inf)
         order = np.argsort(d, kind="stable")[:NEAREST_CELLS]
         own = nav.goals[mark.index][0]
         kept = np.where(np.isfinite(d[order]), order, own)

@@ -55,7 +55,7 @@ class CloserFire:
         marks = (mark for mark in world.building.landmarks if mark.leads_out)
         ways = sorted(marks, key=lambda mark: (mark.kind is not Kind.EXIT, mark.floor))
         way = ways[len(world.flames.sources) % len(ways)].index
-        metres = navigation_of(world.building).distance[way]
+        metres = navigation_of(world.building).distance_to(way)
         metres = np.where(free_places(world), metres, np.inf)
         if np.isinf(metres).all():
             return RandomFire().decide(world, rng)
@@ -87,7 +87,7 @@ def beside_ways_out(world: World) -> list[Decision]:
     marks = [mark for mark in world.building.landmarks if mark.kind is not Kind.DOOR]
     ways = sorted(marks, key=lambda mark: (mark.kind is not Kind.EXIT, mark.floor))
     burns = burns & (world.building.kind == Kind.FLOOR).ravel()
-    near = (np.where(burns, nav.distance[way.index], np.inf) for way in ways)
+    near = (np.where(burns, nav.distance_to(way.index), np.inf) for way in ways)
     return [decision_at(world, int(d.argmin())) for d in near if np.isfinite(d).any()]
 
 

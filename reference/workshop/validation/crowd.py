@@ -59,7 +59,7 @@ class Crowd(Simulation):
         for floor in range(self.building.floors):
             who = np.flatnonzero(bodies.walking & (bodies.floor == floor))
             marks = np.array(self.building.ways_out(floor))
-            far = self.navigation.distance[marks][:, bodies.place[who]]
+            far = self.navigation.metres_to(marks[:, None], bodies.place[who])
             nearest = marks[far.argmin(axis=0)]
             bodies.landmark[who] = self._goals[who] if len(self._goals) else nearest
 
