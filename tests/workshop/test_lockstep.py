@@ -55,7 +55,7 @@ def runs(name: str, robots: str, fire: str, **settings: Any) -> list[Simulation]
         ("paper", "sweep", "greedy", {"time_limit": 40.0}),
         ("paper", "none", "none", {"time_limit": 20.0}),
         ("tiny", "patrol", "random", {"people": 6}),
-        ("tiny", "random", "none", {"ghosts": True, "time_limit": 30.0}),
+        ("tiny", "random", "none", {"time_limit": 30.0}),
     ],
 )
 def test_all_ends_as_if_each_had_been_alone(name, robots, fire, settings):
