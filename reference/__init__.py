@@ -8,7 +8,7 @@ imports the workshop.
 
 BOOK = (
     "paper",  # the appendix's numbers, each with its clause
-    "floorplan",  # text -> a checked drawing
+    "floorplan",  # text -> rows of cells
     "building",  # drawing -> a graph of rooms, doors and stairwells
     "navigation",  # walkable cells, shortest ways
     "sight",  # who sees what, rays
@@ -28,7 +28,7 @@ BOOK = (
     "game",  # the learning problem:
     "game.observations",  # the 167 numbers and the grid
     "game.frame",  # how a robot's policy reads and speaks: from where it stands
-    "game.moments",  # what a side decides upon, and its options
+    "game.interface",  # how the paper's policies read and speak
     "game.environment",  # who decides when, what an action means, who leaves
     "learning",  # the learners:
     "learning.settings",  # rows of Tables I and II
@@ -49,13 +49,15 @@ WORKSHOP = (
     "workshop",  # what makes the book practical:
     "workshop.files",  # files and tables, written whole or not at all
     "workshop.plain",  # records from plain data, checked by their types
+    "workshop.maps",  # floor files: find, check, load
     "workshop.runs",  # start a run in a folder, or resume it
     "workshop.workers",  # do jobs here or in other processes
     "workshop.traffic",  # how many people pass where on the way out
     "workshop.lockstep",  # many simulations tick together
     "workshop.strategies",  # hand-written robots and fires, by name
     "workshop.decoding",  # from observations back to points
-    "workshop.landmarks",  # the options of a pointer head
+    "workshop.heads",  # other heads than the paper's
+    "workshop.remedies",  # what helps learning: other frames, other rewards
     "workshop.training",  # trainings, kept in files:
     "workshop.training.mlagents",  # ML-Agents' trainer files
     "workshop.training.presets",  # whole settings: tiny, laptop, paper

@@ -9,8 +9,8 @@ takes 2 seconds.
 from pathlib import Path
 
 from reference.building import Building, Kind
-from reference.floorplan import FloorPlanError, parse
 from reference.workshop import drawing
+from reference.workshop.maps import MistakesError, parse
 
 # %% Draw the floors
 # A character is a square metre: `#` wall, `.` floor, `+` a door [A2], `E` an exit [A4].
@@ -82,7 +82,7 @@ print("3 m further west there is", Kind(house.kind[0][house.cell(x - 3, y)]).nam
 
 try:
     parse(HOUSE.replace("EE", ".."), "house.txt")
-except FloorPlanError as error:
+except MistakesError as error:
     print(error)
 #> house.txt:13:8: there is a hole in the outer wall
 #>        ####..#######E###

@@ -10,12 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from reference.building import Kind, load
+from reference.building import Kind
 from reference.paper import Scenario
 from reference.perception import rays
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots
 from reference.workshop import drawing
+from reference.workshop.maps import load
 
 # %% One visitor
 # A scenario says how many people start where. No robots and no fire yet.
@@ -75,7 +76,7 @@ print("got out" if simulation.outcome().evacuated else "did not get out")
 #> got out
 print(f"walked {walked:.0f} m")
 #> walked 63 m
-print(f"shortest way {simulation.navigation.distance[way_out, place]:.0f} m")
+print(f"shortest way {simulation.navigation.metres_to(way_out, place):.0f} m")
 #> shortest way 47 m
 print(f"saw {len(known) / museum.walkable.sum():.0%} of the floor")
 #> saw 50% of the floor

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from reference.building import load
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots
 from reference.workshop import drawing
 from reference.workshop.lockstep import to_the_end
+from reference.workshop.maps import load
 from reference.workshop.strategies.robots import guided_by
 from reference.world import Mode
 

@@ -17,7 +17,6 @@ import yaml
 from clauses import ROOT
 from trainings import begun, tiny, trained
 
-from reference.building import load as load_building
 from reference.evaluation.score import PAPER
 from reference.learning.networks import one_thread
 from reference.paper import InputError
@@ -26,6 +25,7 @@ from reference.workshop.crossplay.results import read_ruler
 from reference.workshop.drawing.runs import read as read_summaries
 from reference.workshop.experiment import design
 from reference.workshop.files import read_json
+from reference.workshop.maps import load as load_building
 from reference.workshop.plain import record_from
 from reference.workshop.runs import held
 from reference.workshop.training import starting
@@ -175,7 +175,7 @@ def _parts(path: Path) -> None:
 
 OURS = {
     "reference": {
-        "Robot": {"head": "pointer"},
+        "Robot": {"head": "mixture"},
         "scenario": {"people": 6, "people_per_floor": None, "rooms": ["1/hall"]},
         "episodes_per_job": 2,
     }

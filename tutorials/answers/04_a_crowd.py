@@ -3,11 +3,11 @@
 No. Three people of 320 are luck: one run differs from the next by ten.
 """
 
-from reference.building import load
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots
 from reference.workshop.lockstep import to_the_end
+from reference.workshop.maps import load
 
 institute = load("paper")
 for name, scenario in (

@@ -6,10 +6,11 @@ come second, with every seed too.
 
 import networkx as nx
 
-from reference.building import Area, load
+from reference.building import Area
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoRobots
+from reference.workshop.maps import load
 
 museum = load("museum")
 

@@ -6,12 +6,12 @@ measure on foot gains little more. What cost lives was looking for a third follo
 
 from math import dist
 
-from reference.building import load
 from reference.navigation import navigation_of
 from reference.robots import flame_cost, followers_of
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.lockstep import to_the_end
+from reference.workshop.maps import load
 from reference.workshop.strategies.robots import unguided
 
 institute = load("paper")

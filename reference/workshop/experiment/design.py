@@ -30,11 +30,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from reference.building import building_of, load, plan_of
+from reference.building import building_of, plan_of
 from reference.learning.settings import SIDES, SettingsError, Side, unknown
 from reference.workshop.crossplay.contestants import WORST
 from reference.workshop.crossplay.matches import EPISODES, MOST_RUNS, Arena
 from reference.workshop.files import read_text
+from reference.workshop.maps import load
 from reference.workshop.plain import mapping, record_from
 from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
 from reference.workshop.training.checkpoints import Task

@@ -10,11 +10,12 @@ from typing import Any
 
 import torch
 
-from reference.building import Building, building_of, load, plan_of
+from reference.building import Building, building_of, plan_of
 from reference.learning.players import Learned
 from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
 from reference.workshop.files import naming
+from reference.workshop.maps import load
 from reference.workshop.runs import (
     RunError,
     building_asked,
@@ -59,7 +60,7 @@ def begin(asked: Asked, folder: Path) -> Task:
     """Make a new training's task; its folder is empty or not there yet.
 
     Raises RunError for any other folder, SettingsError, CheckpointError for a
-    side that does not fit, FloorPlanError for the map, OSError for an unreadable file.
+    side that does not fit, MistakesError for the map, OSError for an unreadable file.
     """
     refuse_used(folder)
     base = preset(asked.preset or DEFAULT_PRESET)
@@ -118,8 +119,6 @@ def settings_of(asked: Asked, base: Settings) -> Settings:
     robots = replace(robots, trainer_type=asked.trainer or robots.trainer_type)
     if asked.head:
         robots = replace(robots, head=asked.head)
-    if asked.head and asked.head != "mixture":  # which only robots have
-        fire = replace(fire, head=asked.head)
     if asked.robots == "none":
         scenario = replace(scenario, robots_per_floor=0)
     return replace(made, robots=robots, fire=fire, scenario=scenario)
@@ -168,8 +167,6 @@ def _asked_and_begun(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]
     yield "--preset", asked.preset, settings.preset
     yield "--trainer", asked.trainer, settings.robots.trainer_type
     yield "--head", asked.head, settings.robots.head
-    if asked.head != "mixture":
-        yield "--head", asked.head, settings.fire.head
     yield "--imitate", asked.imitate, task.imitate or "nobody to imitate"
     if asked.initialize_from is not None:
         yield "--initialize-from", *_beginnings(asked.initialize_from, task)
