@@ -89,3 +89,10 @@ __version__ = "0.10.0"
 GAME = 5
 """Increases when rules or numbers of the game change: policies learned in another game
 are refused, and runs begun in it are not resumed."""
+
+
+def command_line() -> None:
+    """Run `python -m reference`, under the name `fire-rescue` that pip installs."""
+    from runpy import run_module
+
+    run_module("reference", run_name="__main__", alter_sys=True)
