@@ -14,7 +14,6 @@ from matplotlib.figure import Figure
 
 from reference.building import Building
 from reference.simulation import Simulation
-
 from reference.workshop.drawing.evacuation import Tally, frame, tally
 from reference.workshop.drawing.film import animate
 from reference.workshop.drawing.page import save
