@@ -8,7 +8,7 @@ imports the workshop.
 
 BOOK = (
     "paper",  # the appendix's numbers, each with its clause
-    "floorplan",  # text -> a checked drawing
+    "floorplan",  # text -> rows of cells
     "building",  # drawing -> a graph of rooms, doors and stairwells
     "navigation",  # walkable cells, shortest ways
     "sight",  # who sees what, rays
@@ -49,6 +49,7 @@ WORKSHOP = (
     "workshop",  # what makes the book practical:
     "workshop.files",  # files and tables, written whole or not at all
     "workshop.plain",  # records from plain data, checked by their types
+    "workshop.maps",  # floor files: find, check, load
     "workshop.runs",  # start a run in a folder, or resume it
     "workshop.workers",  # do jobs here or in other processes
     "workshop.traffic",  # how many people pass where on the way out

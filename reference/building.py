@@ -1,26 +1,33 @@
-"""A building: the graph of its rooms, doors and stairwells, and a grid of its cells.
+"""A building: a grid of cells, its rooms, doors and stairwells, and their graph.
 
 Clauses: A1-A7, B1 and the coordinates of A8.
 
     row, col   place in the text, row 0 is the north edge
     x, y       metres, east and north; the main body's middle is the origin
-    floor      0 is the first floor
+    floor      0 is the first floor; ids, which people read, count from 1
+    beside     sharing a side: touching at a corner is no contact
 """
 
-from collections import defaultdict
+import re
+from collections import Counter
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property, lru_cache
-from typing import TypeAlias
+from itertools import chain, combinations, pairwise
+from math import dist
+from operator import itemgetter
+from typing import Any, TypeAlias
 
 import networkx as nx
 import numpy as np
+from scipy import ndimage
 
-from reference.floorplan import Plan, find, parse, read, to_text
-from reference.floorplan.plan import Part
+from reference.floorplan import STAIRWELLS, Plan, parse, to_text
+from reference.paper import STAIRS_METRES
 
 Graph: TypeAlias = nx.MultiGraph
+OUTSIDE = "outside"  # a node of the graph
 
 
 class Kind(IntEnum):
@@ -36,13 +43,9 @@ class Kind(IntEnum):
 
 
 LANDMARKS = (Kind.DOOR, Kind.ENTRANCE, Kind.EXIT)  # triggers without volume [A5]
-KINDS = {kind.name.lower(): kind for kind in LANDMARKS} | {
-    "room": Kind.FLOOR,
-    "stairwell": Kind.STAIRS,
-}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Area:
     """A room, or one storey of a stairwell; cells: (k, 2) rows and columns."""
 
@@ -53,6 +56,7 @@ class Area:
     floor: int
     cells: np.ndarray
     centre: tuple[float, float]
+    leads_down: bool  # is it a stairwell, and not its lowest storey?
 
     @property
     def size(self) -> int:
@@ -60,10 +64,11 @@ class Area:
         return len(self.cells)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Landmark:
     """A door, stairwell entrance or exit; cells: (k, 2) rows and columns.
 
+    sides: ids of the areas beside it, and OUTSIDE of an exit
     leads_out: is it an exit, or an entrance to stairs that go down?
     """
 
@@ -102,28 +107,161 @@ class Stairwell:
         return floor in self.areas and floor > self.lowest
 
 
-@dataclass(frozen=True, eq=False)
 class Building:
-    """Facts computed from a checked plan; arrays of cells are (floors, rows, cols)."""
+    """A building from its drawing; arrays of cells are (floors, rows, cols).
 
-    plan: Plan
+    signs       character that each cell is drawn with
+    area        index into `areas` of each cell, -1 where there is none
+    landmark    index into `landmarks` of each cell, -1 where there is none
+    kind        Kind of each cell;  walkable  bool: may a body stand there? [A7]
+    areas       rooms and stairwells, floor by floor
+    landmarks   doors, entrances and exits, floor by floor
+    stairwells  shafts in the order of their letters
+    stairwell_of  index of a stairwell by the index of each of its entrances
+    exits       indices of the exits among the landmarks
+    dead_ends   indices of the entrances whose stairs do not go down
+    body        of the main body: left, bottom, right, top in metres [A1]
+    origin      (row, col) of the main body's middle, where metres begin [A8]
+    """
 
-    @property
-    def title(self) -> str:
-        """The building's name in the drawing."""
-        return self.plan.title
+    def __init__(self, plan: Plan):
+        self.plan, self.title, self.floors = plan, plan.title, len(plan.storeys)
+        self.signs: np.ndarray = signs_of(plan)
+        room = is_room(self.signs).any(axis=0)
+        cells = np.argwhere(room | ~room.any())
+        box = np.array([cells.min(axis=0) - 1, cells.max(axis=0) + 2])  # with walls
+        self.origin: tuple[int, int] = tuple((box.sum(axis=0) // 2).tolist())
+        (top, left), (bottom, right) = (box - self.origin).astype(float).tolist()
+        self.body = left, -bottom, right, -top
+        self.areas = self._find_areas()
+        self.area = self._indices(self.areas)
+        self.landmarks = self._find_landmarks()
+        self.landmark = self._indices(self.landmarks)
+        self.kind: np.ndarray = self._kinds()
+        self.walkable = self.kind >= Kind.FLOOR
+        self.stairwells = self._find_stairwells()
+        self.stairwell_of = {
+            mark: k
+            for k, well in enumerate(self.stairwells)
+            for mark in chain(*well.entrances.values())
+        }
+        self.exits = frozenset(m.index for m in self.landmarks if m.kind is Kind.EXIT)
+        closed = frozenset(m.index for m in self.landmarks if not m.leads_out)
+        self.dead_ends = closed & self.stairwell_of.keys()
 
-    @property
-    def floors(self) -> int:
-        """Number of floors."""
-        return len(self.plan.storeys)
+    def __reduce__(self) -> tuple[Any, tuple[str]]:
+        """Travel between processes as text."""
+        return building_of, (plan_of(self),)
+
+    def _kinds(self) -> np.ndarray:
+        signs = self.signs
+        kind = np.full(signs.shape, Kind.STAIRS, np.uint8)
+        kind[signs == " "], kind[signs == "#"] = Kind.OUTSIDE, Kind.WALL
+        kind[is_room(signs)] = Kind.FLOOR
+        for mark in self.landmarks:
+            kind[mark.floor, *mark.cells.T] = mark.kind
+        return kind
+
+    # -- Cells and metres -----------------------------------------------------------
+
+    def metres(self, row: float, col: float) -> tuple[float, float]:
+        """Centre of a cell, metres east and north of the origin."""
+        return col + 0.5 - self.origin[1], self.origin[0] - (row + 0.5)
+
+    def cell(self, x: float, y: float) -> tuple[int, int]:
+        """Row and column of the cell around a point."""
+        return int(np.ceil(self.origin[0] - y)) - 1, int(np.floor(x + self.origin[1]))
+
+    def _middle(self, cells: np.ndarray) -> tuple[float, float]:
+        return self.metres(*cells.mean(axis=0).tolist())
+
+    def _indices(self, things: Iterable[Area | Landmark]) -> np.ndarray:
+        index = np.full(self.signs.shape, -1)
+        for thing in things:
+            index[thing.floor, *thing.cells.T] = thing.index
+        return index
+
+    # -- Rooms, stairwells, landmarks -----------------------------------------------
+
+    def _find_areas(self) -> tuple[Area, ...]:
+        """Find rooms, then stairwells of each floor, in reading order."""
+        found: list[Area] = []
+        below: set[str] = set()  # stairwells of lower floors
+        for floor, signs in enumerate(self.signs):
+            rooms = pieces(is_room(signs))
+            wells = [some for sign in STAIRWELLS for some in pieces(signs == sign)]
+            wells.sort(key=lambda cells: tuple(cells[0]))
+            for number, cells in enumerate(rooms + wells, 1):
+                kind = "room" if number <= len(rooms) else "stairwell"
+                name = self._word_on(floor, cells) or f"room-{number}"
+                what = len(found), f"{floor + 1}/{name}", name, kind
+                where = floor, cells, self._middle(cells)
+                found.append(Area(*what, *where, leads_down=name in below))
+            below |= {area.name for area in found if area.kind == "stairwell"}
+        return tuple(found)
+
+    def _word_on(self, floor: int, cells: np.ndarray) -> str:
+        """The first word on the cells of a room, or a stairwell's letter; else ''."""
+        written = cells[self.signs[floor, *cells.T] != "."]
+        if not len(written):
+            return ""
+        row, col = written[0].tolist()
+        word = re.match("[a-z]+|[A-D]", self.plan.storeys[floor].rows[row][col:])
+        return word[0] if word else ""
+
+    def _find_landmarks(self) -> tuple[Landmark, ...]:
+        """Find doors, then entrances, then exits of each floor, in reading order."""
+        gates = [
+            self._gate(floor, cells)
+            for floor, signs in enumerate(self.signs)
+            for sign in "+E"
+            for cells in pieces(signs == sign)
+        ]
+        numbers: Counter[tuple[int, Kind]] = Counter()
+        found: list[Landmark] = []
+        for floor, kind, cells, sides in sorted(gates, key=itemgetter(0, 1)):
+            numbers[floor, kind] += 1
+            name = f"{floor + 1}/{kind.name.lower()}-{numbers[floor, kind]}"
+            place = floor, cells, self._middle(cells)
+            ids = [side.id for side in sides] + [OUTSIDE] * (kind is Kind.EXIT)
+            out = kind is Kind.EXIT or any(side.leads_down for side in sides)
+            found.append(Landmark(len(found), name, kind, *place, tuple(ids), out))
+        return tuple(found)
+
+    def _gate(
+        self, floor: int, cells: np.ndarray
+    ) -> tuple[int, Kind, np.ndarray, list[Area]]:
+        """Floor, kind, cells and neighbours of a door, entrance or exit."""
+        around = (cells[:, None] + [(-1, 0), (0, -1), (0, 1), (1, 0)]).reshape(-1, 2)
+        inside = np.clip(around, 0, np.array(self.signs.shape[1:]) - 1)
+        beside = np.unique(self.area[floor, *inside.T]).tolist()
+        sides = [self.areas[index] for index in beside if index >= 0]
+        kind = Kind.EXIT
+        if self.signs[floor, *cells[0]] == "+":
+            stairs = any(side.kind == "stairwell" for side in sides)
+            kind = Kind.ENTRANCE if stairs else Kind.DOOR
+        return floor, kind, cells, sides
+
+    def _find_stairwells(self) -> tuple[Stairwell, ...]:
+        found: dict[str, Stairwell] = {}
+        for area in self.areas:
+            if area.kind == "stairwell":
+                new = Stairwell(area.name, area.cells, area.centre, {}, {})
+                well = found.setdefault(area.name, new)
+                at = [m.index for m in self.landmarks if area.id in m.sides]
+                well.areas[area.floor] = area.index
+                well.entrances[area.floor] = tuple(at)
+        return tuple(found[letter] for letter in sorted(found))
+
+    def ways_out(self, floor: int) -> list[int]:
+        """Landmarks that lead off a floor: exits, and entrances to stairs down."""
+        return [m.index for m in self.landmarks if m.floor == floor and m.leads_out]
+
+    def rooms(self, floor: int) -> list[Area]:
+        """The rooms of a floor, corridors included, stairwells not."""
+        return [a for a in self.areas if a.floor == floor and a.kind == "room"]
 
     # -- The graph ------------------------------------------------------------------
-
-    @property
-    def graph(self) -> Graph:
-        """Rooms, stairwells and the outside, joined by doors, exits and stairs."""
-        return self.plan.graph
 
     @cached_property
     def area_of(self) -> dict[str, Area]:
@@ -135,135 +273,54 @@ class Building:
         """The landmark that an edge of the graph stands for, by its id."""
         return {mark.id: mark for mark in self.landmarks}
 
-    # -- Cells and metres -----------------------------------------------------------
-
     @cached_property
-    def kind(self) -> np.ndarray:
-        """Kind of each cell, uint8."""
-        kind = np.zeros((self.floors, self.plan.height, self.plan.width), np.uint8)
-        for floor, storey in zip(kind, self.plan.storeys, strict=True):
-            floor[storey.signs[1:-1, 1:-1] == "#"] = Kind.WALL
-            for part in (*storey.areas, *storey.gates):
-                floor[tuple(part.cells.T - 1)] = KINDS[part.kind]
-        return kind
+    def graph(self) -> Graph:
+        """Rooms, stairwells and the outside, joined by doors, entrances, exits, stairs.
 
-    @cached_property
-    def walkable(self) -> np.ndarray:
-        """(floors, rows, cols) bool: where a body may stand [A7]."""
-        return self.kind >= Kind.FLOOR
-
-    @cached_property
-    def area(self) -> np.ndarray:
-        """Index into `areas` of each cell, -1 where there is none."""
-        return self._indices(self.areas)
-
-    @cached_property
-    def landmark(self) -> np.ndarray:
-        """Index into `landmarks` of each cell, -1 where there is none."""
-        return self._indices(self.landmarks)
-
-    def _indices(self, things: Iterable[Area | Landmark]) -> np.ndarray:
-        index = np.full(self.kind.shape, -1, dtype=np.int16)
-        for thing in things:
-            index[thing.floor, *thing.cells.T] = thing.index
-        return index
-
-    @cached_property
-    def _box(self) -> np.ndarray:
-        """Main body: first row and column, and past its last row and column."""
-        cells = np.argwhere((self.kind == Kind.FLOOR).any(axis=0))
-        return np.array([cells.min(axis=0) - 1, cells.max(axis=0) + 2])  # with walls
-
-    @cached_property
-    def origin(self) -> tuple[int, int]:
-        """(row, col) of the origin of the metres: the main body's middle [A8]."""
-        row, col = (self._box.sum(axis=0) // 2).tolist()
-        return row, col
-
-    @cached_property
-    def body(self) -> tuple[float, float, float, float]:
-        """Main body: left, bottom, right, top in metres [A1]."""
-        (top, left), (bottom, right) = (self._box - self.origin).astype(float).tolist()
-        return left, -bottom, right, -top
-
-    def metres(self, row: float, col: float) -> tuple[float, float]:
-        """Centre of a cell, metres east and north of the origin."""
-        return col + 0.5 - self.origin[1], self.origin[0] - (row + 0.5)
-
-    def cell(self, x: float, y: float) -> tuple[int, int]:
-        """Row and column of the cell around a point."""
-        return int(np.ceil(self.origin[0] - y)) - 1, int(np.floor(x + self.origin[1]))
-
-    # -- Rooms, stairwells, landmarks -----------------------------------------------
-
-    @cached_property
-    def areas(self) -> tuple[Area, ...]:
-        """Rooms and stairwells, floor by floor."""
-        found = []
-        for index, (n, name, part) in enumerate(self.plan.parts("areas")):
-            place = n - 1, part.cells - 1, self._middle(part)
-            found.append(Area(index, name, part.name, part.kind, *place))
-        return tuple(found)
-
-    @cached_property
-    def landmarks(self) -> tuple[Landmark, ...]:
-        """Doors, entrances and exits, floor by floor."""
-        kinds = self.graph.nodes(data="kind")
-        into = {node for node, kind in kinds if kind != "room"}
-        out = {key for _, end, key in self.plan.ways.edges(keys=True) if end in into}
-        sides: dict[str, dict[str, None]] = defaultdict(dict)  # in the graph's order
-        for one, other, key in self.graph.edges(keys=True):
-            sides[key] |= {one: None, other: None}
-        found = []
-        for index, (n, name, gate) in enumerate(self.plan.parts("gates")):
-            place = n - 1, gate.cells - 1, self._middle(gate), tuple(sides[name])
-            found.append(Landmark(index, name, KINDS[gate.kind], *place, name in out))
-        return tuple(found)
-
-    def _middle(self, part: Part) -> tuple[float, float]:
-        return self.metres(*(part.cells - 1).mean(axis=0).tolist())
-
-    @cached_property
-    def stairwells(self) -> tuple[Stairwell, ...]:
-        """Shafts in the order of their letters."""
-        found: dict[str, Stairwell] = {}
+        An edge's `length` goes, as the crow flies, from the middle of one side through
+        the middle of the door to the middle of the other (metres).
+        """
+        graph = nx.MultiGraph()
         for area in self.areas:
-            if area.kind == "stairwell":
-                new = Stairwell(area.name, area.cells, area.centre, {}, {})
-                well = found.setdefault(area.name, new)
-                at = [m.index for m in self.landmarks if area.id in m.sides]
-                well.areas[area.floor] = area.index
-                well.entrances[area.floor] = tuple(at)
-        return tuple(found[letter] for letter in sorted(found))
+            facts = {"kind": area.kind, "floor": area.floor, "area": area.size}
+            graph.add_node(area.id, name=area.name, **facts)
+        graph.add_node(OUTSIDE, name=OUTSIDE, kind=OUTSIDE)
+        for mark in self.landmarks:
+            facts = {"kind": mark.kind.name.lower(), "width": mark.width}
+            for ends in combinations(mark.sides, 2):
+                rooms = [self.area_of[end] for end in ends if end != OUTSIDE]
+                metres = sum(dist(room.centre, mark.position) for room in rooms)
+                graph.add_edge(*ends, mark.id, **facts, length=metres)
+        for well in self.stairwells:
+            facts = {"kind": "stairs", "width": 1, "length": STAIRS_METRES}
+            for low, up in pairwise(f + 1 for f in well.areas):
+                key = f"{well.letter}:{low}-{up}"
+                graph.add_edge(
+                    f"{low}/{well.letter}", f"{up}/{well.letter}", key, **facts
+                )
+        return graph
 
     @cached_property
-    def stairwell_of(self) -> dict[int, int]:
-        """Index of a stairwell by the index of each of its entrances."""
-        return {
-            mark: k
-            for k, well in enumerate(self.stairwells)
-            for marks in well.entrances.values()
-            for mark in marks
-        }
+    def ways(self) -> nx.MultiDiGraph:
+        """The graph as people walk it: out by exits, into stairs that lead down [A3].
 
-    @cached_property
-    def exits(self) -> frozenset[int]:
-        """Indices of the exits among the landmarks."""
-        return frozenset(m.index for m in self.landmarks if m.kind is Kind.EXIT)
+        Nobody walks up: stairs are left by the entrances of the lowest floor only.
+        """
 
-    @cached_property
-    def dead_ends(self) -> frozenset[int]:
-        """Indices of the entrances whose stairs do not go down."""
-        entrances = (self.landmarks[mark] for mark in self.stairwell_of)
-        return frozenset(mark.index for mark in entrances if not mark.leads_out)
+        def walked(start: str, end: str, kind: str) -> bool:
+            if OUTSIDE in (start, end):
+                return end == OUTSIDE
+            here, there = self.area_of[start], self.area_of[end]
+            if kind == "stairs":
+                return here.floor > there.floor
+            if kind == "entrance" and here.kind == "room":
+                return there.leads_down
+            return not here.leads_down
 
-    def ways_out(self, floor: int) -> list[int]:
-        """Landmarks that lead off a floor: exits, and entrances to stairs down."""
-        return [m.index for m in self.landmarks if m.floor == floor and m.leads_out]
-
-    def rooms(self, floor: int) -> list[Area]:
-        """The rooms of a floor, corridors included, stairwells not."""
-        return [a for a in self.areas if a.floor == floor and a.kind == "room"]
+        ways = nx.MultiDiGraph(self.graph)
+        edges = list(ways.edges(keys=True, data="kind"))
+        ways.remove_edges_from(e[:3] for e in edges if not walked(e[0], e[1], e[3]))
+        return ways
 
 
 def burn(graph: Graph, doors: Collection[str]) -> Graph:
@@ -278,12 +335,23 @@ def burn(graph: Graph, doors: Collection[str]) -> Graph:
     return nx.restricted_view(graph, [], edges)
 
 
-def load(name: str) -> Building:
-    """Read a floor file by path or shipped name and build it; see `building_of`.
+def signs_of(plan: Plan) -> np.ndarray:
+    """(floors, rows, cols) the characters of a drawing."""
+    rows = np.array([storey.rows for storey in plan.storeys])
+    return rows[..., None].view("U1")
 
-    Raises FloorPlanError for a mistake in the drawing, OSError for an unreadable file.
-    """
-    return building_of(to_text(read(find(name))))
+
+def is_room(signs: np.ndarray) -> np.ndarray:
+    """Which characters are the floor of a room, or a name on it?"""
+    return (signs == ".") | (signs >= "a")
+
+
+def pieces(mask: np.ndarray) -> list[np.ndarray]:
+    """Find the (k, 2) cells of each connected part of a mask, in reading order."""
+    labels = ndimage.label(mask)[0]
+    cells, label = np.argwhere(labels), labels[labels > 0]
+    ends = np.cumsum(np.bincount(label)[1:])
+    return np.split(cells[np.argsort(label, kind="stable")], ends)[:-1]
 
 
 @lru_cache(maxsize=4)
@@ -291,7 +359,7 @@ def building_of(plan: str) -> Building:
     """Build from the text of a floor file; other processes are sent this text.
 
     One object per drawing, since navigation and sight are cached per object: of the
-    last few drawings, so do not write into its arrays.
+    last few drawings, so do not write into its arrays. Raises FloorPlanError.
     """
     return Building(parse(plan))
 

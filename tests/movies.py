@@ -19,13 +19,14 @@ import numpy as np
 from hypothesis import strategies as st
 
 from reference.beginning import beginning
-from reference.building import Building, load
+from reference.building import Building
 from reference.flames import Spread
 from reference.floorplan import Plan, Storey, parse
 from reference.navigation import navigation_of
 from reference.paper import WALKING_SPEED, Scenario
 from reference.perception import Surroundings, look
 from reference.simulation import Simulation
+from reference.workshop.maps import load
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.world import Mode, Source
 

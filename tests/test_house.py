@@ -95,7 +95,7 @@ def test_matplotlib_is_imported_by_drawing_alone():
 
 def test_networkx_is_imported_only_where_there_is_a_graph():
     """Everybody else reads the graph that these made; distances are scipy's."""
-    graphs = {"floorplan", "building"}
+    graphs = {"building", "workshop.maps"}
     assert importers("networkx") <= graphs
 
 

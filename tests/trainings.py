@@ -7,7 +7,8 @@ from pathlib import Path
 
 import torch
 
-from reference.building import load, plan_of
+from reference.building import plan_of
+from reference.workshop.maps import load
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.loop import train
 from reference.workshop.training.presets import Settings, preset

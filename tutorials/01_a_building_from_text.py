@@ -1,15 +1,16 @@
 """Tutorial 1: a building from text.
 
-You learn to draw a building in any text editor, to read the messages about mistakes,
-and what the program reads: rooms with names, and a kind for every square metre.
-Run this file from the repository's root, whole or cell by cell.
+You learn to draw a building in any text editor, and to read the messages about
+mistakes. You also learn what the program makes of it: rooms with names, and a kind for
+every square metre. Run this file from the repository's root, whole or cell by cell. It
+takes 2 seconds.
 """
 
 from pathlib import Path
 
 from reference.building import Building, Kind
-from reference.floorplan import FloorPlanError, parse
 from reference.workshop import drawing
+from reference.workshop.maps import MistakesError, parse
 
 # %% Draw the floors
 # A character is a square metre: `#` wall, `.` floor, `+` a door [A2], `E` an exit [A4].
@@ -53,9 +54,9 @@ for room in house.rooms(0):
 #> 1/kitchen 28 m2, its middle at (4.5, 1.0) m
 #> 1/garden   7 m2, its middle at (4.5, -2.5) m
 
-# A landmark is a door, an entrance or an exit: what one passes on the way out. Two
-# characters side by side are one landmark, 2 m wide. Exits lead out of their floor, and
-# so do entrances to stairs that lead down.
+# A landmark is a door, an entrance or an exit. Two characters side by side are one
+# landmark, 2 m wide. Exits lead out of their floor. So do entrances to stairs that lead
+# down.
 
 for mark in house.landmarks:
     if mark.leads_out:
@@ -81,7 +82,7 @@ print("3 m further west there is", Kind(house.kind[0][house.cell(x - 3, y)]).nam
 
 try:
     parse(HOUSE.replace("EE", ".."), "house.txt")
-except FloorPlanError as error:
+except MistakesError as error:
     print(error)
 #> house.txt:13:8: there is a hole in the outer wall
 #>        ####..#######E###
@@ -89,8 +90,8 @@ except FloorPlanError as error:
 #>     hint: Type '#' here.
 
 # %% What it looks like
-# Doors are blue, stairwell entrances purple and exits green, as in the paper [A8]. The
-# dashed line joins the two storeys of the stairwell.
+# Doors are blue, stairwell entrances purple and exits green, as in the paper [A8]. A
+# dashed line joins the two floors of the stairwell.
 
 Path("out").mkdir(exist_ok=True)
 print(drawing.save(drawing.oblique(house), "out/01_dolls_house.png"))

@@ -1,7 +1,8 @@
 """Tutorial 3: what one person knows.
 
-You learn to see a building as one visitor sees it, by rays of a few metres, and to read
-what the visitor remembers. Nobody here knows the map [B3].
+You learn to see a building as one visitor sees it, by rays of a few metres. You also
+learn to read what the visitor remembers. Nobody here knows the map [B3]. It takes 2
+seconds.
 """
 
 from collections import Counter
@@ -9,12 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
-from reference.building import Kind, load
+from reference.building import Kind
 from reference.paper import Scenario
 from reference.perception import rays
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots
 from reference.workshop import drawing
+from reference.workshop.maps import load
 
 # %% One visitor
 # A scenario says how many people start where. No robots and no fire yet.
@@ -27,9 +29,9 @@ place = bodies.place[0]
 
 # %% Rays
 # Rays go out in all directions from the middle of the visitor's cell, the first to the
-# east. Each returns the first thing it meets, and how far away the middle of its cell
-# is [B1]. A ray that meets nothing within its range returns nothing: in that direction
-# the building is unexplored [B2].
+# east. Each returns the first thing that it meets, and the distance to the middle of
+# that cell [B1]. A ray that meets nothing within its range returns nothing. In that
+# direction the building is unexplored [B2].
 
 hits = rays(simulation.world, simulation.sight, 0)
 print(len(hits), "rays of", simulation.sight.reach, "m")
@@ -45,10 +47,10 @@ print("sees", len(doors), "of", len(museum.landmarks), "doors and exits")
 
 # %% A way out, door by door
 # This is Algorithm 2 [B6] at work. The visitor goes to an exit in view, else to a door
-# in view that was not yet visited, else in an unexplored direction, else back. Visited
-# are all doors passed on this floor, and those seen from both sides: what is behind
-# them is known. The first door leads into the coin room, which has no other. The
-# visitor comes back through it, and does not try it again.
+# in view that is not yet visited, else in an unexplored direction, else back. A door is
+# visited once it was passed, or seen from both sides. The first door leads into the
+# coin room, which has no other door. The visitor comes back through it, and does not
+# try it again.
 
 path, known, memory = [], set(), set()
 while not simulation.done:
@@ -106,6 +108,6 @@ print(drawing.save(figure, "out/03_one_visitor.png"))
 #> out/03_one_visitor.png
 
 # %% Exercise
-# What is memory worth? Let a visitor forget all every 10, 20 or 40 seconds, and compare
-# how long it takes to get out, for some seeds. After 200 s health is gone [B7].
+# What is memory worth? Let a visitor forget everything every 40, 20 or 10 seconds. How
+# many of ten visitors, with ten seeds, still get out? After 200 s health is gone [B7].
 # Hint: `forget(mind)`, from reference.humans, after a step; 0.2 s are a step.

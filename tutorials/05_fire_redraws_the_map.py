@@ -1,7 +1,7 @@
 """Tutorial 5: fire redraws the map.
 
 You learn where a fire source appears, how flames spread from it, and what is left of
-the graph of rooms once doors have burnt.
+the graph of rooms once doors have burnt. It takes 2 seconds.
 """
 
 from pathlib import Path
@@ -9,17 +9,17 @@ from pathlib import Path
 import networkx as nx
 import numpy as np
 
-from reference.building import load
 from reference.events import DoorBurnt
 from reference.fire import Generator, snapped
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoRobots
 from reference.workshop import drawing
+from reference.workshop.maps import load
 
 # %% Where a source appears
-# Whoever plays the fire decides on a floor and two real numbers [D2]. The source then
-# appears in the middle of the cell nearest to them: Eq. 2 for x and Eq. 3 for y [D3].
+# The fire's player decides on a floor and two real numbers [D2]. The source appears in
+# the middle of the cell nearest to them: Eq. 2 for x and Eq. 3 for y [D3].
 
 for metres in (-9.2, -0.1, 0.0, 7.5):
     print(f"{metres:5} m becomes {snapped(metres):5} m")
@@ -44,9 +44,8 @@ museum = load("museum")
 night = Simulation(museum, Scenario(people=1, sources=1), NoRobots(), Candle(), seed=2)
 
 # %% Occupied places
-# No fire starts where somebody stands. In training, choosing such a place lights no
-# fire and costs a penalty. Otherwise the fire appears at a random free place
-# instead [D6].
+# No fire starts where somebody stands. In training, such a choice lights no fire and
+# costs a penalty. Otherwise the fire appears at a random free place instead [D6].
 
 place = 0, *night.world.bodies.position[0].tolist()
 for training in (True, False):
@@ -57,9 +56,10 @@ for training in (True, False):
 #> Source(floor=0, x=7.5, y=-6.5, time=0.0)
 
 # %% First passage
-# Flames take a random time from a cell to its neighbour; these times are drawn once. A
-# cell burns from the time of the quickest path that leads to it from a source [D7]:
-# first-passage percolation. Dijkstra's algorithm finds these times.
+# Flames take a random time from a cell to its neighbour. These times are drawn once. A
+# cell begins to burn when the quickest path from a source arrives [D7]. This is called
+# first-passage percolation (Hammersley and Welsh 1965). Dijkstra's algorithm finds the
+# times.
 
 graphs = {}  # seconds: the graph of rooms by then
 while night.world.time < 300:
@@ -74,10 +74,10 @@ for seconds in (30, 60, 120, 240):
 #> after 240 s 718 m2 burn
 
 # %% Burnt doors leave the graph
-# A door that flames burn beside is no way any more: whoever sees that chooses another,
-# and its edge leaves the graph [A6]. The first door that burns doubles the way out of
-# the room with the maps. When the room's only door burns, it has none. In the end all
-# rooms but the foyer are cut off.
+# A door burns as soon as flames are beside it. Nobody can pass it then, and its edge
+# leaves the graph [A6]. The first door that burns doubles the way out of the room with
+# the maps. When that room's only door burns, it has none. In the end all rooms but the
+# foyer are cut off.
 
 
 def ways(graph: nx.Graph) -> dict[str, float]:
@@ -106,8 +106,8 @@ for event in night.events:
 #> 238 s  1/door-2: inf m, 10 rooms cut off
 
 # %% The picture
-# Red cells burn first, yellow ones last. Flames never enter the white floor in front of
-# the exit: it is protected [D7]. All the rest burns within these five minutes.
+# Red cells burn first, yellow ones last. The white floor in front of the exit never
+# burns: it is protected [D7]. All the rest burns within these five minutes.
 
 figure = drawing.top(museum)
 axes = figure.axes[0]

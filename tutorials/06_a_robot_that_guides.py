@@ -1,23 +1,25 @@
 """Tutorial 6: a robot that guides.
 
-You learn what a robot decides and says, write a strategy of your own, and compare it
-with `sweep`, which ships, on the same people and the same fires.
+You learn what a robot decides and says. You write a strategy of your own, compare it
+with `sweep`, which ships, and find out why it fails. It takes 10 seconds.
 """
 
 from math import dist
 from pathlib import Path
 
-from reference.building import load
 from reference.robots import actual_target, followers_of, said_on_the_way
 from reference.simulation import Simulation
 from reference.strategies import NoRobots, RandomFire
 from reference.workshop import drawing
+from reference.workshop.lockstep import to_the_end
+from reference.workshop.maps import load
 from reference.workshop.strategies.robots import Sweep, unguided
 
 # %% What a robot decides
 # Two numbers, x and y: where to go next [C5]. Near a stairwell, its middle is the
-# target: Eq. 1 [C6]. What the robot says depends on the target [C7]: on the way to a
-# stairwell, followers who see it go there alone. Floors count from 0: 1 is the second.
+# target: Eq. 1 [C6]. What the robot says depends on the target [C7]. On the way to a
+# stairwell it says THIS_STAIRWELL: followers who see the stairwell go there alone. In
+# code floors count from 0, so 1 is the second.
 
 institute = load("paper")
 x, y = institute.stairwells[0].centre
@@ -29,7 +31,7 @@ for metres in (3, 9):
 #> 9 m north of the stairwell's middle: to (-7.0, -12.5), FOLLOW_ME
 
 # %% A strategy of your own
-# Every few seconds the simulation asks it for the destinations of all robots at work.
+# Every five seconds the simulation asks it for the destinations of all robots at work.
 # It may look at the whole world: robots know the map, and where people are [C1].
 
 
@@ -50,8 +52,8 @@ class Shepherd:
 
 # %% Watch it
 # Algorithm 3 [C7] walks the robot to its destination, and waits for those who follow.
-# In the picture a straight dashed line joins each robot to its destination; the robot
-# walks round the walls. A robot without a line has arrived.
+# In the picture a straight dashed line joins each robot to its destination. The robot
+# itself walks round the walls. A robot without a line has arrived.
 
 simulation = Simulation(institute, robots=Shepherd(), seed=1, fire=RandomFire())
 history = [drawing.tally(simulation.world)]
@@ -77,19 +79,38 @@ print(drawing.save(figure, "out/06_shepherds.png"))
 # The same seed means the same people, and fires at the same places and times. Only the
 # robots differ.
 
-SEEDS = range(4)
 fire = RandomFire()
 for robots in (NoRobots(), Shepherd(), Sweep()):
-    runs = [Simulation(institute, None, robots, fire, seed).run() for seed in SEEDS]
-    name = type(robots).__name__
-    print(f"{name:<8}", [run.evacuated for run in runs], "of 40 get out")
-#> NoRobots [32, 34, 26, 24] of 40 get out
-#> Shepherd [27, 38, 32, 32] of 40 get out
-#> Sweep    [33, 39, 38, 38] of 40 get out
+    runs = [Simulation(institute, None, robots, fire, seed) for seed in range(4)]
+    to_the_end(runs)
+    out = [run.outcome().evacuated for run in runs]
+    print(f"{type(robots).__name__:<8} {out}, {sum(out)} of 160 get out")
+#> NoRobots [32, 34, 26, 24], 116 of 160 get out
+#> Shepherd [27, 38, 32, 32], 129 of 160 get out
+#> Sweep    [33, 39, 38, 38], 148 of 160 get out
+
+# %% Look at a failure
+# Shepherds save more than nobody does, but not with seed 0. A mean does not say why. So
+# look at both robots of the first floor in that evacuation, after a minute and a half.
+
+simulation = Simulation(institute, robots=Shepherd(), seed=0, fire=fire)
+while simulation.world.time < 90:
+    simulation.step()
+exit_2 = institute.landmark_of["1/exit-2"].position
+for robot in simulation.world.robots[:2]:
+    metres, led = dist(robot.position, exit_2), followers_of(simulation.world, robot)
+    says = robot.says.instruction.name
+    print(f"{metres:.0f} m from the exit, leads {len(led)}, says {says}")
+#> 5 m from the exit, leads 1, says FOLLOW_ME
+#> 7 m from the exit, leads 2, says FOLLOW_ME
+
+# They stand beside an exit with people, and walk away from it to fetch a third person.
+# Of the thirteen who die in this evacuation, eleven die after more than two minutes, on
+# this floor. Health falls all the time [B7]: who waits for others, pays for it.
 
 # %% Exercise
-# The shepherd measures as the crow flies, through walls and flames. Let it choose who
-# and what is nearest on foot. How much does that gain?
+# How many followers should a shepherd wait for? Try 1, 2, 3 and 5. Then let the best of
+# them choose what is nearest on foot, instead of through walls and flames.
 # Hint: `navigation_of(building).distances([robot.place], cost)` with
 # `cost = flame_cost(world, robot.floor)`, from reference.navigation and
 # reference.robots, are metres to every place, flames counted.

@@ -1,7 +1,9 @@
 """Tutorial 7: learning to guide.
 
-You learn what robots learn from: PPO's and MA-POCA's advantages, by hand in a game of
-three decisions, and what each of them teaches a robot that finishes its work early.
+You learn what robots learn from: the advantages of PPO (Schulman et al. 2017) and of
+MA-POCA (Cohen et al. 2021), by hand in a game of three decisions. Then you see what
+each of them teaches a robot that finishes its work early. It takes 15 seconds. The same
+game is in `ma_poca.py`, which has both trainers in one short file.
 """
 
 from dataclasses import replace
@@ -12,31 +14,27 @@ import torch
 from matplotlib.figure import Figure
 from torch import tensor
 
-from reference.building import load
 from reference.learning import poca, ppo
 from reference.learning.experience import Trajectory
 from reference.learning.networks import Sizes
-from reference.paper import Scenario
-from reference.simulation import Simulation
 from reference.workshop import drawing
-from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.training.presets import preset
 
 # %% Two robots, one of them finished early
-# A game of three decisions, for robot A upstairs and robot B at the exit. A decides
-# first, by tossing a coin. If it goes, it brings everybody down and is done: robots
-# leave the game when their floor is empty [C8]. Then the group gets 0, then 1, then 1
-# or 3 by luck: 3 in all on average. If A waits, the group gets 0, 0, 1. What B does
-# changes nothing. In this episode A went, and the last reward was 3, in thousands of
-# health points.
+# A game of three decisions, for robot A upstairs and robot B at the exit. At first A
+# tosses a coin. If it goes, it brings everybody down and is done: robots leave the game
+# when their floor is empty [C8]. Then the group gets 0, then 1, then 1 or 3 by luck: 3
+# in all on average. If A waits, the group gets 0, 0, 1. What B does changes nothing.
+# In this episode A went, and the last reward was 3, in thousands of health points.
 
 r = tensor([0.0, 1.0, 3.0])
 gamma, lambd = 1.0, 0.5  # the paper's are 0.9 and 0.95; these are easier by hand
 
 # %% PPO: each robot by itself
-# The advantage of a decision is what came of it less what was expected [E2]. A expects
-# 0.5: nothing if it goes, since nothing follows once it is gone, else 1. B expects 2 at
-# first, 3 when it knows that A went, then 2.
+# The advantage of a decision is what came of it less what was expected [E2]; `gae`
+# computes it (Schulman et al. 2016). A expects 0.5: nothing if it goes, because for A
+# nothing follows, and 1 if it waits. B expects 2 at first, 3 when it knows that A went,
+# then 2.
 
 ppo_a = ppo.gae(r[:1], tensor([0.5]), tensor(0.0), gamma, lambd)
 ppo_b = ppo.gae(r, tensor([2.0, 3.0, 2.0]), tensor(0.0), gamma, lambd)
@@ -63,16 +61,16 @@ print("less V:   A", group_a.tolist(), " B", group_b.tolist())
 # The λ-return minus V is what `gae` computes, so B's advantages are those of PPO.
 
 # %% Counterfactual baselines
-# Instead of V, each robot's own baseline is subtracted: the value of the group, given
-# what its mates did, but not what it did itself. A's: B makes no difference, so 2 as
-# before. B's: A went, so 3.
+# Instead of V, a baseline of each robot is subtracted (Foerster et al. 2018): the value
+# of the group, given what the robot's mates did, but not what it did itself. A's
+# baseline is 2, as before: what B does makes no difference. B's is 3: A went.
 
 b_a, b_b = tensor([2.0]), tensor([3.0, 3.0, 2.0])
 poca_a, poca_b = R_a - b_a, R_b - b_b
 print("less b:   A", poca_a.tolist(), " B", poca_b.tolist())
 #> less b:   A [1.0]  B [0.25, 0.5, 1.0]
 
-# What is left for B is luck: 3 in this episode, where 2 was expected.
+# What is left for B is luck: the last reward was 3, where 2 was expected.
 
 # %% The picture
 # Posthumous credit lifts A's only decision from below 0 to +1. The counterfactual
@@ -100,10 +98,10 @@ print(drawing.save(figure, "out/07_advantages.png"))
 #> out/07_advantages.png
 
 # %% From advantages to a loss
-# A buffer's advantages are normalised, then multiplied by the ratios rho of new to old
-# probability, one for each component of an action (x and y). Outside of 0.8 to 1.2 a
-# ratio gains nothing more [E3]: where the clipped product is smaller, the gradient is
-# 0.
+# Advantages are normalised over a whole buffer, then multiplied by the ratios rho of
+# new to old probability. Each component of an action (x and y) has a ratio of its own.
+# Ratios are clipped to 0.8 to 1.2 [E3]. Where the clipped product is the smaller one,
+# the gradient is 0.
 
 rho = tensor([[1.5, 1.0], [0.5, 1.1]], requires_grad=True)
 loss = ppo.policy_loss(rho.log(), torch.zeros(2, 2), tensor([1.0, -0.5]), epsilon=0.2)
@@ -113,9 +111,9 @@ print(f"{loss.item():.4f}")
 print([[round(x, 3) + 0.0 for x in row] for row in rho.grad.tolist()])
 #> [[0.0, -0.25], [0.0, 0.125]]
 
-# By hand: 1.2, 1.0, -0.4 and -0.55, their mean with the other sign. The critic's losses
-# are squares. A baseline is clipped likewise: it has moved from 2 to 2.5 on its way to
-# 3, but only 2.2 counts.
+# By hand: the mean of 1.2, 1.0, -0.4 and -0.55, with the other sign. The critic's
+# losses are squares. The value's is not clipped, the baseline's is: this one has moved
+# from 2 to 2.5 on its way to 3, but only 2.2 counts.
 
 print(f"{ppo.value_loss(tensor([2.5]), tensor([3.0])).item():.2f}")
 #> 0.25
@@ -124,9 +122,9 @@ print(f"{baseline.item():.2f}")
 #> 0.64
 
 # %% The same game, learned
-# The same game as `Trajectory` objects, the form in which episodes reach a learner.
-# Robots see who they are, when it is, and whether A went. What they do is one number,
-# drawn from a Gaussian: above 0, A goes.
+# A learner gets episodes as `Trajectory` objects. In this game robots see who they are,
+# what time it is, and whether A went. What they do is one number, drawn from a
+# Gaussian: above 0, A goes.
 
 torch.set_num_threads(1)  # networks as small as these are quickest on one core
 # shown: numbers of an action that a critic sees, here the action itself
@@ -208,31 +206,14 @@ axes.legend(loc="center right")
 print(drawing.save(figure, "out/07_finishing_early.png"))
 #> out/07_finishing_early.png
 
-# %% The robots that ship
-# The robots called `learned` took 480,118 decisions in the paper's building.
-# Two evacuations each, with random fires: without guides, and with them.
-
-paper = load("paper")
-
-
-def alive(robots: str, fire: str) -> int:
-    """How many of eighty get out of the paper's building, two evacuations together."""
-    sides = contestant(robots, "robots"), contestant(fire, "fire")
-    runs = [Simulation(paper, Scenario(), *sides, seed) for seed in (5000, 5001)]
-    return sum(run.run().evacuated for run in runs)
-
-
-saved = {who: alive(who, "random") for who in ("none", "learned")}
-print("more than with nobody:", saved["learned"] > saved["none"])
-#> more than with nobody: True
-
-# These began with nothing and learned by MA-POCA, with two floats around points that
-# they see, and never met a fire: their ways avoid flames by themselves. RESULTS.md
-# compares them with robots that are written by hand. Watch:
+# For PPO, and without posthumous credit, going is worth nothing to A. So it waits.
+#
+# The robots that ship have learned by MA-POCA too, see RESULTS.md. Watch them:
 #
 #     python -m reference evacuate --robots learned --fire random --animate learned.gif
 
 # %% Exercise
-# Change the other rule: let the group's value stand for every baseline. A still learns
-# to go. Which advantages do B's first decisions have, with and without this change?
-# Hint: `_values` returns both; `learner.buffer.parts` has an episode's `advantages`.
+# In another episode A waits, and the rewards are 0, 0, 1. Which advantages do A and B
+# have now, by PPO and by MA-POCA? Who is blamed for what?
+# Hint: expected is what was expected above, but after the first decision everybody
+# knows that A has waited. So V is 2, 1, 1, and the first baseline of B is 1.

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from reference.building import building_of, load
+from reference.building import building_of
 from reference.evaluation.bounds import (
     best_reward,
     critical_points,
@@ -23,6 +23,7 @@ from reference.workshop import crossplay
 from reference.workshop.crossplay import cells
 from reference.workshop.drawing import ruler as pictures
 from reference.workshop.drawing.page import save
+from reference.workshop.maps import load
 from reference.workshop.workers import InProcess
 
 # %% The worst and the best

@@ -13,9 +13,9 @@ import numpy as np
 import pedpy
 import shapely
 
-from reference.building import load
 from reference.paper import Scenario
 from reference.simulation import Simulation
+from reference.workshop.maps import load
 from reference.workshop.recording import record
 from reference.workshop.validation.cases import MEASURED, ONE_WAY
 

@@ -386,6 +386,6 @@ if __name__ == "__main__":
 #> PPO learned to wait
 
 # -- Exercise -----------------------------------------------------------------------
-# Take the credit after an agent's end away from MA-POCA: its `V_end` is 0 for an agent
-# that is done, as PPO's is. What does agent 0 learn?
-# Hint: `e.alive[1:]` are those who are not done.
+# What agent 1 decides changes nothing. How far do the advantages of its first decision
+# spread while MA-POCA learns, and how far would they with A = y − V?
+# Hint: a subclass of MAPOCA can look at what `targets` returns.

@@ -123,14 +123,14 @@ def arrival_of(simulation: Simulation) -> np.ndarray:
 
 @lru_cache(maxsize=8)
 def _links(building: Building) -> tuple[np.ndarray, np.ndarray]:
-    """Cut the edges of `building.plan.ways` at their landmarks into k halves.
+    """Cut the edges of `building.ways` at their landmarks into k halves.
 
     Returns (3, k), the start node, end node and area of each half, and (k,), its
     metres. Nodes are numbered: first all areas, then all landmarks.
     """
     areas, first = building.area_of, len(building.areas)
     links: dict[tuple[int, int, int], float] = {}
-    for one, other, key, edge in building.plan.ways.edges(keys=True, data=True):
+    for one, other, key, edge in building.ways.edges(keys=True, data=True):
         start, end = areas[one], areas.get(other)
         if edge["kind"] == "stairs":
             links[start.index, areas[other].index, start.index] = edge["length"]

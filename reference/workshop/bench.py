@@ -17,7 +17,7 @@ import torch
 from tqdm import tqdm
 
 from reference import motion
-from reference.building import Building, load, plan_of
+from reference.building import Building, plan_of
 from reference.game.environment import until_next_decision
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.experience import Decisions
@@ -30,6 +30,7 @@ from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.landmarks import landmarks_for
 from reference.workshop.lockstep import together
+from reference.workshop.maps import load
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.training.presets import preset
 

@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import reference
-from reference.building import load, plan_of
+from reference.building import plan_of
 from reference.paper import InputError
 from reference.workshop.files import make_folder
+from reference.workshop.maps import load
 
 try:
     import fcntl

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from reference.building import Building, load
+from reference.building import Building
 from reference.game import observations
 from reference.game.environment import (
     Environment,
@@ -22,6 +22,7 @@ from reference.paper import Scenario
 from reference.strategies import FireStrategy, RobotStrategy
 from reference.workshop.drawing.evacuation import TRAIL, Scene, tally
 from reference.workshop.drawing.film import painter, scene_of
+from reference.workshop.maps import load
 
 try:
     from gymnasium import spaces
@@ -61,7 +62,7 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
     ):
         """building: a `Building`, or the name or path of a floor file.
 
-        Raises ValueError as `Environment` does, and FloorPlanError or OSError for a
+        Raises ValueError as `Environment` does, and MistakesError or OSError for a
         file.
         """
         here = load(building) if isinstance(building, str) else building

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from movies import body, built, robots_named, shipped, stage
 
-from reference.building import Kind, burn
+from reference.building import OUTSIDE, Kind, burn
 from reference.evaluation.difficulty import (
     HARDEST,
     MOMENTS,
@@ -21,7 +21,6 @@ from reference.evaluation.difficulty import (
 )
 from reference.evaluation.score import PAPER
 from reference.flames import Spread, fuel, rim
-from reference.floorplan.plan import OUTSIDE
 from reference.paper import FIRE_SOURCES, HEALTH, HEALTH_SECONDS, Scenario
 from reference.simulation import Simulation
 from reference.stairs import enter

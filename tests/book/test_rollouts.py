@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from lives import settings
 
-from reference.building import building_of, load, plan_of
+from reference.building import building_of, plan_of
 from reference.game.environment import (
     FIRE,
     Environment,
@@ -22,6 +22,7 @@ from reference.learning.settings import SIDES, SettingsError
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, RandomRobots
+from reference.workshop.maps import load
 from reference.workshop.training.presets import preset
 
 TINY = plan_of(load("tiny"))

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from clauses import ROOT
 
-from reference.building import Building, Kind, building_of, burn, load, plan_of
+from reference.building import OUTSIDE, Building, Kind, building_of, burn, plan_of
 from reference.floorplan import parse
-from reference.floorplan.plan import OUTSIDE
 from reference.paper import BODY_SIZE, FLOORS, STAIRS_SECONDS, WALKING_SPEED
+from reference.workshop.maps import load
 
 HOUSE = """\
 building: House
@@ -154,7 +154,7 @@ def test_a_node_tells_what_it_is_and_where(house):
 @pytest.mark.paper("A3")
 def test_people_walk_out_by_exits_and_down_by_stairs_only(house):
     """Into the stairs above, out of them below; nobody enters by an exit."""
-    walked = set(house.plan.ways.edges())
+    walked = set(house.ways.edges())
     assert {("2/c", "2/A"), ("2/A", "1/A"), ("1/A", "1/a")} < walked
     assert ("1/room-2", OUTSIDE) in walked
     up = {("2/A", "2/c"), ("1/A", "2/A"), ("1/a", "1/A"), (OUTSIDE, "1/room-2")}

@@ -14,7 +14,6 @@ import torch
 from movies import turns
 from trainings import begun, equal, room_for, tiny
 
-from reference.building import load as load_building
 from reference.events import FireLit
 from reference.game.environment import Environment
 from reference.game.moments import Moment
@@ -22,6 +21,7 @@ from reference.game.observations import robot_vectors
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
+from reference.workshop.maps import load as load_building
 from reference.workshop.strategies.robots import Patrol
 from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import (

@@ -13,7 +13,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from trainings import begun, room_for, tiny, trained
 
-from reference.building import load
 from reference.evaluation.difficulty import difficulty_of, people_in
 from reference.evaluation.score import PAPER, RulerError
 from reference.learning.networks import one_thread
@@ -33,6 +32,7 @@ from reference.workshop.crossplay import (
 from reference.workshop.crossplay.intervals import of_mean
 from reference.workshop.crossplay.matches import unlike_training
 from reference.workshop.crossplay.results import as_json, write_cells
+from reference.workshop.maps import load
 from reference.workshop.runs import ContradictionError, RunError
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.workers import InProcess, workers

@@ -17,7 +17,6 @@ import yaml
 from clauses import ROOT
 from trainings import begun, tiny, trained
 
-from reference.building import load as load_building
 from reference.evaluation.score import PAPER
 from reference.learning.networks import one_thread
 from reference.paper import InputError
@@ -27,6 +26,7 @@ from reference.workshop.drawing.runs import read as read_summaries
 from reference.workshop.experiment import asked
 from reference.workshop.experiment import begun as on_resume
 from reference.workshop.files import read_json
+from reference.workshop.maps import load as load_building
 from reference.workshop.plain import record_from
 from reference.workshop.runs import held
 from reference.workshop.training import starting

@@ -23,7 +23,7 @@ from movies import ticks
 from pages import writing
 from PIL import Image, ImageSequence
 
-from reference.building import Building, Kind, load
+from reference.building import Building, Kind
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
@@ -40,6 +40,7 @@ from reference.workshop.drawing.evacuation import (
 )
 from reference.workshop.drawing.page import COLOURS, MEANINGS, arrange, sheet
 from reference.workshop.drawing.plans import outward, widest
+from reference.workshop.maps import load
 from reference.workshop.strategies.robots import Sweep
 from reference.world import Fate, Mode
 

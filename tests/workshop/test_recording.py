@@ -14,11 +14,12 @@ from hypothesis import given
 from hypothesis.extra.numpy import arrays
 
 from reference.__main__ import main
-from reference.building import Kind, load
+from reference.building import Kind
 from reference.events import Died, LeftFloor
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
+from reference.workshop.maps import load
 from reference.workshop.recording import record, walkable_areas
 from reference.workshop.strategies.robots import Sweep
 

@@ -8,13 +8,13 @@ from matplotlib.transforms import Affine2D, Bbox
 from movies import wait
 from pages import overlaps
 
-from reference.building import load
 from reference.game import observations
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots
 from reference.workshop import decoding, drawing
 from reference.workshop.drawing import page, senses
+from reference.workshop.maps import load
 from reference.workshop.strategies.fires import GreedyFire
 from reference.workshop.strategies.robots import Sweep
 

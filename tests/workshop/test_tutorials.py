@@ -1,4 +1,4 @@
-"""The tutorials run, and print what stands beneath their prints as `#> ` lines."""
+"""Tutorials and answers run, and print what stands beneath their prints as `#> `."""
 
 import os
 import subprocess
@@ -9,14 +9,20 @@ import pytest
 from clauses import ROOT
 
 TUTORIALS = sorted((ROOT / "tutorials").glob("[0-9][0-9]_*.py"))
-LONG = ("04", "06", "07", "08", "09", "10")  # these take five seconds to half a minute
+ANSWERS = sorted((ROOT / "tutorials" / "answers").glob("*.py"))
+QUICK = ("01", "02", "03", "05"), ("01", "02", "07")  # the others take over 5 seconds
 EXTRAS = {"10": "pedpy"}
 WARNINGS = ("-W", "error", "-W", "default::DeprecationWarning")
 """A library's own use of what another one deprecates is no fault of a tutorial."""
 
 SCRIPTS = [
-    pytest.param(path, marks=pytest.mark.slow if path.name[:2] in LONG else ())
-    for path in TUTORIALS
+    pytest.param(
+        path,
+        marks=() if path.name.startswith(quick) else pytest.mark.slow,
+        id="-".join(path.with_suffix("").parts[-2:]),
+    )
+    for paths, quick in zip((TUTORIALS, ANSWERS), QUICK, strict=True)
+    for path in paths
 ]
 
 
@@ -49,7 +55,7 @@ def test_ma_poca_in_one_file_learns_what_ppo_does_not(tmp_path):
     assert len(curves) == 22
 
 
-@pytest.mark.parametrize("tutorial", SCRIPTS, ids=lambda path: path.stem)
+@pytest.mark.parametrize("tutorial", SCRIPTS)
 def test_a_tutorial_prints_what_it_says_it_prints(tutorial, tmp_path):
     """A student who runs it sees the lines that stand in it, in their order."""
     if extra := EXTRAS.get(tutorial.name[:2]):

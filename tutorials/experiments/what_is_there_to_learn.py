@@ -16,11 +16,11 @@ from unittest.mock import patch
 
 import numpy as np
 
-from reference.building import load
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.crossplay.intervals import of_mean
 from reference.workshop.lockstep import to_the_end
+from reference.workshop.maps import load
 from reference.workshop.strategies import FIRES, robots
 from reference.workshop.strategies.robots import Observer, Sweep, as_observed
 

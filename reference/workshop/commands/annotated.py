@@ -3,10 +3,10 @@
 from argparse import Namespace
 from pathlib import Path
 
-from reference.building import load
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command, writable
 from reference.workshop.files import write_whole
+from reference.workshop.maps import load
 
 
 def paper(arguments: Namespace) -> None:

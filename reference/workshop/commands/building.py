@@ -12,12 +12,12 @@ from pathlib import Path
 from time import sleep
 from typing import Any
 
-from reference.building import Building, Kind, load
-from reference.floorplan import find, shipped_floors
+from reference.building import Building, Kind
 from reference.paper import InputError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command, counted, writable
 from reference.workshop.files import told
+from reference.workshop.maps import find, load, shipped_floors
 from reference.workshop.runs import ContradictionError
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import reference
-from reference.building import building_of, load, plan_of
+from reference.building import building_of, plan_of
 from reference.evaluation.bounds import critical_points
 from reference.evaluation.score import Point
 from reference.learning.settings import Side
@@ -24,6 +24,7 @@ from reference.paper import ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
 from reference.workshop.crossplay.contestants import WORST, Evacuation, contestant
 from reference.workshop.files import naming, read_json, refuse_no_file, write_json
+from reference.workshop.maps import load
 from reference.workshop.plain import record_from
 from reference.workshop.runs import (
     ContradictionError,
@@ -156,7 +157,7 @@ def begin(
 
     building, people: by default the first checkpoint's, else the paper's.
     Raises RunError for an unknown word, and for contestants that do not fit the arena;
-    ValueError for more people than fit; FloorPlanError for the map; OSError for a file
+    ValueError for more people than fit; MistakesError for the map; OSError for a file
     that cannot be read.
     """
     sides = _sides(robots, fires)

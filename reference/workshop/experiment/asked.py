@@ -39,7 +39,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from reference.building import Building, building_of, load, plan_of
+from reference.building import Building, building_of, plan_of
 from reference.learning.players import Learned
 from reference.learning.settings import (
     SIDES,
@@ -51,6 +51,7 @@ from reference.learning.settings import (
 from reference.workshop.crossplay.contestants import WORST
 from reference.workshop.crossplay.matches import EPISODES, MOST_RUNS, Arena
 from reference.workshop.files import read_text
+from reference.workshop.maps import load
 from reference.workshop.plain import checked, mapping, record_from
 from reference.workshop.strategies import FIRES, GUIDES, LEARNED, ROBOTS
 from reference.workshop.training.checkpoints import Task

@@ -10,11 +10,12 @@ from typing import Any
 
 import torch
 
-from reference.building import Building, building_of, load, plan_of
+from reference.building import Building, building_of, plan_of
 from reference.learning.players import Learned
 from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
 from reference.workshop.files import naming
+from reference.workshop.maps import load
 from reference.workshop.runs import (
     RunError,
     building_asked,
@@ -59,7 +60,7 @@ def begin(asked: Asked, folder: Path) -> Task:
     """Make a new training's task; its folder is empty or not there yet.
 
     Raises RunError for any other folder, SettingsError, CheckpointError for a
-    side that does not fit, FloorPlanError for the map, OSError for an unreadable file.
+    side that does not fit, MistakesError for the map, OSError for an unreadable file.
     """
     refuse_used(folder)
     base = preset(asked.preset or DEFAULT_PRESET)

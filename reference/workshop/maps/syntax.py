@@ -10,8 +10,8 @@ from collections.abc import Callable, Iterator
 from itertools import pairwise
 from math import inf
 
-from reference.floorplan.mistakes import Mistake, clip
-from reference.floorplan.page import (
+from reference.workshop.maps.mistakes import Mistake, clip
+from reference.workshop.maps.page import (
     FLOOR_KEY,
     MOST_CELLS,
     MOST_FLOORS,

@@ -11,7 +11,7 @@ import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from reference.paper import InputError
+from reference.floorplan import FloorPlanError
 
 SHOWN = 4  # mistakes shown at once: more would hide the first
 MOST = 1000  # mistakes looked for: with so many, only the first help
@@ -40,7 +40,7 @@ class Mistake:
         return f"{place}: {self.what}\n{shown}\n    hint: {self.hint}"
 
 
-class FloorPlanError(InputError):
+class MistakesError(FloorPlanError):
     """A drawing with mistakes, all of one stage; its text shows the first of them."""
 
     def __init__(self, path: str, mistakes: Sequence[Mistake]) -> None:
@@ -53,7 +53,7 @@ class FloorPlanError(InputError):
 
     def __reduce__(self) -> tuple[type, tuple[str, Sequence[Mistake]]]:
         """Travel between processes, where exceptions are made anew from arguments."""
-        return FloorPlanError, (self.path, self.mistakes)
+        return MistakesError, (self.path, self.mistakes)
 
 
 def clip(text: str) -> str:

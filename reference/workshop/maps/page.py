@@ -14,7 +14,7 @@ from difflib import get_close_matches
 from functools import cached_property
 from itertools import chain, starmap
 
-from reference.floorplan.mistakes import Mistake
+from reference.workshop.maps.mistakes import Mistake
 
 MOST_FLOORS = 30  # [A1, chosen] ten times the paper's
 MOST_CELLS = 200  # [A1, chosen] in a row or a column: five times the paper's
@@ -78,10 +78,15 @@ class Drawing:
         first, last = self.numbers[0], self.numbers[-1]
         return f"floor {first}" if first == last else f"floors {first}-{last}"
 
+    @property
+    def floor(self) -> int:
+        """Index of its (first) floor, after stage 1."""
+        return self.numbers[0] - 1
+
     def mistake(self, cell: Iterable[int], what: str, hint: str) -> Mistake:
-        """A mistake at a cell: row and column, counted from 1."""
+        """A mistake at a cell: row and column, counted from 0."""
         row, column = map(int, cell)
-        return self.rows[row - 1].mistake(what, hint, column)
+        return self.rows[row].mistake(what, hint, column + 1)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,133 @@
+"""Read a floor plan from text: the floors of a building as rows of cells.
+
+Clauses: A1 (floors of unit cells), A2 (rooms, doors), A3 (stairwells), A4 (exits).
+[A1, chosen] The paper shows its building in figures only; here it is text, so that a
+student can redraw it with any editor.
+
+    #  wall      +  door; an entrance where it touches a stairwell      ;  note
+    .  floor     E  exit      A-D  stairwell      a-z  a room's name on its floor
+    a blank is outside, also between walls
+
+A file says `building: NAME`, `size: COLUMNS x ROWS` and then, for each floor from 1
+upwards, `floor 1: NAME` above its drawing; `floor 2-3:` draws once and builds twice.
+Every drawing has all the rows, none of them blank.
+
+What cannot be read is refused in one line. `python -m reference check FILE` explains
+it, and finds mistakes that are well written, such as a room without a door.
+"""
+
+import re
+from dataclasses import dataclass
+from io import StringIO
+
+from reference.paper import InputError
+
+STAIRWELLS = "ABCD"
+
+
+@dataclass(frozen=True)
+class Storey:
+    """One floor: its name and its rows, all of the plan's width, north first."""
+
+    name: str
+    rows: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A drawing; width and height in cells of 1 m [A1]."""
+
+    title: str
+    width: int
+    height: int
+    storeys: tuple[Storey, ...]
+
+
+class FloorPlanError(InputError):
+    """A drawing with a mistake; its text says where and what."""
+
+
+def parse(text: str, path: str = "<text>") -> Plan:
+    """Read the drawing in a text, called `path` in messages. Raises FloorPlanError."""
+    reader = _Reader()
+    try:
+        for line in StringIO(text.removeprefix("\ufeff"), newline=None):
+            reader.read(line)
+        return reader.plan()
+    except FloorPlanError as what:
+        explained = f"`python -m reference check {path}` explains"
+        raise FloorPlanError(f"{path}:{reader.line}: {what}: {explained}") from None
+
+
+def to_text(plan: Plan) -> str:
+    """Write a plan as text: `parse(to_text(plan)) == plan`."""
+    head = f"building: {plan.title}\nsize:     {plan.width} x {plan.height}\n"
+    floors = [
+        "\n".join(line.rstrip() for line in ("", f"floor {n}: {s.name}", *s.rows))
+        for n, s in enumerate(plan.storeys, 1)
+    ]
+    return head + "\n".join(floors) + "\n"
+
+
+_BUILDING = re.compile(r"(?i)\s*building\s*:\s*(\S.*)")
+_SIZE = re.compile(r"(?i)\s*size\s*:\s*0*(\d{1,4})\s*x\s*0*(\d{1,4})")
+_FLOOR = re.compile(r"(?i)\s*floor\s*0*(\d{1,2})(?:\s*-\s*0*(\d{1,2}))?\s*:\s*(.*)")
+_ROW = re.compile(rf"[#.+E{STAIRWELLS}a-z ]*")
+
+
+class _Reader:
+    """Reads a drawing line by line; rows belong to the floor whose heading was last."""
+
+    def __init__(self) -> None:
+        self.line, self.title, self.size = 0, "", (0, 0)
+        self.storeys: list[Storey] = []
+        self.name, self.copies = "", 0  # of the floor that is being drawn
+        self.rows: list[str] = []
+
+    def read(self, line: str) -> None:
+        """Read the next line of the file."""
+        self.line += 1
+        code = line.partition(";")[0].rstrip()
+        if building := _BUILDING.fullmatch(code):
+            self.title = building[1]
+        elif size := _SIZE.fullmatch(code):
+            self.size = int(size[1]), int(size[2])
+        elif floor := _FLOOR.fullmatch(code):
+            self._close()
+            self._begin(int(floor[1]), int(floor[2] or floor[1]), floor[3])
+        elif code:
+            self._row(code)
+
+    def plan(self) -> Plan:
+        """The whole drawing, once all its lines are read."""
+        self._close()
+        if not self.title or not self.storeys:
+            raise FloorPlanError("no building" if self.storeys else "no floor is drawn")
+        return Plan(self.title, *self.size, tuple(self.storeys))
+
+    def _begin(self, first: int, last: int, name: str) -> None:
+        follows = len(self.storeys) + 1
+        if first != follows or last < first:
+            raise FloorPlanError(f"this should be floor {follows}")
+        self.name, self.copies, self.rows = name, last - first + 1, []
+
+    def _row(self, code: str) -> None:
+        width = self.size[0]
+        if not self.copies:
+            raise FloorPlanError("this row stands before any floor")
+        if not _ROW.fullmatch(code):
+            raise FloorPlanError("a sign here has no meaning in a drawing")
+        if len(code) > width:
+            raise FloorPlanError(
+                f"this row has {len(code)} columns, the size says {width}"
+            )
+        self.rows.append(code.ljust(width))
+
+    def _close(self) -> None:
+        """End the drawing of a floor, if one was begun."""
+        drawn, height = len(self.rows), self.size[1]
+        if self.copies and drawn != height:
+            raise FloorPlanError(
+                f"the drawing above has {drawn} rows, the size says {height}"
+            )
+        self.storeys += self.copies * [Storey(self.name, tuple(self.rows))]

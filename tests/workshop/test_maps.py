@@ -1,0 +1,373 @@
+"""Maps: what is found, what is refused, and what is said about a mistake.
+
+`maps/good` holds drawings that are fine in every tolerated way, `maps/bad` one for each
+kind of mistake, `NAME.txt` beside `NAME.expected`, the whole message. The names begin
+with the stage: page, characters, shape, floor, building.
+"""
+
+import os
+import pickle
+import re
+from contextlib import suppress
+from pathlib import Path
+from threading import Thread
+from time import process_time
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from reference.floorplan import to_text
+from reference.workshop.maps import MistakesError, find, parse, read
+
+HERE = Path(__file__).parent
+SHIPPED = sorted((HERE.parents[1] / "floors").glob("*.txt"))
+GOOD = sorted((HERE / "maps" / "good").glob("*.txt"))
+BAD = sorted((HERE / "maps" / "bad").glob("*.txt"))
+
+HOUSE = """building: Small house
+size:     14 x 5
+
+floor 1: ground
+   ###########
+####.....#...#
+#AA+.hall+lab#
+####.....#...#
+   ####E######
+
+floor 2: upstairs
+   ###########
+####.....#...#
+#AA+.desk+map#
+####.....#...#
+   ###########
+"""
+
+
+def named(path):
+    """The name of a map, for the report of a test."""
+    return path.stem
+
+
+def refusal(text):
+    """The mistakes in a drawing that is not fine."""
+    with pytest.raises(MistakesError) as caught:
+        parse(text)
+    return caught.value.mistakes
+
+
+def drawn(text):
+    """The rows of a file as they stand there, without notes and headings."""
+    code = (line.partition(";")[0].rstrip() for line in text.splitlines())
+    return [line for line in code if line and ":" not in line]
+
+
+@pytest.mark.paper("A2")
+@pytest.mark.paper("A3")
+@pytest.mark.paper("A4")
+@pytest.mark.parametrize("path", [*GOOD, *SHIPPED], ids=named)
+def test_a_good_drawing_is_read_and_drawn_again_as_it_was(path):
+    """Text to plan to text is the identity, up to notes and what is drawn once."""
+    plan = read(path)
+    rows = [row.rstrip() for storey in plan.storeys for row in storey.rows]
+    assert parse(to_text(plan)) == plan
+    assert set(drawn(path.read_text())) == set(rows)
+    if "-" not in "".join(re.findall(r"(?i)^floor.*?:", path.read_text(), re.M)):
+        assert drawn(path.read_text()) == rows
+
+
+def test_a_floor_of_the_papers_size_is_read_at_once():
+    """Three storeys are read and checked in 30 ms, so `check` can be a habit."""
+    path = find("paper")
+    seconds = []
+    for _ in range(5):
+        start = process_time()
+        read(path)
+        seconds.append(process_time() - start)
+    assert min(seconds) < 0.03
+
+
+# -- What is refused ----------------------------------------------------------------
+
+
+@pytest.mark.paper("A1")
+@pytest.mark.paper("A2")
+@pytest.mark.paper("A3")
+@pytest.mark.paper("A4")
+@pytest.mark.parametrize("path", BAD, ids=named)
+def test_refuses_a_drawing_and_says_where_why_and_what_to_type(path, monkeypatch):
+    """The whole page of mistakes, as somebody who draws will read it."""
+    monkeypatch.chdir(path.parent)
+    with pytest.raises(MistakesError) as caught:
+        read(path.name)
+    assert f"{caught.value}\n" == path.with_suffix(".expected").read_text("utf-8")
+
+
+@pytest.mark.parametrize("path", BAD, ids=named)
+def test_every_hint_says_what_to_do(path):
+    """It begins with a verb and is one sentence, or two halves of one."""
+    verbs = "Draw|Join|Keep|Move|Put|Save|Shorten|Take|Type|Use|Write"
+    for mistake in refusal(path.read_text("utf-8")):
+        assert re.fullmatch(rf"({verbs}) [^\n]+\.", mistake.hint)
+
+
+def test_a_stage_is_silent_until_the_one_before_is_satisfied():
+    """Causes come before consequences: each repair brings the next stage's mistakes."""
+    text = HOUSE.replace("floor 2", "floor 4").replace("lab#", "lab|")
+    text = text.replace("####E######", "###########").replace(".hall+", ".hall..+")
+    heard = []
+    for wrong, right in (
+        ("floor 4", "floor 2"),
+        ("lab|", "lab#"),
+        (".hall..+", ".hall+"),
+        ("", ""),
+    ):
+        heard.append(refusal(text)[0].what)
+        text = text.replace(wrong, right)
+    assert heard == [
+        "floor 4 follows floor 1",
+        "'|' has no meaning in a drawing",
+        "this row has 16 columns, the size says 14",
+        "the building has no exit",
+    ]
+
+
+def test_four_mistakes_are_shown_and_the_rest_counted():
+    """A long page would hide its first line; the error still carries them all."""
+    with pytest.raises(MistakesError) as caught:
+        parse(HOUSE.replace("#", "|"))
+    assert str(caught.value).count("hint:") == 4
+    assert len(caught.value.mistakes) > 4
+    assert str(caught.value).endswith(f"… and {len(caught.value.mistakes) - 4} more")
+
+
+@pytest.mark.parametrize(
+    ("before", "room"),
+    [("\t", "\t"), ("広", "  "), ("e\u0301", " "), ("\u200b", ""), ("x", " ")],
+    ids=["tab", "wide", "combining", "no width", "plain"],
+)
+def test_the_caret_stands_under_its_column(before, room):
+    """Whatever room the signs before it take on the screen."""
+    text = HOUSE.replace("+.desk+map#", f"+{before}desk!map#")
+    mistake = refusal(text)[-1]
+    line, caret = str(mistake).splitlines()[1:3]
+    assert line == f"    #AA+{before}desk!map#"
+    assert caret == "        " + room + "    ^"
+
+
+@pytest.mark.parametrize(
+    "raw",
+    [b"building: B\xfcro\n", b"\x89PNG\r\n\x1a\n\0\0", bytes(2**25)],
+    ids=["latin 1", "a picture", "noughts"],
+)
+def test_refuses_a_file_that_is_not_plain_text(raw, tmp_path):
+    """A picture or another encoding gets one message, with its place."""
+    file = tmp_path / "map.txt"
+    file.write_bytes(raw)
+    with pytest.raises(MistakesError, match=r"map.txt:1:\d+: this is not plain text"):
+        read(file)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_refuses_utf_16_by_its_name(encoding, tmp_path):
+    """Some editors save so, with or without a mark at the beginning."""
+    file = tmp_path / "map.txt"
+    file.write_bytes(HOUSE.encode(encoding))
+    with pytest.raises(MistakesError, match=r"map.txt:1:\d+: this is UTF-16, not "):
+        read(file)
+
+
+HEAD = "building: x\nsize: 200 x 200\n"
+
+
+def floors(row):
+    """As many floors of one row, each drawn, as a building may have."""
+    return HEAD + "".join(f"floor {n}:\n{200 * (row + chr(10))}" for n in range(1, 31))
+
+
+def cells(wall):
+    """Rooms of one square metre, on one floor."""
+    rows = ["#" * 199, *["#" + f".{wall}" * 98 + ".#", "#" * 199] * 99]
+    return "building: x\nsize: 199 x 199\nfloor 1:\n" + "\n".join(rows)
+
+
+HUGE = {
+    "blanks of another alphabet": HEAD + "floor" + 30_000 * "\u3000" + "\n",
+    "nothing but such blanks": 2_000_000 * "\u3000",
+    "rows without end": HEAD + "floor 1:\n" + 1_000_000 * "##\n",
+    "a line without end": HEAD + "floor 1:\n" + 2_000_000 * "#" + "!",
+    "a heading without end": HEAD + "colour" + 2_000_000 * "x" + ": red\n",
+    "a number without end": HEAD + "floor 1" + 2_000_000 * "1" + ":\n",
+    "headings without end": HEAD + 300_000 * "floor y:\n",
+    "foreign signs without end": HEAD + "floor 1:\n" + 300_000 * "é.",
+    "a size nobody can have": f"building: x\nsize: 100000x3\nfloor 1:\n{100_000 * '#'}",
+    "words of two letters": floors("AB " * 66),
+    "words with exits beside them": floors("EABE#" * 40),
+    "floors of letters": floors("E" * 100 + "A" * 99 + "F"),
+    "floors of stairs": floors("A" * 200),
+    "stairs beside stairs": floors("A#B#C#D#" * 25),
+    "floors of doors": floors("+#" * 100),
+    "floors of names": floors("a." * 100),
+    "ten thousand rooms": cells("#"),
+    "ten thousand rooms on many floors": cells("#").replace("floor 1:", "floor 1-30:"),
+    "ten thousand rooms and doors": cells("+"),
+}
+
+
+def refused(text):
+    """The whole message about a text, and the seconds until it comes."""
+    start = process_time()
+    with pytest.raises(MistakesError) as caught:
+        parse(text)
+    return str(caught.value), process_time() - start
+
+
+@pytest.fixture(scope="module")
+def walls():
+    """Seconds for the largest building of nothing but walls, the better of two."""
+    return min(refused(floors("#" * 200))[1] for _ in range(2))
+
+
+@pytest.mark.parametrize("text", HUGE.values(), ids=HUGE)
+def test_refuses_a_huge_text_at_once_and_in_few_words(text, walls):
+    """None takes much longer than plain walls, and none is repeated on the screen."""
+    message, seconds = refused(text)
+    assert seconds < 5 * walls
+    assert len(message) < 4_000
+
+
+def test_says_how_much_it_reads():
+    """A file ends where the largest building would, with as many notes as rows."""
+    mistake = refusal(HUGE["rows without end"])[0]
+    assert "at most 12000 lines" in mistake.what
+    assert (mistake.line, mistake.written) == (12_001, "##")
+    parse(HOUSE + 10_000 * "; a note\n")
+    hint = refusal(HUGE["a size nobody can have"])[0].hint
+    assert hint == "Draw at most 200 columns and 200 rows."
+
+
+def test_counts_stairwells_and_exits_among_rooms_and_doors():
+    """All of them have a 16-bit number in a building's cells."""
+    for sign in "AE":
+        text = cells("#").replace(".", sign)
+        assert refusal(text)[0].what == (
+            "a building has at most 5000 rooms and as many doors"
+        )
+
+
+@pytest.fixture
+def pipe(tmp_path):
+    """A named pipe, and how much of a text somebody could write into it."""
+    path, written = tmp_path / "map.txt", []
+    os.mkfifo(path)
+
+    def write(times, text):
+        with suppress(BrokenPipeError), path.open("wb", buffering=0) as end:
+            written.extend(end.write(text.encode()) for _ in range(times))
+
+    def start(times, text):
+        writer = Thread(target=write, args=(times, text), daemon=True)
+        writer.start()
+        return writer
+
+    return path, start, written
+
+
+def test_reads_a_pipe_to_its_end(pipe):
+    """So `cat map.txt | python -m reference check /dev/stdin` works."""
+    path, start, _ = pipe
+    start(1, HOUSE)
+    assert read(path) == parse(HOUSE)
+
+
+def test_reads_no_more_of_an_endless_pipe_than_a_drawing_may_have(pipe):
+    """The limit of a file, and what waits in the pipe."""
+    path, start, written = pipe
+    writer = start(10_000, 500 * ";\n")
+    with pytest.raises(MistakesError, match="at most 12000 lines and 2400000 char"):
+        read(path)
+    writer.join(10)
+    assert 2_400_000 <= sum(written) < 2_800_000
+
+
+def test_refuses_an_endless_device(tmp_path):
+    """No more of it is read, so it is noughts that make no text."""
+    path = tmp_path / "map.txt"
+    path.symlink_to("/dev/zero")
+    with pytest.raises(MistakesError, match=r"map.txt:1:1: this is not plain text"):
+        read(path)
+
+
+def test_refuses_a_folder_and_a_missing_file_in_words(tmp_path):
+    """An OSError that a command can print as it is."""
+    with pytest.raises(IsADirectoryError, match=r"cannot read .*: Is a directory"):
+        read(tmp_path)
+    with pytest.raises(FileNotFoundError, match=r"cannot read .*map.txt: No such f"):
+        read(tmp_path / "map.txt")
+    with pytest.raises(OSError, match=r"cannot read x+: File name too long"):
+        find(300 * "x")
+
+
+SCRIBBLE = "#.+EABCD abcxyz;:\t|-19XZ\n\r\0é広"
+
+
+@given(
+    st.lists(
+        st.tuples(
+            st.integers(0, len(HOUSE)),
+            st.sampled_from(["put", "type over", "take out", "double"]),
+            st.sampled_from(SCRIBBLE),
+        ),
+        max_size=6,
+    )
+)
+def test_refuses_a_scribbled_drawing_only_in_its_own_words(scribbles):
+    """However a drawing is spoilt, it is read or explained, and the place exists."""
+    text = HOUSE
+    for place, deed, sign in scribbles:
+        line = text[place:].split("\n")[0] + "\n"
+        new = {"put": sign, "type over": sign, "take out": "", "double": line + line}
+        old = {"put": 0, "type over": 1, "take out": 1, "double": len(line)}
+        text = text[:place] + new[deed] + text[place + old[deed] :]
+    try:
+        parse(text)
+    except MistakesError as error:
+        lines = re.split(r"\r\n?|\n", text)
+        assert all(m.written == lines[m.line - 1] for m in error.mistakes)
+        assert all(m.column >= 1 for m in error.mistakes) and str(error)
+
+
+# -- Where floors are found ---------------------------------------------------------
+
+
+def test_a_floor_is_found_by_its_path_or_by_the_name_it_ships_under(tmp_path):
+    """A student's own file and `paper` are asked for in the same way."""
+    own = tmp_path / "paper.txt"
+    own.write_text(HOUSE)
+    assert find(own) == own
+    assert find("paper") in SHIPPED
+    assert find("paper.txt") == find("paper")
+
+
+def test_a_shipped_name_is_found_beside_a_folder_of_that_name(tmp_path, monkeypatch):
+    """`paper` works also where a folder is called so."""
+    (tmp_path / "paper").mkdir()
+    monkeypatch.chdir(tmp_path)
+    assert find("paper") in SHIPPED
+
+
+def test_refuses_an_unknown_floor_and_names_those_that_ship():
+    """The closest match comes first: most are slips of the pen."""
+    with pytest.raises(FileNotFoundError) as caught:
+        find("papper")
+    assert "Did you mean 'paper'?" in str(caught.value)
+    assert all(path.stem in str(caught.value) for path in SHIPPED)
+
+
+def test_mistakes_travel_between_processes():
+    """A job with a bad map fails with its page, and not the pool."""
+    with pytest.raises(MistakesError) as caught:
+        parse("floor 1:\n####\n#..#\n####\n", "bad.txt")
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert str(again) == str(caught.value)
+    assert again.mistakes == caught.value.mistakes

@@ -1,0 +1,47 @@
+"""Exercise 1: which characters may stand in the attic's north wall? It takes a second.
+
+A wall and an exit may. Even upstairs an exit is accepted: think of a fire escape. Each
+other character makes a hole or leads nowhere, and the message says which.
+"""
+
+from reference.floorplan import FloorPlanError, parse
+
+HOUSE = """
+building: Doll's house
+size:     20 x 8
+
+floor 1: downstairs
+   #################
+   #.......#.......#
+####.......+.......#
+#AA+..hall.#kitchen#
+####.......#.......#
+   #.......####+####
+   #.......+.garden#
+   ####EE#######E###
+
+floor 2: upstairs
+   #################
+   #.....#.........#
+####.....#.........#
+#AA+.....+..attic..#
+####.....###########
+   #.bed.#.........#
+   #.....+..bath...#
+   #################
+"""
+before, after = HOUSE.split("upstairs\n")
+for character in "#.+EAa ":
+    drawn = f"{before}upstairs\n{after[:14]}{character}{after[15:]}"
+    try:
+        parse(drawn, "house.txt")
+        print(f"'{character}' is accepted")
+    except FloorPlanError as error:
+        print(f"'{character}':", str(error).splitlines()[0])
+#> '#' is accepted
+#> '.': house.txt:16:15: there is a hole in the outer wall
+#> '+': house.txt:16:15: this door leads outside
+#> 'E' is accepted
+#> 'A': house.txt:16:15: stairwell A is open to the outside
+#> 'a': house.txt:16:15: there is a hole in the outer wall
+#> ' ': house.txt:16:15: there is a hole in the outer wall

@@ -1,0 +1,32 @@
+"""Exercise 2: which two doors cut off the most square metres? It takes a second.
+
+The two doors of the foyer, which has the only exit. Nine of eleven rooms are behind
+them; the shop is the other one that still has a way out.
+"""
+
+from itertools import combinations
+
+import networkx as nx
+
+from reference.building import burn
+from reference.workshop.maps import load
+
+graph = load("museum").graph
+area = dict(graph.nodes(data="area", default=0))
+doors = [
+    door
+    for _, _, door, facts in graph.edges(keys=True, data=True)
+    if facts["kind"] == "door"
+]
+
+
+def lost(pair: tuple[str, str]) -> int:
+    """Square metres from which there is no way out once both doors have burnt."""
+    left = burn(graph, pair)
+    reached = nx.node_connected_component(left, "outside")
+    return sum(area[room] for room in set(left) - reached)
+
+
+worst = max(combinations(doors, 2), key=lost)
+print(f"{' and '.join(worst)} cut off {lost(worst)} of {sum(area.values())} m2")
+#> 1/door-10 and 1/door-11 cut off 695 of 828 m2

@@ -1,0 +1,51 @@
+"""Exercise 5: in which room does a candle cut off most others? It takes 12 seconds.
+
+In the foyer, with every seed: it has the only exit. The shop and the room of modern art
+come second, with every seed too.
+"""
+
+import networkx as nx
+
+from reference.building import Area
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.strategies import NoRobots
+from reference.workshop.maps import load
+
+museum = load("museum")
+
+
+class Candle:
+    """Always in the middle of one room."""
+
+    def __init__(self, room: Area):
+        self.room = room
+
+    def decide(self, world, rng):
+        return self.room.floor, *self.room.centre
+
+
+def cut_off(room: Area, seed: int) -> int:
+    """Count other rooms without a way out after three minutes."""
+    night = Simulation(
+        museum, Scenario(people=1, sources=1), NoRobots(), Candle(room), seed
+    )
+    while night.world.time < 180:
+        night.step()
+    left = night.world.graph
+    return len(set(left) - nx.node_connected_component(left, "outside") - {room.id})
+
+
+for room in museum.rooms(0):
+    print(f"{room.id:9}", [cut_off(room, seed) for seed in range(4)])
+#> 1/rome    [5, 4, 5, 5]
+#> 1/greece  [6, 6, 6, 6]
+#> 1/coins   [4, 3, 4, 6]
+#> 1/egypt   [6, 6, 6, 6]
+#> 1/gothic  [4, 5, 9, 9]
+#> 1/asia    [6, 4, 9, 6]
+#> 1/maps    [5, 3, 5, 4]
+#> 1/baroque [9, 4, 9, 9]
+#> 1/foyer   [10, 10, 10, 10]
+#> 1/shop    [9, 9, 9, 9]
+#> 1/modern  [9, 9, 9, 9]

@@ -1,0 +1,37 @@
+"""Exercise of `ma_poca.py`: what is the counterfactual baseline worth? 12 seconds.
+
+Agent 1's first decision changes nothing. With V its advantage still says what agent 0
+did at that moment; Q knows that already. When this was written, y − V spread by 0.67 in
+the updates 5 to 10, and y − Q by 0.43. So MA-POCA learns from less noise.
+"""
+
+import sys
+from pathlib import Path
+
+import torch
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from ma_poca import EPISODES, MAPOCA, UPDATES, Batch, Episode, trained
+
+SEEDS = 3
+first = []  # of every episode: y - V and y - Q, for agent 1's first decision
+
+
+class Watched(MAPOCA):
+    """MA-POCA, and one looks on."""
+
+    @torch.no_grad()
+    def targets(self, e: Episode) -> Batch:
+        b = super().targets(e)
+        V = self.critic(b.o, b.alive)  # (T,)
+        first.append([b.y[0, 1] - V[0], b.A[0, 1]])
+        return b
+
+
+torch.set_num_threads(1)
+for seed in range(SEEDS):
+    trained(Watched, seed)
+spread = torch.tensor(first).view(SEEDS, UPDATES, EPISODES, 2).std(dim=2)
+around_v, around_q = spread[:, 4:10].mean(dim=(0, 1)).tolist()
+print("the baseline takes away noise:", around_q < around_v)
+#> the baseline takes away noise: True
