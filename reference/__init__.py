@@ -74,6 +74,7 @@ WORKSHOP = (
     "workshop.crossplay",  # robots x fires x seeds, with intervals
     "workshop.experiment",  # arms x seeds x tests, from one file
     "workshop.recording",  # trajectories that PedPy reads
+    "workshop.crowding",  # where people were dense, and died
     "workshop.validation",  # standard cases of pedestrian dynamics
     "workshop.bench",  # how fast all of it runs
     "workshop.drawing",  # figures and animations

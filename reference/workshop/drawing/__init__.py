@@ -2,9 +2,9 @@
 
 Clause: A8, each of the paper's figures has a counterpart here; none needs a display.
 Read `page` (style, legends, labels) first, then `plans` and `relief` (buildings),
-`evacuation` (one instant), `film` (all of them), `senses` (what an agent observes) and
-`curves` (how a training went).  In a notebook, `%load_ext reference.workshop.drawing`
-shows a building, or a simulation as it stands, as a picture.
+`evacuation` (one instant), `film` (all of them), `crowding` (what they leave), `senses`
+(what an agent observes) and `curves` (how a training went).  In a notebook, `%load_ext
+reference.workshop.drawing` shows buildings and simulations as pictures.
 """
 
 from io import BytesIO
@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 
 from reference.building import Building
 from reference.simulation import Simulation
+from reference.workshop.drawing.crowding import crowded
 from reference.workshop.drawing.evacuation import Tally, frame, tally
 from reference.workshop.drawing.film import animate
 from reference.workshop.drawing.page import save
