@@ -28,7 +28,6 @@ from reference.learning.settings import SIDES, Side
 from reference.paper import PEOPLE, InputError, Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.landmarks import landmarks_for
 from reference.workshop.lockstep import together
 from reference.workshop.maps import load
 from reference.workshop.strategies.robots import Sweep
@@ -44,7 +43,7 @@ CASES = {
 
 BATCHES = 4  # minibatches of a measured update
 EPISODES = 16  # in lockstep, in one process with one thread
-ROLLOUTS = ("paper", "laptop")  # presets: Gaussian heads, and pointer heads
+ROLLOUTS = ("paper", "laptop")  # presets: Gaussian heads, and mixtures
 
 
 def measure(name: str, seed: int) -> dict[str, Any]:
@@ -148,8 +147,7 @@ def _learners(name: str, building: Building, seed: int) -> dict[Side, Learner]:
     settings, plan, made = preset(name), plan_of(building), {}
     for side in SIDES:
         trainer = getattr(settings, side)
-        marks = landmarks_for(side, trainer)
-        made[side] = learner_for(side, plan, settings.scenario, trainer, seed, marks)
+        made[side] = learner_for(side, plan, settings.scenario, trainer, seed)
     return made
 
 
@@ -163,7 +161,7 @@ def _decisions_per_second(
     are untrained, so that episodes last long.
     """
     sides: dict[str, Any] = {
-        side: player_of(learner, landmarks_for(side, learner.settings))
+        side: player_of(learner)
         for side, learner in _learners(name, building, seed).items()
     }
     seeds, scenario = tuple(range(seed, seed + EPISODES)), preset(name).scenario
@@ -210,7 +208,6 @@ def _decisions(learner: Learner, N: int, G: int) -> Decisions:
         grids=(normal(*sizes.grid) > 1).to(torch.uint8),
         alive=torch.ones(N, G, dtype=torch.bool),
         actions=actions,
-        shown=normal(G, sizes.shown),
         log_probs=torch.full(actions.shape, -1.0),
         **{name: normal(G) for name in names},
     )
