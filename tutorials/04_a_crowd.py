@@ -109,9 +109,9 @@ print(f"densest: {seen.density.max():.2f} per m2 on floor {densest[0] + 1}")
 print(drawing.save(drawing.crowded(seen), "out/04_where.png"))
 #> out/04_where.png
 
-# It is densest at doors and in the corridors between them. Even there the highest is, on
-# average, hardly more than one person on two square metres: nobody is crushed. People
-# die where they have run out of time while they searched, or where flames cut them off.
+# It is densest at doors and in the corridors between them. Even there the highest is,
+# on average, hardly more than one person on two square metres: nobody is crushed.
+# People die where time has run out while they searched, or where flames cut them off.
 
 # %% Exercise
 # Do more people get out if they start together? Put all forty into the reading room on
