@@ -28,7 +28,7 @@ BOOK = (
     "game",  # the learning problem:
     "game.observations",  # the 167 numbers and the grid
     "game.frame",  # how a robot's policy reads and speaks: from where it stands
-    "game.moments",  # what a side decides upon, and its options
+    "game.interface",  # how the paper's policies read and speak
     "game.environment",  # who decides when, what an action means, who leaves
     "learning",  # the learners:
     "learning.settings",  # rows of Tables I and II
@@ -56,7 +56,8 @@ WORKSHOP = (
     "workshop.lockstep",  # many simulations tick together
     "workshop.strategies",  # hand-written robots and fires, by name
     "workshop.decoding",  # from observations back to points
-    "workshop.landmarks",  # the options of a pointer head
+    "workshop.heads",  # other heads than the paper's
+    "workshop.remedies",  # what helps learning: other frames, other rewards
     "workshop.training",  # trainings, kept in files:
     "workshop.training.mlagents",  # ML-Agents' trainer files
     "workshop.training.presets",  # whole settings: tiny, laptop, paper

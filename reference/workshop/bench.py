@@ -24,7 +24,6 @@ from reference.learning.settings import SIDES, Side
 from reference.paper import PEOPLE, InputError, Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.landmarks import landmarks_for
 from reference.workshop.lockstep import together
 from reference.workshop.maps import find, read
 from reference.workshop.strategies.robots import Sweep
@@ -140,9 +139,8 @@ def _learning(name: str, building: Building, seed: int) -> tuple[float, Speeds]:
     players: dict[str, Any] = {}
     for side in SIDES:
         trainer = getattr(settings, side)
-        marks = landmarks_for(side, trainer)
-        made = learner_for(side, plan, settings.scenario, trainer, seed, marks)
-        learners[side], players[side] = made, player_of(made, marks)
+        learners[side] = learner_for(side, plan, settings.scenario, trainer, seed)
+        players[side] = player_of(learners[side])
     seeds = tuple(range(seed, seed + EPISODES))
     job = Job(plan, settings.scenario, **players, seeds=seeds)
     with one_thread():
