@@ -75,6 +75,7 @@ WORKSHOP = (
     "workshop.crossplay",  # robots x fires x seeds, with intervals
     "workshop.experiment",  # arms x seeds x tests, from one file
     "workshop.recording",  # trajectories that PedPy reads
+    "workshop.crowding",  # where people were dense, and died
     "workshop.validation",  # standard cases of pedestrian dynamics
     "workshop.bench",  # how fast all of it runs
     "workshop.drawing",  # figures and animations
@@ -91,3 +92,10 @@ __version__ = "0.10.0"
 GAME = 5
 """Increases when rules or numbers of the game change: policies learned in another game
 are refused, and runs begun in it are not resumed."""
+
+
+def command_line() -> None:
+    """Run `python -m reference`, under the name `fire-rescue` that pip installs."""
+    from runpy import run_module
+
+    run_module("reference", run_name="__main__", alter_sys=True)

@@ -225,7 +225,7 @@ class Simulation:
         before, floor = bodies.place[who], bodies.floor[who]
         marks, target = bodies.landmark[who], bodies.target[who]
         guided = np.flatnonzero(marks >= 0)
-        target[guided] = nav.centres[nav.waypoint[marks[guided], before[guided]]]
+        target[guided] = nav.centres[nav.waypoint(marks[guided], before[guided])]
         bodies.position[who] = self.walked_to = moved = self._walk(who, target)
         bodies.place[who] = place = nav.places_at(floor, moved)
         self._notice_stuck(who, target)

@@ -202,7 +202,7 @@ class Ambush:
 
     def decide(self, world, rng):
         nav, (way_out,) = navigation_of(world.building), world.building.exits
-        metres = np.where(free_places(world), nav.distance[way_out], np.inf)
+        metres = np.where(free_places(world), nav.distance_to(way_out), np.inf)
         return 0, *nav.centres[metres.argmin()].tolist()
 
 

@@ -55,7 +55,7 @@ class CloserFire:
         marks = (mark for mark in world.building.landmarks if mark.leads_out)
         ways = sorted(marks, key=lambda mark: (mark.kind is not Kind.EXIT, mark.floor))
         way = ways[len(world.flames.sources) % len(ways)].index
-        metres = navigation_of(world.building).distance[way]
+        metres = navigation_of(world.building).distance_to(way)
         metres = np.where(free_places(world), metres, np.inf)
         if np.isinf(metres).all():
             return RandomFire().decide(world, rng)
@@ -91,9 +91,9 @@ def beside_ways_out(world: World) -> list[Decision]:
 
 def places_beside(building: Building, marks: Iterable[int]) -> list[int]:
     """The cell nearest on foot to each landmark that fire may enter, where one is."""
-    distance = navigation_of(building).distance
+    nav = navigation_of(building)
     burns = fuel(building).ravel() & (building.kind == Kind.FLOOR).ravel()
-    near = (np.where(burns, distance[mark], np.inf) for mark in marks)
+    near = (np.where(burns, nav.distance_to(mark), np.inf) for mark in marks)
     return [int(d.argmin()) for d in near if np.isfinite(d).any()]
 
 

@@ -56,7 +56,7 @@ class Crowd(Simulation):
         """Send everybody on a floor to the nearest way out."""
         bodies, marks = self.world.bodies, np.array(self.building.ways_out(floor))
         who = np.flatnonzero(bodies.walking & (bodies.floor == floor))
-        far = self.navigation.distance[marks][:, bodies.place[who]]
+        far = self.navigation.metres_to(marks[:, None], bodies.place[who])
         bodies.landmark[who] = marks[far.argmin(axis=0)]
 
 
