@@ -28,7 +28,7 @@ BOOK = (
     "game",  # the learning problem:
     "game.observations",  # the 167 numbers and the grid
     "game.frame",  # how a robot's policy reads and speaks: from where it stands
-    "game.moments",  # what a side decides upon, and its options
+    "game.interface",  # how the paper's policies read and speak
     "game.environment",  # who decides when, what an action means, who leaves
     "learning",  # the learners:
     "learning.settings",  # rows of Tables I and II
@@ -56,7 +56,8 @@ WORKSHOP = (
     "workshop.lockstep",  # many simulations tick together
     "workshop.strategies",  # hand-written robots and fires, by name
     "workshop.decoding",  # from observations back to points
-    "workshop.landmarks",  # the options of a pointer head
+    "workshop.heads",  # other heads than the paper's
+    "workshop.remedies",  # what helps learning: other frames, other rewards
     "workshop.training",  # trainings, kept in files:
     "workshop.training.mlagents",  # ML-Agents' trainer files
     "workshop.training.presets",  # whole settings: tiny, laptop, paper
@@ -74,6 +75,7 @@ WORKSHOP = (
     "workshop.crossplay",  # robots x fires x seeds, with intervals
     "workshop.experiment",  # arms x seeds x tests, from one file
     "workshop.recording",  # trajectories that PedPy reads
+    "workshop.crowding",  # where people were dense, and died
     "workshop.validation",  # standard cases of pedestrian dynamics
     "workshop.bench",  # how fast all of it runs
     "workshop.drawing",  # figures and animations
@@ -90,3 +92,10 @@ __version__ = "0.10.0"
 GAME = 5
 """Increases when rules or numbers of the game change: policies learned in another game
 are refused, and runs begun in it are not resumed."""
+
+
+def command_line() -> None:
+    """Run `python -m reference`, under the name `fire-rescue` that pip installs."""
+    from runpy import run_module
+
+    run_module("reference", run_name="__main__", alter_sys=True)

@@ -54,7 +54,7 @@ def fuel(building: Building) -> np.ndarray:
     stairwell entrance [D6, D7, chosen].
     """
     ways = [*building.exits, *building.stairwell_of]
-    metres = navigation_of(building).distance[ways].min(axis=0, initial=inf)
+    metres = navigation_of(building).distance_to(*ways)
     unprotected = (metres > paper.PROTECTED_METRES).reshape(building.kind.shape)
     return np.isin(building.kind, (Kind.FLOOR, Kind.DOOR)) & unprotected
 

@@ -12,6 +12,7 @@ numbering:
 from collections.abc import Iterable
 from functools import cached_property, lru_cache
 from itertools import pairwise
+from typing import Any, TypeAlias
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -22,14 +23,15 @@ from reference.building import Building
 LOOK_AHEAD = 6
 """[A7, chosen] metres: the longest line tried when a way is pulled straight."""
 
-KEPT_WAYS, KEPT_COSTS, KEPT_LINES = 512, 64, 4096
-"""Sizes of caches: the last searches, weighted steps and lines;
-for the paper's building some 30 MB in all."""
+KEPT_WAYS, KEPT_COSTS = 512, 64
+"""Sizes of caches: the last searches and weighted steps, some 30 MB for the paper."""
+
+Places: TypeAlias = np.ndarray | int
 
 NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
 
 
-@lru_cache(KEPT_LINES)
+@lru_cache(4096)
 def cells_crossed(d_row: int, d_col: int) -> tuple[list[tuple[int, int]], list[list]]:
     """List the cells that a line between two cell centres touches, without its ends.
 
@@ -118,12 +120,11 @@ def _clear(
 class Navigation:
     """Shortest ways through one building.
 
-    walkable   (places,) bool
-    centres    (places, 2) metres
-    goals      of each landmark, (k,) places of its cells
-    distance   (landmarks, places) metres to each landmark; inf on other floors
-    waypoint   (landmarks, places) the place to walk straight at on the way there
-    clear      StraightLines: can a body walk straight from p to q?
+    walkable  (places,) bool
+    centres   (places, 2) metres
+    goals     of each landmark, (k,) places of its cells
+    clear     StraightLines: can a body walk straight from p to q?
+    to_landmarks  (places,) metres to the nearest landmark
     """
 
     def __init__(self, building: Building):
@@ -133,21 +134,21 @@ class Navigation:
         self.walkable = building.walkable.ravel()
         row, col = np.divmod(np.arange(self.places) % self.floor_size, self.cols)
         self.centres = np.stack(building.metres(row, col), axis=1)
-        free = np.flatnonzero(self.walkable)
-        ends = np.arange(1, self.floors) * self.floor_size
-        self._free = np.split(free, np.searchsorted(free, ends))
-        self.clear = StraightLines(
-            building.walkable, building.walkable, LOOK_AHEAD, strict=True
-        )
+        free = building.walkable
+        self.clear = StraightLines(free, free, LOOK_AHEAD, strict=True)
         self._steps = [self._steps_of(floor) for floor in range(self.floors)]
         self._found = lru_cache(KEPT_WAYS)(self._search)
         self._weighted = lru_cache(KEPT_COSTS)(self._weigh_steps)
         self.goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]
-        shape = (len(self.goals), self.places)
-        self.distance = np.full(shape, np.inf)
-        self.waypoint = np.zeros(shape, dtype=np.int32)
-        for index, goal in enumerate(self.goals):
-            self.distance[index], self.waypoint[index] = self._to_landmark(goal)
+        shape = (len(self.goals), self.floor_size)  # each landmark's own floor
+        self._metres, self._waypoint = np.zeros(shape), np.zeros(shape, dtype=np.int32)
+        for mark, goal in enumerate(self.goals):
+            self._metres[mark], self._waypoint[mark] = self._to_landmark(goal)
+        self.to_landmarks = self.distance_to(*range(len(self.goals)))
+
+    def __reduce__(self) -> tuple[Any, tuple[Building]]:
+        """Travel between processes as the building alone."""
+        return navigation_of, (self.building,)
 
     def _steps_of(self, floor: int) -> csr_matrix:
         """(floor_size, floor_size) metres of every step on one floor."""
@@ -165,9 +166,6 @@ class Navigation:
         return csr_matrix((np.hypot(down, right), where), shape=shape)
 
     # -- Places and points ----------------------------------------------------------
-
-    def _part(self, floor: int) -> slice:
-        return slice(floor * self.floor_size, (floor + 1) * self.floor_size)
 
     def place(self, floor: int, x: float, y: float) -> int:
         """The place around a point; ValueError outside the drawing."""
@@ -188,7 +186,8 @@ class Navigation:
 
     def nearest_free(self, floor: int, x: float, y: float) -> int:
         """Find the walkable place of a floor whose centre is nearest to a point."""
-        free = self._free[floor]
+        start = floor * self.floor_size
+        free = start + np.flatnonzero(self.walkable[start : start + self.floor_size])
         off = self.centres[free] - (x, y)
         return int(free[np.argmin((off**2).sum(axis=1))])
 
@@ -202,13 +201,108 @@ class Navigation:
         across = (p for p in around if areas[p] not in (-1, side))
         return next(across, door)
 
-    # -- Shortest ways --------------------------------------------------------------
+    def straight(self, p: int, q: int) -> list[int]:
+        """The places on the straight line from p to q of the same floor, p left out."""
+        d_row, d_col = q // self.cols - p // self.cols, q % self.cols - p % self.cols
+        through, _ = cells_crossed(d_row, d_col)
+        return [p + row * self.cols + col for row, col in through] + [q] * (p != q)
+
+    # -- Ways to landmarks, from tables ---------------------------------------------
+
+    def metres_to(self, landmark: Places, p: Places) -> np.ndarray:
+        """Metres to landmarks from places of their floors, broadcast."""
+        return self._metres[landmark, p % self.floor_size]
+
+    def waypoint(self, landmark: Places, p: Places) -> np.ndarray:
+        """Where to walk straight at on the way to landmarks; as in `metres_to`."""
+        return self._waypoint[landmark, p % self.floor_size]
+
+    def distance_to(self, *landmarks: int) -> np.ndarray:
+        """(places,) metres to the nearest of some landmarks; inf on other floors."""
+        d = np.full((self.floors, self.floor_size), np.inf)
+        for mark in landmarks:
+            floor = self.building.landmarks[mark].floor
+            d[floor] = np.minimum(d[floor], self._metres[mark])
+        return d.ravel()
+
+    def _to_landmark(self, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(floor_size,) metres to the nearest goal, and the place to walk at."""
+        floor = int(goals[0]) // self.floor_size
+        start = floor * self.floor_size
+        d, after = self._search(floor, None, *goals.tolist())
+        waypoint, from_here = after, start + np.arange(self.floor_size)
+        while True:  # pull every way straight by one more step
+            further = after[waypoint - start]
+            longer = (further != waypoint) & self.clear.reaches(from_here, further)
+            if not longer.any():
+                return d, waypoint
+            waypoint = np.where(longer, further, waypoint)
+
+    # -- Ways to any place, searched for --------------------------------------------
 
     def distances(
         self, goals: Iterable[int], cost: np.ndarray | None = None
     ) -> np.ndarray:
         """(places,) metres to the nearest of the goals, times costs; see `shortest`."""
         return self.shortest(np.asarray(list(goals), dtype=np.int64), cost)[0]
+
+    def way(
+        self, start: int, goal: int, cost: np.ndarray | None = None
+    ) -> tuple[float, list[int]]:
+        """Length and corners of the shortest way, the goal last; (inf, []) if none.
+
+        With cost: the weighted length, and all places on the way.
+        """
+        d, after = self.shortest(np.array([goal]), cost)
+        if not np.isfinite(d[start]):
+            return np.inf, []
+        chain = [start]
+        while chain[-1] != goal:
+            chain.append(int(after[chain[-1]]))
+        if cost is not None:  # a straight line might graze what the way avoids
+            return float(d[start]), chain[1:] or chain
+        corners = [start]
+        for here, there in pairwise(chain):
+            if not self.clear.reaches(corners[-1], there):
+                corners.append(here)
+        return float(d[start]), [*corners[1:], goal]
+
+    def shortest(
+        self, goals: np.ndarray, cost: np.ndarray | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """(places,) metres to the nearest goal, (places,) the next place on the way.
+
+        At a goal, and where there is no way, the next place is the place itself.
+        goals: (k,) places of one floor; cost: factor on every step into or out of a
+        place (inf: no way), (places,) or (floors, rows, cols).
+        """
+        d = np.full((self.floors, self.floor_size), np.inf)
+        after = np.arange(self.places).reshape(d.shape)
+        if len(goals):
+            floor, price = int(goals[0]) // self.floor_size, None
+            if cost is not None:
+                price = np.reshape(cost, d.shape)[floor].astype(float).tobytes()
+            d[floor], after[floor] = self._found(floor, price, *goals.tolist())
+        return d.ravel(), after.ravel()
+
+    def _search(
+        self, floor: int, price: bytes | None, *goals: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """`shortest` on one floor, (floor_size,) each; price: bytes of its costs."""
+        start = floor * self.floor_size
+        steps = self._steps[floor] if price is None else self._weighted(floor, price)
+        own, here = np.array(goals) - start, np.arange(self.floor_size)
+        d, before, _ = dijkstra(
+            steps, indices=own, min_only=True, return_predecessors=True
+        )
+        return d, (np.where(before < 0, here, before) + start).astype(np.int32)
+
+    def _weigh_steps(self, floor: int, price: bytes) -> csr_matrix:
+        """Weight each step of a floor by the higher cost of its two ends."""
+        steps, cost = self._steps[floor].copy(), np.frombuffer(price)
+        start = np.repeat(np.arange(self.floor_size), np.diff(steps.indptr))
+        steps.data *= np.maximum(cost[start], cost[steps.indices])
+        return steps
 
     def between(self, p: np.ndarray, q: np.ndarray) -> np.ndarray:
         """Metres on foot from places p to places q, broadcast; inf between floors.
@@ -231,89 +325,6 @@ class Navigation:
         """(places,) bool, which rows are known, and (places, floor_size) float32."""
         table = np.empty((self.places, self.floor_size), dtype=np.float32)
         return np.zeros(self.places, dtype=bool), table
-
-    def way(
-        self, start: int, goal: int, cost: np.ndarray | None = None
-    ) -> tuple[float, list[int]]:
-        """Length and corners of the shortest way, the goal last; (inf, []) if none.
-
-        With cost: the weighted length, and all places on the way.
-        """
-        d, after = self.shortest(np.array([goal]), cost)
-        if not np.isfinite(d[start]):
-            return np.inf, []
-        chain = [start]
-        while chain[-1] != goal:
-            chain.append(int(after[chain[-1]]))
-        return float(d[start]), self._pulled(chain, cost)
-
-    def shortest(
-        self, goals: np.ndarray, cost: np.ndarray | None
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """(places,) metres to the nearest goal, (places,) the next place on the way.
-
-        At a goal, and where there is no way, the next place is the place itself.
-        goals: (k,) places of one floor; cost: factor on every step into or out of a
-        place (inf: no way), (places,) or (floors, rows, cols).
-        """
-        d, after = np.full(self.places, np.inf), np.arange(self.places)
-        if len(goals):
-            floor = int(goals[0]) // self.floor_size
-            part = self._part(floor)
-            price = None
-            if cost is not None:
-                price = np.asarray(cost, dtype=float).ravel()[part].tobytes()
-            d[part], after[part] = self._found(floor, price, *goals.tolist())
-        return d, after
-
-    def _search(
-        self, floor: int, price: bytes | None, *goals: int
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """`shortest` on one floor, (floor_size,) each; price: bytes of its costs."""
-        part = self._part(floor)
-        steps = self._steps[floor] if price is None else self._weighted(floor, price)
-        d, before, _ = dijkstra(
-            steps,
-            indices=np.array(goals) - part.start,
-            min_only=True,
-            return_predecessors=True,
-        )
-        here = np.arange(self.floor_size)
-        return d, (np.where(before < 0, here, before) + part.start).astype(np.int32)
-
-    def _to_landmark(self, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(places,) metres to the nearest goal, (places,) the place to walk at."""
-        d, after = self.shortest(goals, None)
-        waypoint, from_here = after, np.arange(self.places)
-        while True:  # pull every way straight by one more step
-            further = after[waypoint]
-            longer = (further != waypoint) & self.clear.reaches(from_here, further)
-            if not longer.any():
-                return d, waypoint.astype(np.int32)
-            waypoint = np.where(longer, further, waypoint)
-
-    def _weigh_steps(self, floor: int, price: bytes) -> csr_matrix:
-        """Weight each step of a floor by the higher cost of its two ends."""
-        steps, cost = self._steps[floor].copy(), np.frombuffer(price)
-        start = np.repeat(np.arange(self.floor_size), np.diff(steps.indptr))
-        steps.data *= np.maximum(cost[start], cost[steps.indices])
-        return steps
-
-    def straight(self, p: int, q: int) -> list[int]:
-        """The places on the straight line from p to q of the same floor, p left out."""
-        d_row, d_col = q // self.cols - p // self.cols, q % self.cols - p % self.cols
-        through, _ = cells_crossed(d_row, d_col)
-        return [p + row * self.cols + col for row, col in through] + [q] * (p != q)
-
-    def _pulled(self, chain: list[int], cost: np.ndarray | None) -> list[int]:
-        """Pull a chain of neighbouring places straight; return its corners."""
-        if cost is not None:  # a straight line might graze what the way avoids
-            return chain[1:] or chain
-        corners = [chain[0]]
-        for here, there in pairwise(chain):
-            if not self.clear.reaches(corners[-1], there):
-                corners.append(here)
-        return [*corners[1:], chain[-1]]
 
 
 @lru_cache(maxsize=8)

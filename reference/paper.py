@@ -169,7 +169,6 @@ class Scenario:
     training: bool = False  # rule D6: an occupied place yields no fire (else another)
     time_limit: float = 240.0  # s: people inside then are neither saved nor dead
     sight_range: float = SIGHT_RANGE  # metres [B2]
-    ghosts: bool = False  # do people walk through each other? shows what crowding costs
     frames_per_tick: int = FRAMES_PER_TICK
     decision_seconds: float = DECISION_SECONDS
     """Rounded to whole ticks; the fire's decisions follow [D2]."""

@@ -85,7 +85,7 @@ def speed_while_leading(robot: Robot, world: World) -> float:
     followers = followers_of(world, robot) if robot.way else ()
     if not len(followers):
         return ROBOT_SPEED
-    if navigation_of(world.building).distance[:, robot.place].min() < DOORWAY:
+    if navigation_of(world.building).to_landmarks[robot.place] < DOORWAY:
         return ROBOT_SPEED
     off = world.bodies.position[followers] - robot.position
     gap = np.hypot(off[:, 0], off[:, 1]).sum() / len(followers)
@@ -134,7 +134,7 @@ def before_stairwell(building: Building, floor: int, index: int) -> Destination:
     """Find the room cell nearest to a stairwell that Eq. 1 does not pull inside."""
     nav = navigation_of(building)
     well = building.stairwells[index]
-    d = nav.distance[well.entrances[floor][0]].copy()
+    d = nav.distance_to(well.entrances[floor][0])
     d[building.kind.ravel() != Kind.FLOOR] = np.inf
     off = nav.centres - well.centre
     d[np.hypot(off[:, 0], off[:, 1]) <= NEAR_STAIRWELL] = np.inf

@@ -225,7 +225,7 @@ class Simulation:
         before, floor = bodies.place[who], bodies.floor[who]
         marks, target = bodies.landmark[who], bodies.target[who]
         guided = np.flatnonzero(marks >= 0)
-        target[guided] = nav.centres[nav.waypoint[marks[guided], before[guided]]]
+        target[guided] = nav.centres[nav.waypoint(marks[guided], before[guided])]
         bodies.position[who] = self.walked_to = moved = self._walk(who, target)
         bodies.place[who] = place = nav.places_at(floor, moved)
         self._notice_stuck(who, target)
@@ -240,8 +240,6 @@ class Simulation:
         bodies, rng, free = self.world.bodies, self.rng["bodies"], self._free(who)
         position, floor = bodies.position[who], bodies.floor[who]
         pace = bodies.pace[who]
-        if self.scenario.ghosts:
-            return motion.alone(position, target, pace, self.tick, free)
         return motion.step(position, floor, target, pace, self.tick, free, rng)
 
     def _free(self, who: np.ndarray) -> motion.Free:
@@ -264,10 +262,10 @@ class Simulation:
     def _fill_doors(self, touched: Touched) -> None:
         """Close the doors, entrances and exits just entered until they have room [A5].
 
-        touched: people who have just stepped onto them. Ghosts fill nothing. A way that
+        touched: people who have just stepped onto them. A way that
         became free within the last tick counts from then on, not from the tick's end.
         """
-        if self.scenario.ghosts or not touched:
+        if not touched:
             return
         entered = self._marks[self.world.bodies.place[[i for i, _ in touched]]]
         for mark, count in Counter(entered.tolist()).items():

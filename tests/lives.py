@@ -16,17 +16,17 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from reference.game.interface import Sizes
 from reference.learning.experience import Decisions, Trajectory, decisions_of
-from reference.learning.networks import Sizes
-from reference.learning.settings import TrainerSettings
+from reference.workshop.remedies import SideSettings
 from reference.workshop.training.presets import preset
 
 torch.set_num_threads(1)  # of tensors this small, threads only wait for each other
 
-SIZES = Sizes(vector=5, grid=(2, 20, 20), continuous=2, shown=2)
+SIZES = Sizes(vector=5, grid=(2, 20, 20), continuous=2)
 """Small enough for a test; 20 x 20 is the least that `simple` can encode."""
 
-MIXED = replace(SIZES, branches=(3,), shown=5)
+MIXED = replace(SIZES, branches=(3,))
 """With a discrete branch, as the fire has."""
 
 
@@ -41,7 +41,7 @@ def random(seed: int, *shape: int) -> Tensor:
     return torch.randn(shape, generator=generator, dtype=torch.float64)
 
 
-def settings(trainer_type: str = "poca", **changes: Any) -> TrainerSettings:
+def settings(trainer_type: str = "poca", **changes: Any) -> SideSettings:
     """Table I with a small network, rewards as they are and no end of training."""
     small = {"hidden_units": 16, "num_layers": 2, "reward_scale": 1.0, "num_epoch": 1}
     small |= {"batch_size": 4, "buffer_size": 8, "max_steps": 10**9}
@@ -67,7 +67,7 @@ def life(*agents: str, sizes: Sizes = SIZES, seed: int = 0, **given: Any) -> Tra
         "rewards": rng.normal(0, 1, T),
     }
     fields |= given
-    return Trajectory(shown=shown(fields["actions"], sizes), **fields)
+    return Trajectory(**fields)
 
 
 def acts(rng: np.random.Generator, shape: tuple[int, ...], sizes: Sizes) -> np.ndarray:
@@ -75,15 +75,6 @@ def acts(rng: np.random.Generator, shape: tuple[int, ...], sizes: Sizes) -> np.n
     raw = [rng.normal(size=(*shape, sizes.continuous))]
     raw += [rng.integers(0, n, (*shape, 1)) for n in sizes.branches]
     return np.concatenate(raw, axis=-1).astype(np.float32)
-
-
-def shown(actions: np.ndarray, sizes: Sizes) -> np.ndarray:
-    """What a critic is shown of them: raw numbers, then one-hot branches."""
-    C = sizes.continuous
-    parts = [actions[..., :C]]
-    for k, n in enumerate(sizes.branches, start=C):
-        parts.append(np.eye(n, dtype=np.float32)[actions[..., k].astype(int)])
-    return np.concatenate(parts, axis=-1)
 
 
 def batch(B: int = 6, G: int = 3, sizes: Sizes = SIZES, seed: int = 0) -> Decisions:
@@ -101,7 +92,9 @@ def batch(B: int = 6, G: int = 3, sizes: Sizes = SIZES, seed: int = 0) -> Decisi
 
 def doubled(rows: Decisions) -> Decisions:
     """The same in float64."""
-    wide = {n: x.double() if x.is_floating_point() else x for n, x in rows.columns()}
+    wide = {
+        n: x.double() if x.is_floating_point() else x for n, x in rows.columns().items()
+    }
     return Decisions(**wide)
 
 

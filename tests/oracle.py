@@ -96,7 +96,7 @@ def worth(
 ) -> Tensor:
     """(M,) what M rows are worth.
 
-    alone   observations (M, V) of agents whose actions are not shown
+    alone   observations (M, V) of agents whose actions are not actions
     acting  the same with their actions (M, E); absent agents are rows of nan
     """
     entities, absent = [], []
@@ -116,13 +116,13 @@ def worth(
 
 
 def group_worth(
-    p: dict[str, Tensor], vectors: Tensor, grids: Tensor, alive: Tensor, shown: Tensor
+    p: dict[str, Tensor], vectors: Tensor, grids: Tensor, alive: Tensor, actions: Tensor
 ) -> tuple[Tensor, Tensor]:
     """Values and baselines (B, G), each agent's row on its own."""
     grids = grids.to(p["value.weight"])
     G = vectors.shape[1]
     seen = torch.where(alive[..., None], vectors, float("nan"))
-    did = torch.where(alive[..., None], shown, 0.0)
+    did = torch.where(alive[..., None], actions, 0.0)
     values, baselines = [], []
     for j in range(G):
         mates = [k for k in range(G) if k != j]
@@ -145,13 +145,13 @@ def acted(
 ) -> tuple[Tensor, Tensor]:
     """Log-probabilities (B, G, K) and entropies (B, G) of Gaussians and branches."""
     x = body(p, vectors, grids)
-    mean, log_sigma = dense(p, "gaussian.mean", x), p["gaussian.log_sigma"]
+    mean, log_sigma = dense(p, "head.mean", x), p["head.log_sigma"]
     C = len(log_sigma)
     z = (actions[..., :C] - mean) / torch.exp(log_sigma)
     parts = [-(z**2) / 2 - log_sigma - math.log(2 * math.pi) / 2]
     entropy = (0.5 + 0.5 * math.log(2 * math.pi) + log_sigma).mean().expand(x.shape[:2])
     for branch in range(actions.shape[-1] - C):
-        scores = torch.exp(dense(p, f"gaussian.branches.{branch}", x))
+        scores = torch.exp(dense(p, f"head.branches.{branch}", x))
         probs = scores / scores.sum(-1, keepdim=True)
         chosen = actions[..., C + branch].long()[..., None]
         parts.append(torch.log(probs.gather(-1, chosen)))
@@ -168,12 +168,12 @@ def group_loss(
 ) -> Tensor:
     """MA-POCA's loss as a plain sum over every live agent's row.
 
-    rows: vectors, grids, alive, shown, actions, log_probs, baselines, returns,
+    rows: vectors, grids, alive, actions, log_probs, baselines, returns,
     advantages, shaped as in `Decisions`.
     """
     log_probs, entropy = acted(actor, rows["vectors"], rows["grids"], rows["actions"])
     V, b = group_worth(
-        critic, rows["vectors"], rows["grids"], rows["alive"], rows["shown"]
+        critic, rows["vectors"], rows["grids"], rows["alive"], rows["actions"]
     )
     total, count = torch.zeros((), dtype=V.dtype), 0
     for n, j in rows["alive"].nonzero().tolist():

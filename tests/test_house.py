@@ -243,6 +243,18 @@ def test_an_installed_wheel_finds_its_floors(tmp_path):
     assert done.stdout.startswith("ok: "), done.stderr
 
 
+def test_the_console_script_is_the_command_line():
+    """`fire-rescue` does what `python -m reference` does."""
+    assert PROJECT["project"]["scripts"] == {"fire-rescue": "reference:command_line"}
+    code = "import reference; reference.command_line()"
+    command = [sys.executable, "-c", code, "--version"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert (done.returncode, done.stdout) == (
+        0,
+        f"fire-rescue-reference {__version__}\n",
+    )
+
+
 # -- What the README promises -------------------------------------------------------
 
 

@@ -125,7 +125,7 @@ print(f"the fire's reward for an evening: {reward:.0f}")
 
 table = replace(
     preset("tiny").fire,
-    head="gaussian",
+    head="floor",
     hidden_units=32,
     batch_size=20,
     buffer_size=30,
@@ -179,7 +179,7 @@ print("fewer get out than before training:", fewer)
 
 def places(episodes: list[Episode]) -> np.ndarray:
     """Metres of all choices, (2, n)."""
-    raw = np.concatenate([episode.fire.shown[:, 0] for episode in episodes])
+    raw = np.concatenate([episode.fire.actions[:, 0, :2] for episode in episodes])
     numbers = raw.clip(-3, 3) / 3  # as the environment gets them
     chosen = [fire_decision(gallery, np.array([0.0, *xy])) for xy in numbers]
     return np.transpose([metres for _, *metres in chosen])
@@ -202,7 +202,7 @@ class Ambush:
 
     def decide(self, world, rng):
         nav, (way_out,) = navigation_of(world.building), world.building.exits
-        metres = np.where(free_places(world), nav.distance[way_out], np.inf)
+        metres = np.where(free_places(world), nav.distance_to(way_out), np.inf)
         return 0, *nav.centres[metres.argmin()].tolist()
 
 

@@ -51,7 +51,7 @@ def mean_ways(building: Building) -> tuple[float, ...]:
     """
     nav, ways = navigation_of(building), []
     for floor in range(building.floors):
-        nearest = nav.distance[building.ways_out(floor)].min(axis=0)
+        nearest = nav.distance_to(*building.ways_out(floor))
         of_floor = nearest.reshape(building.kind.shape)[floor]
         ways.append(float(of_floor[building.kind[floor] == Kind.FLOOR].mean()))
     return tuple(ways)

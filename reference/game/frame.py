@@ -12,7 +12,6 @@ robots are headed.
     lost   people whom nobody leads, on a robot's own floor
 """
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -40,24 +39,12 @@ KEEP, STAY = 0, 1
 """The first anchors: where a robot is headed, and where it stands."""
 
 
-@dataclass(frozen=True)
-class Seen:
-    """What robots see in their own frames.
-
-    numbers  (B, V) float32, what a network reads
-    anchors  (B, K, 2) float32, units of UNIT metres from the robot
-    allowed  (B, K) bool, which anchors may be meant; STAY always
-    """
-
-    numbers: np.ndarray
-    anchors: np.ndarray
-    allowed: np.ndarray
-
-
 class Frame:
     """The frame of robots in one building.
 
-    size  V, how many numbers a network reads;  anchors  K
+    size  V, how many numbers a network reads;  anchors  K: the first 2K numbers are
+    x and y of the anchors, units of UNIT metres from the robot, the next K are 1 for
+    those that may be meant now; STAY always may
     """
 
     def __init__(self, building: Building, scenario: Scenario, masks: bool = False):
@@ -67,13 +54,13 @@ class Frame:
         self.time_limit = scenario.time_limit
         self.map = Map(building)
         nobody = np.zeros((1, self.layout.size), dtype=np.float32)
-        seen = self.read(nobody, np.full((1, 2), np.nan))
-        self.size, self.anchors = seen.numbers.shape[1], seen.anchors.shape[1]
+        view = View(self, nobody, np.full((1, 2), np.nan))
+        self.size: int = view.numbers().shape[1]
+        self.anchors: int = view.anchors.shape[1]
 
-    def read(self, vectors: np.ndarray, headed: np.ndarray) -> Seen:
-        """Read observations (B, V); headed (B, 2): as a `Moment` says."""
-        view = View(self, vectors, headed)
-        return Seen(view.numbers(), view.off.astype(np.float32), view.allowed)
+    def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
+        """(B, V) float32 of observations (B, V); headed (B, 2): as a `Moment` says."""
+        return View(self, vectors, headed).numbers()
 
     def spoken(self, vectors: np.ndarray, actions: np.ndarray) -> np.ndarray:
         """Convert actions (..., 2) to the environment's, normalised [C5].
@@ -100,7 +87,7 @@ class View:
            those I lead, in the order of the vector;  order  (B, n), the frame's
     spot   (B, 2) metres, where robots are headed;  outs, feet  (B, k, 2) metres, ways
            out and feet of stairs, nearest first; nan for none
-    off    (B, K, 2) units, the anchors;  way  (B, K) metres;  allowed  (B, K) bool
+    anchors  (B, K, 2) units;  way  (B, K) metres;  allowed  (B, K) bool
     """
 
     def __init__(self, frame: Frame, vectors: np.ndarray, headed: np.ndarray):
@@ -139,7 +126,7 @@ class View:
         people[~np.take_along_axis(self.lost, first, axis=1)] = np.nan
         parts = [self.spot[:, None], self.me[:, None], self.outs, self.feet, people]
         anchors = np.concatenate(parts, axis=1)
-        self.off = np.nan_to_num((anchors - self.me[:, None]) / UNIT)
+        self.anchors: np.ndarray = np.nan_to_num((anchors - self.me[:, None]) / UNIT)
         self.way = self._way_to(anchors)
         self.allowed = ~np.isnan(anchors[..., 0])
         if self.frame.masks:
@@ -161,18 +148,18 @@ class View:
         return _within(AT_EXIT, self.spot, self.outs)
 
     def numbers(self) -> np.ndarray:
-        """(B, V) float32: people, robots, mates first, fires, anchors, counts."""
+        """(B, V) float32: anchors, people, robots, mates first, fires, counts."""
         people = self._points(self.humans, self.alone)
         mates, floors = self.robots[:, 1:], np.arange(self.frame.building.floors)
         layout, vectors = self.frame.layout, self.vectors
         return _joined(
+            self.anchors,
+            self.allowed,
             np.take_along_axis(people, self.order[..., None], axis=1),
             self._points(mates, _there(mates)),
             self._points(self.fires, _there(self.fires)),
-            self.off,
             near(self.way),
             self.way / UNIT,
-            self.allowed,
             (self.humans[..., 2:].round() == floors).sum(axis=1) / UNIT,
             layout.read(vectors, "fires_per_floor"),
             self.floor[:, None] == floors,

@@ -245,35 +245,6 @@ def headed(world: World) -> np.ndarray:
     return to_normalised(world.building, metres).clip(-1, 1).astype(np.float32)
 
 
-# -- What vectors and the grid imply ------------------------------------------------
-
-
-def summary_size(building: Building) -> int:
-    """Numbers of a `summary`."""
-    return 2 * building.floors + 2
-
-
-def summary(
-    vectors: np.ndarray, cells: np.ndarray, building: Building, scenario: Scenario
-) -> np.ndarray:
-    """(G, 2 floors + 2) float32: counts that robots' observations imply [C1, chosen].
-
-    People on each floor, then those outside the main body, on stairs; people at or
-    above the observer's floor; log(1 + cells in flames) of each floor.
-    """
-    layout, floors = vector_layout(building, scenario), np.arange(building.floors)
-    humans = layout.read(vectors, "humans")
-    storey = humans[..., 2].round()
-    stairs = (np.abs(to_normalised(building, humans[..., :2])) > 1).any(axis=-1)
-    here = (storey[..., None] == floors) & ~stairs[..., None]
-    own = layout.read(vectors, "robots")[:, 0, 2:].round()
-    above = (storey >= np.maximum(own, 0)).sum(axis=1)
-    burning = channels(cells, building, "fires").sum(axis=(1, 2), dtype=np.float64)
-    counts = [here.sum(axis=1), stairs.sum(axis=1)[:, None], above[:, None]]
-    flames = np.tile(np.log1p(burning), (len(vectors), 1))
-    return np.concatenate([*counts, flames], axis=1).astype(np.float32)
-
-
 @lru_cache(maxsize=64)
 def _observer_first(floor: tuple[int, ...]) -> np.ndarray:
     """Sort robots for each of them, (R, R) indices: itself, its team, others."""

@@ -10,7 +10,6 @@ from reference.paper import (
     FIRE_REFUSED_PENALTY,
     FIXED_PENALTY,
     FIXED_REWARD,
-    HEALTH_SECONDS,
 )
 
 
@@ -30,20 +29,6 @@ def group_reward(events: Iterable[Event]) -> float:
             case Died():
                 reward -= FIXED_PENALTY
     return reward
-
-
-def shaping(gone: int, time: float, seconds: float, gamma: float) -> float:
-    """Shape one decision's reward by a potential of weight 1: γΦ' − Φ [E3].
-
-    gone: people who left or died during the decision, which began at `time` and lasts
-    `seconds`; gamma: the discount γ.
-
-    [E3, chosen] Φ = −γ^k·(people inside), k decisions before health ends: the deaths
-    that time alone will cause. The best policy stays the best (Ng, Harada and Russell
-    1999), but these deaths no longer hide the effect of a decision.
-    """
-    k = max(0.0, (HEALTH_SECONDS - time) / seconds)
-    return gone * gamma**k
 
 
 def fire_reward(events: Iterable[Event]) -> float:

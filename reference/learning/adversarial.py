@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from reference.building import building_of
-from reference.learning.players import Landmarks, Learned, Player
+from reference.learning.players import Learned
 from reference.learning.poca import LEARNERS
 from reference.learning.ppo import Learner, Summary
 from reference.learning.rollouts import Episode, Job, play
@@ -22,7 +22,6 @@ def adversarial(
     scenario: Scenario,
     sides: dict[Side, Learner | RobotStrategy | FireStrategy],
     rounds: Iterable[Sequence[int]],
-    landmarks: dict[Side, Landmarks] | None = None,
 ) -> Iterator[list[Episode]]:
     """Play and learn, round after round; yield each round's episodes [E6].
 
@@ -33,8 +32,7 @@ def adversarial(
     for seeds in rounds:
         # PLAY
         now: dict[Side, Any] = {
-            side: player_of(learner, (landmarks or {}).get(side))
-            for side, learner in learners.items()
+            side: player_of(learner) for side, learner in learners.items()
         }
         episodes = play(Job(plan, scenario, **{**sides, **now}, seeds=tuple(seeds)))
         # LEARN
@@ -50,21 +48,16 @@ def learn(side: Side, learner: Learner, episodes: Sequence[Episode]) -> Summary:
     return learner.update() if learner.buffer.full else {}
 
 
-def player_of(learner: Learner, landmarks: Landmarks | None = None) -> Learned:
+def player_of(learner: Learner) -> Learned:
     """Copy the learner's policy; later updates do not change the copy."""
     tensors = learner.actor.state_dict().items()
     weights = {name: tensor.numpy().copy() for name, tensor in tensors}
-    return Learned(learner.settings, weights, landmarks)
+    return Learned(learner.settings, weights)
 
 
 def learner_for(
-    side: Side,
-    plan: str,
-    scenario: Scenario,
-    settings: TrainerSettings,
-    seed: int,
-    landmarks: Landmarks | None = None,
+    side: Side, plan: str, scenario: Scenario, settings: TrainerSettings, seed: int
 ) -> Learner:
     """Make a side's new learner; `trainer_type` in the settings says which."""
-    player = Player(side, building_of(plan), scenario, settings, landmarks)
-    return LEARNERS[settings.trainer_type](settings, player.sizes, seed)
+    sizes = settings.interface(side, building_of(plan), scenario).sizes
+    return LEARNERS[settings.trainer_type](settings, sizes, seed)

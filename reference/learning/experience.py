@@ -3,7 +3,7 @@
 Clauses: C4, C8, E3.  The trainers of Tables I and II update when the buffer holds more
 than `buffer_size` experiences, use all of it, and empty it.
 
-    T  decisions of an episode;  G  agents;  V, E, K, O, F  as in `networks`
+    T  decisions of an episode;  G  agents;  V, K  as in `networks`
     N  group decisions in the buffer;  a step is one agent's decision
 """
 
@@ -14,8 +14,6 @@ from typing import Generic, TypeVar
 import numpy as np
 import torch
 from torch import Tensor
-
-from reference.learning.networks import Options
 
 Array = TypeVar("Array", np.ndarray, Tensor)
 
@@ -30,25 +28,19 @@ class GroupDecision(Generic[Array]):
     grids      (channels, height, width) uint8, shared by the agents
     alive      (G,) bool, which agents decide
     actions    (G, K) float32, as a `Policy` stores them
-    shown      (G, E) float32, the actions as a critic sees them
-    log_probs  (G, K) float32, of the actions when they were sampled
-    features   (G, O, F), action_mask (G, O): options of a discrete choice, or None
+    log_probs  (G, K) float32, of the actions when they were sampled; a head may
+               have one for all components
     """
 
     vectors: Array
     grids: Array
     alive: Array
     actions: Array
-    shown: Array
     log_probs: Array
-    features: Array | None = None
-    action_mask: Array | None = None
 
-    def columns(self) -> Iterator[tuple[str, Array]]:
-        """Yield the name and array of every field that is not None."""
-        for field in fields(self):
-            if (value := getattr(self, field.name)) is not None:
-                yield field.name, value
+    def columns(self) -> dict[str, Array]:
+        """The arrays by name."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
 
 @dataclass(kw_only=True)
@@ -82,7 +74,7 @@ def trajectory_of(
     """Stack decisions into a trajectory; last: row T of vectors, grids and alive."""
     columns: dict[str, list[np.ndarray]] = {
         name: [getattr(decision, name) for decision in decisions]
-        for name, _ in decisions[0].columns()
+        for name in decisions[0].columns()
     }
     for name, row in last.items():
         columns[name].append(row)
@@ -105,24 +97,17 @@ class Decisions(GroupDecision[Tensor]):
     def __len__(self) -> int:
         return len(self.alive)
 
-    @property
-    def options(self) -> Options | None:
-        """Options of a discrete choice; None where no options were recorded."""
-        if self.features is None or self.action_mask is None:
-            return None
-        return Options(self.features, self.action_mask)
-
     def rows(self, which: Tensor) -> "Decisions":
         """Select group decisions by their indices."""
-        columns = self.columns()
+        columns = self.columns().items()
         return Decisions(**{name: x.index_select(0, which) for name, x in columns})
 
     @staticmethod
     def joined(parts: "Sequence[Decisions]") -> "Decisions":
         """Concatenate parts in their order."""
-        names = [name for name, _ in parts[0].columns()]
+        columns = [part.columns() for part in parts]
         return Decisions(
-            **{name: torch.cat([getattr(p, name) for p in parts]) for name in names}
+            **{name: torch.cat([c[name] for c in columns]) for name in columns[0]}
         )
 
 
@@ -130,7 +115,7 @@ def decisions_of(t: Trajectory) -> Decisions:
     """Convert a trajectory to decisions; values, advantages and so on are still 0."""
     seen_and_done = {
         name: torch.from_numpy(array[: len(t)])
-        for name, array in t.columns()
+        for name, array in t.columns().items()
         if name != "rewards"
     }
     names = ("values", "baselines", "returns", "advantages")

@@ -1,36 +1,29 @@
-"""The networks that both trainers share: encoders, and actors with three heads.
+"""The networks that both trainers share: encoders and actors.
 
 Clauses: C3, C4, C5, C7, D2, E1-E4.  What ML-Agents 0.29.0 builds from Tables I and II,
 with one difference: whatever the agents of a group share is computed once [E3, chosen].
 
     B    group decisions in a batch;  G  agents of the group;  V  numbers an agent sees
     C    continuous components of an action;  D  discrete branches;  K = C + D
-    H    hidden units;  E  numbers of an action that a critic sees
-    O    options a head chooses among: places, or a mixture's anchors
-    F    features of an option: a pointer's, or where an anchor is
+    H    hidden units
 """
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
-from math import log, sqrt
+from math import sqrt
 
 import torch
 from torch import Tensor, nn
 from torch.distributions import Categorical, Normal
 from torch.nn import functional
 
-from reference.game.frame import UNIT
+from reference.game.interface import Sizes
 from reference.learning.settings import TrainerSettings
 
 MOST_DEVIATIONS = 5.0  # [E4] normalised inputs are clipped there
 RELU_GAIN = 1.41  # [E3] of the layer after the convolutions
 MEAN_GAIN, BRANCH_GAIN = 0.2, 0.1  # [E3] a new policy hardly prefers anything
-RAW_LIMIT = 3.0  # [E3] a raw continuous action is clipped to ±this, then divided by it
-REFUSED = -1e9  # the score of a masked option
-FIRST_SIGMA, SIGMAS = 0.5, (0.02, 1.0)
-"""[C5, chosen] of a Gaussian in the robot's frame, in units of 10 m: where it begins,
-and between which it stays."""
+REFUSED = -1e9  # the score of what may not be chosen
 
 
 @contextmanager
@@ -42,38 +35,6 @@ def one_thread() -> Iterator[None]:
         yield
     finally:
         torch.set_num_threads(before)
-
-
-@dataclass(frozen=True)
-class Sizes:
-    """Shapes of a network's inputs and outputs, by building and scenario.
-
-    vector      numbers an agent observes;  grid  (channels, height, width)
-    continuous  Gaussian components;  branches  options of each discrete branch
-    features    of an option, 0 without a pointer head
-    anchors     of a mixture head, else 0
-    shown       numbers of an action that a critic sees
-    """
-
-    vector: int
-    grid: tuple[int, int, int]
-    continuous: int = 0
-    branches: tuple[int, ...] = ()
-    features: int = 0
-    anchors: int = 0
-    shown: int = 0
-
-
-@dataclass(frozen=True)
-class Options:
-    """Options of a discrete choice, and which of them are allowed.
-
-    features (..., O, F), of a mixture's anchors their x and y, of a Gaussian none
-    action_mask (..., O) bool
-    """
-
-    features: Tensor
-    action_mask: Tensor
 
 
 # -- Inputs -------------------------------------------------------------------------
@@ -204,19 +165,8 @@ class Policy:
     Actions are stored as (..., C + D) floats: raw samples, then indices.
     """
 
-    def __init__(
-        self,
-        mean: Tensor,
-        log_sigma: Tensor,
-        branches: Sequence[Tensor],
-        keeps: bool = False,
-    ):
-        """mean (..., C), log_sigma (..., C), and for each branch its logits (..., n).
-
-        keeps: where the first branch takes option 0, "keep", the Gaussians' samples
-        are not used, and their log-probabilities count as 0.
-        """
-        self.keeps = keeps
+    def __init__(self, mean: Tensor, log_sigma: Tensor, branches: Sequence[Tensor]):
+        """mean (..., C), log_sigma (..., C), and each branch's logits (..., n)."""
         self.gaussian = Normal(
             mean, log_sigma.exp().expand_as(mean), validate_args=False
         )
@@ -225,20 +175,16 @@ class Policy:
     def log_probs(self, actions: Tensor) -> Tensor:
         """(..., C + D), one log-probability for every component [E3]."""
         C = self.gaussian.mean.shape[-1]
-        of_gaussians = self.gaussian.log_prob(actions[..., :C])
-        if self.keeps:
-            of_gaussians = of_gaussians * (actions[..., C : C + 1] > 0)
-        parts = [of_gaussians]
+        parts = [self.gaussian.log_prob(actions[..., :C])]
         for k, branch in enumerate(self.branches, start=C):
             parts.append(branch.log_prob(actions[..., k].long())[..., None])
         return torch.cat(parts, dim=-1)
 
     def entropy(self) -> Tensor:
         """(...): mean over the continuous dimensions + sum over the branches [E3]."""
-        total = sum(branch.entropy() for branch in self.branches)
-        if self.gaussian.mean.shape[-1]:
-            total = total + self.gaussian.entropy().mean(dim=-1)
-        assert isinstance(total, Tensor)
+        total = self.gaussian.entropy().mean(dim=-1)
+        for branch in self.branches:
+            total = total + branch.entropy()
         return total
 
     def noise(self) -> tuple[int, int]:
@@ -266,138 +212,20 @@ class Policy:
 class GaussianHead(nn.Module):
     """The paper's head: unsquashed Gaussians, and discrete branches [C5] [D2].
 
-    A linear layer gives the mean; log sigma is a free vector that begins at 0. With
-    commitment there is one branch: keep the current destination, or take the new one.
-
-    [C5, chosen] In the robot's frame a linear layer gives log sigma too, from
-    FIRST_SIGMA on: a free number hardly moves in a short training.
+    A linear layer gives the mean; log sigma is a free vector that begins at 0.
     """
 
-    def __init__(
-        self,
-        hidden: int,
-        continuous: int,
-        branches: tuple[int, ...],
-        commitment: float = 0.0,
-        robots_frame: bool = False,
-    ):
+    def __init__(self, hidden: int, continuous: int, branches: tuple[int, ...] = ()):
         super().__init__()
-        self.commitment = commitment
         self.mean = linear(hidden, continuous, MEAN_GAIN / sqrt(hidden))
-        self.log_sigma: nn.Parameter | nn.Linear
-        if robots_frame:
-            self.log_sigma = linear(hidden, continuous, BRANCH_GAIN / sqrt(hidden))
-            nn.init.constant_(self.log_sigma.bias, log(FIRST_SIGMA))
-        else:
-            self.log_sigma = nn.Parameter(torch.zeros(continuous))
+        self.log_sigma = nn.Parameter(torch.zeros(continuous))
         self.branches = nn.ModuleList(
             linear(hidden, n, BRANCH_GAIN / sqrt(hidden)) for n in branches
         )
 
-    def forward(self, x: Tensor, options: Options | None = None) -> Policy:
-        """Policy from the body's (..., H); options: mask the only branch, if given."""
-        logits = [branch(x) for branch in self.branches]
-        if options is not None:
-            logits = [_committed(logits[0], options, self.commitment)]
-        log_sigma = self.log_sigma
-        if isinstance(log_sigma, nn.Linear):
-            log_sigma = log_sigma(x).clamp(*map(log, SIGMAS))
-        return Policy(self.mean(x), log_sigma, logits, options is not None)
-
-
-class Mixture(Policy):
-    """A mixture of Gaussians around anchors: two floats, one log-probability.
-
-    log p(a) = log sum_k w_k N(a; m_k, sigma)
-    """
-
-    def __init__(self, anchors: Tensor, sigma: float, logits: Tensor):
-        """anchors m (..., O, 2) and their logits (..., O)."""
-        log_sigma = anchors.new_tensor(log(sigma))
-        super().__init__(anchors, log_sigma, [logits])
-        self.choice = self.branches[0]
-
-    def log_probs(self, actions: Tensor) -> Tensor:
-        """(..., 1), exact: whichever anchor an action (..., 2) was drawn around."""
-        near = self.gaussian.log_prob(actions[..., None, :]).sum(dim=-1)
-        return torch.logsumexp(self.choice.logits + near, dim=-1, keepdim=True)
-
-    def entropy(self) -> Tensor:
-        """(...): of the choice + of a Gaussian, which does not change [C5, chosen].
-
-        The mixture's own has no formula; it is less where anchors are close.
-        """
-        return self.choice.entropy() + self.gaussian.entropy()[..., 0, :].mean(dim=-1)
-
-    def noise(self) -> tuple[int, int]:
-        """One Gaussian's, and one for each anchor."""
-        return self.gaussian.mean.shape[-1], self.choice.logits.shape[-1]
-
-    def act(self, noise: Tensor | None = None) -> Tensor:
-        """Sample (..., 2) around a sampled anchor; without noise, the likeliest one."""
-        scores, anchors = self.choice.logits, self.gaussian.mean
-        if noise is not None:
-            scores = scores + noise[..., 2:]
-        chosen = scores.argmax(dim=-1)[..., None, None].expand(*scores.shape[:-1], 1, 2)
-        spot = anchors.gather(-2, chosen)[..., 0, :]
-        sigma = self.gaussian.stddev[..., 0, :]
-        return spot if noise is None else spot + sigma * noise[..., :2]
-
-
-class MixtureHead(nn.Module):
-    """Weights anchors of the robot's frame by one linear layer [C5, chosen].
-
-    The first anchor, "keep", has the commitment as a bonus; `game.frame` says which
-    there are, and which may be meant now.
-    """
-
-    def __init__(self, hidden: int, anchors: int, sigma: float, commitment: float):
-        super().__init__()
-        self.sigma, self.commitment = sigma, commitment
-        self.weights = linear(hidden, anchors, BRANCH_GAIN / sqrt(hidden))
-
-    def forward(self, x: Tensor, options: Options) -> Mixture:
-        """Mixture from the body's (..., H) and the anchors, as features (..., O, 2)."""
-        logits = _committed(self.weights(x), options, self.commitment)
-        return Mixture(options.features, self.sigma, logits)
-
-
-class PointerHead(nn.Module):
-    """Scores options by one small network that all of them share [C5, chosen].
-
-    The choice is one discrete branch; the chosen option's coordinates are the action.
-    Without context the scores depend on the options' features alone.
-    """
-
-    def __init__(
-        self,
-        hidden: int,
-        features: int,
-        commitment: float = 0.0,
-        context: bool = True,
-    ):
-        super().__init__()
-        self.commitment = commitment
-        self.context = linear(hidden, hidden, 1 / sqrt(hidden)) if context else None
-        self.option = linear(features, hidden, 1 / sqrt(features))
-        self.between = layers(hidden, hidden, 1)
-        self.score = linear(hidden, 1, BRANCH_GAIN / sqrt(hidden))
-
-    def forward(self, x: Tensor | None, options: Options) -> Policy:
-        """Policy from the body's (..., H), None without context, and the options."""
-        both = self.option(options.features)
-        if self.context is not None:
-            assert x is not None
-            both = self.context(x)[..., None, :] + both
-        scores = self.score(self.between(functional.silu(both)))[..., 0]
-        scores = _committed(scores, options, self.commitment)
-        return Policy(both[..., 0, :0], both.new_zeros(0), [scores])
-
-
-def _committed(logits: Tensor, options: Options, bonus: float) -> Tensor:
-    """Mask missing options; give the first, "keep", a bonus [C7, chosen]."""
-    keep = torch.arange(logits.shape[-1]) == 0
-    return (logits + bonus * keep).masked_fill(~options.action_mask, REFUSED)
+    def forward(self, x: Tensor, vectors: Tensor) -> Policy:
+        """Policy from the body's (..., H); other heads also read vectors (..., V)."""
+        return Policy(self.mean(x), self.log_sigma, [b(x) for b in self.branches])
 
 
 class Actor(nn.Module):
@@ -405,40 +233,14 @@ class Actor(nn.Module):
 
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
-        hidden, context = settings.hidden_units, settings.context
-        self.pointer = self.gaussian = self.mixture = None
-        self.body = None
-        if context or not sizes.features:
-            self.body = Body(sizes, settings)
-        if sizes.anchors:
-            sigma = settings.spread / UNIT
-            self.mixture = MixtureHead(
-                hidden, sizes.anchors, sigma, settings.commitment
-            )
-        elif sizes.features:
-            self.pointer = PointerHead(
-                hidden, sizes.features, settings.commitment, context
-            )
+        hidden = settings.hidden_units
+        self.body = Body(sizes, settings)
+        if sizes.head is None:
+            self.head = GaussianHead(hidden, sizes.continuous, sizes.branches)
         else:
-            self.gaussian = GaussianHead(
-                hidden,
-                sizes.continuous,
-                sizes.branches,
-                settings.commitment,
-                settings.in_robots_frame,
-            )
+            self.head = sizes.head(hidden)
 
-    def forward(
-        self, vectors: Tensor, grids: Tensor, options: Options | None = None
-    ) -> Policy:
-        """(B, [G,] V), (B, channels, height, width) and options, if there are any."""
-        x = None if self.body is None else self.body(vectors, grids)
-        if self.pointer is not None:
-            assert options is not None
-            return self.pointer(x, options)
-        assert x is not None
-        if self.mixture is not None:
-            assert options is not None
-            return self.mixture(x, options)
-        assert self.gaussian is not None
-        return self.gaussian(x, options)
+    def forward(self, vectors: Tensor, grids: Tensor) -> Policy:
+        """(B, [G,] V) and (B, channels, height, width)."""
+        policy: Policy = self.head(self.body(vectors, grids), vectors)
+        return policy

@@ -81,7 +81,7 @@ class Learner(ppo.Learner):
     def _values(self, decisions: Decisions) -> tuple[Tensor, Tensor]:
         """Compute the group's value for each agent, and its baseline: (T, G) each."""
         values, baselines = self.critic.with_baselines(
-            decisions.vectors, decisions.grids, decisions.alive, decisions.shown
+            decisions.vectors, decisions.grids, decisions.alive, decisions.actions
         )
         return values[:, None].expand_as(baselines).clone(), baselines
 
@@ -114,7 +114,7 @@ class Learner(ppo.Learner):
         """0.5·(value + 0.5·baseline), of the live agents [E1] [E3]."""
         live = batch.alive
         values, baselines = self.critic.with_baselines(
-            batch.vectors, batch.grids, live, batch.shown
+            batch.vectors, batch.grids, live, batch.actions
         )
         returns = batch.returns[live]
         value = value_loss(values[:, None].expand_as(live)[live], returns)
@@ -149,7 +149,7 @@ class GroupCritic(nn.Module):
         self.encoder = Encoder(sizes, settings)
         gain = sqrt(0.125 / hidden)
         self.g = nn.Sequential(linear(self.encoder.size, hidden, gain), nn.SiLU())
-        with_action = self.encoder.size + sizes.shown
+        with_action = self.encoder.size + sizes.continuous
         self.f = nn.Sequential(linear(with_action, hidden, gain), nn.SiLU())
         self.attention = SelfAttention(hidden)
         self.trunk = layers(hidden, hidden, settings.num_layers, gain)
@@ -165,19 +165,17 @@ class GroupCritic(nn.Module):
         return self._value(self.attention(g, alive), alive)
 
     def with_baselines(
-        self, vectors: Tensor, grids: Tensor, alive: Tensor, shown: Tensor
+        self, vectors: Tensor, grids: Tensor, alive: Tensor, actions: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """Values (B,) and baselines (B, G); shown: (B, G, E), what the agents did.
+        """Values (B,) and baselines (B, G); actions: (B, G, C), what the agents did.
 
         The baseline of an absent agent means nothing.
         """
         encoded = self.encoder(vectors, grids)
         g = self.g(encoded)
-        f = self.f(torch.cat([encoded, shown], dim=-1))
+        f = self.f(torch.cat([encoded, actions], dim=-1))
         value = self._value(self.attention(g, alive), alive)
-        baselines = self._value(
-            self.attention.counterfactual_at_once(f, g, alive), alive
-        )
+        baselines = self._value(self.attention.counterfactual(f, g, alive), alive)
         return value, baselines
 
     def _value(self, pooled: Tensor, alive: Tensor) -> Tensor:
@@ -206,75 +204,32 @@ class SelfAttention(nn.Module):
         self.out = linear(hidden, hidden, deviation)
 
     def forward(self, entities: Tensor, alive: Tensor) -> Tensor:
-        """(B, G, H) and (B, G) bool -> (B, H)."""
+        """(B, G, H) and (B, G) bool -> (B, H); absent agents are not asked."""
         x = layer_norm(entities)
-        q, k, v = self._projected(x)
-        weights = self._weights(torch.einsum("bahd,bchd->bhac", q, k), alive)
-        attended = torch.einsum("bhac,bchi->bai", weights, v) + self.out.bias
-        return self._pooled(attended + x, alive)
+        inner = (self.query, self.key, self.to_value)
+        q, k, v = (self._per_head(project(x)) for project in inner)
+        scores = q @ k.transpose(-2, -1) / sqrt(x.shape[-1])  # (B, heads, G, G)
+        scores = scores.masked_fill(~alive[:, None, None], REFUSED)
+        attended = (scores.softmax(dim=-1) @ v).transpose(1, 2).flatten(2)
+        rows = layer_norm(self.out(attended) + x) * alive[..., None]
+        n = alive.sum(dim=1, keepdim=True, dtype=x.dtype)
+        return rows.sum(dim=1) / (n + POOLING_EPSILON)
 
     def counterfactual(self, f: Tensor, g: Tensor, alive: Tensor) -> Tensor:
         """Attend to the group without agent j's action, in row j: (B, G, H).
 
         Set j has f of every agent but j, and g of j; all sets pass the same attention.
-        This version is for readers: learners compute `counterfactual_at_once`, which a
-        test holds equal to it.
         """
-        rows = []
-        for j in range(f.shape[1]):
-            without_j = torch.cat([f[:, :j], g[:, j : j + 1], f[:, j + 1 :]], dim=1)
-            rows.append(self(without_j, alive))
-        return torch.stack(rows, dim=1)
-
-    def counterfactual_at_once(self, f: Tensor, g: Tensor, alive: Tensor) -> Tensor:
-        """Compute `counterfactual` faster: the sets differ in one entity each.
-
-        So project once per entity, score once per pair; only the softmax is for each j.
-            j  whose action is taken out;  a  who asks (query);  c  who is asked (key)
-        """
-        G = f.shape[1]
-        f, g = layer_norm(f), layer_norm(g)
-        (q_f, k_f, v_f), (q_g, k_g, v_g) = self._projected(f), self._projected(g)
-        same = torch.eye(G, dtype=torch.bool, device=f.device)
-        j_asks, j_asked = same[:, :, None], same[:, None, :]
-        pair = "bahd,bchd->bhac"
-        ff, fg = torch.einsum(pair, q_f, k_f), torch.einsum(pair, q_f, k_g)
-        gf, gg = torch.einsum(pair, q_g, k_f), torch.einsum(pair, q_g, k_g)
-        asked_by_f = torch.where(j_asked, fg[:, :, None], ff[:, :, None])
-        asked_by_g = torch.where(j_asked, gg[:, :, None], gf[:, :, None])
-        scores = torch.where(j_asks, asked_by_g, asked_by_f)  # (B, heads, j, a, c)
-        weights = self._weights(scores, alive)
-        of_f = weights.masked_fill(j_asked, 0.0)
-        of_g = weights.diagonal(dim1=2, dim2=4)  # (B, heads, a, j): c = j
-        attended = torch.einsum("bhjac,bchi->bjai", of_f, v_f)
-        attended = attended + torch.einsum("bhaj,bjhi->bjai", of_g, v_g)
-        x = torch.where(same[:, :, None], g[:, None], f[:, None])
-        return self._pooled(attended + self.out.bias + x, alive)
-
-    def _projected(self, x: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-        """Compute queries, keys (B, G, heads, d), and values that have passed `out`.
-
-        Attention and `out` are both linear in the values, so each head's values may
-        pass its part of `out` before they are mixed: (B, G, heads, H).
-        """
-        B, G, H = x.shape
-        inner = (self.query, self.key, self.to_value)
-        q, k, v = (p(x).view(B, G, ATTENTION_HEADS, -1) for p in inner)
-        part = self.out.weight.view(H, ATTENTION_HEADS, -1)
-        return q / sqrt(H), k, torch.einsum("bchd,ihd->bchi", v, part)
+        B, G, H = f.shape
+        own = torch.eye(G, dtype=torch.bool, device=f.device)[..., None]
+        sets = torch.where(own, g[:, None], f[:, None])  # (B, j, G, H)
+        pooled = self(sets.flatten(0, 1), alive.repeat_interleave(G, dim=0))
+        return pooled.view(B, G, H)
 
     @staticmethod
-    def _weights(scores: Tensor, alive: Tensor) -> Tensor:
-        """Take the softmax over the last axis; absent agents get weight 0."""
-        there = alive.view(alive.shape[0], *[1] * (scores.dim() - 2), alive.shape[1])
-        return scores.masked_fill(~there, REFUSED).softmax(dim=-1)
-
-    @staticmethod
-    def _pooled(x: Tensor, alive: Tensor) -> Tensor:
-        """Average the live agents' normalised rows: (B, ..., G, H) -> (B, ..., H)."""
-        n = alive.sum(dim=1, dtype=x.dtype).view(-1, *[1] * (x.dim() - 2))
-        there = alive.view(alive.shape[0], *[1] * (x.dim() - 3), -1, 1)
-        return (layer_norm(x) * there).sum(dim=-2) / (n + POOLING_EPSILON)
+    def _per_head(x: Tensor) -> Tensor:
+        """(B, G, H) -> (B, heads, G, H / heads)."""
+        return x.unflatten(-1, (ATTENTION_HEADS, -1)).transpose(1, 2)
 
 
 def layer_norm(x: Tensor) -> Tensor:

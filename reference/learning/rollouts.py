@@ -17,11 +17,10 @@ from reference.game.environment import (
     action_size,
     until_next_decision,
 )
-from reference.game.moments import Moment
 from reference.game.observations import headed, robots_at_work
-from reference.game.rewards import fire_reward, shaping
+from reference.game.rewards import fire_reward
 from reference.learning.experience import GroupDecision, Trajectory, trajectory_of
-from reference.learning.players import Player, Recorded
+from reference.learning.players import Moment, Player, Recorded
 from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
 from reference.simulation import Simulation
@@ -173,20 +172,20 @@ class _Run:
             for k in there:
                 self.vectors[side][k] = seen[agents[k]]["vector"]
             if there and self.rewards[side]:
-                shaped = self._shaping(side, time, inside - sum(world.occupancy))
-                self.rewards[side][-1] += rewards[agents[there[0]]] + shaped
+                gone = inside - sum(world.occupancy)
+                extra = self._extra_reward(side, gone, time)
+                self.rewards[side][-1] += rewards[agents[there[0]]] + extra
 
-    def _shaping(self, side: Side, time: float, gone: int) -> float:
-        """Compute the shaping reward of the decision that began at `time`."""
-        s, scenario = self.players[side].settings, self.environment.scenario
-        return s.shaping * shaping(gone, time, scenario.decision_seconds, s.gamma)
+    def _extra_reward(self, side: Side, gone: int, time: float) -> float:
+        seconds = self.environment.scenario.decision_seconds
+        return self.players[side].settings.extra_reward(gone, time, seconds)
 
     def episode(self) -> Episode:
         """Make the whole episode, once it is over."""
         sides: dict[str, Trajectory | None] = {"robots": None, "fire": None}
         for side, decisions in self.decisions.items():
             if decisions:
-                seen = self.players[side].seen(self.moment(side))
+                (seen,) = self.players[side].read([self.moment(side)])
                 last = {"vectors": seen, "grids": self.grid}
                 last["alive"] = decisions[-1].alive & self._cut_off(side)
                 sides[side] = trajectory_of(decisions, self.rewards[side], last)

@@ -1,6 +1,6 @@
 """Trainer settings of one side: Table I for the robots, Table II for the fire.
 
-Clauses: C7, E1, E2 (Tables I and II), E3 (what a row means), E4 (networks), E5 (γ).
+Clauses: E1, E2 (Tables I and II), E3 (what a row means), E4 (networks), E5 (γ).
 A row here has its name in ML-Agents, its type, its section in ML-Agents' files, and its
 allowed values; its value stands in `paper`, or in one of the smaller presets.
 """
@@ -11,7 +11,9 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from typing import Annotated, Any, Literal, NamedTuple, get_type_hints
 
-from reference.paper import InputError
+from reference.building import Building
+from reference.game.interface import Interface
+from reference.paper import InputError, Scenario
 
 Side = Literal["robots", "fire"]
 SIDES: tuple[Side, ...] = ("robots", "fire")
@@ -52,25 +54,7 @@ Schedule = Annotated[str, Row(HYPER, ("linear", "constant"))]  # to a floor at m
 class TrainerSettings:
     """One side's table; a step is one agent's decision. Raises SettingsError.
 
-    head          ours: "gaussian" draws the paper's two floats; "mixture" draws them
-                  around one of several anchors; "pointer" scores landmarks and emits
-                  the two floats of the chosen one
-    context       ours: a pointer also sees the observation, not the options alone;
-                  critics and Gaussians always do
     reward_scale  ours: factor on rewards before anything is learned from them
-
-    The robots' own, all 0 or false in Table I [C7, E3, chosen]:
-
-    commitment    logit bonus of the extra option "keep the current destination";
-                  without it a new policy would turn round before it arrives anywhere
-    shaping       weight, health points per human inside, of a potential-based reward
-                  that cancels deaths caused by time alone, `game.rewards.shaping`
-    robots_frame  a Gaussian reads and speaks from where its robot stands, as a mixture
-                  always does, `game.frame`; without, coordinates of the floor
-    spread        metres, standard deviation of a mixture around each of its anchors
-    masks         a mixture may not mean what helps nobody, `game.frame`
-    summary       add to the observation counts that it implies
-    own_state     ... and where each robot is headed
     """
 
     trainer_type: Annotated[str, Row((), ("poca", "ppo"))]  # a group, or each alone
@@ -95,16 +79,7 @@ class TrainerSettings:
     max_steps: int
     time_horizon: int  # decisions of a trajectory, at most
     summary_freq: int  # steps
-    head: Annotated[str, Row(None, ("gaussian", "mixture", "pointer"))] = "gaussian"
-    context: Annotated[bool, Row(None)] = True
     reward_scale: Annotated[float, Row(None, low=ABOVE_0)] = REWARD_SCALE
-    commitment: Annotated[float, Row(None, low=0)] = 0.0
-    shaping: Annotated[float, Row(None, low=0)] = 0.0
-    robots_frame: Annotated[bool, Row(None)] = False
-    spread: Annotated[float, Row(None, low=0.01)] = 0.4
-    masks: Annotated[bool, Row(None)] = False
-    summary: Annotated[bool, Row(None)] = False
-    own_state: Annotated[bool, Row(None)] = False
 
     def __post_init__(self) -> None:
         check_rows(self)
@@ -119,32 +94,23 @@ class TrainerSettings:
                 f"{ATTENTION_HEADS} attention heads of poca: take a multiple of them"
             )
 
-    @property
-    def in_robots_frame(self) -> bool:
-        """Whether its networks read and speak in the robot's frame."""
-        return self.head == "mixture" or (self.robots_frame and self.head == "gaussian")
+    def interface(
+        self, side: Side, building: Building, scenario: Scenario
+    ) -> Interface:
+        """How this side's networks read and speak: as the paper does."""
+        return Interface(side, building, scenario)
+
+    def extra_reward(self, gone: int, time: float, seconds: float) -> float:
+        """A reward beside the game's; the paper has none.
+
+        gone: people who left or died during a decision of so many seconds that began
+        at `time`.
+        """
+        return 0.0
 
 
 class SettingsError(InputError):
     """A setting with an impossible value: which, why, and what to write instead."""
-
-
-OF_ROBOTS = ("commitment", "shaping", "robots_frame", "masks", "summary", "own_state")
-"""Rows that only robots have."""
-
-
-def refuse_of_robots(settings: TrainerSettings) -> None:
-    """Raise SettingsError if a fire's settings have what only robots can have."""
-    for name in OF_ROBOTS:
-        if getattr(settings, name):
-            raise SettingsError(
-                f"fire: {name} is about robots, which walk between two decisions and "
-                "see the clock; leave it out"
-            )
-    if settings.head == "mixture":
-        raise SettingsError(
-            "fire: a head 'mixture' draws around what robots see; write gaussian"
-        )
 
 
 # -- Checks -------------------------------------------------------------------------

@@ -1,10 +1,8 @@
-"""Measure the speed of the simulation, of rollouts and of the learners.
+"""Measure how fast maps are read, crowds walk, rollouts are played and learners learn.
 
-Clauses: B8, E1, E2, E3.  The whole simulation (sight, minds, robots, fire) is timed
-beside the bare crowd of `motion`: compare the two, not machines.  Learners use all
-cores, the rest one; their sizes are the paper's, minibatches of about 1024 decisions.
-
-    N  group decisions of a buffer;  G  agents
+Clauses: B8, E1, E2, E3.  All but the learners use one core. The whole simulation
+(sight, minds, robots, fire) is timed beside its bodies alone: compare these, not
+machines.
 """
 
 from dataclasses import replace
@@ -13,28 +11,25 @@ from time import perf_counter
 from typing import Any
 
 import numpy as np
-import torch
 from tqdm import tqdm
 
 from reference import motion
 from reference.building import Building, plan_of
-from reference.game.environment import until_next_decision
 from reference.learning.adversarial import learner_for, player_of
-from reference.learning.experience import Decisions
+from reference.learning.experience import Trajectory
 from reference.learning.networks import one_thread
 from reference.learning.ppo import Learner
-from reference.learning.rollouts import Advance, Job, play
+from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES, Side
 from reference.paper import PEOPLE, InputError, Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.landmarks import landmarks_for
 from reference.workshop.lockstep import together
-from reference.workshop.maps import load
+from reference.workshop.maps import find, read
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.training.presets import preset
 
-RUNS = 5
+RUNS = 5  # seeds of a crowd
 CASES = {
     "40": (PEOPLE, 20.0),
     "400": (10 * PEOPLE, 20.0),
@@ -42,97 +37,94 @@ CASES = {
 }
 """People, and seconds after which a run stops; in the first 20 everybody is inside."""
 
-BATCHES = 4  # minibatches of a measured update
+Speeds = dict[str, float]
+PRESETS = ("paper", "laptop")
 EPISODES = 16  # in lockstep, in one process with one thread
-ROLLOUTS = ("paper", "laptop")  # presets: Gaussian heads, and pointer heads
+BATCHES = 4  # minibatches of a measured update, at least
 
 
 def measure(name: str, seed: int) -> dict[str, Any]:
-    """Measure a building; the crowd's speeds are medians over RUNS seeds from this on.
+    """Measure a building, by path or name; crowds by medians of RUNS seeds from `seed`.
 
-    Cases of more people than fit are left out. Raises what reading a map raises.
+    load_seconds        until the first tick can begin: text, checks, ways and sight
+    person_seconds_per_second, bodies_alone  of each of the CASES whose people fit
+    decisions_per_second  of robots in a preset's rollouts, networks and world included
+    samples_per_second  agent-decisions that a preset's learner takes in, each epoch of
+                        an update counted; robots by MA-POCA, fire by PPO; all cores
+
+    Networks are untrained, so episodes last long. Raises what reading a map raises.
     """
-    seeds = range(seed, seed + RUNS)
-    loads = [_load_seconds(name) for _ in seeds]
-    building = load(name)
-    speeds, bare = {}, {}
-    for case, (people, seconds) in tqdm(CASES.items(), disable=None, leave=False):
-        scenario = Scenario(people=people)
-        try:
-            runs = [
-                Simulation(building, scenario, Sweep(), RandomFire(), number)
-                for number in seeds
-            ]
-        except InputError:
-            continue
-        bare[case] = median(_bare_speed(run, seconds) for run in runs)
-        speeds[case] = median(_speed(run, seconds) for run in runs)
-    learners = _learners("paper", building, seed)
-    decisions = {name: _decisions_per_second(name, building, seed) for name in ROLLOUTS}
-    return {
-        "building": name,
-        "seed": seed,
-        "person_seconds_per_second": speeds,
-        "bare_step": bare,
-        "load_seconds": median(loads),
-        "decisions_per_second": {name: speed for name, (speed, _) in decisions.items()},
-        "one_by_one": {name: speed for name, (_, speed) in decisions.items()},
-        "learner_samples_per_second": {
-            learner.settings.trainer_type: _samples_per_second(side, learner, building)
-            for side, learner in learners.items()
-        },
-    }
+    start = perf_counter()
+    building = Building(read(find(name)))
+    Simulation(building)
+    facts: dict[str, Any] = {"building": name, "seed": seed}
+    facts["load_seconds"] = perf_counter() - start
+    whole, bare = _crowds(building, range(seed, seed + RUNS))
+    facts |= {"person_seconds_per_second": whole, "bodies_alone": bare}
+    facts |= {"decisions_per_second": {}, "samples_per_second": {}}
+    for each in tqdm(PRESETS, unit="preset", disable=None, leave=False):
+        decisions, samples = _learning(each, building, seed)
+        facts["decisions_per_second"][each] = decisions
+        facts["samples_per_second"][each] = samples
+    return facts
 
 
 def table(title: str, facts: dict[str, Any]) -> str:
     """Format the figures as text."""
-    last, bodies = facts["seed"] + RUNS - 1, facts["bare_step"]
+    crowds, bare = facts["person_seconds_per_second"], facts["bodies_alone"]
     lines = [
-        f"{title}, one core, median of seeds {facts['seed']} to {last}",
+        f"{title}: read, checked and prepared in {facts['load_seconds']:.2f} s",
         f"{'person-seconds per second':27}{'everything on':>15}{'bodies alone':>15}",
     ]
-    for case, speed in facts["person_seconds_per_second"].items():
+    for case, speed in crowds.items():
         people, seconds = CASES[case]
         what = "whole" if case.endswith("whole") else f"first {seconds:.0f} s"
-        lines.append(
-            f"{f'{people} people, {what}':27}{speed:15,.0f}{bodies[case]:15,.0f}"
-        )
-    lines.append(f"read, checked and prepared in {facts['load_seconds']:.2f} s")
-    lines.append("rollouts, robot decisions per second, one core")
+        what = f"{people} people, {what}"
+        lines.append(f"{what:27}{speed:15,.0f}{bare[case]:15,.0f}")
     for name, speed in facts["decisions_per_second"].items():
-        alone = facts["one_by_one"][name]
-        gain = f"{alone:,.0f} one by one, {speed / alone:.1f} times"
-        lines.append(f"    preset {name:8}{speed:,.0f} in lockstep ({gain})")
-    samples = facts["learner_samples_per_second"]
-    learners = ", ".join(f"{name} {count:,.0f}" for name, count in samples.items())
-    lines.append(f"learners, samples per second, all cores: {learners}")
+        samples = facts["samples_per_second"][name].items()
+        learners = ", ".join(f"{side} {count:,.0f}" for side, count in samples)
+        lines.append(
+            f"preset {name}: {speed:,.0f} robot decisions per second of rollouts; "
+            f"learners, samples per second: {learners}"
+        )
     return "\n".join(lines)
 
 
-def _load_seconds(name: str) -> float:
-    """Seconds until the first tick can begin."""
-    start = perf_counter()
-    Simulation(load(name), fire=RandomFire(), robots=Sweep())
-    return perf_counter() - start
+def _crowds(building: Building, seeds: range) -> tuple[Speeds, Speeds]:
+    """Measure person-seconds per second of each case: everything on, bodies alone."""
+    whole, bare = Speeds(), Speeds()
+    for case, (people, end) in tqdm(CASES.items(), disable=None, leave=False):
+        scenario = Scenario(people=people)
+        try:
+            runs = [
+                Simulation(building, scenario, Sweep(), RandomFire(), seed)
+                for seed in seeds
+            ]
+        except InputError:  # they do not fit
+            continue
+        bare[case] = median(_bare_speed(run, end) for run in runs)
+        whole[case] = median(_speed(run, end) for run in runs)
+    return whole, bare
 
 
-def _speed(simulation: Simulation, seconds: float) -> float:
-    """Person-seconds per second of a run up to a time, with everything on."""
+def _speed(simulation: Simulation, end: float) -> float:
+    """Person-seconds per second of a run up to a time."""
     start = perf_counter()
-    while not simulation.done and simulation.world.time < seconds:
+    while not simulation.done and simulation.world.time < end:
         simulation.step()
     return simulation.person_seconds / (perf_counter() - start)
 
 
-def _bare_speed(simulation: Simulation, seconds: float) -> float:
-    """Measure bodies alone: everybody walks to where somebody else began."""
+def _bare_speed(simulation: Simulation, end: float) -> float:
+    """The same of bodies alone: everybody walks to where somebody else began."""
     bodies, tick = simulation.world.bodies, simulation.tick
     position, floor, navigation = bodies.position, bodies.floor, simulation.navigation
 
     def free(spots: np.ndarray, who: np.ndarray) -> np.ndarray:
         return navigation.walkable[navigation.places_at(floor[who], spots)]
 
-    aim, ticks = np.roll(position, 1, axis=0), round(seconds / tick)
+    aim, ticks = np.roll(position, 1, axis=0), round(end / tick)
     rng = simulation.rng["bodies"]
     start = perf_counter()
     for _ in range(ticks):
@@ -140,77 +132,34 @@ def _bare_speed(simulation: Simulation, seconds: float) -> float:
     return len(bodies) * ticks * tick / (perf_counter() - start)
 
 
-# -- Learning -----------------------------------------------------------------------
-
-
-def _learners(name: str, building: Building, seed: int) -> dict[Side, Learner]:
-    """Make new learners with a preset's settings."""
-    settings, plan, made = preset(name), plan_of(building), {}
+def _learning(name: str, building: Building, seed: int) -> tuple[float, Speeds]:
+    """Measure a preset: robot decisions, and each learner's samples, per second."""
+    settings, plan = preset(name), plan_of(building)
+    learners: dict[Side, Learner] = {}
+    players: dict[str, Any] = {}
     for side in SIDES:
         trainer = getattr(settings, side)
-        marks = landmarks_for(side, trainer)
-        made[side] = learner_for(side, plan, settings.scenario, trainer, seed, marks)
-    return made
-
-
-def _decisions_per_second(
-    name: str, building: Building, seed: int
-) -> tuple[float, float]:
-    """Measure robot decisions per second and core in rollouts of a preset's training:
-    EPISODES worlds in lockstep, and some of them one after the other.
-
-    They include the world, observations, landmarks and both sides' networks. These
-    are untrained, so that episodes last long.
-    """
-    sides: dict[str, Any] = {
-        side: player_of(learner, landmarks_for(side, learner.settings))
-        for side, learner in _learners(name, building, seed).items()
-    }
-    seeds, scenario = tuple(range(seed, seed + EPISODES)), preset(name).scenario
-    job = Job(plan_of(building), scenario, **sides, seeds=seeds)
-    few = replace(job, seeds=seeds[::4])
-
-    def speed(job: Job, advance: Advance) -> float:
-        start = perf_counter()
-        played = play(job, advance)
-        seconds = perf_counter() - start
-        return sum(e.robots.steps for e in played if e.robots) / seconds
-
+        learners[side] = learner_for(side, plan, settings.scenario, trainer, seed)
+        players[side] = player_of(learners[side])
+    seeds = tuple(range(seed, seed + EPISODES))
+    job = Job(plan, settings.scenario, **players, seeds=seeds)
     with one_thread():
-        play(replace(job, seeds=seeds[:1]), together)  # warm up
-        return speed(job, together), speed(few, until_next_decision)
+        play(replace(job, seeds=job.seeds[:1]), together)  # warm up
+        start = perf_counter()
+        episodes = play(job, together)
+        seconds = perf_counter() - start
+    played = {side: [t for e in episodes if (t := getattr(e, side))] for side in SIDES}
+    decisions = sum(t.steps for t in played["robots"])
+    return decisions / seconds, {s: _samples(learners[s], played[s]) for s in SIDES}
 
 
-def _samples_per_second(side: Side, learner: Learner, building: Building) -> float:
-    """Measure the agent-decisions an epoch learns from per second, on all cores."""
-    trainer, team = learner.settings, preset("paper").scenario.robots_per_floor
-    agents = team * building.floors if side == "robots" else 1
-    made_up = _decisions(learner, BATCHES * trainer.batch_size // agents + 1, agents)
-    seconds = []
+def _samples(learner: Learner, trajectories: list[Trajectory]) -> float:
+    """Samples per second of an update that learns from these as often as it takes."""
+    s, steps = learner.settings, sum(t.steps for t in trajectories)
+    often = -(-BATCHES * s.batch_size // steps)
     for _ in range(2):  # the first one warms up
-        learner.buffer.add(made_up)
+        learner.add(trajectories * often)
         start = perf_counter()
         learner.update()
-        seconds.append(perf_counter() - start)
-    return BATCHES * trainer.batch_size * trainer.num_epoch / seconds[-1]
-
-
-def _decisions(learner: Learner, N: int, G: int) -> Decisions:
-    """Make random experience of the right shapes; all agents are alive."""
-    sizes, rng = learner.sizes, learner.rng
-
-    def normal(*shape: int) -> torch.Tensor:
-        return torch.randn(N, *shape, generator=rng)
-
-    actions = normal(G, sizes.continuous + len(sizes.branches))
-    actions[..., sizes.continuous :] = 0.0  # the first option of each branch
-    names = ("values", "baselines", "returns", "advantages")
-    return Decisions(
-        vectors=normal(G, sizes.vector),
-        grids=(normal(*sizes.grid) > 1).to(torch.uint8),
-        alive=torch.ones(N, G, dtype=torch.bool),
-        actions=actions,
-        shown=normal(G, sizes.shown),
-        log_probs=torch.full(actions.shape, -1.0),
-        **{name: normal(G) for name in names},
-    )
+        seconds = perf_counter() - start
+    return often * steps * s.num_epoch / seconds

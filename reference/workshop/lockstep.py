@@ -109,7 +109,7 @@ class Lockstep(Simulation):
             for a, b in parts
         ]
         lonely = [not part.size for part in pairs]
-        if self.scenario.ghosts or all(lonely):
+        if all(lonely):
             return motion.alone(position, target, pace, self.tick, free)
 
         def turns(held_up: np.ndarray) -> np.ndarray:

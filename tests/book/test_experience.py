@@ -9,7 +9,6 @@ from lives import life
 
 from reference.learning.experience import (
     Buffer,
-    Decisions,
     decisions_of,
     minibatches,
     segments,
@@ -129,7 +128,7 @@ def test_a_minibatch_s_rows_stay_together():
     rng = torch.Generator().manual_seed(0)
     for k, b in enumerate(minibatches(decisions, 4, rng, epochs=2), 1):
         rows = decisions.rows(b.advantages[:, 0].long())
-        for name, column in rows.columns():
+        for name, column in rows.columns().items():
             assert torch.equal(getattr(b, name), column.float()), (k, name)
     assert (k, len(b)) == (2 * 2, 2)
 
@@ -143,15 +142,3 @@ def test_each_epoch_shuffles_anew():
     first, second = rows[:8], rows[8:]
     assert sorted(first) == sorted(second) == list(range(8))
     assert first != second
-
-
-def test_a_pointer_s_options_travel_with_the_decisions():
-    """There are none for Gaussians; for a pointer both tensors, row by row."""
-    assert decisions_of(life("##")).options is None
-    features = np.arange(24, dtype=np.float32).reshape(2, 1, 4, 3)
-    action_mask = np.ones((2, 1, 4), dtype=bool)
-    pointed = decisions_of(life("##", features=features, action_mask=action_mask))
-    both = Decisions.joined([pointed, pointed]).rows(torch.tensor([3, 0]))
-    assert both.options is not None
-    assert np.array_equal(both.options.features.numpy(), features[[1, 0]])
-    assert both.options.action_mask.shape == (2, 1, 4)

@@ -46,9 +46,16 @@ def seen(sim, masks=False, going=None):
     return frame, frame.read(vectors, going)
 
 
-def people(found, n):
+def anchors(frame, numbers):
+    """(B, K, 2) where anchors are, and (B, K) which are allowed."""
+    K = frame.anchors
+    return numbers[:, : 2 * K].reshape(-1, K, 2), numbers[:, 2 * K : 3 * K] > 0
+
+
+def people(frame, numbers, n):
     """(B, n, 5) what robots see of people."""
-    return found.numbers[:, : n * WIDTH].reshape(-1, n, WIDTH)
+    first = 3 * frame.anchors
+    return numbers[:, first : first + n * WIDTH].reshape(-1, n, WIDTH)
 
 
 def evacuation(name, every=10.0):
@@ -63,8 +70,7 @@ def evacuation(name, every=10.0):
 @pytest.mark.paper("C4", "chosen")
 def test_people_whom_nobody_leads_come_first_the_nearest_on_foot_first():
     """Then mine, then my mates'; p follows the first robot, s the second."""
-    _, found = seen(stage(HALL))
-    first, second = people(found, 4)
+    first, second = people(*seen(stage(HALL)), 4)
     assert first[:, 4].tolist() == second[:, 4].tolist() == [1, 1, 0, 0]
     x = {"p": 0.0, "q": -0.8, "r": 0.6, "s": 1.3}
     assert np.allclose(first[:, 0], [x["r"], x["q"], x["p"], x["s"]], atol=1e-6)
@@ -88,9 +94,10 @@ def test_what_moves_together_looks_the_same_to_a_robot():
         layout.read(moved, part)[..., 0] += 2
     nowhere = np.full((2, 2), np.nan)
     one, other = frame.read(vectors, nowhere), frame.read(moved, nowhere)
-    same = (4 + 1 + 2) * WIDTH  # people, a mate, fires
-    assert np.allclose(one.numbers[:, :same], other.numbers[:, :same], atol=1e-6)
-    off = other.anchors - one.anchors
+    first = 3 * frame.anchors
+    same = slice(first, first + (4 + 1 + 2) * WIDTH)  # people, a mate, fires
+    assert np.allclose(one[:, same], other[:, same], atol=1e-6)
+    off = anchors(frame, other)[0] - anchors(frame, one)[0]
     exit_ = STAY + 1
     assert np.allclose(off[:, exit_], (-2 / UNIT, 0), atol=1e-6)
     assert np.allclose(np.delete(off, exit_, axis=1), 0, atol=1e-6)
@@ -106,12 +113,9 @@ def test_worlds_that_are_read_at_once_are_read_as_each_alone():
         frame = Frame(sim.building, sim.scenario, masks=True)
         alone = [frame.read(*one) for one in each]
         both = frame.read(*map(np.concatenate, zip(*each, strict=True)))
-        for part in ("numbers", "anchors", "allowed"):
-            parts = [getattr(one, part) for one in alone]
-            assert np.array_equal(np.concatenate(parts), getattr(both, part))
-        assert np.isfinite(both.numbers).all() and np.isfinite(both.anchors).all()
-        assert both.numbers.shape[1] == frame.size and both.allowed[:, STAY].all()
-        assert both.anchors.shape[1] == frame.anchors
+        assert np.array_equal(np.concatenate(alone), both)
+        assert np.isfinite(both).all() and both.shape[1] == frame.size
+        assert anchors(frame, both)[1][:, STAY].all()
 
 
 @pytest.mark.paper("C5", "chosen")
@@ -137,11 +141,12 @@ def test_to_keep_is_to_decide_once_more_what_was_decided(name):
     for sim in evacuation(name):
         frame, found = seen(sim)
         vectors = robot_vectors(sim.world, sim.scenario)
-        said = frame.spoken(vectors, found.anchors[:, KEEP])
+        places, allowed = anchors(frame, found)
+        said = frame.spoken(vectors, places[:, KEEP])
         for k, robot in enumerate(sim.world.robots):
             if not robot.active:
                 continue
-            assert found.allowed[k, KEEP] == bool(robot.way)
+            assert allowed[k, KEEP] == bool(robot.way)
             if robot.way:
                 place = destination(sim.building, said[k])
                 target = actual_target(sim.building, robot.floor, *place)
@@ -168,8 +173,8 @@ def test_an_anchor_at_a_way_out_tells_people_to_take_it(name):
 @pytest.mark.paper("C5", "chosen")
 def test_without_masks_a_robot_may_mean_whatever_is_there():
     """The way out, q and r, whom nobody leads; no other people; no old destination."""
-    _, found = seen(stage(HALL))
-    assert found.allowed.tolist() == [[False, True, True, True, True, False, False]] * 2
+    _, allowed = anchors(*seen(stage(HALL)))
+    assert allowed.tolist() == [[False, True, True, True, True, False, False]] * 2
 
 
 @pytest.mark.paper("C5", "chosen")
@@ -180,13 +185,13 @@ def test_masks_forbid_what_helps_nobody():
     r, exit_ = (1.5, 0.0), (14.0, 0.0)
     for going, keeps in ((r, [True, True]), (exit_, [True, False])):
         metres = np.tile(going, (2, 1)) / (np.array(sim.building.body[2:]))
-        _, found = seen(sim, masks=True, going=metres.astype(np.float32))
-        assert found.allowed[:, KEEP].tolist() == keeps
-        assert found.allowed[:, STAY + 1].tolist() == [True, False]
+        _, allowed = anchors(*seen(sim, masks=True, going=metres.astype(np.float32)))
+        assert allowed[:, KEEP].tolist() == keeps
+        assert allowed[:, STAY + 1].tolist() == [True, False]
     nobody = np.full((2, 2), (-0.1, 0.9), dtype=np.float32)
-    _, found = seen(sim, masks=True, going=nobody)
+    _, allowed = anchors(*seen(sim, masks=True, going=nobody))
     off = np.hypot(*(np.array([-1.5, 2.5]) - (1.5, -0.5)))
-    assert found.allowed[:, KEEP].tolist() == [off <= ASTRAY] * 2
+    assert allowed[:, KEEP].tolist() == [off <= ASTRAY] * 2
 
 
 @pytest.mark.paper("C1", "chosen")

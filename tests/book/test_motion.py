@@ -167,8 +167,8 @@ def test_chance_moves_only_who_is_held_up():
     assert not np.array_equal(ends[0][1], ends[1][1])
 
 
-def test_ghosts_walk_through_each_other():
-    """As straight and as fast as if nobody were there; but not through walls."""
+def test_who_walks_alone_walks_straight_and_not_through_walls():
+    """Here two who see nobody walk through each other."""
     start, aim = np.array([[0.0, 0], [2, 0]]), np.array([[9.0, 0], [-9, 0]])
     pace, at = np.full(2, 1.0), start
     for _ in range(20):

@@ -78,7 +78,7 @@ def test_walking_at_the_aim_leads_to_the_landmark_without_leaving_the_floor(name
     """From every cell that has a way to it, over walkable cells only."""
     nav = navigation_of(shipped(name))
     for mark in nav.building.landmarks:
-        reached = np.flatnonzero(np.isfinite(nav.distance[mark.index]))
+        reached = np.flatnonzero(np.isfinite(nav.distance_to(mark.index)))
         for p in reached[:: len(reached) // 20].tolist():
             chain = [p, *walk(nav, p, mark.index)]
             assert nav.walkable[chain].all()
@@ -89,7 +89,7 @@ def test_a_way_to_a_landmark_stays_on_its_floor():
     """Stairs are walked down, not navigated: other floors are infinitely far."""
     nav = navigation_of(shipped("tiny"))
     above = np.arange(nav.places) >= nav.places // 2
-    exits = [nav.distance[m] for m in nav.building.exits]
+    exits = [nav.distance_to(m) for m in nav.building.exits]
     assert np.isinf(np.array(exits)[:, above]).all()
 
 
@@ -166,7 +166,7 @@ def test_refuses_a_point_outside_the_drawing():
 def test_a_building_may_be_smaller_than_anybody_looks_ahead():
     """Three cells and an exit."""
     nav = navigation_of(built("#####\n#...E\n#####"))
-    assert nav.distance[0, nav.cols + 1] == 3
+    assert nav.metres_to(0, nav.cols + 1) == 3
 
 
 @pytest.mark.paper("A7")

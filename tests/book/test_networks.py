@@ -11,20 +11,12 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 from lives import MIXED, SIZES
-from torch.distributions import Independent, MixtureSameFamily
 
 from reference.learning.networks import (
-    REFUSED,
-    SIGMAS,
     Actor,
     Encoder,
-    GaussianHead,
     GridEncoder,
-    Mixture,
-    MixtureHead,
     Normaliser,
-    Options,
-    PointerHead,
     Policy,
 )
 from reference.learning.poca import GroupCritic
@@ -134,8 +126,8 @@ ACTOR_BEGINS = {
     "body.layers.0": 1 / math.sqrt(167 + H),
     "body.layers.2": 1 / math.sqrt(H),
     "body.layers.4": 1 / math.sqrt(H),
-    "gaussian.mean": 0.2 / math.sqrt(H),
-    "gaussian.branches.0": 0.1 / math.sqrt(H),
+    "head.mean": 0.2 / math.sqrt(H),
+    "head.branches.0": 0.1 / math.sqrt(H),
 }
 CRITIC_BEGINS = {
     "encoder.grid.dense": 1.41 / math.sqrt(288),
@@ -238,144 +230,6 @@ def test_noise_makes_samples_of_the_distribution():
     assert torch.allclose(odds, logits.softmax(0), atol=0.015)
 
 
-def pointer(features=4):
-    """A head whose options differ clearly, and what it is asked about."""
-    torch.manual_seed(1)
-    head = PointerHead(8, features)
-    torch.nn.init.normal_(head.score.weight)
-    x, seen = torch.randn(2, 8), torch.randn(2, 5, features)
-    return head, x, seen
-
-
-@pytest.mark.paper("C5")
-def test_an_option_that_is_not_there_is_never_pointed_at():
-    """Probability 0; and what stands in its row changes nothing."""
-    head, x, features = pointer()
-    action_mask = torch.tensor([[1, 1, 0, 1, 0], [0, 1, 1, 1, 1]], dtype=torch.bool)
-    probs = head(x, Options(features, action_mask)).branches[0].probs
-    assert not probs[~action_mask].any()
-    features[~action_mask] = 1e3
-    other = head(x, Options(features, action_mask))
-    assert torch.equal(other.branches[0].probs, probs)
-    assert torch.isfinite(other.entropy()).all()
-
-
-@pytest.mark.paper("C5")
-def test_where_an_option_stands_in_the_list_does_not_matter():
-    """One small network scores all of them."""
-    head, x, features = pointer()
-    order, action_mask = (
-        torch.tensor([3, 1, 4, 0, 2]),
-        torch.ones(2, 5, dtype=torch.bool),
-    )
-    probs = head(x, Options(features, action_mask)).branches[0].probs
-    moved = head(x, Options(features[:, order], action_mask)).branches[0].probs
-    assert torch.allclose(moved, probs[:, order])
-    assert probs.std() > 0.02
-
-
-@pytest.mark.paper("C5")
-def test_without_context_options_are_all_that_a_pointer_looks_at():
-    """What is observed besides changes nothing; how an option looks does."""
-    sizes, features = replace(SIZES, continuous=0, features=4), torch.randn(2, 5, 4)
-    there = torch.ones(2, 5, dtype=torch.bool)
-    for context in (True, False):
-        actor = made(Actor, sizes, context=context)
-
-        def probs(seen, features, actor=actor):
-            grids = torch.full((2, *SIZES.grid), seen)
-            options = Options(features, there)
-            return actor(torch.full((2, 5), seen), grids, options).branches[0].probs
-
-        first = probs(0.0, features)
-        assert torch.equal(first, probs(1.0, features)) != context
-        assert not torch.allclose(first, probs(0.0, features + 1))
-
-
-# -- The mixture ----------------------------------------------------------------------
-
-
-def mixture(rows=7, anchors=4, sigma=0.3):
-    """A mixture for each row, with an anchor that may not be meant; in float64."""
-    logits = lives.random(1, rows, anchors)
-    logits[:, -1] = REFUSED
-    return Mixture(lives.random(0, rows, anchors, 2), sigma, logits)
-
-
-@pytest.mark.paper("C5", "chosen")
-def test_a_mixture_s_log_probability_is_torch_s():
-    """One number for both floats, whichever anchor they were drawn around."""
-    policy, actions = mixture(), lives.random(2, 7, 2)
-    oracle = MixtureSameFamily(policy.choice, Independent(policy.gaussian, 1))
-    found = policy.log_probs(actions)
-    assert found.shape == (7, 1)
-    assert torch.allclose(found[:, 0], oracle.log_prob(actions))
-
-
-@pytest.mark.paper("C5", "chosen")
-def test_a_mixture_s_gradient_is_that_of_finite_differences():
-    """In its weights, in float64."""
-    anchors, actions = lives.random(0, 3, 4, 2), lives.random(2, 3, 2)
-
-    def log_probs(logits):
-        return Mixture(anchors, 0.5, logits).log_probs(actions)
-
-    assert torch.autograd.gradcheck(log_probs, lives.random(1, 3, 4).requires_grad_())
-
-
-@pytest.mark.paper("C5", "chosen")
-def test_a_mixture_s_entropy_is_that_of_its_choice_and_of_one_gaussian():
-    """Two equally likely anchors: log 2, and log sigma + log(2 pi e) / 2."""
-    policy = Mixture(torch.zeros(1, 2, 2), 0.3, torch.zeros(1, 2))
-    gaussian = math.log(0.3) + math.log(2 * math.pi * math.e) / 2
-    assert policy.entropy().item() == pytest.approx(math.log(2) + gaussian)
-
-
-@pytest.mark.paper("C5", "chosen")
-def test_a_mixture_is_drawn_around_its_anchors_as_often_as_they_weigh():
-    """The one that may not be meant never; without noise, at the likeliest itself."""
-    rng, n = np.random.default_rng(0), 20_000
-    anchors = torch.tensor([[0.0, 0.0], [5.0, 0.0], [0.0, 9.0]]).expand(n, 3, 2)
-    logits = torch.tensor([0.0, 1.0, REFUSED]).expand(n, 3)
-    policy = Mixture(anchors, 0.2, logits)
-    normals, gumbels = policy.noise()
-    noise = [rng.standard_normal((n, normals)), rng.gumbel(size=(n, gumbels))]
-    drawn = policy.act(torch.from_numpy(np.hstack(noise)).float())
-    second = drawn[:, 0] > 2.5
-    assert second.float().mean().item() == pytest.approx(
-        1 / (1 + math.exp(-1)), abs=0.01
-    )
-    off = drawn - torch.where(second[:, None], anchors[:, 1], anchors[:, 0])
-    assert torch.allclose(off.std(dim=0), torch.tensor(0.2), atol=0.005)
-    assert off.abs().max() < 1.2
-    assert torch.equal(policy.act(), anchors[:, 1])
-
-
-@pytest.mark.paper("C7", "Alg. 3:3")
-def test_commitment_is_a_bonus_for_the_anchor_where_a_mixture_is_headed():
-    """Where it is headed somewhere; else that anchor is refused."""
-    head = MixtureHead(8, 3, 0.04, 2.5)
-    torch.nn.init.zeros_(head.weights.weight)
-    mask = torch.tensor([[True, True, True], [False, True, True]])
-    probs = head(torch.randn(2, 8), Options(torch.zeros(2, 3, 2), mask)).choice.probs
-    keep = math.exp(2.5) / (math.exp(2.5) + 2)
-    assert probs[0].tolist() == pytest.approx([keep, (1 - keep) / 2, (1 - keep) / 2])
-    assert probs[1].tolist() == pytest.approx([0, 0.5, 0.5])
-
-
-@pytest.mark.paper("C5", "chosen")
-def test_a_gaussian_in_the_robot_s_frame_begins_with_five_metres():
-    """Its deviation follows from what is seen, between bounds; as printed, it is 1."""
-    x = torch.randn(200, 8)
-    as_printed = GaussianHead(8, 2, ())(x).gaussian.stddev
-    assert as_printed.unique().tolist() == [1.0]
-    head = GaussianHead(8, 2, (), robots_frame=True)
-    assert head(x).gaussian.stddev.median().item() == pytest.approx(0.5, abs=0.05)
-    torch.nn.init.normal_(head.log_sigma.weight, std=10)
-    sigma = head(x).gaussian.stddev
-    assert [sigma.min().item(), sigma.max().item()] == pytest.approx(SIGMAS)
-
-
 # -- Critics ------------------------------------------------------------------------
 
 
@@ -397,10 +251,10 @@ def test_ppo_s_critic_agrees_with_a_naive_one(dtype):
 def test_the_group_critic_agrees_with_one_that_encodes_every_mate_anew(G, dtype):
     """Values and all baselines, for groups of whoever is there."""
     rows, critic = lives.doubled(lives.batch(8, G)), made(GroupCritic).to(dtype)
-    vectors, shown = rows.vectors.to(dtype), rows.shown.to(dtype)
-    value, baselines = critic.with_baselines(vectors, rows.grids, rows.alive, shown)
+    vectors, actions = rows.vectors.to(dtype), rows.actions.to(dtype)
+    value, baselines = critic.with_baselines(vectors, rows.grids, rows.alive, actions)
     naive = oracle.group_worth(
-        oracle.parameters(critic), vectors, rows.grids, rows.alive, shown
+        oracle.parameters(critic), vectors, rows.grids, rows.alive, actions
     )
     live = rows.alive
     found = (value[:, None].expand_as(live), baselines)
@@ -410,21 +264,10 @@ def test_the_group_critic_agrees_with_one_that_encodes_every_mate_anew(G, dtype)
     assert baselines[live].std() > 0.01
 
 
-@pytest.mark.paper("E1")
-@pytest.mark.parametrize("G", [1, 2, 6])
-def test_all_baselines_at_once_are_those_of_one_set_after_the_other(G):
-    """Each agent's action taken out in turn, through the same attention."""
-    attention, alive = made(GroupCritic).attention, lives.batch(8, G).alive
-    f, g = torch.randn(2, 8, G, 16)
-    one_by_one = attention.counterfactual(f, g, alive)
-    at_once = attention.counterfactual_at_once(f, g, alive)
-    assert (at_once - one_by_one).abs().max() < 1e-6
-
-
 def asked(critic, rows):
     """Values, and baselines with 0 for the absent."""
     value, baselines = critic.with_baselines(
-        rows.vectors, rows.grids, rows.alive, rows.shown
+        rows.vectors, rows.grids, rows.alive, rows.actions
     )
     return value, baselines.masked_fill(~rows.alive, 0.0)
 
@@ -436,7 +279,7 @@ def test_the_order_of_mates_does_not_matter():
     value, baselines = asked(critic, rows)
     order = [2, 0, 3, 1]
     moved = {
-        name: getattr(rows, name)[:, order] for name in ("vectors", "alive", "shown")
+        name: getattr(rows, name)[:, order] for name in ("vectors", "alive", "actions")
     }
     value_moved, baselines_moved = asked(critic, replace(rows, **moved))
     assert torch.allclose(value_moved, value, atol=1e-12)
@@ -452,10 +295,12 @@ def test_what_stands_in_the_rows_of_absent_agents_changes_nothing():
     garbage = replace(
         rows,
         vectors=rows.vectors.masked_fill(absent, 1e3),
-        shown=rows.shown.masked_fill(absent, -1e3),
+        actions=rows.actions.masked_fill(absent, -1e3),
     )
     assert all(map(torch.equal, asked(critic, garbage), (value, baselines)))
-    wider = {n: torch.cat([x := getattr(rows, n), x], 1) for n in ("vectors", "shown")}
+    wider = {
+        n: torch.cat([x := getattr(rows, n), x], 1) for n in ("vectors", "actions")
+    }
     nobody = torch.cat([rows.alive, torch.zeros_like(rows.alive)], dim=1)
     value_wide, baselines_wide = asked(critic, replace(rows, alive=nobody, **wider))
     assert torch.allclose(value_wide, value, atol=1e-5)
@@ -477,9 +322,9 @@ def test_a_baseline_knows_what_the_mates_did_but_not_what_the_agent_did():
     critic, rows = made(GroupCritic).double(), lives.doubled(lives.batch(G=3))
     rows.alive[:] = True
     value, baselines = asked(critic, rows)
-    other = rows.shown.clone()
+    other = rows.actions.clone()
     other[:, 1] += 1.0
-    value_then, baselines_then = asked(critic, replace(rows, shown=other))
+    value_then, baselines_then = asked(critic, replace(rows, actions=other))
     assert torch.equal(value_then, value)
     same = torch.isclose(baselines_then, baselines, atol=1e-12).all(dim=0)
     assert same.tolist() == [False, True, False]
@@ -499,31 +344,3 @@ def test_the_critic_is_told_how_many_agents_are_there():
     assert shares == [-0.5, 0.0, 0.5, 1.0]
     assert critic(rows.vectors, rows.grids, alone).tolist() == [-0.5] * 4
     assert critic.state_dict()["most"] == 4
-
-
-@pytest.mark.paper("C7", "Alg. 3:3")
-@pytest.mark.parametrize("bonus", [0.0, 4.0])
-def test_commitment_is_a_bonus_for_the_first_option_alone(bonus):
-    """Its odds grow by e^bonus, those among the others stay; only where it is there."""
-    head, x, features = pointer()
-    mask = torch.ones(2, 5, dtype=torch.bool)
-    mask[1, 0] = False
-    before = head(x, Options(features, mask)).branches[0].probs
-    head.commitment = bonus
-    after = head(x, Options(features, mask)).branches[0].probs
-    odds = [(p[0, 0] / p[0, 1:].sum()).item() for p in (before, after)]
-    assert odds[1] == pytest.approx(odds[0] * math.exp(bonus), rel=1e-4)
-    assert torch.allclose(after[1], before[1])
-
-
-@pytest.mark.paper("C7", "Alg. 3:3")
-def test_a_gaussian_that_is_not_taken_says_nothing():
-    """Whoever keeps a destination has no log-probability of the numbers drawn."""
-    mask = torch.tensor([[True, True], [False, True]])
-    policy = GaussianHead(8, 2, (2,), 4.0)(
-        torch.randn(2, 8), Options(torch.zeros(2, 2, 0), mask)
-    )
-    keep, new = torch.tensor([0.3, 0.4, 0.0]), torch.tensor([0.3, 0.4, 1.0])
-    kept, taken = policy.log_probs(torch.stack([keep, new]))
-    assert kept[:2].tolist() == [0, 0] and kept[2] > -0.1  # e^4 to 1
-    assert taken[:2].abs().min() > 0 and taken[2] == 0  # nothing else was there

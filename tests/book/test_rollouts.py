@@ -10,20 +10,15 @@ from reference.building import building_of, plan_of
 from reference.game.environment import (
     FIRE,
     Environment,
-    destination,
     fire_decision,
 )
-from reference.game.moments import Moment
-from reference.game.observations import robot_vectors, robots_at_work, vector_layout
+from reference.game.interface import Interface
+from reference.game.observations import robots_at_work, vector_layout
 from reference.learning.adversarial import adversarial, learner_for, player_of
-from reference.learning.players import Player
 from reference.learning.rollouts import Episode, Job, play
-from reference.learning.settings import SIDES, SettingsError
+from reference.learning.settings import SIDES
 from reference.paper import Scenario
-from reference.simulation import Simulation
-from reference.strategies import NoFire, RandomRobots
 from reference.workshop.maps import load
-from reference.workshop.training.presets import preset
 
 TINY = plan_of(load("tiny"))
 TABLE = settings("ppo", hidden_units=8, num_layers=1)  # Gaussians, paid no shaping
@@ -94,7 +89,6 @@ def test_a_trajectory_is_what_the_environment_says_to_its_actions(
         told = np.stack([seen[agent]["vector"] for agent in agents])
         assert np.array_equal(t.vectors[-1], scaled(told) if agents == [fire] else told)
         assert np.array_equal(t.grids[-1], seen[fire]["grid"])
-        assert np.array_equal(t.shown, t.actions[..., :2])  # raw, for the critic
     goes_on = [agent in cut and at_work[k] for k, agent in enumerate(team)]
     assert episode.robots.alive[-1].tolist() == goes_on
     assert episode.fire.alive[-1].tolist() == [fire_goes_on]
@@ -111,7 +105,7 @@ def test_each_round_both_sides_learn_and_play_the_next_with_what_they_learned():
     next(rounds)
     after = {side: player_of(learner) for side, learner in learners.items()}
     for side in SIDES:
-        one, other = (p[side].weights["gaussian.mean.weight"] for p in (before, after))
+        one, other = (p[side].weights["head.mean.weight"] for p in (before, after))
         assert not np.array_equal(one, other), side
     (second,), (again,) = next(rounds), play(Job(TINY, scene, **after, seeds=(2,)))
     for side in SIDES:
@@ -119,56 +113,14 @@ def test_each_round_both_sides_learn_and_play_the_next_with_what_they_learned():
         assert np.array_equal(one.actions, other.actions), side
 
 
-@pytest.mark.paper("E3")
-@pytest.mark.parametrize(
-    ("rows", "why"),
-    [
-        ({"head": "pointer"}, "needs landmarks"),
-        ({"shaping": 300.0}, "fire: shaping is about robots"),
-        ({"own_state": True}, "fire: own_state is about robots"),
-        ({"head": "mixture"}, "fire: a head 'mixture' draws around what robots see"),
-    ],
-)
-def test_refuses_settings_that_a_player_cannot_follow(rows, why):
-    """A pointer without anything to point at; a fire that would walk."""
-    with pytest.raises(SettingsError, match=why):
-        learner_for("fire", TINY, SCENARIO, replace(TABLE, **rows), seed=1)
-
-
 @pytest.mark.paper("D2")
 @pytest.mark.paper("E3")
 @pytest.mark.parametrize("name", ["tiny", "paper"])
-def test_a_gaussian_fire_s_branch_is_a_floor_and_its_critic_sees_raw_numbers(name):
-    """Branch k lights floor k; a number beyond 3 is clipped in the action alone."""
+def test_a_gaussian_fire_s_branch_is_a_floor(name):
+    """Branch k lights floor k; a number beyond 3 is clipped."""
     building = load(name)
-    fire = Player("fire", building, SCENARIO, TABLE)
     raw = np.array([[[6.0, -1.5, k]] for k in range(building.floors)])
-    emitted, shown = fire._emitted(raw, [])
-    assert np.array_equal(shown, raw[..., :2])
-    assert emitted[:, 0, 1:].tolist() == [[1.0, -0.5]] * building.floors
-    lit = [fire_decision(building, action)[0] for action in emitted[:, 0]]
+    actions = Interface("fire", building, SCENARIO).actions(raw, raw)
+    assert actions[:, 0, 1:].tolist() == [[1.0, -0.5]] * building.floors
+    lit = [fire_decision(building, action)[0] for action in actions[:, 0]]
     assert lit == list(range(building.floors))
-
-
-@pytest.mark.paper("C5", "chosen")
-def test_a_gaussian_in_the_robot_s_frame_means_metres_around_its_robot():
-    """Ten for a unit; and where it keeps a destination, the critic sees that one."""
-    settings = replace(preset("tiny").robots, head="gaussian")
-    building, scenario = load("tiny"), preset("tiny").scenario
-    player = Player("robots", building, scenario, settings)
-    sim = Simulation(building, scenario, RandomRobots(), NoFire(), seed=2)
-    sim.step()
-    world = sim.world
-    moment = Moment.of(world, robot_vectors(world, scenario), robots_at_work(world))
-    robots = np.array([robot.position for robot in world.robots])
-    goals = np.array([r.destination if r.way else r.position for r in world.robots])
-    under_way = np.array([bool(robot.way) for robot in world.robots])
-    assert under_way.any()
-    for kept, metres in ((0, goals), (1, robots + np.array((1, -2)))):
-        raw = np.tile(np.float32((0.1, -0.2, kept)), (1, len(robots), 1))
-        (emitted,), (shown,) = player._emitted(raw, [moment])
-        said = [destination(building, action) for action in emitted]
-        low, high = np.reshape(building.body, (2, 2))
-        off = said - metres.clip(low, high)
-        assert np.abs(off[under_way]).max() < 1e-3
-        assert np.abs(robots + 10 * shown - metres)[under_way].max() < 1e-3

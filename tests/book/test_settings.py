@@ -6,9 +6,10 @@ from functools import partial
 
 import pytest
 
-from reference.learning.settings import OF_ROBOTS, SettingsError
+from reference.learning.settings import SettingsError
 from reference.paper import TABLE_I, TABLE_II, Scenario
 from reference.workshop.plain import record_from
+from reference.workshop.remedies import OF_ROBOTS
 from reference.workshop.training.presets import (
     PRESETS,
     Settings,
@@ -39,8 +40,8 @@ def test_the_preset_paper_is_the_two_tables_row_by_row():
     """Nothing is left out, nothing repeated by hand; what is ours is switched off."""
     for settings, table in ((ROBOTS, TABLE_I), (FIRE, TABLE_II)):
         rows = asdict(settings)
-        assert (rows.pop("head"), rows.pop("reward_scale")) == ("gaussian", 0.001)
-        assert rows.pop("context") and rows.pop("spread")
+        assert (rows.pop("head"), rows.pop("reward_scale")) == ("floor", 0.001)
+        assert rows.pop("spread")  # of a mixture
         assert not any(rows.pop(name) for name in OF_ROBOTS)
         assert rows == dict(table)
 
@@ -82,10 +83,10 @@ def test_the_presets_take_ever_more_decisions():
     assert ratios == [20, 25, 20]
 
 
-def test_small_presets_choose_landmarks_and_the_paper_s_two_numbers():
+def test_small_presets_speak_by_mixtures_and_the_papers_as_printed():
     """The head is named in the settings, so it can be in every result."""
     heads = {name: preset(name).robots.head for name in PRESETS}
-    assert heads == {"tiny": "pointer", "laptop": "pointer", "paper": "gaussian"}
+    assert heads == {"tiny": "mixture", "laptop": "mixture", "paper": "floor"}
 
 
 def test_a_round_of_tiny_fills_the_buffers():

@@ -39,6 +39,7 @@ from reference.paper import (
     Scenario,
 )
 from reference.simulation import Simulation
+from reference.workshop.validation.crowd import Ghosts
 from reference.world import Fate
 
 MATCHES = [("none", "none"), ("sweep", "random"), ("patrol", "greedy")]
@@ -250,7 +251,7 @@ def test_a_copy_runs_on_like_the_original_and_leaves_it_alone(robots):
 @pytest.mark.parametrize("seed", [3, 4])
 def test_a_simulation_may_begin_with_a_world_that_exists(seed):
     """Without a fire and a crowd the same comes of it, at the same time."""
-    sim = run("paper", fire="none", seed=3, ghosts=True)
+    sim = run("paper", fire="none", seed=3, people=3)
     for _ in range(150):
         sim.step()
     robots = deepcopy(sim.robot_strategy)
@@ -513,9 +514,8 @@ PARLOUR = """
 def test_an_exit_lets_a_limited_flow_through():
     """DOOR_FLOW people per second and metre; ghosts pass it as they come."""
     seconds = []
-    for ghosts in (False, True):
-        scene = Scenario(people=48, sight_range=14, ghosts=ghosts)
-        sim = Simulation(built(PARLOUR), scene)
+    for kind in (Simulation, Ghosts):
+        sim = kind(built(PARLOUR), Scenario(people=48, sight_range=14))
         sim.run()
         times = [e.time for e in sim.events if isinstance(e, Evacuated)]
         assert len(times) == 48

@@ -572,7 +572,7 @@ def test_a_fixed_fire_lights_the_same_places_whoever_is_there():
     marks.sort(key=lambda m: (m.kind is not Kind.EXIT, m.floor))
     for way in marks:
         floor, x, y = fire.decide(sim.world, rng)
-        nearest = sim.navigation.distance[way.index]
+        nearest = sim.navigation.distance_to(way.index)
         p = sim.navigation.place(floor, x, y)
         assert nearest[p] == nearest[fuel(sim.building).ravel()].min()
         sim.world.flames.sources.append(Source(floor, x, y, 0.0))

@@ -496,27 +496,6 @@ def test_a_grid_belongs_to_whoever_asked_for_it():
     assert not observations.grid(calm.world)[3:6].any()
 
 
-# -- What is added for networks -----------------------------------------------------
-
-
-@pytest.mark.paper("C1")
-def test_a_summary_counts_what_the_observation_implies():
-    """People per floor, on stairs, at or above the observer; flames per floor."""
-    run = scene(seconds=50, seed=2)
-    world, building = run.world, run.building
-    vectors = observations.robot_vectors(world, run.scenario)
-    cells = observations.grid(world)
-    told = observations.summary(vectors, cells, building, run.scenario)
-    bodies, floors = world.bodies, range(building.floors)
-    on = [int((bodies.walking & (bodies.floor == f)).sum()) for f in floors]
-    stairs = int((bodies.inside & ~bodies.walking).sum())
-    burning = [np.log1p(cells[building.floors + f].sum()) for f in floors]
-    assert stairs > 0 and max(burning) > 0
-    for k, robot in enumerate(world.robots):
-        above = sum(world.occupancy[robot.floor :])
-        np.testing.assert_allclose(told[k], [*on, stairs, above, *burning], rtol=1e-6)
-
-
 @pytest.mark.paper("C7", "Alg. 3:3")
 def test_a_robot_remembers_where_it_goes_until_it_is_there():
     """Normalised, and cut off at the main body like every action; nan on arrival."""

@@ -123,20 +123,19 @@ CLOSE = {torch.float32: 1e-5, torch.float64: 1e-11}
 
 @pytest.mark.paper("E1")
 @pytest.mark.parametrize("dtype", CLOSE, ids=str)
-@pytest.mark.parametrize("sizes", [SIZES, lives.MIXED], ids=["gaussian", "mixed"])
-def test_the_loss_and_all_gradients_are_those_of_the_naive_arrangement(sizes, dtype):
+def test_the_loss_and_all_gradients_are_those_of_the_naive_arrangement(dtype):
     """Image, embeddings and projections once per decision: the same mathematics.
 
     The oracle adds up live agents alone, so neither what stands in the rows of the
     absent nor the order of mates teaches anything.
     """
-    learner, rows = made(sizes=sizes), lives.batch(5, 4, sizes)
+    learner, rows = made(), lives.batch(5, 4)
     for network in (learner.actor, learner.critic):
         network.to(dtype)
     rows = lives.doubled(rows) if dtype == torch.float64 else rows
     ours, slopes = pulled(learner, learner.loss(rows, 0.2, 0.01)[0])
     p, q = oracle.parameters(learner.actor), oracle.parameters(learner.critic)
-    tensors = dict(rows.columns())
+    tensors = rows.columns()
     naive, naive_slopes = pulled(learner, oracle.group_loss(p, q, tensors, 0.2, 0.01))
     assert ours == pytest.approx(naive, rel=CLOSE[dtype])
     for mine, theirs in zip(slopes, naive_slopes, strict=True):
@@ -152,7 +151,7 @@ def added(learner, t):
     part, p = learner.buffer.parts[-1], oracle.parameters(learner.critic)
     with torch.no_grad():
         values, baselines = oracle.group_worth(
-            p, part.vectors, part.grids, part.alive, part.shown
+            p, part.vectors, part.grids, part.alive, part.actions
         )
     live = part.alive
     assert torch.allclose(part.values[live], values[live], atol=1e-5)
@@ -169,7 +168,7 @@ def after(learner, t, at, who):
     alive[0, who] = 1
     vectors = torch.from_numpy(t.vectors[[at + 1]])
     grids = torch.from_numpy(t.grids[[at + 1]])
-    none = torch.zeros(*alive.shape, SIZES.shown)
+    none = torch.zeros(*alive.shape, SIZES.continuous)
     with torch.no_grad():
         return oracle.group_worth(p, vectors, grids, alive.bool(), none)[0][0, who[0]]
 
@@ -252,7 +251,7 @@ def test_an_update_also_reports_the_baseline():
 
 # -- Tasks with a known answer ------------------------------------------------------
 
-GAME = Sizes(vector=3, grid=(1, 20, 20), continuous=1, shown=1)
+GAME = Sizes(vector=3, grid=(1, 20, 20), continuous=1)
 WHO = np.array([[1, 0, 0], [0, 1, 0]], dtype=np.float32)  # and what has happened
 
 
@@ -281,7 +280,6 @@ def lived(vectors, alive, actions, log_probs, rewards):
         grids=grids,
         alive=alive,
         actions=actions,
-        shown=actions,
         log_probs=log_probs,
         rewards=rewards,
     )

@@ -13,7 +13,16 @@ import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
-from lives import MIXED, gradients, life, random, settings, tensor, through_a_file
+from lives import (
+    MIXED,
+    SIZES,
+    gradients,
+    life,
+    random,
+    settings,
+    tensor,
+    through_a_file,
+)
 from trainings import equal
 
 from reference.learning import poca, ppo
@@ -332,8 +341,8 @@ def test_an_update_reports_by_the_original_s_names():
 @pytest.mark.parametrize("kind", [ppo, poca], ids=["ppo", "poca"])
 def test_estimates_are_means_over_agents_that_are_there(kind):
     """An agent that left early counts for its own decisions alone."""
-    learner = kind.Learner(settings(), MIXED, 0)
-    learner.add([life("#####", "##...", sizes=MIXED)])
+    learner = kind.Learner(settings(), SIZES, 0)
+    learner.add([life("#####", "##...")])
     part = learner.buffer.parts[0]
     summary = learner.update()
     kinds = ("Value", "Baseline") if kind is poca else ("Value",)
@@ -364,16 +373,16 @@ def test_going_on_from_a_saved_state_is_going_on(trainer_type):
     """
     kind = {"ppo": ppo, "poca": poca}[trainer_type].Learner
     table = settings(trainer_type, learning_rate=0.01, num_epoch=2, max_steps=100)
-    one, two = kind(table, MIXED, 0), kind(table, MIXED, 99)
-    one.add([life("######", "####..", sizes=MIXED)])
+    one, two = kind(table, SIZES, 0), kind(table, SIZES, 99)
+    one.add([life("######", "####..")])
     one.update()
-    one.add([life("###>", "###>", sizes=MIXED, seed=1)])
+    one.add([life("###>", "###>", seed=1)])
     saved = through_a_file(state_of(one))
     restore(two, saved)
     bits = saved["buffer"][0]["grids"]["bits"]
     assert bits.numel() == one.buffer.parts[0].grids.numel() / 8
     for learner in (one, two):
-        learner.add([life("#####", "##...", sizes=MIXED, seed=2)])
+        learner.add([life("#####", "##...", seed=2)])
     assert one.update() == two.update()
     assert one.steps == two.steps == 23
     assert equal(state_of(one), state_of(two))

@@ -1,18 +1,15 @@
 """What events are worth, summed by hand."""
 
-from itertools import pairwise
-
 import pytest
 from movies import shipped
 
 from reference.events import Died, DoorBurnt, Evacuated, FireLit, FireRefused, LeftFloor
-from reference.game.rewards import fire_reward, group_reward, shaping
+from reference.game.rewards import fire_reward, group_reward
 from reference.paper import (
     FIRE_REFUSED_PENALTY,
     FIXED_PENALTY,
     FIXED_REWARD,
     HEALTH,
-    HEALTH_SECONDS,
     PEOPLE,
 )
 from reference.simulation import Simulation
@@ -85,15 +82,3 @@ def test_the_outcomes_reward_is_the_sum_over_its_people():
     by_hand = sum(e.health for e in sim.events if isinstance(e, LeftFloor))
     by_hand += FIXED_REWARD * outcome.evacuated - FIXED_PENALTY * outcome.died
     assert outcome.reward == pytest.approx(by_hand)
-
-
-@pytest.mark.paper("E3")
-def test_shaping_changes_every_discounted_return_by_the_same():
-    """By what the potential was at the beginning, whoever leaves or dies when."""
-    gamma, seconds = 0.97, 5.0
-    for inside in ([40, 40, 31, 7, 0], [40, 12, 12, 12, 0], [40, 40, 40, 40, 0]):
-        paid = [
-            gamma**k * shaping(before - after, k * seconds, seconds, gamma)
-            for k, (before, after) in enumerate(pairwise(inside))
-        ]
-        assert sum(paid) == pytest.approx(40 * gamma ** (HEALTH_SECONDS / seconds))

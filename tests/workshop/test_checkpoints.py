@@ -16,7 +16,7 @@ from trainings import begun, equal, room_for, tiny
 
 from reference.events import FireLit
 from reference.game.environment import Environment
-from reference.game.moments import Moment
+from reference.game.interface import Moment
 from reference.game.observations import robot_vectors
 from reference.paper import Scenario
 from reference.simulation import Simulation

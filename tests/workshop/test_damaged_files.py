@@ -180,7 +180,7 @@ def _begun(path: Path) -> None:
 
 OURS = {
     "reference": {
-        "Robot": {"head": "pointer"},
+        "Robot": {"head": "mixture"},
         "scenario": {"people": 6, "people_per_floor": None, "rooms": ["1/hall"]},
         "episodes_per_job": 2,
     }

@@ -25,7 +25,7 @@ def test_both_sides_ship_as_weights_alone_in_less_than_five_megabytes():
             tensor.dtype != torch.float64 or "normaliser" in name
             for name, tensor in weights.items()
         )
-        head = {"robots": "mixture", "fire": "pointer"}[side]
+        head = "mixture"
         assert contestant(LEARNED, side).learned.settings.head == head
         made = checkpoint.progress[side]
         assert f"{made['decisions'][side]:,} decisions" in about(side)

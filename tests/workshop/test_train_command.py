@@ -89,7 +89,7 @@ def test_train_prints_one_object_with_final_figures(once, capsys):
     facts = json.loads(capsys.readouterr().out)
     assert list(facts) == PROMISED.split()
     assert (facts["building"], facts["seed"]) == ("tiny", 4)
-    assert facts["robots"] == "poca (pointer head)"
+    assert facts["robots"] == "poca (mixture head)"
     assert facts["steps"]["robots"] >= 40
     assert facts["steps"]["fire"] >= 4
     assert 0 <= facts["survival"] <= 1
@@ -103,7 +103,7 @@ def test_train_tells_people_what_begins_and_how_to_look_at_it(once, capsys):
     out, err = capsys.readouterr()
     first, *_, command = err.splitlines()
     assert first == (
-        "Tiny office: robots poca (pointer head), fire random, seed 0; "
+        "Tiny office: robots poca (mixture head), fire random, seed 0; "
         "40 decisions to go; 0 workers"
     )
     assert re.search(r"^reward +-?[\d,.]+$", out, re.MULTILINE)
@@ -131,22 +131,22 @@ def test_curves_draws_what_a_training_wrote(tmp_path_factory, capsys):
 
 def test_train_takes_trainer_and_head(once, capsys):
     """The ablations, by name."""
-    assert train("--out", "new", "--trainer", "ppo", "--head", "gaussian") == 0
-    assert "robots ppo (gaussian head)" in capsys.readouterr().err
+    assert train("--out", "new", "--trainer", "ppo", "--head", "frame") == 0
+    assert "robots ppo (frame head)" in capsys.readouterr().err
     settings = load("new").task.settings
     assert (settings.robots.trainer_type, settings.fire.trainer_type) == ("ppo", "ppo")
-    assert settings.fire.head == "gaussian"
+    assert settings.robots.head == "frame"
 
 
-def test_a_mixture_is_a_head_of_the_robots_alone(once, capsys):
+def test_a_head_is_that_of_the_robots(once, capsys):
     """The fire keeps its own; what was learned plays, and goes on learning."""
-    assert train("--out", "new", "--head", "mixture") == 0
-    assert "robots poca (mixture head)" in capsys.readouterr().err
+    assert train("--out", "new", "--head", "frame") == 0
+    assert "robots poca (frame head)" in capsys.readouterr().err
     settings = load("new").task.settings
-    assert (settings.robots.head, settings.fire.head) == ("mixture", "pointer")
+    assert (settings.robots.head, settings.fire.head) == ("frame", "mixture")
     assert status("evaluate", "--robots", "new", "--fire", "none", "--episodes", 2) == 0
-    assert train("--resume", "--out", "new", "--head", "mixture") == 0
-    assert train("--resume", "--out", "new", "--head", "gaussian") == 2
+    assert train("--resume", "--out", "new", "--head", "frame") == 0
+    assert train("--resume", "--out", "new", "--head", "floor") == 2
 
 
 def test_train_takes_a_file_of_settings_and_a_checkpoint_as_opponent(run, capsys):
@@ -224,7 +224,7 @@ def test_resume_of_a_training_that_is_over_tells_what_came_of_it(
 @pytest.mark.parametrize(
     ("options", "hint"),
     [
-        (["--head", "gaussian"], "--head: gaussian was asked for"),
+        (["--head", "floor"], "--head: floor was asked for"),
         (["--trainer", "ppo"], "--trainer: ppo was asked for"),
         (["--preset", "paper"], "--preset: paper was asked for"),
         (["--building", "paper"], "--building: paper was asked for"),

@@ -44,7 +44,7 @@ class Ambush:
     def decide(self, world, rng):
         nav, exits = navigation_of(world.building), sorted(world.building.exits)
         guarded = exits[len(world.flames.sources) % len(exits)]
-        metres = np.where(free_places(world), nav.distance[guarded], np.inf)
+        metres = np.where(free_places(world), nav.distance_to(guarded), np.inf)
         return 0, *nav.centres[metres.argmin()].tolist()
 
 

@@ -4,8 +4,8 @@ import json
 import sys
 from argparse import Namespace
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import nullcontext
 from dataclasses import asdict
 from math import isnan
 from pathlib import Path
@@ -21,12 +21,15 @@ from reference.simulation import Simulation
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command, figures, noted, writable
 from reference.workshop.crossplay.matches import Evaluation, Run, begin
+from reference.workshop.crowding import Crowd, together
 from reference.workshop.recording import recording, ticks
 from reference.workshop.runs import ContradictionError
 from reference.workshop.strategies import LEARNED
 
 Pair = tuple[str, str]
 """Who plays the robots, and who the fire."""
+Note = Callable[[], None]
+"""What is called at 0 s and after each tick."""
 
 UNGUIDED, GUIDED = ("none", "random"), ("escort", "random")
 ATTACKED = ("escort", "busiest")
@@ -69,20 +72,33 @@ def first_look(arguments: Namespace) -> None:
 def evacuate(arguments: Namespace) -> None:
     """Evacuates a building and tells who got out; episode i uses seed + i."""
     pairs = _pairs(arguments.robots, arguments.fire)
-    asked = {name: getattr(arguments, name) for name in SAME}
-    evaluation = _evaluation(pairs, **asked)
+    for option in ("record", "density"):
+        if len(pairs) > 1 and getattr(arguments, option):
+            raise ContradictionError(f"--{option} goes with one pair. Leave one out.")
+    evaluation = _evaluation(pairs, **{name: getattr(arguments, name) for name in SAME})
     noted(evaluation)
+    if arguments.density:
+        from reference.workshop.drawing.page import PICTURES
+
+        writable(arguments.density, PICTURES, "a picture")
     runs: list[list[dict[str, Any]]] = [[] for _ in pairs]
-    seeds = list(evaluation.seeds)
+    seeds, crowds = list(evaluation.seeds), list[Crowd]()
     if arguments.animate or arguments.record:
         first = [_begun(evaluation, pair, seeds[0]) for pair in pairs]
-        _play(first, pairs, arguments.animate, arguments.record)
+        notes = _notes(first[0], arguments.density, crowds)
+        _play(first, pairs, arguments.animate, arguments.record, notes)
         for found, simulation in zip(runs, first, strict=True):
             found.append({"seed": seeds[0], **_facts(simulation), "wall_seconds": None})
         del seeds[0]
     for seed in tqdm(seeds, unit="episode", disable=None, leave=False):
         for found, pair in zip(runs, pairs, strict=True):
-            found.append(_episode(evaluation, pair, seed))
+            start, simulation = perf_counter(), _begun(evaluation, pair, seed)
+            notes = _notes(simulation, arguments.density, crowds)
+            deque(ticks([simulation], notes), maxlen=0)
+            took = {"wall_seconds": perf_counter() - start}
+            found.append({"seed": seed, **_facts(simulation), **took})
+    if arguments.density:
+        _draw_density(crowds, pairs[0], arguments.density)
     told = [_told(evaluation, *each) for each in zip(pairs, runs, strict=True)]
     if arguments.json:
         print(json.dumps(told[0] if len(told) == 1 else {"pairs": told}))
@@ -117,9 +133,12 @@ def _play(
     pairs: Sequence[Pair],
     film: Path | None,
     folder: Path | None = None,
+    notes: Sequence[Note] = (),
 ) -> None:
-    """Run simulations to their ends; film them, record one of them into a folder."""
-    with _recorded(simulations, folder) as going:
+    """Run simulations to their ends; film all of them, record the first."""
+    recorded = recording(simulations[0], folder) if folder else nullcontext()
+    with recorded as note:
+        going = ticks(simulations, [*notes, note] if note else notes)
         if film:
             from reference.workshop.drawing.film import FORMATS, animate
 
@@ -131,18 +150,19 @@ def _play(
         print(f"the recording is in {folder}", file=sys.stderr)
 
 
-@contextmanager
-def _recorded(
-    simulations: Sequence[Simulation], folder: Path | None
-) -> Iterator[Iterator[None]]:
-    """Yield what runs the simulations; recorded, if a folder is named."""
-    if folder is None:
-        yield ticks(simulations)
-    elif len(simulations) > 1:
-        raise ContradictionError("--record goes with one pair. Leave one out.")
-    else:
-        with recording(simulations[0], folder) as note:
-            yield ticks(simulations, [note])
+def _notes(simulation: Simulation, asked: bool, crowds: list[Crowd]) -> list[Note]:
+    """If asked, add a crowd to those of earlier episodes; return what it notes."""
+    if not asked:
+        return []
+    crowds.append(Crowd(simulation))
+    return [crowds[-1].note]
+
+
+def _draw_density(crowds: Sequence[Crowd], pair: Pair, path: Path) -> None:
+    from reference.workshop.drawing import crowded, save
+
+    save(crowded(together(crowds), _heading(pair)), path)
+    print(f"the picture is in {path}", file=sys.stderr)
 
 
 def _heading(pair: Pair) -> str:
@@ -158,13 +178,6 @@ def _facts(simulation: Simulation) -> dict[str, Any]:
     """Name the figures of an outcome; None for those that it lacks."""
     outcome = asdict(simulation.outcome()).items()
     return {name: None if isnan(value) else value for name, value in outcome}
-
-
-def _episode(evaluation: Evaluation, pair: Pair, seed: int) -> dict[str, Any]:
-    start, simulation = perf_counter(), _begun(evaluation, pair, seed)
-    simulation.run()
-    took = perf_counter() - start
-    return {"seed": seed, **_facts(simulation), "wall_seconds": took}
 
 
 def _told(
@@ -224,6 +237,9 @@ EVACUATE_OPTIONS: options.Table = {
     **options.SAMPLE,
     "--record": options.path(
         "DIR", "write the first episode's trajectories, a file per floor, for PedPy"
+    ),
+    "--density": options.path(
+        "FILE", "draw how dense people were, and where they died, in all episodes"
     ),
     "--animate": options.path(
         "FILE", f"film the first episode as {FILMED}; two pairs side by side"

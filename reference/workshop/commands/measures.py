@@ -8,8 +8,7 @@ from typing import Any
 from tqdm import tqdm
 
 from reference.workshop.commands import options
-from reference.workshop.commands.common import Command
-from reference.workshop.files import make_folder
+from reference.workshop.commands.common import Command, writable
 from reference.workshop.maps import load
 from reference.workshop.validation.cases import CASES, NOT_MODELLED, measured
 
@@ -21,10 +20,11 @@ HEAD = ("verdict", "case", "what", "accepted", "measured")
 
 def validate(arguments: Namespace) -> None:
     """Measures standard pedestrian cases; exit status 0 also where a case fails."""
-    seed, folder = arguments.seed or 0, arguments.out
-    names = arguments.only or list(CASES)
-    if folder:
-        make_folder(folder)
+    seed, names = arguments.seed or 0, arguments.only or list(CASES)
+    if arguments.output:
+        from reference.workshop.drawing import page
+
+        writable(arguments.output, page.PICTURES, "a picture")
     progress = tqdm(names, unit="case", disable=None, leave=False)
     rows = [measured(name, seed) for name in progress]
     if arguments.json:
@@ -34,12 +34,10 @@ def validate(arguments: Namespace) -> None:
         print(json.dumps({"seed": seed, "cases": rows, "not_modelled": absent}))
     else:
         _tell(rows)
-    if folder:
-        from reference.workshop.drawing import save, validation
+    if arguments.output:
+        from reference.workshop.drawing.validation import diagram
 
-        save(validation.diagram(seed), folder / "fundamental-diagram.png")
-        save(validation.door(seed), folder / "door.png")
-        print(f"the pictures are in {folder}", file=sys.stderr)
+        print(page.save(diagram(seed), arguments.output), file=sys.stderr)
 
 
 def _tell(rows: list[dict[str, Any]]) -> None:
@@ -62,8 +60,7 @@ def _line(row: dict[str, Any]) -> tuple[str, ...]:
     for name, count in row["never"].items():
         words[name] += f" (never in {count}/{runs})"
     numbers = ", ".join(f"{name}: {word}" for name, word in words.items())
-    said = "; ".join(filter(None, (row["why"], row["note"])))
-    numbers += f" ({said})" if said else ""
+    numbers += f" ({row['note']})" * bool(row["note"])
     return verdict, row["source"], row["what"], row["accepted"], numbers
 
 
@@ -83,10 +80,10 @@ VALIDATE_OPTIONS: options.Table = {
     "--only": options.choice(
         CASES, f"of {', '.join(CASES)}; default: all", nargs="+", metavar="CASE"
     ),
-    "--out": options.path("DIR", "draw the fundamental diagram and a door's flow"),
+    **options.picture("none; draws the fundamental diagram"),
 }
 
 VALIDATE = Command(
-    validate, VALIDATE_OPTIONS, "validate --only corridor doors --out out"
+    validate, VALIDATE_OPTIONS, "validate --only corridor doors -o diagram.png"
 )
 BENCH = Command(bench, options.BUILDING, "bench --json")

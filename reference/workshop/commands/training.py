@@ -12,7 +12,7 @@ from time import perf_counter
 from typing import Any
 
 from reference.building import building_of
-from reference.learning.settings import TrainerSettings, rows_of
+from reference.learning.settings import rows_of
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
@@ -22,6 +22,7 @@ from reference.workshop.commands.common import (
     workforce,
     writable,
 )
+from reference.workshop.remedies import SideSettings
 from reference.workshop.runs import ContradictionError, held
 from reference.workshop.strategies import GUIDES, LEARNED, SCRIPTS
 from reference.workshop.training.presets import PRESETS
@@ -31,7 +32,7 @@ PEOPLE = ("survival", "evacuated", "died")
 TINY = """\
 note: preset tiny shows in seconds how a training runs; it ends before anything is
 learned. To learn, take --preset laptop."""
-ROWS = rows_of(TrainerSettings)
+ROWS = rows_of(SideSettings)
 
 
 def train(arguments: Namespace) -> None:
@@ -154,9 +155,9 @@ TRAIN_OPTIONS: options.Table = {
     ),
     "--head": options.choice(
         ROWS["head"].choices,
-        "of both policies. gaussian: emits coordinates, as in the paper; mixture: of "
-        "the robots alone, coordinates around anchors; pointer: chooses among "
-        "candidate places; default: preset's",
+        "of the robots' policy. floor: one Gaussian of the whole floor, as in the "
+        "paper; frame: one around where the robot stands; mixture: Gaussians around "
+        "anchors; default: preset's",
     ),
     **options.player("robots", NOTE, (*SCRIPTS["robots"], LEARNED, "FILE")),
     **options.player("fire", NOTE, (*SCRIPTS["fire"], LEARNED, "FILE")),

@@ -1,10 +1,9 @@
-"""Charts of two standard cases: the fundamental diagram, and how many pass a door.
+"""Chart of one standard case: the fundamental diagram, beside real people's.
 
-Clauses: A5, A7.  Beside the model stand measurements of real people.
+Clauses: A7.
 """
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from reference.workshop.drawing.page import FAINT, TEXT, Style, foot, sheet
@@ -13,10 +12,6 @@ from reference.workshop.validation import cases
 OURS: Style = {"color": "#0072b2", "marker": "o", "lw": 1.9}
 THEIRS: Style = {"color": "#d55e00", "ls": (0, (5, 1.5)), "lw": 1.9}
 REAL: Style = {"color": TEXT, "ls": "", "marker": "s", "ms": 7, "mfc": "white"}
-OPPOSED: Style = REAL | {"marker": "^", "ms": 8}
-SOURCE = f"Real people: {cases.MEASURED}"
-LIMIT = "the most that IMO 4 allows"
-WINDOW = 5  # seconds over which a flow is taken
 
 
 def diagram(seed: int) -> Figure:
@@ -31,54 +26,12 @@ def diagram(seed: int) -> Figure:
     axes.fill_between(curve, low, high, color=FAINT, alpha=0.18, lw=0, label=band)
     axes.plot(curve, theirs, **THEIRS, label="Weidmann (1993)")
     axes.plot(cases.DENSITIES, ours, **OURS, label="this model, 20 m × 4 m ring")
-    axes.plot(*_points(cases.ONE_WAY), **REAL, label="real people, one way")
-    name = "real people, counterflow in 4 m"
-    axes.plot(*_points(cases.OPPOSED), **OPPOSED, label=name)
+    real = {"one way": (cases.ONE_WAY, "s"), "counterflow in 4 m": (cases.OPPOSED, "^")}
+    for name, (speeds, marker) in real.items():
+        look = REAL | {"marker": marker, "label": f"real people, {name}"}
+        axes.plot([*speeds], [*speeds.values()], **look)
     axes.set(xlim=(0, curve[-1]), xlabel="people per square metre", ylabel="m/s")
     axes.set_ylim(bottom=0)
     axes.grid()
-    foot(page, caption=SOURCE, columns=3)
+    foot(page, caption=f"Real people: {cases.MEASURED}", columns=3)
     return page
-
-
-def _points(facts: dict[float, float]) -> tuple[list[float], list[float]]:
-    """Places and values, to plot."""
-    return [*facts], [*facts.values()]
-
-
-def door(seed: int) -> Figure:
-    """Draw how many pass an inner door of one metre, and exits, by their width."""
-    page = sheet("Doors and exits let a limited flow through", 11, 4.6)
-    over_time, by_width = page.subplots(1, 2, width_ratios=(1.4, 1))
-    _over_time(over_time, seed)
-    _by_width(by_width, seed)
-    foot(page, caption=SOURCE, columns=3)
-    return page
-
-
-def _over_time(axes: Axes, seed: int) -> None:
-    when = cases.passages("+", 1, seed)
-    mean, when = cases.flow(when), when[np.isfinite(when)]
-    axes.set_title(f"An inner door of 1 m: {len(when)} of 100 people pass")
-    edges = np.arange(0, when.max() + 2 * WINDOW, WINDOW)
-    passed = np.histogram(when, edges)[0] / WINDOW
-    name = f"people per second, over {WINDOW} s"
-    axes.stairs(passed, edges, color=OURS["color"], lw=1.9, label=name)
-    axes.axhline(cases.MOST_FLOW, **THEIRS, label=LIMIT)
-    name = f"from first to last: {mean:.2f}"
-    axes.axhline(mean, color=TEXT, lw=1, ls=":", label=name)
-    axes.set(xlim=(0, edges[-1]), xlabel="seconds", ylabel="people per second")
-    axes.set_ylim(bottom=0)
-    axes.grid(axis="y")
-
-
-def _by_width(axes: Axes, seed: int) -> None:
-    axes.set_title("Exits by width")
-    ours = [cases.flow(cases.passages("E", w, seed)) / w for w in cases.WIDTHS]
-    axes.axhline(cases.MOST_FLOW, **THEIRS, label=LIMIT)
-    axes.plot(cases.WIDTHS, ours, **OURS, label="this model: its limit is a parameter")
-    axes.plot(*_points(cases.EXITS_OF), **REAL, label="real exits")
-    most = max(cases.EXITS_OF.values())
-    axes.set(xlim=(0, cases.WIDTHS[-1] + 0.3), ylim=(0, 1.1 * most))
-    axes.set(xlabel="metres wide", ylabel="people per second and metre")
-    axes.grid(axis="y")

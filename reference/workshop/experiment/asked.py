@@ -45,7 +45,6 @@ from reference.learning.settings import (
     SIDES,
     SettingsError,
     Side,
-    TrainerSettings,
     unknown,
 )
 from reference.workshop.crossplay.contestants import WORST
@@ -53,6 +52,7 @@ from reference.workshop.crossplay.matches import EPISODES, MOST_RUNS, Arena
 from reference.workshop.files import read_text
 from reference.workshop.maps import load
 from reference.workshop.plain import checked, mapping, record_from
+from reference.workshop.remedies import SideSettings
 from reference.workshop.strategies import FIRES, GUIDES, LEARNED, ROBOTS
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.presets import Settings, changed, preset
@@ -324,7 +324,7 @@ class Experiment:
         return range(end, end + max(1, self.test.episodes // 2))
 
 
-def _with_budget(settings: TrainerSettings, decisions: int) -> TrainerSettings:
+def _with_budget(settings: SideSettings, decisions: int) -> SideSettings:
     return replace(
         settings,
         max_steps=decisions,

@@ -5,11 +5,11 @@ Clauses: D2, D6, F4.
     p   place
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from reference.building import Kind
+from reference.building import Building, Kind
 from reference.fire import Decision, decision_at, free_places
 from reference.flames import fuel
 from reference.navigation import navigation_of
@@ -55,7 +55,7 @@ class CloserFire:
         marks = (mark for mark in world.building.landmarks if mark.leads_out)
         ways = sorted(marks, key=lambda mark: (mark.kind is not Kind.EXIT, mark.floor))
         way = ways[len(world.flames.sources) % len(ways)].index
-        metres = navigation_of(world.building).distance[way]
+        metres = navigation_of(world.building).distance_to(way)
         metres = np.where(free_places(world), metres, np.inf)
         if np.isinf(metres).all():
             return RandomFire().decide(world, rng)
@@ -82,13 +82,19 @@ class FixedFire:
 
 
 def beside_ways_out(world: World) -> list[Decision]:
-    """The cell nearest to each exit, then to each entrance, that fire may enter."""
-    nav, burns = navigation_of(world.building), fuel(world.building).ravel()
+    """Beside each exit, then each entrance, the cell that fire may enter."""
     marks = [mark for mark in world.building.landmarks if mark.kind is not Kind.DOOR]
     ways = sorted(marks, key=lambda mark: (mark.kind is not Kind.EXIT, mark.floor))
-    burns = burns & (world.building.kind == Kind.FLOOR).ravel()
-    near = (np.where(burns, nav.distance[way.index], np.inf) for way in ways)
-    return [decision_at(world, int(d.argmin())) for d in near if np.isfinite(d).any()]
+    places = places_beside(world.building, [way.index for way in ways])
+    return [decision_at(world, place) for place in places]
+
+
+def places_beside(building: Building, marks: Iterable[int]) -> list[int]:
+    """The cell nearest on foot to each landmark that fire may enter, where one is."""
+    nav = navigation_of(building)
+    burns = fuel(building).ravel() & (building.kind == Kind.FLOOR).ravel()
+    near = (np.where(burns, nav.distance_to(mark), np.inf) for mark in marks)
+    return [int(d.argmin()) for d in near if np.isfinite(d).any()]
 
 
 class BusiestFire:

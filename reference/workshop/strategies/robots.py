@@ -95,8 +95,8 @@ class Sweep:
         """Find the least risky way out, (places,) metres to it, and the robot's."""
         nav = navigation_of(world.building)
         ways = world.building.ways_out(robot.floor)
-        here, way = min((float(d[nav.distance[way] == 0].min()), way) for way in ways)
-        return way, nav.distance[way], here
+        here, way = min((float(d[nav.goals[way]].min()), way) for way in ways)
+        return way, nav.distance_to(way), here
 
 
 class Escort(Sweep):

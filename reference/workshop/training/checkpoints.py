@@ -24,19 +24,18 @@ from reference.learning.settings import (
     SIDES,
     SettingsError,
     Side,
-    TrainerSettings,
     unknown,
 )
 from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.files import refuse_no_file, write_whole
-from reference.workshop.landmarks import landmarks_for
 from reference.workshop.plain import checked, mapping, record_from
+from reference.workshop.remedies import SideSettings
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.training.presets import Settings
 
 KIND = "checkpoint of fire-rescue-reference"
-FORMAT = 5
+FORMAT = 6
 """Grows whenever observations, actions or networks come to mean something else."""
 
 PLAYERS = ("fixed", "initial")  # of a task
@@ -97,8 +96,7 @@ class Checkpoint:
         """The policy of a side: its network as learned so far, or whoever is fixed."""
         if side in self.learners:
             weights = self.learners[side]["actor"]
-            settings = getattr(self.task.settings, side)
-            return Learned(settings, weights, landmarks_for(side, settings))
+            return Learned(getattr(self.task.settings, side), weights)
         return self.task.fixed[side]
 
 
@@ -258,7 +256,7 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
 
 
 def _refuse_another_size(
-    settings: TrainerSettings, weights: Mapping[str, torch.Tensor]
+    settings: SideSettings, weights: Mapping[str, torch.Tensor]
 ) -> None:
     """Raise SettingsError for weights of another size, before networks are made."""
     widths = {width for tensor in weights.values() for width in tensor.shape}
@@ -284,10 +282,10 @@ def _plain_player(who: Learned | str) -> Any:
 def _player(side: Any, plain: Any) -> Learned | str:
     if isinstance(plain, str):
         return plain
-    settings = record_from(TrainerSettings, plain["settings"], f"network of {side}")
+    settings = record_from(SideSettings, plain["settings"], f"network of {side}")
     weights = checked("weights", plain["weights"], dict[str, torch.Tensor])
     _refuse_another_size(settings, weights)
-    return Learned(settings, weights, landmarks_for(side, settings))
+    return Learned(settings, weights)
 
 
 # -- Where it belongs ---------------------------------------------------------------

@@ -4,7 +4,7 @@ Clauses: C5, C7, E1.  An aid to ask for, never the default: what it teaches is n
 paper's.  The actor is fitted to what the strategy would have decided; then the critic
 learns alone for some rounds, and then both learn as always.
 
-    G, O, A  as in `players`
+    G, S  as in `players`
 """
 
 from collections.abc import Sequence
@@ -15,24 +15,21 @@ import numpy as np
 import torch
 
 from reference.building import Building
-from reference.game.frame import UNIT
-from reference.game.moments import Moment
-from reference.game.observations import from_normalised, to_normalised
+from reference.game.interface import Moment
+from reference.game.observations import to_normalised
 from reference.learning.experience import (
     Decisions,
     GroupDecision,
     Trajectory,
     decisions_of,
 )
-from reference.learning.networks import RAW_LIMIT
 from reference.learning.players import Player, Recorded
 from reference.learning.ppo import Learner
-from reference.learning.settings import Side, TrainerSettings
+from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import actual_target
 from reference.strategies import RobotStrategy
-from reference.workshop.landmarks import landmarks_for
-from reference.workshop.landmarks.of_robots import RobotOption
+from reference.workshop.remedies import RobotsFrame, SideSettings
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import GROUP_RADIUS
 
@@ -47,13 +44,12 @@ class Demonstration(Recorded):
     settings  of the learner;  teacher  the strategy's name
     """
 
-    settings: TrainerSettings
+    settings: SideSettings
     teacher: str
 
     def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
         """Make the player that records the teacher."""
-        marks = landmarks_for(side, self.settings)
-        return _Teacher(self.teacher, side, building, scenario, self.settings, marks)
+        return _Teacher(self.teacher, side, building, scenario, self.settings)
 
 
 class _Teacher(Player):
@@ -96,57 +92,25 @@ class _Teacher(Player):
     ) -> GroupDecision[np.ndarray]:
         """Record actions as the head's, with log_probs of 0.
 
-        Those are a pointer's nearest option, or the spot; and "keep" where the teacher
-        keeps a destination. What the head does not offer is left out, `alive` False:
-        to go where no option or anchor is near, to keep if it cannot, to stay put.
+        Who keeps a destination means it once more, or the own place without one. What
+        the head cannot say is left out, `alive` False: what no anchor of a mixture is
+        near, and to keep anything by a Gaussian.
         """
-        new, spots = ~np.isnan(wanted).any(axis=1), np.nan_to_num(wanted)
-        actions, features, action_mask = spots * RAW_LIMIT, None, None
-        if self.frame:
-            actions = self._in_frame(moment, wanted)
-        taught = new
-        (seen,), (choices,) = self.read([moment])
-        if choices is not None:
-            features, action_mask = choices.features, choices.action_mask
-            kept = ~new & action_mask[:, RobotOption.KEEP]
-            if self.settings.head == "mixture":
-                off = np.linalg.norm(features - actions[:, None], axis=-1)
-                off = np.where(action_mask, off, np.inf).min(axis=1)
-                new = (off * UNIT <= GROUP_RADIUS) & moment.alive
-            elif self.chooser is None:
-                actions = np.concatenate([actions, new[:, None]], axis=1)
-            else:
-                ends, aims = (
-                    from_normalised(self.building, spot.astype(float))
-                    for spot in (choices.places, spots[:, None])
-                )
-                off = np.linalg.norm(ends - aims, axis=-1)
-                meant = action_mask | (np.arange(off.shape[1]) == RobotOption.STAY)
-                nearest = np.where(meant, off, np.inf).argmin(axis=1)
-                each = np.arange(len(new)), nearest
-                new = new & action_mask[each] & (off[each] <= GROUP_RADIUS)
-                actions = np.where(kept, RobotOption.KEEP, nearest)[:, None]
-            taught = new | kept
-        actions = actions.astype(np.float32)
+        kept, (seen,) = np.isnan(wanted).any(axis=1), self.read([moment])
+        aims = np.where(kept[:, None], moment.headed, wanted)
+        actions = np.nan_to_num(self.interface.raw(aims, moment.vectors))
+        taught = moment.alive.copy()
+        if isinstance(self.interface, RobotsFrame) and self.interface.mixes:
+            taught &= self.interface.off_anchors(actions, seen) <= GROUP_RADIUS
+        else:
+            taught &= ~kept
         return GroupDecision(
             vectors=seen,
             grids=moment.grid,
             alive=taught,
-            actions=actions,
-            shown=actions[:, :0],
+            actions=actions.astype(np.float32),
             log_probs=np.zeros_like(actions),
-            features=features,
-            action_mask=action_mask,
         )
-
-    def _in_frame(self, moment: Moment, wanted: np.ndarray) -> np.ndarray:
-        """(G, 2) units from the robot; where none is wanted, where it is headed to.
-
-        If it is not, its own place.
-        """
-        assert self.frame is not None
-        aims = np.where(np.isnan(wanted), moment.headed, wanted)
-        return np.nan_to_num(self.frame.actions(moment.vectors, aims))
 
 
 def clone(
@@ -167,7 +131,7 @@ def clone(
         total = 0.0
         for which in order.split(CLONING_BATCH):
             batch = taught.rows(which)
-            policy = learner.actor(batch.vectors, batch.grids, batch.options)
+            policy = learner.actor(batch.vectors, batch.grids)
             loss = -policy.log_probs(batch.actions)[batch.alive].mean()
             optimiser.zero_grad()
             loss.backward()

@@ -11,7 +11,6 @@ from reference.learning.players import Learned
 from reference.learning.ppo import Learner
 from reference.learning.settings import SIDES, SettingsError, Side
 from reference.simulation import Simulation
-from reference.workshop.landmarks import landmarks_for
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.workers import memory
 
@@ -19,8 +18,7 @@ OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
 EPISODE = 2**20  # bytes of one, more or less
 
 OF_NETWORK = (
-    *("head", "hidden_units", "num_layers", "normalize"),
-    *("context", "commitment", "in_robots_frame", "summary", "own_state"),
+    *("head", "hidden_units", "num_layers", "normalize", "commitment", "spread"),
 )
 """Rows of settings on which the meaning of a network's weights depends."""
 
@@ -66,8 +64,7 @@ def _learner(task: Task, side: Side) -> Learner:
             "fire: nobody learns where sources is 0. Raise it, or let --fire none play."
         )
     (seed,) = seeds_of(task.seed, OF_LEARNERS, SIDES.index(side), 1)
-    landmarks = landmarks_for(side, settings)
-    return learner_for(side, task.plan, scenario, settings, seed, landmarks)
+    return learner_for(side, task.plan, scenario, settings, seed)
 
 
 def _begin_with(learner: Learner, who: Learned, side: Side) -> None:

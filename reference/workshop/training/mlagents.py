@@ -29,14 +29,14 @@ from typing import Any
 from reference.learning.settings import (
     Rows,
     SettingsError,
-    TrainerSettings,
     rows_of,
     unknown,
 )
 from reference.workshop.files import read_text
 from reference.workshop.plain import mapping
+from reference.workshop.remedies import SideSettings
 
-_ROWS = rows_of(TrainerSettings)
+_ROWS = rows_of(SideSettings)
 OWN_ROWS = tuple(name for name, row in _ROWS.items() if row.section is None)
 HOMES = {n: row.section for n, row in _ROWS.items() if row.section is not None}
 PATHS = tuple((*section, name) for name, section in HOMES.items())

@@ -14,7 +14,7 @@ import numpy as np
 from reference.building import Building, building_of
 from reference.fire import Decision
 from reference.game.environment import destination, fire_decision
-from reference.game.moments import Moment
+from reference.game.interface import Moment
 from reference.game.observations import fire_vector, robot_vectors
 from reference.learning.networks import one_thread
 from reference.learning.players import Learned

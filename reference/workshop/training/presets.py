@@ -13,14 +13,13 @@ from reference.learning.settings import (
     Row,
     Rows,
     SettingsError,
-    TrainerSettings,
     check_rows,
-    refuse_of_robots,
     rows_of,
     unknown,
 )
 from reference.paper import TABLE_I, TABLE_II, Scenario
 from reference.workshop.plain import mapping, record_from
+from reference.workshop.remedies import SideSettings, refuse_of_robots
 from reference.workshop.training import mlagents
 from reference.workshop.training.mlagents import OWN_ROWS
 
@@ -39,8 +38,8 @@ class Settings:
     """
 
     preset: str
-    robots: TrainerSettings
-    fire: TrainerSettings
+    robots: SideSettings
+    fire: SideSettings
     scenario: Scenario
     episodes_per_job: int
     jobs_per_round: int
@@ -65,7 +64,7 @@ class Settings:
 
 # -- Records from rows --------------------------------------------------------------
 
-Record = TypeVar("Record", TrainerSettings, Settings, Scenario)
+Record = TypeVar("Record", SideSettings, Settings, Scenario)
 
 
 def _changed(base: Record, rows: Any, where: str) -> Record:
@@ -115,8 +114,8 @@ def _paper() -> Settings:
     """[E1, Tab. I] [E2, Tab. II] as printed; a cluster's work, not a laptop's."""
     return Settings(
         preset="paper",
-        robots=record_from(TrainerSettings, TABLE_I, "Table I"),
-        fire=record_from(TrainerSettings, TABLE_II, "Table II"),
+        robots=record_from(SideSettings, TABLE_I, "Table I"),
+        fire=record_from(SideSettings, TABLE_II, "Table II"),
         scenario=Scenario(training=True),  # [D6]
         episodes_per_job=2,
         jobs_per_round=4,  # [E1, chosen] a round fills under 10 % of Table I's buffer
@@ -129,20 +128,17 @@ def _laptop() -> Settings:
     Robots have a twentieth of the paper's decisions, the fire a twenty-sixth, which is
     as many episodes. So the learning rate is higher, minibatches and buffers are small
     (an update after each round, for the fire after several), layers half as wide, and
-    heads are pointers, since raw Gaussians need millions of decisions.
+    heads are mixtures around anchors: a Gaussian of the whole floor does not learn.
     Robots finish what they begin (commitment), the clock is taken out of their reward
-    (shaping), and they look 33 decisions ahead instead of 10 (gamma). They judge each
-    option by its own features alone, which is sooner learned (context). Their entropy
+    (shaping), and they look 33 decisions ahead instead of 10 (gamma). Their entropy
     bonus is a fifth and fades, so the likeliest action becomes as good as a sampled
     one. Half of the fires are random: a learning one soon leaves nobody to learn from.
     """
-    net = {"hidden_units": 128, "num_layers": 2, "head": "pointer"}
+    net = {"hidden_units": 128, "num_layers": 2, "head": "mixture"}
     net |= {"learning_rate": 1e-3}
     robots: dict[str, Any] = {"batch_size": 512, "buffer_size": 2560}
     robots |= {"beta": 1e-3, "beta_schedule": "linear"}
-    robots |= {"commitment": 2.5, "shaping": 300.0, "gamma": 0.97, "context": False}
-    robots |= {"summary": True, "own_state": True}
-    robots |= {"robots_frame": True, "masks": True}
+    robots |= {"commitment": 2.5, "shaping": 300.0, "gamma": 0.97, "masks": True}
     robots |= {"max_steps": 480_000, "summary_freq": 5000}
     robots |= {"keep_checkpoints": 25, "checkpoint_interval": 24_000}
     fire = {"batch_size": 64, "buffer_size": 250, "max_steps": 19_200}
@@ -165,11 +161,10 @@ def _tiny() -> Settings:
     Six people and a minute; buffers that each round fills, so that each ends in an
     update.
     """
-    net = {"hidden_units": 16, "num_layers": 1, "head": "pointer"}
+    net = {"hidden_units": 16, "num_layers": 1, "head": "mixture"}
     net |= {"learning_rate": 3e-3, "keep_checkpoints": 3}
     robots: dict[str, Any] = {"batch_size": 32, "buffer_size": 64, "max_steps": 600}
-    robots |= {"commitment": 5.0, "shaping": 300.0, "summary": True, "own_state": True}
-    robots |= {"robots_frame": True, "masks": True}
+    robots |= {"commitment": 5.0, "shaping": 300.0, "masks": True}
     robots |= {"checkpoint_interval": 200, "summary_freq": 100}
     fire = {"batch_size": 2, "buffer_size": 4, "max_steps": 30}
     fire |= {"checkpoint_interval": 10, "summary_freq": 5}
@@ -233,7 +228,7 @@ def _own_rows(rows: Any, side: str) -> dict[str, Any]:
     return rows
 
 
-def _trainer(base: TrainerSettings, said: Rows, where: str) -> TrainerSettings:
+def _trainer(base: SideSettings, said: Rows, where: str) -> SideSettings:
     """Change one side's settings; schedules left out are the learning rate's [E3]."""
     rows = dict(said)
     for name in ("beta_schedule", "epsilon_schedule"):

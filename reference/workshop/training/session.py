@@ -15,7 +15,6 @@ from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, SettingsError, Side
 from reference.strategies import RandomFire
-from reference.workshop.landmarks import landmarks_for
 from reference.workshop.plain import checked
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import Checkpoint, Task, must_fit
@@ -93,7 +92,8 @@ class Training:
         for side in SIDES:
             who = self.learners.get(side) or self.task.fixed[side]
             if isinstance(who, Learner):
-                who = f"{who.settings.trainer_type} ({who.settings.head} head)"
+                settings = getattr(self.settings, side)
+                who = f"{settings.trainer_type} ({settings.head} head)"
             names[side] = who if isinstance(who, str) else "a fixed checkpoint"
         return names
 
@@ -151,7 +151,7 @@ class Training:
         """Make a side's player; networks are copies, which do not change in play."""
         if side in self.learners:
             learner = self.learners[side]
-            return player_of(learner, landmarks_for(side, learner.settings))
+            return player_of(learner)
         who = self.task.fixed[side]
         if isinstance(who, str):
             return SCRIPTS[side][who]()

@@ -119,8 +119,6 @@ def settings_of(asked: Asked, base: Settings) -> Settings:
     robots = replace(robots, trainer_type=asked.trainer or robots.trainer_type)
     if asked.head:
         robots = replace(robots, head=asked.head)
-    if asked.head and asked.head != "mixture":  # which only robots have
-        fire = replace(fire, head=asked.head)
     if asked.robots == "none":
         scenario = replace(scenario, robots_per_floor=0)
     return replace(made, robots=robots, fire=fire, scenario=scenario)
@@ -169,8 +167,6 @@ def _asked_and_begun(asked: Asked, task: Task) -> Iterator[tuple[str, Any, Any]]
     yield "--preset", asked.preset, settings.preset
     yield "--trainer", asked.trainer, settings.robots.trainer_type
     yield "--head", asked.head, settings.robots.head
-    if asked.head != "mixture":
-        yield "--head", asked.head, settings.fire.head
     yield "--imitate", asked.imitate, task.imitate or "nobody to imitate"
     if asked.initialize_from is not None:
         yield "--initialize-from", *_beginnings(asked.initialize_from, task)

@@ -24,7 +24,7 @@ def state_of(learner: Learner) -> dict[str, Any]:
         "critic": learner.critic.state_dict(),
         "optimiser": learner.optimiser.state_dict(),
         "buffer": [
-            dict(part.columns()) | {"grids": _packed(part.grids)}
+            part.columns() | {"grids": _packed(part.grids)}
             for part in learner.buffer.parts
         ],
         "rng": learner.rng.get_state(),

@@ -1,4 +1,4 @@
-"""People who know the way and do not think: bodies on small maps, and what to measure.
+"""People who know the way and do not think, on small maps, and what to measure of them.
 
 Clauses: A3, A7, F8.
 
@@ -11,6 +11,7 @@ from math import inf
 
 import numpy as np
 
+from reference import motion
 from reference.beginning import with_people_at
 from reference.building import Building
 from reference.events import Event
@@ -21,10 +22,9 @@ from reference.simulation import Simulation
 from reference.world import Bodies, World
 
 BARE = Scenario(robots_per_floor=0, sources=0, time_limit=300.0)
-TICK = BARE.tick
 
 Spot = tuple[int, slice, slice]
-"""A part of a building: floor, rows, columns."""
+"""A part of a building, as np.s_ writes it: floor, rows, columns."""
 
 Past = Callable[[Bodies], np.ndarray]
 """(n,) bool: who is past something?"""
@@ -33,35 +33,42 @@ Past = Callable[[Bodies], np.ndarray]
 class Crowd(Simulation):
     """Bodies without minds, who walk to the nearest way out, or to a goal each.
 
-    goals: (n,) landmarks, on one floor
+    goals: (n,) landmarks, on one floor;  limit: s
     """
 
     def __init__(
         self, world: World, seed: int, goals: Sequence[int] = (), limit: float = 300.0
     ):
-        """Begin with a world; seed: of their random steps; limit: s."""
         scenario = replace(BARE, time_limit=limit)
         super().__init__(world.building, scenario, seed=seed, world=world)
-        self._goals = np.array(goals)
+        self._anywhere = not goals
+        if goals:
+            world.bodies.landmark[:] = goals
 
     def step(self) -> list[Event]:
-        """Run one tick without SENSE and DECIDE."""
-        already = len(self.events)
-        self._choose()
-        touched = self._people_move()
-        self._burn()
-        self._lose_health()
-        self._settle(touched)
-        return self.events[already:]
+        """Run one tick in which nobody thinks."""
+        self._due[:] = False
+        for floor in range(self.building.floors) if self._anywhere else ():
+            self._choose(floor)
+        return super().step()
 
-    def _choose(self) -> None:
-        bodies = self.world.bodies
-        for floor in range(self.building.floors):
-            who = np.flatnonzero(bodies.walking & (bodies.floor == floor))
-            marks = np.array(self.building.ways_out(floor))
-            far = self.navigation.distance[marks][:, bodies.place[who]]
-            nearest = marks[far.argmin(axis=0)]
-            bodies.landmark[who] = self._goals[who] if len(self._goals) else nearest
+    def _choose(self, floor: int) -> None:
+        """Send everybody on a floor to the nearest way out."""
+        bodies, marks = self.world.bodies, np.array(self.building.ways_out(floor))
+        who = np.flatnonzero(bodies.walking & (bodies.floor == floor))
+        far = self.navigation.metres_to(marks[:, None], bodies.place[who])
+        bodies.landmark[who] = marks[far.argmin(axis=0)]
+
+
+class Ghosts(Simulation):
+    """People who walk through each other: they show what crowding costs."""
+
+    def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
+        position, pace = self.world.bodies.position[who], self.world.bodies.pace[who]
+        return motion.alone(position, target, pace, self.tick, self._free(who))
+
+    def _fill_doors(self, touched: list[tuple[int, int]]) -> None:
+        """Fill nothing."""
 
 
 def built(*floors: Sequence[str]) -> Building:
@@ -70,6 +77,11 @@ def built(*floors: Sequence[str]) -> Building:
     for number, rows in enumerate(floors, 1):
         text += "\n".join(["", f"floor {number}:", *rows])
     return Building(parse(text))
+
+
+def hall(*rows: str) -> Building:
+    """Build one floor from its rows, with a wall above and below."""
+    return built(["#" * len(rows[0]), *rows, "#" * len(rows[0])])
 
 
 def people(building: Building, seed: int, *groups: tuple[int, Spot]) -> World:
@@ -95,13 +107,11 @@ def places(building: Building, spot: Spot) -> np.ndarray:
     return np.flatnonzero(chosen)
 
 
-def gone(bodies: Bodies) -> np.ndarray:
-    """Who has left the building?"""
-    return ~bodies.inside
+def times(crowd: Crowd, past: Past = lambda bodies: ~bodies.inside) -> np.ndarray:
+    """Run until everybody is past something, else out of the building.
 
-
-def times(crowd: Crowd, past: Past = gone) -> np.ndarray:
-    """Run until everybody is past something; return when, (n,) s, inf for never."""
+    Returns when, (n,) s, inf for never.
+    """
     bodies = crowd.world.bodies
     when = np.full(len(bodies), inf)
     while not crowd.done and np.isinf(when).any():
@@ -118,21 +128,16 @@ def east_of(building: Building, col: int) -> Past:
 
 def flow(when: np.ndarray) -> float:
     """People per second from the first to the last, or to 300 s if some never pass."""
-    passed = when[np.isfinite(when)]
-    if len(passed) < 2:
-        return 0.0
-    last = passed.max() if len(passed) == len(when) else BARE.time_limit
-    return float((len(passed) - 1) / (last - passed.min()))
+    passed, last = np.isfinite(when).sum(), min(when.max(), BARE.time_limit)
+    return float((passed - 1) / (last - when.min())) if passed > 1 else 0.0
 
 
-def densest(crowd: Crowd, spots: dict[str, Spot]) -> dict[str, float]:
-    """People per square metre in each spot, in its most crowded ten seconds."""
-    parts = [places(crowd.building, spot) for spot in spots.values()]
-    ticks = []
+def densest(crowd: Crowd, spot: Spot) -> float:
+    """People per square metre in a spot, in its most crowded ten seconds."""
+    part, ticks = places(crowd.building, spot), []
     while not crowd.done:
         crowd.step()
         here = crowd.world.bodies.place[crowd.world.bodies.walking]
-        ticks.append([np.isin(here, part).sum() / len(part) for part in parts])
-    ten = np.full(round(10 / TICK), TICK / 10)
-    most = (float(np.convolve(part, ten).max()) for part in np.transpose(ticks))
-    return dict(zip(spots, most, strict=True))
+        ticks.append(np.isin(here, part).sum() / len(part))
+    ten = round(10 / crowd.tick)
+    return float(np.convolve(ticks, np.full(ten, 1 / ten)).max())

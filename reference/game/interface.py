@@ -1,0 +1,109 @@
+"""How a network reads what a side observes, and speaks what it does: as the paper does.
+
+Clauses: C1, C3, C5, D1, D2, E3, E4.  The environment's actions are coordinates of the
+whole floor, in [-1, 1].  A subclass may read and speak otherwise, `game.frame`.
+
+    G    agents of a side;  R  robots, the fire's G is 1
+    V    numbers a network reads;  K  of its action;  A  of the environment's action
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from reference.building import Building
+from reference.game.observations import grid, grid_shape, headed, vector_layout
+from reference.paper import Scenario
+from reference.world import World
+
+AXES = 2  # [C5] [D2] continuous numbers: x and y
+RAW_LIMIT = 3.0  # [E3] a raw continuous action is clipped to ±this, then divided by it
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What a side has to decide upon in one episode.
+
+    vectors  (G, V) float32, observed; for agents that have left, what they saw last
+    grid     (channels, height, width) uint8, shared
+    alive    (G,) bool, who has not left
+    headed   (R, 2) normalised, where robots under way go, nan for the others
+    world    what is observed: networks do not read it
+    rng      what actions are sampled with; None: the mean or most likely action
+    seed     of the episode
+    """
+
+    vectors: np.ndarray
+    grid: np.ndarray
+    alive: np.ndarray
+    headed: np.ndarray
+    world: World
+    rng: np.random.Generator | None = None
+    seed: int = 0
+
+    @classmethod
+    def of(
+        cls,
+        world: World,
+        vectors: np.ndarray,
+        alive: np.ndarray,
+        rng: np.random.Generator | None = None,
+    ) -> "Moment":
+        """What there is to decide in a world, outside of any episode."""
+        return cls(vectors, grid(world), alive, headed(world), world, rng)
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Shapes of a network's inputs and outputs.
+
+    vector      V;  grid  (channels, height, width)
+    continuous  Gaussian components;  branches  options of each discrete branch
+    head        makes another head than the paper's, given the hidden units
+    """
+
+    vector: int
+    grid: tuple[int, int, int]
+    continuous: int = 0
+    branches: tuple[int, ...] = ()
+    head: Callable[[int], Any] | None = None
+
+
+class Interface:
+    """Between the environment and one side's network."""
+
+    def __init__(self, side: str, building: Building, scenario: Scenario):
+        self.side, self.building, self.scenario = side, building, scenario
+        self.layout = vector_layout(building, scenario)
+
+    @property
+    def sizes(self) -> Sizes:
+        """What goes in and comes out [C1] [C3] [C5] [D2]."""
+        branches = (self.building.floors,) if self.side == "fire" else ()
+        return Sizes(self.layout.size, grid_shape(self.building), AXES, branches)
+
+    def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
+        """(N, V) float32, what a network reads of observations (N, V).
+
+        The fire's numbers are scaled: Table II does not normalise them [E4, chosen].
+        headed: (R, 2), where robots go; the paper's policies do not read it.
+        """
+        return self.layout.scaled(vectors) if self.side == "fire" else vectors
+
+    def actions(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """The environment's actions (..., A) in [-1, 1] of a network's (..., K).
+
+        clamp(a, -3, 3)/3 [E3]; the fire's floor, a branch, comes first.
+        vectors: (..., V), observed.
+        """
+        axes = raw[..., :AXES].clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT
+        if self.side == "robots":
+            return axes
+        floor = (2 * raw[..., AXES:] + 1) / self.building.floors - 1
+        return np.concatenate([floor, axes], axis=-1)
+
+    def raw(self, actions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """Invert `actions` for robots, (..., 2); nan stays nan."""
+        return actions * RAW_LIMIT

@@ -1,0 +1,50 @@
+"""Where people were dense and where they died, on the floors of `plans`.
+
+Clauses: A8, B7.
+"""
+
+import numpy as np
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+from reference.building import Kind
+from reference.workshop.crowding import SQUARE, Crowding
+from reference.workshop.drawing import page
+from reference.workshop.drawing.evacuation import INK
+from reference.workshop.drawing.page import COLOURS, Style
+
+DENSITIES = LinearSegmentedColormap.from_list(
+    "density", [COLOURS[Kind.FLOOR], "#e5a9c6", "#b3437f", "#5e1150"]
+)
+"""From the floor's own colour to one that nothing else in a plan has."""
+
+
+def crowded(crowding: Crowding, heading: str = "") -> Figure:
+    """Colour floors by how dense people were; a cross, the larger the more died there.
+
+    heading: instead of the building's title
+    """
+    building, floors = crowding.building, tuple(range(crowding.building.floors))
+    runs = crowding.evacuations
+    over = f"{runs} evacuations" if runs > 1 else "one evacuation"
+    title = f"{heading or building.title}: {over}, {crowding.deaths.sum():.0f} died"
+    figure, panels = page.floor_page(building, title, floors)
+    (left, right), (low, high) = page.frame_of(building).get_points().T
+    look: Style = {"vmin": 0, "vmax": max(1.0, crowding.density.max())}
+    look |= {"cmap": DENSITIES, "extent": (left, right, low, high)}
+    for axes, floor in zip(panels, floors, strict=True):
+        page.paint_floor(axes, building, floor)
+        apart = building.kind[floor] != Kind.FLOOR  # doors keep their colours
+        seen = np.ma.masked_where(apart, crowding.density[floor])
+        image = axes.imshow(seen, **look)
+        cells = np.argwhere(crowding.deaths[floor])
+        x, y = building.metres(*cells.T)
+        sizes = 22 * crowding.deaths[floor][tuple(cells.T)] / runs**0.5
+        axes.scatter(x, y, np.clip(sizes, 4, None), color=INK, marker="x", zorder=3)
+    mean = "mean of each one's highest" if runs > 1 else "highest"
+    label = f"people per m², in {SQUARE} m x {SQUARE} m, {mean}"
+    figure.colorbar(image, ax=panels, shrink=0.7, aspect=40, pad=0.01, label=label)
+    died = page.samples({"died here": {"ls": "", "marker": "x", "color": INK}})
+    kinds = page.present(building.kind)
+    page.foot(figure, [*page.swatches(kinds), *died])
+    return figure

@@ -1,0 +1,97 @@
+"""Heads beside the paper's: one Gaussian of a robot's frame, and a mixture.
+
+Clauses: C5, D2.  `workshop.remedies` says what they stand for.
+
+    H  hidden units;  V  numbers a network reads;  K  anchors;  C  numbers it emits
+"""
+
+from math import log, sqrt
+
+import torch
+from torch import Tensor, nn
+
+from reference.game.frame import UNIT
+from reference.learning.networks import BRANCH_GAIN, MEAN_GAIN, REFUSED, Policy, linear
+
+FIRST_SIGMA, SIGMAS = 0.5, (0.02, 1.0)
+"""[C5, chosen] of one Gaussian in a robot's frame, units: where it begins, and between
+which it stays; a free number hardly moves in a short training."""
+
+
+class FrameHead(nn.Module):
+    """One Gaussian whose sigma is a linear layer's, too [C5, chosen]."""
+
+    def __init__(self, hidden: int, continuous: int):
+        super().__init__()
+        self.mean = linear(hidden, continuous, MEAN_GAIN / sqrt(hidden))
+        self.log_sigma = linear(hidden, continuous, BRANCH_GAIN / sqrt(hidden))
+        nn.init.constant_(self.log_sigma.bias, log(FIRST_SIGMA))
+
+    def forward(self, x: Tensor, vectors: Tensor) -> Policy:
+        """Policy from the body's (..., H)."""
+        return Policy(self.mean(x), self.log_sigma(x).clamp(*map(log, SIGMAS)), [])
+
+
+class Mixture(Policy):
+    """A mixture of Gaussians around anchors, whose samples have one log-probability.
+
+    log p(a) = log sum_k w_k N(a; m_k, sigma)
+    """
+
+    def __init__(self, anchors: Tensor, sigma: float, logits: Tensor):
+        """anchors m (..., K, C) and their logits (..., K)."""
+        super().__init__(anchors, anchors.new_tensor(log(sigma)), [logits])
+        self.choice = self.branches[0]
+
+    def log_probs(self, actions: Tensor) -> Tensor:
+        """(..., 1), exact: whichever anchor an action (..., C) was drawn around."""
+        near = self.gaussian.log_prob(actions[..., None, :]).sum(dim=-1)
+        return torch.logsumexp(self.choice.logits + near, dim=-1, keepdim=True)
+
+    def entropy(self) -> Tensor:
+        """(...): of the choice + of a Gaussian, which does not change [C5, chosen].
+
+        The mixture's own has no formula; it is less where anchors are close.
+        """
+        return self.choice.entropy() + self.gaussian.entropy()[..., 0, :].mean(dim=-1)
+
+    def act(self, noise: Tensor | None = None) -> Tensor:
+        """Sample (..., C) around a sampled anchor; without noise, the likeliest one."""
+        scores, anchors = self.choice.logits, self.gaussian.mean
+        C = anchors.shape[-1]
+        if noise is not None:
+            scores = scores + noise[..., C:]
+        chosen = scores.argmax(dim=-1)[..., None, None].expand(*scores.shape[:-1], 1, C)
+        spot = anchors.gather(-2, chosen)[..., 0, :]
+        sigma = self.gaussian.stddev[..., 0, :]
+        return spot if noise is None else spot + sigma * noise[..., :C]
+
+
+class MixtureHead(nn.Module):
+    """Weigh anchors by one linear layer [C5, chosen].
+
+    The numbers that a network reads begin with the K anchors, C numbers each, and with
+    K numbers, 1 for those that may be meant now. The first anchor has the commitment
+    as a bonus.
+    """
+
+    def __init__(
+        self,
+        anchors: int,
+        continuous: int,
+        spread: float,
+        commitment: float,
+        hidden: int,
+    ):
+        super().__init__()
+        self.shape, self.sigma = (anchors, continuous), spread / UNIT
+        self.commitment = commitment
+        self.weights = linear(hidden, anchors, BRANCH_GAIN / sqrt(hidden))
+
+    def forward(self, x: Tensor, vectors: Tensor) -> Mixture:
+        """Mixture from the body's (..., H) and the numbers read (..., V)."""
+        K, C = self.shape
+        anchors = vectors[..., : K * C].unflatten(-1, (K, C))
+        allowed = vectors[..., K * C : K * C + K] > 0.5
+        logits = self.weights(x) + self.commitment * (torch.arange(K) == 0)
+        return Mixture(anchors, self.sigma, logits.masked_fill(~allowed, REFUSED))

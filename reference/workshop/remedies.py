@@ -1,0 +1,201 @@
+"""What helps learning, beside the paper: other ways to read and speak, other rewards.
+
+Clauses: C5, C7, D2, E3.  The trainers compute what ML-Agents computes; settings with
+remedies give them another `Interface`, with another head, and shape the reward.
+
+    floor    the paper's Gaussian: coordinates of the whole floor
+    frame    one Gaussian in a robot's own frame, `game.frame`
+    mixture  Gaussians around anchors: a robot's are those of its frame, the fire's
+             stand beside the building's exits, entrances and doors
+
+    N    observations;  H  hidden units;  V  numbers a network reads;  K  anchors
+    C    numbers it emits, in units of UNIT metres: x and y; the fire's storey first
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated, Any
+
+import numpy as np
+
+from reference.building import Building
+from reference.game.frame import UNIT, Frame
+from reference.game.interface import AXES, Interface, Sizes
+from reference.game.observations import grid_shape, to_normalised
+from reference.learning.settings import Row, SettingsError, Side, TrainerSettings
+from reference.navigation import navigation_of
+from reference.paper import HEALTH_SECONDS, Scenario
+from reference.workshop.strategies.fires import places_beside
+
+LIT = 2.0
+"""[D2, chosen] metres: an anchor so near to a source is not lit again."""
+
+
+# -- Settings -----------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class SideSettings(TrainerSettings):
+    """A table with remedies; all are off in Tables I and II [C5, C7, E3, chosen].
+
+    head        how policies read and speak: see this module
+    spread      metres, standard deviation of a mixture around each anchor
+
+    The robots' own:
+
+    commitment  logit bonus of the anchor "where I am headed"; without it a new policy
+                would turn round before it arrives anywhere
+    masks       a mixture may not mean what helps nobody, `game.frame`
+    shaping     weight, health points per human inside, of `shaped`
+    """
+
+    head: Annotated[str, Row(None, ("floor", "frame", "mixture"))] = "floor"
+    spread: Annotated[float, Row(None, low=0.01)] = 0.4
+    commitment: Annotated[float, Row(None, low=0)] = 0.0
+    masks: Annotated[bool, Row(None)] = False
+    shaping: Annotated[float, Row(None, low=0)] = 0.0
+
+    def interface(
+        self, side: Side, building: Building, scenario: Scenario
+    ) -> Interface:
+        """How this side's networks read and speak; see `refuse_of_robots`."""
+        if side == "fire":
+            refuse_of_robots(self)
+        if self.head == "floor":
+            return Interface(side, building, scenario)
+        if side == "fire":
+            return MixtureOfFire(building, scenario, self)
+        return RobotsFrame(building, scenario, self)
+
+    def extra_reward(self, gone: int, time: float, seconds: float) -> float:
+        """The shaped reward of a decision, health points."""
+        return self.shaping * shaped(gone, time, seconds, self.gamma)
+
+
+OF_ROBOTS = ("commitment", "masks", "shaping")
+"""Rows that only robots have."""
+
+
+def refuse_of_robots(settings: SideSettings) -> None:
+    """Raise SettingsError if a fire's settings have what only robots can have."""
+    for name in OF_ROBOTS:
+        if getattr(settings, name):
+            raise SettingsError(
+                f"fire: {name} is about robots, which walk between two decisions and "
+                "see the clock; leave it out"
+            )
+    if settings.head == "frame":
+        raise SettingsError(
+            "fire: a head 'frame' speaks from where a robot stands; write floor or "
+            "mixture"
+        )
+
+
+def shaped(gone: int, time: float, seconds: float, gamma: float) -> float:
+    """Shape one decision's reward by a potential of weight 1: γΦ' − Φ [E3].
+
+    gone: people who left or died during the decision, which began at `time` and lasts
+    `seconds`; gamma: the discount γ.
+
+    [E3, chosen] Φ = −γ^k·(people inside), k decisions before health ends: the deaths
+    that time alone will cause. Potential-based shaping (Ng, Harada and Russell 1999)
+    does not change the optimal policy, but these deaths no longer hide the effect of a
+    decision.
+    """
+    k = max(0.0, (HEALTH_SECONDS - time) / seconds)
+    return gone * gamma**k
+
+
+# -- Interfaces ---------------------------------------------------------------------
+
+
+class RobotsFrame(Interface):
+    """Robots read and speak from where they stand [C5, chosen]."""
+
+    def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):
+        super().__init__("robots", building, scenario)
+        self.frame, self.settings = Frame(building, scenario, settings.masks), settings
+
+    @property
+    def sizes(self) -> Sizes:
+        """As the paper's, but for what a network reads and its head."""
+        from reference.workshop.heads import FrameHead, MixtureHead  # torch
+
+        s = self.settings
+        head: Callable[[int], Any] = partial(FrameHead, continuous=AXES)
+        if self.mixes:
+            head = partial(
+                MixtureHead, self.frame.anchors, AXES, s.spread, s.commitment
+            )
+        return Sizes(self.frame.size, grid_shape(self.building), AXES, head=head)
+
+    @property
+    def mixes(self) -> bool:
+        """Does it speak by a mixture?"""
+        return self.settings.head == "mixture"
+
+    def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
+        """(N, V) float32, what robots see in their frames."""
+        return self.frame.read(vectors, headed)
+
+    def actions(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """The environment's actions (..., 2) of units around the robots (..., 2)."""
+        return self.frame.spoken(vectors, raw)
+
+    def raw(self, actions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """Invert `actions`; nan stays nan."""
+        return self.frame.actions(vectors, actions)
+
+    def off_anchors(self, raw: np.ndarray, seen: np.ndarray) -> np.ndarray:
+        """(N,) metres from raw actions (N, 2) to the nearest anchor that is allowed.
+
+        seen: (N, V), what `read` returned.
+        """
+        K = self.frame.anchors
+        off = np.linalg.norm(seen[:, : 2 * K].reshape(-1, K, 2) - raw[:, None], axis=-1)
+        allowed = seen[:, 2 * K : 3 * K] > 0
+        return UNIT * np.where(allowed, off, np.inf).min(axis=1)
+
+
+class MixtureOfFire(Interface):
+    """The fire draws around places beside exits, entrances and doors [D2, chosen]."""
+
+    def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):
+        super().__init__("fire", building, scenario)
+        self.settings, nav = settings, navigation_of(building)
+        places = np.array(places_beside(building, range(len(building.landmarks))))
+        storeys = places // (nav.places // building.floors)
+        self.anchors = np.column_stack([storeys, nav.centres[places] / UNIT])
+
+    @property
+    def sizes(self) -> Sizes:
+        """As the paper's, but for the anchors, and one more number that is drawn."""
+        from reference.workshop.heads import MixtureHead  # torch
+
+        K, C = self.anchors.shape
+        head = partial(MixtureHead, K, C, self.settings.spread, 0.0)
+        return Sizes(
+            self.layout.size + (C + 1) * K, grid_shape(self.building), C, (), head
+        )
+
+    def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
+        """(N, V) float32: anchors, which may be meant, and what the paper's reads."""
+        sources = self.layout.read(vectors, "fires")[:, None]  # (N, 1, F, 3)
+        off = self.anchors[:, None, 1:] * UNIT - sources[..., :2]
+        near = np.hypot(off[..., 0], off[..., 1]) < LIT
+        lit = (near & (sources[..., 2] == self.anchors[:, None, 0])).any(axis=-1)
+        allowed = ~lit | lit.all(axis=-1, keepdims=True)
+        anchors = np.broadcast_to(
+            self.anchors.ravel(), (len(vectors), self.anchors.size)
+        )
+        parts = [anchors, allowed, super().read(vectors, headed)]
+        return np.concatenate(parts, axis=1, dtype=np.float32)
+
+    def actions(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+        """The environment's actions (..., 3) of storey and place (..., 3)."""
+        floors = self.building.floors
+        floor = raw[..., :1].round().clip(0, floors - 1)
+        axes = to_normalised(self.building, UNIT * raw[..., 1:]).clip(-1, 1)
+        parts = [(2 * floor + 1) / floors - 1, axes]
+        return np.concatenate(parts, axis=-1, dtype=np.float32)

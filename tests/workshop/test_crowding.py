@@ -1,0 +1,87 @@
+"""Where people were dense and where they died: counts, and the picture of them."""
+
+import numpy as np
+import pytest
+from movies import shipped, stage, wait
+from pages import overlaps, writing
+
+from reference.__main__ import main
+from reference.building import Kind
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop.crowding import Crowd, Crowding, crowding, together
+from reference.workshop.drawing import crowded
+from reference.world import Fate
+
+ROOMS = """#########
+           #pq.#r..#
+           #s..+...E
+           #...#...#
+           #########"""
+
+
+def test_density_is_people_per_square_metre_around_and_not_behind_walls():
+    """Three people on the four square metres of a corner; none sees the fourth."""
+    simulation = stage(ROOMS)
+    crowd = Crowd(simulation)
+    crowd.note()
+    (density,), (kind,) = crowd.density, simulation.building.kind
+    assert density[1, 1] == 3 / 4
+    assert density[1, 3] == 1 / 5  # q, on four cells and a door; r is behind the wall
+    assert density[3, 7] == 0
+    assert not density[kind == Kind.WALL].any()
+
+
+def test_the_highest_density_is_kept():
+    """It is as it was, when everybody has gone elsewhere."""
+    simulation = stage(ROOMS)
+    crowd = Crowd(simulation)
+    crowd.note()
+    before = crowd.density.copy()
+    wait(simulation, 5)
+    crowd.note()
+    assert (crowd.density >= before).all() and (crowd.density > before).any()
+
+
+@pytest.mark.paper("B7")
+def test_everybody_who_died_is_counted_where_they_lie():
+    """Over all evacuations together; density is the mean of each one's highest."""
+    rule, tiny = Scenario(people=12, time_limit=40.0), shipped("tiny")
+    runs = [Simulation(tiny, rule, fire=RandomFire(), seed=seed) for seed in (1, 2)]
+    for run in runs:
+        run.world.bodies.health[:4] = 1.0
+    seen = crowding(runs)
+    dead = [run.world.bodies.fate == Fate.DEAD for run in runs]
+    assert seen.evacuations == 2
+    assert seen.deaths.sum() == sum(map(np.sum, dead)) >= 8
+    places = [run.world.bodies.place[who] for run, who in zip(runs, dead, strict=True)]
+    assert set(np.flatnonzero(seen.deaths)) == set(np.concatenate(places))
+    assert 0 < seen.density.max() <= 12
+
+
+def test_refuses_to_put_nothing_together():
+    """There is no density of no evacuation."""
+    with pytest.raises(ValueError, match="give at least one evacuation"):
+        together([])
+
+
+def test_the_picture_says_over_how_many_evacuations_and_how_many_died():
+    """Doors keep their colours; nothing overlaps."""
+    tiny = shipped("tiny")
+    deaths = np.zeros(tiny.kind.shape, dtype=int)
+    deaths[0, 3, 5] = 2
+    figure = crowded(Crowding(tiny, 7, np.where(tiny.walkable, 0.5, 0.0), deaths))
+    assert "Tiny office: 7 evacuations, 2 died" in writing(figure)
+    assert "died here" in writing(figure)
+    assert overlaps(figure) == []
+
+
+def test_evacuate_draws_the_density_of_all_episodes(tmp_path, monkeypatch, capsys):
+    """Beside the same numbers as without a picture."""
+    monkeypatch.chdir(tmp_path)
+    asked = "evacuate --building tiny --people 6 --episodes 2 --json"
+    assert main([*asked.split(), "--density", "dense.png"]) == 0
+    told = capsys.readouterr()
+    assert "the picture is in dense.png" in told.err
+    assert (tmp_path / "dense.png").read_bytes().startswith(b"\x89PNG")

@@ -1,0 +1,208 @@
+"""What helps learning: heads, ways to read and speak, a shaped reward."""
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+
+import lives
+import numpy as np
+import pytest
+import torch
+from torch.distributions import Independent, MixtureSameFamily
+
+from reference.flames import fuel
+from reference.game.environment import destination, fire_decision
+from reference.game.frame import UNIT
+from reference.game.observations import fire_vector, robot_vectors
+from reference.learning.networks import REFUSED, GaussianHead
+from reference.learning.settings import SettingsError
+from reference.navigation import navigation_of
+from reference.paper import HEALTH_SECONDS, Scenario
+from reference.simulation import Simulation
+from reference.strategies import NoFire, NoRobots, RandomRobots
+from reference.workshop.heads import SIGMAS, FrameHead, Mixture, MixtureHead
+from reference.workshop.maps import load
+from reference.workshop.remedies import shaped
+from reference.workshop.training.presets import preset
+from reference.world import Source
+
+# -- Heads --------------------------------------------------------------------------
+
+
+def mixture(rows=7, anchors=4, sigma=0.3):
+    """A mixture for each row, with an anchor that may not be meant; in float64."""
+    logits = lives.random(1, rows, anchors)
+    logits[:, -1] = REFUSED
+    return Mixture(lives.random(0, rows, anchors, 2), sigma, logits)
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_mixture_s_log_probability_is_torch_s():
+    """One number for both floats, whichever anchor they were drawn around."""
+    policy, actions = mixture(), lives.random(2, 7, 2)
+    oracle = MixtureSameFamily(policy.choice, Independent(policy.gaussian, 1))
+    found = policy.log_probs(actions)
+    assert found.shape == (7, 1)
+    assert torch.allclose(found[:, 0], oracle.log_prob(actions))
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_mixture_s_gradient_is_that_of_finite_differences():
+    """In its weights, in float64."""
+    anchors, actions = lives.random(0, 3, 4, 2), lives.random(2, 3, 2)
+
+    def log_probs(logits):
+        return Mixture(anchors, 0.5, logits).log_probs(actions)
+
+    assert torch.autograd.gradcheck(log_probs, lives.random(1, 3, 4).requires_grad_())
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_mixture_s_entropy_is_that_of_its_choice_and_of_one_gaussian():
+    """Two equally likely anchors: log 2, and log sigma + log(2 pi e) / 2."""
+    policy = Mixture(torch.zeros(1, 2, 2), 0.3, torch.zeros(1, 2))
+    gaussian = math.log(0.3) + math.log(2 * math.pi * math.e) / 2
+    assert policy.entropy().item() == pytest.approx(math.log(2) + gaussian)
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_mixture_is_drawn_around_its_anchors_as_often_as_they_weigh():
+    """The one that may not be meant never; without noise, at the likeliest itself."""
+    rng, n = np.random.default_rng(0), 20_000
+    anchors = torch.tensor([[0.0, 0.0], [5.0, 0.0], [0.0, 9.0]]).expand(n, 3, 2)
+    logits = torch.tensor([0.0, 1.0, REFUSED]).expand(n, 3)
+    policy = Mixture(anchors, 0.2, logits)
+    normals, gumbels = policy.noise()
+    noise = [rng.standard_normal((n, normals)), rng.gumbel(size=(n, gumbels))]
+    drawn = policy.act(torch.from_numpy(np.hstack(noise)).float())
+    second = drawn[:, 0] > 2.5
+    assert second.float().mean().item() == pytest.approx(
+        1 / (1 + math.exp(-1)), abs=0.01
+    )
+    off = drawn - torch.where(second[:, None], anchors[:, 1], anchors[:, 0])
+    assert torch.allclose(off.std(dim=0), torch.tensor(0.2), atol=0.005)
+    assert off.abs().max() < 1.2
+    assert torch.equal(policy.act(), anchors[:, 1])
+
+
+@pytest.mark.paper("C7", "Alg. 3:3")
+def test_commitment_is_a_bonus_for_the_anchor_where_a_mixture_is_headed():
+    """Where it is headed somewhere; else that anchor is refused."""
+    head = MixtureHead(3, 2, 0.4, 2.5, hidden=8)
+    torch.nn.init.zeros_(head.weights.weight)
+    allowed = torch.tensor([[1.0, 1, 1], [0, 1, 1]])
+    vectors = torch.cat([torch.zeros(2, 6), allowed, torch.randn(2, 5)], dim=1)
+    probs = head(torch.randn(2, 8), vectors).choice.probs
+    keep = math.exp(2.5) / (math.exp(2.5) + 2)
+    assert probs[0].tolist() == pytest.approx([keep, (1 - keep) / 2, (1 - keep) / 2])
+    assert probs[1].tolist() == pytest.approx([0, 0.5, 0.5])
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_mixture_reads_its_anchors_from_the_numbers():
+    """The first 2K of them, in the units that an action has."""
+    head, rng = MixtureHead(3, 2, 0.4, 0.0, hidden=8), np.random.default_rng(0)
+    vectors = torch.from_numpy(rng.normal(size=(4, 20))).float()
+    vectors[:, 6:9] = 1.0
+    spots = head(torch.randn(4, 8), vectors).act()
+    off = (vectors[:, :6].view(4, 3, 2) - spots[:, None]).norm(dim=-1)
+    assert off.min(dim=1).values.tolist() == [0.0] * 4
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_a_gaussian_in_the_robot_s_frame_begins_with_five_metres():
+    """Its deviation follows from what is seen, between bounds; as printed, it is 1."""
+    x, vectors = torch.randn(200, 8), torch.zeros(200, 1)
+    as_printed = GaussianHead(8, 2)(x, vectors).gaussian.stddev
+    assert as_printed.unique().tolist() == [1.0]
+    head = FrameHead(8, 2)
+    sigma = head(x, vectors).gaussian.stddev
+    assert sigma.median().item() == pytest.approx(0.5, abs=0.05)
+    torch.nn.init.normal_(head.log_sigma.weight, std=10)
+    sigma = head(x, vectors).gaussian.stddev
+    assert [sigma.min().item(), sigma.max().item()] == pytest.approx(SIGMAS)
+
+
+# -- Interfaces ---------------------------------------------------------------------
+
+
+@pytest.mark.paper("C5", "chosen")
+@pytest.mark.parametrize("head", ["frame", "mixture"])
+def test_robots_in_their_frame_mean_metres_around_themselves(head):
+    """Ten for a unit; `raw` reads it back."""
+    made = replace(preset("tiny").robots, head=head)
+    building, scenario = load("tiny"), preset("tiny").scenario
+    interface = made.interface("robots", building, scenario)
+    sim = Simulation(building, scenario, RandomRobots(), NoFire(), seed=2)
+    vectors = robot_vectors(sim.world, scenario)
+    said = interface.actions(np.float32([[0.1, -0.2]]), vectors)
+    places = [destination(building, action) for action in said]
+    meant = [np.add(robot.position, (1, -2)) for robot in sim.world.robots]
+    low, high = np.reshape(building.body, (2, 2))
+    assert np.abs(places - np.clip(meant, low, high)).max() < 1e-3
+    inside = np.abs(np.subtract(places, meant)).max(axis=1) < 1e-3
+    assert np.allclose(interface.raw(said, vectors)[inside], (0.1, -0.2), atol=1e-4)
+
+
+@pytest.mark.paper("D2", "chosen")
+@pytest.mark.parametrize("name", ["tiny", "paper"])
+def test_the_fires_anchors_stand_beside_all_ways_and_can_burn(name):
+    """One for each exit, entrance and door; said by the environment's three numbers."""
+    building, scenario = load(name), Scenario()
+    fire = preset("laptop").fire.interface("fire", building, scenario)
+    assert len(fire.anchors) == len(building.landmarks)
+    for anchor, mark in zip(fire.anchors, building.landmarks, strict=True):
+        action = fire.actions(anchor, np.zeros(1))
+        floor, x, y = fire_decision(building, action)
+        assert floor == mark.floor
+        assert np.hypot(*np.subtract((x, y), mark.position)) < 8
+        (place,) = navigation_of(building).places_at(
+            np.array([floor]), np.array([[x, y]])
+        )
+        assert fuel(building).ravel()[place]
+
+
+@pytest.mark.paper("D2", "chosen")
+def test_where_a_fire_burns_none_is_lit_again():
+    """The anchor beside a source is refused; all the others are allowed."""
+    building, scenario = load("tiny"), Scenario()
+    fire = preset("laptop").fire.interface("fire", building, scenario)
+    world = Simulation(building, scenario, NoRobots(), NoFire(), seed=1).world
+    storey, x, y = fire.anchors[3] * (1, UNIT, UNIT)
+    K = len(fire.anchors)
+
+    def allowed():
+        vectors = fire_vector(world, scenario)[None]
+        return fire.read(vectors, np.zeros((0, 2)))[0, 3 * K : 4 * K]
+
+    assert allowed().all()
+    world.flames.sources.append(Source(int(storey), float(x), float(y), 0.0))
+    assert not allowed()[3] and allowed().sum() >= K - 3
+
+
+@pytest.mark.paper("E3")
+@pytest.mark.parametrize(
+    ("rows", "why"),
+    [
+        ({"shaping": 300.0}, "fire: shaping is about robots"),
+        ({"masks": True}, "fire: masks is about robots"),
+        ({"head": "frame"}, "fire: a head 'frame' speaks from where a robot stands"),
+    ],
+)
+def test_refuses_a_fire_that_would_walk(rows, why):
+    """What only robots have."""
+    table = replace(preset("paper").fire, **rows)
+    with pytest.raises(SettingsError, match=why):
+        table.interface("fire", load("tiny"), Scenario())
+
+
+@pytest.mark.paper("E3")
+def test_shaping_changes_every_discounted_return_by_the_same():
+    """By what the potential was at the beginning, whoever leaves or dies when."""
+    gamma, seconds = 0.97, 5.0
+    for inside in ([40, 40, 31, 7, 0], [40, 12, 12, 12, 0], [40, 40, 40, 40, 0]):
+        paid = [
+            gamma**k * shaped(before - after, k * seconds, seconds, gamma)
+            for k, (before, after) in enumerate(pairwise(inside))
+        ]
+        assert sum(paid) == pytest.approx(40 * gamma ** (HEALTH_SECONDS / seconds))
