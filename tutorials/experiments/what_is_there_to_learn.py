@@ -92,7 +92,7 @@ if __name__ == "__main__":
             best = max(FAMILY, key=lambda name: found[name].mean())
             usual = usual or best  # under random fire
             more, low, high = of_mean(found[best] - found[usual])
-            print(f"{fire}: {best} is best. It saves {more:.1f} [{low:.1f}, {high:.1f}]")
-            print(f"points more than {usual}, the best under random fire")
+            print(f"{fire}: {best} saves {more:.1f} [{low:.1f}, {high:.1f}] points")
+            print(f"more than {usual}, the best under random fire")
             for name in FAMILY:
                 print(f"    {name:18}{found[name].mean():6.1f}", flush=True)
