@@ -4,12 +4,9 @@ import csv
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from trainings import TINY, begun, equal, tiny, trained
 
-from reference.building import building_of
-from reference.game.frame import KEEP
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.experience import Decisions, decisions_of
 from reference.learning.networks import one_thread
