@@ -320,8 +320,31 @@ def test_the_readme_names_no_file_that_is_missing():
         assert name.startswith(made) or (ROOT / name).exists(), name
 
 
-def test_the_readme_lists_every_tutorial():
-    """In their order."""
-    scripts = sorted((ROOT / "tutorials").glob("[0-9][0-9]_*.py"))
-    listed = re.findall(r"^\d+\. \[.+\]\(tutorials/(.+)\)$", README, re.MULTILINE)
-    assert [script.name for script in scripts] == listed
+def seconds(script: Path) -> str:
+    """How long a tutorial or an answer takes, as its docstring says."""
+    said = re.search(r"It\s+takes\s+(a|\d+)\s+seconds?", script.read_text("utf-8"))
+    return said[1].replace("a", "1")
+
+
+def test_the_tutorials_readme_lists_them_with_their_times():
+    """In their order, each with its answer."""
+    folder = ROOT / "tutorials"
+    listed = re.findall(
+        r"^\| .*\[.+\]\((\w+\.py)\) \| .+ \| (\d+) s \| "
+        r"\[answer\]\(answers/(\w+\.py)\), (\d+) s \|$",
+        (folder / "README.md").read_text(encoding="utf-8"),
+        re.MULTILINE,
+    )
+    names = [path.name for path in sorted(folder.glob("*.py"))]
+    assert listed == [
+        (name, seconds(folder / name), name, seconds(folder / "answers" / name))
+        for name in names
+    ]
+
+
+def test_the_tutorials_readme_lists_the_experiments():
+    """Every file to change and to run for longer."""
+    text = (ROOT / "tutorials" / "README.md").read_text(encoding="utf-8")
+    listed = re.findall(r"^\| `(\w+\.\w+)` \|", text, re.MULTILINE)
+    there = (ROOT / "tutorials" / "experiments").glob("*.*")
+    assert sorted(listed) == sorted(path.name for path in there)

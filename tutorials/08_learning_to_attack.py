@@ -215,8 +215,7 @@ print("ambush:", ambushed, "of", 8 * len(SEEDS), "get out")
 # its reward. In the paper it trains for much longer, and the robots learn too: each
 # side has to answer the other.
 #
-# The fire that ships has learned for longer, in the paper's building; see RESULTS.md.
-# Watch it:
+# A fire that learned in the paper's building ships; see RESULTS.md. Watch it:
 #
 #     python -m reference evacuate --robots escort --fire learned --animate learned.gif
 
