@@ -250,11 +250,11 @@ def test_says_what_to_install_where_there_is_no_pyyaml(monkeypatch, refusal):
 
 def test_our_own_rows_are_read_with_the_mark_and_without(read):
     """Whoever writes by hand need not know the mark."""
-    ours = "reference:\n  Fire: {head: gaussian}\n  scenario: {people: 12}\n"
+    ours = "reference:\n  Robot: {head: frame}\n  scenario: {people: 12}\n"
     marked = "".join(f"#= {line}\n" for line in ours.splitlines())
     settings = read(ours)
     assert settings == read(marked)
-    assert (settings.fire.head, settings.scenario.people) == ("gaussian", 12)
+    assert (settings.robots.head, settings.scenario.people) == ("frame", 12)
 
 
 def test_refuses_our_own_rows_by_name_too(refusal):
