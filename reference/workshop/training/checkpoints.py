@@ -19,7 +19,6 @@ import torch
 from torch import Tensor
 
 import reference
-from reference import GAME
 from reference.building import Building, building_of
 from reference.learning.players import Learned
 from reference.learning.settings import (
@@ -175,11 +174,11 @@ def unpacked(file: BinaryIO, path: Path) -> Checkpoint:
     if not isinstance(content, dict) or content.get("kind") != KIND:
         raise CheckpointError(f"{path}: is another program's file, not a checkpoint.")
     made, game = (_number(content.get(name)) for name in ("format", "game"))
-    if (made, game) != (FORMAT, GAME):
+    if (made, game) != (FORMAT, reference.GAME):
         raise CheckpointError(
             f"{path}: is of game {game} and format {made}, written by version "
             f"{content.get('version')!s:.40}; this is {reference.__version__}, of game "
-            f"{GAME} and format {FORMAT}. Use that version, or train anew."
+            f"{reference.GAME} and format {FORMAT}. Use that version, or train anew."
         )
     try:
         return _checkpoint(content)
@@ -217,7 +216,7 @@ def plain_task(task: Task, network: Callable[[Learned], Any]) -> dict[str, Any]:
 
 def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
     """A checkpoint as dicts, lists, words, numbers and tensors only."""
-    head = {"kind": KIND, "format": FORMAT, "game": GAME}
+    head = {"kind": KIND, "format": FORMAT, "game": reference.GAME}
     task = plain_task(
         checkpoint.task,
         lambda who: {"settings": vars(who.settings), "weights": who.weights},

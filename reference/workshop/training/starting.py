@@ -1,7 +1,7 @@
 """Begin a training by the options of `train`, or resume one.
 
-Clauses: E1, E2, E6.  A resumed training keeps the options it was begun with: they are
-left out, or all given again.
+Clauses: E1, E2, E6.  A resumed training keeps the options it was begun with; those that
+are given again must say the same.
 """
 
 from collections.abc import Iterable
@@ -64,21 +64,7 @@ def begin(asked: Asked) -> Task:
     name = asked.building
     if name is None:
         name = "tiny" if base.preset == "tiny" else "paper"
-    building = load(name)
-    settings = settings_of(asked, base)
-    fixed: dict[Side, Learned | str] = {}
-    for side in SIDES:
-        if (who := getattr(asked, side)) is not None:
-            fixed[side] = fixed_player(who, side, building, settings.scenario)
-    initial: dict[Side, Learned] = {}
-    if asked.initialize_from is not None:
-        taken = {*fixed, "robots"} if asked.imitate else {*fixed}
-        learning = [side for side in SIDES if side not in taken]
-        initial = initial_of(
-            asked.initialize_from, learning, building, settings.scenario
-        )
-    seed, plan = asked.seed or 0, plan_of(building)
-    return Task(name, plan, settings, seed, fixed, initial, asked.imitate)
+    return _changed(Task(name, plan_of(load(name)), base), asked)
 
 
 def resume(asked: Asked, folder: Path) -> Training:
@@ -95,20 +81,35 @@ def resume(asked: Asked, folder: Path) -> Training:
         )
     checkpoint = load_checkpoint(path)
     refuse_version(path, checkpoint.version)
-    task = checkpoint.task
-    if asked != Asked():
-        known: dict[str, Any] = {"preset": task.settings.preset}
-        known |= {"building": task.building, "seed": task.seed}
-        known |= {name: word for name, word in vars(asked).items() if word is not None}
-        rows = rows_of_both(_rows(begin(Asked(**known))), _rows(task), "")
-        refuse_contradictions(f"the training in {folder}", rows)
+    rows = _rows(_changed(checkpoint.task, asked)), _rows(checkpoint.task)
+    refuse_contradictions(f"the training in {folder}", rows_of_both(*rows, ""))
     with naming(path):
         return Training.resumed(checkpoint)
 
 
-def settings_of(asked: Asked, base: Settings) -> Settings:
-    """Change a preset by the file and the options. Raises SettingsError."""
-    made = base if asked.settings is None else read_yaml(asked.settings, base)
+def _changed(task: Task, asked: Asked) -> Task:
+    """Change in a task what was asked for. Raises what `begin` does."""
+    plan = task.plan if asked.building is None else plan_of(load(asked.building))
+    settings, building = _settings(task.settings, asked), building_of(plan)
+    fixed, initial = dict(task.fixed), task.initial
+    imitate = asked.imitate or task.imitate
+    for side in SIDES:
+        if (who := getattr(asked, side)) is not None:
+            fixed[side] = fixed_player(who, side, building, settings.scenario)
+    if (source := asked.initialize_from) is not None:
+        taken = {*fixed, "robots"} if imitate else {*fixed}
+        learning = [side for side in SIDES if side not in taken]
+        initial = initial_of(source, learning, building, settings.scenario)
+    seed = task.seed if asked.seed is None else asked.seed
+    return Task(task.building, plan, settings, seed, fixed, initial, imitate)
+
+
+def _settings(made: Settings, asked: Asked) -> Settings:
+    """Change settings by the preset, the file and the options. Raises SettingsError."""
+    if asked.preset not in (None, made.preset):
+        made = preset(asked.preset)
+    if asked.settings is not None:
+        made = read_yaml(asked.settings, made)
     given = {"trainer_type": asked.trainer, "head": asked.head}
     rows: Any = {name: word for name, word in given.items() if word is not None}
     scenario = made.scenario
