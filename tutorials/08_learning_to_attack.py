@@ -157,24 +157,22 @@ print(f"before: {out} get out, {refused} of {2 * len(SEEDS)} fires are refused")
 # there are enough decisions for an update by PPO, as in the last tutorial.
 # `python -m reference train` does the same for both sides at once, with checkpoints.
 
-rewards = []
 for k in range(20):
     episodes = evenings(range(10 * k, 10 * (k + 1)))  # PLAY
     learn("fire", learner, episodes)  # LEARN
-    rewards.append(total(episodes, "fire_reward") / len(episodes))
-print("its reward has grown:", np.mean(rewards[-5:]) > np.mean(rewards[:5]))
-#> its reward has grown: True
 
 after = evenings(SEEDS)
+more = total(after, "fire_reward") > total(before, "fire_reward")
 fewer = total(after, "evacuated") < total(before, "evacuated")
-print("fewer get out than before training:", fewer)
-#> fewer get out than before training: True
+print(f"on the same 24 evenings: more reward {more}, fewer people get out {fewer}")
+#> on the same 24 evenings: more reward True, fewer people get out True
 
 # %% Where it lights fires
 # Rounding differs between machines, and such differences grow in training. So no number
-# of what was learned is printed above. When this was written, 78 got out. In the
-# picture rings are choices before training, discs those after. A choice in a wall is
-# refused.
+# of what was learned is printed above. When this was written, 78 got out, and 81 to 83
+# with four other seeds of the network. In the picture rings are choices before
+# training, discs those after. Most discs lie in the corridor, where all must pass. A
+# choice in a wall is refused.
 
 
 def places(episodes: list[Episode]) -> np.ndarray:
@@ -215,8 +213,7 @@ print("ambush:", ambushed, "of", 8 * len(SEEDS), "get out")
 # its reward. In the paper it trains for much longer, and the robots learn too: each
 # side has to answer the other.
 #
-# The fire that ships has learned for longer, in the paper's building; see RESULTS.md.
-# Watch it:
+# A fire that learned in the paper's building ships; see RESULTS.md. Watch it:
 #
 #     python -m reference evacuate --robots escort --fire learned --animate learned.gif
 

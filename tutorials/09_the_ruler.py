@@ -2,7 +2,7 @@
 
 You learn what a reward is worth, how hard a fire was, how the paper's score E adds
 both, and how to calibrate E for a building of your own. The constants in E are called
-a ruler here.
+a ruler here. It takes 20 seconds.
 """
 
 from pathlib import Path
@@ -28,8 +28,8 @@ from reference.workshop.workers import InProcess
 
 # %% The worst and the best
 # Forty deaths at 300 each give the worst reward R_w [F4, Eq. 6]. For the best, R_b,
-# everybody goes straight to the nearest way off each floor [F6, Eq. 7]: the mean length
-# of these ways, known from the map, says how much health that costs [F7].
+# everybody goes straight to the nearest way off each floor [F6, Eq. 7]. The mean length
+# of these ways is known from the map, and with it the health that they cost [F7].
 
 institute = load("paper")
 print("metres to go, floor by floor:", np.round(mean_ways(institute), 1).tolist())
@@ -53,11 +53,11 @@ for reward in (-12000, 0, 10000, 14000, 15000):
 #> R  15000: y =  1425.10
 
 # %% How hard a fire was
-# Eq. 8 adds h²/(kα²), so that little reward under a hard fire can be worth as much as
-# more under an easy one. The appendix does not define h. Here it is its largest value
-# times the square root of the share of their ways out that people lose; an early loss
-# counts more [F11]. All it needs is when each cell begins to burn, not what robots do.
-# Exits do not burn; flames all around close them [D7]. One exit closed, then both:
+# Eq. 8 adds h²/(kα²). So little reward under a hard fire can be worth as much as more
+# under an easy one. The appendix does not define h. Here h grows with the square root
+# of the share of their ways out that people lose; an early loss counts more [F11]. It
+# depends on when each cell begins to burn, not on what robots do. Exits do not burn,
+# but flames all around close them [D7]. One exit closed, then both:
 
 burnt = np.full(institute.kind.shape, np.inf)
 print(f"nothing burns: {difficulty(institute, burnt):.0f}")
@@ -75,9 +75,10 @@ print(f"the most there is: {HARDEST:.0f}")
 #> the most there is: 3853
 
 # %% E of several runs
-# E is the sum, divided by what the paper's baseline reached. It is convex: of two
-# guides with the same mean reward, a mean of scores prefers the one who fails half of
-# the time. So several runs are scored by their mean reward and mean difficulty.
+# E is the sum, divided by what the paper's baseline reached. E grows faster and faster
+# with the reward. So of two guides with the same mean reward, a mean of scores prefers
+# the one who fails half of the time. Therefore several runs are scored by their mean
+# reward and mean difficulty.
 
 for rewards in ([10000, 10000], [15000, 5000]):
     alone = np.mean([PAPER.score(reward, 1000) for reward in rewards])
@@ -88,7 +89,7 @@ for rewards in ([10000, 10000], [15000, 5000]):
 
 # %% From runs to R, h and E
 # All robots meet all fires, with the same seeds: the same people in the same places and
-# the same fire. Here the building is small and the runs are few, so that it is quick.
+# the same fire. Here the building is small and the runs are few, so it is quick.
 
 evaluation = crossplay.begin(
     robots=("none", "patrol", "sweep"),
@@ -113,10 +114,10 @@ for cell in cells(results, PAPER):
 
 # %% The ruler does not fit
 # The paper's ruler is made for rewards up to 14000, of forty people on the third floor.
-# Twelve visitors on one floor earn 2300 at most: here E hardly tells a good guide from
-# none. So calibrate the ruler [F12]. The building gives the two critical points. The
-# baseline's runs give k, so that the same robots score the same under easy fires and
-# hard ones, and β, so that they score 1 on average.
+# Twelve visitors on one floor earn 2300 at most. Here this E hardly tells a good guide
+# from none. So calibrate the ruler [F12]. The building gives the two critical points.
+# The baseline's runs give k and β: by k the same robots score the same under easy fires
+# and hard ones, by β they score 1 on average.
 
 museum = building_of(evaluation.arena.plan)
 points = critical_points(museum, evaluation.arena.scenario)
@@ -139,16 +140,17 @@ for cell in cells(results, ruler):
 #> sweep  greedy E 0.98 [0.84, 1.21]
 
 # %% The picture
-# Each point is a pair of robots and fire; on the bold line E is 1, as for the baseline.
+# Each point is a pair of robots and fire. On the bold line E is 1, as for the baseline.
 # Compare guides under the same fire, that is, points of one shape: the farther right,
-# the more reward. The fire `greedy` reacts to people, so its h differs a little from
-# guide to guide. Wide intervals say that ten runs are few.
+# the more reward. The fire `greedy` reacts to people, so its h differs from guide to
+# guide. The intervals are wide: under both fires, ten runs cannot tell `patrol` from
+# `sweep`.
 
 Path("out").mkdir(exist_ok=True)
 print(save(pictures.contours(ruler, cells(results, ruler)), "out/09_the_ruler.png"))
 #> out/09_the_ruler.png
 
 # %% Exercise
-# Calibrate the ruler once more from ten other seeds (`seed=100`). By how much does E of
-# the same pair move, and how does that compare with the width of its interval?
+# Calibrate the ruler once more, from ten other seeds (`seed=100`). How far does E of
+# the same runs move, and how wide are their intervals?
 # Hint: `crossplay.ruler_of` takes any results; read the old ones with the new ruler.

@@ -2,7 +2,9 @@
 
 You learn to record an evacuation and to measure it with PedPy, a library that measures
 experiments with real crowds: where people walk, how many pass a door, how density slows
-them. PedPy is an extra: .venv/bin/pip install -c constraints.txt -e '.[pedpy]'
+them. It takes 5 seconds. PedPy is an extra:
+
+    .venv/bin/pip install -c constraints.txt -e '.[pedpy]'
 """
 
 from pathlib import Path
@@ -20,8 +22,8 @@ from reference.workshop.recording import record
 from reference.workshop.validation.cases import MEASURED, ONE_WAY
 
 # %% A recording
-# A hundred people are in the canteen of the paper's building. There is no smoke: they
-# see 20 m far. There is a file for each floor, in JuPedSim's format, which PedPy reads.
+# A hundred people are in the canteen of the paper's building. There is no smoke, so
+# they see 20 m far. Each floor becomes a file in JuPedSim's format, which PedPy reads.
 # The command for it is `python -m reference evacuate --record FOLDER`.
 
 folder = Path("out/10_recording")
@@ -46,9 +48,9 @@ print("positions outside the walls:", outside.sum())
 #> positions outside the walls: 0
 
 # %% How many pass a door
-# N(t) counts who has crossed a line, here the threshold of the exit, two metres wide.
-# Its slope is the flow, people per second. The line reaches a little into the walls: a
-# straight step of 0.2 s may cut a corner.
+# N(t) counts who has crossed a line by time t. The line is the threshold of the exit,
+# two metres wide. The slope of N(t) is the flow, people per second. The line reaches a
+# little into the walls, because a straight step of 0.2 s may cut a corner.
 
 line = pedpy.MeasurementLine([(19, -16.3), (19, -13.7)])
 passed, _ = pedpy.compute_n_t(traj_data=paths, measurement_line=line)
@@ -58,9 +60,9 @@ print("all who left were counted:", passed.cumulative_pedestrians.max() == len(l
 #> all who left were counted: True
 
 # %% How density slows people down
-# A person's Voronoi cell is all floor that is nearer to that person than to others, at
-# most 1.5 m away. One divided by its area is the density around this person. We measure
-# it once a second, in front of the exit.
+# A person's Voronoi cell is all floor that is nearer to this person than to others, at
+# most 1.5 m away. One divided by its area is the density (Steffen and Seyfried 2010).
+# We measure it once a second, in front of the exit.
 
 some = paths.data[paths.data.frame % 5 == 0]
 cells = pedpy.compute_individual_voronoi_polygons(
@@ -77,11 +79,11 @@ print("slower where it is dense:", slower)
 
 # %% The picture
 # Left: people walk straight to the exit and wait in a half circle. Middle: N(t) climbs
-# in steps: whoever enters in the same tick shuts the exit behind them, for as long as
-# 1.3 people per second and metre need [A5]. Right: from 1 to 4 people per square metre
-# speed falls. Those who are slow at less than 1 wait at the crowd's edge, where a
-# Voronoi cell reaches into the empty room. Squares: real people, who walk one way and
-# wait for no exit.
+# in steps. Some enter in the same tick; then the exit is shut for as long as that many
+# need at 1.3 people per second and metre [A5]. Right: from 1 to 4 people per square
+# metre speed falls. Those who are slow at less than 1 wait at the crowd's edge, where a
+# Voronoi cell reaches into the empty room. Squares are real people, who walk one way
+# and wait for no exit.
 
 figure, (floor, flow, pace) = plt.subplots(
     1, 3, figsize=(14, 4.6), width_ratios=(1.15, 1, 1), layout="constrained"
@@ -107,4 +109,5 @@ print("out/10_measured.png")
 # %% Exercise
 # In experiments 1.9 to 2.4 people per second and metre get through a narrow exit. How
 # many do here, where 1.3 is the limit? Does it depend on how many wait?
-# Hint: the slope of N(t) between its first and last tenth, for 50, 100 and 150 people.
+# Hint: the slope of N(t) between its first and last tenth, for 25, 50, 100 and 140
+# people. No more fit into the canteen.

@@ -6,6 +6,7 @@ a Dask cluster and this process itself.
 
 import os
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
@@ -19,6 +20,7 @@ from typing import Any, TypeVar
 
 from tqdm import tqdm
 
+import reference
 from reference.paper import InputError
 
 STOPS = [signal.SIGINT, signal.SIGTERM]  # end a command, but not its workers
@@ -132,10 +134,11 @@ class InProcess(Executor):
 
 
 @contextmanager
-def cluster(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
-    """Yield a Dask scheduler's workers, and how many jobs to keep running there.
+def cluster(address: str) -> Iterator[Executor]:
+    """Yield the workers of a Dask scheduler, once there are any.
 
-    Needs the extra `cluster`. Raises InputError without it, or without an answer.
+    Needs the extra `cluster`. Raises InputError without it, without an answer, and for
+    workers that have another version of this package, or none.
     """
     try:
         from distributed import Client
@@ -149,11 +152,27 @@ def cluster(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
     except (OSError, ValueError, TypeError) as error:
         raise InputError(f"{address}: no Dask scheduler answers. Start one.") from error
     with client:
+        if not client.nthreads():
+            print(f"{address}: waiting for a worker; start one", file=sys.stderr)
+            client.wait_for_workers(1)
+        try:
+            versions = {*client.run(_version).values()}
+        except Exception as error:  # of any kind, from the worker
+            versions = {f"none ({error})"}
+        if versions != {_version()}:
+            raise InputError(
+                f"{address}: its workers have version {', '.join(sorted(versions))} of "
+                f"this package; here it is {_version()}. Install the same everywhere."
+            )
         executor = client.get_executor(pure=False)
         try:
-            yield executor, lambda: max(1, 2 * sum(client.nthreads().values()))
+            yield executor
         finally:
             executor.shutdown(wait=False)
+
+
+def _version() -> str:
+    return reference.__version__
 
 
 @contextmanager

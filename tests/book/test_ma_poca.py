@@ -4,6 +4,7 @@ Both have the same weights here. The networks of `reference` see an image too, b
 numbers of its encoder are 0, so nothing comes of it.
 """
 
+import ast
 import importlib.util
 
 import pytest
@@ -13,7 +14,8 @@ from lives import SIZES, batch, doubled, life, settings
 
 from reference.learning.poca import LEARNERS
 
-spec = importlib.util.spec_from_file_location("ma_poca", ROOT / "tutorials/ma_poca.py")
+FILE = ROOT / "tutorials" / "ma_poca.py"
+spec = importlib.util.spec_from_file_location("ma_poca", FILE)
 ma_poca = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(ma_poca)
 
@@ -104,3 +106,16 @@ def test_the_file_has_the_same_returns_and_advantages(kind, rows):
     assert close(found.y[live], expected.returns[live])
     if kind == "poca":
         assert close(found.Q[live], expected.baselines[live])
+
+
+def test_the_file_needs_torch_alone_and_is_short():
+    """So that it can be read at once, and copied."""
+    text = FILE.read_text(encoding="utf-8")
+    imported = {
+        node.module.split(".")[0] if isinstance(node, ast.ImportFrom) else name.name
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for name in node.names
+    }
+    assert imported == {"dataclasses", "math", "typing", "torch"}
+    assert text.count("\n") <= 400

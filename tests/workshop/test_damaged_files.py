@@ -23,8 +23,7 @@ from reference.paper import InputError
 from reference.workshop.crossplay import begin, evaluate, resume
 from reference.workshop.crossplay.results import read_ruler
 from reference.workshop.drawing.runs import read as read_summaries
-from reference.workshop.experiment import asked
-from reference.workshop.experiment import begun as on_resume
+from reference.workshop.experiment import design
 from reference.workshop.files import read_json
 from reference.workshop.maps import load as load_building
 from reference.workshop.plain import record_from
@@ -171,11 +170,7 @@ def _held(path: Path) -> None:
 
 
 def _parts(path: Path) -> None:
-    record_from(asked.Experiment, read_json(path), str(path))
-
-
-def _begun(path: Path) -> None:
-    on_resume.refuse_changed(asked.read(path.parents[1] / "tiny.toml"), path.parent)
+    record_from(design.Experiment, read_json(path), str(path))
 
 
 OURS = {
@@ -199,11 +194,8 @@ KINDS = {
     "checkpoint resumed": Kind(
         "run/checkpoint-000002.pt", _resumed, _from_torch, _torch, cases=50
     ),
-    "experiment": Kind("tiny.toml", asked.read, cases=50),
+    "experiment": Kind("tiny.toml", design.read, cases=50),
     "experiment's parts": Kind("tiny.json", _parts, _from_json, _json, cases=50),
-    "experiment begun": Kind(
-        "experiment/experiment.json", _begun, _from_json, _json, "experiment", 30
-    ),
     "lock": Kind("locked/.lock", _held, named="locked"),
     "map": Kind("tiny.txt", load_building),
 }
@@ -222,8 +214,6 @@ def whole(tmp_path_factory):
     shutil.copy(ROOT / "floors" / "tiny.txt", folder)
     shutil.copy(ROOT / "tutorials" / "experiments" / "tiny.toml", folder)
     _json(tomllib.loads((folder / "tiny.toml").read_text()), folder / "tiny.json")
-    (folder / "experiment").mkdir()
-    on_resume.begin(asked.read(folder / "tiny.toml"), folder / "experiment")
     unity = _from_yaml(ROOT / "tests" / "workshop" / "trainers" / "unity.yaml")
     _yaml(unity | OURS, folder / "settings.yaml")
     with one_thread():

@@ -2,9 +2,14 @@
 
 import csv
 import json
+import os
 import signal
+import subprocess
+import sys
+import time
 
 import pytest
+from clauses import ROOT
 from refusals import refusal
 
 from reference.__main__ import main
@@ -159,3 +164,21 @@ def test_who_stops_is_told_how_to_go_on(monkeypatch, capsys):
     assert main(["evaluate", *SMALL, "--workers", "0", *kept]) == 130
     again = capsys.readouterr().err.splitlines()[-1].split()[3:]
     assert again == ["evaluate", "--resume", *kept]
+
+
+@pytest.mark.slow
+def test_an_evaluation_that_is_killed_goes_on_to_the_same_end(tmp_path):
+    """Rows that are there stay, and nothing half-written is in the way."""
+    many = ["evaluate", *SMALL, "--episodes", "40", "--workers", "1", "--out"]
+    command = [sys.executable, "-m", "reference", *many, "killed"]
+    process = subprocess.Popen(command, env=os.environ | {"PYTHONPATH": str(ROOT)})
+    runs = tmp_path / "killed/runs.csv"
+    while not runs.exists() or runs.read_text().count("\n") < 2:
+        time.sleep(0.02)
+    process.kill()
+    process.wait()
+    begun = runs.read_text()
+    assert 2 <= begun.count("\n") < 41
+    assert main(["evaluate", "--resume", "--out", "killed", "--workers", "0"]) == 0
+    assert main([*many, "whole"]) == 0
+    assert runs.read_text() == (tmp_path / "whole/runs.csv").read_text()

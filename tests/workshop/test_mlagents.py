@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from clauses import ROOT
 
 from reference.learning.settings import SettingsError, TrainerSettings, rows_of
 from reference.paper import TABLE_I
@@ -69,6 +70,15 @@ def test_a_unity_user_can_bring_the_file_of_a_run():
     )
     assert settings.fire.buffer_size == 2048
     assert settings.scenario == preset("paper").scenario
+
+
+@pytest.mark.paper("E5")
+def test_the_file_that_ships_changes_the_discount_alone():
+    """To the paper's, for robots of preset laptop."""
+    file = ROOT / "tutorials" / "experiments" / "discount.yaml"
+    settings, robots = read_yaml(file, LAPTOP), LAPTOP.robots
+    assert settings == replace(LAPTOP, robots=replace(robots, gamma=TABLE_I["gamma"]))
+    assert settings != LAPTOP
 
 
 def test_what_a_file_leaves_out_stays_as_in_the_preset(read):
@@ -240,11 +250,11 @@ def test_says_what_to_install_where_there_is_no_pyyaml(monkeypatch, refusal):
 
 def test_our_own_rows_are_read_with_the_mark_and_without(read):
     """Whoever writes by hand need not know the mark."""
-    ours = "reference:\n  Fire: {head: gaussian}\n  scenario: {people: 12}\n"
+    ours = "reference:\n  Robot: {head: frame}\n  scenario: {people: 12}\n"
     marked = "".join(f"#= {line}\n" for line in ours.splitlines())
     settings = read(ours)
     assert settings == read(marked)
-    assert (settings.fire.head, settings.scenario.people) == ("gaussian", 12)
+    assert (settings.robots.head, settings.scenario.people) == ("frame", 12)
 
 
 def test_refuses_our_own_rows_by_name_too(refusal):

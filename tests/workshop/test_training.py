@@ -4,13 +4,9 @@ import csv
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from trainings import TINY, begun, equal, tiny, trained
 
-from reference.building import building_of
-from reference.game.frame import KEEP
-from reference.game.observations import summary_size
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.experience import Decisions, decisions_of
 from reference.learning.networks import one_thread
@@ -475,7 +471,7 @@ def test_a_round_is_played_with_the_rule_of_training():
 def test_time_cuts_off_a_fire_only_while_it_has_sources_left(sources, follows):
     """With none left it has nothing to decide: no value follows its last decision."""
     scenario = replace(tiny().scenario, sources=sources)
-    table = replace(tiny().fire, head="gaussian")
+    table = replace(tiny().fire, head="floor")
     made = learner_for("fire", TINY, scenario, table, seed=0)
     episodes = play(Job(TINY, scenario, RandomRobots(), player_of(made), (0, 1, 2)))
     cut = [e for e in episodes if e.facts["survival"] + e.facts["died"] / 6 < 1]
@@ -497,27 +493,3 @@ def test_shaping_pays_learners_and_changes_no_episode():
         more = other.robots.rewards - one.robots.rewards
         assert (more >= 0).all() and (more > 0).any()
         assert other.fire.rewards.tolist() == one.fire.rewards.tolist()
-
-
-@pytest.mark.paper("C7", "Alg. 3:3")
-@pytest.mark.parametrize("head", ["pointer", "gaussian", "mixture"])
-def test_a_committed_robot_goes_on_until_it_is_there(head):
-    """It chooses anew exactly where it has arrived, whichever head it has."""
-    for episode in first_round(head=head, commitment=50.0):
-        robots, there = episode.robots, episode.robots.alive[:-1]
-        kept, under_way = robots.actions[..., -1] == 0, robots.action_mask[..., 0]
-        if head == "mixture":
-            off = robots.actions - robots.features[..., KEEP, :]
-            kept = under_way & (np.hypot(*off.T).T < 0.2)  # five deviations
-        assert kept[there].tolist() == under_way[there].tolist()
-        assert 0 < under_way[there].sum() < there.sum()
-
-
-@pytest.mark.paper("C1")
-def test_networks_are_given_what_the_settings_add():
-    """Counts of the summary; then where a robot goes, and whether it does."""
-    plain = first_round(summary=False, own_state=False)[0].robots.vectors
-    added = first_round(summary=True, own_state=True)[0].robots.vectors
-    counts = summary_size(building_of(TINY))
-    assert added.shape[-1] == plain.shape[-1] + counts + 3
-    assert set(np.unique(added[..., -1])) == {0, 1}

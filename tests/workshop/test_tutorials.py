@@ -46,6 +46,15 @@ def printed(tutorial: Path, folder: Path) -> list[str]:
     return [line.rstrip() for line in done.stdout.splitlines()]
 
 
+@pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda path: path.stem)
+def test_a_tutorial_ends_with_one_exercise(tutorial):
+    """And a hint; the folder `answers` has a script of the same name."""
+    *_, last = tutorial.read_text(encoding="utf-8").split("# %% ")
+    assert last.startswith("Exercise\n")
+    assert last.count("# Hint: ") == 1
+    assert tutorial.parent / "answers" / tutorial.name in ANSWERS
+
+
 @pytest.mark.slow
 def test_ma_poca_in_one_file_learns_what_ppo_does_not(tmp_path):
     """It draws both curves, and says last what each of them learned."""

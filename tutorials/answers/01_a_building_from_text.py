@@ -4,7 +4,7 @@ A wall and an exit may. Even upstairs an exit is accepted: think of a fire escap
 other character makes a hole or leads nowhere, and the message says which.
 """
 
-from reference.floorplan import FloorPlanError, parse
+from reference.workshop.maps import MistakesError, parse
 
 HOUSE = """
 building: Doll's house
@@ -36,7 +36,7 @@ for character in "#.+EAa ":
     try:
         parse(drawn, "house.txt")
         print(f"'{character}' is accepted")
-    except FloorPlanError as error:
+    except MistakesError as error:
         print(f"'{character}':", str(error).splitlines()[0])
 #> '#' is accepted
 #> '.': house.txt:16:15: there is a hole in the outer wall

@@ -1,4 +1,4 @@
-"""Exercise 3: what is memory worth? It takes 6 seconds.
+"""Exercise 3: what is memory worth? It takes 5 seconds.
 
 With forgetting, a visitor tries doors again that lead nowhere. So fewer get out.
 """

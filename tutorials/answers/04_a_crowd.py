@@ -1,4 +1,4 @@
-"""Exercise 4: do more people get out if they start together? It takes 6 seconds.
+"""Exercise 4: do more people get out if they start together? It takes 5 seconds.
 
 No. Three people of 320 are luck: one run differs from the next by ten.
 """

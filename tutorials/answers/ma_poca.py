@@ -1,4 +1,4 @@
-"""Exercise of `ma_poca.py`: what is the counterfactual baseline worth? 12 seconds.
+"""Exercise of `ma_poca.py`: what is the baseline worth? It takes 12 seconds.
 
 Agent 1's first decision changes nothing. With V its advantage still says what agent 0
 did at that moment; Q knows that already. When this was written, y − V spread by 0.67 in

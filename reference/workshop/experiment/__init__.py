@@ -1,6 +1,5 @@
-"""Experiments: trainings, best responses and tests from one file, as jobs.
+"""Experiments: trainings and tests from one file, as jobs; then a page about them.
 
-Clauses: E6, F12.  Read `asked` (the file), `begun` (what of it may not change),
-`jobs` (the two kinds of jobs, pure functions of plain data), `steps` (which jobs there
-are and in what order), `results` (what they come to) and `page` (what is told of them).
+Clauses: E6, F12.  Read `design` (what the file says), `jobs` (train and test, wherever)
+and `report` (what they come to).
 """

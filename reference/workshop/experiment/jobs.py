@@ -1,111 +1,152 @@
-"""The two kinds of jobs of an experiment: train, and test.
+"""The jobs of an experiment: train every team, then let all of them meet all fires.
 
-Clauses: E6, F12.  Pure functions of plain data, which includes checkpoints as bytes, so
-that any process of any machine can do them.
+Clauses: E6, F12.  A job is a pure function of plain data, for any executor whose
+workers share the experiment's folder.  The name of what it makes has a digest of all
+that it follows from: what is made is not made again, and what changed is made anew.
+
+    trainings/TEAM-DIGEST/  of an arm and a seed: checkpoint, curve, log
+    tests-DIGEST/           an evaluation, as `evaluate` keeps it; digest: of the arena
 """
 
 import json
-from collections.abc import Mapping
-from contextlib import ExitStack, redirect_stderr
-from copy import deepcopy
-from dataclasses import asdict, dataclass, field
-from io import BytesIO
+import sys
+from collections.abc import Callable
+from concurrent.futures import Executor
+from contextlib import redirect_stderr
+from dataclasses import asdict, replace
+from hashlib import sha256
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
-from reference.building import building_of
+from tqdm import tqdm
+
+import reference
 from reference.learning.networks import one_thread
-from reference.learning.settings import SIDES, Side
-from reference.simulation import Simulation
-from reference.workshop.crossplay.contestants import contestant, encounter
-from reference.workshop.crossplay.matches import Arena, Match, Run
-from reference.workshop.crossplay.runs import IN_LOCKSTEP, RunResult, played
-from reference.workshop.files import make_folder
-from reference.workshop.training.checkpoints import Checkpoint, load, newest, unpacked
-from reference.workshop.training.loop import CLOCK, train
-from reference.workshop.training.policies import POLICIES
+from reference.workshop.crossplay.matches import Evaluation, Pinned
+from reference.workshop.crossplay.runs import RunResult, evaluate
+from reference.workshop.experiment.design import Experiment
+from reference.workshop.files import make_folder, write_json
+from reference.workshop.runs import RunError
+from reference.workshop.strategies import SHIPPED
+from reference.workshop.training.checkpoints import Task, load, newest
+from reference.workshop.training.loop import train
 from reference.workshop.training.session import Training
-from reference.workshop.training.summaries import SUMMARIES
-from reference.workshop.workers import InProcess, chunks
+from reference.workshop.workers import InProcess, as_done
 
 LOG, DONE = "log.txt", "training.json"
 
 
-@dataclass(frozen=True)
-class Fit:
-    """A training to run, alone and with one thread.
+def folders(experiment: Experiment, folder: Path) -> dict[str, Path]:
+    """The folder of each team's training, by the team's name."""
+    found, plan = {}, experiment.arena.plan
+    for name in experiment.arms:
+        settings, fire = experiment.arm(name)
+        digest = _digest(plan, asdict(settings), fire)
+        for team in (f"{name}-{seed}" for seed in experiment.seeds):
+            found[team] = folder.absolute() / "trainings" / f"{team}-{digest}"
+    return found
 
-    beginning  a checkpoint's bytes
-    side       whose max_steps ends it
-    folder     of this machine, to resume from; None: a temporary one
+
+def _digest(*plain: Any) -> str:
+    """Digest plain data, with the version and the policies that ship."""
+    shipped = sha256(SHIPPED.read_bytes()).hexdigest()
+    parts = [reference.__version__, reference.GAME, shipped, plain]
+    return sha256(json.dumps(parts).encode()).hexdigest()[:8]
+
+
+# -- Train --------------------------------------------------------------------------
+
+
+def train_teams(
+    experiment: Experiment,
+    folder: Path,
+    executor: Executor,
+    stop: Callable[[], bool] = lambda: False,
+) -> dict[str, str]:
+    """Finish all trainings, until told to stop; return which failed, and why."""
+    own, failed = folders(experiment, folder), dict[str, str]()
+    left = [team for team, path in own.items() if not (path / DONE).exists()]
+    jobs = [(experiment.trainings[team], str(own[team])) for team in left]
+    done = len(own) - len(left)
+    with tqdm(total=len(own), initial=done, unit="training", disable=None) as bar:
+        for k, why in as_done(executor, fit, jobs, stop):
+            bar.update()
+            if why := why or _missing(own[left[k]]):
+                failed[left[k]] = why
+            if why or bar.disable:
+                tqdm.write(f"{left[k]}: {why or 'done'}", file=sys.stderr)
+    return failed
+
+
+def fit(job: tuple[Task, str]) -> str:
+    """Train in a folder to the end, alone and with one thread; return why it failed.
+
+    What is there already is resumed.
     """
+    task, folder = job[0], Path(job[1])
+    try:
+        make_folder(folder)
+        with one_thread(), (folder / LOG).open("a") as log, redirect_stderr(log):
+            begun = newest(folder) is not None
+            training = Training.resumed(load(folder)) if begun else Training(task)
+            robots = training.learners["robots"]
+            end = robots.settings.max_steps
+            train(training, folder, InProcess(), lambda: robots.steps >= end)
+        write_json(folder / DONE, training.facts())  # last: it says that all is there
+    except Exception as error:
+        return f"{type(error).__name__}: {error}"
+    return ""
 
-    beginning: bytes
-    side: Side
-    folder: str | None = None
+
+def _missing(folder: Path) -> str:
+    """Say that a worker has trained where we cannot see it."""
+    if (folder / DONE).exists():
+        return ""
+    return f"{folder}: is not what the worker sees. Name a folder that all share."
 
 
-def fit(job: Fit) -> dict[str, bytes]:
-    """Train to the end; return the files worth keeping, by name."""
-    with ExitStack() as stack:
-        stack.enter_context(one_thread())
-        temporary = job.folder or stack.enter_context(TemporaryDirectory())
-        make_folder(folder := Path(temporary))
-        log = stack.enter_context((folder / LOG).open("a"))
-        stack.enter_context(redirect_stderr(log))
-        there = newest(folder)
-        training = Training.resumed(
-            load(there) if there else _checkpoint(job.beginning)
+# -- Test ---------------------------------------------------------------------------
+
+
+def play_tests(
+    experiment: Experiment,
+    folder: Path,
+    executor: Executor,
+    stop: Callable[[], bool] = lambda: False,
+) -> list[RunResult]:
+    """Let all teams meet all fires, as far as their trainings are over.
+
+    Fewer results come if told to stop. In the table of runs a team's name has a digest
+    of its checkpoint.
+    """
+    own = folders(experiment, folder)
+    made = {
+        team: _made_in(path) for team, path in own.items() if (path / DONE).exists()
+    }
+    word = {team: f"{team}-{file.sha256[:8]}" for team, file in made.items()}
+    robots, fires = (
+        tuple(word.get(name, name) for name in names if name in word or name not in own)
+        for names in (experiment.teams, experiment.fires)
+    )
+    if not robots or not fires:
+        return []
+    files = {word[team]: file for team, file in made.items()}
+    arena, test = experiment.arena, experiment.test
+    start = arena, robots, fires, test.seed, test.episodes, False, files
+    there = folder / f"tests-{_digest(asdict(arena))}"
+    found = evaluate(Evaluation(*start), there, executor, stop)
+    team = {named: name for name, named in word.items()}
+    return [
+        replace(r, robots=team.get(r.robots, r.robots), fire=team.get(r.fire, r.fire))
+        for r in found
+    ]
+
+
+def _made_in(folder: Path) -> Pinned:
+    """Pin the checkpoint of a finished training. Raises RunError if it is gone."""
+    if (path := newest(folder)) is None:
+        raise RunError(
+            f"{folder}: its checkpoint is gone. Remove this folder, and go on with "
+            "--resume: it is trained anew."
         )
-        learner = training.learners[job.side]
-        path = train(
-            training,
-            folder,
-            InProcess(),
-            lambda: learner.steps >= learner.settings.max_steps,
-        )
-        log.flush()
-        about = {"facts": training.facts(), "settings": asdict(training.settings)}
-        kept = {path.name: path, LOG: folder / LOG}
-        kept |= {name: folder / name for name in (SUMMARIES, CLOCK)}
-        files = {name: file.read_bytes() for name, file in kept.items()}
-        return files | {DONE: json.dumps(about, indent=2).encode()}
-
-
-@dataclass(frozen=True)
-class Trial:
-    """Evacuations of one match; learned: checkpoints' bytes of sides that learned."""
-
-    arena: Arena
-    match: Match
-    seeds: range
-    learned: Mapping[Side, bytes] = field(default_factory=dict)
-
-
-def trial(job: Trial) -> list[RunResult]:
-    """Play all evacuations by mean actions; return records in the seeds' order."""
-    with one_thread():
-        players = [_player(job, side) for side in SIDES]
-        return [
-            record
-            for seeds in chunks(job.seeds, IN_LOCKSTEP)
-            for record in played([_set_up(job, players, seed) for seed in seeds])
-        ]
-
-
-def _set_up(job: Trial, players: list[Any], seed: int) -> tuple[Run, Simulation]:
-    scenario = job.arena.scenario
-    robots, fire = deepcopy(players)  # they may keep state
-    run = Run(*job.match, seed)
-    return run, encounter(building_of(job.arena.plan), scenario, robots, fire, seed)
-
-
-def _player(job: Trial, side: Side) -> Any:
-    if (content := job.learned.get(side)) is None:
-        return contestant(getattr(job.match, side), side)
-    return POLICIES[side](_checkpoint(content))
-
-
-def _checkpoint(content: bytes) -> Checkpoint:
-    return unpacked(BytesIO(content), Path("a checkpoint that came with a job"))
+    return Pinned(str(path), sha256(path.read_bytes()).hexdigest())

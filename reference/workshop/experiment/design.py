@@ -1,0 +1,235 @@
+"""The design of an experiment: arms, seeds, budget and tests, read from a TOML file.
+
+Clauses: E6, F12.
+
+    question = "Do robots learn more from a fire that learns?"  # the page's title
+    building = "paper"            # default
+    preset = "laptop"             # default
+    decisions = 480_000           # of the robots, in every training
+    seeds = [0, 1, 2]             # one training of each arm per seed
+    compare = [["adversary", "random_fire"]]  # the first less the second
+    [settings]                    # rows that differ from the preset's, in all arms
+    scenario.time_limit = 300.0
+    [arms.random_fire]
+    fire = "random"               # by name; left out: a fire that learns
+    [arms.adversary]              # further rows differ in this arm
+    random_fires = 0.25           # share of rollout jobs with random fire
+    robots.gamma = 0.98
+    [test]
+    fires = ["none", "random", "adversary"]  # by name, or arms whose fire learned
+    robots = ["none", "sweep"]    # written by hand, beside those that learned
+    seed = 5000                   # default
+    episodes = 100                # default
+"""
+
+import re
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from reference.building import building_of, plan_of
+from reference.learning.settings import SIDES, SettingsError, Side, unknown
+from reference.workshop.crossplay.contestants import WORST
+from reference.workshop.crossplay.matches import EPISODES, MOST_RUNS, Arena
+from reference.workshop.files import read_text
+from reference.workshop.maps import load
+from reference.workshop.plain import mapping, record_from
+from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
+from reference.workshop.training.checkpoints import Task
+from reference.workshop.training.presets import Settings, changed, preset
+from reference.workshop.training.session import Training
+from reference.workshop.training.starting import fixed_player
+
+FIXED = (*FIRES, LEARNED)  # fires that learn nothing in an experiment
+NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # of an arm; files are named after it
+ROWS, SAVED = 100, 20  # rows of a curve; checkpoints of a training on its way
+BUDGET = ("max_steps", "summary_freq", "checkpoint_interval", "keep_checkpoints")
+"""Rows of a side that follow from `decisions`."""
+
+
+@dataclass(frozen=True)
+class Test:
+    """Evacuations of every team against every fire, all from the same seeds."""
+
+    fires: tuple[str, ...] = ("random",)
+    robots: tuple[str, ...] = ()
+    seed: int = 5000
+    episodes: int = EPISODES
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A checked file.
+
+    Raises SettingsError, also for what loading the map or a network raises.
+
+    settings  rows that differ from the preset's, in all arms
+    compare   pairs of arms or robots: the first less the second
+    """
+
+    arms: Mapping[str, Any]
+    decisions: int
+    question: str = "An experiment"
+    preset: str = "laptop"
+    building: str = "paper"
+    seeds: tuple[int, ...] = (0, 1, 2)
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    compare: tuple[tuple[str, ...], ...] = ()
+    test: Test = field(default_factory=Test)
+
+    def __post_init__(self) -> None:
+        self._refuse_numbers()
+        self._refuse_names()
+        try:
+            if LEARNED in self.test.fires:
+                self._fixed(LEARNED)
+            for name in self.arms:  # each refuses what does not fit
+                Training(self.trainings[f"{name}-{self.seeds[0]}"])
+        except OSError as error:  # of the map
+            raise SettingsError(str(error)) from None
+
+    def _refuse_numbers(self) -> None:
+        """Raise SettingsError for numbers of nothing, and for too many runs."""
+        test = self.test
+        if not self.arms or not self.seeds:
+            raise SettingsError("name at least one arm and one seed")
+        if min(self.decisions, test.episodes) < 1 or min(test.seed, *self.seeds) < 0:
+            raise SettingsError("decisions, seeds and episodes are counted upwards")
+        trainings = len(self.arms) * len(self.seeds)
+        matches = (trainings + len(test.robots)) * (trainings + len(test.fires))
+        if (runs := matches * test.episodes) > MOST_RUNS:
+            raise SettingsError(
+                f"some {runs:,} evacuations in all: ask for {MOST_RUNS:,} at most"
+            )
+
+    def _refuse_names(self) -> None:
+        """Raise SettingsError for names that are unknown, taken or there twice."""
+        for name in self.arms:
+            if not NAME.fullmatch(name) or name in (*ROBOTS, *FIXED):
+                raise SettingsError(
+                    f"'{name:.60}' can be no arm's name: take up to 40 lower-case "
+                    "letters, digits and _, and no strategy's name"
+                )
+        learning = [name for name in self.arms if self.arm(name)[1] is None]
+        robots, fires = self.test.robots, self.test.fires
+        for what, words, known in (
+            ("fires", fires, (*FIXED, WORST, *learning)),
+            ("robots", robots, (*ROBOTS,)),
+            ("seeds", self.seeds, self.seeds),
+            *(("compare", pair, (*self.arms, *robots)) for pair in self.compare),
+        ):
+            for word in words:
+                _refuse_unknown(what, word, known)
+            if len(set(words)) < len(words):
+                raise SettingsError(f"{what}: name each once")
+        if any(len(pair) != 2 for pair in self.compare):
+            raise SettingsError("compare: name two in each pair")
+
+    # -- Trainings ------------------------------------------------------------------
+
+    @cached_property
+    def base(self) -> Settings:
+        """The settings of all arms, before what each changes.
+
+        [E6, chosen] A fire learns for as long as the robots do, and nearly as fast at
+        the end as at the beginning: one that had stopped would be no adversary.
+        """
+        stated = _stated(self.settings, "settings")
+        made, n = changed(preset(self.preset), stated, "settings"), self.decisions
+        often, saved = max(1, n // ROWS), max(1, n // SAVED)
+        robots = replace(made.robots, summary_freq=often, checkpoint_interval=saved)
+        robots, fire = (
+            replace(side, max_steps=n, keep_checkpoints=1)
+            for side in (robots, made.fire)
+        )
+        return replace(made, robots=robots, fire=fire)
+
+    def arm(self, name: str) -> tuple[Settings, str | None]:
+        """Make an arm's settings, and name its fire, None for one that learns.
+
+        Raises SettingsError.
+        """
+        where = f"arms: {name}"
+        rows = _stated(self.arms[name], where)
+        fire = rows.pop("fire", None)
+        if isinstance(fire, str):
+            _refuse_unknown(f"{where}: fire", fire, FIXED)
+            if "random_fires" in rows:
+                raise SettingsError(f"{where}: random_fires needs a fire that learns")
+        elif fire is not None:
+            rows["fire"], fire = fire, None
+        if "scenario" in rows:
+            raise SettingsError(f"{where}: the scenario is everybody's: [settings]")
+        return changed(self.base, rows, where), fire
+
+    @cached_property
+    def trainings(self) -> dict[str, Task]:
+        """Every training by its team's name."""
+        found = {}
+        for name in self.arms:
+            settings, fire = self.arm(name)
+            fixed: dict[Side, Any] = {"fire": self._fixed(fire)} if fire else {}
+            for seed in self.seeds:
+                where = self.building, self.arena.plan
+                found[f"{name}-{seed}"] = Task(*where, settings, seed, fixed)
+        return found
+
+    def _fixed(self, fire: str) -> Any:
+        """Find a fire that learns nothing here. Raises CheckpointError."""
+        building = building_of(self.arena.plan)
+        return fixed_player(fire, "fire", building, self.arena.scenario)
+
+    # -- Tests ----------------------------------------------------------------------
+
+    @cached_property
+    def arena(self) -> Arena:
+        """The tests' arena: the trainings' scenario, without the rule of training."""
+        scenario = replace(self.base.scenario, training=False)
+        return Arena(self.building, plan_of(load(self.building)), scenario)
+
+    @property
+    def teams(self) -> list[str]:
+        """All robots: those of every training, and those written by hand."""
+        return [*self.trainings, *self.test.robots]
+
+    @property
+    def fires(self) -> list[str]:
+        """All fires, an arm's in each of its trainings."""
+        named = [fire for fire in self.test.fires if fire not in self.arms]
+        return named + [t for t in self.trainings if arm_of(t) in self.test.fires]
+
+
+def arm_of(team: str) -> str:
+    """The arm of a team, or of a fire that learned with it: without the seed."""
+    return team.partition("-")[0]
+
+
+def _refuse_unknown(what: str, word: Any, known: tuple[Any, ...]) -> None:
+    if word not in known:
+        raise SettingsError(f"{what} {unknown(word, known)}")
+
+
+def _stated(rows: Any, where: str) -> dict[str, Any]:
+    """Check that rows change nothing that the experiment itself decides."""
+    rows = mapping(rows, where)
+    if "preset" in rows:
+        raise SettingsError(f"{where}: preset stands at the top, the same for all arms")
+    for side in SIDES:
+        stated = rows.get(side)
+        for row in BUDGET if isinstance(stated, Mapping) else ():
+            if row in stated:
+                why = "follows from `decisions`. Leave it out"
+                raise SettingsError(f"{where}: {side}.{row} {why}")
+    return rows
+
+
+def read(path: Path) -> Experiment:
+    """Read an experiment's file. Raises SettingsError, OSError."""
+    try:
+        content = tomllib.loads(read_text(path))
+    except (ValueError, RecursionError) as error:  # also an integer of 5,000 digits
+        raise SettingsError(f"{path}: this is no TOML: {error}") from None
+    return record_from(Experiment, content, str(path))

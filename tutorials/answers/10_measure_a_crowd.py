@@ -1,0 +1,29 @@
+"""Exercise 10: how many pass the exit? It takes 3 seconds.
+
+Almost 1.3 people per second and metre, the limit, as soon as there is a crowd. With 25
+people there is hardly one. It makes no difference how many wait.
+"""
+
+import numpy as np
+
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.workshop.maps import load
+
+institute = load("paper")
+exit_2 = institute.landmark_of["1/exit-2"]
+
+for people in (25, 50, 100, 140):
+    lunch = Scenario(people=people, rooms=("1/canteen",), sight_range=20)
+    crowd = Simulation(institute, lunch, seed=1)
+    crowd.run()
+    events = (e for e in crowd.events if getattr(e, "landmark", None) == exit_2.index)
+    times = np.sort([event.time for event in events])
+    tenth = len(times) // 10
+    first, last = times[tenth], times[-1 - tenth]
+    flow = (len(times) - 1 - 2 * tenth) / (last - first) / exit_2.width
+    print(f"{people:3} people: {flow:.2f} people per second and metre")
+#>  25 people: 1.14 people per second and metre
+#>  50 people: 1.30 people per second and metre
+#> 100 people: 1.26 people per second and metre
+#> 140 people: 1.27 people per second and metre
