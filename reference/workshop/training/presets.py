@@ -32,6 +32,8 @@ class Settings:
                          of workers, so that this number changes no result
     random_fires         share of the jobs in which random fire stands in for one that
                          learns: robots easily overfit to a single adversary
+    calm                 share of the robots' max_steps before anybody sets fires: a
+                         curriculum, the building first
     imitation_episodes   of a strategy that is imitated first, if any
     imitation_epochs     passes through these episodes
     """
@@ -43,6 +45,7 @@ class Settings:
     episodes_per_job: int
     jobs_per_round: int
     random_fires: Annotated[float, Row(low=0, high=1)] = 0.0
+    calm: Annotated[float, Row(low=0, high=1)] = 0.0
     imitation_episodes: int = 256
     imitation_epochs: int = 10
 
