@@ -12,7 +12,6 @@ from time import perf_counter
 from typing import Any
 
 from reference.building import building_of
-from reference.learning.settings import rows_of
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
@@ -22,6 +21,7 @@ from reference.workshop.commands.common import (
     workforce,
     writable,
 )
+from reference.workshop.plain import rows_of
 from reference.workshop.remedies import SideSettings
 from reference.workshop.runs import ContradictionError, held
 from reference.workshop.strategies import GUIDES, LEARNED, SCRIPTS
