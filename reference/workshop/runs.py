@@ -40,28 +40,32 @@ def held(
 ) -> Iterator[Started]:
     """Start a run and lock its folder, if any, until the block ends.
 
-    Raises RunError if another process holds the lock, OSError if the folder cannot be
-    made; nothing is made if `start` raises.
+    A new run's folder is empty or not there yet; if it writes nothing, no folder is
+    left. Raises RunError for another, or if another process holds the lock; OSError if
+    the folder cannot be made.
     """
     if folder is None:
         yield start()
-    elif not resume:
-        started, ours = start(), not folder.exists()
-        make_folder(folder)
-        with _lock(folder, ours):
-            refuse_used(folder)
-            yield started
-    else:
+    elif resume:
         with _lock(folder) if folder.is_dir() else nullcontext():
             yield start()
+    else:
+        refuse_used(folder)
+        started, ours = start(), not folder.exists()
+        make_folder(folder)
+        try:
+            with _lock(folder):
+                refuse_used(folder)  # another process may have been quicker
+                yield started
+        finally:
+            with suppress(OSError):
+                if ours:
+                    folder.rmdir()
 
 
 @contextmanager
-def _lock(folder: Path, ours: bool = False) -> Iterator[None]:
-    """Lock a folder; the lock ends with the process, even if it is killed.
-
-    ours: this run has made the folder, and removes it if nothing was written.
-    """
+def _lock(folder: Path) -> Iterator[None]:
+    """Lock a folder; the lock ends with the process, even if it is killed."""
     if fcntl is None:
         yield
         return
@@ -85,9 +89,6 @@ def _lock(folder: Path, ours: bool = False) -> Iterator[None]:
             yield
         finally:
             path.unlink(missing_ok=True)
-            with suppress(OSError):
-                if ours:
-                    folder.rmdir()
 
 
 def refuse_used(folder: Path, instead: str = OR_RESUME) -> None:

@@ -66,6 +66,30 @@ def test_check_counts_for_programs_too(capsys):
     assert facts["rooms"] == sorted(facts["rooms"], reverse=True)
 
 
+CORNER = """building: Corner
+size: 9 x 7
+floor 1:
+#########
+E.one#..#
+#....#..#
+#####...#
+#....####
+#two....E
+#########
+"""
+
+
+def test_check_notes_rooms_that_touch_at_a_corner(tmp_path, capsys):
+    """People see through there and cannot pass: no mistake, and rarely meant."""
+    (tmp_path / "corner.txt").write_text(CORNER.replace("#..#", "+..#", 1))
+    assert main(["check", str(tmp_path / "corner.txt")]) == 0
+    notes = capsys.readouterr().err.splitlines()
+    assert [note.partition(" touch ")[0] for note in notes] == [
+        "note: 1/one and 1/room-2",
+        "note: 1/room-2 and 1/two",
+    ]
+
+
 def test_refuses_a_map_with_a_mistake_and_shows_the_place(tmp_path, capsys):
     """The page of mistakes goes to stderr, exit status 1."""
     (tmp_path / "bad.txt").write_text(SHED.replace("#...+...E", "#...|...E"))

@@ -277,7 +277,7 @@ def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp
     evaluate(begin((word,), ("none",), episodes=1), folder, InProcess())
     shutil.copy(first, training / "checkpoint-000002.pt")
     again = resume(folder, fires=("random",))
-    assert (again.robots, again.word(word)) == ((word,), first)
+    assert (again.robots, again.files[word].path) == ((word,), first)
     assert {r.robots for r in evaluate(again, folder, InProcess())} == {word}
 
 

@@ -175,9 +175,9 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
     assert list(load("copies").task.initial) == ["fire"]
     capsys.readouterr()
     assert train("--resume", "--out", "both", "--initialize-from", "new") == 2
-    assert "--initialize-from: new was asked for" in capsys.readouterr().err
+    assert "initial.robots: network " in capsys.readouterr().err
     assert train("--resume", "--out", run, "--initialize-from", run) == 2
-    assert "has networks of no training" in capsys.readouterr().err
+    assert "has nothing" in capsys.readouterr().err
     assert train("--out", "x", "--robots", "sweep", "--initialize-from", "new") == 1
     assert "nobody learned there who learns here" in capsys.readouterr().err
     assert train("--out", "x", "--initialize-from", "learned") == 1
@@ -224,18 +224,21 @@ def test_resume_of_a_training_that_is_over_tells_what_came_of_it(
 @pytest.mark.parametrize(
     ("options", "hint"),
     [
-        (["--head", "floor"], "--head: floor was asked for"),
-        (["--trainer", "ppo"], "--trainer: ppo was asked for"),
-        (["--preset", "paper"], "--preset: paper was asked for"),
-        (["--building", "paper"], "--building: paper was asked for"),
-        (["--fire", "greedy"], "--fire: greedy was asked for"),
-        (["--robots", "sweep"], "--robots: sweep was asked for"),
-        (["--imitate", "sweep"], "--imitate: sweep was asked for"),
-        (["--seed", "5"], "--seed: 5 was asked for"),
+        (["--head", "floor"], "settings.robots.head: floor was asked for"),
+        (["--trainer", "ppo"], "settings.robots.trainer_type: ppo was asked for"),
+        (["--preset", "paper"], "settings.preset: paper was asked for"),
+        (
+            ["--building", "paper"],
+            "building: Institute, drawing 2873cfce was asked for",
+        ),
+        (["--fire", "greedy"], "fixed.fire: greedy was asked for"),
+        (["--robots", "sweep"], "fixed.robots: sweep was asked for"),
+        (["--imitate", "sweep"], "imitate: sweep was asked for"),
+        (["--seed", "5"], "seed: 5 was asked for"),
     ],
 )
 def test_refuses_to_resume_as_something_else(run, options, hint, capsys):
-    """By the name of the option, before anything is written."""
+    """By name, before anything is written."""
     before = sorted(path.name for path in run.iterdir())
     assert status("train", "--resume", "--out", run, *options) == 2
     assert hint in capsys.readouterr().err
@@ -252,7 +255,7 @@ def test_refuses_to_resume_with_other_settings_by_their_names(
     write_settings("other.yaml", gamma=0.5)
     resume = ("train", "--resume", "--workers", "0", "--out", "run", "--settings")
     assert status(*resume, "other.yaml") == 2
-    assert "settings: robots.gamma: 0.5 was asked for" in capsys.readouterr().err
+    assert "settings.robots.gamma: 0.5 was asked for" in capsys.readouterr().err
     assert status(*resume, "same.yaml") == 0
 
 

@@ -4,18 +4,15 @@ import csv
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
-import numpy as np
 import pytest
 from trainings import TINY, begun, equal, tiny, trained
 
-from reference.building import building_of
-from reference.game.frame import KEEP
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.experience import Decisions, decisions_of
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES, SettingsError
-from reference.strategies import RandomFire, RandomRobots
+from reference.strategies import NoFire, RandomFire, RandomRobots
 from reference.workshop.training.checkpoints import load, newest
 from reference.workshop.training.imitation import clone
 from reference.workshop.training.learners import seeds_of
@@ -198,6 +195,20 @@ def test_random_fire_stands_in_for_a_share_of_the_jobs():
     assert fires == [False, False, False, True] * 2
     training.learners["robots"].steps = tiny().robots.max_steps
     assert all(not isinstance(job.fire, RandomFire) for job in training.jobs())
+
+
+@pytest.mark.paper("E6")
+@pytest.mark.parametrize("fixed", [{}, {"fire": "random"}])
+def test_calm_comes_before_the_fires(fixed):
+    """Nobody sets any until robots have made their share of decisions."""
+    training = begun(tiny(calm=0.5, random_fires=0.5), fixed=fixed)
+    robots = training.learners["robots"]
+    assert all(isinstance(job.fire, NoFire) for job in training.jobs())
+    training.learn([e for job in training.jobs() for e in play(job)])
+    assert training.phase == "robots" and 0 < robots.steps < 90
+    robots.steps = 90
+    assert not any(isinstance(job.fire, NoFire) for job in training.jobs())
+    assert training.phase == ("robots" if fixed else "together")
 
 
 @pytest.mark.paper("E6")

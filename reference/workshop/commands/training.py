@@ -84,7 +84,7 @@ def _training(arguments: Namespace) -> Any:
     asked = starting.Asked(**{name: getattr(arguments, name) for name in names})
     if arguments.resume:
         return starting.resume(asked, arguments.out)
-    return Training(starting.begin(asked, arguments.out))
+    return Training(starting.begin(asked))
 
 
 def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:

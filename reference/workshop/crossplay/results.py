@@ -167,29 +167,26 @@ def _column(head: str, texts: Sequence[str], side: str = ">") -> list[str]:
 def _figures(cells: Sequence[Cell], name: str) -> list[str]:
     """Format a column like 83.2 [81.0, 85.1], both parts aligned."""
     means, ends = zip(*(mean_and_interval(cell, name) for cell in cells), strict=True)
-    width = 0 if name in MEANS else max(map(len, ends))
-    return [
-        f"{m} {e:>{width}}" if width else m for m, e in zip(means, ends, strict=True)
-    ]
+    if name in MEANS:
+        return list(means)
+    width = max(map(len, ends))
+    both = zip(means, ends, strict=True)
+    return [f"{mean} {end:>{width}}" if width else mean for mean, end in both]
 
 
 def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
     """Format a figure's mean and its interval; "-" if there is none.
 
-    A single run has no interval: it tells nothing of how runs scatter.
+    A single run has no interval: it tells nothing of how runs scatter. Survival is in
+    percent, the score has two digits.
     """
     interval = getattr(cell, name)
     if interval is None:
         return "-", ""
-    mean, low, high = (formatted(value, name) for value in interval)
+    times = 100 if name in ("survival", "gain") else 1
+    digits = {"survival": 1, "gain": 1, "score": 2}.get(name, 0)
+    mean, low, high = (f"{times * value:,.{digits}f}" for value in interval)
     return mean, f"[{low}, {high}]" if cell.n > 1 else ""
-
-
-def formatted(value: float, figure: str) -> str:
-    """Format a figure: survival in percent, the score with two digits."""
-    if figure in ("survival", "gain"):
-        return f"{100 * value:.1f}"
-    return f"{value:.2f}" if figure == "score" else f"{value:,.0f}"
 
 
 # -- For programs -------------------------------------------------------------------

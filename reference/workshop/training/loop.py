@@ -87,18 +87,18 @@ def _played(job: Job) -> list[Episode]:
 
 
 class Log:
-    """The folder of a training: checkpoints, summaries and times; and the progress."""
+    """The folder of a training: checkpoints, summaries and times; and the progress.
+
+    path  of the newest checkpoint
+    """
 
     def __init__(
-        self,
-        training: Training,
-        folder: Path,
-        tensorboard: bool,
-        stack: ExitStack,
+        self, training: Training, folder: Path, tensorboard: bool, stack: ExitStack
     ):
         """Save where it begins; drop later rows, which an interruption may have left.
 
-        The checkpoint comes first: where it does not fit, the folder stays empty.
+        What is resumed is saved already. The checkpoint comes first: where it does not
+        fit, the folder stays empty.
         """
         self.training, self.folder = training, folder
         self.learners = training.learners.values()
@@ -108,9 +108,8 @@ class Log:
             board = closing(Board(folder / "tensorboard", steps))
             self.summaries.append(stack.enter_context(board))
         make_folder(folder)
-        self.intervals: list[int] = []
-        self.saved: tuple[int, bool] | None = None
-        self.path = self.keep()
+        self.intervals, self.saved = self._intervals(), self._now()
+        self.path = checkpoints.newest(folder) or self._save()
         over = training.round if training.imitated else -1
         self.summaries.append(table_until(folder / SUMMARIES, COLUMNS, over))
         self.times = table_until(folder / CLOCK, TIMES, over)
@@ -148,13 +147,18 @@ class Log:
 
     def keep(self) -> Path:
         """Save a checkpoint of now, unless there is one; return its path."""
-        now = (self.training.round, self.training.imitated)
-        if now != self.saved:
-            most = max(who.settings.keep_checkpoints for who in self.learners)
-            checkpoint = self.training.checkpoint()
-            self.path = checkpoints.keep(checkpoint, self.folder, most)
-            self.intervals, self.saved = self._intervals(), now
+        if self._now() != self.saved:
+            self.path = self._save()
         return self.path
+
+    def _save(self) -> Path:
+        most = max(who.settings.keep_checkpoints for who in self.learners)
+        path = checkpoints.keep(self.training.checkpoint(), self.folder, most)
+        self.intervals, self.saved = self._intervals(), self._now()
+        return path
+
+    def _now(self) -> tuple[int, bool]:
+        return self.training.round, self.training.imitated
 
     def _intervals(self) -> list[int]:
         return [w.steps // w.settings.checkpoint_interval for w in self.learners]

@@ -17,18 +17,18 @@ value switches them off, and always if they are about Unity's program or the mac
 others are refused, each with a sentence.
 """
 
-import math
 import os
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from reference.learning.settings import (
+    SIDES,
     Rows,
     SettingsError,
+    Side,
     rows_of,
     unknown,
 )
@@ -44,6 +44,10 @@ SECTIONS = tuple(dict.fromkeys(p[:k] for p in PATHS for k in range(1, len(p))))
 
 NO_OTHER_REWARD = "the paper's reward is the only one here"
 OFF = {  # keys that are not built, and what to do instead; null and false pass
+    "environment_parameters": "Unity draws these, or teaches them in lessons; state "
+    "`reference: scenario:`",
+    "checkpoint_settings.initialize_from": "use --initialize-from on the command line",
+    "checkpoint_settings.resume": "use --resume on the command line",
     "init_path": "name the checkpoint after --initialize-from",
     "even_checkpoints": "write a checkpoint_interval",
     "self_play": "the fire is the opponent, and both learn at once",
@@ -60,40 +64,53 @@ NO_EFFECT = (
     "threaded",  # nothing is in flight between rounds
     "reward_signals.extrinsic.network_settings",  # this signal has none
 )
-
-TOP = (
-    *("behaviors", "default_settings", "reference", "environment_parameters"),
-    # the command line says seeds, devices, folders:
-    *("env_settings", "engine_settings", "checkpoint_settings", "torch_settings"),
-    "debug",
-)
+NO_GOAL = ("hyper", "none")  # of goal_conditioning_type
 
 OURS = "reference"
 """The block of what ML-Agents has no key for: {Robot: {head, reward_scale}, Fire: ...,
 scenario: {...}, episodes_per_job, ...}."""
+TOP = (
+    *("behaviors", "default_settings", OURS, "environment_parameters"),
+    # the command line says seeds, devices, folders:
+    *("env_settings", "engine_settings", "checkpoint_settings", "torch_settings"),
+    "debug",
+)
+NAMES: dict[Side, str] = {"robots": "Robot", "fire": "Fire"}  # of behaviours
 MARK = re.compile(r"^#= ?", re.MULTILINE)
-MOST_BYTES, MOST_ENTRIES = 1 << 16, 10_000  # of a file, its anchors written out
+MOST_BYTES = 1 << 16  # of a file
 
 
-@dataclass(frozen=True)
-class TrainerFile:
-    """What a file says: the rows of each side by name, and our own block."""
+def read(path: str | os.PathLike[str]) -> tuple[Rows, dict[Side, str]]:
+    """Read the rows that a file states, and the name of each side's behaviour.
 
-    robots: Rows
-    fire: Rows
-    ours: Rows
-
-
-def read(path: str | os.PathLike[str]) -> TrainerFile:
-    """Read the rows that a file states; the caller checks their values.
-
-    Raises SettingsError, also without PyYAML, and OSError for an unreadable file.
+    The rows are those of whole settings, with robots, fire and scenario nested; the
+    caller checks their values. Raises SettingsError, also without PyYAML, and OSError
+    for an unreadable file.
     """
     try:
         text = read_text(Path(path), MOST_BYTES)
     except OSError as error:
         raise type(error)(f"cannot read {path}: {error.strerror}") from None
-    return _file(_parsed(MARK.sub("", text)))
+    top = _parsed(MARK.sub("", text))
+    if top is None:
+        raise SettingsError("this file is empty: give it `behaviors:`")
+    top = mapping(top, "the file")
+    for key, value in top.items():
+        if key not in TOP:
+            raise SettingsError(unknown(key, TOP))
+        _refuse_unless_off((key,), value, "the file")
+    for key, value in mapping(top.get("checkpoint_settings"), "it").items():
+        _refuse_unless_off(("checkpoint_settings", key), value, "the file")
+    behaviours = mapping(top.get("behaviors"), "behaviors")
+    default = mapping(top.get("default_settings"), "default_settings")
+    names, ours = _sides(behaviours), mapping(top.get(OURS), OURS)
+    known = [*NAMES.values(), "scenario"]
+    for key in ours.keys() & {*SIDES, "preset"}:
+        raise SettingsError(f"{OURS}: {unknown(key, known)}")
+    for side, name in NAMES.items():
+        own = _own_rows(ours.pop(name, None), name)
+        ours[side] = {**_side(behaviours, names.get(side), side, default), **own}
+    return ours, names
 
 
 def _parsed(text: str) -> Any:
@@ -105,7 +122,13 @@ def _parsed(text: str) -> Any:
             "ML-Agents' files need PyYAML: pip install PyYAML"
         ) from None
     try:
-        _entries(yaml.compose(text, yaml.SafeLoader), {})
+        for event in yaml.parse(text, yaml.SafeLoader):
+            if isinstance(event, yaml.AliasEvent):  # written out they may be endless
+                raise SettingsError(
+                    f"line {event.start_mark.line + 1}: write out what "
+                    f"'*{event.anchor}' stands for"
+                )
+        _refuse_repeated(yaml.compose(text, yaml.SafeLoader))
         return yaml.safe_load(text)
     except SettingsError:
         raise
@@ -116,70 +139,48 @@ def _parsed(text: str) -> Any:
         raise SettingsError(f"this is no YAML: {error}") from None
 
 
-def _entries(node: Any, counted: dict[int, float]) -> float:
-    """Count a node's entries, those of an anchor each time that it is used.
-
-    Raises SettingsError for too many, as in anchors of anchors, and for a repeated
-    key: YAML would keep the last.
-    """
-    if node is None or isinstance(node.value, str):
-        return 1
-    if id(node) in counted:
-        return counted[id(node)]
-    counted[id(node)] = math.inf  # until it is known: it may contain itself
+def _refuse_repeated(node: Any) -> None:
+    """Raise SettingsError for a key that stands twice: YAML would keep the last."""
     lines: dict[str, int] = {}
-    entries = 1.0
-    for item in node.value:
-        pair = item if isinstance(item, tuple) else (item,)
-        key, line = pair[0].value, pair[0].start_mark.line + 1
-        if len(pair) == 2 and isinstance(key, str):
-            if key in lines:
-                raise SettingsError(
-                    f"line {line}: '{key}' stands here again, first on line "
-                    f"{lines[key]}: keep one"
-                )
-            lines[key] = line
-        entries += sum(_entries(child, counted) for child in pair)
-        if entries > MOST_ENTRIES:
-            raise SettingsError(f"line {line}: too many anchors in anchors: use fewer")
-    counted[id(node)] = entries
-    return entries
-
-
-def _file(top: Any) -> TrainerFile:
-    """Sort a whole file into the rows of the two sides and ours."""
-    if top is None:
-        raise SettingsError("this file is empty: give it `behaviors:`")
-    top = mapping(top, "the file")
-    for key in top:
-        if key not in TOP:
-            raise SettingsError(unknown(key, TOP))
-    if top.get("environment_parameters"):
-        raise SettingsError(
-            "environment_parameters: parameters that Unity draws or teaches in lessons "
-            "have no counterpart here: leave them out, state `reference: scenario:`"
-        )
-    run = mapping(top.get("checkpoint_settings"), "checkpoint_settings")
-    for key in ("initialize_from", "resume"):
-        if run.get(key):
+    for item in [] if node is None or isinstance(node.value, str) else node.value:
+        key, *values = item if isinstance(item, tuple) else (item,)
+        line = key.start_mark.line + 1
+        if values and str(key.value) in lines:
             raise SettingsError(
-                f"checkpoint_settings: {key} is asked for on the command line: "
-                f"--{key.replace('_', '-')}; leave it out here"
+                f"line {line}: '{key.value}' stands here again, first on line "
+                f"{lines[key.value]}: keep one"
             )
-    behaviours = mapping(top.get("behaviors"), "behaviors")
-    default = mapping(top.get("default_settings"), "default_settings")
-    names = {side: name for name, side in _sides(behaviours).items()}
-    robots, fire = (_side(behaviours, names.get(s), s, default) for s in SIDES)
-    return TrainerFile(robots, fire, mapping(top.get(OURS), OURS))
+        lines[str(key.value)] = line
+        for each in (key, *values):
+            _refuse_repeated(each)
+
+
+# -- A behaviour --------------------------------------------------------------------
 
 
 def _side(
     behaviours: Mapping[str, Any], name: str | None, side: str, default: Rows
 ) -> Rows:
-    """Collect one side's rows: its behaviour's override the default settings'."""
+    """Collect one side's rows: its behaviour's override the default settings'.
+
+    Schedules left out are the learning rate's, as ML-Agents documents.
+    """
     own = behaviours[name] if name else None
     where = name or (f"default_settings, for {side}" if default else side)
-    return dict(_rows(_merged(default, mapping(own, where)), (), where))
+    rows = dict(_rows(_merged(default, mapping(own, where)), (), where))
+    if "learning_rate_schedule" in rows:
+        both = ("beta_schedule", "epsilon_schedule")
+        rows = dict.fromkeys(both, rows["learning_rate_schedule"]) | rows
+    return rows
+
+
+def _own_rows(rows: Any, name: str) -> Rows:
+    """One side's rows in our block. Raises SettingsError for others."""
+    where = f"{OURS}: {name}"
+    for row in (rows := mapping(rows, where)):
+        if row not in OWN_ROWS:
+            raise SettingsError(f"{where}: {unknown(row, OWN_ROWS)}")
+    return rows
 
 
 def _merged(under: Any, over: Any) -> Any:
@@ -199,18 +200,19 @@ def _rows(section: Any, at: tuple[str, ...], where: str) -> Iterator[tuple[str, 
             yield from _rows(value, path, where)
         elif path in PATHS:
             yield key, value
+        elif ".".join(path) in OFF:
+            _refuse_unless_off(path, value, where)
         elif ".".join(path) not in NO_EFFECT:
-            _refuse_unless_off(key, value, at, where)
+            here = [p[-1] for p in (*PATHS, *SECTIONS) if p[:-1] == at]
+            why = _misplaced(key, here) or unknown(key, here)
+            raise SettingsError(f"{where}: {why}")
 
 
-def _refuse_unless_off(key: str, value: Any, at: tuple[str, ...], where: str) -> None:
-    """Raise SettingsError for an unknown key, or for one that is not built."""
-    instead = OFF.get(".".join((*at, key)))
-    if instead is None:
-        here = [path[-1] for path in (*PATHS, *SECTIONS) if path[:-1] == at]
-        raise SettingsError(f"{where}: {_misplaced(key, here) or unknown(key, here)}")
-    no_goal = key == "goal_conditioning_type" and value in ("hyper", "none")
-    if value not in (None, False) and not no_goal:
+def _refuse_unless_off(path: tuple[str, ...], value: Any, where: str) -> None:
+    """Raise SettingsError for a key that is not built, unless it is switched off."""
+    instead, key = OFF.get(".".join(path)), path[-1]
+    no_goal = key == "goal_conditioning_type" and value in NO_GOAL
+    if instead and value not in (None, False) and not no_goal:
         raise SettingsError(f"{where}: {key} is not built: {instead}; leave it out")
 
 
@@ -225,31 +227,27 @@ def _misplaced(key: str, here: list[str]) -> str | None:
 
 # -- Whose behaviour it is ----------------------------------------------------------
 
-SIDES = ("Robot", "Fire")
 
-
-def _sides(behaviours: Mapping[str, Any]) -> dict[str, str]:
-    """Match behaviours to sides; one of two without a sign gets the side left."""
-    found = {str(name): _sign(name, rows) for name, rows in behaviours.items()}
+def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
+    """Match sides to behaviours; one of two without a sign gets the side left."""
+    found = {name: _sign(name, rows) for name, rows in behaviours.items()}
     left = [side for side in SIDES if side not in found.values()]
     if len(found) == 2 and len(left) == 1:
         found = {name: side or left[0] for name, side in found.items()}
-    sides = {name: side for name, side in found.items() if side}
-    if len(sides) < len(found) or len(set(sides.values())) < len(sides):
+    names = {side: name for name, side in found.items() if side}
+    if len(names) < len(found):
         raise SettingsError(
             "behaviors: one must be the robots' and one the fire's, and this file has "
-            f"{', '.join(found)}: name them {' and '.join(SIDES)}"
+            f"{', '.join(found)}: name them {' and '.join(NAMES.values())}"
         )
-    return sides
+    return names
 
 
-def _sign(name: str, rows: Any) -> str | None:
+def _sign(name: str, rows: Any) -> Side | None:
     """Infer a behaviour's side from its name, or from poca: the fire is alone."""
-    word = str(name).casefold()
-    for side in SIDES:
-        if word in (side.casefold(), f"{side.casefold()}s"):
-            return side
-    if isinstance(rows, dict) and rows.get("trainer_type") == "poca":
-        return SIDES[0]
-    shown = [side for side in SIDES if side.casefold() in word]
-    return shown[0] if len(shown) == 1 else None
+    word = name.casefold()
+    shown = [s for s in SIDES if NAMES[s].casefold() in word]
+    exact = [s for s in shown if word.rstrip("s") == NAMES[s].casefold()]
+    if not exact and isinstance(rows, dict) and rows.get("trainer_type") == "poca":
+        return "robots"
+    return exact[0] if exact else shown[0] if len(shown) == 1 else None
