@@ -129,8 +129,7 @@ def _people(training: Any, facts: dict[str, Any]) -> str:
 def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or of several that belong together."""
     from reference.workshop.drawing import page
-    from reference.workshop.drawing.curves import figure
-    from reference.workshop.drawing.runs import read
+    from reference.workshop.drawing.curves import figure, read
 
     path = arguments.output or Path("curves.png")
     writable(path, page.PICTURES, "a picture")
