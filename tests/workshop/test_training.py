@@ -10,8 +10,9 @@ from reference.learning.adversarial import learner_for, player_of
 from reference.learning.experience import Decisions, decisions_of
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Job, play
-from reference.learning.settings import SIDES, SettingsError
+from reference.learning.settings import SIDES
 from reference.strategies import NoFire, RandomFire, RandomRobots
+from reference.workshop.plain import SettingsError
 from reference.workshop.training.checkpoints import load, newest
 from reference.workshop.training.imitation import clone
 from reference.workshop.training.learners import seeds_of

@@ -12,7 +12,6 @@ from time import perf_counter
 from typing import Any
 
 from reference.building import building_of
-from reference.learning.settings import rows_of
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
@@ -22,6 +21,7 @@ from reference.workshop.commands.common import (
     workforce,
     writable,
 )
+from reference.workshop.plain import rows_of
 from reference.workshop.remedies import SideSettings
 from reference.workshop.runs import ContradictionError, held, refuse_options
 from reference.workshop.strategies import GUIDES, LEARNED, SCRIPTS
@@ -130,8 +130,7 @@ def _people(training: Any, facts: dict[str, Any]) -> str:
 def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or of several that belong together."""
     from reference.workshop.drawing import page
-    from reference.workshop.drawing.curves import figure
-    from reference.workshop.drawing.runs import read
+    from reference.workshop.drawing.curves import figure, read
 
     path = arguments.output or Path("curves.png")
     writable(path, page.PICTURES, "a picture")

@@ -21,10 +21,10 @@ from torch import Tensor
 import reference
 from reference.building import Building, building_of
 from reference.learning.players import Learned
-from reference.learning.settings import SIDES, SettingsError, Side
+from reference.learning.settings import SIDES, Side
 from reference.paper import InputError
 from reference.workshop.files import refuse_no_file, write_whole
-from reference.workshop.plain import checked, mapping, record_from
+from reference.workshop.plain import SettingsError, checked, mapping, record_from
 from reference.workshop.remedies import SideSettings
 from reference.workshop.training.presets import Settings
 

@@ -9,8 +9,9 @@ from reference.building import building_of
 from reference.learning.adversarial import learner_for
 from reference.learning.players import Learned
 from reference.learning.ppo import Learner
-from reference.learning.settings import SIDES, SettingsError, Side
+from reference.learning.settings import SIDES, Side
 from reference.simulation import Simulation
+from reference.workshop.plain import SettingsError
 from reference.workshop.training.checkpoints import Task
 
 OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for

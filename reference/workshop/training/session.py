@@ -13,9 +13,9 @@ from reference.building import building_of
 from reference.learning.adversarial import learn, player_of
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
-from reference.learning.settings import SIDES, SettingsError, Side
+from reference.learning.settings import SIDES, Side
 from reference.strategies import NoFire, RandomFire
-from reference.workshop.plain import checked
+from reference.workshop.plain import SettingsError, checked
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import Checkpoint, Task, must_fit
 from reference.workshop.training.imitation import Demonstration, clone
