@@ -412,14 +412,6 @@ def test_a_table_begins_with_one_header_and_goes_on_where_it_was(tmp_path):
     assert path.read_text() == f"round,loss\n1,{1 / 3!r}\n2,0.5\n"
 
 
-def test_times_are_in_a_table_of_their_own(whole):
-    """One row a round; no two runs agree in it."""
-    with (whole[1] / "times.csv").open() as file:
-        times = list(csv.DictReader(file))
-    assert [int(row["round"]) for row in times] == list(range(1, whole[0].round + 1))
-    assert all(float(row["decisions_per_second"]) > 0 for row in times)
-
-
 @pytest.mark.extra
 def test_tensorboard_gets_the_same_names(tmp_path):
     """A folder for each side, which TensorBoard overlays."""
