@@ -159,6 +159,7 @@ def _process() -> int:
         if getattr(sys, name) is None:  # closed: nobody listens
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
         getattr(sys, name).reconfigure(errors="backslashreplace")
+    os.environ["MPLBACKEND"] = "agg"  # no command opens a window
     heard, loading = Event(), Event()
 
     def stop(number: int, frame: FrameType | None) -> NoReturn:
