@@ -232,9 +232,9 @@ class Training:
     @classmethod
     def resumed(cls, checkpoint: Checkpoint) -> "Training":
         """Restore a training. Raises CheckpointError if its parts do not fit."""
-        training = cls(checkpoint.task)
         progress = checkpoint.progress
-        with must_fit("networks do not fit its settings"):
+        with must_fit("parts do not fit each other"):
+            training = cls(checkpoint.task)
             for side, learner in training.learners.items():
                 restore(learner, checkpoint.learners[side])
                 training.summaries[side].load(progress["summaries"][side])
