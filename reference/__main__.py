@@ -74,7 +74,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # `| head -1`: the reader has closed the pipe
         _drop_unprinted()
         return 1
-    except (InputError, OSError) as error:  # other errors are our own: a traceback
+    except MemoryError:
+        return _complain("there is not enough memory. Ask for less.", 1)
+    except (InputError, OSError) as error:  # other errors are ours: a traceback
         _drop_unprinted()
         unnamed = isinstance(error, OSError) and error.strerror and not error.filename
         return _complain("the output " * bool(unnamed) + told(error), 1)

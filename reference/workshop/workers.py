@@ -35,13 +35,6 @@ Made = TypeVar("Made")
 Given = TypeVar("Given")
 
 
-def memory() -> int:
-    """Look up this computer's memory in bytes; guess where it is unknown."""
-    if "SC_PHYS_PAGES" not in getattr(os, "sysconf_names", ()):
-        return 2**36
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-
-
 def chunks(items: Sequence[Given], size: int) -> list[tuple[Given, ...]]:
     """Split what there is to do into jobs of at most so many, in order."""
     return [tuple(items[k : k + size]) for k in range(0, len(items), size)]

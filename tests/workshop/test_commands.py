@@ -570,4 +570,4 @@ def test_every_command_explains_itself_with_an_example(command, capsys):
 def test_commands_without_chance_take_no_seed():
     """A seed that changes nothing would be a promise."""
     same = {name for name, command in COMMANDS.items() if not command.chance}
-    assert same == {"check", "draw", "floors", "curves", "paper"}
+    assert same == {"check", "draw", "floors", "curves", "paper", "experiment"}

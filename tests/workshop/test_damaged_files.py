@@ -155,7 +155,7 @@ def _played(path: Path) -> None:
 
 
 def _resumed(path: Path) -> None:
-    starting.resume(starting.Asked(), path.parent)
+    starting.resume(path.parent)
 
 
 def _settings(path: Path) -> None:

@@ -11,7 +11,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from reference.learning.settings import rows_of
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
@@ -21,8 +20,9 @@ from reference.workshop.commands.common import (
     workforce,
     writable,
 )
+from reference.workshop.plain import rows_of
 from reference.workshop.remedies import SideSettings
-from reference.workshop.runs import ContradictionError, held
+from reference.workshop.runs import ContradictionError, held, refuse_options
 from reference.workshop.strategies import GUIDES, LEARNED, SCRIPTS
 from reference.workshop.training.presets import PRESETS
 from reference.workshop.training.summaries import SUMMARIES
@@ -79,10 +79,11 @@ def _training(arguments: Namespace) -> Any:
     from reference.workshop.training.session import Training
 
     names = starting.Asked.__dataclass_fields__
-    asked = starting.Asked(**{name: getattr(arguments, name) for name in names})
+    asked = {name: getattr(arguments, name) for name in names}
     if arguments.resume:
-        return starting.resume(asked, arguments.out)
-    return Training(starting.begin(asked))
+        refuse_options(asked)
+        return starting.resume(arguments.out)
+    return Training(starting.begin(starting.Asked(**asked)))
 
 
 def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
@@ -152,7 +153,7 @@ TRAIN_OPTIONS: options.Table = {
     },
     **options.WORKERS,
     "--out": options.path("DIR", "default: out/train", default=Path("out/train")),
-    "--resume": options.flag("go on with the training in DIR"),
+    "--resume": options.flag("go on with the training in DIR, as it was begun"),
     "--tensorboard": options.flag("write DIR/tensorboard too (needs TensorBoard)"),
 }
 CURVES_OPTIONS: options.Table = {
