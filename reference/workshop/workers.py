@@ -35,16 +35,18 @@ Made = TypeVar("Made")
 Given = TypeVar("Given")
 
 
-def memory() -> int:
-    """Look up this computer's memory in bytes; guess where it is unknown."""
-    if "SC_PHYS_PAGES" not in getattr(os, "sysconf_names", ()):
-        return 2**36
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-
-
 def chunks(items: Sequence[Given], size: int) -> list[tuple[Given, ...]]:
     """Split what there is to do into jobs of at most so many, in order."""
     return [tuple(items[k : k + size]) for k in range(0, len(items), size)]
+
+
+def shares(items: Sequence[Given], executor: Executor) -> list[tuple[Given, ...]]:
+    """Split what there is to do evenly among workers, in order.
+
+    Where their number is unknown, each job is a share.
+    """
+    workers = getattr(executor, "workers", len(items))
+    return chunks(items, -(-len(items) // max(1, workers)))
 
 
 def in_order(
@@ -100,7 +102,7 @@ class InProcess(Executor):
     busy  whether a job runs, which Ctrl-C may then interrupt
     """
 
-    busy = False
+    busy, workers = False, 1
 
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
@@ -175,6 +177,7 @@ def workers(count: int) -> Iterator[Executor]:
     try:
         with _uninterrupted():  # or a terminal would end multiprocessing's own helper
             pool = Pool(count, context, _begin_work, (far,))
+        pool.workers = count
     except OSError as error:
         raise InputError(
             f"no worker can be started ({error.strerror}; on Linux they need to write "
@@ -200,6 +203,8 @@ class _Context(SpawnContext):
 
 class Pool(ProcessPoolExecutor):
     """A process pool whose workers know when they are in the middle of a job."""
+
+    workers = 1
 
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any

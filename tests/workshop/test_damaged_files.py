@@ -22,7 +22,7 @@ from reference.learning.networks import one_thread
 from reference.paper import InputError
 from reference.workshop.crossplay import begin, evaluate, resume
 from reference.workshop.crossplay.results import read_ruler
-from reference.workshop.drawing.runs import read as read_summaries
+from reference.workshop.drawing.curves import read as read_summaries
 from reference.workshop.experiment import design
 from reference.workshop.files import read_json
 from reference.workshop.maps import load as load_building
@@ -155,7 +155,7 @@ def _played(path: Path) -> None:
 
 
 def _resumed(path: Path) -> None:
-    starting.resume(starting.Asked(), path.parent)
+    starting.resume(path.parent)
 
 
 def _settings(path: Path) -> None:

@@ -17,7 +17,6 @@ from trainings import equal, trained
 import reference
 from reference.__main__ import main
 from reference.learning.networks import one_thread
-from reference.learning.settings import SettingsError
 from reference.paper import InputError
 from reference.workshop import workers as workforce
 from reference.workshop.crossplay.runs import RunResult
@@ -25,7 +24,7 @@ from reference.workshop.experiment import jobs, report
 from reference.workshop.experiment.design import Experiment, read
 from reference.workshop.experiment.jobs import arm_of, folders, play_tests, train_teams
 from reference.workshop.experiment.report import OWN, Results
-from reference.workshop.plain import record_from
+from reference.workshop.plain import SettingsError, record_from
 from reference.workshop.runs import RunError, held
 from reference.workshop.strategies import SHIPPED
 from reference.workshop.training.checkpoints import load

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from clauses import ROOT
 
-from reference.learning.settings import SettingsError, TrainerSettings, rows_of
+from reference.learning.settings import TrainerSettings
 from reference.paper import TABLE_I
+from reference.workshop.plain import SettingsError, rows_of
 from reference.workshop.training.mlagents import OWN_ROWS
 from reference.workshop.training.presets import preset, read_yaml
 

@@ -1,7 +1,6 @@
 """The adversarial loop: whose turn it is, what comes out, how it goes on."""
 
 import csv
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import pytest
@@ -11,8 +10,9 @@ from reference.learning.adversarial import learner_for, player_of
 from reference.learning.experience import Decisions, decisions_of
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Job, play
-from reference.learning.settings import SIDES, SettingsError
+from reference.learning.settings import SIDES
 from reference.strategies import NoFire, RandomFire, RandomRobots
+from reference.workshop.plain import SettingsError
 from reference.workshop.training.checkpoints import load, newest
 from reference.workshop.training.imitation import clone
 from reference.workshop.training.learners import seeds_of
@@ -146,15 +146,6 @@ def test_how_many_workers_there_are_changes_nothing(whole, tmp_path):
     assert rows(tmp_path) == rows(tmp_path / "here") == rows(whole[1])[:4]
 
 
-def test_any_executor_will_do(whole, tmp_path):
-    """Such as a thread's; a cluster's have the same interface."""
-    training = begun(seed=1)
-    with ThreadPoolExecutor(1) as executor:
-        stop = lambda: training.round >= 1  # noqa: E731
-        train(training, tmp_path, executor, stop)
-    assert rows(tmp_path) == rows(whole[1])[:2]
-
-
 def test_seeds_follow_from_the_run_and_the_round_alone():
     """Another run, purpose or round has others; asking twice gives the same."""
     training, same = begun(seed=1), begun(seed=1)
@@ -211,15 +202,6 @@ def test_calm_comes_before_the_fires(fixed):
     assert training.phase == ("robots" if fixed else "together")
 
 
-@pytest.mark.paper("E6")
-def test_a_fire_that_others_stand_in_for_waits_for_its_turn():
-    """A first round in which it lights nothing is no fault of the scenario."""
-    training = begun(tiny(random_fires=1.0))
-    rows = training.learn([e for job in training.jobs() for e in play(job)])
-    assert [row["side"] for row in rows] == ["robots"]
-    assert not training.learners["fire"].steps
-
-
 def test_a_fire_reports_only_episodes_it_played():
     """The fire learns from its own episodes and reports them; robots from all."""
     often = {"summary_freq": 1}
@@ -254,18 +236,6 @@ def test_against_a_script_the_other_side_learns_alone(fixed, tmp_path):
     assert side not in fixed
     assert {row["side"] for row in rows(tmp_path)} == {side}
     assert list(load(tmp_path).learners) == [side]
-
-
-def test_against_a_checkpoint_the_other_side_learns_alone(whole, tmp_path):
-    """The fixed network plays in every round, and never changes."""
-    fire = load(whole[1]).player("fire")
-    training = begun(fixed={"fire": fire})
-    assert equal(
-        training.jobs()[0].fire.weights["body.layers.0.bias"].tolist(),
-        fire.weights["body.layers.0.bias"].tolist(),
-    )
-    trained(training, tmp_path, rounds=1)
-    assert equal(load(tmp_path).task.fixed["fire"].weights, fire.weights)
 
 
 @pytest.mark.parametrize(
@@ -377,7 +347,7 @@ def test_refuses_a_network_to_begin_with_that_means_something_else(whole):
 def test_a_round_that_is_being_played_is_dropped(tmp_path):
     """As if it had never begun: the next one has the same seeds."""
     training = begun()
-    looks = iter([False] * 2)  # before the round, and before its first job
+    looks = iter([False])  # before the round; then before its first job
     train(training, tmp_path, InProcess(), lambda: next(looks, True))
     assert training.round == 0
     assert equal(load(tmp_path).learners, begun().checkpoint().learners)

@@ -68,7 +68,7 @@ def _draw(arguments: Namespace) -> None:
     from reference.workshop import drawing
 
     path = arguments.output or Path(f"{name}.png")
-    writable(path, drawing.page.PICTURES, "a picture")
+    writable(path)
     drawing.save(getattr(drawing, arguments.view)(building, **floor), path)
     print(path)
 

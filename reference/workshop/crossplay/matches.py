@@ -29,8 +29,6 @@ from reference.workshop.plain import record_from
 from reference.workshop.runs import (
     ContradictionError,
     RunError,
-    building_asked,
-    refuse_contradictions,
     refuse_version,
 )
 from reference.workshop.strategies import LEARNED, SCRIPTS, SHIPPED
@@ -176,37 +174,20 @@ def begin(
 
 
 def resume(
-    folder: Path,
-    robots: Sequence[str] = (),
-    fires: Sequence[str] = (),
-    building: str | None = None,
-    people: int | None = None,
-    seed: int | None = None,
-    episodes: int | None = None,
-    sample: bool | None = None,
+    folder: Path, robots: Sequence[str] = (), fires: Sequence[str] = ()
 ) -> Evaluation:
     """Resume the evaluation in a folder, with any further robots and fires.
 
     Raises RunError if there is none, if it is another version's, if it was edited or
-    its checkpoints have changed; ContradictionError for the first of the others that
-    differs from what was begun; else as `begin`.
+    its checkpoints have changed; else as `begin`.
     """
     begun = read(folder / ABOUT)
-    arena = begun.arena
-    asked = (
-        ("--people", people, arena.people),
-        ("--seed", seed, begun.seed),
-        ("--episodes", episodes, begun.episodes),
-        ("--sample", sample, begun.sample),
-        building_asked(building, arena.building, arena.plan),
-    )
-    refuse_contradictions(f"the evaluation in {folder}", asked)
     for file in begun.files.values():
         _refuse_changed(file)
     all_robots, all_fires = _once(begun.robots, robots), _once(begun.fires, fires)
     more = replace(begun, robots=all_robots, fires=all_fires)
     files = _pinned(more.sides) | dict(begun.files)
-    _refuse_misfits(_learned(more.sides, files), arena)
+    _refuse_misfits(_learned(more.sides, files), begun.arena)
     return replace(more, files=files)
 
 

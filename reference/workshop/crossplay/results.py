@@ -6,7 +6,7 @@ convex, so that a mean of scores would reward unreliable robots.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from reference.evaluation.score import Ruler, RulerError, from_runs
 from reference.workshop.crossplay.intervals import Interval, of_mean, of_means
 from reference.workshop.crossplay.matches import Evaluation
 from reference.workshop.crossplay.runs import RunResult
-from reference.workshop.files import Table, read_json, write_json
+from reference.workshop.files import read_json
 from reference.workshop.plain import record_from
 
 
@@ -42,9 +42,6 @@ class Cell:
     score: Interval | None
     evacuation_time: Interval | None
     mean_health: Interval | None
-
-
-FIGURES = tuple(field.name for field in fields(Cell))[3:]
 
 
 def cells(
@@ -211,20 +208,3 @@ def as_plain(figures: Mapping[str, Any]) -> dict[str, Any]:
     return {
         k: v._asdict() if isinstance(v, Interval) else v for k, v in figures.items()
     }
-
-
-def write_cells(
-    folder: Path, evaluation: Evaluation, ruler: Ruler | None, cells: Sequence[Cell]
-) -> None:
-    """Write cells.csv and cells.json into the evaluation's folder. Raises OSError."""
-    ends = [f"{name}_{end}" for name in FIGURES for end in Interval._fields]
-    Table(folder / "cells.csv", ["robots", "fire", "n", *ends], map(_row, cells))
-    write_json(folder / "cells.json", as_json(evaluation, ruler, cells))
-
-
-def _row(cell: Cell) -> dict[str, Any]:
-    """Make a cell's row of the CSV table, without columns of missing figures."""
-    row = as_plain(vars(cell))
-    for name in FIGURES:
-        row |= {f"{name}_{end}": v for end, v in (row.pop(name) or {}).items()}
-    return row

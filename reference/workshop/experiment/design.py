@@ -32,12 +32,12 @@ from pathlib import Path
 from typing import Any
 
 from reference.building import building_of, plan_of
-from reference.learning.settings import SIDES, SettingsError, Side, unknown
+from reference.learning.settings import SIDES, Side
 from reference.workshop.crossplay.contestants import WORST
 from reference.workshop.crossplay.matches import EPISODES, MOST_RUNS, Arena
 from reference.workshop.files import read_text
 from reference.workshop.maps import load
-from reference.workshop.plain import mapping, record_from
+from reference.workshop.plain import SettingsError, mapping, record_from, unknown
 from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.presets import Settings, changed, preset

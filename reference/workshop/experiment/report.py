@@ -19,7 +19,6 @@ from reference.workshop.crossplay.results import Cell, table
 from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.experiment.design import FIXED, Experiment
 from reference.workshop.experiment.jobs import arm_of
-from reference.workshop.runs import rows_of_both
 from reference.workshop.training.shipping import TRAINERS
 
 OWN = "own fire"  # the one that a team has learned with
@@ -142,5 +141,14 @@ def _arm(experiment: Experiment, name: str) -> str:
 
 def _changes(rows: Mapping[str, Any]) -> str:
     """Rows that differ from the preset's, as the file has them."""
-    told = (f"`{name} = {value}`" for name, value, _ in rows_of_both(rows, None, ""))
+    told = (f"`{name} = {value}`" for name, value in _flat(rows))
     return f" with {', '.join(told)}" if rows else ""
+
+
+def _flat(rows: Mapping[str, Any], over: str = "") -> Iterator[tuple[str, Any]]:
+    """Nested rows by their dotted names."""
+    for name, value in rows.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{over}{name}.")
+        else:
+            yield over + name, value

@@ -7,7 +7,7 @@ where it does not belong.
 
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields, replace
 from io import BytesIO
@@ -21,18 +21,11 @@ from torch import Tensor
 import reference
 from reference.building import Building, building_of
 from reference.learning.players import Learned
-from reference.learning.settings import (
-    SIDES,
-    SettingsError,
-    Side,
-    unknown,
-)
+from reference.learning.settings import SIDES, Side
 from reference.paper import InputError
-from reference.simulation import Simulation
 from reference.workshop.files import refuse_no_file, write_whole
-from reference.workshop.plain import checked, mapping, record_from
+from reference.workshop.plain import SettingsError, checked, mapping, record_from
 from reference.workshop.remedies import SideSettings
-from reference.workshop.strategies import ROBOTS
 from reference.workshop.training.presets import Settings
 
 KIND = "checkpoint of fire-rescue-reference"
@@ -173,11 +166,11 @@ def unpacked(file: BinaryIO, path: Path) -> Checkpoint:
         ) from error
     if not isinstance(content, dict) or content.get("kind") != KIND:
         raise CheckpointError(f"{path}: is another program's file, not a checkpoint.")
-    made, game = (_number(content.get(name)) for name in ("format", "game"))
+    made, game, version = (content.get(name) for name in ("format", "game", "version"))
     if (made, game) != (FORMAT, reference.GAME):
         raise CheckpointError(
-            f"{path}: is of game {game} and format {made}, written by version "
-            f"{content.get('version')!s:.40}; this is {reference.__version__}, of game "
+            f"{path}: is of game {game!s:.9} and format {made!s:.9}, written by "
+            f"version {version!s:.40}; this is {reference.__version__}, of game "
             f"{reference.GAME} and format {FORMAT}. Use that version, or train anew."
         )
     try:
@@ -194,34 +187,22 @@ def _refuse_inflated(archive: ZipFile) -> None:
         raise BadZipFile("compressed")
 
 
-def _number(value: object) -> int | None:
-    """A whole number; None for what a damaged file may hold instead."""
-    return value if type(value) is int else None
-
-
 # -- As plain data ------------------------------------------------------------------
-
-
-def plain_task(task: Task, network: Callable[[Learned], Any]) -> dict[str, Any]:
-    """A task as dicts, words and numbers; network: what stands for one."""
-    players = {
-        name: {
-            side: who if isinstance(who, str) else network(who)
-            for side, who in getattr(task, name).items()
-        }
-        for name in PLAYERS
-    }
-    return vars(task) | {"settings": asdict(task.settings)} | players
 
 
 def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
     """A checkpoint as dicts, lists, words, numbers and tensors only."""
     head = {"kind": KIND, "format": FORMAT, "game": reference.GAME}
-    task = plain_task(
-        checkpoint.task,
-        lambda who: {"settings": vars(who.settings), "weights": who.weights},
-    )
+    task = vars(checkpoint.task) | {"settings": asdict(checkpoint.task.settings)}
+    for name in PLAYERS:
+        task[name] = {side: _plain_player(who) for side, who in task[name].items()}
     return {**head, **vars(checkpoint), "task": task}
+
+
+def _plain_player(who: Learned | str) -> Any:
+    if isinstance(who, str):
+        return who
+    return {"settings": vars(who.settings), "weights": who.weights}
 
 
 def _checkpoint(content: dict[str, Any]) -> Checkpoint:
@@ -234,11 +215,12 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     rows = {f.name: content[f.name] for f in fields(Checkpoint)}
     rows["task"] = replace(record_from(Task, task, "task"), **players)
     found = record_from(Checkpoint, rows, "checkpoint")
-    _refuse_impossible(found)
-    for side, state in found.learners.items():
-        for name in ("actor", "critic"):
-            weights = checked(name, state[name], dict[str, Tensor])
-            _refuse_another_size(getattr(found.task.settings, side), weights)
+    if sorted([*found.learners, *found.task.fixed]) != sorted(SIDES):
+        raise SettingsError("robots or fire neither learn nor are fixed")
+    if min(found.round, found.task.seed) < 0:
+        raise SettingsError("round or seed is below 0")
+    for state in found.learners.values():
+        _weights(state["actor"]), _weights(state["critic"])
     for tensor in _tensors([found.learners, players]):
         odd = tensor.is_meta or tensor.is_sparse or tensor.is_complex()
         if odd or not tensor.isfinite().all():
@@ -246,29 +228,13 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     return found
 
 
-def _refuse_impossible(found: Checkpoint) -> None:
-    """Raise SettingsError for a training that cannot have been."""
-    task = found.task
-    Simulation(building_of(task.plan), task.settings.scenario)
-    if sorted([*found.learners, *task.fixed]) != sorted(SIDES):
-        raise SettingsError("robots or fire neither learn nor are fixed")
-    if min(found.round, task.seed) < 0:
-        raise SettingsError("round or seed is below 0")
-    for side, who in task.initial.items():
-        if isinstance(who, str) or side not in found.learners:
-            raise SettingsError(f"{side}: a network to begin with, and nobody learns")
-    if task.imitate not in (None, *ROBOTS):
-        raise SettingsError(f"imitate {unknown(task.imitate, ROBOTS)}")
-
-
-def _refuse_another_size(settings: SideSettings, weights: Mapping[str, Tensor]) -> None:
-    """Raise SettingsError for weights of another size or kind, before they are used."""
-    widths = {width for tensor in weights.values() for width in tensor.shape}
-    if settings.hidden_units not in widths or settings.num_layers > len(weights):
-        raise SettingsError("networks of another size than the settings tell")
+def _weights(plain: Any) -> dict[str, Tensor]:
+    """Check that weights are floats, which torch would convert to without a word."""
+    weights = checked("weights", plain, dict[str, Tensor])
     for name, tensor in weights.items():
         if tensor.dtype not in (torch.float32, torch.float64):
             raise SettingsError(f"{name} is of {tensor.dtype}, not float32")
+    return weights
 
 
 def _tensors(plain: Any) -> Iterator[Tensor]:
@@ -284,9 +250,7 @@ def _player(side: Any, plain: Any) -> Learned | str:
     if isinstance(plain, str):
         return plain
     settings = record_from(SideSettings, plain["settings"], f"network of {side}")
-    weights = checked("weights", plain["weights"], dict[str, Tensor])
-    _refuse_another_size(settings, weights)
-    return Learned(settings, weights)
+    return Learned(settings, _weights(plain["weights"]))
 
 
 # -- Where it belongs ---------------------------------------------------------------

@@ -9,13 +9,12 @@ from reference.building import building_of
 from reference.learning.adversarial import learner_for
 from reference.learning.players import Learned
 from reference.learning.ppo import Learner
-from reference.learning.settings import SIDES, SettingsError, Side
+from reference.learning.settings import SIDES, Side
 from reference.simulation import Simulation
+from reference.workshop.plain import SettingsError
 from reference.workshop.training.checkpoints import Task
-from reference.workshop.workers import memory
 
 OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
-EPISODE = 2**20  # bytes of one, more or less
 
 OF_NETWORK = ("head", "hidden_units", "num_layers", "normalize", "commitment", "spread")
 """Rows of settings on which the meaning of a network's weights depends."""
@@ -33,7 +32,6 @@ def learners_of(task: Task) -> dict[Side, Learner]:
     Raises SettingsError if none learns, none can imitate, or networks to begin with do
     not fit, and ValueError for more people than fit into the building.
     """
-    _refuse_too_large(task)
     building, scenario = building_of(task.plan), task.settings.scenario
     if not sum(scenario.start_counts(building.floors)):
         raise SettingsError("there is nobody to evacuate: raise people")
@@ -60,7 +58,13 @@ def _learner(task: Task, side: Side) -> Learner:
             "play."
         )
     (seed,) = seeds_of(task.seed, OF_LEARNERS, SIDES.index(side), 1)
-    return learner_for(side, task.plan, scenario, settings, seed)
+    try:
+        return learner_for(side, task.plan, scenario, settings, seed)
+    except (RuntimeError, MemoryError):  # torch raises the former
+        raise SettingsError(
+            f"{side}: the networks do not fit into memory: lower hidden_units or "
+            "num_layers"
+        ) from None
 
 
 def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
@@ -80,21 +84,3 @@ def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
             f"{side}: the network to begin with learned in another scenario, with "
             "other numbers of people, robots or sources."
         ) from None
-
-
-def _refuse_too_large(task: Task) -> None:
-    """Raise SettingsError for networks or episodes too large for this memory."""
-    s = task.settings
-    weights = sum(
-        2 * 4 * 4 * r.hidden_units * (r.hidden_units * (r.num_layers + 4) + 2000)
-        for r in (s.robots, s.fire)  # actor and critic, their gradients and moments
-    )
-    demonstrations = s.imitation_episodes if task.imitate else 0
-    episodes = max(s.jobs_per_round * s.episodes_per_job, demonstrations)
-    need, there = weights + episodes * EPISODE, memory()
-    if need > there:
-        raise SettingsError(
-            f"these settings need some {need / 2**30:,.0f} GB of memory, and there are "
-            f"{there / 2**30:,.0f}: lower hidden_units, num_layers, jobs_per_round, "
-            "episodes_per_job or imitation_episodes."
-        )

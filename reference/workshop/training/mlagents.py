@@ -24,16 +24,9 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from reference.learning.settings import (
-    SIDES,
-    Rows,
-    SettingsError,
-    Side,
-    rows_of,
-    unknown,
-)
+from reference.learning.settings import SIDES, Rows, Side
 from reference.workshop.files import read_text
-from reference.workshop.plain import mapping
+from reference.workshop.plain import SettingsError, mapping, rows_of, unknown
 from reference.workshop.remedies import SideSettings
 
 _ROWS = rows_of(SideSettings)

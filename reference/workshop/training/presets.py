@@ -10,15 +10,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, TypeVar
 
-from reference.learning.settings import (
-    Row,
+from reference.learning.settings import Row
+from reference.paper import TABLE_I, TABLE_II, Scenario
+from reference.workshop.plain import (
     SettingsError,
     check_rows,
+    mapping,
+    record_from,
     rows_of,
     unknown,
 )
-from reference.paper import TABLE_I, TABLE_II, Scenario
-from reference.workshop.plain import mapping, record_from
 from reference.workshop.remedies import SideSettings, refuse_of_robots
 from reference.workshop.training import mlagents
 

@@ -13,9 +13,9 @@ from reference.building import building_of
 from reference.learning.adversarial import learn, player_of
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
-from reference.learning.settings import SIDES, SettingsError, Side
+from reference.learning.settings import SIDES, Side
 from reference.strategies import NoFire, RandomFire
-from reference.workshop.plain import checked
+from reference.workshop.plain import SettingsError, checked
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import Checkpoint, Task, must_fit
 from reference.workshop.training.imitation import Demonstration, clone
@@ -232,9 +232,9 @@ class Training:
     @classmethod
     def resumed(cls, checkpoint: Checkpoint) -> "Training":
         """Restore a training. Raises CheckpointError if its parts do not fit."""
-        training = cls(checkpoint.task)
         progress = checkpoint.progress
-        with must_fit("networks do not fit its settings"):
+        with must_fit("parts do not fit each other"):
+            training = cls(checkpoint.task)
             for side, learner in training.learners.items():
                 restore(learner, checkpoint.learners[side])
                 training.summaries[side].load(progress["summaries"][side])

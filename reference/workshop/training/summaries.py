@@ -9,9 +9,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from reference.learning.settings import SettingsError, Side
+from reference.learning.settings import Side
 from reference.workshop.files import Table, read_table, whole
-from reference.workshop.plain import checked
+from reference.workshop.plain import SettingsError, checked
 
 SUMMARIES = "summaries.csv"
 """Name of the table in the folder of a training."""
