@@ -206,7 +206,7 @@ print(drawing.save(figure, "out/07_finishing_early.png"))
 
 # For PPO, and without posthumous credit, going is worth nothing to A. So it waits.
 #
-# The robots that ship have learned by MA-POCA too, see RESULTS.md. Watch them, in a page
+# The robots that ship have learned by MA-POCA too, see RESULTS.md. Watch them in a page
 # for a browser (`.gif` and `.mp4` work as well):
 #
 #     python -m reference evacuate --robots learned --fire random --animate learned.html
