@@ -27,7 +27,6 @@ BOOK = (
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE
     "game",  # the learning problem:
     "game.observations",  # the 167 numbers and the grid
-    "game.frame",  # how a robot's policy reads and speaks: from where it stands
     "game.interface",  # how the paper's policies read and speak
     "game.environment",  # who decides when, what an action means, who leaves
     "learning",  # the learners:
@@ -54,6 +53,7 @@ WORKSHOP = (
     "workshop.workers",  # do jobs here or in other processes
     "workshop.traffic",  # how many people pass where on the way out
     "workshop.lockstep",  # many simulations tick together
+    "workshop.frame",  # how a robot's policy reads and speaks: from where it stands
     "workshop.strategies",  # hand-written robots and fires, by name
     "workshop.decoding",  # from observations back to points
     "workshop.heads",  # other heads than the paper's
@@ -87,7 +87,7 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
-__version__ = "0.10.0"
+__version__ = "0.11.0"
 
 GAME = 5
 """Increases when rules or numbers of the game change: policies learned in another game

@@ -18,14 +18,12 @@ if __name__ == "__main__":  # if stopped during the imports below: exit silently
     if sys.stderr is None:  # closed, which some libraries do not expect
         sys.stderr = open(os.devnull, "w")  # noqa: SIM115
 
-from _thread import interrupt_main
 from argparse import ArgumentParser, Namespace
 from argparse import RawDescriptionHelpFormatter as Formatter
 from collections.abc import Sequence
 from contextlib import suppress
-from threading import Event, Timer
-from types import FrameType
-from typing import NoReturn
+from threading import Event
+from typing import Any, NoReturn
 
 import reference
 from reference.paper import InputError
@@ -76,6 +74,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # `| head -1`: the reader has closed the pipe
         _drop_unprinted()
         return 1
+    except MemoryError:
+        return _complain("there is not enough memory. Ask for less.", 1)
     except (InputError, OSError) as error:  # other errors are ours: a traceback
         _drop_unprinted()
         unnamed = isinstance(error, OSError) and error.strerror and not error.filename
@@ -157,37 +157,26 @@ def _process() -> int:
         if getattr(sys, name) is None:  # closed: nobody listens
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
         getattr(sys, name).reconfigure(errors="backslashreplace")
-    heard, loading = Event(), Event()
+    os.environ["MPLBACKEND"] = "agg"  # no command opens a window
+    heard = Event()
 
-    def stop(number: int, frame: FrameType | None) -> NoReturn:
-        """Handle a signal; note whether a library is being loaded."""
+    def stop(*_: Any) -> NoReturn:
+        """Handle a signal."""
         heard.set()
-        while frame and not frame.f_code.co_filename.startswith("<frozen importlib"):
-            frame = frame.f_back
-        if frame:
-            loading.set()
         raise KeyboardInterrupt
 
     for number in STOPS:
         signal.signal(number, stop)
-    sys.unraisablehook = _unraised
     try:
         status = main()
     except Exception:
         if not heard.is_set():
             raise
-        status = _complain(STOPPED, 130)  # matplotlib put its own error in its place
-    if loading.is_set():
+        status = _complain(STOPPED, 130)  # a library put its own error in its place
+    if heard.is_set():
+        sys.stderr.flush()
         os._exit(status)  # Python may crash when it unloads what is half loaded
     return status
-
-
-def _unraised(lost: "sys.UnraisableHookArgs") -> None:
-    """Stop once more, where Python dropped a KeyboardInterrupt, as in a finaliser."""
-    if lost.exc_type is KeyboardInterrupt:
-        Timer(0.05, interrupt_main, STOPS[:1]).start()
-    else:
-        sys.__unraisablehook__(lost)
 
 
 if __name__ == "__main__":

@@ -206,7 +206,9 @@ class Building:
         if not len(written):
             return ""
         row, col = written[0].tolist()
-        word = re.match("[a-z]+|[A-D]", self.plan.storeys[floor].rows[row][col:])
+        word = re.match(
+            "[a-z][a-z0-9]*|[A-D]", self.plan.storeys[floor].rows[row][col:]
+        )
         return word[0] if word else ""
 
     def _find_landmarks(self) -> tuple[Landmark, ...]:
@@ -343,7 +345,7 @@ def signs_of(plan: Plan) -> np.ndarray:
 
 def is_room(signs: np.ndarray) -> np.ndarray:
     """Which characters are the floor of a room, or a name on it?"""
-    return (signs == ".") | (signs >= "a")
+    return (signs == ".") | (signs >= "a") | ((signs >= "0") & (signs <= "9"))
 
 
 def pieces(mask: np.ndarray) -> list[np.ndarray]:

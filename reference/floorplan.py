@@ -6,7 +6,7 @@ student can redraw it with any editor.
 
     #  wall      +  door; an entrance where it touches a stairwell      ;  note
     .  floor     E  exit      A-D  stairwell      a-z  a room's name on its floor
-    a blank is outside, also between walls
+    digits may follow in a name, as in `lab2`; a blank is outside, also between walls
 
 A file says `building: NAME`, `size: COLUMNS x ROWS` and then, for each floor from 1
 upwards, `floor 1: NAME` above its drawing; `floor 2-3:` draws once and builds twice.
@@ -72,7 +72,7 @@ def to_text(plan: Plan) -> str:
 _BUILDING = re.compile(r"(?i)\s*building\s*:\s*(\S.*)")
 _SIZE = re.compile(r"(?i)\s*size\s*:\s*0*(\d{1,4})\s*x\s*0*(\d{1,4})")
 _FLOOR = re.compile(r"(?i)\s*floor\s*0*(\d{1,2})(?:\s*-\s*0*(\d{1,2}))?\s*:\s*(.*)")
-_ROW = re.compile(rf"[#.+E{STAIRWELLS}a-z ]*")
+_ROW = re.compile(rf"(?:[#.+E{STAIRWELLS}a-z ]|(?<=[a-z0-9])[0-9])*")
 
 
 class _Reader:

@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator
 
 import pytest
 
-from reference.learning.settings import did_you_mean
 from reference.workshop.annotated.index import Citation, code_of, kinds_of, marked_with
 from reference.workshop.annotated.source import PACKAGE
 from reference.workshop.annotated.words import CLAUSES, PLACES, named_in
+from reference.workshop.plain import did_you_mean
 
 WIDTH, INDENT = 80, 10
 

@@ -284,7 +284,7 @@ def test_the_readme_lists_the_modules_in_reading_order():
 LEARNING = ("settings", "networks", "experience", "ppo", "poca")
 
 
-def test_ma_poca_with_all_it_needs_is_at_most_850_lines():
+def test_ma_poca_with_all_it_needs_is_at_most_800_lines():
     """The definitions in `learning` that its learner names, and those that they do."""
     found = {}
     for module in LEARNING:
@@ -300,7 +300,7 @@ def test_ma_poca_with_all_it_needs_is_at_most_850_lines():
                     for n in ast.walk(node)
                     if isinstance(n, ast.Name | ast.Attribute)
                 } - {name for name, _ in needed}
-    assert sum(n.end_lineno - n.lineno + 1 for n in needed.values()) <= 850
+    assert sum(n.end_lineno - n.lineno + 1 for n in needed.values()) <= 800
 
 
 def test_the_map_in_the_readme_is_a_map(tmp_path):

@@ -8,13 +8,14 @@ import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from io import FileIO, StringIO
+from io import StringIO
 from pathlib import Path
 from shutil import rmtree
 from typing import Any, TypeVar
 
-from reference.learning.settings import LARGEST
 from reference.paper import InputError
+
+LARGEST = 2.0**64  # limit of numbers in files: larger ones would overflow
 
 
 @contextmanager
@@ -161,8 +162,8 @@ class Table:
     def append(self, rows: Iterable[Mapping[str, Any]]) -> None:
         """Add rows at the end. Raises OSError with a message for people."""
         try:
-            with self.path.open("ab", buffering=0) as file:
-                _append(file, self._text(rows))
+            with self.path.open("ab") as file:
+                file.write(self._text(rows))
         except OSError as error:
             raise OSError(
                 f"{self.path}: cannot be written ({error.strerror}); the rows in it are"
@@ -173,18 +174,6 @@ class Table:
         text = StringIO()
         csv.DictWriter(text, self.columns, lineterminator="\n").writerows(rows)
         return text.getvalue().encode()
-
-
-def _append(file: FileIO, content: bytes) -> None:
-    """Write all of the content at the end of a file, or nothing. Raises OSError."""
-    end = file.tell()
-    try:
-        while content:  # a disk that fills up takes a part
-            content = content[file.write(content) :]
-    except OSError:
-        with suppress(OSError):  # of a device
-            file.truncate(end)
-        raise
 
 
 def read_table(

@@ -1,17 +1,26 @@
 """Build records from plain data (JSON, YAML, checkpoints), checked by their types.
 
 Clauses: E1, E2 (a training's settings are such records).  `files` reads the data.
+A record's fields are its rows; a `Row` says which values one may have.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterable, Mapping
 from dataclasses import is_dataclass
+from difflib import get_close_matches
 from inspect import signature
 from types import NoneType
-from typing import Any, TypeVar, get_args, get_origin
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
-from reference.learning.settings import SettingsError, check_type, rows_of, unknown
+from reference.learning.settings import ABOVE_0, Row
+from reference.paper import InputError
+from reference.workshop.files import LARGEST
 
 Record = TypeVar("Record")
+
+
+class SettingsError(InputError):
+    """A setting with an impossible value: which, why, and what to write instead."""
 
 
 def record_from(kind: type[Record], plain: Any, where: str) -> Record:
@@ -61,3 +70,60 @@ def mapping(value: Any, where: str) -> dict[str, Any]:
             f"{where}: this must be `key: value` lines, not {value!r:.60}"
         )
     return {str(key): row for key, row in (value or {}).items()}
+
+
+# -- Rows ---------------------------------------------------------------------------
+
+WORDS = {int: "a whole number", float: "a number", bool: "true or false", str: "a word"}
+
+
+def rows_of(record: type) -> dict[str, Row]:
+    """The rows of a dataclass by name; a field without a `Row` has the defaults."""
+    rows = {}
+    for name, hint in get_type_hints(record, include_extras=True).items():
+        (row,) = getattr(hint, "__metadata__", (Row(),))
+        kind = hint.__origin__ if hasattr(hint, "__metadata__") else hint
+        rows[name] = row._replace(kind=kind)
+    return rows
+
+
+def check_rows(record: object) -> None:
+    """Raises SettingsError for the first row of a wrong type or out of its range."""
+    for name, row in rows_of(type(record)).items():
+        value = getattr(record, name)
+        check_type(name, value, row.kind)
+        if row.choices and value not in row.choices:
+            raise SettingsError(f"{name} {unknown(value, row.choices)}")
+        if row.kind in (int, float) and not row.low <= value <= row.high:
+            start = "above 0" if row.low == ABOVE_0 else f"from {row.low}"
+            end = "upwards" if row.high == math.inf else f"up to {row.high}"
+            must = f"it must be {WORDS[row.kind]} {start} {end}"
+            raise SettingsError(f"{name} is {value}: {must}")
+
+
+def check_type(name: str, value: object, kind: Any) -> None:
+    """Raise SettingsError unless a value is of a kind; true and nan are not numbers.
+
+    A whole number counts as a float too.
+    """
+    fits = isinstance(value, int | float if kind is float else kind)
+    odd = isinstance(value, bool) != (kind is bool)
+    absurd = isinstance(value, int | float) and not abs(value) <= LARGEST
+    if not fits or odd or absurd:
+        words = WORDS.get(kind) or f"a {kind.__name__}"
+        words += f" up to {LARGEST:g}" * (fits and not odd)
+        raise SettingsError(f"{name} is {value!r:.60}: it must be {words}")
+
+
+def unknown(name: object, known: Iterable[str]) -> str:
+    """Say that a name is none of the known ones, and which may be meant."""
+    known = tuple(known)
+    return (
+        f"'{name}' is unknown.{did_you_mean(name, known)} There is: {', '.join(known)}"
+    )
+
+
+def did_you_mean(name: object, known: Iterable[str]) -> str:
+    """Suggest the closest known name in a question; empty where none is close."""
+    close = get_close_matches(str(name).lower(), list(known), 1, cutoff=0.5)
+    return f" Did you mean '{close[0]}'?" if close else ""

@@ -4,7 +4,7 @@ Clauses: C5, C7, D2, E3.  The trainers compute what ML-Agents computes; settings
 remedies give them another `Interface`, with another head, and shape the reward.
 
     floor    the paper's Gaussian: coordinates of the whole floor
-    frame    one Gaussian in a robot's own frame, `game.frame`
+    frame    one Gaussian in a robot's own frame, `workshop.frame`
     mixture  Gaussians around anchors: a robot's are those of its frame, the fire's
              stand beside the building's exits, entrances and doors
 
@@ -20,12 +20,13 @@ from typing import Annotated, Any
 import numpy as np
 
 from reference.building import Building
-from reference.game.frame import UNIT, Frame
 from reference.game.interface import AXES, Interface, Sizes
 from reference.game.observations import grid_shape, to_normalised
-from reference.learning.settings import Row, SettingsError, Side, TrainerSettings
+from reference.learning.settings import ATTENTION_HEADS, Row, Side, TrainerSettings
 from reference.navigation import navigation_of
 from reference.paper import HEALTH_SECONDS, Scenario
+from reference.workshop.frame import UNIT, Frame
+from reference.workshop.plain import SettingsError, check_rows
 from reference.workshop.strategies.fires import places_beside
 
 LIT = 2.0
@@ -39,6 +40,8 @@ LIT = 2.0
 class SideSettings(TrainerSettings):
     """A table with remedies; all are off in Tables I and II [C5, C7, E3, chosen].
 
+    Raises SettingsError.
+
     head        how policies read and speak: see this module
     spread      metres, standard deviation of a mixture around each anchor
 
@@ -46,7 +49,7 @@ class SideSettings(TrainerSettings):
 
     commitment  logit bonus of the anchor "where I am headed"; without it a new policy
                 would turn round before it arrives anywhere
-    masks       a mixture may not mean what helps nobody, `game.frame`
+    masks       a mixture may not mean what helps nobody, `workshop.frame`
     shaping     weight, health points per human inside, of `shaped`
     """
 
@@ -55,6 +58,19 @@ class SideSettings(TrainerSettings):
     commitment: Annotated[float, Row(None, low=0)] = 0.0
     masks: Annotated[bool, Row(None)] = False
     shaping: Annotated[float, Row(None, low=0)] = 0.0
+
+    def __post_init__(self) -> None:
+        check_rows(self)
+        if self.buffer_size < self.batch_size:
+            raise SettingsError(
+                f"buffer_size {self.buffer_size} holds no minibatch of batch_size "
+                f"{self.batch_size}: make it a few times as large"
+            )
+        if self.trainer_type == "poca" and self.hidden_units % ATTENTION_HEADS:
+            raise SettingsError(
+                f"hidden_units {self.hidden_units} cannot be shared among the "
+                f"{ATTENTION_HEADS} attention heads of poca: take a multiple of them"
+            )
 
     def interface(
         self, side: Side, building: Building, scenario: Scenario

@@ -1,19 +1,17 @@
 """Begin or resume runs in folders, trainings and evaluations alike.
 
-A resumed run must keep the version and the options it was begun with.
+A resumed run must keep the version, and keeps the options it was begun with.
 """
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
 import reference
-from reference.building import plan_of
 from reference.paper import InputError
 from reference.workshop.files import make_folder
-from reference.workshop.maps import load
 
 try:
     import fcntl
@@ -26,7 +24,7 @@ class RunError(InputError):
 
 
 class ContradictionError(RunError):
-    """Options that contradict each other, or the run that was begun."""
+    """Options that contradict each other, or that a resumed run keeps."""
 
 
 Started = TypeVar("Started")
@@ -40,28 +38,32 @@ def held(
 ) -> Iterator[Started]:
     """Start a run and lock its folder, if any, until the block ends.
 
-    Raises RunError if another process holds the lock, OSError if the folder cannot be
-    made; nothing is made if `start` raises.
+    A new run's folder is empty or not there yet; if it writes nothing, no folder is
+    left. Raises RunError for another, or if another process holds the lock; OSError if
+    the folder cannot be made.
     """
     if folder is None:
         yield start()
-    elif not resume:
-        started, ours = start(), not folder.exists()
-        make_folder(folder)
-        with _lock(folder, ours):
-            refuse_used(folder)
-            yield started
-    else:
+    elif resume:
         with _lock(folder) if folder.is_dir() else nullcontext():
             yield start()
+    else:
+        refuse_used(folder)
+        started, ours = start(), not folder.exists()
+        make_folder(folder)
+        try:
+            with _lock(folder):
+                refuse_used(folder)  # another process may have been quicker
+                yield started
+        finally:
+            with suppress(OSError):
+                if ours:
+                    folder.rmdir()
 
 
 @contextmanager
-def _lock(folder: Path, ours: bool = False) -> Iterator[None]:
-    """Lock a folder; the lock ends with the process, even if it is killed.
-
-    ours: this run has made the folder, and removes it if nothing was written.
-    """
+def _lock(folder: Path) -> Iterator[None]:
+    """Lock a folder; the lock ends with the process, even if it is killed."""
     if fcntl is None:
         yield
         return
@@ -85,9 +87,6 @@ def _lock(folder: Path, ours: bool = False) -> Iterator[None]:
             yield
         finally:
             path.unlink(missing_ok=True)
-            with suppress(OSError):
-                if ours:
-                    folder.rmdir()
 
 
 def refuse_used(folder: Path, instead: str = OR_RESUME) -> None:
@@ -109,40 +108,14 @@ def refuse_version(path: Path, version: object, game: object = reference.GAME) -
         )
 
 
-def refuse_contradictions(run: str, asked: Iterable[tuple[str, Any, Any]]) -> None:
-    """Raise ContradictionError for the first option that differs from the run's.
+def refuse_options(given: Mapping[str, Any]) -> None:
+    """Raise ContradictionError if options of a new run are given to one that resumes.
 
-    run    such as "the training in out"
-    asked  option, what was asked for (None: nothing), and what the run has
+    given: by name, None where nothing was asked for
     """
-    for option, here, there in asked:
-        if here is not None and here != there:
-            raise ContradictionError(
-                f"{option}: {here} was asked for, but {run} has {there}. "
-                "Leave it out, or begin anew in another folder."
-            )
-
-
-def rows_of_both(
-    here: Mapping[str, Any], there: Any, name: str
-) -> Iterator[tuple[str, Any, Any]]:
-    """Compare nested rows by their dotted names, for `refuse_contradictions`.
-
-    In a whole record None is a value: "nothing".
-    """
-    for key, value in here.items():
-        other = there.get(key) if isinstance(there, Mapping) else None
-        if isinstance(value, Mapping):
-            yield from rows_of_both(value, other, f"{name}{key}.")
-        else:
-            one, another = ("nothing" if v is None else v for v in (value, other))
-            yield name + key, one, another
-
-
-def building_asked(name: str | None, begun: str, plan: str) -> tuple[str, Any, Any]:
-    """Compare --building by its drawing, for `refuse_contradictions`.
-
-    begun  the building's name in the run;  plan  its floor file's text
-    """
-    same = name is not None and plan_of(load(name)) == plan
-    return "--building", name, name if same else f"{begun}, drawn otherwise"
+    named = [f"--{name}" for name, value in given.items() if value is not None]
+    if named:
+        raise ContradictionError(
+            f"{', '.join(named).replace('_', '-')}: what is resumed goes on as it was "
+            "begun. Leave this out, or begin anew in another folder."
+        )

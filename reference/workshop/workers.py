@@ -9,12 +9,18 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+)
+from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
 from multiprocessing import parent_process
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnContext, SpawnProcess
-from queue import Empty, SimpleQueue
 from threading import Lock, RLock, Thread
 from typing import Any, TypeVar
 
@@ -29,18 +35,10 @@ STOPS += [signal.SIGHUP] if hasattr(signal, "SIGHUP") else []  # the terminal is
 POLL = 0.2  # seconds between two checks of whether to stop
 ANSWER = 10  # seconds to wait for a scheduler
 
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}
-"""Environment of a worker: numpy and torch read it when they are loaded."""
+ONE_THREAD = {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}  # of a worker
 
 Made = TypeVar("Made")
 Given = TypeVar("Given")
-
-
-def memory() -> int:
-    """Look up this computer's memory in bytes; guess where it is unknown."""
-    if "SC_PHYS_PAGES" not in getattr(os, "sysconf_names", ()):
-        return 2**36
-    return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
 
 
 def chunks(items: Sequence[Given], size: int) -> list[tuple[Given, ...]]:
@@ -48,21 +46,27 @@ def chunks(items: Sequence[Given], size: int) -> list[tuple[Given, ...]]:
     return [tuple(items[k : k + size]) for k in range(0, len(items), size)]
 
 
+def shares(items: Sequence[Given], executor: Executor) -> list[tuple[Given, ...]]:
+    """Split what there is to do evenly among workers, in order.
+
+    Where their number is unknown, each job is a share.
+    """
+    workers = getattr(executor, "workers", len(items))
+    return chunks(items, -(-len(items) // max(1, workers)))
+
+
 def in_order(
     executor: Executor,
     work: Callable[[Given], Made],
     jobs: Iterable[Given],
     stop: Callable[[], bool],
-    unit: str | None = None,
 ) -> list[Made] | None:
     """Do all jobs; return results in their order, or None if stopped before the last.
 
-    unit: what a job is, for a progress bar; without it there is none. Raises what the
-    work raises, and BrokenExecutor for a worker that has died.
+    Raises what the work raises, and BrokenExecutor for a worker that has died.
     """
     jobs = list(jobs)
-    bar = {"unit": unit, "disable": None if unit else True, "leave": False}
-    made = dict(tqdm(as_done(executor, work, jobs, stop), total=len(jobs), **bar))
+    made = dict(as_done(executor, work, jobs, stop))
     return [made[k] for k in range(len(jobs))] if len(made) == len(jobs) else None
 
 
@@ -76,35 +80,23 @@ def as_done(
 
     Jobs that have not begun by then never will. Raises as `in_order` does.
     """
-    done: SimpleQueue[Future[Made]] = SimpleQueue()
     waiting: dict[Future[Made], int] = {}
     try:
         for number, job in enumerate(jobs):
             if stop():
                 return
-            try:
-                future = executor.submit(work, job)
-            except KeyboardInterrupt:  # in this process
-                if stop():
-                    return
-                raise
-            waiting[future] = number
-            future.add_done_callback(done.put)
-            while not done.empty():
-                yield _taken(done.get(), waiting)
+            waiting[future := executor.submit(work, job)] = number
+            if future.done():  # in this process
+                yield waiting.pop(future), future.result()
         while waiting and not stop():
-            try:
-                future = done.get(timeout=POLL)
-            except Empty:
-                continue
-            yield _taken(future, waiting)
+            for future in wait_for(waiting, POLL, FIRST_COMPLETED).done:
+                yield waiting.pop(future), future.result()
+    except KeyboardInterrupt:  # in the middle of a job in this process
+        if not stop():
+            raise
     finally:
         for future in waiting:
             future.cancel()
-
-
-def _taken(future: Future[Made], waiting: dict[Future[Made], int]) -> tuple[int, Made]:
-    return waiting.pop(future), future.result()
 
 
 # -- Executors ----------------------------------------------------------------------
@@ -116,7 +108,7 @@ class InProcess(Executor):
     busy  whether a job runs, which Ctrl-C may then interrupt
     """
 
-    busy = False
+    busy, workers = False, 1
 
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
@@ -167,6 +159,11 @@ def cluster(address: str) -> Iterator[Executor]:
         executor = client.get_executor(pure=False)
         try:
             yield executor
+        except CancelledError:
+            raise InputError(
+                f"{address}: the scheduler is gone, and with it what was not finished. "
+                "Start one, and go on with --resume."
+            ) from None
         finally:
             executor.shutdown(wait=False)
 
@@ -180,22 +177,29 @@ def workers(count: int) -> Iterator[Executor]:
     """Yield a pool of so many processes with a thread each; 0: this process.
 
     They are spawned, since torch's threads do not survive a fork. They ignore Ctrl-C
-    and its like, and end with the block, or with this process if it is killed.
+    and its like, and end with the block, or with this process if it is killed. Raises
+    InputError where the system lends no shared memory.
     """
     if count == 0:
         yield InProcess()
         return
     context = _Context()
     far, near = context.Pipe(duplex=False)
-    with _surroundings(ONE_THREAD):
-        with _uninterrupted():  # multiprocessing's own helper would end with a terminal
+    try:
+        with _uninterrupted():  # or a terminal would end multiprocessing's own helper
             pool = Pool(count, context, _begin_work, (far,))
-        try:
-            yield pool
-        finally:
-            pool.shutdown(wait=False, cancel_futures=True)  # first drop waiting jobs
-            near.close()
-            pool.shutdown()
+        pool.workers = count
+    except OSError as error:
+        raise InputError(
+            f"no worker can be started ({error.strerror}; on Linux they need to write "
+            "to /dev/shm). Make that possible, or take --workers 0."
+        ) from error
+    try:
+        yield pool
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)  # first drop waiting jobs
+        near.close()
+        pool.shutdown()
 
 
 class _Worker(SpawnProcess):
@@ -210,6 +214,8 @@ class _Context(SpawnContext):
 
 class Pool(ProcessPoolExecutor):
     """A process pool whose workers know when they are in the middle of a job."""
+
+    workers = 1
 
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
@@ -228,6 +234,8 @@ def _at_work(fn: Callable[..., Made], /, *args: Any, **kwargs: Any) -> Made:
 
 
 def _begin_work(lifeline: Connection) -> None:
+    """Set up a worker, before it loads numpy and torch."""
+    os.environ.update(ONE_THREAD)
     for stop in STOPS:
         signal.signal(stop, signal.SIG_IGN)
     tqdm.set_lock(RLock())  # its own, shared by processes, would leak
@@ -245,21 +253,6 @@ def _end_with(lifeline: Connection) -> None:
     while parent is not None and parent.is_alive() and not _working.locked():
         time.sleep(POLL / 4)
     os._exit(1)
-
-
-@contextmanager
-def _surroundings(variables: dict[str, str]) -> Iterator[None]:
-    """Set environment variables for processes started in this block."""
-    before = {name: os.environ.get(name) for name in variables}
-    os.environ.update(variables)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value
 
 
 @contextmanager

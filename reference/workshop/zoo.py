@@ -1,7 +1,34 @@
-"""The environment as a PettingZoo one with gymnasium's spaces; an optional extra.
+"""The environment for others' learners: PettingZoo's class, gymnasium's spaces.
 
-Clauses: none of its own.  It plays the same episodes as `Environment`, step by step,
-and adds what frameworks ask for: spaces, pictures, and infos.
+Clauses: C1, C3, C5, D1, D2, E5.  An optional extra.  It plays the same episodes as
+`Environment`, decision by decision.
+
+Agents.  "robot_0", "robot_1", ... and "fire_0". The robots are a team with one reward.
+A side that a strategy plays is not among them: `robots=` or `fire=`, by a name that
+`evacuate` knows or as an object with `decide`. `fire="random"` leaves robots alone.
+
+Who acts when.  A step is one decision of the robots, 5 s. The fire's action is read at
+every k-th step while it has sources left: its info `acts` is 1 if the next one is read,
+and else 0. A robot whose floor and all above it are empty leaves: it is terminated. In
+the end the others are terminated if nobody is inside any more, truncated if time is up.
+
+Observations.  A dict: "vector", 167 numbers for the paper's building (people, robots,
+fire sources as x and y in metres and storey; time in seconds; what each number says:
+`observations.vector_layout(building, scenario).slots`), and "grid", 0 or 1, (channels,
+rows, columns): walls, fires, exits of each floor.
+
+Actions.  A robot's: x and y of its next destination, the main body of the building is
+[-1, 1] x [-1, 1]; all nan keeps the old one. The fire's: a floor (equal shares of [-1,
+1]), x and y.
+
+Rewards.  In health points, 100 to a person. The robots': the health of each person who
+leaves a floor alive, 100 more at an exit, -300 for a death. The fire's: what the robots
+lose, less 10 for a place that is refused.
+
+`state()` is the 167 numbers from nobody's point of view, for a central critic.
+
+`flat=True` makes it what common wrappers and learners expect, see `FlatEnvironment`:
+one box of numbers in [-1, 1], small rewards, and no agent that leaves early.
 """
 
 from collections.abc import Callable, Mapping
@@ -12,14 +39,11 @@ import numpy as np
 
 from reference.building import Building
 from reference.game import observations
-from reference.game.environment import (
-    Environment,
-    Observation,
-    Returns,
-    action_size,
-)
-from reference.paper import Scenario
+from reference.game.environment import Environment, Observation, Returns, action_size
+from reference.learning.settings import Side
+from reference.paper import HEALTH, Scenario
 from reference.strategies import FireStrategy, RobotStrategy
+from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.drawing.evacuation import TRAIL, Scene, tally
 from reference.workshop.drawing.film import painter, scene_of
 from reference.workshop.maps import load
@@ -39,8 +63,8 @@ except ImportError as missing:
 SO_FAR = ("evacuated", "died", "inside", "reward", "simulated_seconds")
 
 
-class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
-    """Wrap `Environment`, which documents everything, in PettingZoo's class.
+class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
+    """Wrap `Environment` in PettingZoo's class; this module says what is what.
 
     Infos also hold the outcome so far: the fields SO_FAR of `Outcome`.
     """
@@ -56,34 +80,38 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
         self,
         building: Building | str = "paper",
         scenario: Scenario | None = None,
-        robots: RobotStrategy | None = None,
-        fire: FireStrategy | None = None,
+        robots: RobotStrategy | str | None = None,
+        fire: FireStrategy | str | None = None,
         render_mode: str | None = None,
     ):
         """building: a `Building`, or the name or path of a floor file.
 
-        Raises ValueError as `Environment` does, and MistakesError or OSError for a
-        file.
+        robots, fire: who plays this side, by name or as a strategy; None: agents.
+
+        Raises ValueError as `Environment` does and for an unknown name, TypeError for
+        what is no strategy, and MistakesError or OSError for a file.
         """
         here = load(building) if isinstance(building, str) else building
-        self.environment = Environment(here, scenario, robots, fire)
-        self.render_mode = render_mode
+        scenario = scenario or Scenario()
+        players = (_strategy("robots", robots), _strategy("fire", fire))
+        self.environment = Environment(here, scenario, *players)
+        self.layout = observations.vector_layout(here, scenario)
+        self.scenario, self.render_mode = scenario, render_mode
         self.possible_agents = self.environment.possible_agents
         self.agents: list[str] = []
         self._history = [tally(self.environment.simulation.world)]
-        self.observation_spaces = {a: self._observed(a) for a in self.possible_agents}
+        self.observation_spaces = {a: self._observed() for a in self.possible_agents}
+        self.state_space: spaces.Space = spaces.Box(self.layout.low, self.layout.high)
         self.action_spaces = {
             a: spaces.Box(-1, 1, (action_size(a),)) for a in self.possible_agents
         }
 
-    def _observed(self, agent: str) -> spaces.Dict:
-        building, scenario = self.environment.building, self.environment.scenario
-        numbers = observations.vector_layout(building, scenario)
-        vector = spaces.Box(numbers.low, numbers.high)
-        grid = spaces.Box(0, 1, observations.grid_shape(building))
+    def _observed(self) -> spaces.Space:
+        vector = spaces.Box(self.layout.low, self.layout.high)
+        grid = spaces.Box(0, 1, observations.grid_shape(self.environment.building))
         return spaces.Dict({"vector": vector, "grid": grid})
 
-    def observation_space(self, agent: str) -> spaces.Dict:
+    def observation_space(self, agent: str) -> spaces.Space:
         """Look up an agent's observations; the same object each time."""
         return self.observation_spaces[agent]
 
@@ -93,7 +121,7 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Observation], dict[str, dict[str, float]]]:
+    ) -> tuple[dict[str, Any], dict[str, dict[str, float]]]:
         """Begin a new episode; see `Environment.reset`."""
         seen, infos = self.environment.reset(seed, options)
         self._history.clear()
@@ -114,6 +142,13 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
         so_far = {name: float(getattr(outcome, name)) for name in SO_FAR}
         return {agent: info | so_far for agent, info in infos.items()}
 
+    def state(self) -> np.ndarray:
+        """(V,) float32: everything, from nobody's point of view, now."""
+        world = self.environment.simulation.world
+        return observations.fire_vector(world, self.scenario)
+
+    # -- Pictures, copies -----------------------------------------------------------
+
     def render(self) -> np.ndarray:
         """Draw the picture of a film's frame: (height, width, 3) uint8.
 
@@ -131,10 +166,86 @@ class ZooEnvironment(ParallelEnv[str, Observation, np.ndarray]):
         scene = scene_of([simulation], without={TRAIL})  # decisions are seconds apart
         return scene, painter(scene)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the page of pictures behind, when it is copied to another process."""
+        return {name: value for name, value in vars(self).items() if name != "_film"}
 
-parallel_env = ZooEnvironment  # as PettingZoo's modules call it
+
+class FlatEnvironment(ZooEnvironment):
+    """One box of numbers in [-1, 1]; every agent stays to the end of the episode.
+
+    Observations are the vector, scaled, without the grid: walls and exits never change,
+    and of flames only the sources are told. Rewards are divided by the health with
+    which all people begin. An agent that has left observes zeros, is paid nothing and
+    its actions are not read; all end together. A learner that wants all agents alike
+    needs a strategy on one side, as `fire="random"`.
+    """
+
+    def __init__(self, *args: Any, **chosen: Any):
+        """What `ZooEnvironment` takes."""
+        super().__init__(*args, **chosen)
+        people = len(self.environment.simulation.world.bodies)
+        self.unit = HEALTH * max(people, 1)
+        self.state_space = self._observed()
+
+    def _observed(self) -> spaces.Space:
+        return spaces.Box(-1, 1, (self.layout.size,))
+
+    def reset(
+        self, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[dict[str, Any], dict[str, dict[str, float]]]:
+        """Begin a new episode; see `Environment.reset`."""
+        seen, infos = super().reset(seed, options)
+        return self._padded(seen), infos
+
+    def step(self, actions: Mapping[str, Any]) -> Returns:
+        """Take one decision of all agents; see `Environment.step`."""
+        if not self.agents:
+            return super().step({})
+        there = {a: actions[a] for a in self.environment.agents if a in actions}
+        seen, rewards, _, cut, infos = super().step(there)
+        over, everybody = not self.agents, self.possible_agents
+        late = over and any(cut.values())
+        gone = next(iter(infos.values())) | {"acts": 0.0}
+        self.agents = [] if over else everybody.copy()
+        return (
+            self._padded(seen),
+            {agent: rewards.get(agent, 0.0) / self.unit for agent in everybody},
+            dict.fromkeys(everybody, over and not late),
+            dict.fromkeys(everybody, late),
+            {agent: infos.get(agent, gone) for agent in everybody},
+        )
+
+    def _padded(self, seen: Mapping[str, Observation]) -> dict[str, Any]:
+        gone = np.zeros(self.layout.size, dtype=np.float32)
+        there = {agent: self._scaled(found["vector"]) for agent, found in seen.items()}
+        return {agent: there.get(agent, gone) for agent in self.possible_agents}
+
+    def _scaled(self, vector: np.ndarray) -> np.ndarray:
+        return self.layout.scaled(vector).clip(-1, 1).astype(np.float32)
+
+    def state(self) -> np.ndarray:
+        """(V,) float32 in [-1, 1]: everything, from nobody's point of view, now."""
+        return self._scaled(super().state())
 
 
-def env(*args: Any, **kwargs: Any) -> AECEnv:
+def _strategy(side: Side, given: Any) -> Any:
+    """Make the strategy that a name names; refuse what cannot decide."""
+    if isinstance(given, str):
+        return contestant(given, side)
+    if given is None or (hasattr(given, "decide") and not isinstance(given, type)):
+        return given
+    raise TypeError(
+        f"{side}={given!r} is no object with a method `decide`. Give a strategy, its "
+        "name, or None for agents."
+    )
+
+
+def parallel_env(*args: Any, flat: bool = False, **chosen: Any) -> ZooEnvironment:
+    """Make the environment whose agents act at once; what to give: `ZooEnvironment`."""
+    return (FlatEnvironment if flat else ZooEnvironment)(*args, **chosen)
+
+
+def env(*args: Any, **chosen: Any) -> AECEnv:
     """Make the environment with agents that act in turn."""
-    return parallel_to_aec(ZooEnvironment(*args, **kwargs))
+    return parallel_to_aec(parallel_env(*args, **chosen))

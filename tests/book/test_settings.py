@@ -6,9 +6,8 @@ from functools import partial
 
 import pytest
 
-from reference.learning.settings import SettingsError
 from reference.paper import TABLE_I, TABLE_II, Scenario
-from reference.workshop.plain import record_from
+from reference.workshop.plain import SettingsError, record_from
 from reference.workshop.remedies import OF_ROBOTS
 from reference.workshop.training.presets import (
     PRESETS,

@@ -6,10 +6,8 @@ from trainings import TINY, begun, tiny
 from reference.paper import Scenario
 from reference.workshop.crossplay.contestants import NAMES, Evacuation, contestant
 from reference.workshop.strategies import SCRIPTS
-from reference.workshop.strategies.robots import Sweep
-from reference.workshop.training.checkpoints import CheckpointError, save
+from reference.workshop.training.checkpoints import save
 from reference.workshop.training.policies import POLICIES
-from reference.workshop.worst_case import WorstCase
 
 
 @pytest.fixture(scope="module")
@@ -28,24 +26,11 @@ def test_a_scripts_name_is_the_strategy_of_that_name(side):
     assert NAMES[side][: len(known)] == tuple(known)
 
 
-@pytest.mark.paper("F4", "chosen")
-def test_worst_case_is_the_fire_that_looks_ahead():
-    """Each time another one."""
-    one, other = (contestant("worst-case", "fire") for _ in range(2))
-    assert isinstance(one, WorstCase) and one is not other
-
-
 @pytest.mark.parametrize(("side", "kind"), POLICIES.items())
 def test_a_file_is_the_policy_that_was_learned_for_a_side(path, side, kind):
     """And so is the folder it is in."""
     for named in (path, path.rpartition("/")[0]):
         assert type(contestant(named, side)) is kind
-
-
-def test_only_a_learned_policy_is_sampled(path):
-    """As asked; scripts have nothing to sample."""
-    assert contestant(path, "robots", sample=True).sample
-    assert isinstance(contestant("sweep", "robots", sample=True), Sweep)
 
 
 def test_a_strategy_remembers_nothing_of_the_evacuation_before():
@@ -56,7 +41,7 @@ def test_a_strategy_remembers_nothing_of_the_evacuation_before():
 
 
 def test_the_worst_case_is_told_whom_it_meets():
-    """Before the first tick."""
+    """Before the first tick; each evacuation has its own."""
     scenario = Scenario(people=2)
     met = Evacuation(TINY, scenario, "sweep", "worst-case", seed=0).simulation()
     assert met.fire_strategy.robots is met.robot_strategy
@@ -76,9 +61,3 @@ def test_refuses_a_word_that_means_nothing(word, side, message):
     """With the nearest that does."""
     with pytest.raises(ValueError, match=message):
         contestant(word, side)
-
-
-def test_refuses_a_folder_without_a_checkpoint(tmp_path):
-    """As a training that has not begun."""
-    with pytest.raises(CheckpointError, match="there is no checkpoint in this folder"):
-        contestant(str(tmp_path), "fire")

@@ -49,7 +49,8 @@ def test_everybody_meets_everybody_and_every_figure_has_an_interval(capsys):
         for figure in FIGURES:
             found = cell[figure]
             assert found["low"] <= found["mean"] <= found["high"]
-    assert facts["ruler"]["beta"] == score.PAPER.beta
+    assert (facts["building"], facts["people"]) == ("tiny", 6)
+    assert (facts["seeds"], facts["ruler"]["beta"]) == ([0, 1, 2], score.PAPER.beta)
     assert facts["cells"][0]["difficulty"]["mean"] == 0
 
 
@@ -79,7 +80,7 @@ def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
     )
     names = {path.name for path in (tmp_path / "eval").iterdir()}
     assert names == {
-        "evaluation.json", "runs.csv", "cells.csv", "cells.json", "ruler.json",
+        "evaluation.json", "runs.csv", "cells.json", "ruler.json",
         "ruler.png", "scores.png", "matrix.png", "evacuations.png",
     }  # fmt: skip
     with (tmp_path / "eval/runs.csv").open(newline="") as file:
@@ -111,7 +112,7 @@ def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
     ("options", "status", "hint"),
     [
         (["--resume"], 2, "--resume goes with --out"),
-        (["--resume", "--out", "nowhere"], 1, "there is no evaluation"),
+        (["--resume", "--out", "x"], 2, "--building: what is resumed goes on as it"),
         (["--baseline", "patrol"], 2, "Add it to --robots"),
         (["--baseline", "sweep", "--ruler", "x"], 2, "leave out one of the two"),
         (["--ruler", "nowhere.json"], 1, "nowhere.json"),

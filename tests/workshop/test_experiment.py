@@ -17,20 +17,19 @@ from trainings import equal, trained
 import reference
 from reference.__main__ import main
 from reference.learning.networks import one_thread
-from reference.learning.settings import SettingsError
 from reference.paper import InputError
 from reference.workshop import workers as workforce
 from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.experiment import jobs, report
 from reference.workshop.experiment.design import Experiment, read
-from reference.workshop.experiment.jobs import folders, play_tests, train_teams
+from reference.workshop.experiment.jobs import arm_of, folders, play_tests, train_teams
 from reference.workshop.experiment.report import OWN, Results
-from reference.workshop.plain import record_from
-from reference.workshop.runs import RunError, held
+from reference.workshop.plain import SettingsError, record_from
+from reference.workshop.runs import RunError
 from reference.workshop.strategies import SHIPPED
 from reference.workshop.training.checkpoints import load
 from reference.workshop.training.session import Training
-from reference.workshop.workers import InProcess, cluster, workers
+from reference.workshop.workers import InProcess, cluster
 
 FILES = ROOT / "tutorials" / "experiments"
 TINY = ["experiment", str(FILES / "tiny.toml"), "--workers", "0", "--out"]
@@ -105,11 +104,11 @@ def test_more_episodes_are_played_beside_those_that_are_there(whole, tmp_path):
 
 
 def test_results_name_a_team_and_its_fire(whole):
-    """As the file has them; in the table a digest of the checkpoint is behind them."""
+    """With a digest of the checkpoint behind."""
     results = performed(small(), whole)
-    robots, fires = ({getattr(r, side) for r in results} for side in ("robots", "fire"))
-    assert robots == {"learning-3", "ppo-3", "sweep"}
-    assert fires == {"random", "learning-3"}
+    for side, known in ("robots", ["learning-3", "ppo-3"]), ("fire", ["learning-3"]):
+        words = {getattr(result, side) for result in results} - {"sweep", "random"}
+        assert sorted(word.rpartition("-")[0] for word in words) == known
 
 
 def test_whoever_stopped_goes_on_where_it_was(whole, tmp_path):
@@ -145,14 +144,14 @@ def test_a_training_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypat
     failed = train_teams(small(), tmp_path, InProcess())
     assert failed == {"ppo-3": "MemoryError: no more"}
     results = play_tests(small(), tmp_path, InProcess())
-    assert {r.robots for r in results} == {"learning-3", "sweep"}
+    assert {arm_of(r.robots) for r in results} == {"learning", "sweep"}
 
 
 def test_a_worker_that_trains_elsewhere_is_told(tmp_path, monkeypatch):
     """On a machine that does not share the folder."""
     monkeypatch.setattr(jobs, "fit", lambda job: "")
     (why, _) = train_teams(small(), tmp_path, InProcess()).values()
-    assert "learning-3" in why and "Name a folder that all share" in why
+    assert "learning-3" in why and "Name one that all share" in why
 
 
 def test_damage_is_told_with_what_to_remove(whole, tmp_path):
@@ -183,14 +182,6 @@ def test_a_training_ends_when_its_robots_have_had_their_decisions(whole):
 def test_it_does_not_matter_who_does_the_jobs(whole, tmp_path):
     """Here a thread."""
     with ThreadPoolExecutor(1) as executor:
-        performed(small(), tmp_path, executor)
-    assert tables(tmp_path) == tables(whole)
-
-
-@pytest.mark.slow
-def test_a_pool_gives_the_same(whole, tmp_path):
-    """However many processes there are."""
-    with workers(2) as executor:
         performed(small(), tmp_path, executor)
     assert tables(tmp_path) == tables(whole)
 
@@ -252,6 +243,19 @@ def test_a_cluster_without_workers_is_waited_for_and_told(machines, capsys):
     assert "waiting for a worker; start one" in capsys.readouterr().err
 
 
+@dask
+@pytest.mark.slow
+def test_a_scheduler_that_ends_is_told(machines):
+    """In one message, with how to go on."""
+    with (
+        pytest.raises(InputError, match=r"scheduler is gone.* go on with --resume"),
+        cluster(machines.scheduler_address) as executor,
+    ):
+        waits = executor.submit(time.sleep, 600)
+        machines.close()
+        waits.result(60)
+
+
 def test_refuses_a_cluster_that_does_not_answer(monkeypatch):
     """Or Dask that is not there; in one message."""
     monkeypatch.setattr(workforce, "ANSWER", 0.2)
@@ -300,13 +304,6 @@ def test_an_experiment_that_is_killed_goes_on_to_the_same_end(tmp_path):
     assert all(path.stat().st_mtime == when for path, when in done.items())
 
 
-def test_refuses_a_folder_in_which_another_experiment_is_at_work(tmp_path, capsys):
-    """Both would write the same files."""
-    with held(tmp_path, False, list):
-        assert main([*TINY, str(tmp_path), "--resume"]) == 1
-    assert f"process {os.getpid()} is at work in it" in capsys.readouterr().err
-
-
 def test_who_stops_is_told_how_to_go_on(tmp_path, monkeypatch, capsys):
     """By the command line that does."""
 
@@ -318,13 +315,6 @@ def test_who_stops_is_told_how_to_go_on(tmp_path, monkeypatch, capsys):
     assert main([*TINY, str(tmp_path)]) == 130
     again = capsys.readouterr().err.splitlines()[-1].split()[3:]
     assert again == [*TINY[:2], "--resume", "--out", str(tmp_path)]
-
-
-def test_refuses_a_seed_of_its_own(tmp_path, capsys):
-    """It would be ignored: the file has the seeds."""
-    assert main([*TINY, str(tmp_path / "out"), "--seed", "5"]) == 2
-    assert "seeds are in its file" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
 
 
 # -- Results ------------------------------------------------------------------------
@@ -419,33 +409,22 @@ def test_the_files_that_ship_can_be_read(file):
         ({"arms": {"a": {"robots": {"gama": 1}}}}, "Did you mean 'gamma'"),
         ({"arms": {"a": {"scenario": {}}}}, "scenario is everybody's"),
         ({"arms": {"a": {"preset": "paper"}}}, "preset stands at the top"),
-        ({"settings": {"preset": "paper"}}, "preset stands at the top"),
         ({"arms": {"a": {"robots": {"max_steps": 9}}}}, "follows from `decisions`"),
-        ({"settings": {"fire": {"keep_checkpoints": 9}}}, "follows from `decisions`"),
         (
             {"arms": {"a": {"fire": "random", "random_fires": 0.5}}},
             "random_fires needs a fire that learns",
         ),
         ({"arms": {"sweep": {}}}, "no arm's name"),
-        ({"arms": {"learned": {}}}, "no arm's name"),
-        ({"arms": {"../a": {}}}, "no arm's name"),
         ({"arms": {"a" * 300: {}}}, "'a{60}' can be no arm's name: take up to 40"),
-        ({"arms": {"a": 3}}, "must be"),
         ({"seeds": [-1]}, "upwards"),
         ({"seeds": 3}, "must be a list"),
-        ({"seeds": [3, 3]}, "seeds: name each once"),
-        ({"decisions": 0}, "upwards"),
         ({"decisions": "many"}, "whole number"),
         ({"preset": "laptob"}, "Did you mean 'laptop'"),
         ({"test": {"fires": ["learnin"]}}, "Did you mean 'learning'"),
-        ({"test": {"robots": ["sweeep"]}}, "Did you mean 'sweep'"),
         ({"test": {"robots": ["sweep", "sweep"]}}, "robots: name each once"),
         ({"test": {"episodes": 10**12}}, "evacuations in all: ask for 1,000,000 at"),
-        ({"test": {"looking_ahead": 5}}, "'looking_ahead' is unknown"),
-        ({"best_response": {}}, "'best_response' is unknown"),
         ({"compare": [["learning"]]}, "two in each pair"),
         ({"compare": [["learning", "nobody"]]}, "'nobody' is unknown"),
-        ({"settings": {"scenario": {"robots_per_floor": 0}}}, "robots_per_floor is 0"),
         ({"settings": {"scenario": {"people": 5000}}}, "do not fit"),
     ],
 )
@@ -459,7 +438,6 @@ def test_the_fire_that_ships_may_be_an_arms_and_a_tests():
     """A network, which learns nothing."""
     asked = {"arms": {"a": {"fire": "learned"}}, "test": {"fires": ["learned"]}}
     experiment = record_from(Experiment, asked | {"decisions": 9}, "experiment")
-    assert experiment.fires == ["learned"]
     fixed = experiment.trainings["a-0"].fixed["fire"]
     assert equal(fixed.weights, load(SHIPPED).player("fire").weights)
 
@@ -468,9 +446,7 @@ def test_the_fire_that_ships_may_be_an_arms_and_a_tests():
     ("old", "new", "message"),
     [
         ('fires = ["random"', 'fires = ["learned"', "has learned Institute"),
-        ('fire = "random"', 'fire = "learned"', "has learned Institute"),
         ("[arms.learning]", "arms = [", "this is no TOML"),
-        ("decisions = 60", f"decisions = {'9' * 5000}", "this is no TOML"),
         ("decisions = 60", f"decisions = 0x{'f' * 5000}", "x.toml: Exceeds the limit"),
     ],
 )

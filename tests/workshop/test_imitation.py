@@ -8,13 +8,13 @@ from trainings import TINY, begun, tiny
 
 from reference.building import building_of
 from reference.game.environment import destination
-from reference.game.frame import KEEP, STAY
 from reference.game.interface import Moment
 from reference.game.observations import robot_vectors, to_normalised
 from reference.learning.adversarial import player_of
 from reference.learning.rollouts import play
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
+from reference.workshop.frame import KEEP, STAY
 from reference.workshop.strategies.robots import GROUP_RADIUS, Sweep
 from reference.workshop.training.imitation import Demonstration
 

@@ -17,6 +17,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from reference.building import Building
 from reference.floorplan import to_text
 from reference.workshop.maps import MistakesError, find, parse, read
 
@@ -74,6 +75,13 @@ def test_a_good_drawing_is_read_and_drawn_again_as_it_was(path):
     assert set(drawn(path.read_text())) == set(rows)
     if "-" not in "".join(re.findall(r"(?i)^floor.*?:", path.read_text(), re.M)):
         assert drawn(path.read_text()) == rows
+
+
+@pytest.mark.paper("A2")
+def test_a_rooms_name_may_have_digits_behind_its_first_letter():
+    """Schools number their rooms."""
+    plan = parse(HOUSE.replace("hall", "hal1").replace("lab", "b2c"))
+    assert [room.name for room in Building(plan).rooms(0)] == ["hal1", "b2c"]
 
 
 def test_a_floor_of_the_papers_size_is_read_at_once():

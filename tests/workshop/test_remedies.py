@@ -12,16 +12,16 @@ from torch.distributions import Independent, MixtureSameFamily
 
 from reference.flames import fuel
 from reference.game.environment import destination, fire_decision
-from reference.game.frame import UNIT
 from reference.game.observations import fire_vector, robot_vectors
 from reference.learning.networks import REFUSED, GaussianHead
-from reference.learning.settings import SettingsError
 from reference.navigation import navigation_of
 from reference.paper import HEALTH_SECONDS, Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomRobots
+from reference.workshop.frame import UNIT
 from reference.workshop.heads import SIGMAS, FrameHead, Mixture, MixtureHead
 from reference.workshop.maps import load
+from reference.workshop.plain import SettingsError
 from reference.workshop.remedies import shaped
 from reference.workshop.training.presets import preset
 from reference.world import Source

@@ -1,7 +1,6 @@
 """The adversarial loop: whose turn it is, what comes out, how it goes on."""
 
 import csv
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import pytest
@@ -11,9 +10,10 @@ from reference.learning.adversarial import learner_for, player_of
 from reference.learning.experience import Decisions, decisions_of
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Job, play
-from reference.learning.settings import SIDES, SettingsError
-from reference.strategies import RandomFire, RandomRobots
-from reference.workshop.training.checkpoints import load, newest
+from reference.learning.settings import SIDES
+from reference.strategies import NoFire, RandomFire, RandomRobots
+from reference.workshop.plain import SettingsError
+from reference.workshop.training.checkpoints import load
 from reference.workshop.training.imitation import clone
 from reference.workshop.training.learners import seeds_of
 from reference.workshop.training.loop import train
@@ -124,17 +124,6 @@ def test_an_interruption_before_a_buffer_is_full_changes_nothing(tmp_path):
 
 
 @pytest.mark.slow
-def test_rows_from_after_the_checkpoint_are_dropped_on_resume(whole, tmp_path):
-    """As if the power had failed between a row and its checkpoint."""
-    trained(begun(seed=1), tmp_path, rounds=2)
-    newest(tmp_path).unlink()
-    training = Training.resumed(load(tmp_path))
-    assert training.round < 2
-    trained(training, tmp_path)
-    assert rows(tmp_path) == rows(whole[1])
-
-
-@pytest.mark.slow
 def test_how_many_workers_there_are_changes_nothing(whole, tmp_path):
     """Two processes of one thread each, or this process: the same to the last bit."""
     training = begun(seed=1)
@@ -144,15 +133,6 @@ def test_how_many_workers_there_are_changes_nothing(whole, tmp_path):
     trained(here, tmp_path / "here", rounds=2)
     assert equal(load(tmp_path).learners, load(tmp_path / "here").learners)
     assert rows(tmp_path) == rows(tmp_path / "here") == rows(whole[1])[:4]
-
-
-def test_any_executor_will_do(whole, tmp_path):
-    """Such as a thread's; a cluster's have the same interface."""
-    training = begun(seed=1)
-    with ThreadPoolExecutor(1) as executor:
-        stop = lambda: training.round >= 1  # noqa: E731
-        train(training, tmp_path, executor, stop)
-    assert rows(tmp_path) == rows(whole[1])[:2]
 
 
 def test_seeds_follow_from_the_run_and_the_round_alone():
@@ -198,12 +178,17 @@ def test_random_fire_stands_in_for_a_share_of_the_jobs():
 
 
 @pytest.mark.paper("E6")
-def test_a_fire_that_others_stand_in_for_waits_for_its_turn():
-    """A first round in which it lights nothing is no fault of the scenario."""
-    training = begun(tiny(random_fires=1.0))
-    rows = training.learn([e for job in training.jobs() for e in play(job)])
-    assert [row["side"] for row in rows] == ["robots"]
-    assert not training.learners["fire"].steps
+@pytest.mark.parametrize("fixed", [{}, {"fire": "random"}])
+def test_calm_comes_before_the_fires(fixed):
+    """Nobody sets any until robots have made their share of decisions."""
+    training = begun(tiny(calm=0.5, random_fires=0.5), fixed=fixed)
+    robots = training.learners["robots"]
+    assert all(isinstance(job.fire, NoFire) for job in training.jobs())
+    training.learn([e for job in training.jobs() for e in play(job)])
+    assert training.phase == "robots" and 0 < robots.steps < 90
+    robots.steps = 90
+    assert not any(isinstance(job.fire, NoFire) for job in training.jobs())
+    assert training.phase == ("robots" if fixed else "together")
 
 
 def test_a_fire_reports_only_episodes_it_played():
@@ -240,18 +225,6 @@ def test_against_a_script_the_other_side_learns_alone(fixed, tmp_path):
     assert side not in fixed
     assert {row["side"] for row in rows(tmp_path)} == {side}
     assert list(load(tmp_path).learners) == [side]
-
-
-def test_against_a_checkpoint_the_other_side_learns_alone(whole, tmp_path):
-    """The fixed network plays in every round, and never changes."""
-    fire = load(whole[1]).player("fire")
-    training = begun(fixed={"fire": fire})
-    assert equal(
-        training.jobs()[0].fire.weights["body.layers.0.bias"].tolist(),
-        fire.weights["body.layers.0.bias"].tolist(),
-    )
-    trained(training, tmp_path, rounds=1)
-    assert equal(load(tmp_path).task.fixed["fire"].weights, fire.weights)
 
 
 @pytest.mark.parametrize(
@@ -329,19 +302,6 @@ def test_a_learner_may_begin_with_a_network(whole, side):
     assert equal(before[other], actors(begun(seed=5))[other])
 
 
-def test_a_training_that_began_with_networks_goes_on_as_if_never_stopped(
-    whole, tmp_path
-):
-    """They are in its checkpoint."""
-    one, two = tmp_path / "stopped", tmp_path / "at once"
-    initial = {side: load(whole[1]).player(side) for side in SIDES}
-    trained(begun(initial=initial), one, rounds=1)
-    trained(Training.resumed(load(one)), one, rounds=1)
-    trained(begun(initial=initial), two, rounds=2)
-    assert equal(load(one).learners, load(two).learners)
-    assert equal(load(one).task.initial["fire"].weights, initial["fire"].weights)
-
-
 def test_refuses_a_network_to_begin_with_that_means_something_else(whole):
     """Layers, heads, or what it observes: by name, what it has and what is here."""
     robots = load(whole[1]).player("robots")
@@ -363,7 +323,7 @@ def test_refuses_a_network_to_begin_with_that_means_something_else(whole):
 def test_a_round_that_is_being_played_is_dropped(tmp_path):
     """As if it had never begun: the next one has the same seeds."""
     training = begun()
-    looks = iter([False] * 2)  # before the round, and before its first job
+    looks = iter([False])  # before the round; then before its first job
     train(training, tmp_path, InProcess(), lambda: next(looks, True))
     assert training.round == 0
     assert equal(load(tmp_path).learners, begun().checkpoint().learners)
@@ -426,14 +386,6 @@ def test_a_table_begins_with_one_header_and_goes_on_where_it_was(tmp_path):
         file.write("1")
     table_until(path, ("round", "loss"), 1).append([{"round": 2, "loss": 0.5}])
     assert path.read_text() == f"round,loss\n1,{1 / 3!r}\n2,0.5\n"
-
-
-def test_times_are_in_a_table_of_their_own(whole):
-    """One row a round; no two runs agree in it."""
-    with (whole[1] / "times.csv").open() as file:
-        times = list(csv.DictReader(file))
-    assert [int(row["round"]) for row in times] == list(range(1, whole[0].round + 1))
-    assert all(float(row["decisions_per_second"]) > 0 for row in times)
 
 
 @pytest.mark.extra

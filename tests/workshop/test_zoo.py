@@ -1,7 +1,10 @@
 """The wrapper for those who have PettingZoo: its own suites, and whole episodes."""
 
+import pickle
+import re
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +18,12 @@ pytest.importorskip("pettingzoo", reason="the extra pettingzoo is not installed"
 
 from gymnasium import spaces
 from pettingzoo import ParallelEnv
-from pettingzoo.test import parallel_api_test, parallel_seed_test, render_test
+from pettingzoo.test import (
+    parallel_api_test,
+    parallel_seed_test,
+    render_test,
+    state_test,
+)
 
 from reference.strategies import RandomFire
 from reference.workshop import zoo
@@ -24,7 +32,18 @@ from reference.workshop.strategies.robots import Sweep
 
 pytestmark = pytest.mark.extra
 SCENE = Scenario(people=6, training=True)
-SIDES = [{}, {"robots": Sweep()}, {"fire": RandomFire()}]
+SCENE_STEPS = round(SCENE.time_limit / SCENE.decision_seconds) + 1
+SIDES = [
+    {},
+    {"robots": Sweep()},
+    {"fire": RandomFire()},
+    {"robots": "none"},
+    {"flat": True},
+    {"fire": "random", "flat": True},
+]
+BARE = [
+    sides for sides in SIDES if "flat" not in sides and "none" not in sides.values()
+]
 
 
 def made(**chosen):
@@ -44,6 +63,14 @@ def test_pettingzoos_test_of_seeds_passes(sides):
     parallel_seed_test(lambda: made(**sides), num_cycles=60)
 
 
+@pytest.mark.parametrize("flat", [False, True])
+def test_pettingzoos_test_of_states_passes(flat):
+    """For learners with a central critic."""
+    environment = made(flat=flat)
+    environment.reset(seed=1)
+    state_test(zoo.env(shipped("tiny"), SCENE, flat=flat), environment)
+
+
 def test_pettingzoos_test_of_pictures_passes():
     """Through its conversion to agents that act in turn."""
     render_test(
@@ -51,7 +78,7 @@ def test_pettingzoos_test_of_pictures_passes():
     )
 
 
-@pytest.mark.parametrize("sides", SIDES)
+@pytest.mark.parametrize("sides", BARE)
 def test_whole_episodes_are_the_same_with_and_without_pettingzoo(sides):
     """Same seed, same actions: every observation, reward and flag to the end."""
     wrapped, bare = made(**sides), Environment(shipped("tiny"), SCENE, **sides)
@@ -74,6 +101,7 @@ def test_it_is_one_of_pettingzoos_with_gymnasiums_spaces():
     environment = made()
     assert isinstance(environment, ParallelEnv)
     seen, _ = environment.reset(seed=1)
+    assert environment.state_space.contains(environment.state())
     assert environment.num_agents == environment.max_num_agents == 5
     for _ in turns(environment.environment):
         for agent, numbers in seen.items():
@@ -123,6 +151,92 @@ def test_a_building_may_be_named():
     assert environment.environment.building.title == shipped("museum").title
 
 
+def moved(environment, seed):
+    """What two further steps with the same random actions return."""
+    rng, told = np.random.default_rng(seed), []
+    for _ in range(2):
+        actions = {
+            agent: rng.uniform(-1, 1, environment.action_space(agent).shape)
+            for agent in environment.agents
+        }
+        told.append(environment.step(actions))
+    return told
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_a_pickled_environment_goes_on_like_the_original(flat):
+    """In the middle of an episode, whether or not it was drawn: for other processes."""
+    environment = made(flat=flat)
+    environment.reset(seed=3)
+    moved(environment, 0)
+    environment.render()
+    copied = pickle.loads(pickle.dumps(environment))
+    assert np.array_equal(copied.render(), environment.render())
+    assert same(moved(copied, 1), moved(environment, 1))
+
+
+@pytest.mark.parametrize("sides", [{"robots": "none"}, {"robots": "sweep"}])
+def test_a_strategy_may_be_named(sides):
+    """By the words of `evacuate`; what the fire observes is in its space."""
+    environment = made(**sides)
+    seen, _ = environment.reset(seed=1)
+    assert environment.agents == [FIRE]
+    assert environment.observation_space(FIRE).contains(seen[FIRE])
+
+
+@pytest.mark.parametrize(
+    ("sides", "error", "hint"),
+    [
+        ({"robots": "sweeep"}, ValueError, "Did you mean 'sweep'?"),
+        ({"fire": 3}, TypeError, "fire=3 is no object with a method `decide`"),
+        ({"robots": Sweep}, TypeError, "or None for agents"),
+    ],
+)
+def test_refuses_a_player_who_cannot_decide(sides, error, hint):
+    """At once, not some decisions later."""
+    with pytest.raises(error, match=re.escape(hint)):
+        made(**sides)
+
+
+def flat_episode(**rules):
+    """The flat environment of the robots, and all that an episode of it returns."""
+    scene = replace(SCENE, **rules)
+    environment = zoo.parallel_env(shipped("tiny"), scene, fire="random", flat=True)
+    seen, infos = environment.reset(seed=5)
+    told = [(seen, {}, {}, {}, infos)]
+    for _ in range(SCENE_STEPS):
+        if not environment.agents:
+            return environment, told
+        actions = {a: np.zeros(environment.action_space(a).shape) for a in seen}
+        told.append(environment.step(actions))
+    pytest.fail("it does not end")
+
+
+def test_flat_observations_are_boxes_and_all_agents_end_together():
+    """Robots of an empty floor have left: they see zeros and are paid nothing."""
+    environment, told = flat_episode(people_per_floor=(6, 0))
+    everybody = set(environment.possible_agents)
+    for returned in told[1:]:
+        assert all(set(part) == everybody for part in returned)
+        for agent, numbers in returned[0].items():
+            assert environment.observation_space(agent).contains(numbers)
+    seen, rewards, *_ = told[2]
+    gone = [agent for agent in everybody if not seen[agent].any()]
+    assert len(gone) == 2 and all(rewards[agent] == 0 for agent in gone)
+    ends = [set(ended.values()) | set(cut.values()) for _, _, ended, cut, _ in told[1:]]
+    assert ends[:-1] == [{False}] * (len(told) - 2)
+    *_, (_, _, ended, cut, _) = told
+    assert {*ended.values(), *cut.values()} == {True, False}
+
+
+def test_flat_rewards_are_shares_of_the_health_that_all_begin_with():
+    """One that stayed to the end has been paid the outcome's reward, divided by it."""
+    environment, told = flat_episode()
+    outcome = environment.environment.simulation.outcome()
+    paid = [sum(r[1].get(agent, 0) for r in told) for agent in told[0][0]]
+    assert max(paid, key=abs) == pytest.approx(outcome.reward / (100 * SCENE.people))
+
+
 def test_refuses_to_be_imported_without_pettingzoo():
     """And says how to get it, and how to do without."""
     code = "import sys; sys.modules['pettingzoo'] = None; import reference.workshop.zoo"
@@ -159,3 +273,15 @@ def test_refuses_a_kind_of_picture_there_is_not():
     with pytest.raises(ValueError, match="no render_mode 'human'; there is rgb_array"):
         environment.render()
     assert environment.metadata["render_modes"] == ["rgb_array"]
+
+
+def test_supersuit_makes_a_vector_of_environments():
+    """What stable-baselines3 takes: worlds in other processes, robots stacked."""
+    supersuit = pytest.importorskip("supersuit", reason="supersuit is no extra")
+    one = supersuit.pettingzoo_env_to_vec_env_v1(made(fire="random", flat=True))
+    many = supersuit.concat_vec_envs_v1(one, 2, num_cpus=2, base_class="gymnasium")
+    seen, _ = many.reset(seed=0)
+    actions = np.stack([one.action_space.sample() for _ in seen])
+    seen, rewards, *_ = many.step(actions)
+    assert seen.shape == (8, *one.observation_space.shape) and len(rewards) == 8
+    many.close()

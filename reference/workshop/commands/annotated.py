@@ -14,7 +14,7 @@ def paper(arguments: Namespace) -> None:
     from reference.workshop.annotated.index import marked_tests
     from reference.workshop.annotated.page import page
 
-    writable(arguments.output, (".html",), "a page")
+    writable(arguments.output, "a page", (".html",))
     marked_tests()
     write_whole(arguments.output, page(load("paper")).encode())
     print(arguments.output)

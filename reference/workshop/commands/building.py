@@ -18,6 +18,7 @@ from reference.workshop.commands import options
 from reference.workshop.commands.common import Command, counted, writable
 from reference.workshop.files import told
 from reference.workshop.maps import find, load, shipped_floors
+from reference.workshop.maps.semantics import touching
 from reference.workshop.runs import ContradictionError
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
@@ -32,6 +33,9 @@ def check(arguments: Namespace) -> None:
 
 def _check(arguments: Namespace) -> None:
     building = load(arguments.file)
+    for one, other in dict.fromkeys(touching(building)):
+        where = f"{one.id} and {other.id} touch at a corner; nobody passes there."
+        print(f"note: {where} Draw a wall, or a door.", file=sys.stderr)
     kinds = [landmark.kind for landmark in building.landmarks]
     facts: dict[str, Any] = {
         "title": building.title,
@@ -64,7 +68,7 @@ def _draw(arguments: Namespace) -> None:
     from reference.workshop import drawing
 
     path = arguments.output or Path(f"{name}.png")
-    writable(path, drawing.page.PICTURES, "a picture")
+    writable(path)
     drawing.save(getattr(drawing, arguments.view)(building, **floor), path)
     print(path)
 

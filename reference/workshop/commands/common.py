@@ -35,15 +35,16 @@ class Command(NamedTuple):
     chance: bool = True
 
 
-def writable(path: Path, formats: Iterable[str], what: str) -> None:
+def writable(path: Path, what: str = "a picture", formats: Iterable[str] = ()) -> None:
     """Refuse a file that cannot be written, before there is anything to write.
 
-    Raises ContradictionError for another suffix than the formats', else RunError.
+    formats: suffixes, by default those of pictures. Raises ContradictionError for
+    another suffix, else RunError.
     """
-    from reference.workshop.drawing.page import with_suffix
+    from reference.workshop.drawing.page import PICTURES, with_suffix
 
     try:
-        with_suffix(path, formats, what)
+        with_suffix(path, formats or PICTURES, what)
     except InputError as error:
         raise ContradictionError(str(error)) from error
     if path.is_dir():

@@ -10,7 +10,6 @@ from dataclasses import asdict
 from math import isnan
 from pathlib import Path
 from statistics import mean
-from time import perf_counter
 from typing import Any
 
 from tqdm import tqdm
@@ -28,8 +27,6 @@ from reference.workshop.strategies import LEARNED
 
 Pair = tuple[str, str]
 """Who plays the robots, and who the fire."""
-Note = Callable[[], None]
-"""What is called at 0 s and after each tick."""
 
 UNGUIDED, GUIDED = ("none", "random"), ("escort", "random")
 ATTACKED = ("escort", "busiest")
@@ -78,27 +75,23 @@ def evacuate(arguments: Namespace) -> None:
     evaluation = _evaluation(pairs, **{name: getattr(arguments, name) for name in SAME})
     noted(evaluation)
     if arguments.density:
-        from reference.workshop.drawing.page import PICTURES
-
-        writable(arguments.density, PICTURES, "a picture")
+        writable(arguments.density)
     runs: list[list[dict[str, Any]]] = [[] for _ in pairs]
-    seeds, crowds = list(evaluation.seeds), list[Crowd]()
-    if arguments.animate or arguments.record:
-        first = [_begun(evaluation, pair, seeds[0]) for pair in pairs]
-        notes = _notes(first[0], arguments.density, crowds)
-        _play(first, pairs, arguments.animate, arguments.record, notes)
-        for found, simulation in zip(runs, first, strict=True):
-            found.append({"seed": seeds[0], **_facts(simulation), "wall_seconds": None})
-        del seeds[0]
-    for seed in tqdm(seeds, unit="episode", disable=None, leave=False):
-        for found, pair in zip(runs, pairs, strict=True):
-            start, simulation = perf_counter(), _begun(evaluation, pair, seed)
-            notes = _notes(simulation, arguments.density, crowds)
-            deque(ticks([simulation], notes), maxlen=0)
-            took = {"wall_seconds": perf_counter() - start}
-            found.append({"seed": seed, **_facts(simulation), **took})
+    crowds = list[Crowd]()
+    for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
+        simulations = [_begun(evaluation, pair, seed) for pair in pairs]
+        if arguments.density:
+            crowds.append(Crowd(simulations[0]))
+        notes, first = [crowd.note for crowd in crowds[-1:]], seed == evaluation.seed
+        film, folder = (arguments.animate, arguments.record) if first else (None, None)
+        _play(simulations, pairs, film, folder, notes)
+        for found, simulation in zip(runs, simulations, strict=True):
+            found.append({"seed": seed, **_facts(simulation)})
     if arguments.density:
-        _draw_density(crowds, pairs[0], arguments.density)
+        from reference.workshop.drawing import crowded, save
+
+        save(crowded(together(crowds), _heading(pairs[0])), arguments.density)
+        print(f"the picture is in {arguments.density}", file=sys.stderr)
     told = [_told(evaluation, *each) for each in zip(pairs, runs, strict=True)]
     if arguments.json:
         print(json.dumps(told[0] if len(told) == 1 else {"pairs": told}))
@@ -131,9 +124,9 @@ def _begun(evaluation: Evaluation, pair: Pair, seed: int) -> Simulation:
 def _play(
     simulations: Sequence[Simulation],
     pairs: Sequence[Pair],
-    film: Path | None,
+    film: Path | None = None,
     folder: Path | None = None,
-    notes: Sequence[Note] = (),
+    notes: Sequence[Callable[[], None]] = (),
 ) -> None:
     """Run simulations to their ends; film all of them, record the first."""
     recorded = recording(simulations[0], folder) if folder else nullcontext()
@@ -142,27 +135,12 @@ def _play(
         if film:
             from reference.workshop.drawing.film import FORMATS, animate
 
-            writable(film, FORMATS, "an animation")
+            writable(film, "an animation", FORMATS)
             animate(simulations, film, [_heading(pair) for pair in pairs], going)
             print(f"the animation is in {film}", file=sys.stderr)
         deque(going, maxlen=0)
     if folder:
         print(f"the recording is in {folder}", file=sys.stderr)
-
-
-def _notes(simulation: Simulation, asked: bool, crowds: list[Crowd]) -> list[Note]:
-    """If asked, add a crowd to those of earlier episodes; return what it notes."""
-    if not asked:
-        return []
-    crowds.append(Crowd(simulation))
-    return [crowds[-1].note]
-
-
-def _draw_density(crowds: Sequence[Crowd], pair: Pair, path: Path) -> None:
-    from reference.workshop.drawing import crowded, save
-
-    save(crowded(together(crowds), _heading(pair)), path)
-    print(f"the picture is in {path}", file=sys.stderr)
 
 
 def _heading(pair: Pair) -> str:
@@ -184,14 +162,14 @@ def _told(
     evaluation: Evaluation, pair: Pair, runs: list[dict[str, Any]]
 ) -> dict[str, Any]:
     """Say what was played, the mean of every figure, and all runs."""
-    values = {name: _known(runs, name) for name in runs[0] if name != "seed"}
+    known = {name: _known(runs, name) for name in runs[0] if name != "seed"}
     return {
         "building": evaluation.arena.building,
         "robots": pair[0],
         "fire": pair[1],
         "seed": evaluation.seed,
         "episodes": evaluation.episodes,
-        **{name: mean(known) if known else None for name, known in values.items()},
+        **{name: mean(values) if values else None for name, values in known.items()},
         "runs": runs,
     }
 

@@ -21,10 +21,10 @@ from reference.workshop.crossplay.matches import Evaluation
 from reference.workshop.crossplay.results import Cell
 from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.files import write_json
-from reference.workshop.runs import ContradictionError, held
+from reference.workshop.runs import ContradictionError, held, refuse_options
 
 RULER = "ruler.json"
-ASKED = ("robots", "building", "people", "seed", "episodes", "sample")
+ASKED = ("building", "people", "seed", "episodes", "sample")
 
 
 def evaluate(arguments: Namespace) -> None:
@@ -41,11 +41,13 @@ def evaluate(arguments: Namespace) -> None:
 def _evaluation(arguments: Namespace) -> Evaluation:
     """Begin an evaluation, or resume one with further robots and fires."""
     asked = {name: getattr(arguments, name) for name in ASKED}
-    asked |= {"fires": arguments.fire}
-    known = {name: value for name, value in asked.items() if value is not None}
+    who = {"robots": arguments.robots, "fires": arguments.fire}
+    given = {name: value for name, value in who.items() if value is not None}
     if arguments.resume:
-        return matches.resume(arguments.out, **known)
-    return matches.begin(**known)
+        refuse_options(asked)
+        return matches.resume(arguments.out, **given)
+    given |= {name: value for name, value in asked.items() if value is not None}
+    return matches.begin(**given)
 
 
 def _given(arguments: Namespace, evaluation: Evaluation) -> Ruler | None:
@@ -129,7 +131,8 @@ def _keep(
     from reference.workshop.drawing import page
     from reference.workshop.drawing import ruler as rulers
 
-    results.write_cells(folder, evaluation, ruler, cells)
+    told = results.as_json(evaluation, ruler, cells)
+    write_json(folder / "cells.json", told)
     pictures = {
         "matrix.png": charts.matrix(cells),
         "evacuations.png": charts.curves(found),
@@ -158,7 +161,7 @@ EVALUATE_OPTIONS: options.Table = {
     **options.SAMPLE,
     **options.WORKERS,
     "--out": options.path("DIR", "keep runs, tables and pictures there"),
-    "--resume": options.flag("go on in DIR; more may be asked for"),
+    "--resume": options.flag("go on in DIR, also with further --robots and --fire"),
     "--ruler": options.path(
         "FILE", "a ruler.json, which evaluate --out writes; default: the paper's"
     ),

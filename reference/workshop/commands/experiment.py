@@ -24,7 +24,7 @@ from reference.workshop.commands.common import (
     workforce,
 )
 from reference.workshop.files import write_whole
-from reference.workshop.runs import ContradictionError, RunError, held
+from reference.workshop.runs import RunError, held
 from reference.workshop.workers import cluster
 
 
@@ -32,8 +32,6 @@ def experiment(arguments: Namespace) -> None:
     """Trains and tests the arms of an experiment's file, and writes a page about it."""
     from reference.workshop.experiment import design, jobs
 
-    if arguments.seed is not None:
-        raise ContradictionError("An experiment's seeds are in its file; drop --seed.")
     folder = arguments.out or Path("out") / arguments.file.stem
     resumed = again(f"experiment {quoted(arguments.file)}", out=folder)
     with held(folder, arguments.resume, partial(design.read, arguments.file)) as asked:
@@ -59,7 +57,6 @@ def _hands(
         with workforce(arguments.workers, about, after) as work:
             yield work
     else:
-        print(f"{about}; cluster {arguments.cluster}", file=sys.stderr)
         with cluster(arguments.cluster) as executor, ctrl_c() as stop:
             yield executor, stop
 
@@ -76,8 +73,8 @@ def _tell(asked: Any, found: list[Any], folder: Path, as_json: bool) -> None:
     pictures.save(charts.matrix(cells, fill(report.OVER, 80)), folder / "matrix.png")
     write_whole(folder / "page.md", report.page(results, "matrix.png").encode())
     if as_json:
-        rows = [as_plain(vars(cell)) for cell in cells]
-        print(json.dumps({"answer": answer, "cells": rows}))
+        told = {"answer": answer, "cells": [as_plain(vars(cell)) for cell in cells]}
+        print(json.dumps(told))
     else:
         print(table(cells, report.SHOWN), answer, sep="\n")
     print(f"the page is {folder / 'page.md'}", file=sys.stderr)
@@ -93,9 +90,7 @@ EXPERIMENT_OPTIONS: options.Table = {
     },
     "--out": options.path("DIR", "default: out/NAME, which is FILE's without .toml"),
     "--resume": options.flag("go on in DIR; what changed in FILE is made anew"),
-    "--seed": options.SEED["--seed"] | {"help": "refused: the seeds are in FILE"},
 }
 
-EXPERIMENT = Command(
-    experiment, EXPERIMENT_OPTIONS, "experiment tutorials/experiments/tiny.toml"
-)
+EXAMPLE = "experiment tutorials/experiments/tiny.toml"
+EXPERIMENT = Command(experiment, EXPERIMENT_OPTIONS, EXAMPLE, chance=False)

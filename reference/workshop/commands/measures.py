@@ -22,9 +22,7 @@ def validate(arguments: Namespace) -> None:
     """Measures standard pedestrian cases; exit status 0 also where a case fails."""
     seed, names = arguments.seed or 0, arguments.only or list(CASES)
     if arguments.output:
-        from reference.workshop.drawing import page
-
-        writable(arguments.output, page.PICTURES, "a picture")
+        writable(arguments.output)
     progress = tqdm(names, unit="case", disable=None, leave=False)
     rows = [measured(name, seed) for name in progress]
     if arguments.json:
@@ -35,9 +33,9 @@ def validate(arguments: Namespace) -> None:
     else:
         _tell(rows)
     if arguments.output:
-        from reference.workshop.drawing.validation import diagram
+        from reference.workshop.drawing import save, validation
 
-        print(page.save(diagram(seed), arguments.output), file=sys.stderr)
+        print(save(validation.diagram(seed), arguments.output), file=sys.stderr)
 
 
 def _tell(rows: list[dict[str, Any]]) -> None:

@@ -11,8 +11,6 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from reference.building import building_of
-from reference.learning.settings import rows_of
 from reference.workshop.commands import options
 from reference.workshop.commands.common import (
     Command,
@@ -22,13 +20,13 @@ from reference.workshop.commands.common import (
     workforce,
     writable,
 )
+from reference.workshop.plain import rows_of
 from reference.workshop.remedies import SideSettings
-from reference.workshop.runs import ContradictionError, held
+from reference.workshop.runs import ContradictionError, held, refuse_options
 from reference.workshop.strategies import GUIDES, LEARNED, SCRIPTS
 from reference.workshop.training.presets import PRESETS
 from reference.workshop.training.summaries import SUMMARIES
 
-PEOPLE = ("survival", "evacuated", "died")
 TINY = """\
 note: preset tiny shows in seconds how a training runs; it ends before anything is
 learned. To learn, take --preset laptop."""
@@ -81,10 +79,11 @@ def _training(arguments: Namespace) -> Any:
     from reference.workshop.training.session import Training
 
     names = starting.Asked.__dataclass_fields__
-    asked = starting.Asked(**{name: getattr(arguments, name) for name in names})
+    asked = {name: getattr(arguments, name) for name in names}
     if arguments.resume:
-        return starting.resume(asked, arguments.out)
-    return Training(starting.begin(asked, arguments.out))
+        refuse_options(asked)
+        return starting.resume(arguments.out)
+    return Training(starting.begin(starting.Asked(**asked)))
 
 
 def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
@@ -94,9 +93,8 @@ def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
     else:
         print(training.about())
         for name, value in facts.items():
-            if isinstance(value, int | float) and name not in PEOPLE:
+            if isinstance(value, int | float):
                 print(f"{name.replace('_', ' '):22}{figures([value])}")
-        print(_people(training, facts))
         if facts["preset"] == "tiny":
             print(TINY, file=sys.stderr)
     fixed = training.task.fixed.items()
@@ -112,29 +110,13 @@ def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
     )
 
 
-def _people(training: Any, facts: dict[str, Any]) -> str:
-    """Say what became of people in the last round, on average over its episodes."""
-    if facts["evacuated"] is None:
-        return "no round was played"
-    scenario, building = training.settings.scenario, building_of(training.task.plan)
-    people = sum(scenario.start_counts(building.floors))
-    out, dead = facts["evacuated"], facts["died"]
-    inside = people - out - dead
-    return (
-        f"in the last round, of {people} people: {out:.3g} out, {dead:.3g} dead, "
-        f"{inside:.3g} still inside when time was up"
-    )
-
-
 def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or of several that belong together."""
-    from reference.workshop.drawing import page
-    from reference.workshop.drawing.curves import figure
-    from reference.workshop.drawing.runs import read
+    from reference.workshop.drawing import curves, save
 
     path = arguments.output or Path("curves.png")
-    writable(path, page.PICTURES, "a picture")
-    print(page.save(figure([read(run) for run in arguments.runs]), path))
+    writable(path)
+    print(save(curves.figure([curves.read(run) for run in arguments.runs]), path))
 
 
 NOTE = "if given, this side does not learn"
@@ -171,7 +153,7 @@ TRAIN_OPTIONS: options.Table = {
     },
     **options.WORKERS,
     "--out": options.path("DIR", "default: out/train", default=Path("out/train")),
-    "--resume": options.flag("go on with the training in DIR"),
+    "--resume": options.flag("go on with the training in DIR, as it was begun"),
     "--tensorboard": options.flag("write DIR/tensorboard too (needs TensorBoard)"),
 }
 CURVES_OPTIONS: options.Table = {

@@ -11,9 +11,10 @@ from os.path import exists  # False for what no path can be, too
 from typing import Any
 
 from reference.building import Building, building_of
-from reference.learning.settings import Side, did_you_mean
+from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
+from reference.workshop.plain import did_you_mean
 from reference.workshop.strategies import LEARNED, SCRIPTS
 from reference.workshop.worst_case import WorstCase
 

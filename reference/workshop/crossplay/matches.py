@@ -5,12 +5,12 @@ paired by seed.  Checkpoints, if any, determine both.  A training's folder is pi
 its newest checkpoint, though more may come while runs are played.
 """
 
-import hashlib
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, replace
-from itertools import product
+from hashlib import sha256
+from itertools import chain, product
 from os.path import exists  # False for what no path can be, too
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -29,8 +29,6 @@ from reference.workshop.plain import record_from
 from reference.workshop.runs import (
     ContradictionError,
     RunError,
-    building_asked,
-    refuse_contradictions,
     refuse_version,
 )
 from reference.workshop.strategies import LEARNED, SCRIPTS, SHIPPED
@@ -45,11 +43,8 @@ MOST_RUNS = 1_000_000
 UNGUIDED = "none"  # no robots: people are unguided
 
 
-class Match(NamedTuple):
-    """The robots and the fire, by the words that were asked for."""
-
-    robots: str
-    fire: str
+Sides = list[tuple[Side, str]]
+"""Contestants' words with their side, robots first."""
 
 
 class Run(NamedTuple):
@@ -122,13 +117,14 @@ class Evaluation:
         """Everything there is to play, in order."""
         return [Run(*r) for r in product(self.robots, self.fires, self.seeds)]
 
-    def word(self, word: str) -> str:
-        """A contestant's word, or the path of the checkpoint that it is pinned to."""
-        return self.files[word].path if word in self.files else word
+    @property
+    def sides(self) -> Sides:
+        """All contestants."""
+        return _sides(self.robots, self.fires)
 
     def evacuation(self, run: Run) -> Evacuation:
         """Describe one run for any process, with the files that its words mean."""
-        robots, fire = self.word(run.robots), self.word(run.fire)
+        robots, fire = (_word(word, self.files) for word in run[:2])
         where = self.arena.plan, self.arena.scenario
         return Evacuation(*where, robots, fire, run.seed, self.sample)
 
@@ -178,54 +174,35 @@ def begin(
 
 
 def resume(
-    folder: Path,
-    robots: Sequence[str] = (),
-    fires: Sequence[str] = (),
-    building: str | None = None,
-    people: int | None = None,
-    seed: int | None = None,
-    episodes: int | None = None,
-    sample: bool | None = None,
+    folder: Path, robots: Sequence[str] = (), fires: Sequence[str] = ()
 ) -> Evaluation:
     """Resume the evaluation in a folder, with any further robots and fires.
 
     Raises RunError if there is none, if it is another version's, if it was edited or
-    its checkpoints have changed; ContradictionError for the first of the others that
-    differs from what was begun; else as `begin`.
+    its checkpoints have changed; else as `begin`.
     """
     begun = read(folder / ABOUT)
-    arena = begun.arena
-    asked = (
-        ("--people", people, arena.people),
-        ("--seed", seed, begun.seed),
-        ("--episodes", episodes, begun.episodes),
-        ("--sample", sample, begun.sample),
-        building_asked(building, arena.building, arena.plan),
-    )
-    refuse_contradictions(f"the evaluation in {folder}", asked)
     for file in begun.files.values():
         _refuse_changed(file)
-    words = _once([*begun.robots, *robots]), _once([*begun.fires, *fires])
-    files = _pinned(_sides(*words)) | dict(begun.files)
-    _refuse_misfits(_learned(_sides(*words), files), arena)
-    return replace(begun, robots=words[0], fires=words[1], files=files)
+    all_robots, all_fires = _once(begun.robots, robots), _once(begun.fires, fires)
+    more = replace(begun, robots=all_robots, fires=all_fires)
+    files = _pinned(more.sides) | dict(begun.files)
+    _refuse_misfits(_learned(more.sides, files), begun.arena)
+    return replace(more, files=files)
 
 
-def _once(words: Iterable[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(words))
-
-
-# -- Where they meet ----------------------------------------------------------------
-
-Sides = list[tuple[Side, str]]
-"""Contestants' words with their side, robots first."""
-
-Learned = dict[tuple[Side, str], Any]
-"""Learned policies by side and word: each knows one building and one scenario."""
+def _once(*words: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(chain(*words)))
 
 
 def _sides(robots: Iterable[str], fires: Iterable[str]) -> Sides:
     return [*(("robots", word) for word in robots), *(("fire", word) for word in fires)]
+
+
+# -- Where they meet ----------------------------------------------------------------
+
+Learned = dict[tuple[Side, str], Any]
+"""Learned policies by side and word: each knows one building and one scenario."""
 
 
 def _arena(building: str | None, people: int | None, policy: Any) -> Arena:
@@ -245,7 +222,7 @@ def _learned(sides: Sides, files: Mapping[str, Pinned]) -> Learned:
     found = {}
     for side, word in sides:
         with _named(side, word):
-            made = contestant(files[word].path if word in files else word, side)
+            made = contestant(_word(word, files), side)
         if hasattr(made, "refuse_elsewhere"):
             found[side, word] = made
     return found
@@ -274,12 +251,10 @@ def unlike_training(evaluation: Evaluation) -> Iterator[str]:
     affect a network's shape.
     """
     here = asdict(evaluation.arena.scenario)
-    sides = _sides(evaluation.robots, evaluation.fires)
-    for (side, word), policy in _learned(sides, evaluation.files).items():
+    for (side, word), policy in _learned(evaluation.sides, evaluation.files).items():
         there = asdict(policy.scenario_to_evaluate())
-        other = [name for name in there if here[name] != there[name]]
-        if other:
-            told = (f"{name} {there[name]} (here {here[name]})" for name in other)
+        told = [f"{k} {v} (here {here[k]})" for k, v in there.items() if v != here[k]]
+        if told:
             yield f"the {side} {word} learned with {', '.join(told)}"
 
 
@@ -302,11 +277,11 @@ def _pin(path: Path) -> Pinned:
             raise RunError(f"{path}: there is no checkpoint in this folder.")
         path = found
     refuse_no_file(path)
-    return Pinned(str(path), _digest(path.read_bytes()))
+    return Pinned(str(path), sha256(path.read_bytes()).hexdigest())
 
 
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+def _word(word: str, files: Mapping[str, Pinned]) -> str:
+    return files[word].path if word in files else word
 
 
 def _refuse_changed(file: Pinned) -> None:
@@ -317,7 +292,7 @@ def _refuse_changed(file: Pinned) -> None:
             f"{path}: runs were played with this checkpoint, which is not here. "
             "Go on where the evaluation was begun, or bring it back."
         )
-    if _digest(path.read_bytes()) != file.sha256:
+    if sha256(path.read_bytes()).hexdigest() != file.sha256:
         raise RunError(
             f"{path}: is no more the checkpoint that runs were played with. "
             "Bring that one back, or begin anew in another folder."
@@ -356,4 +331,4 @@ def read(path: Path) -> Evaluation:
 
 def _seal(content: dict[str, Any]) -> str:
     """Digest all that was written, so that no edit passes unnoticed."""
-    return _digest(json.dumps(content, sort_keys=True).encode())
+    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -6,7 +6,7 @@ convex, so that a mean of scores would reward unreliable robots.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ from reference.evaluation.score import Ruler, RulerError, from_runs
 from reference.workshop.crossplay.intervals import Interval, of_mean, of_means
 from reference.workshop.crossplay.matches import Evaluation
 from reference.workshop.crossplay.runs import RunResult
-from reference.workshop.files import Table, read_json, write_json
+from reference.workshop.files import read_json
 from reference.workshop.plain import record_from
 
 
@@ -42,9 +42,6 @@ class Cell:
     score: Interval | None
     evacuation_time: Interval | None
     mean_health: Interval | None
-
-
-FIGURES = tuple(field.name for field in fields(Cell))[3:]
 
 
 def cells(
@@ -167,29 +164,26 @@ def _column(head: str, texts: Sequence[str], side: str = ">") -> list[str]:
 def _figures(cells: Sequence[Cell], name: str) -> list[str]:
     """Format a column like 83.2 [81.0, 85.1], both parts aligned."""
     means, ends = zip(*(mean_and_interval(cell, name) for cell in cells), strict=True)
-    width = 0 if name in MEANS else max(map(len, ends))
-    return [
-        f"{m} {e:>{width}}" if width else m for m, e in zip(means, ends, strict=True)
-    ]
+    if name in MEANS:
+        return list(means)
+    width = max(map(len, ends))
+    both = zip(means, ends, strict=True)
+    return [f"{mean} {end:>{width}}" if width else mean for mean, end in both]
 
 
 def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
     """Format a figure's mean and its interval; "-" if there is none.
 
-    A single run has no interval: it tells nothing of how runs scatter.
+    A single run has no interval: it tells nothing of how runs scatter. Survival is in
+    percent, the score has two digits.
     """
     interval = getattr(cell, name)
     if interval is None:
         return "-", ""
-    mean, low, high = (formatted(value, name) for value in interval)
+    times = 100 if name in ("survival", "gain") else 1
+    digits = {"survival": 1, "gain": 1, "score": 2}.get(name, 0)
+    mean, low, high = (f"{times * value:,.{digits}f}" for value in interval)
     return mean, f"[{low}, {high}]" if cell.n > 1 else ""
-
-
-def formatted(value: float, figure: str) -> str:
-    """Format a figure: survival in percent, the score with two digits."""
-    if figure in ("survival", "gain"):
-        return f"{100 * value:.1f}"
-    return f"{value:.2f}" if figure == "score" else f"{value:,.0f}"
 
 
 # -- For programs -------------------------------------------------------------------
@@ -214,20 +208,3 @@ def as_plain(figures: Mapping[str, Any]) -> dict[str, Any]:
     return {
         k: v._asdict() if isinstance(v, Interval) else v for k, v in figures.items()
     }
-
-
-def write_cells(
-    folder: Path, evaluation: Evaluation, ruler: Ruler | None, cells: Sequence[Cell]
-) -> None:
-    """Write cells.csv and cells.json into the evaluation's folder. Raises OSError."""
-    ends = [f"{name}_{end}" for name in FIGURES for end in Interval._fields]
-    Table(folder / "cells.csv", ["robots", "fire", "n", *ends], map(_row, cells))
-    write_json(folder / "cells.json", as_json(evaluation, ruler, cells))
-
-
-def _row(cell: Cell) -> dict[str, Any]:
-    """Make a cell's row of the CSV table, without columns of missing figures."""
-    row = as_plain(vars(cell))
-    for name in FIGURES:
-        row |= {f"{name}_{end}": v for end, v in (row.pop(name) or {}).items()}
-    return row

@@ -12,7 +12,6 @@ from math import ceil
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator, PercentFormatter
@@ -21,7 +20,7 @@ from reference.paper import InputError
 from reference.workshop.crossplay.intervals import band
 from reference.workshop.crossplay.results import Cell, mean_and_interval
 from reference.workshop.crossplay.runs import RunResult
-from reference.workshop.drawing.page import TEXT, foot, sheet, shortened
+from reference.workshop.drawing.page import TEXT, Style, foot, sheet, shortened
 
 EVEN = LinearSegmentedColormap.from_list("even", ["#dc7d33", "#fbf7ef", "#62a0d8"])
 """Survival: orange where the fire wins, blue where the robots do, for every eye."""
@@ -63,9 +62,16 @@ def _name(word: str, kept: int) -> str:
     return "\n".join(shortened(line, LONGEST) for line in lines)
 
 
-def players(found: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]:
-    """Robots or fires, in the order of first appearance."""
-    return list(dict.fromkeys(getattr(each, side) for each in found))
+def labels(
+    found: Sequence[Cell] | Sequence[RunResult], side: str, between: str = "\n"
+) -> dict[str, str]:
+    """Name robots or fires shortly, in the order of first appearance.
+
+    between: lines of a name
+    """
+    players = list(dict.fromkeys(getattr(each, side) for each in found))
+    short = (name.replace("\n", between) for name in names(players))
+    return dict(zip(players, short, strict=True))
 
 
 # -- Who beats whom -----------------------------------------------------------------
@@ -81,21 +87,24 @@ def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
         raise InputError(
             "there is nothing to draw: no cells. Evaluate some runs first."
         )
-    robots, fires = players(cells, "robots"), players(cells, "fire")
+    robots, fires = labels(cells, "robots"), labels(cells, "fire")
     size = max(6.4, 1.4 * len(fires) + 2.6), 0.66 * len(robots) + 1.8
     page = sheet("Who beats whom: survivors, %", *size)
     axes = page.subplots()
     means = np.full((len(robots), len(fires)), np.nan)
     for cell in cells:
-        place = robots.index(cell.robots), fires.index(cell.fire)
-        means[place] = cell.survival.mean
-        _write(axes, place, cell)
+        place = [*robots].index(cell.robots), [*fires].index(cell.fire)
+        means[*place] = cell.survival.mean
+        middle: Style = {"x": place[1] + 0.5, "ha": "center", "va": "center"}
+        mean, ends = mean_and_interval(cell, "survival")
+        axes.text(y=place[0] + 0.36, s=mean, fontsize=12, **middle)
+        axes.text(y=place[0] + 0.74, s=ends, fontsize=8, **middle)
     boxes = axes.pcolormesh(means, cmap=EVEN, vmin=0, vmax=1, ec="white", lw=1.5)
     axes.invert_yaxis()
     axes.xaxis.tick_top()
     axes.xaxis.set_label_position("top")
-    axes.set_xticks(np.arange(len(fires)) + 0.5, names(fires))
-    axes.set_yticks(np.arange(len(robots)) + 0.5, names(robots))
+    axes.set_xticks(np.arange(len(fires)) + 0.5, fires.values())
+    axes.set_yticks(np.arange(len(robots)) + 0.5, robots.values())
     axes.tick_params(length=0, labelcolor=TEXT)
     axes.set_ylabel("robots")
     axes.set_xlabel("fire", labelpad=9)  # else it reads as part of a fire's name
@@ -104,14 +113,6 @@ def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
     bar.outline.set_visible(False)
     foot(page, [], caption=caption or _caption([cell.n for cell in cells]))
     return page
-
-
-def _write(axes: Axes, place: tuple[int, int], cell: Cell) -> None:
-    """Write the mean large, its interval small beneath."""
-    row, column = place
-    mean, ends = mean_and_interval(cell, "survival")
-    axes.text(column + 0.5, row + 0.36, mean, fontsize=12, ha="center", va="center")
-    axes.text(column + 0.5, row + 0.74, ends, fontsize=8, ha="center", va="center")
 
 
 def _caption(runs: Sequence[int]) -> str:
@@ -133,20 +134,20 @@ def curves(results: Sequence[RunResult]) -> Figure:
     """
     if not results:
         raise InputError("there is nothing to draw: no runs. Evaluate some first.")
-    robots, fires = players(results, "robots"), players(results, "fire")
+    robots, fires = labels(results, "robots", " "), labels(results, "fire", " ")
     columns = min(len(fires), 2 if len(fires) == 4 else 3)
     rows = ceil(len(fires) / columns)
     title = "Evacuation curves: who is out by when, with 95 % intervals"
     page = sheet(title, max(7.5, 3.5 * columns), 2.5 * rows + 1.2)
     panels = page.subplots(rows, columns, sharey=True, squeeze=False)
     t = np.arange(0, max(r.evacuation_time or 0 for r in results) + 2 * STEP, STEP)
-    labels = [name.replace("\n", " ") for name in names(robots)]
-    looks = list(zip(robots, labels, cycle(LINES), strict=False))
-    for axes, fire, name in zip(panels.flat, fires, names(fires), strict=False):
+    for axes, (fire, name) in zip(panels.flat, fires.items(), strict=False):
         axes.set(xlim=(0, t[-1]), ylim=(0, 102), xlabel="seconds")
-        axes.set_title("fire: " + name.replace("\n", " "))
+        axes.set_title(f"fire: {name}")
         axes.grid(axis="y")
-        for word, label, (colour, dashes) in looks:
+        for (word, label), (colour, dashes) in zip(
+            robots.items(), cycle(LINES), strict=False
+        ):
             runs = [run for run in results if run.match == (word, fire)]
             mean, low, high = (100 * line for line in band(shares(runs, t)))
             axes.fill_between(t, low, high, color=colour, alpha=0.16, lw=0)

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
 from matplotlib.collections import PathCollection
-from matplotlib.colors import ListedColormap
+from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
@@ -47,22 +47,23 @@ ENTRIES = (*MODES.values(), TRAIL, "robot", "destination", *FIRES, "died here")
 
 INK = "#16191d"
 FLAME, EMBER, SOURCE, CHAR = "#f47b20", "#c43c00", "#d11a1a", "#1d120c"
-TRAIL_ALPHA = 0.5
 CURVES: dict[str, Style] = {
-    "out": {"label": "out", "color": COLOURS[Kind.EXIT], "ls": "-"},
+    "out": {"label": "out", "color": COLOURS[Kind.EXIT]},
     "inside": {"label": "inside", "color": page.FAINT, "ls": (0, (4, 1.5))},
     "dead": {"label": "dead", "color": INK, "ls": (0, (1, 1))},
 }
-LEFT: Style = {"label": "out, left", "ls": (0, (4, 1.5))}
-RIGHT: Style = {"label": "out, right"}
+OF_TWO: tuple[Style, ...] = (
+    CURVES["out"] | {"label": "out, left", "ls": (0, (4, 1.5))},
+    CURVES["out"] | {"label": "out, right"},
+)
 """Of two evacuations one curve each."""
 
-WIDTHS = {1: 11.0, 2: 13.0}  # inches, of a page with one evacuation or two
-_ROOM = (10.7, 5.2)  # inches for all floors of one
+_WIDTHS = {1: 11.0, 2: 13.0}  # inches, of a page with one evacuation or two
+_HIGH = 5.2  # inches for all floors
 _SPARE = (0.15, 0.3)  # inches beside and above each floor
+_TITLE, _STRIP = 0.66, 1.45  # inches for the title, and for legend and curve below
 _COUNTS = "after {:.0f} s: {} inside, {} out, {} dead"
 _CELLS = (Kind.WALL, Kind.DOOR, Kind.ENTRANCE, Kind.EXIT, Kind.STAIRS)
-_TITLE, _STRIP = 0.66, 1.45  # inches for the title, and for legend and curve below
 
 
 @dataclass(frozen=True)
@@ -96,17 +97,18 @@ def frame(
 
     history: the tallies up to now, oldest first, for the curve of who is out and for
     people's trails; without it there are none.  heading: instead of the building's
-    title.  The legends list what occurs in the picture.
+    title.
     """
-    scene = Scene(world.building, len(world.bodies), headings=[heading])
+    shown = possible(world.building, bool(world.robots), bool(world.flames.sources))
+    if history is None:
+        shown -= {TRAIL, *CURVES}
+    scene = Scene(world.building, len(world.bodies), shown, [heading])
     scene.show(world, history or [tally(world)])
-    scene.curve.set_visible(history is not None)
-    scene.explain(scene.shown())
     return scene.figure
 
 
 def possible(building: Building, robots: bool, fire: bool) -> set[str]:
-    """Name all that can occur in a film, so that its legend never changes.
+    """Name all that can occur: the legend of a film must not change.
 
     robots, fire: whether there are any
     """
@@ -120,10 +122,11 @@ def possible(building: Building, robots: bool, fire: bool) -> set[str]:
 class Scene:
     """A page of one evacuation, or of two in the same building, side by side.
 
-    What stands still is drawn once. It has no legend until `explain` adds one.
+    What stands still is drawn once.
 
     title   all headings
     sides   what moves in each evacuation
+    moving  the artists that `show` changes, in the order of painting
     still   set to False by `show` if it had to change the page itself
     """
 
@@ -131,34 +134,35 @@ class Scene:
         self,
         building: Building,
         people: int,
-        dpi: int = page.DPI,
+        shown: Collection[str],
         headings: Sequence[str] = ("",),
+        dpi: int = page.DPI,
     ):
-        """headings: the title of each evacuation; "" is the building's."""
-        self.still, self.building = True, building
+        """shown: what the legend lists; headings: of each, "" is the building's."""
+        self.still = True
         self.title = " | ".join(heading or building.title for heading in headings)
-        width, share = WIDTHS[len(headings)], WIDTHS[len(headings)] / len(headings)
-        room = (share - 0.3, _ROOM[1])
-        layout = Layout(building.floors, page.frame_of(building).size, room)
+        count, width = len(headings), _WIDTHS[len(headings)]
+        share = width / count
+        layout = Layout(building, (share - 0.3, _HIGH))
         self.figure = page.blank(width, layout.height, dpi)
-        lefts = [share * k for k in range(len(headings))]
         self.sides = [
-            Side(self.figure, building, layout, (left, share), heading)
-            for left, heading in zip(lefts, headings, strict=True)
+            Side(self.figure, building, layout, (k * share, share), heading)
+            for k, heading in enumerate(headings)
         ]
-        self.curve, self.lines = _curve(self.figure, people, len(headings))
-        _health_bar(self.figure)
-
-    @property
-    def moving(self) -> list[Artist]:
-        """The artists that `show` changes, texts excepted, in the order of painting."""
+        self.curve = _curve(self.figure, people, width - (0.85 + 0.15 * count))
+        looks = [CURVES] if count == 1 else [{"out": look} for look in OF_TWO]
+        self.lines = [
+            {
+                name: self.curve.plot([], [], lw=2, **look)[0]
+                for name, look in curves.items()
+                if name in shown
+            }
+            for curves in looks
+        ]
+        self._explain([name for name in ENTRIES if name in shown], building)
         lines = [line for lines in self.lines for line in lines.values()]
-        return [artist for side in self.sides for artist in side.moving] + lines
-
-    @property
-    def texts(self) -> list[Text]:
-        """The texts that `show` changes."""
-        return [side.counts for side in self.sides]
+        self.moving: list[Artist] = [a for side in self.sides for a in side.moving]
+        self.moving += lines
 
     def show(self, world: World, history: Sequence[Tally], side: int = 0) -> None:
         """Move everything of one evacuation to where it is in a world."""
@@ -170,23 +174,31 @@ class Scene:
             self.curve.set_xlim(0, max(times[-1], 1.5 * end))
             self.still = False
 
-    def shown(self) -> set[str]:
-        """Name all that the page shows now: marks, modes of people, and curves."""
-        names = set().union(*(side.shown() for side in self.sides))
-        for lines in self.lines:
-            names |= {name for name, line in lines.items() if np.any(line.get_ydata())}
-        return names
-
-    def explain(self, names: Collection[str]) -> None:
-        """Add legends of these names and of the building; hide all other curves."""
-        _legend(self.figure, self.building, [name for name in ENTRIES if name in names])
-        handles = []
-        for lines in self.lines:
-            for name, line in lines.items():
-                line.set_visible(name in names)
-                handles += [line] * (name in names)
-        beside: Style = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
-        self.curve.legend(handles=handles, fontsize=9, handlelength=1.8, **beside)
+    def _explain(self, names: Sequence[str], building: Building) -> None:
+        """Add legends of shapes by name, of kinds of cells, of health and curves."""
+        looks = _looks(7.5) | {
+            "follower": _marker("o", 8, STEPS[-1], INK, 0.7),
+            "leader": _marker("^", 9, STEPS[-1], INK, 0.7),
+        }
+        shapes = page.samples({name: looks[name] for name in names})
+        cells = page.swatches(page.present(building.kind, _CELLS))
+        across, up = self.figure.get_size_inches()
+        for handles, rows, bottom in ((shapes, 2, 0.4), (cells, 1, 0.08)):
+            place = (0.1 / across, bottom / up)
+            look: Style = {"loc": "lower left", "bbox_to_anchor": place}
+            look |= {"handlelength": 1.3, "columnspacing": 1.1}
+            columns = max(ceil(len(handles) / rows), 1)
+            self.figure.legend(handles=handles, ncols=columns, **look)
+        scale = ScalarMappable(Normalize(0, HEALTH), HEALTHS)
+        bar = _panel(self.figure, 5.75, 0.62, 1.05, 0.14)
+        look = {"orientation": "horizontal", "ticks": (0, HEALTH)}
+        self.figure.colorbar(scale, bar, **look)
+        bar.set_title("health", fontsize=9, loc="center", pad=3)
+        if any(self.lines):
+            look = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
+            self.curve.legend(fontsize=9, handlelength=1.8, **look)
+        else:
+            self.curve.set_visible(False)
 
 
 class Side:
@@ -206,16 +218,17 @@ class Side:
         self.offset = layout.corners - page.frame_of(building).min
         for area in building.areas:
             plans.write_name(self.axes, building, area, self.offset[area.floor], 7.0)
-        self.counts = _title(figure, heading or building.title, span)
+        counts = _title(figure, heading or building.title, span)
         metre = layout.scale * 72  # in points
         looks = _looks(metre).items()
         self.marks = {name: self.axes.plot([], [], **look)[0] for name, look in looks}
         self.people = {mode: self._crowd(mode, metre) for mode in Mode}
         robots = self.marks["robot"]
         below = [mark for mark in self.marks.values() if mark is not robots]
-        self.moving: list[Artist] = [*below, *self.people.values(), robots]
+        self.moving = [*below, *self.people.values(), robots, counts]
         for order, artist in enumerate(self.moving):
             artist.set_zorder(3 + order / 100)
+        self.counts = counts
 
     def show(self, world: World, history: Sequence[Tally]) -> None:
         """Move everything to where it is in a world."""
@@ -226,13 +239,6 @@ class Side:
         now = history[-1]
         counts = _COUNTS.format(now.time, now.inside, now.out, now.dead)
         self.counts.set_text(counts)
-
-    def shown(self) -> set[str]:
-        """Name all marks, and modes of people, that there are now."""
-        there = {name: np.size(mark.get_xdata()) for name, mark in self.marks.items()}
-        for mode, crowd in self.people.items():
-            there[MODES[mode]] = np.size(crowd.get_offsets())
-        return {name for name, count in there.items() if count}
 
     def _crowd(self, mode: Mode, metre: float) -> PathCollection:
         """Add discs for followers or triangles for leaders; metre: in points."""
@@ -305,12 +311,12 @@ class Layout:
 
     scale    inches to a metre
     page     width and height of all floors together
+    height   of the whole page
     corners  (floors, 2) lower left corner of each, metres
     """
 
-    def __init__(
-        self, floors: int, size: tuple[float, float], room: tuple[float, float]
-    ):
+    def __init__(self, building: Building, room: tuple[float, float]):
+        size, floors = page.frame_of(building).size, building.floors
         columns, self.scale = page.arrange(floors, size, room, _SPARE)
         rows = ceil(floors / columns)
         panel = np.array(size) * self.scale + _SPARE
@@ -361,30 +367,22 @@ def _title(figure: Figure, heading: str, span: tuple[float, float]) -> Text:
     return figure.text(left, 1 - 0.42 / up, "", fontsize=12, va="top")
 
 
-def _curve(
-    figure: Figure, people: int, sides: int
-) -> tuple[Axes, list[dict[str, Line2D]]]:
-    """Add axes for how many are where over time; of two evacuations who is out."""
-    right = WIDTHS[sides] - (0.9 if sides == 1 else 1.15)
+def _curve(figure: Figure, people: int, right: float) -> Axes:
+    """Add axes for how many are where over time; right: inches from the left edge."""
     axes = _panel(figure, 7.45, 0.42, right - 7.45, _STRIP - 0.6)
     axes.set(xlim=(0, 60), ylim=(-0.03 * people, 1.06 * people + 0.1))
     axes.spines[:].set_color("black")
     axes.yaxis.set_major_locator(MaxNLocator(3, integer=True))
     axes.set_xlabel("seconds", fontsize=8, labelpad=1)
     axes.set_ylabel("people", fontsize=8)
-    pair = [{"out": CURVES["out"] | look} for look in (LEFT, RIGHT)]
-    lines = [
-        {name: axes.plot([], [], lw=2, **look)[0] for name, look in looks.items()}
-        for looks in ([CURVES] if sides == 1 else pair)
-    ]
-    return axes, lines
+    return axes
 
 
 def _looks(metre: float) -> dict[str, Style]:
     """Markers of all that moves but the people; metre: in points."""
     mark = float(np.clip(metre, 5, 11))
     return {
-        TRAIL: {"color": page.FAINT, "lw": 1.0, "alpha": TRAIL_ALPHA},
+        TRAIL: {"color": page.FAINT, "lw": 1.0, "alpha": 0.5},
         "flames": _marker("s", 0.94 * metre, FLAME, EMBER, 0.6),
         "burnt door": _marker("s", 0.9 * metre, CHAR, FLAME, 1.0),
         "fire source": _marker(DROP, 1.9 * mark, SOURCE, "white", 0.9),
@@ -398,34 +396,3 @@ def _looks(metre: float) -> dict[str, Style]:
 def _marker(shape: Any, size: float, fill: str, edge: str, width: float) -> Style:
     colours = {"mfc": fill, "mec": edge, "mew": width}
     return {"ls": "", "marker": shape, "ms": size, **colours}
-
-
-def _legend(figure: Figure, building: Building, names: Sequence[str]) -> None:
-    """Add legends at the lower left: shapes by name, below them kinds of cells."""
-    looks = _looks(7.5) | {
-        "follower": _marker("o", 8, STEPS[-1], INK, 0.7),
-        "leader": _marker("^", 9, STEPS[-1], INK, 0.7),
-    }
-    shapes = page.samples({name: looks[name] for name in names})
-    cells = page.swatches(page.present(building.kind, _CELLS))
-    across, up = figure.get_size_inches()
-    for handles, rows, bottom in ((shapes, 2, 0.4), (cells, 1, 0.08)):
-        figure.legend(
-            handles=handles,
-            loc="lower left",
-            bbox_to_anchor=(0.1 / across, bottom / up),
-            ncols=max(ceil(len(handles) / rows), 1),
-            handlelength=1.3,
-            columnspacing=1.1,
-        )
-
-
-def _health_bar(figure: Figure) -> None:
-    """Add the colour scale of health, between legend and curve."""
-    axes = _panel(figure, 5.75, 0.62, 1.05, 0.14)
-    steps = np.arange(HEALTHS.N)[None]
-    axes.imshow(steps, cmap=HEALTHS, extent=(0, HEALTH, 0, 1), aspect="auto")
-    axes.set(xticks=(0, HEALTH), yticks=())
-    axes.tick_params(length=2)
-    axes.set_title("health", fontsize=9, loc="center", pad=3)
-    axes.spines[:].set(visible=True, color="black")

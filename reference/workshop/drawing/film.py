@@ -92,14 +92,13 @@ def scene_of(
     without: names that cannot, all the same
     """
     building, people = simulations[0].building, len(simulations[0].world.bodies)
-    scene = Scene(building, people, DPI, headings)
     robots = any(simulation.world.robots for simulation in simulations)
     fire = any(
         simulation.scenario.sources and not isinstance(simulation.fire_strategy, NoFire)
         for simulation in simulations
     )
-    scene.explain(possible(building, robots, fire).difference(without))
-    return scene
+    shown = possible(building, robots, fire).difference(without)
+    return Scene(building, people, shown, headings, DPI)
 
 
 def _frames(
@@ -128,25 +127,18 @@ def painter(scene: Scene) -> Callable[[], np.ndarray]:
 
     They are valid until its next call.
     """
-    canvas, whole = FigureCanvasAgg(scene.figure), scene.figure.bbox
-    moving, texts = scene.moving, scene.texts
-    for artist in (*moving, *texts):
+    canvas, page = FigureCanvasAgg(scene.figure), None
+    for artist in scene.moving:
         artist.set_animated(True)
-    page, written, said = None, None, None
 
     def pixels() -> np.ndarray:
-        """Paint the page and its texts if they changed, and on it what moves."""
-        nonlocal page, written, said
+        """Paint the page if it changed, and on it what moves."""
+        nonlocal page
         if page is None or not scene.still:
             canvas.draw()
-            page, said, scene.still = canvas.copy_from_bbox(whole), None, True
-        if said != (now := [text.get_text() for text in texts]):
-            canvas.restore_region(page)
-            for text in texts:
-                scene.figure.draw_artist(text)
-            written, said = canvas.copy_from_bbox(whole), now
-        canvas.restore_region(written)
-        for artist in moving:
+            page, scene.still = canvas.copy_from_bbox(scene.figure.bbox), True
+        canvas.restore_region(page)
+        for artist in scene.moving:
             scene.figure.draw_artist(artist)
         return np.asarray(canvas.buffer_rgba())
 

@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
-from matplotlib.figure import Figure, FigureBase
+from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
@@ -175,32 +175,23 @@ def floor_page(
     rows = ceil(len(floors) / columns)
     width = max(columns * (size[0] * scale + _SPARE[0]), _NARROWEST)
     height = rows * (size[1] * scale + _SPARE[1]) + _TITLE + _FOOT
-    figure = sheet(title, width, height)
-    return figure, floor_panels(figure, building, floors, columns, scale)
+    figure, panels = sheet(title, width, height), []
+    for place, floor in enumerate(floors, 1):
+        panels.append(figure.add_subplot(rows, columns, place))
+        show_floor(panels[-1], building, floor, size[0] * scale)
+        panels[-1].yaxis.label.set_visible(place % columns == 1 or columns == 1)
+    return figure, panels
 
 
-def floor_panels(
-    page: FigureBase,
-    building: Building,
-    floors: Sequence[int],
-    columns: int,
-    scale: float,
-) -> list[Axes]:
-    """Add titled axes in metres for each of the floors; scale: inches to a metre."""
-    frame, rows, panels = frame_of(building), ceil(len(floors) / columns), []
-    for place, floor in enumerate(floors):
-        axes = page.add_subplot(rows, columns, place + 1, aspect="equal")
-        axes.set(xlim=frame.intervalx, ylim=frame.intervaly)
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_locator(MultipleLocator(step_of(frame)))
-        axes.spines[:].set_visible(False)
-        name = floor_title(building, floor)
-        axes.set_title(name, fontsize=text_size(name, frame.width * scale, 11))
-        axes.set_xlabel("x, metres east")
-        if place % columns == 0:
-            axes.set_ylabel("y, metres north")
-        panels.append(axes)
-    return panels
+def show_floor(axes: Axes, building: Building, floor: int, width: float) -> None:
+    """Set up axes in metres, so many inches wide, for a floor; its name above."""
+    frame, name = frame_of(building), floor_title(building, floor)
+    axes.set(xlim=frame.intervalx, ylim=frame.intervaly, aspect="equal")
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_locator(MultipleLocator(step_of(frame)))
+    axes.spines[:].set_visible(False)
+    axes.set_title(name, fontsize=text_size(name, width, 11))
+    axes.set(xlabel="x, metres east", ylabel="y, metres north")
 
 
 def paint_floor(

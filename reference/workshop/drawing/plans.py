@@ -11,7 +11,6 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
-from matplotlib.text import Annotation
 
 from reference.building import Area, Building, Kind, Landmark
 from reference.navigation import navigation_of
@@ -20,7 +19,8 @@ from reference.workshop.drawing.page import COLOURS, Style
 
 Point = tuple[float, float]
 
-_HALO = [withStroke(linewidth=2.2, foreground="white")]
+_HALO: Style = {"path_effects": [withStroke(linewidth=2.2, foreground="white")]}
+_BOX: Style = {"boxstyle": "round,pad=0.3", "fc": "white", "ec": page.TEXT, "lw": 0.8}
 _LARGEST_TEXT, _SMALL_TEXT, _SMALLEST_TEXT = 10.0, 6.0, 4.0
 
 
@@ -42,8 +42,8 @@ def top(building: Building, floor: int | None = None) -> Figure:
 def graph(building: Building, floor: int | None = None) -> Figure:
     """Draw the graph over the floors: rooms are nodes, ways through are edges [A2].
 
-    A node stands in the widest part of its room; an edge goes through the middle of
-    its door, round the corners of the room if need be.
+    A node stands in the widest part of its room; an edge is the shortest way from there
+    to the middle of the door, round the corners of the room if need be.
     """
     floors = page.chosen_floors(building, floor)
     figure, panels = page.floor_page(building, f"{building.title}: the graph", floors)
@@ -53,14 +53,12 @@ def graph(building: Building, floor: int | None = None) -> Figure:
         page.paint_floor(axes, building, index, fade=0.72)
         rooms = building.graph.nodes(data="floor")
         here = {name: building.area_of[name] for name, where in rooms if where == index}
-        node = {name: building.metres(*widest(here[name].cells)[0]) for name in here}
         for *sides, key in building.graph.edges(here, keys=True):
-            for side in node.keys() & set(sides):
-                if key in building.landmark_of:  # not the stairs, which join two floors
-                    mark = building.landmark_of[key]
-                    _draw_edge(axes, building, mark, here[side], node[side])
-        for name, area in here.items():
-            _draw_node(axes, building, area, node[name])
+            if key in building.landmark_of:  # not the stairs, which join two floors
+                for side in here.keys() & set(sides):
+                    _draw_edge(axes, building, building.landmark_of[key], here[side])
+        for area in here.values():
+            _draw_node(axes, building, area)
     return figure
 
 
@@ -117,10 +115,12 @@ def write_name(
     area: Area,
     offset: Point = (0.0, 0.0),
     largest: float = _LARGEST_TEXT,
+    look: Style = _HALO,
 ) -> None:
     """Write a room's name, if the map has one and it fits; upright in a narrow room.
 
     offset: metres, from the building to the axes;  largest: font size, points
+    look: by default so that one can draw beneath
     """
     if area.name.startswith("room-"):
         return
@@ -132,10 +132,9 @@ def write_name(
     upright = level < _SMALL_TEXT < steep
     fits = steep if upright else level
     if fits >= _SMALLEST_TEXT:
-        look: Style = {"rotation": 90 * upright, "ha": "center", "va": "center"}
-        look["path_effects"] = _HALO  # so that one can draw beneath
         x, y = np.add(building.metres(*middle), offset)
-        axes.text(x, y, area.name, fontsize=fits, **look)
+        place: Style = {"rotation": 90 * upright, "ha": "center", "va": "center"}
+        axes.text(x, y, area.name, fontsize=fits, **place, **look)
 
 
 def _points_per_metre(axes: Axes) -> float:
@@ -147,91 +146,41 @@ def _points_per_metre(axes: Axes) -> float:
 # -- Nodes and edges ----------------------------------------------------------------
 
 
-def _draw_node(axes: Axes, building: Building, area: Area, spot: Point) -> None:
-    """Draw a room as a dot beside its name, a stairwell as a square with its letter."""
+def _draw_node(axes: Axes, building: Building, area: Area) -> None:
+    """Draw a dot, or a square for a stairwell, and over it the name in a box."""
     stairs = area.kind == "stairwell"
-    ink = COLOURS[Kind.ENTRANCE] if stairs else page.TEXT
-    marker, size = ("s", 12) if stairs else ("o", 7)
-    axes.plot(*spot, marker=marker, ms=size, color=ink, mec="white", zorder=4)
-    words = area.name.removeprefix("room-")
-    look: Style = {"textcoords": "offset points", "fontsize": 8, "zorder": 5}
-    if stairs:
-        look |= {"ha": "center", "va": "center_baseline", "color": "white"}
-        axes.annotate(words, spot, (0, 0), **look)
-        return
-    name = axes.annotate(words, spot, (0, 0), path_effects=_HALO, **look)
-    name.set(**min(_BESIDE, key=lambda side: _faults(building, area, name, side)))
+    dot: Style = {"marker": "o", "ms": 7, "mfc": "white", "mec": page.TEXT}
+    square: Style = {"marker": "s", "ms": 12, "color": COLOURS[Kind.ENTRANCE]}
+    axes.plot(*building.metres(*widest(area.cells)[0]), **(square if stairs else dot))
+    look: Style = {"color": "white"} if stairs else {"bbox": _BOX}
+    write_name(axes, building, area, largest=8.0, look=look | {"zorder": 5})
 
 
-_BESIDE: tuple[Style, ...] = tuple(
-    {"position": (5 * x, 5 * y), "ha": ha, "va": va}
-    for x, ha in ((0, "center"), (1, "left"), (-1, "right"))
-    for y, va in ((1, "bottom"), (-1, "top"), (0, "center"))
-    if x or y
-)
-"""Where a name can stand beside its node, in points, the best places first."""
-
-
-def _faults(building: Building, area: Area, name: Annotation, side: Style) -> int:
-    """Count a name's faults on a side: edges and names crossed, corners outside."""
-    name.set(**side)
-    axes = name.axes
-    assert axes is not None
-    box = name.get_window_extent()
-    edges = [line for line in axes.lines if np.size(line.get_xdata()) > 1]
-    paths = [axes.transData.transform_path(line.get_path()) for line in edges]
-    crossed = sum(path.intersects_bbox(box, filled=False) for path in paths)
-    others = [text.get_window_extent() for text in axes.texts if text is not name]
-    crossed += 4 * box.count_overlaps(others)
-    corners = axes.transData.inverted().transform(box.corners())
-    room = {*map(tuple, area.cells.tolist())}
-    return crossed + sum(building.cell(*corner) not in room for corner in corners)
-
-
-def _draw_edge(
-    axes: Axes, building: Building, mark: Landmark, area: Area, node: Point
-) -> None:
-    """Draw a line from a node to a door, with an arrowhead at an exit."""
-    ink = COLOURS[mark.kind]
-    way = np.transpose(_way(building, area, mark, node))
-    axes.plot(*way, color=ink, lw=1.8, zorder=2, solid_joinstyle="round")
+def _draw_edge(axes: Axes, building: Building, mark: Landmark, area: Area) -> None:
+    """Draw the way from a room's node to a door, with an arrowhead at an exit."""
+    nav, ink = navigation_of(building), COLOURS[mark.kind]
+    node = building.metres(*widest(area.cells)[0])
+    inside = (building.area == area.index) | (building.landmark == mark.index)
+    cost = np.where(inside.ravel(), 1.0, np.inf)
+    start, door = nav.place(area.floor, *node), int(nav.goals[mark.index][0])
+    corners = [start]
+    for here, there in pairwise([start, *nav.way(start, door, cost)[1]]):
+        if not nav.clear.reaches(corners[-1], there):
+            corners.append(here)
+    way = np.vstack([node, nav.centres[corners[1:]], mark.position])
+    axes.plot(*way.T, color=ink, lw=1.8, solid_joinstyle="round")
     exit = mark.kind is Kind.EXIT
     head: Style = {"marker": _arrowhead(building, mark) if exit else "s"}
-    axes.plot(*mark.position, ms=10 if exit else 4, color=ink, zorder=3, **head)
-
-
-def _way(building: Building, area: Area, mark: Landmark, start: Point) -> list[Point]:
-    """Corners of the way from a room's node to its door."""
-    ways = navigation_of(building)
-    mine = (building.area == area.index) | (building.landmark == mark.index)
-    cost = np.where(mine.ravel(), 1.0, np.inf)
-    first = ways.place(area.floor, *start)
-    door = int(ways.goals[mark.index][0])
-    chain = [start, *map(tuple, ways.centres[ways.way(first, door, cost)[1]])]
-    corners = [start]
-    for here, there in pairwise([*chain[:-1], mark.position]):
-        if not _straight(building, area, mark, corners[-1], there):
-            corners.append(here)
-    return [*corners, mark.position]
-
-
-def _straight(
-    building: Building, area: Area, mark: Landmark, start: Point, end: Point
-) -> bool:
-    """Check that a straight line stays in the room and its door."""
-    steps = int(4 * np.hypot(end[0] - start[0], end[1] - start[1])) + 2
-    for point in np.linspace(start, end, steps):
-        cell = (area.floor, *building.cell(*point))
-        if building.area[cell] != area.index and building.landmark[cell] != mark.index:
-            return False
-    return True
+    axes.plot(*mark.position, ms=10 if exit else 4, color=ink, **head)
 
 
 def _graph_legend(building: Building, floors: Sequence[int]) -> list[Artist]:
     """Legend entries of the nodes and edges that occur on these floors."""
     there = page.present(building.kind[list(floors)])
     dot: Style = {"ls": "", "ms": 7}
-    looks: dict[str, Style] = {"room": {"marker": "o", "color": page.TEXT, **dot}}
+    looks: dict[str, Style] = {
+        "room": {"marker": "o", "color": page.TEXT, "mfc": "white", **dot}
+    }
     if Kind.STAIRS in there:
         square: Style = {"marker": "s", "color": COLOURS[Kind.ENTRANCE], **dot}
         looks["stairwell"] = square

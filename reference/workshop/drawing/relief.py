@@ -30,8 +30,7 @@ STEPS = 1.1  # metres from the first step to the last
 GAP = 4.0  # metres of page between two storeys, the lower one's walls included
 WINDOW = np.array((12, 15))  # rows and columns that a close-up shows
 _ROOM = (8.0, 7.0)  # inches for the building
-_MARGIN, _NARROWEST, _PIECE = (2.8, 1.0), 8.6, (5.7, 5.0)  # inches
-_ABOVE = 1.6  # metres from a close-up to the names above it
+_MARGIN, _NARROWEST, _PIECE = (2.8, 1.0), 8.6, (4.2, 3.6)  # inches
 
 
 @dataclass(frozen=True)
@@ -79,21 +78,30 @@ def walkable(building: Building) -> Figure:
 
 
 def closeup(building: Building) -> Figure:
-    """Draw an exit, a stairwell entrance and doors up close [A8, Fig. 3].
-
-    The places are chosen so that few pieces of the building show all the kinds it has.
-    """
-    pieces = _pieces(building)
-    width = max(_PIECE[0] * len(pieces), _NARROWEST)
-    figure = page.sheet(f"{building.title}: ways through, up close", width, _PIECE[1])
-    panels = figure.subplots(1, len(pieces), squeeze=False)[0]
-    for axes, piece in zip(panels, pieces, strict=True):
+    """Draw an exit, a stairwell entrance and a door up close [A8, Fig. 3]."""
+    first = {mark.kind: mark for mark in reversed(building.landmarks)}
+    kinds = [kind for kind in page.MEANINGS if kind in first]
+    title, width = f"{building.title}: ways through, up close", _PIECE[0] * len(kinds)
+    figure = page.sheet(title, max(width, _NARROWEST), _PIECE[1])
+    panels = figure.subplots(1, len(kinds), squeeze=False)[0]
+    pieces = [_piece(building, first[kind]) for kind in kinds]
+    for axes, kind, cells in zip(panels, kinds, pieces, strict=True):
         _bare(axes)
-        paint_boxes(axes, piece.kind, STANDING, np.zeros(2), np.zeros(2))
-        _write_names(axes, piece)
-    cells = np.concatenate([piece.kind.ravel() for piece in pieces])
+        paint_boxes(axes, cells, STANDING, np.zeros(2), np.zeros(2))
+        look: Style = {"color": COLOURS[kind], "fontweight": "bold", "loc": "center"}
+        axes.set_title(page.MEANINGS[kind], **look)
+    cells = np.concatenate([piece.ravel() for piece in pieces])
     page.foot(figure, page.swatches(page.present(cells, _SHOWN)))
     return figure
+
+
+def _piece(building: Building, centre: Landmark) -> np.ndarray:
+    """Kinds of cells in the window around a landmark, moved to stay on its floor."""
+    cells = building.kind[centre.floor]
+    size = np.minimum(WINDOW, cells.shape)
+    first = np.clip(centre.cells[0] - size // 2, 0, cells.shape - size)
+    (top, left), (bottom, right) = first, first + size
+    return cells[top:bottom, left:right]
 
 
 # -- Storeys on a page --------------------------------------------------------------
@@ -268,68 +276,3 @@ def faces(
     corners = sides * box[:, None, None] + corner[:, None, None]
     which, side = np.nonzero(seen)
     return corners[seen], (row[which], col[which]), SHADES[side]
-
-
-# -- Up close -----------------------------------------------------------------------
-
-
-@dataclass(frozen=True)
-class Piece:
-    """A window on one floor: (rows, cols) kinds, and what there is to point at.
-
-    marks: the landmark of each kind, as row and column of its middle in the window.
-    """
-
-    title: str
-    kind: np.ndarray
-    marks: dict[Kind, np.ndarray]
-
-
-def _pieces(building: Building) -> list[Piece]:
-    """Windows that together show every kind of landmark there is, the richest first."""
-    pieces = [_piece(building, mark) for mark in building.landmarks]
-    pieces.sort(key=lambda p: (len(p.marks), len(np.unique(p.kind))), reverse=True)
-    shown, chosen = set[Kind](), []
-    for piece in pieces:
-        if not piece.marks.keys() <= shown:
-            chosen.append(piece)
-            shown |= piece.marks.keys()
-    return chosen
-
-
-def _piece(building: Building, centre: Landmark) -> Piece:
-    """The window around a landmark, moved to stay on the page of its floor."""
-    cells = building.kind[centre.floor]
-    size = np.minimum(WINDOW, cells.shape)
-    first = np.clip(centre.cells[0] - size // 2, 0, cells.shape - size)
-    (top, left), (bottom, right) = first, first + size
-    marks = {
-        mark.kind: mark.cells.mean(axis=0) + 0.5 - first
-        for mark in (*building.landmarks, centre)
-        if mark.floor == centre.floor
-        and ((mark.cells >= first) & (mark.cells < first + size)).all()
-    }
-    title = page.floor_title(building, centre.floor)
-    return Piece(title, cells[top:bottom, left:right], marks)
-
-
-def _write_names(axes: Axes, piece: Piece) -> None:
-    """Write the floor below a piece, and names above with lines down."""
-    rows, cols = piece.kind.shape
-    x, y = np.array([0, cols, cols, 0]), np.array([0, 0, -rows, -rows])
-    corners = project(x, y, np.zeros(4))
-    (left, low), (right, high) = corners.min(axis=0), corners.max(axis=0)
-    fits = page.text_size(piece.title, 0.8 * _PIECE[0], 11)
-    look: Style = {"fontsize": fits, "ha": "center"}
-    axes.text((left + right) / 2, low - 0.8, piece.title, va="top", **look)
-    tips = {
-        kind: project(col, -row, np.array(STANDING.height[kind]))
-        for kind, (row, col) in piece.marks.items()
-    }
-    order = sorted(tips, key=lambda kind: float(tips[kind][0]))
-    places = np.linspace(left, right, 2 * len(order) + 1)[1::2]
-    line = {"arrowstyle": "-", "color": page.FAINT, "shrinkB": 0}
-    look |= {"fontsize": 11, "arrowprops": line, "fontweight": "bold"}
-    for place, kind in zip(places, order, strict=True):
-        (u, v), name = tips[kind], page.MEANINGS[kind]
-        axes.annotate(name, (u, v), (place, high + _ABOVE), color=COLOURS[kind], **look)

@@ -23,7 +23,7 @@ from reference.evaluation.score import LARGEST, PAPER, Ruler, RulerError
 from reference.paper import BEST_POINT, WORST_POINT
 from reference.workshop.crossplay.results import Cell
 from reference.workshop.drawing import page
-from reference.workshop.drawing.crossplay import names, players
+from reference.workshop.drawing.crossplay import labels
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import COLOURS, Style
 
@@ -130,17 +130,20 @@ def contours(ruler: Ruler = PAPER, cells: Sequence[Cell] = ()) -> Figure:
     figure = page.sheet("The score E by reward and difficulty", 10, 7.5)
     axes = figure.subplots()
     _draw_score(figure, axes, ruler, *_region(ruler, shown))
-    robots, fires = _short(cells, "robots"), _short(cells, "fire")
-    labels = [f"{robots[c.robots]}, fire {fires[c.fire]}" for c in cells]
-    off = [label for c, label in zip(cells, labels, strict=True) if c not in shown]
-    axes.set_title(_caption(bool(shown), off))
+    robots, fires = labels(cells, "robots", " "), labels(cells, "fire", " ")
     inks = dict(zip(robots, cycle(INKS), strict=False))
     shapes = dict(zip(fires, cycle(SHAPES), strict=False))
-    for cell, label in zip(cells, labels, strict=True):
+    lines = ["Bold line: E = 1"]
+    if shown:
+        lines[0] += ".  Points: means with 95 % intervals.  Below: E of each pair"
+    for cell in cells:
+        label = f"{robots[cell.robots]}, fire {fires[cell.fire]}"
         if cell in shown:
-            E = ruler.score(cell.reward.mean, cell.difficulty.mean)
             look = {"marker": shapes[cell.fire], "mfc": inks[cell.robots]}
-            _draw_point(axes, cell, f"{label}  {E:.2f}", look)
+            _draw_point(axes, ruler, cell, label, look)
+        else:
+            lines.append(f"Off this ruler: {label}")
+    axes.set_title("\n".join(lines[:4] + ["…"] * (len(lines) > 4)))
     if shown:
         tight: Style = {"handletextpad": 0.3, "columnspacing": 1.0, "fontsize": 8}
         page.foot(figure, columns=len(inks), **tight)
@@ -160,18 +163,10 @@ def _draw_score(
     axes.plot(even, hard, color=page.TEXT, lw=2.4, zorder=2)
     axes.set(xlabel="reward R, health points", ylabel="difficulty h")
     axes.xaxis.set_major_locator(MaxNLocator(9))
-    bar = figure.colorbar(shades, pad=0.02)
+    bar = figure.colorbar(shades, pad=0.02, ticks=LEVELS)
     bar.set_label("score E; 1: as good as the baseline", labelpad=6)
     bar.outline.set_visible(False)
-    bar.set_ticks(LEVELS)
     page.write_numbers(axes.xaxis, axes.yaxis, bar.ax.yaxis)
-
-
-def _short(cells: Sequence[Cell], side: str) -> dict[str, str]:
-    """Short labels, in one line each, even for long paths."""
-    found = players(cells, side)
-    labels = zip(found, names(found), strict=True)
-    return {who: name.replace("\n", " ") for who, name in labels}
 
 
 def _lies_on(ruler: Ruler, cell: Cell) -> bool:
@@ -195,24 +190,10 @@ def _region(ruler: Ruler, cells: Sequence[Cell]) -> tuple[Limits, Limits]:
     return wide, (0.0, 1.1 * max([ruler.difficulty_at(wide[0]), *hard]))
 
 
-def _caption(points: bool, off: Sequence[str]) -> str:
-    """Say what the line and the points are, and which matches have none."""
-    lines = ["Bold line: E = 1"]
-    if points:
-        lines[0] += ".  Points: means with 95 % intervals.  Below: E of each pair"
-    if off:
-        more = f" and {len(off) - 2} more" if len(off) > 2 else ""
-        lines.append(f"Off this ruler: {', '.join(off[:2])}{more}")
-    return "\n".join(lines)
-
-
-_BARS: Style = {"ecolor": page.TEXT, "elinewidth": 1, **_DOT}
-
-
-def _draw_point(axes: Axes, cell: Cell, label: str, look: Style) -> None:
-    """Draw a match with its intervals."""
+def _draw_point(axes: Axes, ruler: Ruler, cell: Cell, label: str, look: Style) -> None:
+    """Draw a match with its intervals; its label tells E."""
     (R, *across), (h, *up) = cell.reward, cell.difficulty
-    wide = np.abs(np.subtract(across, R)).reshape(2, 1)
-    high = np.abs(np.subtract(up, h)).reshape(2, 1)
-    dot, *_ = axes.errorbar(R, h, high, wide, **_BARS, **look)
-    dot.set_label(label)
+    wide, high = (np.abs([np.subtract(x, m)]).T for x, m in ((across, R), (up, h)))
+    look |= {"ecolor": page.TEXT, "elinewidth": 1, **_DOT}
+    dot, *_ = axes.errorbar(R, h, high, wide, **look)
+    dot.set_label(f"{label}  {ruler.score(R, h):.2f}")

@@ -1,5 +1,4 @@
-"""Experiments: trainings and tests from one file, as jobs; then a page about them.
+"""Experiments: read `design` (one file), `jobs` (train, test) and `report` (a page).
 
-Clauses: E6, F12.  Read `design` (what the file says), `jobs` (train and test, wherever)
-and `report` (what they come to).
+Clauses: E6, F12.
 """

@@ -27,16 +27,17 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 from reference.building import building_of, plan_of
-from reference.learning.settings import SIDES, SettingsError, Side, unknown
+from reference.learning.settings import SIDES, Side
 from reference.workshop.crossplay.contestants import WORST
 from reference.workshop.crossplay.matches import EPISODES, MOST_RUNS, Arena
 from reference.workshop.files import read_text
 from reference.workshop.maps import load
-from reference.workshop.plain import mapping, record_from
+from reference.workshop.plain import SettingsError, mapping, record_from, unknown
 from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.presets import Settings, changed, preset
@@ -94,11 +95,11 @@ class Experiment:
     def _refuse_numbers(self) -> None:
         """Raise SettingsError for numbers of nothing, and for too many runs."""
         test = self.test
-        if not self.arms or not self.seeds:
+        trainings = len(self.arms) * len(self.seeds)
+        if not trainings:
             raise SettingsError("name at least one arm and one seed")
         if min(self.decisions, test.episodes) < 1 or min(test.seed, *self.seeds) < 0:
             raise SettingsError("decisions, seeds and episodes are counted upwards")
-        trainings = len(self.arms) * len(self.seeds)
         matches = (trainings + len(test.robots)) * (trainings + len(test.fires))
         if (runs := matches * test.episodes) > MOST_RUNS:
             raise SettingsError(
@@ -128,8 +129,6 @@ class Experiment:
         if any(len(pair) != 2 for pair in self.compare):
             raise SettingsError("compare: name two in each pair")
 
-    # -- Trainings ------------------------------------------------------------------
-
     @cached_property
     def base(self) -> Settings:
         """The settings of all arms, before what each changes.
@@ -141,10 +140,8 @@ class Experiment:
         made, n = changed(preset(self.preset), stated, "settings"), self.decisions
         often, saved = max(1, n // ROWS), max(1, n // SAVED)
         robots = replace(made.robots, summary_freq=often, checkpoint_interval=saved)
-        robots, fire = (
-            replace(side, max_steps=n, keep_checkpoints=1)
-            for side in (robots, made.fire)
-        )
+        robots = replace(robots, max_steps=n, keep_checkpoints=1)
+        fire = replace(made.fire, max_steps=n, keep_checkpoints=1)
         return replace(made, robots=robots, fire=fire)
 
     def arm(self, name: str) -> tuple[Settings, str | None]:
@@ -182,29 +179,11 @@ class Experiment:
         building = building_of(self.arena.plan)
         return fixed_player(fire, "fire", building, self.arena.scenario)
 
-    # -- Tests ----------------------------------------------------------------------
-
     @cached_property
     def arena(self) -> Arena:
         """The tests' arena: the trainings' scenario, without the rule of training."""
         scenario = replace(self.base.scenario, training=False)
         return Arena(self.building, plan_of(load(self.building)), scenario)
-
-    @property
-    def teams(self) -> list[str]:
-        """All robots: those of every training, and those written by hand."""
-        return [*self.trainings, *self.test.robots]
-
-    @property
-    def fires(self) -> list[str]:
-        """All fires, an arm's in each of its trainings."""
-        named = [fire for fire in self.test.fires if fire not in self.arms]
-        return named + [t for t in self.trainings if arm_of(t) in self.test.fires]
-
-
-def arm_of(team: str) -> str:
-    """The arm of a team, or of a fire that learned with it: without the seed."""
-    return team.partition("-")[0]
 
 
 def _refuse_unknown(what: str, word: Any, known: tuple[Any, ...]) -> None:
@@ -217,12 +196,10 @@ def _stated(rows: Any, where: str) -> dict[str, Any]:
     rows = mapping(rows, where)
     if "preset" in rows:
         raise SettingsError(f"{where}: preset stands at the top, the same for all arms")
-    for side in SIDES:
-        stated = rows.get(side)
-        for row in BUDGET if isinstance(stated, Mapping) else ():
-            if row in stated:
-                why = "follows from `decisions`. Leave it out"
-                raise SettingsError(f"{where}: {side}.{row} {why}")
+    for side, row in product(SIDES, BUDGET):
+        if isinstance(rows.get(side), Mapping) and row in rows[side]:
+            follows = "follows from `decisions`. Leave it out."
+            raise SettingsError(f"{where}: {side}.{row} {follows}")
     return rows
 
 

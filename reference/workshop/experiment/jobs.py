@@ -13,7 +13,7 @@ import sys
 from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import redirect_stderr
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -70,11 +70,13 @@ def train_teams(
     done = len(own) - len(left)
     with tqdm(total=len(own), initial=done, unit="training", disable=None) as bar:
         for k, why in as_done(executor, fit, jobs, stop):
+            team, path = left[k], own[left[k]]
+            if not why and not (path / DONE).exists():
+                why = f"{path}: a worker sees another. Name one that all share."
+            failed |= {team: why} if why else {}
             bar.update()
-            if why := why or _missing(own[left[k]]):
-                failed[left[k]] = why
             if why or bar.disable:
-                tqdm.write(f"{left[k]}: {why or 'done'}", file=sys.stderr)
+                tqdm.write(f"{team}: {why or 'done'}", file=sys.stderr)
     return failed
 
 
@@ -98,13 +100,6 @@ def fit(job: tuple[Task, str]) -> str:
     return ""
 
 
-def _missing(folder: Path) -> str:
-    """Say that a worker has trained where we cannot see it."""
-    if (folder / DONE).exists():
-        return ""
-    return f"{folder}: is not what the worker sees. Name a folder that all share."
-
-
 # -- Test ---------------------------------------------------------------------------
 
 
@@ -116,30 +111,26 @@ def play_tests(
 ) -> list[RunResult]:
     """Let all teams meet all fires, as far as their trainings are over.
 
-    Fewer results come if told to stop. In the table of runs a team's name has a digest
-    of its checkpoint.
+    Fewer results come if told to stop. They name a team with a digest of its
+    checkpoint.
     """
-    own = folders(experiment, folder)
-    made = {
-        team: _made_in(path) for team, path in own.items() if (path / DONE).exists()
-    }
-    word = {team: f"{team}-{file.sha256[:8]}" for team, file in made.items()}
-    robots, fires = (
-        tuple(word.get(name, name) for name in names if name in word or name not in own)
-        for names in (experiment.teams, experiment.fires)
-    )
+    own, test = folders(experiment, folder), experiment.test
+    over = {team: path for team, path in own.items() if (path / DONE).exists()}
+    made = {team: _made_in(path) for team, path in over.items()}
+    files = {f"{team}-{file.sha256[:8]}": file for team, file in made.items()}
+    robots = *files, *test.robots
+    named = [fire for fire in test.fires if fire not in experiment.arms]
+    fires = *named, *(team for team in files if arm_of(team) in test.fires)
     if not robots or not fires:
         return []
-    files = {word[team]: file for team, file in made.items()}
-    arena, test = experiment.arena, experiment.test
-    start = arena, robots, fires, test.seed, test.episodes, False, files
-    there = folder / f"tests-{_digest(asdict(arena))}"
-    found = evaluate(Evaluation(*start), there, executor, stop)
-    team = {named: name for name, named in word.items()}
-    return [
-        replace(r, robots=team.get(r.robots, r.robots), fire=team.get(r.fire, r.fire))
-        for r in found
-    ]
+    start = experiment.arena, robots, fires, test.seed, test.episodes, False, files
+    there = folder / f"tests-{_digest(asdict(experiment.arena))}"
+    return evaluate(Evaluation(*start), there, executor, stop)
+
+
+def arm_of(team: str) -> str:
+    """The arm of a team, or of a fire that learned with it: its name's first part."""
+    return team.partition("-")[0]
 
 
 def _made_in(folder: Path) -> Pinned:

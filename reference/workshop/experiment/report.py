@@ -6,7 +6,6 @@ arm's trainings, see `of_trainings`.  Robots written by hand count as one traini
     T  trainings of an arm;  N  evacuations, each from a seed of its own
 """
 
-from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
@@ -14,11 +13,12 @@ import numpy as np
 
 import reference
 from reference.building import building_of
+from reference.workshop.crossplay.contestants import WORST
 from reference.workshop.crossplay.intervals import Interval, of_trainings
 from reference.workshop.crossplay.results import Cell, table
 from reference.workshop.crossplay.runs import RunResult
-from reference.workshop.experiment.design import Experiment, arm_of
-from reference.workshop.runs import rows_of_both
+from reference.workshop.experiment.design import FIXED, Experiment
+from reference.workshop.experiment.jobs import arm_of
 from reference.workshop.training.shipping import TRAINERS
 
 OWN = "own fire"  # the one that a team has learned with
@@ -45,7 +45,7 @@ class Results:
 
     def _column(self, run: RunResult) -> str:
         """Name a fire's kind, or tell whether it learned with these robots."""
-        if run.fire not in self.experiment.trainings:
+        if run.fire in (*FIXED, WORST):
             return run.fire
         return OWN if run.fire == run.robots else f"{arm_of(run.fire)}'s fires"
 
@@ -56,11 +56,10 @@ class Results:
 
     def values(self, row: str, column: str, figure: str) -> np.ndarray:
         """Collect a figure of a row's trainings: (T, N), means over several fires."""
-        found: dict[str, dict[int, list[float]]] = defaultdict(
-            lambda: defaultdict(list)
-        )
+        found: dict[str, dict[int, list[float]]] = {}
         for run in self.runs[row, column]:
-            found[run.robots][run.seed].append(getattr(run, figure))
+            of_training = found.setdefault(run.robots, {})
+            of_training.setdefault(run.seed, []).append(getattr(run, figure))
         return np.array(
             [[np.mean(of[seed]) for seed in sorted(of)] for of in found.values()]
         )
@@ -72,10 +71,10 @@ class Results:
         return [self._cell(*place) for place in places if place in self.runs]
 
     def _cell(self, row: str, column: str) -> Cell:
-        figures: dict[str, Any] = dict.fromkeys(Cell.__dataclass_fields__)
-        figures |= {"robots": row, "fire": column, "n": len(self.runs[row, column])}
+        none: dict[str, Any] = dict.fromkeys(Cell.__dataclass_fields__)
         shown = {name: of_trainings(self.values(row, column, name)) for name in SHOWN}
-        return Cell(**figures | shown)
+        named = {"robots": row, "fire": column, "n": len(self.runs[row, column])}
+        return Cell(**none | named | shown)
 
     def more_saved(self, one: str, other: str, column: str) -> Interval | None:
         """Estimate survivors of `one` less `other`, same seeds; None without runs."""
@@ -87,17 +86,12 @@ class Results:
 
 def page(results: Results, picture: str) -> str:
     """Write the page in Markdown; picture: the path of the matrix."""
-    parts = [
-        f"# {results.experiment.question}",
-        answer(results),
-        "## What was done",
-        set_up(results.experiment),
-        "## Who beats whom",
-        f"![Survivors of all arms under all fires]({picture})",
-        f"```\n{table(results.cells(), SHOWN)}\n```",
-        f"Figures: {OVER}.",
-    ]
-    return "\n\n".join(parts) + "\n"
+    return (
+        f"# {results.experiment.question}\n\n{answer(results)}\n\n"
+        f"## What was done\n\n{set_up(results.experiment)}\n\n"
+        f"## Who beats whom\n\n![Survivors of all arms under all fires]({picture})\n\n"
+        f"```\n{table(results.cells(), SHOWN)}\n```\n\nFigures: {OVER}.\n"
+    )
 
 
 def answer(results: Results) -> str:
@@ -139,7 +133,6 @@ def set_up(experiment: Experiment) -> str:
 
 
 def _arm(experiment: Experiment, name: str) -> str:
-    """An arm in words."""
     settings, fire = experiment.arm(name)
     rows = {k: v for k, v in experiment.arms[name].items() if (k, v) != ("fire", fire)}
     whom = "a fire that learns" if fire is None else f"the fire `{fire}`"
@@ -148,6 +141,14 @@ def _arm(experiment: Experiment, name: str) -> str:
 
 def _changes(rows: Mapping[str, Any]) -> str:
     """Rows that differ from the preset's, as the file has them."""
-    named = rows_of_both(rows, None, "")
-    told = ", ".join(f"`{name} = {value}`" for name, value, _ in named)
-    return told and f" with {told}"
+    told = (f"`{name} = {value}`" for name, value in _flat(rows))
+    return f" with {', '.join(told)}" if rows else ""
+
+
+def _flat(rows: Mapping[str, Any], over: str = "") -> Iterator[tuple[str, Any]]:
+    """Nested rows by their dotted names."""
+    for name, value in rows.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{over}{name}.")
+        else:
+            yield over + name, value

@@ -118,10 +118,15 @@ class Page:
         return int(columns), int(rows)
 
     @cached_property
+    def drawn(self) -> tuple[int, int]:
+        """Columns and rows of the drawings."""
+        width = max((len(row.code) for row in self.rows), default=30)
+        return width, max((len(drawing.rows) for drawing in self.drawings), default=9)
+
+    @property
     def drawn_size(self) -> str:
         """The size as the drawings have it; '' if it is too large."""
-        width = max((len(row.code) for row in self.rows), default=30)
-        height = max((len(drawing.rows) for drawing in self.drawings), default=9)
+        width, height = self.drawn
         return f"size: {width} x {height}" if max(width, height) <= MOST_CELLS else ""
 
 

@@ -28,6 +28,7 @@ from reference.workshop.maps.page import Drawing, Page
 # -- Stage 4: one floor -------------------------------------------------------------
 
 MOST_PARTS = 5_000  # [A1, chosen] a hundred times the paper's
+WALL = "Type '#' here."
 
 
 def parts(plan: Plan, page: Page) -> Iterator[Mistake]:
@@ -45,13 +46,20 @@ def parts(plan: Plan, page: Page) -> Iterator[Mistake]:
 
 def _outer_wall(building: Building, drawing: Drawing) -> Iterator[Mistake]:
     signs = _rimmed(building, drawing)
+    gap, hole = _holes(signs)
+    for cells in pieces(gap) + pieces(hole):
+        what = "there is a hole in the outer wall"
+        small = (signs[tuple(cells.T)] == "e").all()
+        hint = "Type 'E' for an exit, or '#' for a wall." if small else WALL
+        yield drawing.mistake(cells[0] - 1, what, hint)
+
+
+def _holes(signs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where blanks, and where floor, stand in the place of an outer wall."""
     room, outside = is_room(signs), signs == " "
     wall = ~(outside | room)
     gap = outside & _between(wall) & ndimage.binary_dilation(room)
-    hole = room & ndimage.binary_dilation(outside & ~gap)
-    for cells in pieces(gap) + pieces(hole):
-        what = "there is a hole in the outer wall"
-        yield drawing.mistake(cells[0] - 1, what, "Type '#' here.")
+    return gap, room & ndimage.binary_dilation(outside & ~gap)
 
 
 def _rimmed(building: Building, drawing: Drawing) -> np.ndarray:
@@ -120,12 +128,22 @@ def _stairwells(building: Building, drawing: Drawing) -> Iterator[Mistake]:
             other = {" ": "the outside", "E": "an exit"}.get(sign)
             other = other or _called(_area_at(building, drawing, cell))
             what = f"{_called(well)} is open to {other}"
-            entrance = ", or '+' for an entrance" if is_room(np.array(sign)) else ""
-            yield drawing.mistake(cell, what, f"Type '#' here{entrance}.")
+            hint = _closing(signs, well, around)
+            yield drawing.mistake(cell, what, hint if is_room(np.array(sign)) else WALL)
         elif "+" not in signs[around]:
             hint = "Type '+' in its wall, where a room is behind it."
             what = f"{_called(well)} has no entrance on {drawing.label}"
             yield drawing.mistake(well.cells[0], what, hint)
+
+
+def _closing(signs: np.ndarray, well: Area, around: np.ndarray) -> str:
+    """Advise somebody who drew a stairwell that is open to a room."""
+    beside = around & (signs != well.name)
+    if well.size == 1 and len(pieces(beside & is_room(signs))) > 1:
+        return f"Type '+' for a door in the place of '{well.name}'."
+    if is_room(signs[beside]).all():
+        return f"Draw walls around it, or fill its room with '{well.name}'."
+    return "Type '#' here, or '+' for an entrance."
 
 
 def _opening(signs: np.ndarray, letter: str, around: np.ndarray) -> np.ndarray | None:
@@ -140,8 +158,10 @@ def _opening(signs: np.ndarray, letter: str, around: np.ndarray) -> np.ndarray |
 
 def _names(building: Building, drawing: Drawing) -> Iterator[Mistake]:
     seen: set[str] = set()
+    hole = _holes(_rimmed(building, drawing))[1][1:-1, 1:-1]
     for room in _here(building, drawing, "room"):
         (name, cell), *others = _words(building, room)
+        others = [(word, place) for word, place in others if not hole[*place]]
         hint = "Keep one word on one row, or draw a wall between the two."
         hint = _as_stairs(building, room) or hint
         for other, place in others:
@@ -185,7 +205,7 @@ def _words(building: Building, room: Area) -> list[tuple[str, Iterable[int]]]:
     found: list[tuple[str, Iterable[int]]] = []
     for row in np.unique(room.cells[:, 0]).tolist():
         mine = set(room.cells[room.cells[:, 0] == row, 1].tolist())
-        words = re.finditer("[a-z]+", rows[row])
+        words = re.finditer("[a-z][a-z0-9]*", rows[row])
         found += [(w[0], (row, w.start())) for w in words if w.start() in mine]
     return found or [(room.name, room.cells[0])]
 
@@ -265,6 +285,20 @@ def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
                 where += f"row {bottom + 1}, column {right + 1}"
                 what = f"stairwell {letter} is not above itself on floor {lower}"
                 yield drawing.mistake(above[0], what, f"Draw it as there: {where}.")
+
+
+# -- What is no mistake, and rarely meant -------------------------------------------
+
+
+def touching(building: Building) -> Iterator[tuple[Area, Area]]:
+    """Find rooms that touch at a corner only, where people see but cannot pass."""
+    for area, kind in zip(building.area, building.kind, strict=True):
+        for here, what in ((area, kind), (area[:, ::-1], kind[:, ::-1])):
+            first, second = here[:-1, :-1], here[1:, 1:]
+            walls = (what[1:, :-1] == Kind.WALL) & (what[:-1, 1:] == Kind.WALL)
+            found = walls & (first != second) & (np.minimum(first, second) >= 0)
+            for pair in zip(first[found], second[found], strict=True):
+                yield building.areas[pair[0]], building.areas[pair[1]]
 
 
 Check = Callable[[Building, Page], Iterator[Mistake]]

@@ -25,6 +25,8 @@ from reference.workshop.maps.page import (
 
 # -- Stage 1: the page --------------------------------------------------------------
 
+NOTE = "Type ';' in front of it to make it a note."
+
 
 def _length(page: Page) -> Iterator[Mistake]:
     if not page.whole:
@@ -40,7 +42,7 @@ def _nothing(page: Page) -> Iterator[Mistake]:
 
 def _headings(page: Page) -> Iterator[Mistake]:
     floor = 1
-    for drawing in page.drawings:
+    for above, drawing in zip([None, *page.drawings], page.drawings, strict=False):
         if drawing.numbers:
             floor = drawing.numbers[-1] + 1
             continue
@@ -57,8 +59,10 @@ def _headings(page: Page) -> Iterator[Mistake]:
             hint = f"Write 'floor {floor}:', or {alike}."
         elif word := key_word(line.key):
             what += f"; did you mean '{word}'?"
+        elif drawing.rows and (above is None or above.rows):
+            hint = f"Write 'floor {floor}: {clip(line.value)}".rstrip() + "'."
         else:
-            hint = "Type ';' in front of it to make it a note."
+            hint = NOTE
         floor += bool(drawing.rows)
         yield line.mistake(what, hint)
 
@@ -146,8 +150,10 @@ def _misnumbered(page: Page, number: int, last: int) -> tuple[str, str]:
 
 def _misplaced(page: Page) -> Iterator[Mistake]:
     if page.strays:
-        hint = "Write 'floor 1:' above the drawing; a note begins with ';'."
-        yield page.strays[0].mistake("this row stands before any floor", hint)
+        hint, first = "Write 'floor 1:' above the drawing.", page.strays[0]
+        if "#" not in first.code:
+            hint = NOTE
+        yield first.mistake("this row stands before any floor", hint)
     elif not page.drawings and any(page.settings.values()):
         last = [line for line in page.lines if line.code][-1]
         hint = "Write 'floor 1:' below, and its rows under it."
@@ -170,7 +176,8 @@ def _blanks(page: Page) -> Iterator[Mistake]:
 
 # -- Stage 2: characters ------------------------------------------------------------
 
-_UNKNOWN = re.compile(r"""([\t!"$-*,/-@[-`{-~-])\1*""")  # in a row
+_UNKNOWN = re.compile(r"""([\t!"$-*,/:-@[-`{-~-]|(?<![a-z0-9])[0-9])\1*""")  # in a row
+_INSIDE_A_NAME = re.compile(r"(?<=[a-z0-9])[_-]+(?=[a-z0-9])")
 _FOREIGN = re.compile(r"[^\t -~]+")  # anywhere, also in a note
 _LOOKS_LIKE = dict.fromkeys("|-_=/\\*%@", "#") | dict.fromkeys(",:'`", ".")
 
@@ -185,6 +192,13 @@ def _unknown_signs(page: Page) -> Iterator[Mistake]:
             if sign[1] == "\t":
                 what = "there is a tab in the drawing"
                 hint = "Type blanks instead: a tab has no fixed width."
+            elif sign[1].isdecimal():
+                what = f"no room's name begins with '{sign[1]}'"
+                hint = "Write it right behind a letter, as in 'room1'."
+            elif sign[1] in "_-" and _INSIDE_A_NAME.match(row.code, sign.start()):
+                hint = "Take it out: a room's name is 'a' to 'z' and digits."
+            elif row.code.startswith("```"):
+                hint = "Take this line out."
             yield row.mistake(what, hint, sign.start() + 1)
 
 
@@ -220,10 +234,10 @@ def _ascii(char: str) -> str:
 
 
 _MIXED = re.compile(
-    r"""(?<![A-Za-z]) (?: (?<!\.) E++ )?+  # exits in the outer wall on its left
-    (?! (?: [a-z]++ | ([A-E]) \1*+ (?: ([A-E]) (?:\1|\2)*+ )?+ )?+  # one or two letters
-        (?: E++ (?!\.) )?+ (?![A-Za-z])  # exits in the outer wall on its right
-    ) (?P<name> [A-Za-z]+ )""",
+    r"""(?<![A-Za-z0-9]) (?: (?<!\.) E++ )?+  # exits in the outer wall on its left
+    (?! (?: [a-z][a-z0-9]*+ | ([A-E]) \1*+ (?: ([A-E]) (?:\1|\2)*+ )?+ )?+
+        (?: E++ (?!\.) )?+ (?![A-Za-z0-9])  # exits in the outer wall on its right
+    ) (?P<name> [A-Za-z][A-Za-z0-9]* )""",
     re.VERBOSE,
 )
 
@@ -249,6 +263,16 @@ def _capitals(page: Page) -> Iterator[Mistake]:
 
 
 # -- Stage 3: shape -----------------------------------------------------------------
+
+
+def _size(page: Page) -> Iterator[Mistake]:
+    """Both numbers are wrong: most often the two are exchanged."""
+    width, height = page.size
+    columns, rows = page.drawn
+    alike = all(len(drawing.rows) == rows for drawing in page.drawings)
+    if alike and rows != height and columns != width and page.drawn_size:
+        what = f"{columns} columns and {rows} rows are drawn"
+        yield page.settings["size:"][0].mistake_in_value(what, _write_size(page))
 
 
 def _wide_rows(page: Page) -> Iterator[Mistake]:
@@ -287,5 +311,6 @@ STAGES: tuple[tuple[Check, ...], ...] = (
     (_length,),
     (_nothing, _headings, _settings, _values, _floor_numbers, _misplaced, _blanks),
     (_unknown_signs, _foreign_signs, _capitals),
+    (_size,),
     (_wide_rows, _number_of_rows),
 )

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.random import Generator as Rng
 
 from reference.building import Building
-from reference.game.frame import guides
 from reference.navigation import navigation_of
 from reference.paper import ROBOT_SPEED, STAIRS_METRES, STAIRS_SECONDS
 from reference.robots import (
@@ -23,6 +22,7 @@ from reference.robots import (
     before_stairwell,
     flame_cost,
 )
+from reference.workshop.frame import guides
 from reference.workshop.traffic import ways_outside
 from reference.world import NOBODY, NOWHERE, Robot, World
 

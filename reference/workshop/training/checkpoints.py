@@ -13,25 +13,19 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
-from zipfile import BadZipFile, ZipFile
+from zipfile import ZIP_STORED, BadZipFile, ZipFile
 
 import torch
+from torch import Tensor
 
 import reference
 from reference.building import Building, building_of
 from reference.learning.players import Learned
-from reference.learning.settings import (
-    SIDES,
-    SettingsError,
-    Side,
-    unknown,
-)
+from reference.learning.settings import SIDES, Side
 from reference.paper import InputError
-from reference.simulation import Simulation
 from reference.workshop.files import refuse_no_file, write_whole
-from reference.workshop.plain import checked, mapping, record_from
+from reference.workshop.plain import SettingsError, checked, mapping, record_from
 from reference.workshop.remedies import SideSettings
-from reference.workshop.strategies import ROBOTS
 from reference.workshop.training.presets import Settings
 
 KIND = "checkpoint of fire-rescue-reference"
@@ -159,7 +153,9 @@ def unpacked(file: BinaryIO, path: Path) -> Checkpoint:
     if file.read(len(MAGIC)) != MAGIC:
         raise CheckpointError(f"{path}: is no checkpoint. Name one that train made.")
     try:
-        if (damaged := ZipFile(file).testzip()) is not None:  # torch does not look
+        archive = ZipFile(file)
+        _refuse_inflated(archive)
+        if (damaged := archive.testzip()) is not None:  # torch does not look
             raise BadZipFile(damaged)
         file.seek(0)
         content = torch.load(file, map_location="cpu", weights_only=True)
@@ -168,35 +164,27 @@ def unpacked(file: BinaryIO, path: Path) -> Checkpoint:
             f"{path}: is damaged, or is no checkpoint. If train made it, name the "
             "one before, or remove it to go on from there."
         ) from error
-    return _checked(content, path)
-
-
-def _checked(content: object, path: Path) -> Checkpoint:
-    """Check kind and format of what was read; make a checkpoint of it."""
     if not isinstance(content, dict) or content.get("kind") != KIND:
         raise CheckpointError(f"{path}: is another program's file, not a checkpoint.")
-    if not _is(content.get("format"), FORMAT):
+    made, game, version = (content.get(name) for name in ("format", "game", "version"))
+    if (made, game) != (FORMAT, reference.GAME):
         raise CheckpointError(
-            f"{path}: is of format {content.get('format')!s:.40} (version "
-            f"{content.get('version')!s:.40}); this is {reference.__version__}, "
-            f"which reads format {FORMAT}. Use the version that wrote it."
-        )
-    if not _is(content.get("game"), reference.GAME):
-        raise CheckpointError(
-            f"{path}: has learned another game than this one, whose rules have changed "
-            f"since version {content.get('version')!s:.40}; train anew."
+            f"{path}: is of game {game!s:.9} and format {made!s:.9}, written by "
+            f"version {version!s:.40}; this is {reference.__version__}, of game "
+            f"{reference.GAME} and format {FORMAT}. Use that version, or train anew."
         )
     try:
         return _checkpoint(content)
-    except (KeyError, TypeError, AttributeError, ValueError) as why:
+    except Exception as why:  # of what nobody has written
         raise CheckpointError(
             f"{path}: lacks a part or is damaged ({why!s:.200})."
         ) from why
 
 
-def _is(found: object, number: int) -> bool:
-    """Tell whether it is this int; a damaged file may hold a tensor."""
-    return type(found) is int and found == number
+def _refuse_inflated(archive: ZipFile) -> None:
+    """Raise BadZipFile for compressed parts: torch writes none; they may be vast."""
+    if any(part.compress_type != ZIP_STORED for part in archive.infolist()):
+        raise BadZipFile("compressed")
 
 
 # -- As plain data ------------------------------------------------------------------
@@ -204,73 +192,11 @@ def _is(found: object, number: int) -> bool:
 
 def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
     """A checkpoint as dicts, lists, words, numbers and tensors only."""
-    task = checkpoint.task
-    players = {
-        name: {side: _plain_player(who) for side, who in getattr(task, name).items()}
-        for name in PLAYERS
-    }
-    return {
-        "kind": KIND,
-        "format": FORMAT,
-        "game": reference.GAME,
-        "version": checkpoint.version,
-        "task": {
-            **{f.name: getattr(task, f.name) for f in fields(Task)},
-            "settings": asdict(task.settings),
-            **players,
-        },
-        "round": checkpoint.round,
-        "learners": checkpoint.learners,
-        "progress": checkpoint.progress,
-    }
-
-
-def _checkpoint(content: dict[str, Any]) -> Checkpoint:
-    task = mapping(content["task"], "task")
-    players = {name: mapping(task.pop(name, None), name) for name in PLAYERS}
-    made: Any = {
-        name: {side: _player(side, who) for side, who in sides.items()}
-        for name, sides in players.items()
-    }
-    names = ("round", "learners", "progress", "version")
-    plain = {name: content[name] for name in names}
-    plain["task"] = replace(record_from(Task, task, "task"), **made)
-    found = record_from(Checkpoint, plain, "checkpoint")
-    Simulation(building_of(found.task.plan), found.task.settings.scenario)
-    sides = sorted([*found.learners, *found.task.fixed])
-    if sides != sorted(SIDES) or found.round < 0:
-        raise SettingsError("robots or fire neither learn nor are fixed")
-    for side, who in found.task.initial.items():
-        if isinstance(who, str) or side not in found.learners:
-            raise SettingsError(f"{side}: a network to begin with, and nobody learns")
-    if found.task.imitate not in (None, *ROBOTS):
-        raise SettingsError(f"imitate {unknown(found.task.imitate, ROBOTS)}")
-    for side, state in found.learners.items():
-        for name in ("actor", "critic"):
-            weights = checked(name, state[name], dict[str, torch.Tensor])
-            _refuse_another_size(getattr(found.task.settings, side), weights)
-    for tensor in _tensors([found.learners, players]):
-        if tensor.is_complex() or tensor.is_sparse or not tensor.isfinite().all():
-            raise SettingsError("weights that are no finite numbers")
-    return found
-
-
-def _refuse_another_size(
-    settings: SideSettings, weights: Mapping[str, torch.Tensor]
-) -> None:
-    """Raise SettingsError for weights of another size, before networks are made."""
-    widths = {width for tensor in weights.values() for width in tensor.shape}
-    if settings.hidden_units not in widths or settings.num_layers > len(weights):
-        raise SettingsError("networks of another size than the settings tell")
-
-
-def _tensors(plain: Any) -> Iterator[torch.Tensor]:
-    """All tensors somewhere in plain data."""
-    if isinstance(plain, torch.Tensor):
-        yield plain
-    elif isinstance(plain, dict | list):
-        for part in plain.values() if isinstance(plain, dict) else plain:
-            yield from _tensors(part)
+    head = {"kind": KIND, "format": FORMAT, "game": reference.GAME}
+    task = vars(checkpoint.task) | {"settings": asdict(checkpoint.task.settings)}
+    for name in PLAYERS:
+        task[name] = {side: _plain_player(who) for side, who in task[name].items()}
+    return {**head, **vars(checkpoint), "task": task}
 
 
 def _plain_player(who: Learned | str) -> Any:
@@ -279,13 +205,52 @@ def _plain_player(who: Learned | str) -> Any:
     return {"settings": vars(who.settings), "weights": who.weights}
 
 
+def _checkpoint(content: dict[str, Any]) -> Checkpoint:
+    """Make a checkpoint of plain data. Raises SettingsError, KeyError, ..."""
+    task = mapping(content["task"], "task")
+    players: Any = {}
+    for name in PLAYERS:
+        sides = mapping(task.pop(name, None), name)
+        players[name] = {side: _player(side, who) for side, who in sides.items()}
+    rows = {f.name: content[f.name] for f in fields(Checkpoint)}
+    rows["task"] = replace(record_from(Task, task, "task"), **players)
+    found = record_from(Checkpoint, rows, "checkpoint")
+    if sorted([*found.learners, *found.task.fixed]) != sorted(SIDES):
+        raise SettingsError("robots or fire neither learn nor are fixed")
+    if min(found.round, found.task.seed) < 0:
+        raise SettingsError("round or seed is below 0")
+    for state in found.learners.values():
+        _weights(state["actor"]), _weights(state["critic"])
+    for tensor in _tensors([found.learners, players]):
+        odd = tensor.is_meta or tensor.is_sparse or tensor.is_complex()
+        if odd or not tensor.isfinite().all():
+            raise SettingsError("weights that are no finite numbers")
+    return found
+
+
+def _weights(plain: Any) -> dict[str, Tensor]:
+    """Check that weights are floats, which torch would convert to without a word."""
+    weights = checked("weights", plain, dict[str, Tensor])
+    for name, tensor in weights.items():
+        if tensor.dtype not in (torch.float32, torch.float64):
+            raise SettingsError(f"{name} is of {tensor.dtype}, not float32")
+    return weights
+
+
+def _tensors(plain: Any) -> Iterator[Tensor]:
+    """All tensors somewhere in plain data."""
+    if isinstance(plain, Tensor):
+        yield plain
+    elif isinstance(plain, dict | list):
+        for part in plain.values() if isinstance(plain, dict) else plain:
+            yield from _tensors(part)
+
+
 def _player(side: Any, plain: Any) -> Learned | str:
     if isinstance(plain, str):
         return plain
     settings = record_from(SideSettings, plain["settings"], f"network of {side}")
-    weights = checked("weights", plain["weights"], dict[str, torch.Tensor])
-    _refuse_another_size(settings, weights)
-    return Learned(settings, weights)
+    return Learned(settings, _weights(plain["weights"]))
 
 
 # -- Where it belongs ---------------------------------------------------------------

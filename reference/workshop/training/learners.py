@@ -9,18 +9,21 @@ from reference.building import building_of
 from reference.learning.adversarial import learner_for
 from reference.learning.players import Learned
 from reference.learning.ppo import Learner
-from reference.learning.settings import SIDES, SettingsError, Side
+from reference.learning.settings import SIDES, Side
 from reference.simulation import Simulation
+from reference.workshop.plain import SettingsError
 from reference.workshop.training.checkpoints import Task
-from reference.workshop.workers import memory
 
 OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
-EPISODE = 2**20  # bytes of one, more or less
 
-OF_NETWORK = (
-    *("head", "hidden_units", "num_layers", "normalize", "commitment", "spread"),
-)
+OF_NETWORK = ("head", "hidden_units", "num_layers", "normalize", "commitment", "spread")
 """Rows of settings on which the meaning of a network's weights depends."""
+
+
+def seeds_of(run: int, purpose: int, number: int, count: int) -> tuple[int, ...]:
+    """Derive seeds from a run's seed, a purpose and a number."""
+    sequence = np.random.SeedSequence(run, spawn_key=(purpose, number))
+    return tuple(sequence.generate_state(count, np.uint64).tolist())
 
 
 def learners_of(task: Task) -> dict[Side, Learner]:
@@ -29,7 +32,6 @@ def learners_of(task: Task) -> dict[Side, Learner]:
     Raises SettingsError if none learns, none can imitate, or networks to begin with do
     not fit, and ValueError for more people than fit into the building.
     """
-    _refuse_too_large(task)
     building, scenario = building_of(task.plan), task.settings.scenario
     if not sum(scenario.start_counts(building.floors)):
         raise SettingsError("there is nobody to evacuate: raise people")
@@ -46,29 +48,21 @@ def learners_of(task: Task) -> dict[Side, Learner]:
     return made
 
 
-def seeds_of(run: int, purpose: int, number: int, count: int) -> tuple[int, ...]:
-    """Derive seeds from a run's seed, a purpose and a number."""
-    sequence = np.random.SeedSequence(run, spawn_key=(purpose, number))
-    return tuple(sequence.generate_state(count, np.uint64).tolist())
-
-
 def _learner(task: Task, side: Side) -> Learner:
+    """Make a side's learner with random networks. Raises SettingsError."""
     settings, scenario = getattr(task.settings, side), task.settings.scenario
-    if side == "robots" and not scenario.robots_per_floor:
+    row = "robots_per_floor" if side == "robots" else "sources"
+    if not getattr(scenario, row):
         raise SettingsError(
-            "robots: nobody learns where robots_per_floor is 0. Raise it, or let "
-            "--robots none play them."
-        )
-    if side == "fire" and not scenario.sources:
-        raise SettingsError(
-            "fire: nobody learns where sources is 0. Raise it, or let --fire none play."
+            f"{side}: nobody learns where {row} is 0. Raise it, or let --{side} none "
+            "play."
         )
     (seed,) = seeds_of(task.seed, OF_LEARNERS, SIDES.index(side), 1)
     return learner_for(side, task.plan, scenario, settings, seed)
 
 
 def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
-    """Give a learner a policy. Raises SettingsError if it has other settings."""
+    """Give a learner a policy. Raises SettingsError if it means something else here."""
     for name in OF_NETWORK:
         theirs, own = (getattr(s, name) for s in (who.settings, learner.settings))
         if theirs != own:
@@ -84,22 +78,3 @@ def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
             f"{side}: the network to begin with learned in another scenario, with "
             "other numbers of people, robots or sources."
         ) from None
-
-
-def _refuse_too_large(task: Task) -> None:
-    """Raise SettingsError for networks or episodes too large for this memory."""
-    s = task.settings
-    weights = sum(
-        2 * 4 * 4 * r.hidden_units * (r.hidden_units * (r.num_layers + 4) + 2000)
-        for r in (s.robots, s.fire)  # actor and critic, their gradients and moments
-    )
-    episodes = s.jobs_per_round * s.episodes_per_job
-    if task.imitate:
-        episodes = max(episodes, s.imitation_episodes)
-    need, there = weights + episodes * EPISODE, memory()
-    if need > there:
-        raise SettingsError(
-            f"these settings need some {need / 2**30:,.0f} GB of memory, and there are "
-            f"{there / 2**30:,.0f}: lower hidden_units, num_layers, jobs_per_round, "
-            "episodes_per_job or imitation_episodes."
-        )

@@ -6,16 +6,15 @@ themselves are in `learning.adversarial`.
 """
 
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack, closing
 from pathlib import Path
-from time import perf_counter
 
 from tqdm import tqdm
 
 from reference.learning.networks import one_thread
-from reference.learning.rollouts import Episode, Job, play
+from reference.learning.rollouts import Episode, Job, play_all
 from reference.workshop.files import Table, make_folder
 from reference.workshop.lockstep import together
 from reference.workshop.training import checkpoints
@@ -26,14 +25,11 @@ from reference.workshop.training.summaries import (
     PRETRAINING,
     SUMMARIES,
     SURVIVAL,
-    TIMES,
     Board,
     Row,
     table_until,
 )
-from reference.workshop.workers import in_order
-
-CLOCK = "times.csv"
+from reference.workshop.workers import chunks, in_order, shares
 
 
 def train(
@@ -45,60 +41,65 @@ def train(
 ) -> Path:
     """Train until every side is past its max_steps, or until told to stop.
 
-    The folder gets checkpoints, summaries.csv and times.csv. When `stop` says so, a
-    round that is being played is dropped, one that is being learned from is finished.
+    The folder gets checkpoints and summaries.csv. When `stop` says so, a round that is
+    being played is dropped, one that is being learned from is finished.
     Returns the last checkpoint's path. Raises OSError where nothing can be written;
     the checkpoints that are there stay whole.
     """
     with ExitStack() as stack:
         log = Log(training, folder, tensorboard, stack)
         if not training.imitated:
-            played = in_order(executor, _played, training.demonstrations(), stop)
-            if played is None:
+            each = chunks(training.demonstrations(), 1)
+            if (episodes := _played(executor, each, stop)) is None:
                 return log.path
-            log.tell(training.imitate([e for job in played for e in job]))
+            log.tell(training.imitate(episodes))
             log.keep()
         while not training.over and not stop():
             # PLAY
-            start = perf_counter()
-            played = in_order(executor, _played, training.jobs(), stop)
-            if played is None:
+            each = shares(training.jobs(), executor)
+            if (episodes := _played(executor, each, stop)) is None:
                 break
-            episodes = [episode for job in played for episode in job]
             # LEARN
-            between = perf_counter()
             rows = training.learn(episodes)
             # TELL
             log.tell(rows)
-            log.time(episodes, between - start, perf_counter() - between)
             # KEEP
             if log.due():
                 log.keep()
         return log.keep()
 
 
-def _played(job: Job) -> list[Episode]:
-    """Play a job, with sums in the same order in a worker as here."""
+def _played(
+    executor: Executor, jobs: Sequence[Sequence[Job]], stop: Callable[[], bool]
+) -> list[Episode] | None:
+    """Play all jobs, those of a share in one lockstep; None if told to stop."""
+    if (played := in_order(executor, _play, jobs, stop)) is None:
+        return None
+    return [e for share in played for job in share for e in job]
+
+
+def _play(jobs: Sequence[Job]) -> list[list[Episode]]:
+    """Play a worker's share, with sums in the same order in a worker as here."""
     with one_thread():
-        return play(job, together)
+        return play_all(jobs, together)
 
 
 # -- What is written ----------------------------------------------------------------
 
 
 class Log:
-    """The folder of a training: checkpoints, summaries and times; and the progress."""
+    """The folder of a training: checkpoints and summaries; and the progress.
+
+    path  of the newest checkpoint
+    """
 
     def __init__(
-        self,
-        training: Training,
-        folder: Path,
-        tensorboard: bool,
-        stack: ExitStack,
+        self, training: Training, folder: Path, tensorboard: bool, stack: ExitStack
     ):
         """Save where it begins; drop later rows, which an interruption may have left.
 
-        The checkpoint comes first: where it does not fit, the folder stays empty.
+        What is resumed is saved already. The checkpoint comes first: where it does not
+        fit, the folder stays empty.
         """
         self.training, self.folder = training, folder
         self.learners = training.learners.values()
@@ -108,12 +109,10 @@ class Log:
             board = closing(Board(folder / "tensorboard", steps))
             self.summaries.append(stack.enter_context(board))
         make_folder(folder)
-        self.intervals: list[int] = []
-        self.saved: tuple[int, bool] | None = None
-        self.path = self.keep()
+        self.intervals, self.saved = self._intervals(), self._now()
+        self.path = checkpoints.newest(folder) or self._save()
         over = training.round if training.imitated else -1
         self.summaries.append(table_until(folder / SUMMARIES, COLUMNS, over))
-        self.times = table_until(folder / CLOCK, TIMES, over)
         bar = tqdm(
             total=sum(who.settings.max_steps for who in self.learners),
             initial=self._done(),
@@ -135,26 +134,24 @@ class Log:
             for row in rows:
                 print(_line(row), file=sys.stderr)
 
-    def time(self, episodes: Iterable[Episode], play: float, learn: float) -> None:
-        """Write the clock times of the round that is over."""
-        sides = [t for e in episodes for t in (e.robots, e.fire) if t is not None]
-        n = sum(trajectory.steps for trajectory in sides)
-        row = (self.training.round, n, play, learn, n / (play + learn))
-        self.times.append([dict(zip(TIMES, row, strict=True))])
-
     def due(self) -> bool:
         """Whether a side is past another multiple of its checkpoint_interval."""
         return self._intervals() != self.intervals
 
     def keep(self) -> Path:
         """Save a checkpoint of now, unless there is one; return its path."""
-        now = (self.training.round, self.training.imitated)
-        if now != self.saved:
-            most = max(who.settings.keep_checkpoints for who in self.learners)
-            checkpoint = self.training.checkpoint()
-            self.path = checkpoints.keep(checkpoint, self.folder, most)
-            self.intervals, self.saved = self._intervals(), now
+        if self._now() != self.saved:
+            self.path = self._save()
         return self.path
+
+    def _save(self) -> Path:
+        most = max(who.settings.keep_checkpoints for who in self.learners)
+        path = checkpoints.keep(self.training.checkpoint(), self.folder, most)
+        self.intervals, self.saved = self._intervals(), self._now()
+        return path
+
+    def _now(self) -> tuple[int, bool]:
+        return self.training.round, self.training.imitated
 
     def _intervals(self) -> list[int]:
         return [w.steps // w.settings.checkpoint_interval for w in self.learners]

@@ -11,39 +11,36 @@ This module knows where keys stand; `learning.settings` knows which values are v
     default_settings: ...     what a behaviour leaves out
     reference: ...            ours, see OURS
 
-[E3, chosen] ML-Agents refuses unknown keys: in a file for both, ours stand behind
-`#= `, a comment to it. Keys of ML-Agents that have no counterpart here pass if their
-value switches them off, and always if they are about Unity's program or the machine;
-others are refused, each with a sentence.
+[E3, chosen] Keys of ML-Agents that have no counterpart here pass if their value
+switches them off, and always if they are about Unity's program or the machine; others
+are refused, each with a sentence.
 """
 
-import math
 import os
-import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from reference.learning.settings import (
-    Rows,
-    SettingsError,
-    rows_of,
-    unknown,
-)
+from reference.learning.settings import SIDES, Rows, Side
 from reference.workshop.files import read_text
-from reference.workshop.plain import mapping
+from reference.workshop.plain import SettingsError, mapping, rows_of, unknown
 from reference.workshop.remedies import SideSettings
 
 _ROWS = rows_of(SideSettings)
 OWN_ROWS = tuple(name for name, row in _ROWS.items() if row.section is None)
-HOMES = {n: row.section for n, row in _ROWS.items() if row.section is not None}
-PATHS = tuple((*section, name) for name, section in HOMES.items())
-SECTIONS = tuple(dict.fromkeys(p[:k] for p in PATHS for k in range(1, len(p))))
+PLACES = {
+    ".".join((*row.section, name)): name
+    for name, row in _ROWS.items()
+    if row.section is not None
+}
+"""Rows of the tables by where ML-Agents keeps them, as in hyperparameters.beta."""
 
 NO_OTHER_REWARD = "the paper's reward is the only one here"
 OFF = {  # keys that are not built, and what to do instead; null and false pass
+    "environment_parameters": "Unity draws these, or teaches them in lessons; state "
+    "`reference: scenario:`",
+    "checkpoint_settings.initialize_from": "use --initialize-from on the command line",
+    "checkpoint_settings.resume": "use --resume on the command line",
     "init_path": "name the checkpoint after --initialize-from",
     "even_checkpoints": "write a checkpoint_interval",
     "self_play": "the fire is the opponent, and both learn at once",
@@ -60,40 +57,54 @@ NO_EFFECT = (
     "threaded",  # nothing is in flight between rounds
     "reward_signals.extrinsic.network_settings",  # this signal has none
 )
-
-TOP = (
-    *("behaviors", "default_settings", "reference", "environment_parameters"),
-    # the command line says seeds, devices, folders:
-    *("env_settings", "engine_settings", "checkpoint_settings", "torch_settings"),
-    "debug",
-)
+NO_GOAL = ("hyper", "none")  # of goal_conditioning_type
 
 OURS = "reference"
 """The block of what ML-Agents has no key for: {Robot: {head, reward_scale}, Fire: ...,
 scenario: {...}, episodes_per_job, ...}."""
-MARK = re.compile(r"^#= ?", re.MULTILINE)
-MOST_BYTES, MOST_ENTRIES = 1 << 16, 10_000  # of a file, its anchors written out
+TOP = (
+    *("behaviors", "default_settings", OURS, "environment_parameters"),
+    # the command line says seeds, devices, folders:
+    *("env_settings", "engine_settings", "checkpoint_settings", "torch_settings"),
+    "debug",
+)
+NAMES: dict[Side, str] = {"robots": "Robot", "fire": "Fire"}  # of behaviours
+MOST_BYTES = 1 << 16  # of a file
 
 
-@dataclass(frozen=True)
-class TrainerFile:
-    """What a file says: the rows of each side by name, and our own block."""
+def read(path: str | os.PathLike[str]) -> tuple[Rows, dict[Side, str]]:
+    """Read the rows that a file states, and the name of each side's behaviour.
 
-    robots: Rows
-    fire: Rows
-    ours: Rows
-
-
-def read(path: str | os.PathLike[str]) -> TrainerFile:
-    """Read the rows that a file states; the caller checks their values.
-
-    Raises SettingsError, also without PyYAML, and OSError for an unreadable file.
+    The rows are those of whole settings, with robots, fire and scenario nested; the
+    caller checks their values. Raises SettingsError, also without PyYAML, and OSError
+    for an unreadable file.
     """
-    try:
-        text = read_text(Path(path), MOST_BYTES)
-    except OSError as error:
-        raise type(error)(f"cannot read {path}: {error.strerror}") from None
-    return _file(_parsed(MARK.sub("", text)))
+    top = _parsed(read_text(Path(path), MOST_BYTES))
+    if top is None:
+        raise SettingsError("this file is empty: give it `behaviors:`")
+    top = mapping(top, "the file")
+    _refuse_top(top)
+    behaviours = mapping(top.get("behaviors"), "behaviors")
+    default = mapping(top.get("default_settings"), "default_settings")
+    names, ours = _sides(behaviours), mapping(top.get(OURS), OURS)
+    for key in ours.keys() & {*SIDES, "preset"}:
+        raise SettingsError(f"{OURS}: {unknown(key, [*NAMES.values(), 'scenario'])}")
+    for side, name in NAMES.items():
+        own = mapping(ours.pop(name, None), f"{OURS}: {name}")
+        for row in own.keys() - {*OWN_ROWS}:
+            raise SettingsError(f"{OURS}: {name}: {unknown(row, OWN_ROWS)}")
+        ours[side] = {**_side(behaviours, names.get(side), side, default), **own}
+    return ours, names
+
+
+def _refuse_top(top: Mapping[str, Any]) -> None:
+    """Raise SettingsError for what stands outside behaviours and is not built."""
+    for key, value in top.items():
+        if key not in TOP:
+            raise SettingsError(unknown(key, TOP))
+        _refuse_unless_off(key, value, "the file")
+    for key, value in mapping(top.get("checkpoint_settings"), "it").items():
+        _refuse_unless_off(f"checkpoint_settings.{key}", value, "the file")
 
 
 def _parsed(text: str) -> Any:
@@ -105,7 +116,12 @@ def _parsed(text: str) -> Any:
             "ML-Agents' files need PyYAML: pip install PyYAML"
         ) from None
     try:
-        _entries(yaml.compose(text, yaml.SafeLoader), {})
+        for event in yaml.parse(text, yaml.SafeLoader):
+            if isinstance(event, yaml.AliasEvent):  # written out they may be endless
+                raise SettingsError(
+                    f"line {event.start_mark.line + 1}: write out what "
+                    f"'*{event.anchor}' stands for"
+                )
         return yaml.safe_load(text)
     except SettingsError:
         raise
@@ -116,70 +132,23 @@ def _parsed(text: str) -> Any:
         raise SettingsError(f"this is no YAML: {error}") from None
 
 
-def _entries(node: Any, counted: dict[int, float]) -> float:
-    """Count a node's entries, those of an anchor each time that it is used.
-
-    Raises SettingsError for too many, as in anchors of anchors, and for a repeated
-    key: YAML would keep the last.
-    """
-    if node is None or isinstance(node.value, str):
-        return 1
-    if id(node) in counted:
-        return counted[id(node)]
-    counted[id(node)] = math.inf  # until it is known: it may contain itself
-    lines: dict[str, int] = {}
-    entries = 1.0
-    for item in node.value:
-        pair = item if isinstance(item, tuple) else (item,)
-        key, line = pair[0].value, pair[0].start_mark.line + 1
-        if len(pair) == 2 and isinstance(key, str):
-            if key in lines:
-                raise SettingsError(
-                    f"line {line}: '{key}' stands here again, first on line "
-                    f"{lines[key]}: keep one"
-                )
-            lines[key] = line
-        entries += sum(_entries(child, counted) for child in pair)
-        if entries > MOST_ENTRIES:
-            raise SettingsError(f"line {line}: too many anchors in anchors: use fewer")
-    counted[id(node)] = entries
-    return entries
-
-
-def _file(top: Any) -> TrainerFile:
-    """Sort a whole file into the rows of the two sides and ours."""
-    if top is None:
-        raise SettingsError("this file is empty: give it `behaviors:`")
-    top = mapping(top, "the file")
-    for key in top:
-        if key not in TOP:
-            raise SettingsError(unknown(key, TOP))
-    if top.get("environment_parameters"):
-        raise SettingsError(
-            "environment_parameters: parameters that Unity draws or teaches in lessons "
-            "have no counterpart here: leave them out, state `reference: scenario:`"
-        )
-    run = mapping(top.get("checkpoint_settings"), "checkpoint_settings")
-    for key in ("initialize_from", "resume"):
-        if run.get(key):
-            raise SettingsError(
-                f"checkpoint_settings: {key} is asked for on the command line: "
-                f"--{key.replace('_', '-')}; leave it out here"
-            )
-    behaviours = mapping(top.get("behaviors"), "behaviors")
-    default = mapping(top.get("default_settings"), "default_settings")
-    names = {side: name for name, side in _sides(behaviours).items()}
-    robots, fire = (_side(behaviours, names.get(s), s, default) for s in SIDES)
-    return TrainerFile(robots, fire, mapping(top.get(OURS), OURS))
+# -- A behaviour --------------------------------------------------------------------
 
 
 def _side(
     behaviours: Mapping[str, Any], name: str | None, side: str, default: Rows
 ) -> Rows:
-    """Collect one side's rows: its behaviour's override the default settings'."""
+    """Collect one side's rows: its behaviour's override the default settings'.
+
+    Schedules left out are the learning rate's, as ML-Agents documents.
+    """
     own = behaviours[name] if name else None
     where = name or (f"default_settings, for {side}" if default else side)
-    return dict(_rows(_merged(default, mapping(own, where)), (), where))
+    rows = dict(_rows(_merged(default, mapping(own, where)), "", where))
+    if "learning_rate_schedule" in rows:
+        both = ("beta_schedule", "epsilon_schedule")
+        rows = dict.fromkeys(both, rows["learning_rate_schedule"]) | rows
+    return rows
 
 
 def _merged(under: Any, over: Any) -> Any:
@@ -190,66 +159,51 @@ def _merged(under: Any, over: Any) -> Any:
     return {**under, **over, **both}
 
 
-def _rows(section: Any, at: tuple[str, ...], where: str) -> Iterator[tuple[str, Any]]:
+def _rows(section: Any, over: str, where: str) -> Iterator[tuple[str, Any]]:
     """Collect the rows of a behaviour from its sections."""
-    where = ": ".join((where, *at[-1:]))
     for key, value in mapping(section, where).items():
-        path = (*at, key)
-        if path in SECTIONS:
-            yield from _rows(value, path, where)
-        elif path in PATHS:
+        path = over + key
+        if path in PLACES:
             yield key, value
-        elif ".".join(path) not in NO_EFFECT:
-            _refuse_unless_off(key, value, at, where)
+        elif path in OFF:
+            _refuse_unless_off(path, value, where)
+        elif any(place.startswith(f"{path}.") for place in PLACES):
+            yield from _rows(value, f"{path}.", f"{where}: {key}")
+        elif path not in NO_EFFECT:
+            elsewhere = [place for place, row in PLACES.items() if row == key]
+            belongs = f" It belongs to {elsewhere[0]}." if elsewhere else ""
+            raise SettingsError(f"{where}: {unknown(path, PLACES)}{belongs}")
 
 
-def _refuse_unless_off(key: str, value: Any, at: tuple[str, ...], where: str) -> None:
-    """Raise SettingsError for an unknown key, or for one that is not built."""
-    instead = OFF.get(".".join((*at, key)))
-    if instead is None:
-        here = [path[-1] for path in (*PATHS, *SECTIONS) if path[:-1] == at]
-        raise SettingsError(f"{where}: {_misplaced(key, here) or unknown(key, here)}")
-    no_goal = key == "goal_conditioning_type" and value in ("hyper", "none")
-    if value not in (None, False) and not no_goal:
-        raise SettingsError(f"{where}: {key} is not built: {instead}; leave it out")
-
-
-def _misplaced(key: str, here: list[str]) -> str | None:
-    """Say where a key belongs, if it matches, or nearly, one of another section."""
-    meant = next(iter(get_close_matches(key, [*HOMES, *here], 1, 0.8)), None)
-    if meant is None or meant in here:
-        return None
-    section = ": ".join(HOMES[meant]) or "the behaviour itself"
-    return f"'{key}' is unknown here: '{meant}' belongs under {section}"
+def _refuse_unless_off(path: str, value: Any, where: str) -> None:
+    """Raise SettingsError for a key that is not built, unless it is switched off."""
+    if path in OFF and value not in (None, False, *NO_GOAL):
+        raise SettingsError(f"{where}: {path} is not built: {OFF[path]}; leave it out")
 
 
 # -- Whose behaviour it is ----------------------------------------------------------
 
-SIDES = ("Robot", "Fire")
 
-
-def _sides(behaviours: Mapping[str, Any]) -> dict[str, str]:
-    """Match behaviours to sides; one of two without a sign gets the side left."""
-    found = {str(name): _sign(name, rows) for name, rows in behaviours.items()}
+def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
+    """Match sides to behaviours; one of two without a sign gets the side left."""
+    found = {name: _sign(name, rows) for name, rows in behaviours.items()}
     left = [side for side in SIDES if side not in found.values()]
     if len(found) == 2 and len(left) == 1:
         found = {name: side or left[0] for name, side in found.items()}
-    sides = {name: side for name, side in found.items() if side}
-    if len(sides) < len(found) or len(set(sides.values())) < len(sides):
+    names = {side: name for name, side in found.items() if side}
+    if len(names) < len(found):
         raise SettingsError(
             "behaviors: one must be the robots' and one the fire's, and this file has "
-            f"{', '.join(found)}: name them {' and '.join(SIDES)}"
+            f"{', '.join(found)}: name them {' and '.join(NAMES.values())}"
         )
-    return sides
+    return names
 
 
-def _sign(name: str, rows: Any) -> str | None:
+def _sign(name: str, rows: Any) -> Side | None:
     """Infer a behaviour's side from its name, or from poca: the fire is alone."""
-    word = str(name).casefold()
-    for side in SIDES:
-        if word in (side.casefold(), f"{side.casefold()}s"):
-            return side
-    if isinstance(rows, dict) and rows.get("trainer_type") == "poca":
-        return SIDES[0]
-    shown = [side for side in SIDES if side.casefold() in word]
-    return shown[0] if len(shown) == 1 else None
+    word = name.casefold()
+    shown = [s for s in SIDES if NAMES[s].casefold() in word]
+    exact = [s for s in shown if word.rstrip("s") == NAMES[s].casefold()]
+    if not exact and isinstance(rows, dict) and rows.get("trainer_type") == "poca":
+        return "robots"
+    return exact[0] if exact else shown[0] if len(shown) == 1 else None

@@ -5,23 +5,23 @@ tables' numbers stand in `paper`; those of the smaller presets are chosen here.
 """
 
 import os
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, TypeVar
 
-from reference.learning.settings import (
-    Row,
-    Rows,
+from reference.learning.settings import Row
+from reference.paper import TABLE_I, TABLE_II, Scenario
+from reference.workshop.plain import (
     SettingsError,
     check_rows,
+    mapping,
+    record_from,
     rows_of,
     unknown,
 )
-from reference.paper import TABLE_I, TABLE_II, Scenario
-from reference.workshop.plain import mapping, record_from
 from reference.workshop.remedies import SideSettings, refuse_of_robots
 from reference.workshop.training import mlagents
-from reference.workshop.training.mlagents import OWN_ROWS
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class Settings:
                          of workers, so that this number changes no result
     random_fires         share of the jobs in which random fire stands in for one that
                          learns: robots easily overfit to a single adversary
+    calm                 share of the robots' max_steps before anybody sets fires: a
+                         curriculum, the building first
     imitation_episodes   of a strategy that is imitated first, if any
     imitation_epochs     passes through these episodes
     """
@@ -44,6 +46,7 @@ class Settings:
     episodes_per_job: int
     jobs_per_round: int
     random_fires: Annotated[float, Row(low=0, high=1)] = 0.0
+    calm: Annotated[float, Row(low=0, high=1)] = 0.0
     imitation_episodes: int = 256
     imitation_epochs: int = 10
 
@@ -195,43 +198,15 @@ def read_yaml(path: str | os.PathLike[str], base: Settings) -> Settings:
     """Replace in `base` what a trainer file of ML-Agents, or one of ours, states.
 
     [E3, chosen] What the file leaves out stays as in `base`, not as ML-Agents would
-    have it: files of a few lines can then vary one of the tables.
+    have it: files of a few lines can then vary one of the tables. Notes on stderr
+    which behaviour is taken for which side.
     Raises SettingsError, also without PyYAML, and OSError for an unreadable file.
     """
     try:
-        return _overlaid(mlagents.read(path), base)
+        rows, names = mlagents.read(path)
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from None
-
-
-def _overlaid(file: mlagents.TrainerFile, base: Settings) -> Settings:
-    ours = dict(file.ours)
-    own_robots, own_fire = (_own_rows(ours.pop(s, None), s) for s in mlagents.SIDES)
-    parts = {
-        "robots": _trainer(base.robots, {**file.robots, **own_robots}, "robots"),
-        "fire": _trainer(base.fire, {**file.fire, **own_fire}, "fire"),
-        "scenario": _changed(base.scenario, ours.pop("scenario", None), "scenario"),
-    }
-    known = [name for name in rows_of(Settings) if name not in parts]
-    known += [*mlagents.SIDES, "scenario"]
-    for name in ours:
-        if name not in known:
-            raise SettingsError(f"{mlagents.OURS}: {unknown(name, known)}")
-    return _changed(base, {**ours, **parts}, "settings")
-
-
-def _own_rows(rows: Any, side: str) -> dict[str, Any]:
-    where = f"{mlagents.OURS}: {side}"
-    for name in (rows := mapping(rows, where)):
-        if name not in OWN_ROWS:
-            raise SettingsError(f"{where}: {unknown(name, OWN_ROWS)}")
-    return rows
-
-
-def _trainer(base: SideSettings, said: Rows, where: str) -> SideSettings:
-    """Change one side's settings; schedules left out are the learning rate's [E3]."""
-    rows = dict(said)
-    for name in ("beta_schedule", "epsilon_schedule"):
-        if "learning_rate_schedule" in rows:
-            rows.setdefault(name, rows["learning_rate_schedule"])
-    return _changed(base, rows, where)
+    if names:
+        taken = ", ".join(f"'{name}' for {side}" for side, name in names.items())
+        print(f"note: {path}: {taken}", file=sys.stderr)
+    return changed(base, rows, str(path))

@@ -13,9 +13,9 @@ from reference.building import building_of
 from reference.learning.adversarial import learn, player_of
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
-from reference.learning.settings import SIDES, SettingsError, Side
-from reference.strategies import RandomFire
-from reference.workshop.plain import checked
+from reference.learning.settings import SIDES, Side
+from reference.strategies import NoFire, RandomFire
+from reference.workshop.plain import SettingsError, checked
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import Checkpoint, Task, must_fit
 from reference.workshop.training.imitation import Demonstration, clone
@@ -66,7 +66,17 @@ class Training:
     def learning(self) -> tuple[Side, ...]:
         """The sides that learn in this round: those not past their max_steps."""
         both = self.learners.items()
-        return tuple(side for side, who in both if who.steps < who.settings.max_steps)
+        left = [side for side, who in both if who.steps < who.settings.max_steps]
+        return tuple(side for side in left if side == "robots" or not self.calm)
+
+    @property
+    def calm(self) -> bool:
+        """Whether nobody sets fires yet [E6, chosen]: robots learn the building first.
+
+        To beginners fires are noise: what they lose to them hides what they do.
+        """
+        robots, share = self.learners.get("robots"), self.settings.calm
+        return robots is not None and robots.steps < share * robots.settings.max_steps
 
     @property
     def phase(self) -> str:
@@ -124,6 +134,7 @@ class Training:
         count = s.jobs_per_round * s.episodes_per_job
         seeds = seeds_of(self.task.seed, ROUNDS, self.round, count)
         robots, fire = (self._player(side) for side in SIDES)
+        fire = NoFire() if self.calm else fire
         first = self.round * s.jobs_per_round
         return [
             Job(
@@ -142,7 +153,7 @@ class Training:
         While the robots learn, it does in a share `random_fires` of all jobs, evenly
         spread: from a strong adversary alone they would learn nothing.
         """
-        if "fire" not in self.learners or "robots" not in self.learning():
+        if self.calm or "fire" not in self.learners or "robots" not in self.learning():
             return False
         share = self.settings.random_fires
         return int((job + 1) * share) > int(job * share)
@@ -221,9 +232,9 @@ class Training:
     @classmethod
     def resumed(cls, checkpoint: Checkpoint) -> "Training":
         """Restore a training. Raises CheckpointError if its parts do not fit."""
-        training = cls(checkpoint.task)
         progress = checkpoint.progress
-        with must_fit("networks do not fit its settings"):
+        with must_fit("parts do not fit each other"):
+            training = cls(checkpoint.task)
             for side, learner in training.learners.items():
                 restore(learner, checkpoint.learners[side])
                 training.summaries[side].load(progress["summaries"][side])

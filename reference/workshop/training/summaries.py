@@ -9,9 +9,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from reference.learning.settings import SettingsError, Side
+from reference.learning.settings import Side
 from reference.workshop.files import Table, read_table, whole
-from reference.workshop.plain import checked
+from reference.workshop.plain import SettingsError, checked
 
 SUMMARIES = "summaries.csv"
 """Name of the table in the folder of a training."""
@@ -51,15 +51,6 @@ OF_UPDATES = (
     "Policy/Extrinsic Baseline Estimate",
 )
 COLUMNS = (*WHEN, GROUP_REWARD, OWN_REWARD, *list(OF_EPISODES)[1:], *OF_UPDATES)
-TIMES = (
-    "round",
-    "decisions",
-    "play_seconds",
-    "learn_seconds",
-    "decisions_per_second",
-)
-"""Clock times of a round, in a file of their own: no two runs agree in them."""
-
 Row = dict[str, Any]
 
 

@@ -47,11 +47,46 @@ OPPOSED = {0.75: 1.05, 1.25: 1.01}
 wide, in the middle of 0.5 to 1 and of 1 to 1.5 people."""
 MEASURED = "PedPy's demonstration data, trajectories of the Jülich data archive"
 """The source of both, and of real people's flow through exits, 1.9 to 2.4."""
+REAL_SPEEDS = ", ".join(f"{speed} at {density}" for density, speed in ONE_WAY.items())
+SHORTEST = (
+    "all take the shortest way round one corner; "
+    "a rule that forty people never use is not worth it"
+)
 
 
 Found = dict[str, float]
 Measured = tuple[bool, Found]
 """Does a case pass, and what came out; a measure's docstring says what that is."""
+
+Measure = Callable[[int], Measured]
+
+
+class Case(NamedTuple):
+    """A case: its source, what is accepted, how it is measured, by how many seeds.
+
+    note  what to know of it, such as why it fails
+    """
+
+    source: str
+    accepted: str
+    measure: Measure
+    note: str = ""
+    runs: int = 3
+
+
+CASES: dict[str, Case] = {}
+"""All cases by name, in the order of the table."""
+
+
+def case(source: str, accepted: str, *more: Any) -> Callable[[Measure], Measure]:
+    """Enter the measure that follows into CASES; more: its note and number of runs."""
+
+    def enter(measure: Measure) -> Measure:
+        name = measure.__name__.replace("_", "-")
+        CASES[name] = Case(source, accepted, measure, *more)
+        return measure
+
+    return enter
 
 
 def within(numbers: Found, low: float, high: float) -> Measured:
@@ -67,12 +102,12 @@ def seconds(building: Building, seed: int, count: int, spot: Spot) -> float:
 # -- Speeds -------------------------------------------------------------------------
 
 
+@case("RiMEA 1, IMO 1", "26 to 34; 40 within 5 % [chosen]")
 def corridor(seed: int) -> Measured:
     """Seconds for 40 m, alone, at 1.33 and 1 m/s."""
 
     def alone(pace: float) -> float:
-        building = hall("#" + "." * 43 + "E")
-        world = people(building, seed, (1, np.s_[0, 1:2, 1:2]))
+        world = people(hall("#" + "." * 43 + "E"), seed, (1, np.s_[0, 1:2, 1:2]))
         world.bodies.pace[:] = pace
         end = world.bodies.position[:, 0] + 40
         return float(times(Crowd(world, seed), lambda b: b.position[:, 0] >= end)[0])
@@ -81,6 +116,7 @@ def corridor(seed: int) -> Measured:
     return 26 <= fast <= 34 and 38 <= slow <= 42, {"1.33 m/s": fast, "1 m/s": slow}
 
 
+@case("RiMEA 7", "1.34 and 0.26 within 5 and 20 % [chosen]")
 def speeds(seed: int) -> Measured:
     """Free speeds of a thousand people, m/s."""
     rng = np.random.default_rng(seed)
@@ -113,13 +149,18 @@ def speed_in_ring(density: float, seed: int) -> float:
         again = np.tile(position, (3, 1)) + shift  # people, and both ends once more
         near = np.flatnonzero(np.abs(again[:, 0] - length / 2) < length / 2 + 4)
         at, floor = again[near], np.zeros(len(near), int)
-        target = at + np.array([40.0, 0.0])
-        moved = motion.step(at, floor, target, pace[near % n], tick, inside, rng)[:n]
+        ahead = at + np.array([40.0, 0.0])
+        moved = motion.step(at, floor, ahead, pace[near % n], tick, inside, rng)[:n]
         walked.append((moved - position)[:, 0].mean() / tick)
         position = moved % [length, inf]
     return float(np.mean(walked[50:]))
 
 
+@case(
+    "RiMEA 4, IMO 12",
+    f"falls; up to 4 within {BESIDE} of Weidmann's [chosen]",
+    f"real people: {REAL_SPEEDS}",
+)
 def fundamental_diagram(seed: int) -> Measured:
     """Mean speed, m/s, by people per m²."""
     speed = {each: speed_in_ring(each, seed) for each in DENSITIES}
@@ -131,6 +172,12 @@ def fundamental_diagram(seed: int) -> Measured:
 # -- Doors --------------------------------------------------------------------------
 
 
+@case(
+    "IMO 4",
+    "0.6 [chosen] to 1.33",
+    "by construction: the model's flow limit is a parameter; real narrow exits pass "
+    "1.9 to 2.4",
+)
 def doors(seed: int) -> Measured:
     """People per metre and second, by width, of exits and inner doors."""
     found = Found()
@@ -145,6 +192,7 @@ def doors(seed: int) -> Measured:
     return within(found, 0.6, 1.33)
 
 
+@case("RiMEA 9, IMO 9", "about double [chosen: 1.7 to 2.3]")
 def large_room(seed: int) -> Measured:
     """Seconds in which 250 leave a quarter of the guidelines' room."""
     exits, spot = "####E#######E####", np.s_[0, 1:11, 1:16]
@@ -153,6 +201,7 @@ def large_room(seed: int) -> Measured:
     return 1.7 <= two / four <= 2.3, {"4 exits": four, "2 exits": two}
 
 
+@case("IMO 8", "rises, within 300 s", f"against a hundred may jam: {SHORTEST}", 6)
 def counterflow(seed: int) -> Measured:
     """Seconds of a hundred through 10 m x 2 m, by those against them."""
     rows = ["E" + "." * 10 + "#" * 10 + "." * 10 + "E"] * 10
@@ -177,6 +226,7 @@ def bend(width: int, along: int, up: int) -> Building:
     return built([wall + "E" * width + "#", *rows, "#" * (along + width + 2)])
 
 
+@case("RiMEA 6, IMO 6", "all and none")
 def corner(seed: int) -> Measured:
     """Twenty people turn left: arrived, and seen in walls."""
     world = people(bend(2, 10, 10), seed, (20, np.s_[0, 11:13, 1:8]))
@@ -189,12 +239,12 @@ def corner(seed: int) -> Measured:
     return left == 20 and not walls, {"arrived": left, "in walls": walls}
 
 
+@case("RiMEA 15", "inside < corner < outside", SHORTEST)
 def large_corner(seed: int) -> Measured:
     """Seconds of 500 on 20 m: straight 44 m, round a corner, straight 75 m."""
     short, long = (hall(*20 * ["#" + "." * (m + 7) + "E"]) for m in (44, 75))
-    inside, outside = (
-        seconds(b, seed, 500, np.s_[0, 1:21, 1:8]) for b in (short, long)
-    )
+    spot = np.s_[0, 1:21, 1:8]
+    inside, outside = (seconds(b, seed, 500, spot) for b in (short, long))
     turn = seconds(bend(20, 41, 10), seed, 500, np.s_[0, 11:31, 1:8])
     found = {"inside": inside, "corner": turn, "outside": outside}
     return inside <= turn <= outside < inf, found
@@ -210,6 +260,7 @@ def down() -> Building:
     return built(*floors)
 
 
+@case("RiMEA 3, IMO 3", "0.64 to 1.07, flow at most 1.1")
 def stairs(seed: int) -> Measured:
     """Down stairs: m/s alone, m/s and flow of a crowd."""
 
@@ -227,13 +278,12 @@ def stairs(seed: int) -> Measured:
     return passed and found["flow"] <= 1.1, found
 
 
+@case("ISO 16, IMO 11", "3.5 or more", "a crowd that flows so well is thinner")
 def before_stairs(seed: int) -> Measured:
     """People per m² where a room ends, and before stairs."""
-    spots, found = (
-        {"room": np.s_[1, 2:4, 7:9], "stairs": np.s_[1, 2:4, 19:21]},
-        Found(),
-    )
-    for name, spot in spots.items():
+    found = Found()
+    for name, first in (("room", 7), ("stairs", 19)):
+        spot = np.s_[1, 2:4, first : first + 2]
         world = people(down(), seed, (150, np.s_[1, 1:6, 1:9]))
         found[name] = densest(Crowd(world, seed), spot)
     return within(found, 3.5, 9)  # IMO: where congestion begins
@@ -242,6 +292,7 @@ def before_stairs(seed: int) -> Measured:
 # -- The paper's building -----------------------------------------------------------
 
 
+@case("our own", "100")
 def everybody_knows(seed: int) -> Measured:
     """Percent out alive who know the way, by their number."""
     found = Found()
@@ -259,6 +310,12 @@ def led(kind: type[Simulation], count: int, seed: int) -> float:
     return 100 * run.run().evacuated / count
 
 
+@case(
+    "our own",
+    f"200: at most {CROWDING} points apart, interval included [chosen]",
+    "open where the interval holds the bound",
+    1,
+)
 def ghosts(seed: int) -> Measured:
     """Percent out alive led by sweep, as ghosts without bodies, and points apart."""
     found, kinds = Found(), (Simulation, Ghosts)
@@ -269,72 +326,6 @@ def ghosts(seed: int) -> Measured:
     mean, low, high = of_mean(np.diff(pairs).ravel())
     found |= {"200 apart": mean, "at least": low, "at most": high}
     return high <= CROWDING, found
-
-
-# -- The table ----------------------------------------------------------------------
-
-
-class Case(NamedTuple):
-    """A case: its source, what is accepted, how it is measured, by how many seeds.
-
-    note  what to know of it, such as why it fails
-    """
-
-    source: str
-    accepted: str
-    measure: Callable[[int], Measured]
-    note: str = ""
-    runs: int = 3
-
-
-REAL_SPEEDS = ", ".join(f"{speed} at {density}" for density, speed in ONE_WAY.items())
-SHORTEST = (
-    "all take the shortest way round one corner; "
-    "a rule that forty people never use is not worth it"
-)
-TABLE = (
-    Case("RiMEA 1, IMO 1", "26 to 34; 40 within 5 % [chosen]", corridor),
-    Case("RiMEA 7", "1.34 and 0.26 within 5 and 20 % [chosen]", speeds),
-    Case(
-        "RiMEA 4, IMO 12",
-        f"falls; up to 4 within {BESIDE} of Weidmann's [chosen]",
-        fundamental_diagram,
-        f"real people: {REAL_SPEEDS}",
-    ),
-    Case(
-        "IMO 4",
-        "0.6 [chosen] to 1.33",
-        doors,
-        "by construction: the model's flow limit is a parameter; real narrow exits "
-        "pass 1.9 to 2.4",
-    ),
-    Case("RiMEA 9, IMO 9", "about double [chosen: 1.7 to 2.3]", large_room),
-    Case(
-        "IMO 8",
-        "rises, within 300 s",
-        counterflow,
-        f"against a hundred may jam: {SHORTEST}",
-        runs=6,
-    ),
-    Case("RiMEA 6, IMO 6", "all and none", corner),
-    Case("RiMEA 15", "inside < corner < outside", large_corner, SHORTEST),
-    Case("RiMEA 3, IMO 3", "0.64 to 1.07, flow at most 1.1", stairs),
-    Case(
-        "ISO 16, IMO 11",
-        "3.5 or more",
-        before_stairs,
-        "a crowd that flows so well is thinner",
-    ),
-    Case("our own", "100", everybody_knows),
-    Case(
-        "our own",
-        f"200: at most {CROWDING} points apart, interval included [chosen]",
-        ghosts,
-        "open where the interval holds the bound",
-        runs=1,
-    ),
-)
-CASES = {case.measure.__name__.replace("_", "-"): case for case in TABLE}
 
 
 def measured(name: str, seed: int, runs: int | None = None) -> dict[str, Any]:

@@ -5,7 +5,13 @@ import pytest
 from movies import shipped, stage
 
 from reference.game.environment import destination
-from reference.game.frame import (
+from reference.game.observations import headed, robot_vectors, vector_layout
+from reference.navigation import navigation_of
+from reference.paper import SIGHT_RANGE, Scenario
+from reference.robots import actual_target, said_on_the_way
+from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop.frame import (
     ASTRAY,
     KEEP,
     STAY,
@@ -15,12 +21,6 @@ from reference.game.frame import (
     near,
     way_marks,
 )
-from reference.game.observations import headed, robot_vectors, vector_layout
-from reference.navigation import navigation_of
-from reference.paper import SIGHT_RANGE, Scenario
-from reference.robots import actual_target, said_on_the_way
-from reference.simulation import Simulation
-from reference.strategies import RandomFire
 from reference.workshop.strategies.robots import Sweep
 from reference.world import NOBODY, Instruction
 

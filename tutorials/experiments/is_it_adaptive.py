@@ -1,0 +1,70 @@
+"""Does a fire react to people, or does it repeat itself?
+
+    python tutorials/experiments/is_it_adaptive.py learned
+
+A fire is adaptive only if it does more harm than its own most frequent sequence: the
+place that it lights most often first, second, and so on.  The sequence is read from
+other evacuations; then both burn in the same ones, in the paper's building.
+"""
+
+from argparse import ArgumentParser
+from collections import Counter
+from copy import deepcopy
+from itertools import zip_longest
+
+import numpy as np
+
+from reference.learning.networks import one_thread
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.workshop.crossplay.contestants import contestant
+from reference.workshop.crossplay.intervals import of_mean
+from reference.workshop.lockstep import to_the_end
+from reference.workshop.maps import load
+from reference.workshop.strategies.fires import FixedFire
+
+
+def evacuations(robots, fire, seeds):
+    """Play them; return the simulations at their end."""
+    runs = [
+        Simulation(load("paper"), Scenario(), deepcopy(robots), deepcopy(fire), seed)
+        for seed in seeds
+    ]
+    with one_thread():
+        to_the_end(runs)
+    return runs
+
+
+def most_frequent(runs):
+    """The place lit most often first, second, ...; and the share of runs in which."""
+    lit = ([source[:3] for source in run.world.flames.sources] for run in runs)
+    steps = [Counter(filter(None, step)) for step in zip_longest(*lit)]
+    places, counts = zip(*(step.most_common(1)[0] for step in steps), strict=True)
+    return places, [count / len(runs) for count in counts]
+
+
+def saved(runs):
+    """Per cent of people saved in each evacuation."""
+    outcomes = [run.outcome() for run in runs]
+    return np.array([100 * o.evacuated / o.people for o in outcomes])
+
+
+if __name__ == "__main__":
+    parser = ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("fire", metavar="FIRE")
+    parser.add_argument("--robots", default="observer", metavar="S")
+    parser.add_argument("--episodes", type=int, default=60, metavar="N")
+    parser.add_argument("--seed", type=int, default=80_000, metavar="N")
+    asked = parser.parse_args()
+    robots = contestant(asked.robots, "robots")
+    fire = contestant(asked.fire, "fire")
+    seeds = range(asked.seed, asked.seed + asked.episodes)
+    before = range(seeds.stop, seeds.stop + asked.episodes)
+    places, shares = most_frequent(evacuations(robots, fire, before))
+    for (floor, x, y), share in zip(places, shares, strict=True):
+        print(f"floor {floor + 1}, ({x:.1f}, {y:.1f}) in {share:.0%}")
+    own = saved(evacuations(robots, fire, seeds))
+    repeated = saved(evacuations(robots, FixedFire(places), seeds))
+    more, low, high = of_mean(repeated - own)
+    print(f"{asked.robots} saves {own.mean():.1f} % from {asked.fire}, and")
+    print(f"{more:.1f} [{low:.1f}, {high:.1f}] points more from its sequence")
