@@ -143,9 +143,9 @@ _SIGNS = set("#.+EABCDR*pqrstuvwxyz \n")
 def boards(path: Path, test: ast.FunctionDef) -> list[tuple[str, str]]:
     """Boards that a test draws, each once: "before" or "after", and the rows."""
     known: dict[str, str] = {}
-    for node in (*tree_of(path).body, *test.body):
-        if isinstance(node, ast.Assign) and (text := _text(node.value, known)):
-            known[ast.unparse(node.targets[0])] = text
+    for given in (*tree_of(path).body, *test.body):
+        if isinstance(given, ast.Assign) and (text := _text(given.value, known)):
+            known[ast.unparse(given.targets[0])] = text
     found: dict[str, str] = {}
     for statement in test.body:
         when = "after" if isinstance(statement, ast.Assert) else "before"
