@@ -64,6 +64,30 @@ class Episode:
 
 def play(job: Job, advance: Advance = until_next_decision) -> list[Episode]:
     """Play all episodes of a job; return them in the order of their seeds."""
+    return play_all([job], advance)[0]
+
+
+def play_all(
+    jobs: Sequence[Job], advance: Advance = until_next_decision
+) -> list[list[Episode]]:
+    """Play several jobs in one lockstep; each job's episodes are as if played alone.
+
+    Only `advance` sees the simulations of all: a job's networks decide for its own.
+    """
+    games = [_begun(job) for job in jobs]
+    while running := [run for runs in games for run in runs if run.goes_on]:
+        for runs in games:
+            _decide([run for run in runs if run.goes_on])
+        for run in running:
+            run.act()
+        advance([run.environment.simulation for run in running])
+        for run in running:
+            run.see()
+    return [[run.episode() for run in runs] for runs in games]
+
+
+def _begun(job: Job) -> "list[_Run]":
+    """Begin a job's episodes."""
     building = building_of(job.plan)
     players: dict[Side, Player] = {}
     scripts: list[Any] = []
@@ -72,24 +96,20 @@ def play(job: Job, advance: Advance = until_next_decision) -> list[Episode]:
         if isinstance(who, Recorded):
             players[side] = who.player(side, building, job.scenario)
         scripts.append(None if side in players else who)
-    runs = [
+    return [
         _Run(Environment(building, job.scenario, *scripts), seed, players)
         for seed in job.seeds
     ]
-    while running := [run for run in runs if run.goes_on]:
-        for side, player in players.items():
-            if asked := [run for run in running if run.acts(side)]:
-                emitted, decisions = player.act([run.moment(side) for run in asked])
-                for run, actions, decision in zip(
-                    asked, emitted, decisions, strict=True
-                ):
-                    run.choose(side, actions, decision)
-        for run in running:
-            run.act()
-        advance([run.environment.simulation for run in running])
-        for run in running:
-            run.see()
-    return [run.episode() for run in runs]
+
+
+def _decide(running: "Sequence[_Run]") -> None:
+    """Let the players of a job choose, all episodes by one call of each network."""
+    for side in running[0].players if running else ():
+        if asked := [run for run in running if run.acts(side)]:
+            player = asked[0].players[side]
+            emitted, decisions = player.act([run.moment(side) for run in asked])
+            for run, *chosen in zip(asked, emitted, decisions, strict=True):
+                run.choose(side, *chosen)
 
 
 class _Run:

@@ -40,6 +40,15 @@ def chunks(items: Sequence[Given], size: int) -> list[tuple[Given, ...]]:
     return [tuple(items[k : k + size]) for k in range(0, len(items), size)]
 
 
+def shares(items: Sequence[Given], executor: Executor) -> list[tuple[Given, ...]]:
+    """Split what there is to do evenly among workers, in order.
+
+    Where their number is unknown, each job is a share.
+    """
+    workers = getattr(executor, "workers", len(items))
+    return chunks(items, -(-len(items) // max(1, workers)))
+
+
 def in_order(
     executor: Executor,
     work: Callable[[Given], Made],
@@ -93,7 +102,7 @@ class InProcess(Executor):
     busy  whether a job runs, which Ctrl-C may then interrupt
     """
 
-    busy = False
+    busy, workers = False, 1
 
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
@@ -168,6 +177,7 @@ def workers(count: int) -> Iterator[Executor]:
     try:
         with _uninterrupted():  # or a terminal would end multiprocessing's own helper
             pool = Pool(count, context, _begin_work, (far,))
+        pool.workers = count
     except OSError as error:
         raise InputError(
             f"no worker can be started ({error.strerror}; on Linux they need to write "
@@ -193,6 +203,8 @@ class _Context(SpawnContext):
 
 class Pool(ProcessPoolExecutor):
     """A process pool whose workers know when they are in the middle of a job."""
+
+    workers = 1
 
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any

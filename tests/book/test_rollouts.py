@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from alike import same
 from lives import settings
 
 from reference.building import building_of, plan_of
@@ -15,9 +16,11 @@ from reference.game.environment import (
 from reference.game.interface import Interface
 from reference.game.observations import robots_at_work, vector_layout
 from reference.learning.adversarial import adversarial, learner_for, player_of
-from reference.learning.rollouts import Episode, Job, play
+from reference.learning.rollouts import Episode, Job, play, play_all
 from reference.learning.settings import SIDES
 from reference.paper import Scenario
+from reference.strategies import NoFire, RandomFire
+from reference.workshop.lockstep import together
 from reference.workshop.maps import load
 
 TINY = plan_of(load("tiny"))
@@ -92,6 +95,23 @@ def test_a_trajectory_is_what_the_environment_says_to_its_actions(
     goes_on = [agent in cut and at_work[k] for k, agent in enumerate(team)]
     assert episode.robots.alive[-1].tolist() == goes_on
     assert episode.fire.alive[-1].tolist() == [fire_goes_on]
+
+
+@pytest.mark.paper("E6")
+def test_jobs_played_at_once_are_as_if_played_alone():
+    """Other networks, fires and seeds beside them change nothing, to the last bit."""
+    scene = replace(SCENARIO, time_limit=60.0)
+    one, other = (
+        player_of(learner_for("robots", TINY, scene, TABLE, seed)) for seed in (1, 2)
+    )
+    jobs = [
+        Job(TINY, scene, one, RandomFire(), seeds=(1, 2)),
+        Job(TINY, scene, other, NoFire(), seeds=(3,)),
+    ]
+    for job, episodes in zip(jobs, play_all(jobs, together), strict=True):
+        for alone, episode in zip(play(job), episodes, strict=True):
+            assert alone.facts == episode.facts
+            assert same(vars(alone.robots), vars(episode.robots))
 
 
 @pytest.mark.paper("E6")

@@ -347,7 +347,7 @@ def test_refuses_a_network_to_begin_with_that_means_something_else(whole):
 def test_a_round_that_is_being_played_is_dropped(tmp_path):
     """As if it had never begun: the next one has the same seeds."""
     training = begun()
-    looks = iter([False] * 2)  # before the round, and before its first job
+    looks = iter([False])  # before the round; then before its first job
     train(training, tmp_path, InProcess(), lambda: next(looks, True))
     assert training.round == 0
     assert equal(load(tmp_path).learners, begun().checkpoint().learners)

@@ -15,7 +15,7 @@ from time import perf_counter
 from tqdm import tqdm
 
 from reference.learning.networks import one_thread
-from reference.learning.rollouts import Episode, Job, play
+from reference.learning.rollouts import Episode, Job, play_all
 from reference.workshop.files import Table, make_folder
 from reference.workshop.lockstep import together
 from reference.workshop.training import checkpoints
@@ -31,7 +31,7 @@ from reference.workshop.training.summaries import (
     Row,
     table_until,
 )
-from reference.workshop.workers import in_order
+from reference.workshop.workers import chunks, in_order, shares
 
 CLOCK = "times.csv"
 
@@ -53,18 +53,17 @@ def train(
     with ExitStack() as stack:
         log = Log(training, folder, tensorboard, stack)
         if not training.imitated:
-            played = in_order(executor, _played, training.demonstrations(), stop)
-            if played is None:
+            each = chunks(training.demonstrations(), 1)
+            if (episodes := _played(executor, each, stop)) is None:
                 return log.path
-            log.tell(training.imitate([e for job in played for e in job]))
+            log.tell(training.imitate(episodes))
             log.keep()
         while not training.over and not stop():
             # PLAY
             start = perf_counter()
-            played = in_order(executor, _played, training.jobs(), stop)
-            if played is None:
+            each = shares(training.jobs(), executor)
+            if (episodes := _played(executor, each, stop)) is None:
                 break
-            episodes = [episode for job in played for episode in job]
             # LEARN
             between = perf_counter()
             rows = training.learn(episodes)
@@ -77,10 +76,19 @@ def train(
         return log.keep()
 
 
-def _played(job: Job) -> list[Episode]:
-    """Play a job, with sums in the same order in a worker as here."""
+def _played(
+    executor: Executor, jobs: Sequence[Sequence[Job]], stop: Callable[[], bool]
+) -> list[Episode] | None:
+    """Play all jobs, those of a share in one lockstep; None if told to stop."""
+    if (played := in_order(executor, _play, jobs, stop)) is None:
+        return None
+    return [e for share in played for job in share for e in job]
+
+
+def _play(jobs: Sequence[Job]) -> list[list[Episode]]:
+    """Play a worker's share, with sums in the same order in a worker as here."""
     with one_thread():
-        return play(job, together)
+        return play_all(jobs, together)
 
 
 # -- What is written ----------------------------------------------------------------
