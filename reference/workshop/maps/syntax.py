@@ -233,9 +233,12 @@ def _ascii(char: str) -> str:
     return plain if " " <= plain <= "~" else ""
 
 
+_WORD = re.compile("(?!E)[A-Za-z][A-Za-z0-9]*(?<!E)")  # without exits beside it
+
+
 def _capitals(page: Page) -> Iterator[Mistake]:
     for row in page.rows:
-        for word in re.finditer("(?!E)[A-Za-z][A-Za-z0-9]*(?<!E)", row.code):  # exits beside
+        for word in _WORD.finditer(row.code):
             capital, strange = (re.search(s, word[0]) for s in ("[A-Z]", "[F-Z]"))
             if capital and (not word[0].isupper() or len(set(word[0])) > 2):
                 what = "there is a capital in a room's name"
