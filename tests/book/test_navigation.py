@@ -185,14 +185,3 @@ def test_a_straight_line_is_the_places_it_crosses_in_order():
             point = share * np.array([d_row, d_col])
             if (abs(point % 1 - 0.5) > 1e-9).all():  # on no border
                 assert tuple(point.round().astype(int).tolist()) in cells | {(0, 0)}
-
-
-def test_ways_between_many_places_are_those_of_one_search_each():
-    """Of several floors at once; there is no way from one floor to another."""
-    nav, rng = navigation_of(shipped("tower")), np.random.default_rng(0)
-    p, q = rng.choice(np.flatnonzero(nav.walkable), (2, 5, 7))
-    for _ in range(2):  # the second time from the table
-        found = nav.between(p, q)
-        for start, end, metres in zip(p.ravel(), q.ravel(), found.ravel(), strict=True):
-            assert metres == pytest.approx(nav.distances([start])[end])
-        assert np.isinf(found[p // nav.floor_size != q // nav.floor_size]).all()
