@@ -112,31 +112,20 @@ def test_a_dear_place_is_walked_around():
     assert length == 8 and dear not in corners
 
 
-def test_a_cost_may_be_a_whole_number():
-    """It is read as a number, whatever its type."""
-    nav = navigation_of(built("#######\n#.....E\n#######"))
-    start, goal, cost = nav.cols + 1, nav.cols + 5, np.full(nav.places, 2)
-    assert nav.way(start, goal, cost)[0] == 8
-    assert nav.way(start, goal, cost.astype(np.float32))[0] == 8
+@pytest.mark.parametrize("dtype", [int, np.float32, float])
+def test_a_dear_place_costs_on_the_way_in_and_on_the_way_out(dtype):
+    """A way is as long in either direction; at infinite cost there is none.
 
-
-def test_a_dear_place_costs_on_the_way_in_and_on_the_way_out():
-    """A way is as long in one direction as in the other."""
+    A cost is read as a number, whatever its type.
+    """
     nav = navigation_of(built("#######\n#.....E\n#######"))
-    cost = np.ones(nav.places)
-    cost[nav.cols + 3] = 5.0
+    cost = np.ones(nav.places, dtype)
+    cost[nav.cols + 3] = 5
     there = nav.distances([nav.cols + 1], cost)[nav.cols + 3]
     back = nav.distances([nav.cols + 3], cost)[nav.cols + 1]
     assert there == back == 6
-
-
-def test_a_place_of_infinite_cost_is_no_way():
-    """As if a wall stood there."""
-    nav = navigation_of(built("#######\n#.....E\n#######"))
-    start, goal = nav.cols + 1, nav.cols + 5
-    cost = np.ones(nav.places)
-    cost[nav.cols + 3] = np.inf
-    assert nav.way(start, goal, cost) == (np.inf, [])
+    barred = np.where(cost == 5, np.inf, 1)
+    assert nav.way(nav.cols + 1, nav.cols + 5, barred) == (np.inf, [])
 
 
 def test_the_nearest_free_place_to_a_wall_is_beside_it():
