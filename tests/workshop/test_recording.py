@@ -4,9 +4,7 @@ import json
 import sqlite3
 from collections import Counter
 from contextlib import closing
-from pathlib import Path
 from types import SimpleNamespace
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -309,25 +307,6 @@ def test_refuses_a_folder_with_something_in_it(tmp_path, capsys):
     assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
 
 
-def test_refuses_a_place_where_nothing_can_be_made(tmp_path, capsys):
-    """Such as a folder in a file."""
-    (tmp_path / "notes.txt").touch()
-    place = str(tmp_path / "notes.txt" / "run")
-    assert main(["evacuate", "--building", "tiny", "--record", place]) == 1
-    assert "Name another folder." in capsys.readouterr().err
-    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
-
-
-def test_a_full_disk_is_told_with_the_name_of_the_folder(tmp_path, monkeypatch):
-    """Not with that of a file that nobody has asked for; nothing is left."""
-    full = OSError(28, "No space left on device", "floor-1.sqlite")
-    monkeypatch.setattr(Path, "write_bytes", Mock(side_effect=full))
-    run = Simulation(load("tiny"), Scenario(people=1))
-    with pytest.raises(OSError, match=r"^\S+run: cannot be made \(No space"):
-        record(run, tmp_path / "run")
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_recording_that_is_stopped_leaves_nothing(tmp_path):
     """Whatever stops it: an empty folder is as it was, a new one is not made."""
     (tmp_path / "empty").mkdir()
@@ -342,18 +321,6 @@ def test_a_recording_that_is_stopped_leaves_nothing(tmp_path):
             record(run, tmp_path / name)
     assert [path.name for path in tmp_path.iterdir()] == ["empty"]
     assert list((tmp_path / "empty").iterdir()) == []
-
-
-def test_a_recording_fills_an_empty_folder_without_replacing_it(tmp_path, monkeypatch):
-    """Somebody may stand in it."""
-    monkeypatch.chdir(tmp_path)
-    before = tmp_path.stat()
-    record(Simulation(load("tiny"), Scenario(people=1)), Path())
-    assert tmp_path.stat().st_ino == before.st_ino
-    assert [path.name for path in sorted(Path.cwd().iterdir())] == [
-        "floor-1.sqlite",
-        "floor-2.sqlite",
-    ]
 
 
 def test_a_recording_takes_the_place_of_an_empty_folder(tmp_path):
