@@ -335,15 +335,6 @@ def test_a_trail_is_where_a_person_walked_lately(simulation):
     assert walked(simulation.world, *spots) == []
 
 
-def test_a_trail_breaks_on_stairs_and_goes_on_on_the_next_floor(simulation):
-    """Nobody walks from one drawn floor to another."""
-    world, on_stairs = simulation.world, (1, np.nan, np.nan)
-    above, below = walked(world, (1, 3, 4), (1, 4, 4), on_stairs, (0, 9, 9), (0, 8, 9))
-    assert below == [[9, 9], [8, 9]]
-    up = np.subtract(*scene_of(world).sides[0].offset[[1, 0]])
-    assert np.allclose(above, np.array([[3, 4], [4, 4]]) + up)
-
-
 def listed(figure):
     """What the legends list: shapes, then kinds of cells; and the curves, if any."""
     shapes, cells = (
