@@ -599,7 +599,7 @@ def test_who_is_in_a_full_door_walks_on():
     """It is full for others: p, who fills it, does not slow down in it."""
     sim = stage("##########\n#p..+....E\n##########")
     play_until(sim, lambda: sim.world.minds[0].doors)
-    assert sim._full_until[0] > sim.world.time
+    assert sim.full_until[0] > sim.world.time
     x = sim.world.bodies.position[0, 0]
     play(sim, 0.6)
     walked = sim.world.bodies.position[0, 0] - x
@@ -616,8 +616,8 @@ def test_what_a_full_way_lets_through_hardly_hangs_on_the_tick(frames):
     sim.world.bodies.place[0] = np.flatnonzero(sim.building.landmark == 0)[0]
     for tick in range(round(60 / sim.tick)):
         sim.world.time = tick * sim.tick
-        if sim._full_until[0] <= sim.world.time + 1e-9:
-            sim._fill_doors([(0, 0)])
+        if sim.full_until[0] <= sim.world.time + 1e-9:
+            sim.fill_doors([(0, 0)])
             through += 1
     assert through == pytest.approx(60 * DOOR_FLOW * door.width, rel=0.02)
 

@@ -62,13 +62,17 @@ def test_what_is_read_is_what_was_written(checkpoint, path):
     assert equal(read.progress, checkpoint.progress)
 
 
-def test_a_fixed_network_is_in_the_file_too(checkpoint, tmp_path):
+def test_networks_that_are_fixed_or_begun_with_are_in_the_file_too(
+    checkpoint, tmp_path
+):
     """So that a training needs nothing beside its folder to go on."""
-    fixed = {"fire": checkpoint.player("fire")}
-    save(begun(fixed=fixed).checkpoint(), tmp_path / "fixed.pt")
-    read = load(tmp_path / "fixed.pt").task.fixed["fire"]
-    assert read.settings == fixed["fire"].settings
-    assert equal(read.weights, fixed["fire"].weights)
+    robots, fire = checkpoint.player("robots"), checkpoint.player("fire")
+    training = begun(fixed={"fire": fire}, initial={"robots": robots})
+    save(training.checkpoint(), tmp_path / "own.pt")
+    task = load(tmp_path / "own.pt").task
+    for read, who in (task.fixed["fire"], fire), (task.initial["robots"], robots):
+        assert read.settings == who.settings
+        assert equal(read.weights, who.weights)
 
 
 def test_only_the_newest_checkpoints_are_kept(checkpoint, tmp_path):

@@ -396,20 +396,6 @@ def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
         resume(Path("out"))
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"building": "paper"}, "--robots RUN: .* has learned Tiny office"),
-        ({"people": 7}, "--robots RUN: .* learned with 6 people"),
-        ({"robots": ("no/file.pt",)}, "--robots no/file.pt: .* names nobody"),
-    ],
-)
-def test_refuses_checkpoints_where_they_cannot_play(run, changes, message):
-    """By the word that names them, since there may be many."""
-    with pytest.raises(RunError, match=message.replace("RUN", str(run))):
-        begin(**{"robots": ("sweep", str(run)), **changes})
-
-
 def test_refuses_robots_against_a_fire_that_learned_without_any(tmp_path):
     """They would have no bodies in its scenario, and it no eyes for them in theirs."""
     alone = tiny(scenario=replace(tiny().scenario, robots_per_floor=0))

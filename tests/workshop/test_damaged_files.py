@@ -38,19 +38,7 @@ ODD = (
     *(float("nan"), float("inf"), "", "nan", "1e9", "a" * 5000, "\0", "\ud800", "/"),
     *([], {}, [1, 2], {"a": 1}, [["tiny"]], "tiny", "sweep", "ppo"),
 )
-SIGNS = (
-    b"\0",
-    b"\xff",
-    b"{",
-    b"[",
-    b",",
-    b'"',
-    b"\n",
-    b": ",
-    b"-",
-    b"9" * 40,
-    b"&a *a",
-)
+SIGNS = (*(bytes([sign]) for sign in b'\0\xff{[,"\n-'), b": ", b"9" * 40, b"&a *a")
 
 
 def of_parts(plain: Any, rng: random.Random) -> Any:
@@ -241,12 +229,9 @@ def attack(kind: Kind, folder: Path, cases: int) -> int:
     return refused
 
 
-@pytest.mark.parametrize("times", [1, pytest.param(10, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", KINDS)
-def test_refuses_a_damaged_file_by_its_name_or_reads_it(
-    name, times, whole, monkeypatch
-):
+def test_refuses_a_damaged_file_by_its_name_or_reads_it(name, whole, monkeypatch):
     """Nothing but an InputError ever comes of it."""
     monkeypatch.setattr("os.fsync", lambda descriptor: None)
     monkeypatch.setattr("torch.load", _loaded)
-    assert attack(KINDS[name], whole, times * KINDS[name].cases) > 0
+    assert attack(KINDS[name], whole, KINDS[name].cases) > 0

@@ -156,10 +156,10 @@ def test_four_mistakes_are_shown_and_the_rest_counted():
 )
 def test_the_caret_stands_under_its_column(before, room):
     """Whatever room the signs before it take on the screen."""
-    text = HOUSE.replace("+.desk+map#", f"+{before}desk!map#")
+    text = HOUSE.replace("+.desk+map#", f"+{before}desk£map#")
     mistake = refusal(text)[-1]
     line, caret = str(mistake).splitlines()[1:3]
-    assert line == f"    #AA+{before}desk!map#"
+    assert line == f"    #AA+{before}desk£map#"
     assert caret == "        " + room + "    ^"
 
 

@@ -13,7 +13,7 @@ from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
 from reference.strategies import NoFire, RandomFire, RandomRobots
 from reference.workshop.plain import SettingsError
-from reference.workshop.training.checkpoints import load, newest
+from reference.workshop.training.checkpoints import load
 from reference.workshop.training.imitation import clone
 from reference.workshop.training.learners import seeds_of
 from reference.workshop.training.loop import train
@@ -121,17 +121,6 @@ def test_an_interruption_before_a_buffer_is_full_changes_nothing(tmp_path):
     trained(begun(settings), at_once)
     assert equal(load(apart).learners, load(at_once).learners)
     assert rows(apart) == rows(at_once) != []
-
-
-@pytest.mark.slow
-def test_rows_from_after_the_checkpoint_are_dropped_on_resume(whole, tmp_path):
-    """As if the power had failed between a row and its checkpoint."""
-    trained(begun(seed=1), tmp_path, rounds=2)
-    newest(tmp_path).unlink()
-    training = Training.resumed(load(tmp_path))
-    assert training.round < 2
-    trained(training, tmp_path)
-    assert rows(tmp_path) == rows(whole[1])
 
 
 @pytest.mark.slow
@@ -313,19 +302,6 @@ def test_a_learner_may_begin_with_a_network(whole, side):
     assert equal(before[other], actors(begun(seed=5))[other])
 
 
-def test_a_training_that_began_with_networks_goes_on_as_if_never_stopped(
-    whole, tmp_path
-):
-    """They are in its checkpoint."""
-    one, two = tmp_path / "stopped", tmp_path / "at once"
-    initial = {side: load(whole[1]).player(side) for side in SIDES}
-    trained(begun(initial=initial), one, rounds=1)
-    trained(Training.resumed(load(one)), one, rounds=1)
-    trained(begun(initial=initial), two, rounds=2)
-    assert equal(load(one).learners, load(two).learners)
-    assert equal(load(one).task.initial["fire"].weights, initial["fire"].weights)
-
-
 def test_refuses_a_network_to_begin_with_that_means_something_else(whole):
     """Layers, heads, or what it observes: by name, what it has and what is here."""
     robots = load(whole[1]).player("robots")
@@ -410,14 +386,6 @@ def test_a_table_begins_with_one_header_and_goes_on_where_it_was(tmp_path):
         file.write("1")
     table_until(path, ("round", "loss"), 1).append([{"round": 2, "loss": 0.5}])
     assert path.read_text() == f"round,loss\n1,{1 / 3!r}\n2,0.5\n"
-
-
-def test_times_are_in_a_table_of_their_own(whole):
-    """One row a round; no two runs agree in it."""
-    with (whole[1] / "times.csv").open() as file:
-        times = list(csv.DictReader(file))
-    assert [int(row["round"]) for row in times] == list(range(1, whole[0].round + 1))
-    assert all(float(row["decisions_per_second"]) > 0 for row in times)
 
 
 @pytest.mark.extra
