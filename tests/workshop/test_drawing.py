@@ -11,6 +11,7 @@ from itertools import pairwise
 from math import ceil
 from pathlib import Path
 from time import perf_counter
+from types import SimpleNamespace
 from unittest.mock import Mock
 
 import numpy as np
@@ -596,6 +597,16 @@ def test_an_interrupted_film_leaves_what_was_there_before(
     with pytest.raises(KeyboardInterrupt):
         drawing.animate(simulation, target)
     assert [path.read_text() for path in tmp_path.iterdir()] == ["yesterday's"]
+
+
+def test_a_notebook_shows_buildings_and_simulations(tiny, simulation):
+    """The extension tells IPython how to make a PNG of either."""
+    shown = {}
+    formats = {"image/png": SimpleNamespace(for_type=shown.__setitem__)}
+    shell = SimpleNamespace(display_formatter=SimpleNamespace(formatters=formats))
+    drawing.load_ipython_extension(shell)
+    for thing in (tiny, simulation):
+        assert shown[type(thing)](thing).startswith(b"\x89PNG")
 
 
 # -- Saving -------------------------------------------------------------------------

@@ -243,6 +243,15 @@ def test_counts_stairwells_and_exits_among_rooms_and_doors():
         )
 
 
+def test_refuses_a_building_whose_tables_would_not_fit_into_memory():
+    """It says how much they take, instead of filling the machine later."""
+    rows = ["#" * 200, *["#" + "." * 198 + "E"] * 198, "#" * 200]
+    text = HEAD + "floor 1-{}:\n" + "\n".join(rows)
+    what = "to simulate this building takes about 8 GB of memory"
+    assert [mistake.what for mistake in refusal(text.format(30))] == [what]
+    parse(text.format(5))
+
+
 def test_reads_a_pipe_to_its_end(tmp_path):
     """So `cat map.txt | python -m reference check /dev/stdin` works."""
     path = tmp_path / "map.txt"
