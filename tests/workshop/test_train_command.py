@@ -173,12 +173,15 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
     assert not os.path.exists("x")
 
 
-def test_fire_can_be_trained_in_a_building_without_robots(once):
+def test_fire_can_be_trained_in_a_building_without_robots(once, capsys):
     """What a fire learns alone."""
     assert train("--out", "new", "--robots", "none") == 0
     assert load("new").task.settings.scenario.robots_per_floor == 0
     assert status("evacuate", "--robots", "none", "--fire", "new") == 0
     assert status("evacuate", "--robots", "sweep", "--fire", "new") == 1
+    assert "here it is 4, which its network cannot read. Name --robots none" in (
+        capsys.readouterr().err
+    )
 
 
 @pytest.mark.slow
