@@ -217,12 +217,14 @@ def test_resume_of_a_training_that_is_over_tells_what_came_of_it(
     ("options", "told"),
     [
         (["--head", "floor", "--seed", "5"], "--head, --seed: what is resumed goes on"),
+        (["--fire", "greedy"], "--fire: what is resumed goes on as it was begun"),
         (["--initialize-from", "x"], "--initialize-from: what is resumed goes on"),
     ],
 )
 def test_refuses_to_resume_as_something_else(run, options, told, capsys):
-    """Before anything is written."""
+    """Before anything is written; what it was begun with may be said again."""
     before = sorted(path.name for path in run.iterdir())
+    options = [*options, "--preset", "tiny", "--building", "tiny", "--trainer", "poca"]
     assert status("train", "--resume", "--out", run, *options) == 2
     assert told in capsys.readouterr().err
     assert sorted(path.name for path in run.iterdir()) == before
