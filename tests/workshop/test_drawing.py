@@ -11,6 +11,7 @@ from itertools import pairwise
 from math import ceil
 from pathlib import Path
 from time import perf_counter
+from types import SimpleNamespace
 from unittest.mock import Mock
 
 import numpy as np
@@ -686,6 +687,19 @@ def test_refuses_a_film_in_an_unknown_format_before_anything_runs(simulation, na
     with pytest.raises(ValueError, match=r"End the name in \.gif, \.html or \.mp4"):
         drawing.animate(simulation, name)
     assert simulation.world.time == 0
+
+
+# -- Notebooks ----------------------------------------------------------------------
+
+
+def test_a_notebook_shows_buildings_and_simulations(tiny, simulation):
+    """The extension tells IPython how to make a PNG of either."""
+    shown = {}
+    formats = {"image/png": SimpleNamespace(for_type=shown.__setitem__)}
+    shell = SimpleNamespace(display_formatter=SimpleNamespace(formatters=formats))
+    drawing.load_ipython_extension(shell)
+    for thing in (tiny, simulation):
+        assert shown[type(thing)](thing).startswith(b"\x89PNG")
 
 
 # -- Saving -------------------------------------------------------------------------

@@ -156,10 +156,10 @@ def test_four_mistakes_are_shown_and_the_rest_counted():
 )
 def test_the_caret_stands_under_its_column(before, room):
     """Whatever room the signs before it take on the screen."""
-    text = HOUSE.replace("+.desk+map#", f"+{before}desk!map#")
+    text = HOUSE.replace("+.desk+map#", f"+{before}desk£map#")
     mistake = refusal(text)[-1]
     line, caret = str(mistake).splitlines()[1:3]
-    assert line == f"    #AA+{before}desk!map#"
+    assert line == f"    #AA+{before}desk£map#"
     assert caret == "        " + room + "    ^"
 
 
@@ -261,6 +261,15 @@ def test_counts_stairwells_and_exits_among_rooms_and_doors():
         assert refusal(text)[0].what == (
             "a building has at most 5000 rooms and as many doors"
         )
+
+
+def test_refuses_a_building_whose_tables_would_not_fit_into_memory():
+    """It says how much they take, instead of filling the machine later."""
+    rows = ["#" * 200, *["#" + "." * 198 + "E"] * 198, "#" * 200]
+    text = HEAD + "floor 1-{}:\n" + "\n".join(rows)
+    what = "to simulate this building takes about 8 GB of memory"
+    assert [mistake.what for mistake in refusal(text.format(30))] == [what]
+    parse(text.format(5))
 
 
 @pytest.fixture
