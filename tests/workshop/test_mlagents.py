@@ -105,10 +105,8 @@ PAIRS = [  # the robots' name and trainer, the fire's
     ("Robot", "ppo", "Fire", "ppo"),
     ("robots", "poca", "fire", "ppo"),
     ("EvacuationRobot", "ppo", "FireSource", "ppo"),
-    ("Agent", "poca", "Opponent", "ppo"),
     ("FireRescueRobot", "poca", "FireGenerator", "ppo"),
     ("Guide", "ppo", "WildFire", "ppo"),
-    ("Firefighter", "poca", "Flame", "ppo"),
     ("1", "poca", "2", "ppo"),
     ("Robot", "ppo", "FireNearRobots", "ppo"),
 ]

@@ -173,12 +173,15 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
     assert not os.path.exists("x")
 
 
-def test_fire_can_be_trained_in_a_building_without_robots(once):
+def test_fire_can_be_trained_in_a_building_without_robots(once, capsys):
     """What a fire learns alone."""
     assert train("--out", "new", "--robots", "none") == 0
     assert load("new").task.settings.scenario.robots_per_floor == 0
     assert status("evacuate", "--robots", "none", "--fire", "new") == 0
     assert status("evacuate", "--robots", "sweep", "--fire", "new") == 1
+    assert "here it is 4, which its network cannot read. Name --robots none" in (
+        capsys.readouterr().err
+    )
 
 
 @pytest.mark.slow
@@ -214,12 +217,14 @@ def test_resume_of_a_training_that_is_over_tells_what_came_of_it(
     ("options", "told"),
     [
         (["--head", "floor", "--seed", "5"], "--head, --seed: what is resumed goes on"),
+        (["--fire", "greedy"], "--fire: what is resumed goes on as it was begun"),
         (["--initialize-from", "x"], "--initialize-from: what is resumed goes on"),
     ],
 )
 def test_refuses_to_resume_as_something_else(run, options, told, capsys):
-    """Before anything is written."""
+    """Before anything is written; what it was begun with may be said again."""
     before = sorted(path.name for path in run.iterdir())
+    options = [*options, "--preset", "tiny", "--building", "tiny", "--trainer", "poca"]
     assert status("train", "--resume", "--out", run, *options) == 2
     assert told in capsys.readouterr().err
     assert sorted(path.name for path in run.iterdir()) == before

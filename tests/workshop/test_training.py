@@ -7,14 +7,12 @@ import pytest
 from trainings import TINY, begun, equal, tiny, trained
 
 from reference.learning.adversarial import learner_for, player_of
-from reference.learning.experience import Decisions, decisions_of
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
 from reference.strategies import NoFire, RandomFire, RandomRobots
 from reference.workshop.plain import SettingsError
 from reference.workshop.training.checkpoints import load
-from reference.workshop.training.imitation import clone
 from reference.workshop.training.learners import seeds_of
 from reference.workshop.training.loop import train
 from reference.workshop.training.session import Training
@@ -227,19 +225,6 @@ def test_against_a_script_the_other_side_learns_alone(fixed, tmp_path):
     assert list(load(tmp_path).learners) == [side]
 
 
-@pytest.mark.parametrize(
-    ("task", "message"),
-    [
-        ({"fixed": {"robots": "sweep", "fire": "random"}}, "nobody learns"),
-        ({"fixed": {"robots": "sweep"}, "imitate": "sweep"}, "nobody imitates"),
-    ],
-)
-def test_refuses_a_training_in_which_nobody_learns(task, message):
-    """Both sides fixed; or to imitate with robots that are fixed."""
-    with pytest.raises(SettingsError, match=message):
-        begun(**task)
-
-
 def test_refuses_a_scenario_in_which_there_is_nothing_to_decide(tmp_path):
     """Without fire sources the fire would never be past its max_steps."""
     idle = tiny(scenario=replace(tiny().scenario, sources=0))
@@ -265,19 +250,6 @@ def test_robots_may_imitate_first_then_both_sides_learn(tmp_path):
     assert (first, set(others)) == ("imitation", {"together"})
 
 
-def test_copying_makes_the_teachers_decisions_likelier():
-    """What it keeps too, since a mixture has an anchor for it; `patrol` does a lot."""
-    training = begun(tiny(), imitate="patrol")
-    episodes = [e for job in training.demonstrations() for e in play(job)]
-    taught = Decisions.joined([decisions_of(e.robots) for e in episodes])
-    kept = (taught.actions == taught.vectors[..., :2]).all(dim=-1) & taught.alive
-    assert kept.any() and not equal(kept, taught.alive)
-    first, *_, last = clone(
-        training.learners["robots"], [e.robots for e in episodes], 9
-    )
-    assert last < first
-
-
 def test_imitation_that_was_interrupted_is_done_once_on_resume(tmp_path):
     """And ends like one that was not."""
     copying, at_once = tmp_path / "copying", tmp_path / "at once"
@@ -288,18 +260,6 @@ def test_imitation_that_was_interrupted_is_done_once_on_resume(tmp_path):
     trained(begun(imitate="patrol"), at_once, rounds=1)
     assert equal(load(copying).learners, load(at_once).learners)
     assert rows(copying) == rows(at_once)
-
-
-@pytest.mark.paper("E3")
-@pytest.mark.parametrize("side", SIDES)
-def test_a_learner_may_begin_with_a_network(whole, side):
-    """The other side begins as always."""
-    who = load(whole[1]).player(side)
-    training = begun(seed=5, initial={side: who})
-    before = actors(training)
-    assert equal(before[side], who.weights)
-    other = next(s for s in SIDES if s != side)
-    assert equal(before[other], actors(begun(seed=5))[other])
 
 
 def test_refuses_a_network_to_begin_with_that_means_something_else(whole):
