@@ -115,8 +115,9 @@ def test_the_page_shows_every_row_of_the_tables(elements):
         assert cost in elements.text[f"row-{row}"]
 
 
-def test_the_page_needs_no_network(html, elements):
-    """Nothing is loaded from elsewhere, and no script runs."""
+def test_the_page_is_small_and_needs_no_network(html, elements):
+    """Nothing is loaded from elsewhere, no script runs, and all elements are closed."""
+    assert (len(html.encode()) < LARGEST, elements.inside) == (True, [])
     loaded = [value for _, a in elements.found for k, value in a.items() if k == "src"]
     assert loaded and all(value.startswith("data:") for value in loaded)
     assert {"script", "link", "iframe"}.isdisjoint(tag for tag, _ in elements.found)
@@ -131,16 +132,6 @@ def test_every_link_leads_to_one_place_on_the_page(elements):
     assert len(ids) == len(set(ids))
     assert {link.removeprefix("#") for link in links} <= set(ids)
     assert {anchor(key) for key in (*CLAUSES, *PLACES)} <= set(ids)
-
-
-def test_the_page_is_small(html):
-    """It can be sent by mail."""
-    assert len(html.encode()) < LARGEST
-
-
-def test_elements_are_closed_as_they_were_opened(elements):
-    """A browser need not guess."""
-    assert elements.inside == []
 
 
 # -- What it is made of -------------------------------------------------------------
@@ -168,11 +159,6 @@ def test_each_term_of_the_glossary_has_a_place_in_the_code(term):
     dotted, meaning = WORDS["glossary"][term]
     assert source.symbol(dotted).path.exists()
     assert meaning.endswith(".")
-
-
-def test_the_glossary_has_twenty_terms():
-    """Of reinforcement learning and of pedestrian dynamics."""
-    assert len(WORDS["glossary"]) == 20
 
 
 def test_colours_leave_the_code_as_it_is():
