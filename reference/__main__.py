@@ -157,6 +157,7 @@ def _process() -> int:
         if getattr(sys, name) is None:  # closed: nobody listens
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
         getattr(sys, name).reconfigure(errors="backslashreplace")
+    os.environ["MPLBACKEND"] = "agg"  # no command opens a window
     heard = Event()
 
     def stop(*_: Any) -> NoReturn:

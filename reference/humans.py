@@ -137,14 +137,8 @@ def suitable_leader(me: Mind, observe: View, wanted: int) -> int | None:
     """
     if observe.time < me.pause_until:
         return None
-    better = {
-        other.rank: other.body
-        for other in observe.leading
-        if other.heading == wanted
-        and other.rank > observe.rank
-        and other.followers < paper.MOST_FOLLOWERS
-    }
-    return better[max(better)] if better else None
+    leaders, most = observe.leaders_to(wanted), paper.MOST_FOLLOWERS
+    return next((j for j in leaders if observe.followers_of(j) < most), None)
 
 
 def leader_in_sight(me: Mind, observe: View) -> bool:

@@ -64,25 +64,11 @@ def step(
     position, target: (n, 2) metres; floor: (n,); pace: (n,) m/s.
     """
     pairs = neighbours(position, floor, pace, seconds)
-    if not pairs.size:
-        return alone(position, target, pace, seconds, free)
 
     def turns(who: np.ndarray) -> np.ndarray:
         return rng.uniform(-SHUFFLE_TURN, SHUFFLE_TURN, len(who))
 
     return among(position, target, pace, seconds, free, pairs, turns)
-
-
-def alone(
-    position: np.ndarray,
-    target: np.ndarray,
-    pace: np.ndarray,
-    seconds: float,
-    free: Free,
-) -> np.ndarray:
-    """Move n bodies, each as if alone; arguments and result as in `step`."""
-    e, _, v = _heading(position, target, pace, seconds)
-    return _not_into_walls(position, position + e * (v * seconds)[:, None], free)
 
 
 def among(
@@ -94,11 +80,14 @@ def among(
     pairs: np.ndarray,
     turns: Callable[[np.ndarray], np.ndarray],
 ) -> np.ndarray:
-    """Move n bodies that heed their neighbours.
+    """Move n bodies among their neighbours; arguments and result as in `step`.
 
     pairs: `neighbours`; turns: draws for (k,) bodies angles up to SHUFFLE_TURN.
     """
     e, far, v = _heading(position, target, pace, seconds)
+    if not pairs.size:
+        wished = position + e * (v * seconds)[:, None]
+        return _not_into_walls(position, wished, free)
     i, j = np.concatenate(pairs), np.concatenate(pairs[::-1])  # each pair both ways
     far_i, far_j = far[i], far[j]
     yields = (far_i > far_j) | ((far_i == far_j) & (i > j))

@@ -4,7 +4,7 @@ Clauses: A6, B1, B2, B3, B6.  Walls and landmarks are in the sight tables; which
 people, robots and flames are in sight is computed anew for all who are about to think.
 Neither people nor flames hide what is behind them [B1, chosen].
 
-    i  who looks;  j  a body in sight, by its number in its world;  w  number of a world
+    k  a viewer: the k-th of those who look;  j  a body in sight
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -13,9 +13,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from reference.paper import RAYS
 from reference.sight import Direction, Hit, Sight
-from reference.world import FLOOR_APART, NOBODY, NOWHERE, Aim, Bodies, Goal, Said, World
+from reference.world import (
+    FLOOR_APART,
+    FOLLOW_ME,
+    NOBODY,
+    NOWHERE,
+    Aim,
+    Bodies,
+    Goal,
+    Robot,
+    Said,
+    World,
+)
 
 
 @dataclass(frozen=True)
@@ -47,17 +57,27 @@ class Surroundings:
         return {m: hit for m, hit in met.items() if m not in self.useless}
 
 
-class Leading(NamedTuple):
-    """A human in sight who follows nobody and heads for a landmark in sight.
+class Others(NamedTuple):
+    """What one can tell of people and then robots in sight, (n + R,) each.
 
-    [B6, chosen] Others can tell where they head, and their rank; followers counts those
-    in sight.
+    [B6, chosen] Whom they follow, where they head and their rank; what robots say.
     """
 
-    body: int
-    heading: int
-    rank: float
-    followers: int
+    leader: list[int]
+    heading: list[int]
+    rank: list[float]
+    says: list[Said]
+
+    @classmethod
+    def of(cls, world: World) -> "Others":
+        """Read it from a world."""
+        bodies, robots = world.bodies, [NOBODY] * len(world.robots)
+        return cls(
+            bodies.leader.tolist() + robots,
+            bodies.landmark.tolist() + robots,
+            bodies.rank.tolist(),
+            [FOLLOW_ME] * len(bodies) + [robot.says for robot in world.robots],
+        )
 
 
 @dataclass(slots=True)
@@ -69,7 +89,6 @@ class View:
     landmarks               intact doors, ways down and exits that rays meet, by index,
                             the nearest first
     bodies                  people and robots in sight: place and metres of each
-    leading                 people in sight who lead to a landmark in sight
     robots                  in sight, the nearest first, and what they say
     """
 
@@ -79,8 +98,8 @@ class View:
     halted_since: float
     landmarks: dict[int, Hit]
     _around: Surroundings
+    _others: Others
     bodies: dict[int, tuple[int, float]] = field(default_factory=dict)
-    leading: list[Leading] = field(default_factory=list)
     robots: dict[int, Said] = field(default_factory=dict)
 
     @property
@@ -95,11 +114,6 @@ class View:
             return self._around.burnt
         met = self._around.sight.landmarks[self.place]
         return self._around.burnt.intersection((self.here, *met))
-
-    @property
-    def flames(self) -> frozenset[int]:
-        """Places in flames in sight."""
-        return self._around.burning & self._around.sight.seen(self.place)
 
     @property
     def open(self) -> list[Direction]:
@@ -128,6 +142,20 @@ class View:
         sight = self._around.sight
         place = sight.farthest[self.place]
         return Goal(Aim.DIRECTION, sight.patches[place], place)
+
+    def leaders_to(self, landmark: int) -> list[int]:
+        """People in sight who lead there and outrank this one, the highest rank first.
+
+        [B6, chosen] Who leads follows nobody.
+        """
+        leader, heading, rank, _ = self._others
+        them = [j for j in self.bodies if heading[j] == landmark and leader[j] < 0]
+        above = [j for j in them if rank[j] > self.rank]
+        return sorted(above, key=rank.__getitem__, reverse=True)
+
+    def followers_of(self, body: int) -> int:
+        """How many people in sight follow a body?"""
+        return [self._others.leader[j] for j in self.bodies].count(body)
 
     def passable(self, landmark: int) -> bool:
         """Is there no flame in sight on the straight way to a landmark in view?"""
@@ -163,133 +191,71 @@ class View:
         return (x / far, y / far) if far else None
 
 
-def look(
-    worlds: Sequence[World],
-    surroundings: Sequence[Surroundings],
-    bodies: Bodies,
-    who: np.ndarray,
-) -> list[View]:
-    """Return what each of these people sees.
-
-    worlds: one, or several with equally many people and robots (`workshop.lockstep`);
-    surroundings: one per world; bodies: of all worlds in a row; who: (k,) of these
-    bodies, walking on a floor.
-    """
-    sight, n = surroundings[0].sight, len(worlds[0].bodies)
-    world, me = np.divmod(who, n)
-    rows, j, places, metres = _pairs(_everybody(worlds, bodies), sight, world, me)
-    mine = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
-    views = []
-    for w, place, rank, since in _rows(world, *mine):
-        time, around = worlds[w].time, surroundings[w]
-        views.append(View(time, place, rank, since, around.landmarks(place), around))
-    for row, body, place, far in _rows(rows, j, places, metres):
-        views[row].bodies[body] = place, far
-    people, robots = np.flatnonzero(j < n), np.flatnonzero(j >= n)
-    seen = world[rows[people]] * n + j[people]
-    _show_people(bodies, sight, who, views, rows[people], seen, j[people])
-    robots = robots[metres[robots].argsort(kind="stable")]
-    for row, w, body in _rows(rows[robots], world[rows[robots]], j[robots]):
-        views[row].robots[body] = worlds[w].robots[body - n].says
+def look(world: World, around: Surroundings, who: np.ndarray) -> list[View]:
+    """Return what each of these people sees; who: (k,) people walking on a floor."""
+    views = views_of(world, around, who)
+    everybody = points(world.bodies, world.robots)
+    mine = [array[who] for array in everybody]
+    show_bodies(views, around.sight, len(world.bodies), who, mine, everybody)
     return views
 
 
-def _show_people(
-    bodies: Bodies,
-    sight: Sight,
-    who: np.ndarray,
-    views: list[View],
-    rows: np.ndarray,
-    seen: np.ndarray,
-    j: np.ndarray,
-) -> None:
-    """Add leaders to the views.
-
-    rows: (p,) indices of views; seen: (p,) indices of bodies; j: (p,) their numbers in
-    their own worlds.
-
-    followed: sorted, one number per follower seen, made of viewer and leader; how
-    often it occurs is how many followers of that leader the viewer sees.
-    """
-    leader, heading = bodies.leader[seen], bodies.landmark[seen]
-    m = len(bodies) + int(leader.max(initial=0)) + 1  # above every j and leader
-    followed = np.sort((rows * m + leader)[leader != NOBODY])
-    lead = sight.meets[bodies.place[who[rows]], heading] & (leader == NOBODY)
-    rows, seen, j, heading = rows[lead], seen[lead], j[lead], heading[lead]
-    first, last = (followed.searchsorted(rows * m + j, s) for s in ("left", "right"))
-    facts = j, heading, bodies.rank[seen], last - first
-    for row, shown in zip(rows.tolist(), _rows(*facts), strict=True):
-        views[row].leading.append(Leading(*shown))
-
-
-def _rows(*columns: np.ndarray) -> Iterator[tuple[Any, ...]]:
-    """Zip columns of one length, as Python's own numbers."""
-    return zip(*(column.tolist() for column in columns), strict=True)
-
-
-def _pairs(
-    everybody: list[np.ndarray], sight: Sight, world: np.ndarray, me: np.ndarray
-) -> tuple[np.ndarray, ...]:
-    """Who sees whom, (pairs,) each: row of `me`, body seen, its place, metres away.
-
-    everybody: as `_everybody` returns it; me: (k,) people; world: (k,) which of the
-    worlds each is in.
-    """
-    x, y, place, present = everybody
-    row, col = np.array(np.divmod(place, sight.navigation.cols), dtype=np.int16)
-    near = np.abs(row[world] - row[world, me, None]) <= sight.sees.reach
-    near &= np.abs(col[world] - col[world, me, None]) <= sight.sees.reach  # all small
-    rows, j = np.divmod(np.flatnonzero(near & present[world]), place.shape[1])
-    i, w = me[rows], world[rows]
-    here, there = place[w, i], place[w, j]
-    off_x, off_y = x[w, j] - x[w, i], y[w, j] - y[w, i]
-    seen = np.maximum(np.abs(off_x), np.abs(off_y)) < sight.reach
-    seen &= sight.sees.reaches(here, there) & (i != j)
-    return rows[seen], j[seen], there[seen], np.hypot(off_x[seen], off_y[seen])
-
-
-def _everybody(worlds: Sequence[World], bodies: Bodies) -> list[np.ndarray]:
-    """x, y (metres, floors far apart), place and presence, (worlds, people + robots).
-
-    bodies: the people of all worlds in a row.
-    """
-    robots = [robot for world in worlds for robot in world.robots]
-    at = np.array([robot.position for robot in robots]).reshape(-1, 2)
-    apart = FLOOR_APART * np.array([robot.floor for robot in robots], dtype=np.int64)
-    columns = (
-        (bodies.position[:, 0] + FLOOR_APART * bodies.floor, at[:, 0] + apart),
-        (bodies.position[:, 1], at[:, 1]),
-        (bodies.place, np.array([robot.place for robot in robots], dtype=np.int64)),
-        (bodies.walking, np.array([robot.active for robot in robots], dtype=bool)),
-    )
-    sizes = [(len(worlds), some // len(worlds)) for some in (len(bodies), len(robots))]
+def views_of(world: World, around: Surroundings, who: np.ndarray) -> list[View]:
+    """Return the views of these people, (k,), before they look at others."""
+    bodies, others = world.bodies, Others.of(world)
+    mine = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
     return [
-        np.concatenate([c.reshape(s) for c, s in zip(pair, sizes, strict=True)], axis=1)
-        for pair in columns
+        View(world.time, place, rank, since, around.landmarks(place), around, others)
+        for place, rank, since in rows(*mine)
     ]
 
 
-def rays(world: World, sight: Sight, person: int) -> list[Hit | None]:
-    """What every ray of one human returns; None is an unexplored direction [B1] [B2].
+def points(bodies: Bodies, robots: Sequence[Robot]) -> list[np.ndarray]:
+    """x, y (metres, floors far apart), place and presence of people, then of robots."""
+    at = np.array([robot.position for robot in robots]).reshape(-1, 2)
+    others = [(robot.floor, robot.place, robot.active) for robot in robots]
+    floor, place, active = np.array(others, dtype=np.int64).reshape(-1, 3).T
+    pairs = (
+        (
+            bodies.position[:, 0] + FLOOR_APART * bodies.floor,
+            at[:, 0] + FLOOR_APART * floor,
+        ),
+        (bodies.position[:, 1], at[:, 1]),
+        (bodies.place, place),
+        (bodies.walking, active.astype(bool)),
+    )
+    return [np.concatenate(pair) for pair in pairs]
 
-    For tutorials and tests: the simulation uses `look`. People, robots and flames are
-    met by the ray at their middle only; flames in sight hide a door that they burn.
+
+def show_bodies(
+    views: list[View],
+    sight: Sight,
+    people: int,
+    me: np.ndarray,
+    mine: list[np.ndarray],
+    everybody: list[np.ndarray],
+) -> None:
+    """Add to views who is in sight: people, by their numbers, and then robots.
+
+    me: (k,) numbers of those who look;  mine: as `points` has them, (k,) each;
+    everybody: likewise, (m,), or (k, m) where each has others around.
     """
-    around = Surroundings.of(world, sight)
-    view = look([world], [around], world.bodies, np.array([person]))[0]
-    bodies, robots, centres = world.bodies, world.robots, sight.navigation.centres
-    off = {p: np.hypot(*(centres[p] - bodies.position[person])) for p in view.flames}
-    nearest_last = sorted(off, key=lambda p: (-off[p], p))
-    things = [("fire", p, centres[p]) for p in nearest_last]
-    people = (j for j in view.bodies if j not in view.robots)
-    things += [("human", j, bodies.position[j]) for j in people]
-    things += [("robot", j, robots[j - len(bodies)].position) for j in view.robots]
-    hits = [sight.cast(view.place, k) for k in range(RAYS)]
-    for kind, index, where in things:
-        x, y = where - bodies.position[person]
-        k, far = round(np.arctan2(y, x) / (2 * np.pi) * RAYS) % RAYS, np.hypot(x, y)
-        met = hits[k]
-        seen_through = met is None or met.kind == "entrance"  # it has no leaf
-        if seen_through or far < met.distance or kind == "fire":
-            hits[k] = Hit(kind, float(far), index)
-    return hits
+    off_x, off_y = (a - my[:, None] for a, my in zip(everybody[:2], mine, strict=False))
+    near = (np.abs(off_x) < sight.reach) & (np.abs(off_y) < sight.reach) & everybody[3]
+    near[np.arange(len(me)), me] = False
+    k, j = np.divmod(np.flatnonzero(near), near.shape[1])
+    there = np.broadcast_to(everybody[2], near.shape)[k, j]
+    seen = sight.sees.reaches(mine[2][k], there)
+    k, j, there = k[seen], j[seen], there[seen]
+    metres = np.hypot(off_x[k, j], off_y[k, j])
+    for who, body, place, far in rows(k, j, there, metres):
+        views[who].bodies[body] = place, far
+    robots = np.flatnonzero(j >= people)
+    robots = robots[metres[robots].argsort(kind="stable")]
+    for who, body in rows(k[robots], j[robots]):
+        views[who].robots[body] = views[who]._others.says[body]
+
+
+def rows(*columns: np.ndarray) -> Iterator[tuple[Any, ...]]:
+    """Zip columns of one length, as Python's own numbers."""
+    return zip(*(column.tolist() for column in columns), strict=True)

@@ -96,10 +96,10 @@ class Simulation:
         self.decision_ticks = round(self.scenario.decision_seconds / self.tick)
         self._flame_ticks = max(1, round(paper.FLAME_SECONDS / self.tick))
         self._next_ignition = self.world.time if self.world.flames.sources else inf
-        self._surroundings = Surroundings.of(self.world, self.sight)
-        self._full_until = np.zeros(len(building.landmarks) + 1)  # s; the last: nowhere
-        self._turn = np.arange(len(self.world.bodies)) % paper.RECONSIDER_TICKS
-        self._due = np.ones(len(self.world.bodies), dtype=bool)
+        self.surroundings = Surroundings.of(self.world, self.sight)
+        self.full_until = np.zeros(len(building.landmarks) + 1)  # s; the last: nowhere
+        self.turn = np.arange(len(self.world.bodies)) % paper.RECONSIDER_TICKS
+        self.due = np.ones(len(self.world.bodies), dtype=bool)
 
     # -- The tick -------------------------------------------------------------------
 
@@ -113,20 +113,19 @@ class Simulation:
         """Run one tick; return its events."""
         already = len(self.events)
         # SENSE
-        who = np.flatnonzero(self._due & self.world.bodies.walking)
-        views = look([self.world], [self._surroundings], self.world.bodies, who)
+        who = np.flatnonzero(self.due & self.world.bodies.walking)
+        views = look(self.world, self.surroundings, who)
         # DECIDE
-        self._people_decide(who, views)
-        destinations = self._strategies_decide()
+        people_decide(self.world, who, views)
+        destinations = self.strategies_decide()
         # MOVE
-        for robot, destination in zip(self.world.robots, destinations, strict=True):
-            self.algorithm.act(robot, self.world, destination, self.tick)
+        self.robots_move(destinations)
         touched = self._people_move()
         # BURN
-        self._burn()
+        self.burn()
         self._lose_health()
         # SETTLE
-        self._settle(touched)
+        self.settle(touched)
         return self.events[already:]
 
     def run(self) -> Outcome:
@@ -155,7 +154,7 @@ class Simulation:
         other = copy(self)
         other.world = self.world.copy()
         other.events = self.events.copy()
-        other._due, other._full_until = self._due.copy(), self._full_until.copy()
+        other.due, other.full_until = self.due.copy(), self.full_until.copy()
         other.rng, other.robot_strategy, other.fire_strategy = deepcopy(
             (self.rng, self.robot_strategy, self.fire_strategy)
         )
@@ -170,22 +169,7 @@ class Simulation:
         left = len(self.world.flames.sources) < self.scenario.sources
         return left and not between and fire_acts(number)
 
-    def _people_decide(self, who: np.ndarray, views: list[View]) -> None:
-        """Let these people think; then copy their goals to their bodies."""
-        minds, bodies = [self.world.minds[i] for i in who.tolist()], self.world.bodies
-        for me, view in zip(minds, views, strict=True):
-            think(me, view)
-        bodies.mode[who] = [int(me.mode) for me in minds]
-        bodies.leader[who] = [me.leader for me in minds]
-        goals = [me.goal for me in minds]
-        landmark = Aim.LANDMARK
-        marks = [g.which if g.aim is landmark else NOWHERE for g in goals]
-        place = np.array([goal.place for goal in goals], dtype=np.int64)
-        there, stays = self.navigation.centres[place], (place == NOWHERE)[:, None]
-        bodies.landmark[who] = marks
-        bodies.target[who] = np.where(stays, bodies.position[who], there)
-
-    def _strategies_decide(self) -> Destinations:
+    def strategies_decide(self) -> Destinations:
         """Ask the robots' strategy at each decision, the fire's at every k-th.
 
         Both see the same world. Returns a destination per robot; None keeps the old.
@@ -218,21 +202,18 @@ class Simulation:
 
     # -- MOVE -----------------------------------------------------------------------
 
+    def robots_move(self, destinations: Destinations) -> None:
+        """Walk the robots, on their way or to a destination just decided."""
+        for robot, destination in zip(self.world.robots, destinations, strict=True):
+            self.algorithm.act(robot, self.world, destination, self.tick)
+
     def _people_move(self) -> Touched:
-        """Walk one tick; return who stepped onto a landmark, and from where [A5]."""
-        bodies, nav = self.world.bodies, self.navigation
-        who = np.flatnonzero(bodies.walking)
-        before, floor = bodies.place[who], bodies.floor[who]
-        marks, target = bodies.landmark[who], bodies.target[who]
-        guided = np.flatnonzero(marks >= 0)
-        target[guided] = nav.centres[nav.waypoint(marks[guided], before[guided])]
-        bodies.position[who] = self.walked_to = moved = self._walk(who, target)
-        bodies.place[who] = place = nav.places_at(floor, moved)
-        self._notice_stuck(who, target)
-        mark = self._marks[place]
-        upon = np.flatnonzero((mark >= 0) & (mark != self._marks[before]))
-        touched = list(zip(who[upon].tolist(), before[upon].tolist(), strict=True))
-        self._fill_doors(touched)
+        """Walk people one tick; return who stepped onto a landmark [A5]."""
+        who = np.flatnonzero(self.world.bodies.walking)
+        target = targets(self.world, who)
+        self.walked_to = self._walk(who, target)
+        touched = people_arrive(self.world, who, target, self.walked_to)
+        self.fill_doors(touched)
         return touched
 
     def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
@@ -249,7 +230,7 @@ class Simulation:
         unburnt, inside = ~self.world.flames.burning.ravel(), self._marks[place]
         time = self.world.time
         fearless = ~unburnt[place] | (bodies.reckless_until[who] > time - 1e-9)
-        full = self._full_until > time + 1e-9
+        full = self.full_until > time + 1e-9
 
         def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
             place = nav.places_at(floor[which], position)
@@ -259,7 +240,7 @@ class Simulation:
 
         return free
 
-    def _fill_doors(self, touched: Touched) -> None:
+    def fill_doors(self, touched: Touched) -> None:
         """Close the doors, entrances and exits just entered until they have room [A5].
 
         touched: people who have just stepped onto them. A way that
@@ -272,29 +253,13 @@ class Simulation:
             way = self.building.landmarks[mark]
             entrance = way.kind is Kind.ENTRANCE
             flow = paper.STAIRS_FLOW if entrance else paper.DOOR_FLOW
-            free, now = float(self._full_until[mark]), self.world.time
+            free, now = float(self.full_until[mark]), self.world.time
             since = free if free > now - self.tick + 1e-9 else now
-            self._full_until[mark] = since + count / (flow * way.width)
-
-    def _notice_stuck(self, who: np.ndarray, target: np.ndarray) -> None:
-        """Find who is stuck; they ignore flames for a while, then try anew [B5]."""
-        bodies, time = self.world.bodies, self.world.time
-        position = bodies.position[who]
-        moved = np.maximum(*np.abs(position - bodies.anchor[who]).T)
-        left = np.maximum(*np.abs(target - position).T)
-        arrived = (left < paper.STUCK_METRES) & (bodies.landmark[who] < 0)
-        waited = time - bodies.anchor_time[who] - 1e-9
-        anew = waited > paper.STUCK_SECONDS + paper.RECKLESS_SECONDS
-        ahead = (moved > paper.STUCK_METRES) | arrived | anew
-        bodies.anchor[who[ahead]] = position[ahead]
-        bodies.anchor_time[who[ahead]] = time
-        calm = bodies.reckless_until[who] < time - 1e-9
-        halted = who[~ahead & calm & (waited > paper.STUCK_SECONDS)]
-        bodies.reckless_until[halted] = time + paper.RECKLESS_SECONDS
+            self.full_until[mark] = since + count / (flow * way.width)
 
     # -- BURN -----------------------------------------------------------------------
 
-    def _burn(self) -> None:
+    def burn(self) -> None:
         """Advance the clock; spread flames and burn doors [A6] [D7]."""
         self.ticks += 1
         world = self.world
@@ -303,7 +268,7 @@ class Simulation:
         if world.time >= self._next_ignition and self.ticks % self._flame_ticks == 0:
             self._next_ignition = self.spread.advance(world.flames, world.time)
             self._burn_doors()
-            self._surroundings = Surroundings.of(world, self.sight)
+            self.surroundings = Surroundings.of(world, self.sight)
 
     def _lose_health(self) -> None:
         """Lower everybody's health, and more in and beside flames [B7]."""
@@ -327,7 +292,7 @@ class Simulation:
 
     # -- SETTLE ---------------------------------------------------------------------
 
-    def _settle(self, touched: Touched) -> None:
+    def settle(self, touched: Touched) -> None:
         """Settle deaths, triggers and stairs; set who thinks in the next tick."""
         bodies = self.world.bodies
         dead = np.flatnonzero((bodies.health <= paper.NO_HEALTH) & bodies.inside)
@@ -335,7 +300,7 @@ class Simulation:
             bodies.health[i] = 0.0
             self._leave(i, Fate.DEAD)
             self._record(Died, i, int(bodies.floor[i]))
-        self._due[:] = self._turn == self.ticks % paper.RECONSIDER_TICKS
+        self.due[:] = self.turn == self.ticks % paper.RECONSIDER_TICKS
         for i, before in touched:
             if bodies.fate[i] == Fate.INSIDE:
                 self._touch(i, before, int(self._marks[bodies.place[i]]))
@@ -343,7 +308,7 @@ class Simulation:
         for i in landing:
             if (passed := stairs.descend(self.world, i)) is not None:
                 self._record(LeftFloor, i, passed, float(bodies.health[i]))
-            self._due[i] = bodies.walking[i]
+            self.due[i] = bodies.walking[i]
         if len(dead) or touched or landing:
             self.world.occupancy = occupancy(bodies, self.building.floors)
 
@@ -362,7 +327,7 @@ class Simulation:
             side = int(self._areas[before])
             beyond = self.navigation.beyond(int(bodies.place[i]), side)
             pass_landmark(self.world.minds[i], mark, side, beyond)
-            self._due[i] = True
+            self.due[i] = True
 
     def _leave(self, i: int, fate: Fate) -> None:
         """Take a human out of the simulation."""
@@ -372,3 +337,63 @@ class Simulation:
 
     def _record(self, event: type[Event], *facts: object) -> None:
         self.events.append(event(self.world.time, *facts))
+
+
+# -- What people do, of one world or of several -------------------------------------
+
+
+def people_decide(world: World, who: np.ndarray, views: list[View]) -> None:
+    """Let these people think; then copy their goals to their bodies."""
+    minds, bodies = [world.minds[i] for i in who.tolist()], world.bodies
+    for me, view in zip(minds, views, strict=True):
+        think(me, view)
+    bodies.mode[who] = [int(me.mode) for me in minds]
+    bodies.leader[who] = [me.leader for me in minds]
+    goals = [me.goal for me in minds]
+    landmark = Aim.LANDMARK
+    marks = [g.which if g.aim is landmark else NOWHERE for g in goals]
+    place = np.array([goal.place for goal in goals], dtype=np.int64)
+    there, stays = navigation_of(world.building).centres[place], place == NOWHERE
+    bodies.landmark[who] = marks
+    bodies.target[who] = np.where(stays[:, None], bodies.position[who], there)
+
+
+def targets(world: World, who: np.ndarray) -> np.ndarray:
+    """(k, 2) metres where these people walk straight at."""
+    bodies, nav = world.bodies, navigation_of(world.building)
+    marks, target = bodies.landmark[who], bodies.target[who]
+    guided = np.flatnonzero(marks >= 0)
+    waypoint = nav.waypoint(marks[guided], bodies.place[who[guided]])
+    target[guided] = nav.centres[waypoint]
+    return target
+
+
+def people_arrive(
+    world: World, who: np.ndarray, target: np.ndarray, moved: np.ndarray
+) -> Touched:
+    """Put people where they walked to; return who stepped onto a landmark [A5]."""
+    bodies, marks = world.bodies, world.building.landmark.ravel()
+    before, nav = bodies.place[who], navigation_of(world.building)
+    bodies.position[who] = moved
+    bodies.place[who] = place = nav.places_at(bodies.floor[who], moved)
+    _notice_stuck(world, who, target)
+    mark = marks[place]
+    upon = np.flatnonzero((mark >= 0) & (mark != marks[before]))
+    return list(zip(who[upon].tolist(), before[upon].tolist(), strict=True))
+
+
+def _notice_stuck(world: World, who: np.ndarray, target: np.ndarray) -> None:
+    """Find who is stuck; they ignore flames for a while, then try anew [B5]."""
+    bodies, time = world.bodies, world.time
+    position = bodies.position[who]
+    moved = np.maximum(*np.abs(position - bodies.anchor[who]).T)
+    left = np.maximum(*np.abs(target - position).T)
+    arrived = (left < paper.STUCK_METRES) & (bodies.landmark[who] < 0)
+    waited = time - bodies.anchor_time[who] - 1e-9
+    anew = waited > paper.STUCK_SECONDS + paper.RECKLESS_SECONDS
+    ahead = (moved > paper.STUCK_METRES) | arrived | anew
+    bodies.anchor[who[ahead]] = position[ahead]
+    bodies.anchor_time[who[ahead]] = time
+    calm = bodies.reckless_until[who] < time - 1e-9
+    halted = who[~ahead & calm & (waited > paper.STUCK_SECONDS)]
+    bodies.reckless_until[halted] = time + paper.RECKLESS_SECONDS

@@ -7,6 +7,7 @@ clause and each line, and which tests hold it; `--paper-index=B5` prints one.
 
 import os
 import signal
+from contextlib import contextmanager
 
 import hypothesis
 import pytest
@@ -25,6 +26,7 @@ if signal.getsignal(signal.SIGINT) == signal.SIG_DFL:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 EVERYTHING = "all"
+QUICK, SLOW = 300, 1200  # seconds until a test has failed, however busy the machine
 
 hypothesis.settings.register_profile("same every time", derandomize=True, deadline=None)
 hypothesis.settings.load_profile("same every time")
@@ -34,6 +36,35 @@ hypothesis.settings.load_profile("same every time")
 def unprotected(monkeypatch):
     """Let all but the ways out themselves burn, on boards built from here on."""
     monkeypatch.setattr("reference.paper.PROTECTED_METRES", 0.0)
+
+
+@contextmanager
+def at_most(seconds):
+    """Fail what takes longer, where the system can interrupt it: nothing hangs."""
+
+    def late(*_):
+        pytest.fail(f"not done after {seconds} s")
+
+    if not hasattr(signal, "SIGALRM"):
+        yield
+        return
+    before = signal.signal(signal.SIGALRM, late)
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item):
+    """Each test has a limit of time."""
+    with at_most(SLOW if item.get_closest_marker("slow") else QUICK):
+        return (yield)
+
+
+pytest_runtest_setup = pytest_runtest_call  # and so have its fixtures
 
 
 def pytest_addoption(parser):

@@ -25,7 +25,7 @@ from reference.floorplan import Plan, Storey, parse
 from reference.navigation import navigation_of
 from reference.paper import WALKING_SPEED, Scenario
 from reference.perception import Surroundings, look
-from reference.simulation import Simulation
+from reference.simulation import Simulation, people_decide
 from reference.workshop.maps import load
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.world import Mode, Source
@@ -157,15 +157,13 @@ def mind(sim, letter):
 def view(sim, letter):
     """What the human with a letter sees now."""
     surroundings = Surroundings.of(sim.world, sim.sight)
-    return look(
-        [sim.world], [surroundings], sim.world.bodies, np.array([body(letter)])
-    )[0]
+    return look(sim.world, surroundings, np.array([body(letter)]))[0]
 
 
 def decide(sim, letter):
     """Let the human with a letter think once, and nothing else; its goal."""
     me = mind(sim, letter)
-    sim._people_decide(np.array([body(letter)]), [view(sim, letter)])
+    people_decide(sim.world, np.array([body(letter)]), [view(sim, letter)])
     return me.goal
 
 

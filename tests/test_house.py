@@ -9,9 +9,11 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from time import sleep
 
 import pytest
 from clauses import ROOT
+from conftest import at_most
 from paper_index import paper_index
 
 from reference import BOOK, READING_ORDER, WORKSHOP, __version__
@@ -349,3 +351,10 @@ def test_the_tutorials_readme_lists_the_experiments():
     listed = re.findall(r"^\| `(\w+\.\w+)` \|", text, re.MULTILINE)
     there = (ROOT / "tutorials" / "experiments").glob("*.*")
     assert sorted(listed) == sorted(path.name for path in there)
+
+
+def test_a_test_that_hangs_fails():
+    """Each has a limit of time, its fixtures too."""
+    late = pytest.raises(pytest.fail.Exception, match=r"not done after 0\.05 s")
+    with late, at_most(0.05):
+        sleep(60)

@@ -11,8 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from reference.building import Kind
-from reference.paper import Scenario
-from reference.perception import rays
+from reference.paper import RAYS, Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots
 from reference.workshop import drawing
@@ -33,7 +32,7 @@ place = bodies.place[0]
 # that cell [B1]. A ray that meets nothing within its range returns nothing. In that
 # direction the building is unexplored [B2].
 
-hits = rays(simulation.world, simulation.sight, 0)
+hits = [simulation.sight.cast(place, k) for k in range(RAYS)]
 print(len(hits), "rays of", simulation.sight.reach, "m")
 #> 360 rays of 5.0 m
 print("the first:", hits[0])

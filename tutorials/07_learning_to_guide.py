@@ -206,9 +206,10 @@ print(drawing.save(figure, "out/07_finishing_early.png"))
 
 # For PPO, and without posthumous credit, going is worth nothing to A. So it waits.
 #
-# The robots that ship have learned by MA-POCA too, see RESULTS.md. Watch them:
+# The robots that ship have learned by MA-POCA too, see RESULTS.md. Watch them in a page
+# for a browser (`.gif` and `.mp4` work as well):
 #
-#     python -m reference evacuate --robots learned --fire random --animate learned.gif
+#     python -m reference evacuate --robots learned --fire random --animate learned.html
 
 # %% Exercise
 # In another episode A waits, and the rewards are 0, 0, 1. Which advantages do A and B

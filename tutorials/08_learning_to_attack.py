@@ -215,7 +215,7 @@ print("ambush:", ambushed, "of", 8 * len(SEEDS), "get out")
 #
 # A fire that learned in the paper's building ships; see RESULTS.md. Watch it:
 #
-#     python -m reference evacuate --robots escort --fire learned --animate learned.gif
+#     python -m reference evacuate --robots escort --fire learned --animate learned.html
 
 # %% Exercise
 # Cut a second exit into the corridor's other end. How many get out with random fires,

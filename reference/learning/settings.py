@@ -68,8 +68,8 @@ class TrainerSettings:
     num_epoch: Annotated[int, Row(HYPER)]  # times an update goes through the buffer
     vis_encode_type: Annotated[str, Row(NETWORK, ("simple",))]  # two convolutions
     normalize: Annotated[bool, Row(NETWORK)]  # the numbers observed; the grid never is
-    hidden_units: Annotated[int, Row(NETWORK)]
-    num_layers: Annotated[int, Row(NETWORK)]
+    hidden_units: Annotated[int, Row(NETWORK, high=2**13)]
+    num_layers: Annotated[int, Row(NETWORK, high=2**5)]
     gamma: Annotated[float, Row(REWARD, low=0, high=1)]  # discount
     strength: Annotated[float, Row(REWARD, low=0)]  # weight of the reward
     keep_checkpoints: int

@@ -16,9 +16,15 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from reference import motion, paper
-from reference.events import Event
-from reference.perception import look
-from reference.simulation import Simulation, Touched
+from reference.navigation import navigation_of
+from reference.perception import View, points, show_bodies, views_of
+from reference.simulation import (
+    Simulation,
+    Touched,
+    people_arrive,
+    people_decide,
+    targets,
+)
 from reference.world import Bodies
 
 
@@ -30,7 +36,7 @@ def together(runs: Sequence[Simulation]) -> None:
             alike[run.building, run.scenario, run.ticks].append(run)
     for some in alike.values():
         one = Lockstep(some) if len(some) > 1 else some[0]
-        for _ in range(one.decision_ticks):
+        for _ in range(some[0].decision_ticks):
             if not one.done:
                 one.step()
 
@@ -41,30 +47,34 @@ def to_the_end(runs: Sequence[Simulation]) -> None:
         together(runs)
 
 
-class Lockstep(Simulation):
-    """Simulations of one building, scenario and time, run as one with all people."""
+class Lockstep:
+    """Simulations of one building, scenario and time, which tick together.
+
+    world  the clock, and the people of all worlds;  n  people of each
+    """
 
     def __init__(self, runs: Sequence[Simulation]):
         """runs: their bodies become views of this one's arrays."""
-        self.__dict__.update(vars(runs[0]))  # the building, its tables and the clock
-        self.runs, self.n = runs, len(self._due)
-        self.worlds = worlds = [run.world for run in runs]
+        self.runs, self.tick, self.n = runs, runs[0].tick, len(runs[0].world.bodies)
+        worlds = [run.world for run in runs]
         arrays = {
             part.name: np.concatenate([getattr(w.bodies, part.name) for w in worlds])
             for part in fields(Bodies)
         }
         minds = [mind for world in worlds for mind in world.minds]
-        bodies = Bodies(**arrays)
-        self.world = replace(self.world, bodies=bodies, minds=minds)
-        self._turn = np.tile(self._turn, len(runs))
-        self._due = np.concatenate([run._due for run in runs])
-        self._full_until = np.stack([run._full_until for run in runs])
-        for k, run in enumerate(runs):
-            own = slice(k * self.n, (k + 1) * self.n)
-            run.world.bodies = Bodies(**{name: a[own] for name, a in arrays.items()})
-            run._due, run._full_until = self._due[own], self._full_until[k]
+        self.world = replace(worlds[0], bodies=Bodies(**arrays), minds=minds)
+        self.due = np.concatenate([run.due for run in runs])
+        self.full_until = np.stack([run.full_until for run in runs])
+        self._turn = np.tile(runs[0].turn, len(runs))
         self._ends = self.n * np.arange(len(runs) + 1)
-        self._around = [run._surroundings for run in runs]
+        for k, (run, (a, b)) in enumerate(zip(runs, pairwise(self._ends), strict=True)):
+            own = {name: array[a:b] for name, array in arrays.items()}
+            run.world.bodies = Bodies(**own)
+            run.due, run.full_until = self.due[a:b], self.full_until[k]
+        people = np.arange(len(self.due)).reshape(len(runs), -1)
+        robots = np.arange(sum(len(w.robots) for w in worlds)).reshape(len(runs), -1)
+        self._in_world = np.concatenate([people, len(self.due) + robots], axis=1)
+        self._around = [run.surroundings for run in runs]
         self._burning = np.stack([w.flames.burning.ravel() for w in worlds])
         self._harm = np.stack([w.flames.harm.ravel() for w in worlds])
 
@@ -73,44 +83,62 @@ class Lockstep(Simulation):
         """Whether all simulations are done."""
         return all(run.done for run in self.runs)
 
-    def step(self) -> list[Event]:
+    def step(self) -> None:
         """Run one tick of all that are not done; each keeps its own events."""
         going = [run for run in self.runs if not run.done]
         # SENSE
-        bodies = self.world.bodies
-        who = np.flatnonzero(self._due & bodies.walking)
-        views = look(self.worlds, self._around, bodies, who)
+        who = np.flatnonzero(self.due & self.world.bodies.walking)
+        views = self._look(who)
         # DECIDE
-        self._people_decide(who, views)
-        destinations = [run._strategies_decide() for run in going]
+        people_decide(self.world, who, views)
+        destinations = [run.strategies_decide() for run in going]
         # MOVE
         for run, decided in zip(going, destinations, strict=True):
-            for robot, destination in zip(run.world.robots, decided, strict=True):
-                run.algorithm.act(robot, run.world, destination, self.tick)
+            run.robots_move(decided)
         touched = self._people_move()
         # BURN
         for run in going:
-            run._burn()
-        self._follow(going[0])
+            run.burn()
+        self.world.time = going[0].world.time
         self._lose_health()
         # SETTLE
         self._settle(touched)
-        return []
 
     # -- What a simulation does for one world, for all at once ----------------------
+
+    def _look(self, who: np.ndarray) -> list[View]:
+        world, me = np.divmod(who, self.n)
+        views = [
+            view
+            for run, (a, b) in zip(self.runs, self._parts(who), strict=True)
+            if a < b
+            for view in views_of(run.world, run.surroundings, me[a:b])
+        ]
+        robots = [robot for run in self.runs for robot in run.world.robots]
+        everybody = points(self.world.bodies, robots)
+        mine, around = ([a[i] for a in everybody] for i in (who, self._in_world[world]))
+        show_bodies(views, self.runs[0].sight, self.n, me, mine, around)
+        return views
+
+    def _people_move(self) -> Touched:
+        who = np.flatnonzero(self.world.bodies.walking)
+        target = targets(self.world, who)
+        moved = self._walk(who, target)
+        touched = people_arrive(self.world, who, target, moved)
+        for run, own in self._by_world(touched):
+            run.fill_doors(own)
+        return touched
 
     def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
         bodies, free = self.world.bodies, self._free(who)
         position, floor = bodies.position[who], bodies.floor[who]
         pace = bodies.pace[who]
-        parts = list(pairwise(who.searchsorted(self._ends).tolist()))
+        parts = self._parts(who)
         pairs = [
             motion.neighbours(position[a:b], floor[a:b], pace[a:b], self.tick) + a
             for a, b in parts
         ]
         lonely = [not part.size for part in pairs]
-        if all(lonely):
-            return motion.alone(position, target, pace, self.tick, free)
 
         def turns(held_up: np.ndarray) -> np.ndarray:
             held = np.bincount(who[held_up] // self.n, minlength=len(self.runs))
@@ -121,62 +149,65 @@ class Lockstep(Simulation):
                 drawn.append(turn)
             return np.concatenate(drawn)
 
-        both = np.concatenate(pairs, axis=1)
-        moved = motion.among(position, target, pace, self.tick, free, both, turns)
+        facts = position, target, pace, self.tick, free
+        moved = motion.among(*facts, np.concatenate(pairs, axis=1), turns)
         if any(lonely):
             by_oneself = np.repeat(lonely, [b - a for a, b in parts])
-            alone = motion.alone(position, target, pace, self.tick, free)
+            alone = motion.among(*facts, np.empty((2, 0), int), turns)
             moved[by_oneself] = alone[by_oneself]
         return moved
 
     def _free(self, who: np.ndarray) -> motion.Free:
-        nav, bodies, time = self.navigation, self.world.bodies, self.world.time
+        bodies, time = self.world.bodies, self.world.time
+        nav, marks = (
+            navigation_of(self.world.building),
+            self.world.building.landmark.ravel(),
+        )
         world, floor, own = who // self.n, bodies.floor[who], bodies.place[who]
-        inside, full = self._marks[own], self._full_until > time + 1e-9
+        inside, full = marks[own], self.full_until > time + 1e-9
         reckless = bodies.reckless_until[who] > time - 1e-9
         fearless = self._burning[world, own] | reckless
 
         def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
             place, k = nav.places_at(floor[which], position), world[which]
-            mark, burning = self._marks[place], self._burning[k, place]
+            mark, burning = marks[place], self._burning[k, place]
             room = ~full[k, mark] | (mark == inside[which])
             return room & nav.walkable[place] & (~burning | fearless[which])
 
         return free
 
-    def _fill_doors(self, touched: Touched) -> None:
-        for run, own in self._by_world(touched):
-            run._fill_doors(own)
-
-    def _by_world(self, touched: Touched) -> Iterator[tuple[Simulation, Touched]]:
-        """Split by world, with each world's own numbers; skip worlds without any."""
-        for k, some in groupby(touched, lambda one: one[0] // self.n):
-            yield self.runs[k], [(i - k * self.n, before) for i, before in some]
-
-    def _follow(self, one: Simulation) -> None:
-        """Copy the clock, and flames that have changed."""
-        self.ticks, self.world.time = one.ticks, one.world.time
+    def _lose_health(self) -> None:
         for k, run in enumerate(self.runs):
-            if run._surroundings is not self._around[k]:
-                self._around[k] = run._surroundings
+            if run.surroundings is not self._around[k]:  # the flames have changed
+                self._around[k] = run.surroundings
                 self._burning[k] = run.world.flames.burning.ravel()
                 self._harm[k] = run.world.flames.harm.ravel()
-
-    def _lose_health(self) -> None:
         bodies = self.world.bodies
-        rate = paper.HEALTH_RATE * self.scenario.frames_per_tick
+        rate = paper.HEALTH_RATE * self.runs[0].scenario.frames_per_tick
         bodies.health -= rate * bodies.inside
         walking = np.flatnonzero(bodies.walking)
         harm = self._harm[walking // self.n, bodies.place[walking]]
         bodies.health[walking] -= harm * self.tick
 
     def _settle(self, touched: Touched) -> None:
-        bodies = self.world.bodies
-        self._due[:] = self._turn == self.ticks % paper.RECONSIDER_TICKS
+        bodies, own = self.world.bodies, dict(self._by_world(touched))
+        self.due[:] = (
+            self._turn == round(self.world.time / self.tick) % paper.RECONSIDER_TICKS
+        )
         leaving = (bodies.health <= paper.NO_HEALTH) & bodies.inside
         leaving |= bodies.stairs_until <= self.world.time
-        own = {id(run): some for run, some in self._by_world(touched)}
         eventful = leaving.reshape(len(self.runs), -1).any(axis=1).tolist()
         for run, leaves in zip(self.runs, eventful, strict=True):
-            if leaves or id(run) in own:
-                run._settle(own.get(id(run), []))
+            if leaves or run in own:
+                run.settle(own.get(run, []))
+
+    # -- Parts of the crowd ---------------------------------------------------------
+
+    def _parts(self, who: np.ndarray) -> list[tuple[int, int]]:
+        """Where the people of each world begin and end among these."""
+        return list(pairwise(who.searchsorted(self._ends).tolist()))
+
+    def _by_world(self, touched: Touched) -> Iterator[tuple[Simulation, Touched]]:
+        """Split by world, with each world's own numbers; skip worlds without any."""
+        for k, some in groupby(touched, lambda one: one[0] // self.n):
+            yield self.runs[k], [(i - k * self.n, before) for i, before in some]

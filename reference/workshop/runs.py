@@ -108,12 +108,12 @@ def refuse_version(path: Path, version: object, game: object = reference.GAME) -
         )
 
 
-def refuse_options(given: Mapping[str, Any]) -> None:
-    """Raise ContradictionError if options of a new run are given to one that resumes.
+def refuse_options(given: Mapping[str, Any], begun: Mapping[str, Any]) -> None:
+    """Raise ContradictionError for options that differ from those of a resumed run.
 
-    given: by name, None where nothing was asked for
+    given: by name, None where nothing was asked for;  begun: what is known of the run
     """
-    named = [f"--{name}" for name, value in given.items() if value is not None]
+    named = [f"--{k}" for k, v in given.items() if v not in (None, begun.get(k))]
     if named:
         raise ContradictionError(
             f"{', '.join(named).replace('_', '-')}: what is resumed goes on as it was "

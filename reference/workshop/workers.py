@@ -9,7 +9,13 @@ import signal
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    CancelledError,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+)
 from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
 from multiprocessing import parent_process
@@ -153,6 +159,11 @@ def cluster(address: str) -> Iterator[Executor]:
         executor = client.get_executor(pure=False)
         try:
             yield executor
+        except CancelledError:
+            raise InputError(
+                f"{address}: the scheduler is gone, and with it what was not finished. "
+                "Start one, and go on with --resume."
+            ) from None
         finally:
             executor.shutdown(wait=False)
 

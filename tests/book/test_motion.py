@@ -168,11 +168,16 @@ def test_chance_moves_only_who_is_held_up():
 
 
 def test_who_walks_alone_walks_straight_and_not_through_walls():
-    """Here two who see nobody walk through each other."""
+    """Two on floors of their own meet nobody."""
     start, aim = np.array([[0.0, 0], [2, 0]]), np.array([[9.0, 0], [-9, 0]])
-    pace, at = np.full(2, 1.0), start
+    pace, floor, at, rng = (
+        np.full(2, 1.0),
+        np.arange(2),
+        start,
+        np.random.default_rng(0),
+    )
     for _ in range(20):
-        at = motion.alone(at, aim, pace, TICK, lambda p, _: p[:, 0] < 3)
+        at = motion.step(at, floor, aim, pace, TICK, lambda p, _: p[:, 0] < 3, rng)
     assert at[0, 0] == pytest.approx(3, abs=TICK) and at[1, 0] < -1.9
 
 

@@ -42,7 +42,7 @@ from reference.paper import (
 )
 from reference.perception import Surroundings, look
 from reference.robots import followers_of
-from reference.simulation import Simulation
+from reference.simulation import Simulation, people_decide
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.robots import Sweep
@@ -1227,8 +1227,8 @@ def twin(sim):
 def look_and_think(sim, i):
     """Let human i decide once, and nothing else; all that they remember then."""
     around = Surroundings.of(sim.world, sim.sight)
-    views = look([sim.world], [around], sim.world.bodies, np.array([i]))
-    sim._people_decide(np.array([i]), views)
+    views = look(sim.world, around, np.array([i]))
+    people_decide(sim.world, np.array([i]), views)
     return sim.world.minds[i]
 
 

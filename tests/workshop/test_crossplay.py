@@ -130,14 +130,6 @@ def test_it_does_not_matter_who_does_the_jobs(small):
     assert runs.read(Path("out/runs.csv")) == small
 
 
-def test_the_fire_that_looks_ahead_takes_part_by_its_name():
-    """And lights as many sources as there are."""
-    asked = begin(("none",), ("worst-case",), "tiny", people=2, episodes=1)
-    (found,) = evaluate(asked, None, InProcess())
-    assert found.match == ("none", "worst-case")
-    assert found.difficulty > 0
-
-
 # -- What is kept -------------------------------------------------------------------
 
 
@@ -267,16 +259,6 @@ def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp
 # -- What it comes to ---------------------------------------------------------------
 
 
-def test_a_cell_has_the_means_of_its_runs():
-    """With their intervals."""
-    survival = [0.5, 0.75, 1.0]
-    runs = [a_result(seed=k, survival=s) for k, s in enumerate(survival)]
-    (cell,) = cells(runs, PAPER)
-    assert (cell.robots, cell.fire, cell.n) == ("sweep", "random", 3)
-    assert cell.survival == of_mean(survival)
-    assert cell.reward == (0.0, 0.0, 0.0)
-
-
 @pytest.mark.paper("F12")
 def test_a_gain_is_the_mean_difference_from_the_baseline_of_the_same_seeds():
     """Of one fire; a seed that the baseline has not played counts for nothing."""
@@ -394,28 +376,3 @@ def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
     mine.unlink()
     with pytest.raises(InputError, match="this checkpoint, which is not here"):
         resume(Path("out"))
-
-
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"building": "paper"}, "--robots RUN: .* has learned Tiny office"),
-        ({"people": 7}, "--robots RUN: .* learned with 6 people"),
-        ({"robots": ("no/file.pt",)}, "--robots no/file.pt: .* names nobody"),
-    ],
-)
-def test_refuses_checkpoints_where_they_cannot_play(run, changes, message):
-    """By the word that names them, since there may be many."""
-    with pytest.raises(RunError, match=message.replace("RUN", str(run))):
-        begin(**{"robots": ("sweep", str(run)), **changes})
-
-
-def test_refuses_robots_against_a_fire_that_learned_without_any(tmp_path):
-    """They would have no bodies in its scenario, and it no eyes for them in theirs."""
-    alone = tiny(scenario=replace(tiny().scenario, robots_per_floor=0))
-    fire = tmp_path / "fire"
-    with one_thread():
-        trained(begun(alone, fixed={"robots": "none"}), fire, rounds=0)
-    with pytest.raises(RunError, match=r"here it is 4, .* Name --robots none"):
-        begin(("none", "sweep"), (str(fire),))
-    assert begin(("none",), (str(fire),)).arena.people == 6

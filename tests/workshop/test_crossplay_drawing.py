@@ -6,7 +6,7 @@ from pages import overlaps
 
 from reference.evaluation.score import PAPER
 from reference.workshop.crossplay import RunResult, cells
-from reference.workshop.drawing.crossplay import LINES, curves, matrix, names, shares
+from reference.workshop.drawing.crossplay import curves, matrix, names
 
 ROBOTS = (
     "none",
@@ -124,13 +124,6 @@ def test_nothing_among_the_curves_overlaps(size):
     assert overlaps(curves(found)) == []
 
 
-def test_shares_of_people_who_are_out_grow_from_run_to_run():
-    """Counted at each time, whoever gets out at that very time included."""
-    runs = [result("none", "none", 0, np.array([2.0, 1.0, 5.0]))]
-    found = shares(runs, np.array([0.0, 1.0, 2.0, 9.0]))
-    assert found.tolist() == [[0, 1 / 40, 2 / 40, 3 / 40]]
-
-
 def test_a_curve_ends_at_the_mean_survival_within_its_band():
     """A panel for each fire, a line for each robots."""
     runs = results(("none", "sweep"), ("random", "greedy"))
@@ -141,18 +134,6 @@ def test_a_curve_ends_at_the_mean_survival_within_its_band():
     assert line.get_ydata()[-1] == pytest.approx(100 * mean)
     low, high = band.get_extents().y0, band.get_extents().y1
     assert low <= 100 * mean <= high
-
-
-def test_lines_differ_in_dashes_as_well_as_in_colour():
-    """Eight of them, for every eye and on grey paper."""
-    assert len(LINES) == len({colour for colour, _ in LINES}) == 8
-    assert len({str(dashes) for _, dashes in LINES}) == 8
-
-
-def test_nobody_out_is_a_line_along_the_bottom():
-    """And no error."""
-    panels = curves([result("none", "random", 0, np.ones(0))]).axes
-    assert set(panels[0].lines[0].get_ydata()) == {0}
 
 
 # -- Refusals -----------------------------------------------------------------------

@@ -90,14 +90,10 @@ HEAD, ROW, _ = table([("robots", 2)]).split("\n", 2)
     ("text", "message"),
     [
         ("a,b\n1,2\n", "is no table of these runs"),
-        (f"{HEAD}\n", "two rows of a side, and there are 0"),
         (f"{HEAD}\n{ROW}\n", r"two rows .* there are 1"),
         (f"{HEAD}\n{ROW}\n{ROW},7\n", "a row is damaged"),
-        (f"{HEAD}\n{ROW.replace('10', 'many')}\n", r"damaged .*'many'"),
         (f"{HEAD}\n{ROW.replace('10', '9' * 400)}\n", r"damaged .*9999 is no number"),
         (f"{HEAD}\n{ROW}{'x' * 200_000}\n", "damaged .*field larger"),
-        ("x" * 200_000 + "\n", "is no table of these runs"),
-        (f"{HEAD}\n{ROW}\n\n", r"two rows .* there are 1"),
     ],
 )
 def test_refuses_a_table_that_is_none_and_says_where(tmp_path, text, message):

@@ -98,8 +98,10 @@ def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(page, "save", lambda figure, path: path.touch())
     evaluated(capsys, "--episodes", "2", "--out", "eval")
     before = (tmp_path / "eval/runs.csv").read_text()
-    more = ["evaluate", "--resume", "--out", "eval", "--fire", "greedy"]
-    assert main([*more, "--workers", "0"]) == 0
+    more = ["evaluate", "--resume", "--out", "eval", "--workers", "0"]
+    assert main([*more, *SMALL, "--seed", "1"]) == 2
+    assert "--seed: what is resumed goes on as it was" in capsys.readouterr().err
+    assert main([*more, *SMALL, "--episodes", "2", "--fire", "greedy"]) == 0
     title, heads, random, greedy, note = capsys.readouterr().out.splitlines()
     assert title.endswith("1 robots x 2 fires x 2 seeds from 0 on, 4 runs")
     assert heads.split()[:3] == ["robots", "fire", "runs"]
@@ -112,7 +114,7 @@ def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
     ("options", "status", "hint"),
     [
         (["--resume"], 2, "--resume goes with --out"),
-        (["--resume", "--out", "x"], 2, "--building: what is resumed goes on as it"),
+        (["--resume", "--out", "nowhere"], 1, "there is no evaluation"),
         (["--baseline", "patrol"], 2, "Add it to --robots"),
         (["--baseline", "sweep", "--ruler", "x"], 2, "leave out one of the two"),
         (["--ruler", "nowhere.json"], 1, "nowhere.json"),

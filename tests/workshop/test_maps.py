@@ -8,7 +8,6 @@ with the stage: page, characters, shape, floor, building.
 import os
 import pickle
 import re
-from contextlib import suppress
 from pathlib import Path
 from threading import Thread
 from time import process_time
@@ -84,17 +83,6 @@ def test_a_rooms_name_may_have_digits_behind_its_first_letter():
     assert [room.name for room in Building(plan).rooms(0)] == ["hal1", "b2c"]
 
 
-def test_a_floor_of_the_papers_size_is_read_at_once():
-    """Three storeys are read and checked in 30 ms, so `check` can be a habit."""
-    path = find("paper")
-    seconds = []
-    for _ in range(5):
-        start = process_time()
-        read(path)
-        seconds.append(process_time() - start)
-    assert min(seconds) < 0.03
-
-
 # -- What is refused ----------------------------------------------------------------
 
 
@@ -156,32 +144,31 @@ def test_four_mistakes_are_shown_and_the_rest_counted():
 )
 def test_the_caret_stands_under_its_column(before, room):
     """Whatever room the signs before it take on the screen."""
-    text = HOUSE.replace("+.desk+map#", f"+{before}desk!map#")
+    text = HOUSE.replace("+.desk+map#", f"+{before}desk£map#")
     mistake = refusal(text)[-1]
     line, caret = str(mistake).splitlines()[1:3]
-    assert line == f"    #AA+{before}desk!map#"
+    assert line == f"    #AA+{before}desk£map#"
     assert caret == "        " + room + "    ^"
 
 
 @pytest.mark.parametrize(
-    "raw",
-    [b"building: B\xfcro\n", b"\x89PNG\r\n\x1a\n\0\0", bytes(2**25)],
-    ids=["latin 1", "a picture", "noughts"],
+    ("raw", "what"),
+    [
+        (b"building: B\xfcro\n", "this is not plain text"),
+        (b"\x89PNG\r\n\x1a\n\0\0", "this is not plain text"),
+        (bytes(2**25), "this is not plain text"),
+        *(
+            (HOUSE.encode(f"utf-16{end}"), "this is UTF-16")
+            for end in ("", "-le", "-be")
+        ),
+    ],
+    ids=["latin 1", "a picture", "noughts", "utf-16", "utf-16-le", "utf-16-be"],
 )
-def test_refuses_a_file_that_is_not_plain_text(raw, tmp_path):
+def test_refuses_a_file_that_is_not_plain_text(raw, what, tmp_path):
     """A picture or another encoding gets one message, with its place."""
     file = tmp_path / "map.txt"
     file.write_bytes(raw)
-    with pytest.raises(MistakesError, match=r"map.txt:1:\d+: this is not plain text"):
-        read(file)
-
-
-@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be"])
-def test_refuses_utf_16_by_its_name(encoding, tmp_path):
-    """Some editors save so, with or without a mark at the beginning."""
-    file = tmp_path / "map.txt"
-    file.write_bytes(HOUSE.encode(encoding))
-    with pytest.raises(MistakesError, match=r"map.txt:1:\d+: this is UTF-16, not "):
+    with pytest.raises(MistakesError, match=rf"map.txt:1:\d+: {what}"):
         read(file)
 
 
@@ -201,23 +188,16 @@ def cells(wall):
 
 HUGE = {
     "blanks of another alphabet": HEAD + "floor" + 30_000 * "\u3000" + "\n",
-    "nothing but such blanks": 2_000_000 * "\u3000",
     "rows without end": HEAD + "floor 1:\n" + 1_000_000 * "##\n",
     "a line without end": HEAD + "floor 1:\n" + 2_000_000 * "#" + "!",
     "a heading without end": HEAD + "colour" + 2_000_000 * "x" + ": red\n",
-    "a number without end": HEAD + "floor 1" + 2_000_000 * "1" + ":\n",
-    "headings without end": HEAD + 300_000 * "floor y:\n",
     "foreign signs without end": HEAD + "floor 1:\n" + 300_000 * "é.",
     "a size nobody can have": f"building: x\nsize: 100000x3\nfloor 1:\n{100_000 * '#'}",
-    "words of two letters": floors("AB " * 66),
     "words with exits beside them": floors("EABE#" * 40),
-    "floors of letters": floors("E" * 100 + "A" * 99 + "F"),
     "floors of stairs": floors("A" * 200),
-    "stairs beside stairs": floors("A#B#C#D#" * 25),
     "floors of doors": floors("+#" * 100),
     "floors of names": floors("a." * 100),
     "ten thousand rooms": cells("#"),
-    "ten thousand rooms on many floors": cells("#").replace("floor 1:", "floor 1-30:"),
     "ten thousand rooms and doors": cells("+"),
 }
 
@@ -263,39 +243,21 @@ def test_counts_stairwells_and_exits_among_rooms_and_doors():
         )
 
 
-@pytest.fixture
-def pipe(tmp_path):
-    """A named pipe, and how much of a text somebody could write into it."""
-    path, written = tmp_path / "map.txt", []
-    os.mkfifo(path)
-
-    def write(times, text):
-        with suppress(BrokenPipeError), path.open("wb", buffering=0) as end:
-            written.extend(end.write(text.encode()) for _ in range(times))
-
-    def start(times, text):
-        writer = Thread(target=write, args=(times, text), daemon=True)
-        writer.start()
-        return writer
-
-    return path, start, written
+def test_refuses_a_building_whose_tables_would_not_fit_into_memory():
+    """It says how much they take, instead of filling the machine later."""
+    rows = ["#" * 200, *["#" + "." * 198 + "E"] * 198, "#" * 200]
+    text = HEAD + "floor 1-{}:\n" + "\n".join(rows)
+    what = "to simulate this building takes about 8 GB of memory"
+    assert [mistake.what for mistake in refusal(text.format(30))] == [what]
+    parse(text.format(5))
 
 
-def test_reads_a_pipe_to_its_end(pipe):
+def test_reads_a_pipe_to_its_end(tmp_path):
     """So `cat map.txt | python -m reference check /dev/stdin` works."""
-    path, start, _ = pipe
-    start(1, HOUSE)
+    path = tmp_path / "map.txt"
+    os.mkfifo(path)
+    Thread(target=path.write_text, args=(HOUSE,), daemon=True).start()
     assert read(path) == parse(HOUSE)
-
-
-def test_reads_no_more_of_an_endless_pipe_than_a_drawing_may_have(pipe):
-    """The limit of a file, and what waits in the pipe."""
-    path, start, written = pipe
-    writer = start(10_000, 500 * ";\n")
-    with pytest.raises(MistakesError, match="at most 12000 lines and 2400000 char"):
-        read(path)
-    writer.join(10)
-    assert 2_400_000 <= sum(written) < 2_800_000
 
 
 def test_refuses_an_endless_device(tmp_path):
@@ -348,20 +310,18 @@ def test_refuses_a_scribbled_drawing_only_in_its_own_words(scribbles):
 # -- Where floors are found ---------------------------------------------------------
 
 
-def test_a_floor_is_found_by_its_path_or_by_the_name_it_ships_under(tmp_path):
-    """A student's own file and `paper` are asked for in the same way."""
+def test_a_floor_is_found_by_its_path_or_by_the_name_it_ships_under(
+    tmp_path, monkeypatch
+):
+    """A student's own file and `paper`, also where a folder is called so."""
     own = tmp_path / "paper.txt"
     own.write_text(HOUSE)
     assert find(own) == own
-    assert find("paper") in SHIPPED
-    assert find("paper.txt") == find("paper")
-
-
-def test_a_shipped_name_is_found_beside_a_folder_of_that_name(tmp_path, monkeypatch):
-    """`paper` works also where a folder is called so."""
+    own.rename(tmp_path / "mine.txt")
     (tmp_path / "paper").mkdir()
     monkeypatch.chdir(tmp_path)
     assert find("paper") in SHIPPED
+    assert find("paper.txt") == find("paper")
 
 
 def test_refuses_an_unknown_floor_and_names_those_that_ship():

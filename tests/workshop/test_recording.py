@@ -1,12 +1,9 @@
 """Recordings: what stands in them, and what PedPy measures in them."""
 
-import json
 import sqlite3
 from collections import Counter
 from contextlib import closing
-from pathlib import Path
 from types import SimpleNamespace
-from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -206,48 +203,7 @@ def test_pedpy_counts_everybody_who_left_on_a_line_just_before_the_way_out(
         assert n_t.cumulative_pedestrians.max() == people
 
 
-@pytest.mark.extra
-def test_pedpy_measures_speed_and_density(recorded, pedpy):
-    """Nobody is much faster than the fastest; in a room are as many as stand there."""
-    folder, run = recorded
-    trajectories, _ = loaded(pedpy, folder, 0)
-    speed = pedpy.compute_individual_speed(
-        traj_data=trajectories,
-        frame_step=5,
-        speed_calculation=pedpy.SpeedCalculation.BORDER_SINGLE_SIDED,
-    ).speed
-    assert 0.2 < speed.mean() < speed.max() < 1.5 * run.world.bodies.pace.max()
-    room = next(area for area in run.building.rooms(0) if area.name == "lobby")
-    box = np.transpose([run.building.metres(*cell) for cell in room.cells])
-    (left, bottom), (right, top) = box.min(axis=1) - 0.5, box.max(axis=1) + 0.5
-    density = pedpy.compute_classic_density(
-        traj_data=trajectories,
-        measurement_area=pedpy.MeasurementArea(
-            [(left, bottom), (right, bottom), (right, top), (left, top)]
-        ),
-    ).density
-    there = Counter(
-        frame
-        for (frame, _), (x, y, *_) in rows(folder, 0).items()
-        if run.building.area[0, *run.building.cell(x, y)] == room.index
-    )
-    assert (right - left) * (top - bottom) == room.size
-    assert (density * room.size).sum() == pytest.approx(there.total())
-    assert density.max() * room.size == pytest.approx(max(there.values()))
-
-
 # -- Walkable areas -----------------------------------------------------------------
-
-
-def areas(free, shapely):
-    """The walkable areas of (rows, cols) cells that are free, as shapely reads them."""
-    building = SimpleNamespace(walkable=np.array([free]), origin=(0, 0))
-    return [shapely.from_wkt(text) for text in walkable_areas(building, 0)]
-
-
-def cells_of(board):
-    """(rows, cols) bool of a board whose dots are free."""
-    return [[sign == "." for sign in line] for line in board.split()]
 
 
 @pytest.mark.extra
@@ -255,45 +211,15 @@ def cells_of(board):
 def test_walkable_areas_are_those_of_the_cells_whatever_they_are(free):
     """Valid polygons; shapely says the same of the cells' union."""
     shapely = pytest.importorskip("shapely", reason=NO_PEDPY)
-    found = areas(free, shapely)
+    building = SimpleNamespace(walkable=free[None], origin=(0, 0))
+    found = [shapely.from_wkt(text) for text in walkable_areas(building, 0)]
     cells = [shapely.box(c, -r - 1, c + 1, -r) for r, c in np.argwhere(free).tolist()]
     assert all(area.is_valid for area in found)
     assert sum(area.area for area in found) == free.sum()
     assert shapely.union_all(found).equals(shapely.union_all(cells))
 
 
-@pytest.mark.extra
-def test_pillars_are_holes_also_where_they_touch_at_a_corner(shapely):
-    """The way round them keeps to one wall, so that no ring meets itself."""
-    board = """.....
-               .#...
-               ..#..
-               ....."""
-    (found,) = areas(cells_of(board), shapely)
-    assert len(found.interiors) == 2
-    assert found.exterior.equals(shapely.box(0, -4, 5, 0).exterior)
-
-
-@pytest.mark.extra
-def test_a_floor_of_two_parts_has_two_areas(shapely):
-    """A way round a corner is none; PedPy takes one of them at a time."""
-    found = areas(cells_of("..#.. ..#.. ##.##"), shapely)
-    assert [area.area for area in found] == [4, 4, 1]
-
-
 # -- The folder ---------------------------------------------------------------------
-
-
-def test_evacuate_records_the_first_episode(tmp_path, capsys, monkeypatch):
-    """The recording is beside the numbers, and a note on stderr says where."""
-    monkeypatch.chdir(tmp_path)
-    command = "evacuate --building tiny --people 6 --fire none --seed 3 --json"
-    assert main([*command.split(), "--episodes", "2", "--record", "new/run"]) == 0
-    out, told = capsys.readouterr()
-    facts = json.loads(out)
-    assert told == "the recording is in new/run\n"
-    ((last,),) = asked(tmp_path / "new/run", 0, "SELECT max(frame) FROM frame_data")
-    assert last == 1 + round(facts["runs"][0]["simulated_seconds"] * 5)
 
 
 def test_refuses_a_folder_with_something_in_it(tmp_path, capsys):
@@ -307,25 +233,6 @@ def test_refuses_a_folder_with_something_in_it(tmp_path, capsys):
         assert "Name a" in told
         assert "--resume" not in told
     assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
-
-
-def test_refuses_a_place_where_nothing_can_be_made(tmp_path, capsys):
-    """Such as a folder in a file."""
-    (tmp_path / "notes.txt").touch()
-    place = str(tmp_path / "notes.txt" / "run")
-    assert main(["evacuate", "--building", "tiny", "--record", place]) == 1
-    assert "Name another folder." in capsys.readouterr().err
-    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
-
-
-def test_a_full_disk_is_told_with_the_name_of_the_folder(tmp_path, monkeypatch):
-    """Not with that of a file that nobody has asked for; nothing is left."""
-    full = OSError(28, "No space left on device", "floor-1.sqlite")
-    monkeypatch.setattr(Path, "write_bytes", Mock(side_effect=full))
-    run = Simulation(load("tiny"), Scenario(people=1))
-    with pytest.raises(OSError, match=r"^\S+run: cannot be made \(No space"):
-        record(run, tmp_path / "run")
-    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_recording_that_is_stopped_leaves_nothing(tmp_path):
@@ -342,18 +249,6 @@ def test_a_recording_that_is_stopped_leaves_nothing(tmp_path):
             record(run, tmp_path / name)
     assert [path.name for path in tmp_path.iterdir()] == ["empty"]
     assert list((tmp_path / "empty").iterdir()) == []
-
-
-def test_a_recording_fills_an_empty_folder_without_replacing_it(tmp_path, monkeypatch):
-    """Somebody may stand in it."""
-    monkeypatch.chdir(tmp_path)
-    before = tmp_path.stat()
-    record(Simulation(load("tiny"), Scenario(people=1)), Path())
-    assert tmp_path.stat().st_ino == before.st_ino
-    assert [path.name for path in sorted(Path.cwd().iterdir())] == [
-        "floor-1.sqlite",
-        "floor-2.sqlite",
-    ]
 
 
 def test_a_recording_takes_the_place_of_an_empty_folder(tmp_path):

@@ -106,18 +106,6 @@ def test_every_match_is_a_point_with_its_intervals_and_its_score():
     assert f"sweep, fire random  {PAPER.score(9000, 2000):.2f}" in writing(figure)
 
 
-def test_the_legend_has_a_column_for_each_team_of_robots():
-    """And in it a row for each fire: one reads it like the table."""
-    pairs = [
-        single(robots, 5000, 900, fire) for robots in "abc" for fire in ("x", "y", "z")
-    ]
-    figure = drawing.contours(PAPER, pairs)
-    figure.draw_without_rendering()
-    entries = figure.legends[0].get_texts()
-    assert len(entries) == 9
-    assert len({round(entry.get_window_extent().x0) for entry in entries}) == 3
-
-
 def test_a_colour_is_a_team_and_a_shape_is_a_fire():
     """Wherever their pairs stand in the list."""
     pairs = [
@@ -131,6 +119,7 @@ def test_a_colour_is_a_team_and_a_shape_is_a_fire():
 
 
 PAGES = {
+    "the paper's": drawing.curve,
     "for few people": lambda: drawing.curve(FEW, 1500),
     "twelve pairs": lambda: drawing.contours(PAPER, list(cells(12))),
     "of few people": lambda: drawing.contours(FEW, [single("sweep", 800, 1500)]),
@@ -141,11 +130,6 @@ PAGES = {
 def test_no_two_texts_overlap_and_none_is_cut_off(page):
     """Twelve pairs in two dense groups have room as well."""
     assert overlaps(PAGES[page]()) == []
-
-
-def test_no_two_texts_on_the_papers_ruler_overlap(papers):
-    """Nor is any cut off."""
-    assert overlaps(papers) == []
 
 
 def test_who_lies_off_the_ruler_is_named_and_not_drawn():

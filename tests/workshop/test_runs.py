@@ -10,6 +10,7 @@ from clauses import ROOT
 from reference.__main__ import main
 from reference.workshop.runs import RunError, held
 
+TINY = ROOT / "tutorials" / "experiments" / "tiny.toml"
 HOLDING = """
 import sys, time
 from pathlib import Path
@@ -34,7 +35,8 @@ def holder(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "command", ["train", "train --resume", "evaluate", "evaluate --resume"]
+    "command",
+    ["train", "train --resume", "evaluate --resume", f"experiment {TINY} --resume"],
 )
 def test_a_second_run_is_told_which_process_has_the_folder(
     holder, command, tmp_path, capsys

@@ -7,14 +7,12 @@ import pytest
 from trainings import TINY, begun, equal, tiny, trained
 
 from reference.learning.adversarial import learner_for, player_of
-from reference.learning.experience import Decisions, decisions_of
 from reference.learning.networks import one_thread
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
 from reference.strategies import NoFire, RandomFire, RandomRobots
 from reference.workshop.plain import SettingsError
-from reference.workshop.training.checkpoints import load, newest
-from reference.workshop.training.imitation import clone
+from reference.workshop.training.checkpoints import load
 from reference.workshop.training.learners import seeds_of
 from reference.workshop.training.loop import train
 from reference.workshop.training.session import Training
@@ -124,17 +122,6 @@ def test_an_interruption_before_a_buffer_is_full_changes_nothing(tmp_path):
 
 
 @pytest.mark.slow
-def test_rows_from_after_the_checkpoint_are_dropped_on_resume(whole, tmp_path):
-    """As if the power had failed between a row and its checkpoint."""
-    trained(begun(seed=1), tmp_path, rounds=2)
-    newest(tmp_path).unlink()
-    training = Training.resumed(load(tmp_path))
-    assert training.round < 2
-    trained(training, tmp_path)
-    assert rows(tmp_path) == rows(whole[1])
-
-
-@pytest.mark.slow
 def test_how_many_workers_there_are_changes_nothing(whole, tmp_path):
     """Two processes of one thread each, or this process: the same to the last bit."""
     training = begun(seed=1)
@@ -238,19 +225,6 @@ def test_against_a_script_the_other_side_learns_alone(fixed, tmp_path):
     assert list(load(tmp_path).learners) == [side]
 
 
-@pytest.mark.parametrize(
-    ("task", "message"),
-    [
-        ({"fixed": {"robots": "sweep", "fire": "random"}}, "nobody learns"),
-        ({"fixed": {"robots": "sweep"}, "imitate": "sweep"}, "nobody imitates"),
-    ],
-)
-def test_refuses_a_training_in_which_nobody_learns(task, message):
-    """Both sides fixed; or to imitate with robots that are fixed."""
-    with pytest.raises(SettingsError, match=message):
-        begun(**task)
-
-
 def test_refuses_a_scenario_in_which_there_is_nothing_to_decide(tmp_path):
     """Without fire sources the fire would never be past its max_steps."""
     idle = tiny(scenario=replace(tiny().scenario, sources=0))
@@ -276,19 +250,6 @@ def test_robots_may_imitate_first_then_both_sides_learn(tmp_path):
     assert (first, set(others)) == ("imitation", {"together"})
 
 
-def test_copying_makes_the_teachers_decisions_likelier():
-    """What it keeps too, since a mixture has an anchor for it; `patrol` does a lot."""
-    training = begun(tiny(), imitate="patrol")
-    episodes = [e for job in training.demonstrations() for e in play(job)]
-    taught = Decisions.joined([decisions_of(e.robots) for e in episodes])
-    kept = (taught.actions == taught.vectors[..., :2]).all(dim=-1) & taught.alive
-    assert kept.any() and not equal(kept, taught.alive)
-    first, *_, last = clone(
-        training.learners["robots"], [e.robots for e in episodes], 9
-    )
-    assert last < first
-
-
 def test_imitation_that_was_interrupted_is_done_once_on_resume(tmp_path):
     """And ends like one that was not."""
     copying, at_once = tmp_path / "copying", tmp_path / "at once"
@@ -299,31 +260,6 @@ def test_imitation_that_was_interrupted_is_done_once_on_resume(tmp_path):
     trained(begun(imitate="patrol"), at_once, rounds=1)
     assert equal(load(copying).learners, load(at_once).learners)
     assert rows(copying) == rows(at_once)
-
-
-@pytest.mark.paper("E3")
-@pytest.mark.parametrize("side", SIDES)
-def test_a_learner_may_begin_with_a_network(whole, side):
-    """The other side begins as always."""
-    who = load(whole[1]).player(side)
-    training = begun(seed=5, initial={side: who})
-    before = actors(training)
-    assert equal(before[side], who.weights)
-    other = next(s for s in SIDES if s != side)
-    assert equal(before[other], actors(begun(seed=5))[other])
-
-
-def test_a_training_that_began_with_networks_goes_on_as_if_never_stopped(
-    whole, tmp_path
-):
-    """They are in its checkpoint."""
-    one, two = tmp_path / "stopped", tmp_path / "at once"
-    initial = {side: load(whole[1]).player(side) for side in SIDES}
-    trained(begun(initial=initial), one, rounds=1)
-    trained(Training.resumed(load(one)), one, rounds=1)
-    trained(begun(initial=initial), two, rounds=2)
-    assert equal(load(one).learners, load(two).learners)
-    assert equal(load(one).task.initial["fire"].weights, initial["fire"].weights)
 
 
 def test_refuses_a_network_to_begin_with_that_means_something_else(whole):
@@ -410,14 +346,6 @@ def test_a_table_begins_with_one_header_and_goes_on_where_it_was(tmp_path):
         file.write("1")
     table_until(path, ("round", "loss"), 1).append([{"round": 2, "loss": 0.5}])
     assert path.read_text() == f"round,loss\n1,{1 / 3!r}\n2,0.5\n"
-
-
-def test_times_are_in_a_table_of_their_own(whole):
-    """One row a round; no two runs agree in it."""
-    with (whole[1] / "times.csv").open() as file:
-        times = list(csv.DictReader(file))
-    assert [int(row["round"]) for row in times] == list(range(1, whole[0].round + 1))
-    assert all(float(row["decisions_per_second"]) > 0 for row in times)
 
 
 @pytest.mark.extra

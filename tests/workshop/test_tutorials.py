@@ -10,8 +10,11 @@ from clauses import ROOT
 
 TUTORIALS = sorted((ROOT / "tutorials").glob("[0-9][0-9]_*.py"))
 ANSWERS = sorted((ROOT / "tutorials" / "answers").glob("*.py"))
-QUICK = ("01", "02", "03", "05"), ("01", "02", "07")  # the others take over 5 seconds
-EXTRAS = {"10": "pedpy"}
+QUICK = (
+    ("01", "02", "03", "05"),
+    ("01", "02", "07", "11"),
+)  # the others take over 5 seconds
+EXTRAS = {"10": "pedpy", "11": "pettingzoo"}
 WARNINGS = ("-W", "error", "-W", "default::DeprecationWarning")
 """A library's own use of what another one deprecates is no fault of a tutorial."""
 

@@ -1,5 +1,6 @@
 """Workers: jobs go out, results come back, and nobody stays behind."""
 
+import errno
 import os
 import signal
 import subprocess
@@ -10,6 +11,7 @@ from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 import pytest
 from clauses import ROOT
 
+from reference.paper import InputError
 from reference.workshop.commands import common
 from reference.workshop.commands.common import ctrl_c
 from reference.workshop.workers import STOPS, InProcess, as_done, in_order, workers
@@ -68,6 +70,7 @@ def test_one_ctrl_c_or_sigterm_ends_a_job_in_this_process(number):
     with ctrl_c() as stop, workers(0) as executor:
         assert in_order(executor, work, ["one", "two"], stop) is None
     assert begun == ["one"]
+    assert in_order(InProcess(), len, [], never) == []  # nothing to do is all done
 
 
 def test_a_second_ctrl_c_at_once_is_the_first_and_a_later_one_stops(monkeypatch):
@@ -98,15 +101,6 @@ def test_commands_to_paste_survive_a_shell_and_argparse():
     """A name may hold blanks, or begin as an option does."""
     assert common.quoted("my run") == "'my run'"
     assert common.quoted("-x") == "./-x"
-
-
-def test_results_in_order_are_all_or_none():
-    """Told to stop before the last is there, there are none."""
-    looks = iter([False, False])
-    assert (
-        in_order(InProcess(), len, ["a", "b", "c"], lambda: next(looks, True)) is None
-    )
-    assert in_order(InProcess(), len, [], never) == []
 
 
 def test_what_a_job_raises_is_raised():
@@ -168,6 +162,18 @@ def test_workers_end_with_a_process_that_is_killed(begun):
     assert running.stdout.readline() == b"5\n"
     running.kill()
     running.communicate(timeout=120)
+
+
+def test_refuses_workers_where_there_is_no_shared_memory(monkeypatch):
+    """As in a container without /dev/shm: what to do is told."""
+
+    def refused(*_, **more):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr("multiprocessing.synchronize.SemLock.__init__", refused)
+    told = r"\(Permission denied; .*/dev/shm\).* --workers 0"
+    with pytest.raises(InputError, match=told), workers(1):
+        pytest.fail("they began")
 
 
 def test_a_pool_that_lost_a_worker_ends():

@@ -53,22 +53,6 @@ def test_it_chooses_among_free_cells_that_people_cross_and_that_lie_apart():
         assert not same_floor or metres >= APART
 
 
-@pytest.mark.paper("F4", "chosen")
-def test_the_cell_that_most_people_must_come_past_is_the_first():
-    """Beside the only door, not in the far corner."""
-    sim = stage(
-        """
-        ###############
-        #p..q..+......E
-        #......#......#
-        #r..s..#......#
-        ###############
-        """
-    )
-    (first, *_) = busiest(sim.world, 4)
-    assert sim.building.cell(*first[1:])[1] >= 6
-
-
 def test_where_nobody_is_inside_it_burns_anywhere():
     """There is nobody to harm."""
     sim = stage("#######\n#.....E\n#######")
@@ -116,14 +100,6 @@ def test_it_burns_the_only_way_out():
     sim.run()
     (source,) = lit(sim)
     assert sim.building.cell(source.x, source.y)[1] > 3
-
-
-def test_the_same_seed_burns_the_same():
-    """Looking ahead has no chances of its own."""
-    runs = [against(seed=3, **BRIEF) for _ in range(2)]
-    for run in runs:
-        run.run()
-    assert runs[0].events == runs[1].events and lit(runs[0])
 
 
 def test_it_does_not_know_how_flames_will_really_spread():

@@ -273,3 +273,15 @@ def test_refuses_a_kind_of_picture_there_is_not():
     with pytest.raises(ValueError, match="no render_mode 'human'; there is rgb_array"):
         environment.render()
     assert environment.metadata["render_modes"] == ["rgb_array"]
+
+
+def test_supersuit_makes_a_vector_of_environments():
+    """What stable-baselines3 takes: worlds in other processes, robots stacked."""
+    supersuit = pytest.importorskip("supersuit", reason="supersuit is no extra")
+    one = supersuit.pettingzoo_env_to_vec_env_v1(made(fire="random", flat=True))
+    many = supersuit.concat_vec_envs_v1(one, 2, num_cpus=2, base_class="gymnasium")
+    seen, _ = many.reset(seed=0)
+    actions = np.stack([one.action_space.sample() for _ in seen])
+    seen, rewards, *_ = many.step(actions)
+    assert seen.shape == (8, *one.observation_space.shape) and len(rewards) == 8
+    many.close()

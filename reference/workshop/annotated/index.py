@@ -29,6 +29,7 @@ from reference.workshop.annotated.words import CLAUSES, KINDS, PLACES, named_in
 
 TESTS = PACKAGE.parent / "tests"
 SHORT, LONG = 90, 280  # letters of a reason
+COLUMNS = re.compile(r"[^.;\s]  +\S")  # of a table; two blanks may end a sentence
 
 # -- Code ---------------------------------------------------------------------------
 
@@ -134,27 +135,21 @@ def _reason(cited: Citation) -> str:
     it begins; after a short first line the next paragraph too; of a table its row.
     """
     bare, mark = cited.source.strip().strip('"'), f"[{cited.text}]"
-    paragraphs = re.split(r"\n\s*\n", cited.symbol.doc)
-    k = next((k for k, text in enumerate(paragraphs) if bare in text), None)
-    if k is None:
+    first, *others = re.split(r"\n\s*\n", cited.symbol.doc)
+    told = next((text for text in (first, *others) if bare in text), None)
+    if told is None:
         return uncited(cited.source.split("#", 1)[1]).lstrip(": ")
-    told = paragraphs[k].replace(bare, bare.replace(mark, "\0", 1))
-    if _is_table(told):
+    if COLUMNS.search(told):
         return uncited(bare)
-    if not k and len(told) < SHORT and not _is_table(next_ := "".join(paragraphs[1:2])):
-        told = f"{told} {next_}"
-    told = re.sub(r"^Clauses?: .*?[.;]  ", "", told, flags=re.DOTALL)
-    sentences = re.split(r"(?<=[.:]) (?=[A-Z\0\"])", uncited(told))
-    first = next(k for k, sentence in enumerate(sentences) if "\0" in sentence)
-    if len(told) > LONG:
-        sentences = sentences[first : first + 1 + sentences[first].startswith("\0")]
+    if told == first and len(told) < SHORT:
+        told = "\n".join([told, *(t for t in others[:1] if not COLUMNS.search(t))])
+    marked = uncited(told.replace(bare, bare.replace(mark, "\0", 1)))
+    sentences = re.split(r"(?<=[.:]) (?=[A-Z\0\"])", marked)
+    k = next(k for k, sentence in enumerate(sentences) if "\0" in sentence)
+    if len(told) > LONG or told.startswith("Clause"):
+        sentences = sentences[k : k + 1 + sentences[k].startswith("\0")]
     said = re.sub(r" ?\0", "", " ".join(sentences)).strip()
     return re.sub(":$", ": see there.", said)
-
-
-def _is_table(text: str) -> bool:
-    """Has it columns? Two blanks between words, but for those after a full stop."""
-    return re.search(r"[^.;\s]  +\S", text) is not None
 
 
 # -- Tests --------------------------------------------------------------------------

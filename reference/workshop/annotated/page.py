@@ -28,7 +28,6 @@ from reference.workshop.annotated.source import Symbol, boards, snippet, symbol
 from reference.workshop.annotated.words import CLAUSES, KINDS, PLACES, WORDS
 from reference.workshop.drawing.annotated import formula, inline, snapping
 from reference.workshop.drawing.ruler import curve
-from reference.workshop.training.presets import preset
 
 LONGEST = 45  # lines of a symbol that are shown
 MOST = 4  # places where a setting is read
@@ -259,8 +258,7 @@ def _formula(tex: str) -> str:
     return tag("div", svg, class_="formula")
 
 
-HEADS = ("our field", "Tab. I", "Tab. II", "laptop", "what it does", "where it is read")
-"""Of the table; `laptop` is the preset that one core can train."""
+HEADS = ("our field", "Tab. I", "Tab. II", "what it does", "where it is read")
 
 
 def _tables() -> Iterator[str]:
@@ -275,15 +273,14 @@ def _tables() -> Iterator[str]:
 
 
 def _row(row: str) -> Iterator[str]:
-    """The cells of a row."""
-    easy, printed = preset("laptop"), (TABLE_I[row], TABLE_II[row])
-    ours = getattr(easy.robots, row), getattr(easy.fire, row)
+    """The cells of a row; with what it does, what another value was found to cost."""
     field = symbol(f"learning.settings.TrainerSettings.{row}")
+    cost = WORDS["costs"].get(row, "")
     cells = (
         f"{tag('code', row)} {_where(field.where)}",
-        *map(_value, printed),
-        "as printed" if ours == printed else " / ".join(map(_value, ours)),
-        _text(WORDS["rows"][row]),
+        _value(TABLE_I[row]),
+        _value(TABLE_II[row]),
+        _text(WORDS["rows"][row]) + (tag("p", _text(cost)) if cost else ""),
         " ".join(map(_where, (read_at(row) or ["checked only"])[:MOST])),
     )
     return (tag("td", c, data_head=h) for h, c in zip(HEADS, cells, strict=True))

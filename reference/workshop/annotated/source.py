@@ -4,16 +4,14 @@ Nothing is imported: files are parsed.
 """
 
 import ast
-import io
-import keyword
 import re
-import tokenize
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from functools import cache
 from html import escape
 from inspect import cleandoc
+from keyword import kwlist
 from pathlib import Path
+from textwrap import dedent
 from typing import NamedTuple
 
 PACKAGE = Path(__file__).resolve().parents[2]
@@ -121,42 +119,20 @@ def uncited(text: str) -> str:
 
 # -- Colour -------------------------------------------------------------------------
 
-_STRINGS = ("STRING", "FSTRING_START", "FSTRING_MIDDLE", "FSTRING_END")
-_INK = {getattr(tokenize, name, None): "s" for name in _STRINGS} | {
-    tokenize.NUMBER: "n",
-    tokenize.COMMENT: "c",
-}
-
-
-@cache
-def coloured(path: Path) -> list[str]:
-    """The lines of a file as HTML: keywords k, strings s, numbers n, comments c."""
-    lines = lines_of(path)
-    html, done = [""] * len(lines), [0] * len(lines)  # done: columns that are written
-    source = io.StringIO("\n".join(lines) + "\n")
-    for token in tokenize.generate_tokens(source.readline):
-        ink = "k" if keyword.iskeyword(token.string) else _INK.get(token.type)
-        (first, start), (last, end) = token.start, token.end
-        for row in range(first - 1, last) if ink else ():
-            a = start if row == first - 1 else 0
-            b = end if row == last - 1 else len(lines[row])
-            html[row] += escape(lines[row][done[row] : a], quote=False)
-            html[row] += f"<i class={ink}>{escape(lines[row][a:b], quote=False)}</i>"
-            done[row] = b
-    return [
-        h + escape(line[d:], quote=False)
-        for h, line, d in zip(html, lines, done, strict=True)
-    ]
+_TOKENS = re.compile(
+    r"""(?P<s>[rbf]*(?:\"{3}.*?\"{3}|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'))"""
+    rf"""|(?P<c>\#[^\n]*)|(?P<n>\b\d[\w.]*)|(?P<k>\b(?:{"|".join(kwlist)})\b)""",
+    re.DOTALL,
+)
 
 
 def snippet(path: Path, first: int, last: int) -> str:
-    """Lines first to last in colour, without the indentation they share."""
-    lines = lines_of(path)[first - 1 : last]
-    indent = min(len(line) - len(line.lstrip()) for line in lines if line.strip())
-    margin = re.compile(rf"^(<i class=\w>)? {{{indent}}}")
-    return "\n".join(
-        margin.sub(r"\1", line).rstrip() for line in coloured(path)[first - 1 : last]
-    )
+    """Lines first to last as HTML, without the indentation they share.
+
+    Keywords are of class k, strings s, numbers n, comments c.
+    """
+    text = escape(dedent("\n".join(lines_of(path)[first - 1 : last])), quote=False)
+    return _TOKENS.sub(lambda found: f"<i class={found.lastgroup}>{found[0]}</i>", text)
 
 
 # -- Boards -------------------------------------------------------------------------
@@ -166,8 +142,10 @@ _SIGNS = set("#.+EABCDR*pqrstuvwxyz \n")
 
 def boards(path: Path, test: ast.FunctionDef) -> list[tuple[str, str]]:
     """Boards that a test draws, each once: "before" or "after", and the rows."""
-    known = dict(_texts(tree_of(path).body)) | dict(_first_case(test))
-    known |= dict(_texts(test.body, known))
+    known: dict[str, str] = {}
+    for given in (*tree_of(path).body, *test.body):
+        if isinstance(given, ast.Assign) and (text := _text(given.value, known)):
+            known[ast.unparse(given.targets[0])] = text
     found: dict[str, str] = {}
     for statement in test.body:
         when = "after" if isinstance(statement, ast.Assert) else "before"
@@ -179,26 +157,6 @@ def boards(path: Path, test: ast.FunctionDef) -> list[tuple[str, str]]:
     return [(when, board) for board, when in found.items()]
 
 
-def _texts(
-    body: list[ast.stmt], known: Mapping[str, str] | None = None
-) -> Iterator[tuple[str, str]]:
-    """Names that are given a text, and the text."""
-    for node in body:
-        if isinstance(node, ast.Assign) and (text := _text(node.value, known or {})):
-            yield ast.unparse(node.targets[0]), text
-
-
-def _first_case(test: ast.FunctionDef) -> Iterator[tuple[str, str]]:
-    """Parameters that are texts, in the first case of each `parametrize`."""
-    for call in test.decorator_list:
-        if isinstance(call, ast.Call) and "parametrize" in ast.unparse(call.func):
-            with suppress(ValueError):  # cases that are not plain
-                names, (case, *_) = map(ast.literal_eval, call.args[:2])
-                one = isinstance(names, str)
-                pairs = [(names, case)] if one else zip(names, case, strict=True)
-                yield from (pair for pair in pairs if isinstance(pair[1], str))
-
-
 def _text(node: ast.expr, known: Mapping[str, str]) -> str | None:
     """The text that an expression is, where that can be told without running it."""
     match node:
@@ -206,11 +164,6 @@ def _text(node: ast.expr, known: Mapping[str, str]) -> str | None:
             return text
         case ast.Name(id=name):
             return known.get(name)
-        case ast.FormattedValue(value=inner):
-            return _text(inner, known)
-        case ast.JoinedStr(values=parts):
-            texts = [_text(part, known) for part in parts]
-            return None if None in texts else "".join(filter(None, texts))
         case ast.Call(func=ast.Attribute(value=base, attr="replace"), args=[old, new]):
             whole, was, now = (_text(each, known) for each in (base, old, new))
             return whole.replace(was, now) if whole and was and now else None

@@ -44,8 +44,10 @@ def _evaluation(arguments: Namespace) -> Evaluation:
     who = {"robots": arguments.robots, "fires": arguments.fire}
     given = {name: value for name, value in who.items() if value is not None}
     if arguments.resume:
-        refuse_options(asked)
-        return matches.resume(arguments.out, **given)
+        begun = matches.resume(arguments.out, **given)
+        where = {"building": begun.arena.building, "people": begun.arena.people}
+        refuse_options(asked, vars(begun) | where)
+        return begun
     given |= {name: value for name, value in asked.items() if value is not None}
     return matches.begin(**given)
 

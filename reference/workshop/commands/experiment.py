@@ -92,5 +92,8 @@ EXPERIMENT_OPTIONS: options.Table = {
     "--resume": options.flag("go on in DIR; what changed in FILE is made anew"),
 }
 
-EXAMPLE = "experiment tutorials/experiments/tiny.toml"
+EXAMPLE = """experiment mine.toml
+
+what stands in mine.toml:
+  python -m pydoc reference.workshop.experiment.design"""
 EXPERIMENT = Command(experiment, EXPERIMENT_OPTIONS, EXAMPLE, chance=False)

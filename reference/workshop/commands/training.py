@@ -81,8 +81,9 @@ def _training(arguments: Namespace) -> Any:
     names = starting.Asked.__dataclass_fields__
     asked = {name: getattr(arguments, name) for name in names}
     if arguments.resume:
-        refuse_options(asked)
-        return starting.resume(arguments.out)
+        training = starting.resume(arguments.out)
+        refuse_options(asked, starting.options_of(training.task))
+        return training
     return Training(starting.begin(starting.Asked(**asked)))
 
 

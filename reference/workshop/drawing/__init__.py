@@ -3,9 +3,17 @@
 Clause: A8, each of the paper's figures has a counterpart here; none needs a display.
 Read `page` (style, legends, labels) first, then `plans` and `relief` (buildings),
 `evacuation` (one instant), `film` (all of them), `crowding` (what they leave), `senses`
-(what an agent observes) and `curves` (how a training went).
+(what an agent observes) and `curves` (how a training went).  In a notebook, `%load_ext
+reference.workshop.drawing` shows buildings and simulations as pictures.
 """
 
+from io import BytesIO
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from reference.building import Building
+from reference.simulation import Simulation
 from reference.workshop.drawing.crowding import crowded
 from reference.workshop.drawing.evacuation import Tally, frame, tally
 from reference.workshop.drawing.film import animate
@@ -13,3 +21,16 @@ from reference.workshop.drawing.page import save
 from reference.workshop.drawing.plans import graph, top
 from reference.workshop.drawing.relief import closeup, oblique, walkable
 from reference.workshop.drawing.senses import fire_senses, robot_senses
+
+
+def load_ipython_extension(shell: Any) -> None:
+    """Let a notebook show buildings and simulations; IPython calls this."""
+    show = shell.display_formatter.formatters["image/png"].for_type
+    show(Building, lambda building: _png(top(building)))
+    show(Simulation, lambda simulation: _png(frame(simulation.world)))
+
+
+def _png(figure: Figure) -> bytes:
+    content = BytesIO()
+    figure.savefig(content, format="png")
+    return content.getvalue()

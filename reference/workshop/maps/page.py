@@ -37,23 +37,15 @@ class Line:
     @cached_property
     def key(self) -> str:
         """A heading up to its colon, if it has one, in small letters; '' for a row."""
-        plain = self._plain
-        if heading := _HEADING.match(plain):
+        if heading := _HEADING.match(self.code):
             return heading[0][:-1].strip().lower() + ":"
-        plain = plain.strip()
+        plain = self.code.strip()
         return plain.lower() if _lacks_colon(plain) else ""
 
     @cached_property
     def value(self) -> str:
         """What stands behind a heading's colon."""
-        return self._plain.partition(":")[2].strip()
-
-    @property
-    def _plain(self) -> str:
-        """The code with look-alike signs, which stage 2 refuses, as they were meant."""
-        if self.code.isascii():
-            return self.code
-        return _ALIKE.sub(lambda sign: _MEANT[sign[0]], self.code)
+        return self.code.partition(":")[2].strip()
 
     def mistake(self, what: str, hint: str, column: int = 1) -> Mistake:
         """A mistake in this line."""
@@ -150,8 +142,6 @@ def sort(text: str) -> Page:
 FLOOR_KEY = re.compile(r"floor\s*([0-9]+)(?:\s*-\s*([0-9]+))?:")
 SIZE_VALUE = re.compile(r"([0-9]{1,9})\s*[xX]\s*([0-9]{1,9})")
 _HEADING = re.compile(r"\s*\w[^#.+:]*:")
-_MEANT = dict(zip("：–—−×", ":---x", strict=True))
-_ALIKE = re.compile(f"[{''.join(_MEANT)}]")
 
 
 def key_word(text: str) -> str:

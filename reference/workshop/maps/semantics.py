@@ -287,6 +287,22 @@ def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
                 yield drawing.mistake(above[0], what, f"Draw it as there: {where}.")
 
 
+MOST_MEMORY = 4.0  # [A1, chosen] GB, of which the paper's building takes 0.04
+CELL_BYTES, DOOR_BYTES = 6_500, 12
+"""Of the tables of ways and sight: a cell's own, and a door's for each cell of its
+floor; a byte more for each cell and door. Measured with sight of 5 m."""
+
+
+def _memory(building: Building, page: Page) -> Iterator[Mistake]:
+    """Refuse a building whose tables would not fit."""
+    cells, doors = building.kind.size, len(building.landmarks)
+    needed = cells * (CELL_BYTES + doors) + building.kind[0].size * doors * DOOR_BYTES
+    if needed > MOST_MEMORY * 1e9:
+        what = f"to simulate this building takes about {needed / 1e9:.0f} GB of memory"
+        hint = f"Draw fewer cells, floors or doors: at most {MOST_MEMORY:.0f} GB."
+        yield page.drawings[0].heading.mistake(what, hint)
+
+
 # -- What is no mistake, and rarely meant -------------------------------------------
 
 
@@ -318,6 +334,7 @@ STAGES: tuple[tuple[Check, ...], ...] = (
     (_ways_off,),
     (_some_exit, _shafts),
     (_ways_out,),
+    (_memory,),
 )
 """Ways are checked only once all before them is right: else one missing entrance would
 be reported as many rooms that nobody can leave."""

@@ -233,33 +233,22 @@ def _ascii(char: str) -> str:
     return plain if " " <= plain <= "~" else ""
 
 
-_MIXED = re.compile(
-    r"""(?<![A-Za-z0-9]) (?: (?<!\.) E++ )?+  # exits in the outer wall on its left
-    (?! (?: [a-z][a-z0-9]*+ | ([A-E]) \1*+ (?: ([A-E]) (?:\1|\2)*+ )?+ )?+
-        (?: E++ (?!\.) )?+ (?![A-Za-z0-9])  # exits in the outer wall on its right
-    ) (?P<name> [A-Za-z][A-Za-z0-9]* )""",
-    re.VERBOSE,
-)
+_WORD = re.compile("(?!E)[A-Za-z][A-Za-z0-9]*(?<!E)")  # without exits beside it
 
 
 def _capitals(page: Page) -> Iterator[Mistake]:
     for row in page.rows:
-        for word in _MIXED.finditer(row.code):
-            name = word["name"]
-            if not row.code.startswith(".", word.end()):
-                name = name.rstrip("E")
-            capital, strange = re.search("[A-Z]", name), re.search("[F-Z]", name)
-            start = word.start("name") + 1
-            if capital and (not name.isupper() or len(set(name)) > 2):
+        for word in _WORD.finditer(row.code):
+            capital, strange = (re.search(s, word[0]) for s in ("[A-Z]", "[F-Z]"))
+            if capital and (not word[0].isupper() or len(set(word[0])) > 2):
                 what = "there is a capital in a room's name"
-                hint = (
-                    f"Write '{clip(name.lower())}'; stairwells and exits stand apart."
-                )
-                yield row.mistake(what, hint, start + capital.start())
+                meant = clip(word[0].lower())
+                hint = f"Write '{meant}'; stairwells and exits stand apart."
+                yield row.mistake(what, hint, word.start() + capital.start() + 1)
             elif strange:
                 what = f"no stairwell is called '{strange[0]}'"
                 hint = "Type 'A', 'B', 'C' or 'D' for a stairwell, 'E' for an exit."
-                yield row.mistake(what, hint, start + strange.start())
+                yield row.mistake(what, hint, word.start() + strange.start() + 1)
 
 
 # -- Stage 3: shape -----------------------------------------------------------------
@@ -309,8 +298,9 @@ Check = Callable[[Page], Iterator[Mistake]]
 
 STAGES: tuple[tuple[Check, ...], ...] = (
     (_length,),
+    (_foreign_signs,),
     (_nothing, _headings, _settings, _values, _floor_numbers, _misplaced, _blanks),
-    (_unknown_signs, _foreign_signs, _capitals),
+    (_unknown_signs, _capitals),
     (_size,),
     (_wide_rows, _number_of_rows),
 )

@@ -58,13 +58,7 @@ def _learner(task: Task, side: Side) -> Learner:
             "play."
         )
     (seed,) = seeds_of(task.seed, OF_LEARNERS, SIDES.index(side), 1)
-    try:
-        return learner_for(side, task.plan, scenario, settings, seed)
-    except (RuntimeError, MemoryError):  # torch raises the former
-        raise SettingsError(
-            f"{side}: the networks do not fit into memory: lower hidden_units or "
-            "num_layers"
-        ) from None
+    return learner_for(side, task.plan, scenario, settings, seed)
 
 
 def _begin_with(learner: Learner, who: Learned, side: Side) -> None:

@@ -6,11 +6,10 @@ themselves are in `learning.adversarial`.
 """
 
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack, closing
 from pathlib import Path
-from time import perf_counter
 
 from tqdm import tqdm
 
@@ -26,14 +25,11 @@ from reference.workshop.training.summaries import (
     PRETRAINING,
     SUMMARIES,
     SURVIVAL,
-    TIMES,
     Board,
     Row,
     table_until,
 )
 from reference.workshop.workers import chunks, in_order, shares
-
-CLOCK = "times.csv"
 
 
 def train(
@@ -45,8 +41,8 @@ def train(
 ) -> Path:
     """Train until every side is past its max_steps, or until told to stop.
 
-    The folder gets checkpoints, summaries.csv and times.csv. When `stop` says so, a
-    round that is being played is dropped, one that is being learned from is finished.
+    The folder gets checkpoints and summaries.csv. When `stop` says so, a round that is
+    being played is dropped, one that is being learned from is finished.
     Returns the last checkpoint's path. Raises OSError where nothing can be written;
     the checkpoints that are there stay whole.
     """
@@ -60,16 +56,13 @@ def train(
             log.keep()
         while not training.over and not stop():
             # PLAY
-            start = perf_counter()
             each = shares(training.jobs(), executor)
             if (episodes := _played(executor, each, stop)) is None:
                 break
             # LEARN
-            between = perf_counter()
             rows = training.learn(episodes)
             # TELL
             log.tell(rows)
-            log.time(episodes, between - start, perf_counter() - between)
             # KEEP
             if log.due():
                 log.keep()
@@ -95,7 +88,7 @@ def _play(jobs: Sequence[Job]) -> list[list[Episode]]:
 
 
 class Log:
-    """The folder of a training: checkpoints, summaries and times; and the progress.
+    """The folder of a training: checkpoints and summaries; and the progress.
 
     path  of the newest checkpoint
     """
@@ -120,7 +113,6 @@ class Log:
         self.path = checkpoints.newest(folder) or self._save()
         over = training.round if training.imitated else -1
         self.summaries.append(table_until(folder / SUMMARIES, COLUMNS, over))
-        self.times = table_until(folder / CLOCK, TIMES, over)
         bar = tqdm(
             total=sum(who.settings.max_steps for who in self.learners),
             initial=self._done(),
@@ -141,13 +133,6 @@ class Log:
         if self.bar.disable:
             for row in rows:
                 print(_line(row), file=sys.stderr)
-
-    def time(self, episodes: Iterable[Episode], play: float, learn: float) -> None:
-        """Write the clock times of the round that is over."""
-        sides = [t for e in episodes for t in (e.robots, e.fire) if t is not None]
-        n = sum(trajectory.steps for trajectory in sides)
-        row = (self.training.round, n, play, learn, n / (play + learn))
-        self.times.append([dict(zip(TIMES, row, strict=True))])
 
     def due(self) -> bool:
         """Whether a side is past another multiple of its checkpoint_interval."""

@@ -11,16 +11,13 @@ This module knows where keys stand; `learning.settings` knows which values are v
     default_settings: ...     what a behaviour leaves out
     reference: ...            ours, see OURS
 
-[E3, chosen] ML-Agents refuses unknown keys: in a file for both, ours stand behind
-`#= `, a comment to it. Keys of ML-Agents that have no counterpart here pass if their
-value switches them off, and always if they are about Unity's program or the machine;
-others are refused, each with a sentence.
+[E3, chosen] Keys of ML-Agents that have no counterpart here pass if their value
+switches them off, and always if they are about Unity's program or the machine; others
+are refused, each with a sentence.
 """
 
 import os
-import re
 from collections.abc import Iterator, Mapping
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -31,9 +28,12 @@ from reference.workshop.remedies import SideSettings
 
 _ROWS = rows_of(SideSettings)
 OWN_ROWS = tuple(name for name, row in _ROWS.items() if row.section is None)
-HOMES = {n: row.section for n, row in _ROWS.items() if row.section is not None}
-PATHS = tuple((*section, name) for name, section in HOMES.items())
-SECTIONS = tuple(dict.fromkeys(p[:k] for p in PATHS for k in range(1, len(p))))
+PLACES = {
+    ".".join((*row.section, name)): name
+    for name, row in _ROWS.items()
+    if row.section is not None
+}
+"""Rows of the tables by where ML-Agents keeps them, as in hyperparameters.beta."""
 
 NO_OTHER_REWARD = "the paper's reward is the only one here"
 OFF = {  # keys that are not built, and what to do instead; null and false pass
@@ -69,7 +69,6 @@ TOP = (
     "debug",
 )
 NAMES: dict[Side, str] = {"robots": "Robot", "fire": "Fire"}  # of behaviours
-MARK = re.compile(r"^#= ?", re.MULTILINE)
 MOST_BYTES = 1 << 16  # of a file
 
 
@@ -80,30 +79,32 @@ def read(path: str | os.PathLike[str]) -> tuple[Rows, dict[Side, str]]:
     caller checks their values. Raises SettingsError, also without PyYAML, and OSError
     for an unreadable file.
     """
-    try:
-        text = read_text(Path(path), MOST_BYTES)
-    except OSError as error:
-        raise type(error)(f"cannot read {path}: {error.strerror}") from None
-    top = _parsed(MARK.sub("", text))
+    top = _parsed(read_text(Path(path), MOST_BYTES))
     if top is None:
         raise SettingsError("this file is empty: give it `behaviors:`")
     top = mapping(top, "the file")
-    for key, value in top.items():
-        if key not in TOP:
-            raise SettingsError(unknown(key, TOP))
-        _refuse_unless_off((key,), value, "the file")
-    for key, value in mapping(top.get("checkpoint_settings"), "it").items():
-        _refuse_unless_off(("checkpoint_settings", key), value, "the file")
+    _refuse_top(top)
     behaviours = mapping(top.get("behaviors"), "behaviors")
     default = mapping(top.get("default_settings"), "default_settings")
     names, ours = _sides(behaviours), mapping(top.get(OURS), OURS)
-    known = [*NAMES.values(), "scenario"]
     for key in ours.keys() & {*SIDES, "preset"}:
-        raise SettingsError(f"{OURS}: {unknown(key, known)}")
+        raise SettingsError(f"{OURS}: {unknown(key, [*NAMES.values(), 'scenario'])}")
     for side, name in NAMES.items():
-        own = _own_rows(ours.pop(name, None), name)
+        own = mapping(ours.pop(name, None), f"{OURS}: {name}")
+        for row in own.keys() - {*OWN_ROWS}:
+            raise SettingsError(f"{OURS}: {name}: {unknown(row, OWN_ROWS)}")
         ours[side] = {**_side(behaviours, names.get(side), side, default), **own}
     return ours, names
+
+
+def _refuse_top(top: Mapping[str, Any]) -> None:
+    """Raise SettingsError for what stands outside behaviours and is not built."""
+    for key, value in top.items():
+        if key not in TOP:
+            raise SettingsError(unknown(key, TOP))
+        _refuse_unless_off(key, value, "the file")
+    for key, value in mapping(top.get("checkpoint_settings"), "it").items():
+        _refuse_unless_off(f"checkpoint_settings.{key}", value, "the file")
 
 
 def _parsed(text: str) -> Any:
@@ -121,7 +122,6 @@ def _parsed(text: str) -> Any:
                     f"line {event.start_mark.line + 1}: write out what "
                     f"'*{event.anchor}' stands for"
                 )
-        _refuse_repeated(yaml.compose(text, yaml.SafeLoader))
         return yaml.safe_load(text)
     except SettingsError:
         raise
@@ -130,22 +130,6 @@ def _parsed(text: str) -> Any:
         raise SettingsError(f"line {place.line + 1}: {error.problem}") from None
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise SettingsError(f"this is no YAML: {error}") from None
-
-
-def _refuse_repeated(node: Any) -> None:
-    """Raise SettingsError for a key that stands twice: YAML would keep the last."""
-    lines: dict[str, int] = {}
-    for item in [] if node is None or isinstance(node.value, str) else node.value:
-        key, *values = item if isinstance(item, tuple) else (item,)
-        line = key.start_mark.line + 1
-        if values and str(key.value) in lines:
-            raise SettingsError(
-                f"line {line}: '{key.value}' stands here again, first on line "
-                f"{lines[key.value]}: keep one"
-            )
-        lines[str(key.value)] = line
-        for each in (key, *values):
-            _refuse_repeated(each)
 
 
 # -- A behaviour --------------------------------------------------------------------
@@ -160,19 +144,10 @@ def _side(
     """
     own = behaviours[name] if name else None
     where = name or (f"default_settings, for {side}" if default else side)
-    rows = dict(_rows(_merged(default, mapping(own, where)), (), where))
+    rows = dict(_rows(_merged(default, mapping(own, where)), "", where))
     if "learning_rate_schedule" in rows:
         both = ("beta_schedule", "epsilon_schedule")
         rows = dict.fromkeys(both, rows["learning_rate_schedule"]) | rows
-    return rows
-
-
-def _own_rows(rows: Any, name: str) -> Rows:
-    """One side's rows in our block. Raises SettingsError for others."""
-    where = f"{OURS}: {name}"
-    for row in (rows := mapping(rows, where)):
-        if row not in OWN_ROWS:
-            raise SettingsError(f"{where}: {unknown(row, OWN_ROWS)}")
     return rows
 
 
@@ -184,38 +159,26 @@ def _merged(under: Any, over: Any) -> Any:
     return {**under, **over, **both}
 
 
-def _rows(section: Any, at: tuple[str, ...], where: str) -> Iterator[tuple[str, Any]]:
+def _rows(section: Any, over: str, where: str) -> Iterator[tuple[str, Any]]:
     """Collect the rows of a behaviour from its sections."""
-    where = ": ".join((where, *at[-1:]))
     for key, value in mapping(section, where).items():
-        path = (*at, key)
-        if path in SECTIONS:
-            yield from _rows(value, path, where)
-        elif path in PATHS:
+        path = over + key
+        if path in PLACES:
             yield key, value
-        elif ".".join(path) in OFF:
+        elif path in OFF:
             _refuse_unless_off(path, value, where)
-        elif ".".join(path) not in NO_EFFECT:
-            here = [p[-1] for p in (*PATHS, *SECTIONS) if p[:-1] == at]
-            why = _misplaced(key, here) or unknown(key, here)
-            raise SettingsError(f"{where}: {why}")
+        elif any(place.startswith(f"{path}.") for place in PLACES):
+            yield from _rows(value, f"{path}.", f"{where}: {key}")
+        elif path not in NO_EFFECT:
+            elsewhere = [place for place, row in PLACES.items() if row == key]
+            belongs = f" It belongs to {elsewhere[0]}." if elsewhere else ""
+            raise SettingsError(f"{where}: {unknown(path, PLACES)}{belongs}")
 
 
-def _refuse_unless_off(path: tuple[str, ...], value: Any, where: str) -> None:
+def _refuse_unless_off(path: str, value: Any, where: str) -> None:
     """Raise SettingsError for a key that is not built, unless it is switched off."""
-    instead, key = OFF.get(".".join(path)), path[-1]
-    no_goal = key == "goal_conditioning_type" and value in NO_GOAL
-    if instead and value not in (None, False) and not no_goal:
-        raise SettingsError(f"{where}: {key} is not built: {instead}; leave it out")
-
-
-def _misplaced(key: str, here: list[str]) -> str | None:
-    """Say where a key belongs, if it matches, or nearly, one of another section."""
-    meant = next(iter(get_close_matches(key, [*HOMES, *here], 1, 0.8)), None)
-    if meant is None or meant in here:
-        return None
-    section = ": ".join(HOMES[meant]) or "the behaviour itself"
-    return f"'{key}' is unknown here: '{meant}' belongs under {section}"
+    if path in OFF and value not in (None, False, *NO_GOAL):
+        raise SettingsError(f"{where}: {path} is not built: {OFF[path]}; leave it out")
 
 
 # -- Whose behaviour it is ----------------------------------------------------------

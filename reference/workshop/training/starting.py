@@ -97,6 +97,20 @@ def resume(folder: Path) -> Training:
         return Training.resumed(checkpoint)
 
 
+def options_of(task: Task) -> dict[str, Any]:
+    """The options that began a training, as far as its task tells them."""
+    robots = task.settings.robots
+    return {
+        "preset": task.settings.preset,
+        "building": task.building,
+        "trainer": robots.trainer_type,
+        "head": robots.head,
+        **{side: task.fixed.get(side) for side in SIDES},
+        "imitate": task.imitate,
+        "seed": task.seed,
+    }
+
+
 def fixed_player(
     who: str, side: Side, building: Building, scenario: Scenario
 ) -> Learned | str:

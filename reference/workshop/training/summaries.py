@@ -51,15 +51,6 @@ OF_UPDATES = (
     "Policy/Extrinsic Baseline Estimate",
 )
 COLUMNS = (*WHEN, GROUP_REWARD, OWN_REWARD, *list(OF_EPISODES)[1:], *OF_UPDATES)
-TIMES = (
-    "round",
-    "decisions",
-    "play_seconds",
-    "learn_seconds",
-    "decisions_per_second",
-)
-"""Clock times of a round, in a file of their own: no two runs agree in them."""
-
 Row = dict[str, Any]
 
 

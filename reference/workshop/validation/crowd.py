@@ -47,7 +47,7 @@ class Crowd(Simulation):
 
     def step(self) -> list[Event]:
         """Run one tick in which nobody thinks."""
-        self._due[:] = False
+        self.due[:] = False
         for floor in range(self.building.floors) if self._anywhere else ():
             self._choose(floor)
         return super().step()
@@ -61,13 +61,14 @@ class Crowd(Simulation):
 
 
 class Ghosts(Simulation):
-    """People who walk through each other: they show what crowding costs."""
+    """People who meet nobody, as if each had a floor alone: what crowding costs."""
 
     def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
         position, pace = self.world.bodies.position[who], self.world.bodies.pace[who]
-        return motion.alone(position, target, pace, self.tick, self._free(who))
+        floors, rng, free = np.arange(len(who)), self.rng["bodies"], self._free(who)
+        return motion.step(position, floors, target, pace, self.tick, free, rng)
 
-    def _fill_doors(self, touched: list[tuple[int, int]]) -> None:
+    def fill_doors(self, touched: list[tuple[int, int]]) -> None:
         """Fill nothing."""
 
 
