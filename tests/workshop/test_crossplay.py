@@ -286,13 +286,6 @@ def test_the_score_of_a_cell_is_that_of_its_means():
     assert other.score.low < one.score.low == one.score.high < other.score.high
 
 
-def test_a_reward_off_the_ruler_has_no_score():
-    """Four hundred people on a ruler for forty: the other figures stand."""
-    (cell,) = cells([a_result(reward=1e5)], PAPER)
-    assert cell.score is None
-    assert cell.reward.mean == 1e5
-
-
 def test_where_nobody_gets_out_there_is_no_time_and_no_health():
     """Neither nan nor 0 in any of what is printed and written."""
     dead = cells([a_result(**NOBODY_OUT), a_result("none", reward=1e9)], PAPER)

@@ -95,31 +95,6 @@ def test_what_has_changed_is_made_anew_and_the_rest_stays(whole, tmp_path):
     assert sorted(names) == ["learning-3", "learning-3", "learning-4", "ppo-3", "ppo-4"]
 
 
-def test_more_episodes_are_played_beside_those_that_are_there(whole, tmp_path):
-    """Each run stands for itself."""
-    copytree(whole, tmp_path, dirs_exist_ok=True)
-    results = performed(small(test=SMALL["test"] | {"episodes": 3}), tmp_path)
-    assert [r for r in results if r.seed < 5002] == performed(small(), whole)
-    assert len(results) == 18
-
-
-def test_results_name_a_team_and_its_fire(whole):
-    """With a digest of the checkpoint behind."""
-    results = performed(small(), whole)
-    for side, known in ("robots", ["learning-3", "ppo-3"]), ("fire", ["learning-3"]):
-        words = {getattr(result, side) for result in results} - {"sweep", "random"}
-        assert sorted(word.rpartition("-")[0] for word in words) == known
-
-
-def test_whoever_stopped_goes_on_where_it_was(whole, tmp_path):
-    """Only jobs under way are lost; the end is the same."""
-    looks = iter([False])
-    train_teams(small(), tmp_path, InProcess(), lambda: next(looks, True))
-    assert len(tables(tmp_path)) == 1
-    performed(small(), tmp_path)
-    assert tables(tmp_path) == tables(whole)
-
-
 def test_a_training_under_way_goes_on_from_its_checkpoint(whole, tmp_path):
     """After whatever has stopped it."""
     experiment = small()

@@ -76,29 +76,6 @@ def test_robots_that_copied_sweep_go_where_it_would():
     assert after.mean() < 0.75 * before.mean()
 
 
-@pytest.mark.paper("E1", "chosen")
-def test_what_no_anchor_comes_near_is_not_taught():
-    """What lies within GROUP_RADIUS of one is."""
-    settings = tiny()
-    building, scenario = building_of(TINY), settings.scenario
-    teacher = Demonstration(settings.robots, "sweep").player(
-        "robots", building, scenario
-    )
-    sim = Simulation(building, scenario, Sweep(), RandomFire(), seed=1)
-    vectors = robot_vectors(sim.world, scenario)
-    moment = Moment.of(sim.world, vectors, np.ones(len(vectors), dtype=bool))
-    (seen,), taught = teacher.read([moment]), []
-    west, east = np.reshape(building.body, (2, 2))
-    for spot in np.random.default_rng(0).uniform(west, east, (50, 2)):
-        wanted = np.full((len(vectors), 2), np.nan, dtype=np.float32)
-        wanted[0] = to_normalised(building, spot)
-        taught.append(bool(teacher._recorded(moment, wanted).alive[0]))
-        raw = teacher.interface.raw(wanted[:1], vectors[:1])
-        near = teacher.interface.off_anchors(raw, seen[:1]) <= GROUP_RADIUS
-        assert taught[-1] == near
-    assert any(taught) and not all(taught)
-
-
 @pytest.mark.paper("C5", "chosen")
 def test_a_mixture_is_taught_the_point_that_the_teacher_means():
     """In units from the robot: a new one, the one it is headed to, or its own place."""

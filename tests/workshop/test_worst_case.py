@@ -102,20 +102,6 @@ def test_it_burns_the_only_way_out():
     assert sim.building.cell(source.x, source.y)[1] > 3
 
 
-def test_it_does_not_know_how_flames_will_really_spread():
-    """Two buildings that differ in what is to come alone: it takes the same place."""
-    sim = Simulation(shipped("tiny"), Scenario(people=12), fire=FirstAt((0, 5.5, 0.5)))
-    for _ in range(60):
-        sim.step()
-    assert sim.world.flames.sources
-    places = []
-    for seed in (1, 2):
-        chances = NoRobots(), NoFire(), seed
-        now = another_future(sim.world, sim.scenario, *chances).world
-        places.append(WorstCase().decide(now, np.random.default_rng(0)))
-    assert places[0] == places[1]
-
-
 def test_a_simulation_against_it_can_be_copied():
     """And runs on like the original."""
     sim = against(seed=4, **BRIEF)

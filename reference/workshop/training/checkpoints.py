@@ -12,8 +12,8 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields, replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any, BinaryIO
-from zipfile import ZIP_STORED, BadZipFile, ZipFile
+from typing import Any
+from zipfile import BadZipFile, ZipFile
 
 import torch
 from torch import Tensor
@@ -123,14 +123,9 @@ def save(checkpoint: Checkpoint, path: Path) -> None:
 
     Raises OSError, with a message for people.
     """
-    write_whole(path, packed(checkpoint))
-
-
-def packed(checkpoint: Checkpoint) -> bytes:
-    """Make a checkpoint's file as bytes, for another machine."""
     memory = BytesIO()
     torch.save(_plain(checkpoint), memory)
-    return memory.getvalue()
+    write_whole(path, memory.getbuffer())
 
 
 def load(path: str | os.PathLike[str]) -> Checkpoint:
@@ -143,27 +138,7 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
         if (found := newest(path)) is None:
             raise CheckpointError(f"{path}: there is no checkpoint in this folder.")
         path = found
-    refuse_no_file(path)
-    with path.open("rb") as file:
-        return unpacked(file, path)
-
-
-def unpacked(file: BinaryIO, path: Path) -> Checkpoint:
-    """Read a file that `packed` made; path: its name. Raises CheckpointError."""
-    if file.read(len(MAGIC)) != MAGIC:
-        raise CheckpointError(f"{path}: is no checkpoint. Name one that train made.")
-    try:
-        archive = ZipFile(file)
-        _refuse_inflated(archive)
-        if (damaged := archive.testzip()) is not None:  # torch does not look
-            raise BadZipFile(damaged)
-        file.seek(0)
-        content = torch.load(file, map_location="cpu", weights_only=True)
-    except Exception as error:  # torch tells damage in many ways
-        raise CheckpointError(
-            f"{path}: is damaged, or is no checkpoint. If train made it, name the "
-            "one before, or remove it to go on from there."
-        ) from error
+    content = _content(path)
     if not isinstance(content, dict) or content.get("kind") != KIND:
         raise CheckpointError(f"{path}: is another program's file, not a checkpoint.")
     made, game, version = (content.get(name) for name in ("format", "game", "version"))
@@ -181,10 +156,26 @@ def unpacked(file: BinaryIO, path: Path) -> Checkpoint:
         ) from why
 
 
-def _refuse_inflated(archive: ZipFile) -> None:
-    """Raise BadZipFile for compressed parts: torch writes none; they may be vast."""
-    if any(part.compress_type != ZIP_STORED for part in archive.infolist()):
-        raise BadZipFile("compressed")
+def _content(path: Path) -> Any:
+    """Read what torch saved, without executing it. Raises CheckpointError, OSError."""
+    refuse_no_file(path)
+    with path.open("rb") as file:
+        if file.read(len(MAGIC)) != MAGIC:
+            raise CheckpointError(
+                f"{path}: is no checkpoint. Name one that train made."
+            )
+        try:
+            archive = ZipFile(file)
+            odd = [part for part in archive.infolist() if part.compress_type]
+            if odd or archive.testzip():  # torch compresses nothing, and does not look
+                raise BadZipFile
+            file.seek(0)
+            return torch.load(file, map_location="cpu", weights_only=True)
+        except Exception as error:  # torch tells damage in many ways
+            raise CheckpointError(
+                f"{path}: is damaged, or is no checkpoint. If train made it, name the "
+                "one before, or remove it to go on from there."
+            ) from error
 
 
 # -- As plain data ------------------------------------------------------------------
