@@ -10,7 +10,7 @@ numbering:
 """
 
 from collections.abc import Iterable
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any, TypeAlias
 
@@ -124,6 +124,7 @@ class Navigation:
     centres   (places, 2) metres
     goals     of each landmark, (k,) places of its cells
     clear     StraightLines: can a body walk straight from p to q?
+    steps     of each floor, (floor_size, floor_size) metres
     to_landmarks  (places,) metres to the nearest landmark
     """
 
@@ -136,7 +137,7 @@ class Navigation:
         self.centres = np.stack(building.metres(row, col), axis=1)
         free = building.walkable
         self.clear = StraightLines(free, free, LOOK_AHEAD, strict=True)
-        self._steps = [self._steps_of(floor) for floor in range(self.floors)]
+        self.steps = [self._steps_of(floor) for floor in range(self.floors)]
         self._found = lru_cache(KEPT_WAYS)(self._search)
         self._weighted = lru_cache(KEPT_COSTS)(self._weigh_steps)
         self.goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]
@@ -290,7 +291,7 @@ class Navigation:
     ) -> tuple[np.ndarray, np.ndarray]:
         """`shortest` on one floor, (floor_size,) each; price: bytes of its costs."""
         start = floor * self.floor_size
-        steps = self._steps[floor] if price is None else self._weighted(floor, price)
+        steps = self.steps[floor] if price is None else self._weighted(floor, price)
         own, here = np.array(goals) - start, np.arange(self.floor_size)
         d, before, _ = dijkstra(
             steps, indices=own, min_only=True, return_predecessors=True
@@ -299,32 +300,10 @@ class Navigation:
 
     def _weigh_steps(self, floor: int, price: bytes) -> csr_matrix:
         """Weight each step of a floor by the higher cost of its two ends."""
-        steps, cost = self._steps[floor].copy(), np.frombuffer(price)
+        steps, cost = self.steps[floor].copy(), np.frombuffer(price)
         start = np.repeat(np.arange(self.floor_size), np.diff(steps.indptr))
         steps.data *= np.maximum(cost[start], cost[steps.indices])
         return steps
-
-    def between(self, p: np.ndarray, q: np.ndarray) -> np.ndarray:
-        """Metres on foot from places p to places q, broadcast; inf between floors.
-
-        They come from a table; a row is computed when it is first asked for.
-        """
-        known, table = self._table
-        new = np.unique(p)
-        new = new[~known[new]]
-        for floor in np.unique(new // self.floor_size).tolist():
-            rows = new[new // self.floor_size == floor]
-            start = floor * self.floor_size
-            table[rows] = dijkstra(self._steps[floor], indices=rows - start)
-        known[new] = True
-        metres = table[p, q % self.floor_size]
-        return np.where(p // self.floor_size == q // self.floor_size, metres, np.inf)
-
-    @cached_property
-    def _table(self) -> tuple[np.ndarray, np.ndarray]:
-        """(places,) bool, which rows are known, and (places, floor_size) float32."""
-        table = np.empty((self.places, self.floor_size), dtype=np.float32)
-        return np.zeros(self.places, dtype=bool), table
 
 
 @lru_cache(maxsize=8)

@@ -7,25 +7,14 @@ Neither people nor flames hide what is behind them [B1, chosen].
     k  a viewer: the k-th of those who look;  j  a body in sight
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from reference.sight import Direction, Hit, Sight
-from reference.world import (
-    FLOOR_APART,
-    FOLLOW_ME,
-    NOBODY,
-    NOWHERE,
-    Aim,
-    Bodies,
-    Goal,
-    Robot,
-    Said,
-    World,
-)
+from reference.world import FLOOR_APART, NOBODY, NOWHERE, Aim, Goal, Said, World
 
 
 @dataclass(frozen=True)
@@ -58,9 +47,9 @@ class Surroundings:
 
 
 class Others(NamedTuple):
-    """What one can tell of people and then robots in sight, (n + R,) each.
+    """What one can tell of the people and robots in sight, by their numbers.
 
-    [B6, chosen] Whom they follow, where they head and their rank; what robots say.
+    [B6, chosen] Whom they follow, where they head, people's rank, what robots say.
     """
 
     leader: list[int]
@@ -70,14 +59,11 @@ class Others(NamedTuple):
 
     @classmethod
     def of(cls, world: World) -> "Others":
-        """Read it from a world."""
-        bodies, robots = world.bodies, [NOBODY] * len(world.robots)
-        return cls(
-            bodies.leader.tolist() + robots,
-            bodies.landmark.tolist() + robots,
-            bodies.rank.tolist(),
-            [FOLLOW_ME] * len(bodies) + [robot.says for robot in world.robots],
-        )
+        """Read it from a world; robots follow nobody and head for no landmark."""
+        bodies, nobody = world.bodies, [NOBODY] * len(world.robots)
+        leader, heading = bodies.leader.tolist(), bodies.landmark.tolist()
+        says = [robot.says for robot in world.robots]
+        return cls(leader + nobody, heading + nobody, bodies.rank.tolist(), says)
 
 
 @dataclass(slots=True)
@@ -194,9 +180,8 @@ class View:
 def look(world: World, around: Surroundings, who: np.ndarray) -> list[View]:
     """Return what each of these people sees; who: (k,) people walking on a floor."""
     views = views_of(world, around, who)
-    everybody = points(world.bodies, world.robots)
-    mine = [array[who] for array in everybody]
-    show_bodies(views, around.sight, len(world.bodies), who, mine, everybody)
+    everybody = points(world)
+    show_bodies(views, who, [array[who] for array in everybody], everybody)
     return views
 
 
@@ -210,16 +195,15 @@ def views_of(world: World, around: Surroundings, who: np.ndarray) -> list[View]:
     ]
 
 
-def points(bodies: Bodies, robots: Sequence[Robot]) -> list[np.ndarray]:
+def points(world: World) -> list[np.ndarray]:
     """x, y (metres, floors far apart), place and presence of people, then of robots."""
+    bodies, robots = world.bodies, world.robots
     at = np.array([robot.position for robot in robots]).reshape(-1, 2)
-    others = [(robot.floor, robot.place, robot.active) for robot in robots]
-    floor, place, active = np.array(others, dtype=np.int64).reshape(-1, 3).T
+    facts = [(robot.floor, robot.place, robot.active) for robot in robots]
+    floor, place, active = np.array(facts, dtype=np.int64).reshape(-1, 3).T
+    x = bodies.position[:, 0] + FLOOR_APART * bodies.floor
     pairs = (
-        (
-            bodies.position[:, 0] + FLOOR_APART * bodies.floor,
-            at[:, 0] + FLOOR_APART * floor,
-        ),
+        (x, at[:, 0] + FLOOR_APART * floor),
         (bodies.position[:, 1], at[:, 1]),
         (bodies.place, place),
         (bodies.walking, active.astype(bool)),
@@ -229,8 +213,6 @@ def points(bodies: Bodies, robots: Sequence[Robot]) -> list[np.ndarray]:
 
 def show_bodies(
     views: list[View],
-    sight: Sight,
-    people: int,
     me: np.ndarray,
     mine: list[np.ndarray],
     everybody: list[np.ndarray],
@@ -240,20 +222,24 @@ def show_bodies(
     me: (k,) numbers of those who look;  mine: as `points` has them, (k,) each;
     everybody: likewise, (m,), or (k, m) where each has others around.
     """
-    off_x, off_y = (a - my[:, None] for a, my in zip(everybody[:2], mine, strict=False))
-    near = (np.abs(off_x) < sight.reach) & (np.abs(off_y) < sight.reach) & everybody[3]
+    if not views:
+        return
+    sight, people = views[0]._around.sight, len(views[0]._others.rank)
+    x, y, place, present = everybody
+    off_x, off_y = x - mine[0][:, None], y - mine[1][:, None]
+    near = (np.abs(off_x) < sight.reach) & (np.abs(off_y) < sight.reach) & present
     near[np.arange(len(me)), me] = False
     k, j = np.divmod(np.flatnonzero(near), near.shape[1])
-    there = np.broadcast_to(everybody[2], near.shape)[k, j]
+    there = np.broadcast_to(place, near.shape)[k, j]
     seen = sight.sees.reaches(mine[2][k], there)
     k, j, there = k[seen], j[seen], there[seen]
     metres = np.hypot(off_x[k, j], off_y[k, j])
-    for who, body, place, far in rows(k, j, there, metres):
-        views[who].bodies[body] = place, far
+    for who, body, at, far in rows(k, j, there, metres):
+        views[who].bodies[body] = at, far
     robots = np.flatnonzero(j >= people)
     robots = robots[metres[robots].argsort(kind="stable")]
     for who, body in rows(k[robots], j[robots]):
-        views[who].robots[body] = views[who]._others.says[body]
+        views[who].robots[body] = views[who]._others.says[body - people]
 
 
 def rows(*columns: np.ndarray) -> Iterator[tuple[Any, ...]]:

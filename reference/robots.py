@@ -44,17 +44,13 @@ class RobotAlgorithm:
         robot.active = world.anybody_at_or_above(robot.floor)  # 1
         if not robot.active:
             return
-        speed = self.speed(robot, world)  # 2
+        speed = speed_while_leading(robot, world)  # 2
         if decision is not None:  # 3
             target = actual_target(world.building, robot.floor, *decision)
             robot.destination = np.array(target)  # 4
             robot.says = said_on_the_way(world.building, robot.floor, target)  # 5
             robot.way = planned_way(robot, world, target)
         self._move(robot, navigation_of(world.building), speed * seconds)  # 7
-
-    def speed(self, robot: Robot, world: World) -> float:
-        """Return `speed_while_leading`; `workshop.lockstep` saves needless calls."""
-        return speed_while_leading(robot, world)
 
     @staticmethod
     def _move(robot: Robot, nav: Navigation, metres: float) -> None:

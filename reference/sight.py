@@ -12,7 +12,7 @@ around, 360 degrees, and neither people nor flames stop one [B1, chosen].
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 from math import dist
 from typing import NamedTuple
 
@@ -57,11 +57,14 @@ class Sight:
     hits       (RAYS, places) the place a ray stops at, -1 where it returns nothing
     landmarks  per place, the nearest hit of each landmark that rays meet, by landmark,
                the nearest first
-    meets      (places, landmarks + 1) bool: in view? The last column is False
     open       per place, the directions whose rays return nothing, one per patch
     farthest   per place, the last free place of its longest ray
     patches    per place, the patch of floor it lies in
     rooms      per place, the room, or NOWHERE
+    seen(p)       places in line of sight, and where rays end
+    looked_at(p)  patches of floor seen well: nearer than the limit by DIM
+    line(p, landmark)  places on the line to a landmark in view, and those on or
+               beside it; both without p: flames one stands in do not bar the way out
     """
 
     def __init__(self, building: Building, reach: float):
@@ -82,15 +85,12 @@ class Sight:
             farthest[longer], longest[longer] = ends[k, longer], length[longer]
         self.farthest: list[int] = farthest.tolist()
         self.landmarks = self._landmarks_met()
-        self.meets = np.zeros((len(self.landmarks), len(building.landmarks) + 1), bool)
-        for p, met in enumerate(self.landmarks):
-            self.meets[p, list(met)] = True
         self.open = self._open_directions(ends)
         self.patches: list[int] = self._patch_of(np.arange(building.kind.size)).tolist()
         self.rooms: list[int] = building.area.ravel().tolist()
-        self._seen: dict[int, frozenset[int]] = {}
-        self._looked_at: dict[int, frozenset[int]] = {}
-        self._lines: dict[tuple[int, int], tuple[frozenset[int], frozenset[int]]] = {}
+        self.seen = cache(self._seen_from)
+        self.looked_at = cache(self._looked_at_from)
+        self.line = cache(self._line_to)
 
     def _cast(self, k: int, clear: np.ndarray) -> np.ndarray:
         """Cast one ray from every place; (places,) the last free place it passes."""
@@ -150,39 +150,26 @@ class Sight:
         _, down, across = np.array(self.building.kind.shape) // PATCH + 1
         return (floor * down + row // PATCH) * across + col // PATCH
 
-    def seen(self, p: int) -> frozenset[int]:
-        """Places in line of sight of place p, and where its rays end."""
-        if p not in self._seen:
-            inside, hits = self.sees.reached_from(p), self.hits[:, p]
-            met, ends = hits[hits >= 0], (way.place for way in self.open[p])
-            self._seen[p] = frozenset((*inside.tolist(), *met.tolist(), *ends))
-        return self._seen[p]
+    def _seen_from(self, p: int) -> frozenset[int]:
+        inside, hits = self.sees.reached_from(p), self.hits[:, p]
+        met, ends = hits[hits >= 0], (way.place for way in self.open[p])
+        return frozenset((*inside.tolist(), *met.tolist(), *ends))
 
-    def looked_at(self, p: int) -> frozenset[int]:
-        """Patches of floor seen well from place p: nearer than the limit by DIM."""
-        if p not in self._looked_at:
-            seen = np.array([p, *self.seen(p)])
-            off = self.navigation.centres[seen] - self.navigation.centres[p]
-            well = seen[np.hypot(*off.T) <= self.reach - DIM]
-            self._looked_at[p] = frozenset(self.patches[q] for q in (p, *well.tolist()))
-        return self._looked_at[p]
+    def _looked_at_from(self, p: int) -> frozenset[int]:
+        seen = np.array([p, *self.seen(p)])
+        off = self.navigation.centres[seen] - self.navigation.centres[p]
+        well = seen[np.hypot(*off.T) <= self.reach - DIM]
+        return frozenset(self.patches[q] for q in (p, *well.tolist()))
 
-    def line(self, p: int, landmark: int) -> tuple[frozenset[int], frozenset[int]]:
-        """List places on the line from p to a landmark in view; and on or beside it.
-
-        Both without p: flames a human stands in do not bar the way out of them.
-        """
-        key = (p, landmark)
-        if key not in self._lines:
-            marks, centres = self.building.landmark.ravel(), self.navigation.centres
-            met = np.unique(self.hits[self.hits[:, p] >= 0, p])
-            ends = met[marks[met] == landmark].tolist()
-            end = min(ends, key=lambda q: dist(centres[q], centres[p]))
-            on = frozenset(self.navigation.straight(p, end))
-            steps = (0, 1, -1, self.navigation.cols, -self.navigation.cols)
-            beside = {q + step for q in on for step in steps}
-            self._lines[key] = on, frozenset(beside - {p})
-        return self._lines[key]
+    def _line_to(self, p: int, landmark: int) -> tuple[frozenset[int], frozenset[int]]:
+        marks, centres = self.building.landmark.ravel(), self.navigation.centres
+        met = np.unique(self.hits[self.hits[:, p] >= 0, p])
+        ends = met[marks[met] == landmark].tolist()
+        end = min(ends, key=lambda q: dist(centres[q], centres[p]))
+        on = frozenset(self.navigation.straight(p, end))
+        steps = (0, 1, -1, self.navigation.cols, -self.navigation.cols)
+        beside = {q + step for q in on for step in steps}
+        return on, frozenset(beside - {p})
 
     def cast(self, p: int, k: int) -> Hit | None:
         """Cast the k-th ray from the middle of place p; what it meets, if anything."""

@@ -16,6 +16,7 @@ from functools import lru_cache
 
 import numpy as np
 from scipy import ndimage
+from scipy.sparse.csgraph import dijkstra
 
 from reference.building import Building, Kind
 from reference.game.observations import (
@@ -180,7 +181,7 @@ class View:
 
     def _way(self, place: np.ndarray) -> np.ndarray:
         """Metres on foot to places (B, m)."""
-        return np.minimum(self.map.nav.between(self.place[:, None], place), FAR)
+        return np.minimum(between(self.map.nav, self.place[:, None], place), FAR)
 
     def _way_to(self, metres: np.ndarray) -> np.ndarray:
         """Metres on foot to points (B, m, 2) of my floor; to nan it is FAR."""
@@ -232,6 +233,30 @@ class Map:
         return self.free[self.nav.places_at(floor, inside)].reshape(shape)
 
 
+def between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    """Metres on foot from places p to places q, broadcast; inf between floors.
+
+    They come from a table; a row is computed when it is first asked for.
+    """
+    known, table = _table(nav)
+    new = np.unique(p)
+    new = new[~known[new]]
+    for floor in np.unique(new // nav.floor_size).tolist():
+        rows = new[new // nav.floor_size == floor]
+        start = floor * nav.floor_size
+        table[rows] = dijkstra(nav.steps[floor], indices=rows - start)
+    known[new] = True
+    metres = table[p, q % nav.floor_size]
+    return np.where(p // nav.floor_size == q // nav.floor_size, metres, np.inf)
+
+
+@lru_cache(maxsize=8)
+def _table(nav: Navigation) -> tuple[np.ndarray, np.ndarray]:
+    """(places,) bool, which rows are known, and (places, floor_size) float32."""
+    table = np.empty((nav.places, nav.floor_size), dtype=np.float32)
+    return np.zeros(nav.places, dtype=bool), table
+
+
 def near(way: np.ndarray) -> np.ndarray:
     """1 for a way of no metres, one half at HALFWAY; 0 for what is FAR."""
     return np.where(way < FAR, 1 / (1 + way / HALFWAY), 0)
@@ -252,7 +277,7 @@ def guides(
     """
     if not robots.shape[-1]:
         return np.full(people.shape, NOBODY)
-    way = nav.between(robots[..., None], people[..., None, :])
+    way = between(nav, robots[..., None], people[..., None, :])
     way = np.where(at_work[..., None], way, np.inf)
     led = walking & (way.min(axis=-2) <= SIGHT_RANGE)
     return np.where(led, way.argmin(axis=-2), NOBODY)

@@ -50,7 +50,7 @@ def to_the_end(runs: Sequence[Simulation]) -> None:
 class Lockstep:
     """Simulations of one building, scenario and time, which tick together.
 
-    world  the clock, and the people of all worlds;  n  people of each
+    world  the clock, and all worlds' people and robots;  n  people of each
     """
 
     def __init__(self, runs: Sequence[Simulation]):
@@ -62,7 +62,10 @@ class Lockstep:
             for part in fields(Bodies)
         }
         minds = [mind for world in worlds for mind in world.minds]
-        self.world = replace(worlds[0], bodies=Bodies(**arrays), minds=minds)
+        robots = [robot for world in worlds for robot in world.robots]
+        self.world = replace(
+            worlds[0], bodies=Bodies(**arrays), minds=minds, robots=robots
+        )
         self.due = np.concatenate([run.due for run in runs])
         self.full_until = np.stack([run.full_until for run in runs])
         self._turn = np.tile(runs[0].turn, len(runs))
@@ -71,9 +74,8 @@ class Lockstep:
             own = {name: array[a:b] for name, array in arrays.items()}
             run.world.bodies = Bodies(**own)
             run.due, run.full_until = self.due[a:b], self.full_until[k]
-        people = np.arange(len(self.due)).reshape(len(runs), -1)
-        robots = np.arange(sum(len(w.robots) for w in worlds)).reshape(len(runs), -1)
-        self._in_world = np.concatenate([people, len(self.due) + robots], axis=1)
+        numbers = np.split(np.arange(len(minds) + len(robots)), [len(minds)])
+        self._in_world = np.hstack([some.reshape(len(runs), -1) for some in numbers])
         self._around = [run.surroundings for run in runs]
         self._burning = np.stack([w.flames.burning.ravel() for w in worlds])
         self._harm = np.stack([w.flames.harm.ravel() for w in worlds])
@@ -114,10 +116,9 @@ class Lockstep:
             if a < b
             for view in views_of(run.world, run.surroundings, me[a:b])
         ]
-        robots = [robot for run in self.runs for robot in run.world.robots]
-        everybody = points(self.world.bodies, robots)
+        everybody = points(self.world)
         mine, around = ([a[i] for a in everybody] for i in (who, self._in_world[world]))
-        show_bodies(views, self.runs[0].sight, self.n, me, mine, around)
+        show_bodies(views, me, mine, around)
         return views
 
     def _people_move(self) -> Touched:

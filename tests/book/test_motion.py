@@ -90,12 +90,6 @@ def test_speed_falls_with_the_gap_ahead():
     assert min(gaps(at)[0] for at in track) >= TOUCHING
 
 
-def test_two_people_pass_each_other_in_a_corridor():
-    """Both get where they mean to go, in little more time than alone."""
-    track = walk([[0, 0], [8, 0]], [[8, 0], [0, 0]], 60, free=corridor(2))
-    assert track[-1, 0, 0] > 7 and track[-1, 1, 0] < 1
-
-
 def test_people_on_different_floors_do_not_meet():
     """They stand in the same spot and walk as if alone."""
     at = np.zeros((2, 2))
@@ -165,20 +159,6 @@ def test_chance_moves_only_who_is_held_up():
         ends.append(at)
     assert np.array_equal(ends[0][0], ends[1][0])
     assert not np.array_equal(ends[0][1], ends[1][1])
-
-
-def test_who_walks_alone_walks_straight_and_not_through_walls():
-    """Two on floors of their own meet nobody."""
-    start, aim = np.array([[0.0, 0], [2, 0]]), np.array([[9.0, 0], [-9, 0]])
-    pace, floor, at, rng = (
-        np.full(2, 1.0),
-        np.arange(2),
-        start,
-        np.random.default_rng(0),
-    )
-    for _ in range(20):
-        at = motion.step(at, floor, aim, pace, TICK, lambda p, _: p[:, 0] < 3, rng)
-    assert at[0, 0] == pytest.approx(3, abs=TICK) and at[1, 0] < -1.9
 
 
 @pytest.mark.paper("A7", "chosen")

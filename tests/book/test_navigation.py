@@ -112,31 +112,20 @@ def test_a_dear_place_is_walked_around():
     assert length == 8 and dear not in corners
 
 
-def test_a_cost_may_be_a_whole_number():
-    """It is read as a number, whatever its type."""
-    nav = navigation_of(built("#######\n#.....E\n#######"))
-    start, goal, cost = nav.cols + 1, nav.cols + 5, np.full(nav.places, 2)
-    assert nav.way(start, goal, cost)[0] == 8
-    assert nav.way(start, goal, cost.astype(np.float32))[0] == 8
+@pytest.mark.parametrize("dtype", [int, np.float32, float])
+def test_a_dear_place_costs_on_the_way_in_and_on_the_way_out(dtype):
+    """A way is as long in either direction; at infinite cost there is none.
 
-
-def test_a_dear_place_costs_on_the_way_in_and_on_the_way_out():
-    """A way is as long in one direction as in the other."""
+    A cost is read as a number, whatever its type.
+    """
     nav = navigation_of(built("#######\n#.....E\n#######"))
-    cost = np.ones(nav.places)
-    cost[nav.cols + 3] = 5.0
+    cost = np.ones(nav.places, dtype)
+    cost[nav.cols + 3] = 5
     there = nav.distances([nav.cols + 1], cost)[nav.cols + 3]
     back = nav.distances([nav.cols + 3], cost)[nav.cols + 1]
     assert there == back == 6
-
-
-def test_a_place_of_infinite_cost_is_no_way():
-    """As if a wall stood there."""
-    nav = navigation_of(built("#######\n#.....E\n#######"))
-    start, goal = nav.cols + 1, nav.cols + 5
-    cost = np.ones(nav.places)
-    cost[nav.cols + 3] = np.inf
-    assert nav.way(start, goal, cost) == (np.inf, [])
+    barred = np.where(cost == 5, np.inf, 1)
+    assert nav.way(nav.cols + 1, nav.cols + 5, barred) == (np.inf, [])
 
 
 def test_the_nearest_free_place_to_a_wall_is_beside_it():
@@ -185,14 +174,3 @@ def test_a_straight_line_is_the_places_it_crosses_in_order():
             point = share * np.array([d_row, d_col])
             if (abs(point % 1 - 0.5) > 1e-9).all():  # on no border
                 assert tuple(point.round().astype(int).tolist()) in cells | {(0, 0)}
-
-
-def test_ways_between_many_places_are_those_of_one_search_each():
-    """Of several floors at once; there is no way from one floor to another."""
-    nav, rng = navigation_of(shipped("tower")), np.random.default_rng(0)
-    p, q = rng.choice(np.flatnonzero(nav.walkable), (2, 5, 7))
-    for _ in range(2):  # the second time from the table
-        found = nav.between(p, q)
-        for start, end, metres in zip(p.ravel(), q.ravel(), found.ravel(), strict=True):
-            assert metres == pytest.approx(nav.distances([start])[end])
-        assert np.isinf(found[p // nav.floor_size != q // nav.floor_size]).all()

@@ -18,14 +18,13 @@ from movies import (
     play_until,
     robots_named,
     shipped,
-    show,
     stage,
     ticks,
     wait,
 )
 
 from reference.building import Building, Kind
-from reference.events import Died, DoorBurnt, Evacuated, LeftFloor
+from reference.events import Died, Evacuated, LeftFloor
 from reference.motion import SHOULDERS
 from reference.paper import (
     DOOR_FLOW,
@@ -73,7 +72,7 @@ def equal(one, other):
 
 
 def audit(sim):
-    """Run to the end, and check after every tick what must never happen."""
+    """Run to the end, and check after every tick and then what must never happen."""
     before, robots = (
         bodies(sim),
         [(r.floor, tuple(r.position)) for r in sim.world.robots],
@@ -89,6 +88,7 @@ def audit(sim):
         out = before["fate"] != Fate.INSIDE
         assert np.array_equal(now["fate"][out], before["fate"][out])
         before = now
+    everybody_has_one_end(sim)
 
 
 def nobody_is_lost(sim, now):
@@ -134,25 +134,15 @@ def everybody_has_one_end(sim):
 @pytest.mark.parametrize("seed", SEEDS)
 def test_nobody_is_ever_in_a_wall_lost_or_counted_twice(robots, fire, seed):
     """Five seeds, or twenty, on two small floors, from the first tick to the last."""
-    sim = run(robots=robots, fire=fire, seed=seed)
-    audit(sim)
-    everybody_has_one_end(sim)
+    audit(run(robots=robots, fire=fire, seed=seed))
 
 
-@pytest.mark.parametrize(("robots", "fire"), MATCHES)
-def test_nobody_is_in_a_wall_or_lost_on_the_papers_floors(robots, fire):
-    """Forty people, three floors, both stairwells."""
-    sim = run("paper", PEOPLE, robots, fire, seed=7)
-    audit(sim)
-    everybody_has_one_end(sim)
-
-
-@pytest.mark.slow
-def test_nobody_is_in_a_wall_or_lost_in_a_crowd_of_a_thousand():
-    """The first twenty seconds, when all are inside."""
-    sim = run("paper", 1000, seed=1, time_limit=20)
-    audit(sim)
-    everybody_has_one_end(sim)
+@pytest.mark.parametrize(
+    ("people", "limit"), [(PEOPLE, 240), pytest.param(1000, 20, marks=pytest.mark.slow)]
+)
+def test_nobody_is_in_a_wall_or_lost_on_the_papers_floors(people, limit):
+    """Three floors and both stairwells, with forty people or a crowd of a thousand."""
+    audit(run("paper", people, "patrol", "greedy", seed=7, time_limit=limit))
 
 
 def robots_keep_their_floor_and_speed(sim, before):
@@ -214,7 +204,6 @@ def test_nothing_impossible_happens_in_any_building(
     sides = [(robots_named(robots), fire_named("random")) for _ in range(2)]
     sim, twin = (Simulation(building, scene, *side, seed) for side in sides)
     audit(sim)
-    everybody_has_one_end(sim)
     wait(twin, 10)
     copied = twin.copy()
     to_the_end([twin])
@@ -225,25 +214,16 @@ def test_nothing_impossible_happens_in_any_building(
 
 @pytest.mark.parametrize(("robots", "fire"), MATCHES)
 def test_events_come_in_order(robots, fire):
-    """By time; and whoever passes an exit has left the floor in the same tick."""
+    """Step by step; and whoever passes an exit has left the floor in the same tick."""
     sim = run(robots=robots, fire=fire, seed=4)
-    sim.run()
+    told = [event for events in ticks(sim) for event in events]
     times = [event.time for event in sim.events]
-    assert times == sorted(times)
+    assert told == sim.events and times == sorted(times)
     for before, event in pairwise(sim.events):
         if isinstance(event, Evacuated):
             assert before == LeftFloor(
                 event.time, event.person, event.floor, event.health
             )
-
-
-def test_a_step_returns_what_happened_in_it():
-    """All steps together are all events."""
-    sim = run(seed=2)
-    told = []
-    for events in ticks(sim):
-        told += events
-    assert told == sim.events and told
 
 
 # -- Same seed, same run ------------------------------------------------------------
@@ -269,10 +249,7 @@ def test_another_seed_gives_another_run():
 
 def test_runs_that_differ_in_robots_share_people_and_flames():
     """So that strategies are compared on the same emergencies."""
-    one, other = (
-        run("paper", robots="none", seed=5),
-        run("paper", robots="sweep", seed=5),
-    )
+    one, other = (run("paper", robots=robots, seed=5) for robots in ("none", "sweep"))
     for name in ("position", "pace", "place", "rank"):
         assert np.array_equal(*(getattr(s.world.bodies, name) for s in (one, other)))
     assert np.array_equal(one.spread.delays.data, other.spread.delays.data)
@@ -316,36 +293,21 @@ def test_a_simulation_may_begin_with_a_world_that_exists(seed):
 
 
 @pytest.mark.paper("B7")
-def test_health_falls_with_every_frame():
-    """0.01 per frame from 100: half a point a second, far from any fire."""
-    sim = stage("############\n#p.........E\n############")
+@pytest.mark.parametrize("frames", [5, 10, 25])
+def test_health_falls_with_every_frame(frames):
+    """0.01 of 100, half a point a second: after 200 s all are dead, far from any fire.
+
+    Sums of many small losses round up or down; neither counts.
+    """
+    board = "############\n#p.........E\n############"
+    sim = stage(board, frames_per_tick=frames)
     sim.world.bodies.pace[:] = 0
     play(sim, 10)
     lost = HEALTH - sim.world.bodies.health[0]
     assert lost == pytest.approx(HEALTH_RATE * FRAMES_PER_SECOND * 10) == 5
-
-
-@pytest.mark.paper("B7")
-@pytest.mark.parametrize("frames", [5, 10, 25])
-def test_health_lasts_as_long_whatever_the_tick(frames):
-    """Sums of many small losses round up or down; neither counts."""
-    board = "############\n#p.........E\n############"
-    sim = stage(board, frames_per_tick=frames)
-    sim.world.bodies.pace[:] = 0
-    sim.run()
-    assert sim.events[-1].time == pytest.approx(200, abs=0.02)
-
-
-@pytest.mark.paper("B7")
-def test_at_zero_health_a_human_is_dead():
-    """After 200 s, wherever they are; the body is gone from the board."""
-    sim = stage("############\n#p.........E\n############")
-    sim.world.bodies.pace[:] = 0
-    assert play(sim, 210) == drawn("############\n#..........E\n############")
-    assert sim.world.bodies.fate[0] == Fate.DEAD
+    assert play(sim, 200) == drawn(board.replace("p", "."))
     (death,) = sim.events
-    assert isinstance(death, Died)
-    assert death.time == pytest.approx(200)
+    assert isinstance(death, Died) and death.time == pytest.approx(200, abs=0.02)
     assert sim.outcome().reward == -FIXED_PENALTY
 
 
@@ -559,17 +521,18 @@ PARLOUR = """
 
 
 @pytest.mark.paper("A5", "deviation")
-def test_an_exit_lets_a_limited_flow_through():
-    """DOOR_FLOW people per second and metre; ghosts pass it as they come."""
-    seconds = []
+@pytest.mark.parametrize("frames", [2, 10])
+def test_an_exit_lets_a_limited_flow_through(frames):
+    """DOOR_FLOW people per second and metre, whatever the tick; ghosts as they come."""
+    scene, seconds = Scenario(people=48, sight_range=14, frames_per_tick=frames), []
     for kind in (Simulation, Ghosts):
-        sim = kind(built(PARLOUR), Scenario(people=48, sight_range=14))
+        sim = kind(built(PARLOUR), scene)
         sim.run()
         times = [e.time for e in sim.events if isinstance(e, Evacuated)]
         assert len(times) == 48
         seconds.append(times[-1] - times[0])
     least = 47 / (2 * DOOR_FLOW) - sim.tick
-    assert seconds[0] >= least > 1.5 * seconds[1]
+    assert 1.1 * least > seconds[0] >= least > 1.5 * seconds[1]
 
 
 @pytest.mark.paper("A5", "deviation")
@@ -604,45 +567,3 @@ def test_who_is_in_a_full_door_walks_on():
     play(sim, 0.6)
     walked = sim.world.bodies.position[0, 0] - x
     assert walked == pytest.approx(0.6 * WALKING_SPEED, rel=0.05)
-
-
-@pytest.mark.paper("A5", "deviation")
-@pytest.mark.parametrize("frames", [1, 10])
-def test_what_a_full_way_lets_through_hardly_hangs_on_the_tick(frames):
-    """It becomes free within a tick, and counts from then on."""
-    scene = Scenario(people=1, frames_per_tick=frames)
-    sim, through = Simulation(built(PARLOUR), scene), 0
-    door = sim.building.landmarks[0]
-    sim.world.bodies.place[0] = np.flatnonzero(sim.building.landmark == 0)[0]
-    for tick in range(round(60 / sim.tick)):
-        sim.world.time = tick * sim.tick
-        if sim.full_until[0] <= sim.world.time + 1e-9:
-            sim.fill_doors([(0, 0)])
-            through += 1
-    assert through == pytest.approx(60 * DOOR_FLOW * door.width, rel=0.02)
-
-
-@pytest.mark.paper("A6")
-def test_nobody_heads_for_a_burnt_door_that_they_see():
-    """From the next thought on; the world's graph is without it."""
-    sim = run("paper", PEOPLE, "none", "greedy", seed=2)
-    bodies, burnt, seen_since = sim.world.bodies, set(), {}
-    for events in ticks(sim):
-        burnt |= {event.landmark for event in events if isinstance(event, DoorBurnt)}
-        going = np.flatnonzero(bodies.walking & np.isin(bodies.landmark, list(burnt)))
-        sees = sim.sight.meets[bodies.place[going], bodies.landmark[going]]
-        seen_since = {
-            i: seen_since.get(i, sim.world.time) for i in going[sees].tolist()
-        }
-        assert all(sim.world.time - since < 1 for since in seen_since.values())
-    assert burnt
-    ids = {sim.building.landmarks[mark].id for mark in burnt}
-    left = {key for *_, key in sim.world.graph.edges(keys=True)}
-    assert left == {key for *_, key in sim.building.graph.edges(keys=True)} - ids
-
-
-def test_the_board_shows_the_stairwell_somebody_walks_down():
-    """A body on the stairs is drawn inside them."""
-    sim = stage(LANDING)
-    play(sim, 4)
-    assert show(sim).splitlines()[-3].startswith(("#qA", "#Aq"))

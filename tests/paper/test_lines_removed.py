@@ -51,7 +51,7 @@ CHANGES = [
     (Leader, "Alg. 2:16-17", "return back_to_last_door(me, observe)", "return STAY"),
     (Leader, "Alg. 2:19-20", "return go_to(fresh)", "return STAY"),
     (RobotAlgorithm, "Alg. 3:1", "world.anybody_at_or_above(robot.floor)", "True"),
-    (RobotAlgorithm, "Alg. 3:2", "self.speed(robot, world)", "ROBOT_SPEED"),
+    (RobotAlgorithm, "Alg. 3:2", "speed_while_leading(robot, world)", "ROBOT_SPEED"),
     (RobotAlgorithm, "Alg. 3:3", "decision is not None", "False"),
     (RobotAlgorithm, "Alg. 3:4", "robot.destination = np.array(target)", "pass"),
     (RobotAlgorithm, "Alg. 3:4", "planned_way(robot, world, target)", "[]"),
