@@ -1,6 +1,7 @@
 """What agents observe: number by number, cell by cell, in the observer's order."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,6 @@ from reference.game.observations import SENTINEL
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop import decoding
 from reference.workshop.strategies.robots import Sweep
 from reference.world import Fate, Source
 
@@ -51,12 +51,19 @@ def fire_vector(sim):
 
 def decoded(sim, k=0):
     """What robot k observes."""
-    return decoding.decode(vectors(sim)[k], sim.building, sim.scenario)
+    return read(sim, vectors(sim)[k])
 
 
 def fire_decoded(sim):
     """What the fire observes."""
-    return decoding.decode(fire_vector(sim), sim.building, sim.scenario)
+    return read(sim, fire_vector(sim))
+
+
+def read(sim, vector):
+    """The parts of a vector: points of humans, robots and fires, and the time."""
+    layout = observations.vector_layout(sim.building, sim.scenario)
+    parts = {part: layout.read(vector, part) for part in ("humans", "robots", "fires")}
+    return SimpleNamespace(**parts, time=layout.read(vector, "time").item())
 
 
 # -- Sizes --------------------------------------------------------------------------
