@@ -24,15 +24,8 @@ from reference.paper import (
     Scenario,
 )
 from reference.simulation import Simulation
-from reference.stairs import enter
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import FIRES
-from reference.workshop.strategies.fires import (
-    BusiestFire,
-    CloserFire,
-    FixedFire,
-    GreedyFire,
-)
 from reference.workshop.strategies.robots import Sweep
 from reference.world import Fate, Source
 
@@ -442,93 +435,6 @@ def test_a_random_fire_chooses_cells_of_rooms_on_all_floors():
     rng = np.random.default_rng(0)
     floors = [RandomFire().decide(world, rng)[0] for _ in range(300)]
     assert min(np.bincount(floors, minlength=3)) > 70
-
-
-def test_a_greedy_fire_strikes_on_the_way_of_people():
-    """Three people are on their way to the door in the south."""
-    sim = stage(
-        """
-        ###############
-        #......#.....sE
-        #......#......#
-        #......#......#
-        #......#......#
-        #pqr...+......#
-        ###############
-        """
-    )
-    play(sim, 1)
-    decision = GreedyFire().decide(sim.world, np.random.default_rng(0))
-    assert sim.building.cell(*decision[1:]) in {(5, 4), (5, 5), (5, 6)}
-
-
-@pytest.mark.paper("D2", "chosen")
-def test_a_busiest_fire_strikes_where_most_must_come_past():
-    """Nearest to the way out: just outside the exit's clearance."""
-    sim = stage(
-        """
-        #################
-        #......#........#
-        #pqr...+........E
-        #..s...#........#
-        #################
-        """
-    )
-    decision = BusiestFire().decide(sim.world, np.random.default_rng(0))
-    assert sim.building.cell(*decision[1:]) == (2, 11)
-
-
-@pytest.mark.paper("D2", "chosen")
-def test_a_busiest_fire_counts_who_comes_from_above():
-    """One is upstairs and one on the stairs, both of whom p on the ground joins."""
-    sim = stage(
-        """
-           ##############
-        ####.....p......#
-        #AA+............E
-        ####............#
-           ##############
-
-           ##############
-        ####..........qr#
-        #AA+............#
-        ####............#
-           ##############
-        """
-    )
-    enter(sim.world, body("r"), mark(sim, Kind.ENTRANCE, 2))
-    decision = BusiestFire().decide(sim.world, np.random.default_rng(0))
-    assert (decision[0], *sim.building.cell(*decision[1:])) == (0, 2, 11)
-
-
-@pytest.mark.paper("D2", "chosen")
-def test_a_fixed_fire_lights_the_same_places_whoever_is_there():
-    """Beside the exits, then the entrances, lowest floors first; then no more."""
-    sim = Simulation(shipped("paper"), Scenario(people=0, sources=9), seed=1)
-    fire, rng = FixedFire(), np.random.default_rng(0)
-    marks = [m for m in sim.building.landmarks if m.kind is not Kind.DOOR]
-    marks.sort(key=lambda m: (m.kind is not Kind.EXIT, m.floor))
-    for way in marks:
-        floor, x, y = fire.decide(sim.world, rng)
-        nearest = sim.navigation.distance_to(way.index)
-        p = sim.navigation.place(floor, x, y)
-        assert nearest[p] == nearest[fuel(sim.building).ravel()].min()
-        sim.world.flames.sources.append(Source(floor, x, y, 0.0))
-    assert fire.decide(sim.world, rng) is None
-    named = FixedFire([(0, 1.5, 2.5)])
-    sim.world.flames.sources.clear()
-    assert named.decide(sim.world, rng) == (0, 1.5, 2.5)
-
-
-@pytest.mark.paper("D2", "chosen")
-def test_a_closer_fire_closes_exits_first_then_entrances():
-    """The nearest cell that can burn; then it begins anew."""
-    sim = stage(PROTECTED.replace("o", "."))
-    way_out, upstairs = mark(sim, Kind.EXIT), mark(sim, Kind.ENTRANCE, 2)
-    for way in (way_out, upstairs, way_out):
-        decision = CloserFire().decide(sim.world, np.random.default_rng(0))
-        assert sim.navigation.place(*decision) in rim(sim.building, way)
-        sim.world.flames.sources.append(Source(*decision, 0.0))
 
 
 @pytest.mark.paper("D6", "chosen")
