@@ -258,7 +258,8 @@ def test_the_tiny_experiment_makes_every_part(tmp_path, capsys):
     assert rows == {"random_fire", "learning", "none", "sweep"}
     text = (folder / "page.md").read_text()
     assert told["answer"] in text and "](matrix.png)" in text
-    assert (folder / "matrix.png").stat().st_size > 5_000
+    for picture in ("matrix.png", "curves.png"):
+        assert (folder / picture).stat().st_size > 5_000
     assert main([*TINY, str(folder)]) == 1  # it is there
     assert main([*TINY, str(folder), "--resume"]) == 0
 
@@ -347,7 +348,7 @@ def test_the_answer_is_what_the_intervals_say(ppo, words):
     """Above 0, below 0 or around it; preliminary with fewer than five trainings."""
     results = outcome(learning=0.8, ppo=ppo)
     assert words in report.answer(results)
-    assert report.answer(results) in report.page(results, "a.png")
+    assert report.answer(results) in report.page(results, "a.png", "b.png")
 
 
 def test_the_page_says_what_an_arm_changes():

@@ -66,7 +66,7 @@ def test_the_summary_says_who_is_who(capsys):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("robots", "fire", "claimed"),
-    [(LEARNED, "random", 80.4), (LEARNED, LEARNED, 38.9), ("observer", LEARNED, 32.0)],
+    [(LEARNED, "random", 80.4), (LEARNED, LEARNED, 29.2), ("observer", LEARNED, 32.3)],
 )
 def test_the_policies_do_what_is_claimed(robots, fire, claimed, capsys):
     """The first ten of the evacuations in RESULTS.md, within their spread."""

@@ -62,16 +62,22 @@ def _hands(
 
 
 def _tell(asked: Any, found: list[Any], folder: Path, as_json: bool) -> None:
-    """Write the page and its picture; print the table and the answer."""
+    """Write the page and its pictures; print the table and the answer."""
     from reference.workshop.crossplay.results import as_plain, table
     from reference.workshop.drawing import crossplay as charts
+    from reference.workshop.drawing import curves
     from reference.workshop.drawing import page as pictures
-    from reference.workshop.experiment import report
+    from reference.workshop.experiment import jobs, report
 
     results = report.Results(asked, found)
     cells, answer = results.cells(), report.answer(results)
     pictures.save(charts.matrix(cells, fill(report.OVER, 80)), folder / "matrix.png")
-    write_whole(folder / "page.md", report.page(results, "matrix.png").encode())
+    arms: dict[str, list[curves.Run]] = {}
+    for team, made in jobs.over(asked, folder).items():
+        arms.setdefault(jobs.arm_of(team), []).append(curves.read(made))
+    pictures.save(curves.of_arms(arms), folder / "curves.png")
+    page = report.page(results, "matrix.png", "curves.png")
+    write_whole(folder / "page.md", page.encode())
     if as_json:
         told = {"answer": answer, "cells": [as_plain(vars(cell)) for cell in cells]}
         print(json.dumps(told))

@@ -7,11 +7,12 @@ differ in number.
 """
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
@@ -149,9 +150,10 @@ def mean_of(lines: Sequence[Line]) -> Line:
     return x, np.mean([np.interp(x, *line) for line in lines], axis=0)
 
 
-# -- The page -----------------------------------------------------------------------
+# -- Pages --------------------------------------------------------------------------
 
 _WIDTH, _PANEL, _REST = 11.0, 1.9, 1.5  # inches
+_COLOURS = colormaps["tab10"]
 
 
 def figure(runs: Sequence[Run]) -> Figure:
@@ -185,6 +187,37 @@ def figure(runs: Sequence[Run]) -> Figure:
     return whole
 
 
+def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
+    """Draw how survivors rise with the robots' decisions, a line for each arm [E6].
+
+    arms: the trainings of each; a line is the mean of their running means, and the
+    legend has the order of their ends.
+    """
+    whole = page.sheet("Survivors in training, by arm", _WIDTH, 5.2)
+    axes = whole.subplots()
+    lines = {}
+    for name, runs in arms.items():
+        robots = [run.columns["side"] == "robots" for run in runs]
+        xy = [
+            (run.columns["step"][of], 100 * run.columns[SURVIVAL][of])
+            for run, of in zip(runs, robots, strict=True)
+        ]
+        smoothed = [(x, smooth(x, y, SMOOTHING * x[-1])) for x, y in xy]
+        lines[name] = mean_of(smoothed) if len(runs) > 1 else smoothed[0]
+    for k, name in enumerate(sorted(lines, key=lambda name: -lines[name][1][-1])):
+        look: dict[str, Any] = {
+            "color": _COLOURS(k % 10),
+            "ls": "-" if k < 10 else "--",
+        }
+        axes.plot(*lines[name], lw=1.8, label=name, **look)
+    axes.grid(axis="y")
+    axes.set(xlabel="decisions of the robots", ylabel=UNITS[SURVIVORS], ylim=(0, 100))
+    axes.set_xlim(left=0)
+    page.write_numbers(axes.xaxis, axes.yaxis)
+    whole.legend(loc="outside right center")
+    return whole
+
+
 def _draw_curve(axes: Axes, curve: Curve, lines: list[Line], window: float) -> None:
     """Draw a line for each run that has the column, and a bold one; see `figure`."""
     smoothed = [(x, smooth(x, y, window)) for x, y in lines]
@@ -195,7 +228,8 @@ def _draw_curve(axes: Axes, curve: Curve, lines: list[Line], window: float) -> N
     for line in thin:
         axes.plot(*line, lw=0.9, alpha=0.4, marker=".", ms=2, **look)
     mark = MARKERS[curve.colour] if curve.dashes == "-" else None
-    look |= {"marker": mark, "ms": 8, "markevery": [-1], "clip_on": False}
+    clipped = not len(bold[0])  # else the layout makes room for a line of no points
+    look |= {"marker": mark, "ms": 8, "markevery": [-1], "clip_on": clipped}
     axes.plot(*bold, lw=2, label=curve.label, **look)
 
 

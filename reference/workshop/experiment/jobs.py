@@ -47,6 +47,12 @@ def folders(experiment: Experiment, folder: Path) -> dict[str, Path]:
     return found
 
 
+def over(experiment: Experiment, folder: Path) -> dict[str, Path]:
+    """The folders of the trainings that are over, by the team's name."""
+    own = folders(experiment, folder).items()
+    return {team: path for team, path in own if (path / DONE).exists()}
+
+
 def _digest(*plain: Any) -> str:
     """Digest plain data, with the version and the policies that ship."""
     shipped = sha256(SHIPPED.read_bytes()).hexdigest()
@@ -114,9 +120,8 @@ def play_tests(
     Fewer results come if told to stop. They name a team with a digest of its
     checkpoint.
     """
-    own, test = folders(experiment, folder), experiment.test
-    over = {team: path for team, path in own.items() if (path / DONE).exists()}
-    made = {team: _made_in(path) for team, path in over.items()}
+    test, trained = experiment.test, over(experiment, folder)
+    made = {team: _made_in(path) for team, path in trained.items()}
     files = {f"{team}-{file.sha256[:8]}": file for team, file in made.items()}
     robots = *files, *test.robots
     named = [fire for fire in test.fires if fire not in experiment.arms]

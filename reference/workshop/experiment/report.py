@@ -84,13 +84,14 @@ class Results:
         return of_trainings(*both)
 
 
-def page(results: Results, picture: str) -> str:
-    """Write the page in Markdown; picture: the path of the matrix."""
+def page(results: Results, matrix: str, curves: str) -> str:
+    """Write the page in Markdown; matrix, curves: the paths of its pictures."""
     return (
         f"# {results.experiment.question}\n\n{answer(results)}\n\n"
         f"## What was done\n\n{set_up(results.experiment)}\n\n"
-        f"## Who beats whom\n\n![Survivors of all arms under all fires]({picture})\n\n"
-        f"```\n{table(results.cells(), SHOWN)}\n```\n\nFigures: {OVER}.\n"
+        f"## Who beats whom\n\n![Survivors of all arms under all fires]({matrix})\n\n"
+        f"```\n{table(results.cells(), SHOWN)}\n```\n\nFigures: {OVER}.\n\n"
+        f"## How they learned\n\n![Survivors in training]({curves})\n"
     )
 
 
