@@ -55,7 +55,6 @@ WORKSHOP = (
     "workshop.lockstep",  # many simulations tick together
     "workshop.frame",  # how a robot's policy reads and speaks: from where it stands
     "workshop.strategies",  # hand-written robots and fires, by name
-    "workshop.decoding",  # from observations back to points
     "workshop.heads",  # other heads than the paper's
     "workshop.remedies",  # what helps learning: other frames, other rewards
     "workshop.training",  # trainings, kept in files:

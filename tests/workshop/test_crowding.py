@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from movies import shipped, stage, wait
+from movies import shipped, stage
 from pages import overlaps, writing
 
 from reference.__main__ import main
@@ -31,17 +31,6 @@ def test_density_is_people_per_square_metre_around_and_not_behind_walls():
     assert density[1, 3] == 1 / 5  # q, on four cells and a door; r is behind the wall
     assert density[3, 7] == 0
     assert not density[kind == Kind.WALL].any()
-
-
-def test_the_highest_density_is_kept():
-    """It is as it was, when everybody has gone elsewhere."""
-    simulation = stage(ROOMS)
-    crowd = Crowd(simulation)
-    crowd.note()
-    before = crowd.density.copy()
-    wait(simulation, 5)
-    crowd.note()
-    assert (crowd.density >= before).all() and (crowd.density > before).any()
 
 
 @pytest.mark.paper("B7")

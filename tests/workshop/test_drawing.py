@@ -10,7 +10,6 @@ from io import BytesIO
 from itertools import pairwise
 from math import ceil
 from pathlib import Path
-from time import perf_counter
 from types import SimpleNamespace
 from unittest.mock import Mock
 
@@ -434,17 +433,6 @@ def test_the_curve_makes_room_for_a_long_evacuation(simulation):
     scene.show(simulation.world, [*history, drawing.Tally(60.4, 1, 7, 0)])
     assert not scene.still
     assert scene.curve.get_xlim() == (0, 90)
-
-
-def test_a_frame_costs_a_fraction_of_a_whole_page(simulation):
-    """Blitting pays: walls, legend and axes are painted once."""
-    paint, seconds = film.painter(scene_of(simulation.world)), []
-    for _ in range(6):
-        start = perf_counter()
-        paint()
-        seconds.append(perf_counter() - start)
-    page, *frames = seconds
-    assert 3 * min(frames) < page
 
 
 def frames_of(simulation):

@@ -38,6 +38,7 @@ def player(side: Side, note: str, words: Sequence[str] = (), **more: Any) -> Tab
     known = words or NAMES[side]
 
     def somebody(text: str) -> str:
+        """Refuse a name that nobody has."""
         try:
             refuse_unknown(text, side, known)
         except InputError as error:
@@ -54,6 +55,7 @@ def number(least: int, note: str, most: int = MANY, **more: Any) -> dict[str, An
     """An option that takes a whole number in these bounds."""
 
     def whole(text: str) -> int:
+        """Read a number; refuse one out of bounds."""
         number = int(text) if text.isdecimal() and len(text) < 20 else -1
         if not least <= number <= most:
             what = f"a whole number from {least} to {most}"

@@ -55,36 +55,7 @@ DPI = 150
 Style = dict[str, Any]
 """Settings of matplotlib, or how one of its artists looks."""
 
-STYLE: Style = {
-    "figure.dpi": DPI,
-    "figure.titlesize": 15,
-    "figure.constrained_layout.h_pad": 0.1,
-    "figure.constrained_layout.w_pad": 0.1,
-    "image.interpolation": "nearest",
-    "text.color": TEXT,
-    "text.parse_math": False,
-    "axes.titlelocation": "left",
-    "axes.titlesize": 10,
-    "axes.titlepad": 5,
-    "axes.labelsize": 9,
-    "axes.labelcolor": FAINT,
-    "axes.labelpad": 2,
-    "axes.edgecolor": FAINT,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "grid.color": FAINT,
-    "grid.alpha": 0.2,
-    "grid.linewidth": 0.6,
-    "legend.frameon": False,
-    "legend.fontsize": 9,
-    "legend.handlelength": 1.4,
-    "legend.columnspacing": 1.6,
-} | {
-    f"{axis}tick.{what}": look
-    for axis in "xy"
-    for what, look in {"color": FAINT, "labelsize": 8, "major.size": 3}.items()
-}
-style.use(STYLE)
+style.use(Path(__file__).with_name("pictures.mplstyle"))
 
 _ROOM = (12.0, 6.2)  # inches for all panels of a page together
 _SPARE = (0.75, 0.9)  # inches around a panel: ticks, its title

@@ -19,12 +19,11 @@ from matplotlib.patches import Patch
 from matplotlib.transforms import Bbox
 from scipy import ndimage
 
-from reference.building import LANDMARKS, Building, Kind, Landmark
+from reference.building import Building, Kind, Landmark
 from reference.workshop.drawing import page
 from reference.workshop.drawing.page import COLOURS, Style
 
 TURN, TILT = np.radians(28), np.radians(34)  # of the view: from south, above the flat
-THIN = 3  # walls are drawn a third of a cell thick
 SLAB = 0.6  # metres of ceiling below a floor
 STEPS = 1.1  # metres from the first step to the last
 GAP = 4.0  # metres of page between two storeys, the lower one's walls included
@@ -39,23 +38,15 @@ class Look:
 
     height: dict[Kind, float]
     standing: dict[Kind, str]
-    ground: dict[Kind, str]
+    ground: str = COLOURS[Kind.FLOOR]
     edges: str | None = None
 
 
-_SKIRTING = "#c6cbd0"
 STANDING = Look(
     {Kind.WALL: 1.5, Kind.DOOR: 1.2, Kind.ENTRANCE: 1.2, Kind.EXIT: 1.2},
     COLOURS | {Kind.WALL: "#59616d"},
-    dict.fromkeys(Kind, COLOURS[Kind.FLOOR])
-    | {Kind.WALL: _SKIRTING, Kind.STAIRS: COLOURS[Kind.STAIRS]},
 )
-WALKABLE = Look(
-    {Kind.WALL: 0.4},
-    dict.fromkeys(Kind, "#9aa3ac"),
-    dict.fromkeys(Kind, "#4db5ee") | {Kind.WALL: _SKIRTING},
-    edges="#2587c2",
-)
+WALKABLE = Look({Kind.WALL: 0.4}, {Kind.WALL: "#9aa3ac"}, "#4db5ee", "#2587c2")
 _SHOWN = [kind for kind in page.MEANINGS if kind is not Kind.OUTSIDE]
 
 
@@ -71,7 +62,7 @@ def walkable(building: Building) -> Figure:
     area = int(building.walkable.sum())
     title = f"{building.title}: where one may walk, {area} m²"
     figure = _storeys(building, WALKABLE, title)
-    ground = Patch(fc=WALKABLE.ground[Kind.FLOOR], label="walkable cell")
+    ground = Patch(fc=WALKABLE.ground, label="walkable cell")
     wall = Patch(fc=WALKABLE.standing[Kind.WALL], label="wall")
     page.foot(figure, [ground, wall])
     return figure
@@ -203,41 +194,22 @@ def paint_boxes(
 
     kind: (rows, cols); origin: (x, y) of its north-west corner; shift: (u, v).
     """
-    slab = np.where(kind == Kind.OUTSIDE, -SLAB, 0.0)
-    fine, height = _standing(kind, look)
-    for kinds, top, base, size, colours, edges in (
-        (kind, slab, -SLAB, 1.0, look.ground, look.edges),
-        (fine, height, 0.0, 1 / THIN, look.standing, None),
+    slab, height = np.where(kind == Kind.OUTSIDE, -SLAB, 0.0), np.zeros(kind.shape)
+    for what, metres in look.height.items():
+        height[kind == what] = metres
+    if look is STANDING:
+        _add_steps(height, kind == Kind.STAIRS)
+    for top, base, colours, edges in (
+        (slab, -SLAB, dict[Kind, str](), look.edges),
+        (height, 0.0, look.standing, None),
     ):
         corners, cells, shades = faces(top, base)
-        x = origin[0] + corners[..., 0] * size
-        y = origin[1] - corners[..., 1] * size
-        inks = np.array([to_rgb(colours[k]) for k in Kind])
-        fill = inks[kinds[cells]] * shades[:, None]
+        x, y = origin[0] + corners[..., 0], origin[1] - corners[..., 1]
+        inks = np.array([to_rgb(colours.get(k, look.ground)) for k in Kind])
+        fill = inks[kind[cells]] * shades[:, None]
         line: Style = {"ec": edges or fill, "lw": 0.3 if edges else 0.5}
         places = project(x, y, corners[..., 2]) + shift
         axes.add_collection(PolyCollection(places, fc=fill, zorder=zorder, **line))
-
-
-def _standing(kind: np.ndarray, look: Look) -> tuple[np.ndarray, np.ndarray]:
-    """Kinds and heights (0: nothing) on a grid THIN times as fine."""
-    fine = np.kron(kind, np.ones((THIN, THIN), dtype=int))
-    wall = thin(np.isin(kind, (Kind.WALL, *LANDMARKS)))
-    height = np.zeros(fine.shape)
-    for what, metres in look.height.items():
-        height[(fine == what) & wall] = metres
-    if look is STANDING:
-        _add_steps(height, fine == Kind.STAIRS)
-    return fine, height
-
-
-def thin(solid: np.ndarray) -> np.ndarray:
-    """Thin walls on a grid THIN times as fine: posts with arms to the cells beside.
-
-    solid: (rows, cols) bool, True for walls and what stands in them.
-    """
-    square = np.ones((THIN, THIN), dtype=bool)
-    return ndimage.binary_erosion(np.kron(solid, square), square)
 
 
 def _add_steps(height: np.ndarray, stairs: np.ndarray) -> None:
@@ -245,7 +217,7 @@ def _add_steps(height: np.ndarray, stairs: np.ndarray) -> None:
     patches, _ = ndimage.label(stairs)
     for rows, cols in ndimage.find_objects(patches):
         down, across = rows.stop - rows.start, cols.stop - cols.start
-        steps = np.linspace(0, STEPS, max(down, across) // THIN + 1)[1:].repeat(THIN)
+        steps = np.linspace(0, STEPS, max(down, across) + 1)[1:]
         rise = steps if across > down else steps[::-1, None]
         height[rows, cols] = np.where(stairs[rows, cols], rise, height[rows, cols])
 

@@ -27,7 +27,6 @@ from reference.game.observations import (
     vector_layout,
 )
 from reference.paper import Scenario
-from reference.workshop.decoding import decode
 from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import DROP, FLAME, INK, SOURCE, STEPS
 from reference.workshop.drawing.page import COLOURS, Style
@@ -74,14 +73,15 @@ def _page(
     observers: how many of the first robots observe themselves
     """
     building, cells = world.building, grid(world)
-    decoded = decode(vector, building, scenario)
+    layout = vector_layout(building, scenario)
+    robots = layout.read(vector, "robots")
     points = {
-        "human": decoded.humans,
-        "robot": decoded.robots[observers:],
-        "the observer": decoded.robots[:observers],
-        "fire source": decoded.fires,
+        "human": layout.read(vector, "humans"),
+        "robot": robots[observers:],
+        "the observer": robots[:observers],
+        "fire source": layout.read(vector, "fires"),
     }
-    lines = table(vector, vector_layout(building, scenario).slots)
+    lines = table(vector, layout.slots)
     floors, (wide, high) = building.floors, page.frame_of(building).size
     tall = _PANEL * max(high / wide, cells.shape[1] / cells.shape[2]) + _APART[1]
     columns, low = 1 + len(GRID_KINDS), (len(lines) + 2) * _LINE
