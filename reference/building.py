@@ -308,21 +308,24 @@ class Building:
 
         Nobody walks up: stairs are left by the entrances of the lowest floor only.
         """
-
-        def walked(start: str, end: str, kind: str) -> bool:
-            if OUTSIDE in (start, end):
-                return end == OUTSIDE
-            here, there = self.area_of[start], self.area_of[end]
-            if kind == "stairs":
-                return here.floor > there.floor
-            if kind == "entrance" and here.kind == "room":
-                return there.leads_down
-            return not here.leads_down
-
         ways = nx.MultiDiGraph(self.graph)
         edges = list(ways.edges(keys=True, data="kind"))
-        ways.remove_edges_from(e[:3] for e in edges if not walked(e[0], e[1], e[3]))
+        ways.remove_edges_from(
+            (start, end, key)
+            for start, end, key, kind in edges
+            if not self._walked(start, end, kind)
+        )
         return ways
+
+    def _walked(self, start: str, end: str, kind: str) -> bool:
+        if OUTSIDE in (start, end):
+            return end == OUTSIDE
+        here, there = self.area_of[start], self.area_of[end]
+        if kind == "stairs":
+            return here.floor > there.floor
+        if kind == "entrance" and here.kind == "room":
+            return there.leads_down
+        return not here.leads_down
 
 
 def burn(graph: Graph, doors: Collection[str]) -> Graph:

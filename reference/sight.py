@@ -14,7 +14,7 @@ around, 360 degrees, and neither people nor flames stop one [B1, chosen].
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from math import dist
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -91,6 +91,10 @@ class Sight:
         self.seen = cache(self._seen_from)
         self.looked_at = cache(self._looked_at_from)
         self.line = cache(self._line_to)
+
+    def __reduce__(self) -> tuple[Any, tuple[Building, float]]:
+        """Travel between processes as the building and the range."""
+        return sight_of, (self.building, self.reach)
 
     def _cast(self, k: int, clear: np.ndarray) -> np.ndarray:
         """Cast one ray from every place; (places,) the last free place it passes."""

@@ -7,6 +7,7 @@ a world, through the modules before it.
 """
 
 from collections import Counter
+from collections.abc import Callable
 from copy import copy, deepcopy
 from dataclasses import dataclass, replace
 from math import inf, nan
@@ -38,6 +39,9 @@ from reference.world import NOBODY, NOWHERE, Aim, Fate, Source, World
 
 Touched = list[tuple[int, int]]
 """People who have come upon a landmark, and the places they came from."""
+
+Asked = Callable[[np.ndarray, np.ndarray], np.ndarray]
+"""(k,) places or landmarks, and (k,) people who ask -> (k,) bool."""
 
 
 @dataclass(frozen=True)
@@ -224,21 +228,10 @@ class Simulation:
         return motion.step(position, floor, target, pace, self.tick, free, rng)
 
     def _free(self, who: np.ndarray) -> motion.Free:
-        """Tell where bodies may go: not in walls, full doors, or flames if careful."""
-        nav, bodies = self.navigation, self.world.bodies
-        place, floor = bodies.place[who], bodies.floor[who]
-        unburnt, inside = ~self.world.flames.burning.ravel(), self._marks[place]
-        time = self.world.time
-        fearless = ~unburnt[place] | (bodies.reckless_until[who] > time - 1e-9)
-        full = self.full_until > time + 1e-9
-
-        def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
-            place = nav.places_at(floor[which], position)
-            mark = self._marks[place]
-            room = ~full[mark] | (mark == inside[which])
-            return room & nav.walkable[place] & (unburnt[place] | fearless[which])
-
-        return free
+        """Tell where these people may stand."""
+        burning = self.world.flames.burning.ravel()
+        full = self.full_until > self.world.time + 1e-9
+        return free_for(self.world, who, lambda p, _: burning[p], lambda m, _: full[m])
 
     def fill_doors(self, touched: Touched) -> None:
         """Close the doors, entrances and exits just entered until they have room [A5].
@@ -366,6 +359,30 @@ def targets(world: World, who: np.ndarray) -> np.ndarray:
     waypoint = nav.waypoint(marks[guided], bodies.place[who[guided]])
     target[guided] = nav.centres[waypoint]
     return target
+
+
+def free_for(world: World, who: np.ndarray, burns: Asked, full: Asked) -> motion.Free:
+    """Tell where people may stand: not in walls, full doors, or flames if careful.
+
+    burns: is there a flame in a place?  full: is a landmark full?
+    """
+    bodies, nav = world.bodies, navigation_of(world.building)
+    marks, here, floor = (
+        world.building.landmark.ravel(),
+        bodies.place[who],
+        bodies.floor[who],
+    )
+    inside, reckless = marks[here], bodies.reckless_until[who] > world.time - 1e-9
+    fearless = burns(here, np.arange(len(who))) | reckless
+
+    def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
+        """May these stand at these positions?"""
+        place = nav.places_at(floor[which], position)
+        mark = marks[place]
+        room = ~full(mark, which) | (mark == inside[which])
+        return room & nav.walkable[place] & (~burns(place, which) | fearless[which])
+
+    return free
 
 
 def people_arrive(

@@ -16,11 +16,11 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from reference import motion, paper
-from reference.navigation import navigation_of
 from reference.perception import View, points, show_bodies, views_of
 from reference.simulation import (
     Simulation,
     Touched,
+    free_for,
     people_arrive,
     people_decide,
     targets,
@@ -142,6 +142,7 @@ class Lockstep:
         lonely = [not part.size for part in pairs]
 
         def turns(held_up: np.ndarray) -> np.ndarray:
+            """Draw from each world's own generator."""
             held = np.bincount(who[held_up] // self.n, minlength=len(self.runs))
             limit, drawn = motion.SHUFFLE_TURN, [np.zeros(0)]
             for run, count, idle in zip(self.runs, held.tolist(), lonely, strict=True):
@@ -159,23 +160,14 @@ class Lockstep:
         return moved
 
     def _free(self, who: np.ndarray) -> motion.Free:
-        bodies, time = self.world.bodies, self.world.time
-        nav, marks = (
-            navigation_of(self.world.building),
-            self.world.building.landmark.ravel(),
+        world, burning = who // self.n, self._burning
+        full = self.full_until > self.world.time + 1e-9
+        return free_for(
+            self.world,
+            who,
+            lambda places, asking: burning[world[asking], places],
+            lambda marks, asking: full[world[asking], marks],
         )
-        world, floor, own = who // self.n, bodies.floor[who], bodies.place[who]
-        inside, full = marks[own], self.full_until > time + 1e-9
-        reckless = bodies.reckless_until[who] > time - 1e-9
-        fearless = self._burning[world, own] | reckless
-
-        def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
-            place, k = nav.places_at(floor[which], position), world[which]
-            mark, burning = marks[place], self._burning[k, place]
-            room = ~full[k, mark] | (mark == inside[which])
-            return room & nav.walkable[place] & (~burning | fearless[which])
-
-        return free
 
     def _lose_health(self) -> None:
         for k, run in enumerate(self.runs):

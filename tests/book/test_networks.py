@@ -94,18 +94,6 @@ def test_the_simple_encoder_makes_288_features_of_40_by_40(dtype):
     assert torch.allclose(encoder(grids), naive, atol=CLOSE[dtype], rtol=0)
 
 
-@pytest.mark.paper("C4")
-def test_a_group_s_image_is_encoded_once_and_stands_beside_every_vector():
-    """The same as a copy of it for each agent."""
-    encoder = made(Encoder)
-    rows = lives.batch(B=2, G=3)
-    together = encoder(rows.vectors, rows.grids)
-    for agent in range(3):
-        alone = encoder(rows.vectors[:, agent], rows.grids)
-        assert torch.equal(together[:, agent], alone)
-    assert together.shape == (2, 3, SIZES.vector + 16)
-
-
 @pytest.mark.paper("E4")
 def test_inputs_are_normalised_only_where_the_table_says_so():
     """Table I: true; Table II: false. The grid never is."""
@@ -264,67 +252,15 @@ def test_the_group_critic_agrees_with_one_that_encodes_every_mate_anew(G, dtype)
     assert baselines[live].std() > 0.01
 
 
-def asked(critic, rows):
-    """Values, and baselines with 0 for the absent."""
-    value, baselines = critic.with_baselines(
-        rows.vectors, rows.grids, rows.alive, rows.actions
-    )
-    return value, baselines.masked_fill(~rows.alive, 0.0)
-
-
-@pytest.mark.paper("E1")
-def test_the_order_of_mates_does_not_matter():
-    """Baselines move with their agents, values stay."""
-    critic, rows = made(GroupCritic).double(), lives.doubled(lives.batch(G=4))
-    value, baselines = asked(critic, rows)
-    order = [2, 0, 3, 1]
-    moved = {
-        name: getattr(rows, name)[:, order] for name in ("vectors", "alive", "actions")
-    }
-    value_moved, baselines_moved = asked(critic, replace(rows, **moved))
-    assert torch.allclose(value_moved, value, atol=1e-12)
-    assert torch.allclose(baselines_moved, baselines[:, order], atol=1e-12)
-
-
-@pytest.mark.paper("E1")
-def test_what_stands_in_the_rows_of_absent_agents_changes_nothing():
-    """Not a bit of it; nor do more absent agents."""
-    critic, rows = made(GroupCritic), lives.batch(G=3)
-    value, baselines = asked(critic, rows)
-    absent = ~rows.alive[..., None]
-    garbage = replace(
-        rows,
-        vectors=rows.vectors.masked_fill(absent, 1e3),
-        actions=rows.actions.masked_fill(absent, -1e3),
-    )
-    assert all(map(torch.equal, asked(critic, garbage), (value, baselines)))
-    wider = {
-        n: torch.cat([x := getattr(rows, n), x], 1) for n in ("vectors", "actions")
-    }
-    nobody = torch.cat([rows.alive, torch.zeros_like(rows.alive)], dim=1)
-    value_wide, baselines_wide = asked(critic, replace(rows, alive=nobody, **wider))
-    assert torch.allclose(value_wide, value, atol=1e-5)
-    assert torch.allclose(baselines_wide[:, :3], baselines, atol=1e-5)
-
-
-@pytest.mark.paper("E1")
-def test_a_lone_agent_s_baseline_is_its_value():
-    """With no mates there is nothing that the baseline knows and the value does not."""
-    critic, rows = made(GroupCritic).double(), lives.doubled(lives.batch(G=3))
-    rows.alive = torch.eye(3, dtype=torch.bool).repeat(2, 1)
-    value, baselines = asked(critic, rows)
-    assert torch.allclose(baselines.sum(1), value, atol=1e-12)
-
-
 @pytest.mark.paper("E1")
 def test_a_baseline_knows_what_the_mates_did_but_not_what_the_agent_did():
     """That is what makes it counterfactual; the value knows of no action."""
     critic, rows = made(GroupCritic).double(), lives.doubled(lives.batch(G=3))
-    rows.alive[:] = True
-    value, baselines = asked(critic, rows)
+    seen = rows.vectors, rows.grids, torch.ones_like(rows.alive)
+    value, baselines = critic.with_baselines(*seen, rows.actions)
     other = rows.actions.clone()
     other[:, 1] += 1.0
-    value_then, baselines_then = asked(critic, replace(rows, actions=other))
+    value_then, baselines_then = critic.with_baselines(*seen, other)
     assert torch.equal(value_then, value)
     same = torch.isclose(baselines_then, baselines, atol=1e-12).all(dim=0)
     assert same.tolist() == [False, True, False]

@@ -24,15 +24,8 @@ from reference.paper import (
     Scenario,
 )
 from reference.simulation import Simulation
-from reference.stairs import enter
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import FIRES
-from reference.workshop.strategies.fires import (
-    BusiestFire,
-    CloserFire,
-    FixedFire,
-    GreedyFire,
-)
 from reference.workshop.strategies.robots import Sweep
 from reference.world import Fate, Source
 
@@ -173,30 +166,16 @@ def test_other_places_come_in_one_order_for_a_whole_run():
 
 @pytest.mark.paper("D6", "chosen")
 def test_random_fires_of_one_seed_are_the_same_for_all_robots():
-    """The same decisions; and the same sources, where the same places are free."""
-    decided, sources = [], []
-    for robots in (NoRobots(), Sweep()):
-        fire = Recorded(RandomFire())
-        sparse = Scenario(people=4, time_limit=100)  # nobody stands in a fire's way
-        sim = Simulation(shipped("paper"), sparse, robots, fire, seed=3)
-        sim.run()
-        decided.append(fire.decisions)
-        sources.append(sim.world.flames.sources)
-    few = min(map(len, decided))
-    assert few >= 2 and decided[0][:few] == decided[1][:few]
-    assert sources[0][:few] == sources[1][:few]
-
-
-class Recorded:
-    """A fire, and what it has decided."""
-
-    def __init__(self, fire):
-        self.fire, self.decisions = fire, []
-
-    def decide(self, world, rng):
-        """What the fire decides."""
-        self.decisions.append(self.fire.decide(world, rng))
-        return self.decisions[-1]
+    """The same sources, where the same places are free."""
+    sparse = Scenario(people=4, time_limit=100)  # nobody stands in a fire's way
+    one, other = (
+        Simulation(shipped("paper"), sparse, robots, RandomFire(), seed=3)
+        for robots in (NoRobots(), Sweep())
+    )
+    one.run(), other.run()
+    mine, its = one.world.flames.sources, other.world.flames.sources
+    few = min(len(mine), len(its))
+    assert few >= 2 and mine[:few] == its[:few]
 
 
 @pytest.mark.paper("D6")
@@ -219,25 +198,6 @@ def test_a_place_where_somebody_died_is_free(fate):
     where = spot(sim, "human")
     assert generated(sim, where, sim.rng["fire"]) == Source(*where, 0.0)
     assert free_places(sim.world)[sim.world.bodies.place[body("p")]]
-
-
-@pytest.mark.paper("D6")
-def test_refuses_when_no_place_is_free_at_all():
-    """Not even outside training: two cells, a human and a flame."""
-    sim = stage("####\n#*pE\n####", training=False)
-    decision = (0, *sim.building.metres(1, 1))
-    result = generated(sim, decision, sim.rng["fire"])
-    assert isinstance(result, FireRefused)
-
-
-@pytest.mark.paper("D4")
-def test_refuses_the_edge_of_the_body():
-    """X = 20 becomes 20.5: the first column outside the paper's main body."""
-    building = shipped("paper")
-    world = Simulation(building, Scenario(people=0), NoRobots(), NoFire()).world
-    training, rng = Scenario(training=True), np.random.default_rng(0)
-    refused = Generator(building, training, rng).generate(world, (0, 20.0, 5.0))
-    assert refused.reason == "outside"
 
 
 @pytest.mark.paper("D6")
@@ -295,18 +255,11 @@ def test_arrival_is_a_shortest_sum_of_delays(spread):
 
 
 @pytest.mark.paper("D7")
-def test_the_order_of_sources_does_not_matter(spread):
-    """Bit for bit."""
-    one, other = flames(spread, ONE, OTHER), flames(spread, OTHER, ONE)
-    assert np.array_equal(one.arrival, other.arrival)
-
-
-@pytest.mark.paper("D7")
-def test_another_source_only_makes_things_burn_earlier(spread):
-    """Each cell burns from the earlier of what the two sources do alone."""
+def test_each_cell_burns_from_the_earlier_of_what_two_sources_do_alone(spread):
+    """Bit for bit, and in whichever order they are lit."""
     alone = [flames(spread, source).arrival for source in (ONE, OTHER)]
-    both = flames(spread, ONE, OTHER).arrival
-    assert np.array_equal(both, np.minimum(*alone))
+    for both in ((ONE, OTHER), (OTHER, ONE)):
+        assert np.array_equal(flames(spread, *both).arrival, np.minimum(*alone))
 
 
 @pytest.mark.paper("D7")
@@ -384,16 +337,6 @@ def test_flames_hurt_and_so_does_standing_beside_them():
     assert not sim.world.flames.harm[0, [0, 2]].any()
 
 
-@pytest.mark.paper("B7")
-def test_people_in_flames_and_beside_them_lose_health_accordingly():
-    """Within one tick; q, farther away, loses only what everybody loses."""
-    sim = stage("##########\n#*p.q...E\n##########\n")
-    before = sim.world.bodies.health.copy()
-    sim.step()
-    lost = before - sim.world.bodies.health
-    assert lost[body("p")] - lost[body("q")] == pytest.approx(HEAT_LOSS * sim.tick)
-
-
 # -- Doors --------------------------------------------------------------------------
 
 
@@ -416,35 +359,23 @@ def test_a_door_is_destroyed_as_soon_as_flames_burn_beside_it():
 
 
 @pytest.mark.paper("A6")
-def test_every_door_that_flames_reach_burns_once():
+def test_every_door_that_flames_reach_burns_once_within_a_second():
     """In their cells or beside them; entrances and exits stand."""
     sim = Simulation(
         shipped("tiny"), Scenario(people=0), NoRobots(), seed=3, fire=RandomFire()
     )
     for _ in range(1000):
         sim.step()
-    told = [e.landmark for e in sim.events if isinstance(e, DoorBurnt)]
-    burning = sim.world.flames.burning
-    reached = sim.building.landmark[burning | cells_beside(sim.building, burning)]
-    doors = {m for m in reached.tolist() if m >= 0}
-    doors -= sim.building.exits | set(sim.building.stairwell_of)
-    assert told and len(told) == len(set(told))
-    assert set(told) == doors == set(np.flatnonzero(sim.world.burnt).tolist())
-
-
-@pytest.mark.paper("A6")
-def test_a_door_burns_within_a_second_of_the_flames_arrival():
-    """In it or beside it, and never before."""
-    sim = Simulation(
-        shipped("tiny"), Scenario(people=0), NoRobots(), seed=3, fire=RandomFire()
-    )
-    for _ in range(1000):
-        for event in sim.step():
-            if isinstance(event, DoorBurnt):
-                cells = sim.building.landmark == event.landmark
-                cells |= cells_beside(sim.building, cells)
-                late = event.time - sim.world.flames.arrival[cells].min()
-                assert 0 <= late <= FLAME_SECONDS + 1e-9
+    burnt = {e.landmark: e.time for e in sim.events if isinstance(e, DoorBurnt)}
+    assert len(burnt) == sum(isinstance(e, DoorBurnt) for e in sim.events) > 0
+    for door in sim.building.landmarks:
+        cells = sim.building.landmark == door.index
+        cells |= cells_beside(sim.building, cells)
+        reached = sim.world.flames.arrival[cells].min()
+        stands = door.kind is not Kind.DOOR or reached > sim.world.time
+        assert stands == (door.index not in burnt)
+        if not stands:
+            assert 0 <= burnt[door.index] - reached <= FLAME_SECONDS + 1e-9
 
 
 # -- Strategies ---------------------------------------------------------------------
@@ -504,93 +435,6 @@ def test_a_random_fire_chooses_cells_of_rooms_on_all_floors():
     rng = np.random.default_rng(0)
     floors = [RandomFire().decide(world, rng)[0] for _ in range(300)]
     assert min(np.bincount(floors, minlength=3)) > 70
-
-
-def test_a_greedy_fire_strikes_on_the_way_of_people():
-    """Three people are on their way to the door in the south."""
-    sim = stage(
-        """
-        ###############
-        #......#.....sE
-        #......#......#
-        #......#......#
-        #......#......#
-        #pqr...+......#
-        ###############
-        """
-    )
-    play(sim, 1)
-    decision = GreedyFire().decide(sim.world, np.random.default_rng(0))
-    assert sim.building.cell(*decision[1:]) in {(5, 4), (5, 5), (5, 6)}
-
-
-@pytest.mark.paper("D2", "chosen")
-def test_a_busiest_fire_strikes_where_most_must_come_past():
-    """Nearest to the way out: just outside the exit's clearance."""
-    sim = stage(
-        """
-        #################
-        #......#........#
-        #pqr...+........E
-        #..s...#........#
-        #################
-        """
-    )
-    decision = BusiestFire().decide(sim.world, np.random.default_rng(0))
-    assert sim.building.cell(*decision[1:]) == (2, 11)
-
-
-@pytest.mark.paper("D2", "chosen")
-def test_a_busiest_fire_counts_who_comes_from_above():
-    """One is upstairs and one on the stairs, both of whom p on the ground joins."""
-    sim = stage(
-        """
-           ##############
-        ####.....p......#
-        #AA+............E
-        ####............#
-           ##############
-
-           ##############
-        ####..........qr#
-        #AA+............#
-        ####............#
-           ##############
-        """
-    )
-    enter(sim.world, body("r"), mark(sim, Kind.ENTRANCE, 2))
-    decision = BusiestFire().decide(sim.world, np.random.default_rng(0))
-    assert (decision[0], *sim.building.cell(*decision[1:])) == (0, 2, 11)
-
-
-@pytest.mark.paper("D2", "chosen")
-def test_a_fixed_fire_lights_the_same_places_whoever_is_there():
-    """Beside the exits, then the entrances, lowest floors first; then no more."""
-    sim = Simulation(shipped("paper"), Scenario(people=0, sources=9), seed=1)
-    fire, rng = FixedFire(), np.random.default_rng(0)
-    marks = [m for m in sim.building.landmarks if m.kind is not Kind.DOOR]
-    marks.sort(key=lambda m: (m.kind is not Kind.EXIT, m.floor))
-    for way in marks:
-        floor, x, y = fire.decide(sim.world, rng)
-        nearest = sim.navigation.distance_to(way.index)
-        p = sim.navigation.place(floor, x, y)
-        assert nearest[p] == nearest[fuel(sim.building).ravel()].min()
-        sim.world.flames.sources.append(Source(floor, x, y, 0.0))
-    assert fire.decide(sim.world, rng) is None
-    named = FixedFire([(0, 1.5, 2.5)])
-    sim.world.flames.sources.clear()
-    assert named.decide(sim.world, rng) == (0, 1.5, 2.5)
-
-
-@pytest.mark.paper("D2", "chosen")
-def test_a_closer_fire_closes_exits_first_then_entrances():
-    """The nearest cell that can burn; then it begins anew."""
-    sim = stage(PROTECTED.replace("o", "."))
-    way_out, upstairs = mark(sim, Kind.EXIT), mark(sim, Kind.ENTRANCE, 2)
-    for way in (way_out, upstairs, way_out):
-        decision = CloserFire().decide(sim.world, np.random.default_rng(0))
-        assert sim.navigation.place(*decision) in rim(sim.building, way)
-        sim.world.flames.sources.append(Source(*decision, 0.0))
 
 
 @pytest.mark.paper("D6", "chosen")

@@ -29,24 +29,6 @@ def test_lambda_returns_of_three_decisions_by_hand():
 
 
 @pytest.mark.paper("E1")
-@given(st.integers(1, 10), st.floats(0, 0.99), st.floats(0, 1), st.integers(0, 99))
-def test_lambda_returns_are_the_mixture_of_all_n_step_returns(T, gamma, lambd, seed):
-    """(1 − λ) Σ λ^(n−1) R^(n), and the whole of the rest for the last of them."""
-    rewards, values, last = random(seed, T), random(seed + 1, T), random(5, 1)[0]
-    R = lambda_returns(rewards, values, last, gamma, lambd)
-    V = torch.cat([values, last[None]])
-    for t in range(T):
-        n_steps = [
-            sum(gamma**k * rewards[t + k] for k in range(n)) + gamma**n * V[t + n]
-            for n in range(1, T - t + 1)
-        ]
-        weights = [(1 - lambd) * lambd**k for k in range(T - t - 1)]
-        weights.append(lambd ** (T - t - 1))
-        mixed = sum(w * x for w, x in zip(weights, n_steps, strict=True))
-        assert R[t].item() == pytest.approx(mixed.item(), abs=1e-9)
-
-
-@pytest.mark.paper("E1")
 @given(st.integers(1, 12), st.floats(0, 1), st.floats(0, 1), st.integers(0, 99))
 def test_a_lambda_return_is_gae_and_the_value(T, gamma, lambd, seed):
     """With the same V: so what is new in MA-POCA is the baseline alone."""
@@ -65,21 +47,6 @@ def test_the_baseline_s_loss_is_clipped_around_the_old_baseline():
     loss.backward()
     assert loss.item() == pytest.approx((0.64 + 4 + 0.81) / 3)
     assert b.grad.tolist() == pytest.approx([0, -4 / 3, -1.8 / 3])
-
-
-@pytest.mark.paper("E3")
-@given(st.integers(0, 99))
-def test_the_baseline_s_loss_has_the_slope_of_its_differences(seed):
-    """Central differences against autograd."""
-    b, old, R = (random(seed + k, 6) for k in (0, 100, 200))
-    b.requires_grad_()
-    baseline_loss(b, old, R, 0.2).backward()
-    h = 1e-6
-    for k, step in enumerate(h * torch.eye(6, dtype=torch.float64)):
-        up, down = (baseline_loss(b + s, old, R, 0.2) for s in (step, -step))
-        assert b.grad[k].item() == pytest.approx(
-            ((up - down) / (2 * h)).item(), abs=1e-6
-        )
 
 
 @pytest.mark.paper("E1")
@@ -239,16 +206,6 @@ def test_the_horizon_cuts_a_group_s_trajectories_too():
     assert returned(learner, t, part, 1, 2, 4, 0.0)
 
 
-@pytest.mark.paper("E1")
-def test_an_update_also_reports_the_baseline():
-    """Its loss and its mean, by the original's names."""
-    learner = made()
-    learner.add([life("#####", "####.")])
-    summary = learner.update()
-    names = {"Losses/Baseline Loss", "Policy/Extrinsic Baseline Estimate"}
-    assert names <= set(summary)
-
-
 # -- Tasks with a known answer ------------------------------------------------------
 
 GAME = Sizes(vector=3, grid=(1, 20, 20), continuous=1)
@@ -283,48 +240,6 @@ def lived(vectors, alive, actions, log_probs, rewards):
         log_probs=log_probs,
         rewards=rewards,
     )
-
-
-def bandit(learner, rng, rounds=128):
-    """Agent 0 earns 1 whenever it says more than 0; agent 1 is along for the ride."""
-    vectors = np.tile(WHO, (rounds + 1, 1, 1))
-    actions, log_probs = moves(learner, vectors[:-1], rng)
-    alive = np.arange(rounds + 1)[:, None] < np.array([rounds, rounds])
-    right = actions[:, 0, 0] > 0
-    return lived(vectors, alive, actions, log_probs, right.astype(float)), right.mean()
-
-
-class WithoutCounterfactual(Learner):
-    """The baseline is the value: everybody is praised for what anybody did."""
-
-    def _targets(self, rewards, values, baselines, next_value):
-        return super()._targets(rewards, values, values, next_value)
-
-
-def credit(kind):
-    """How far the lazy one's advantages spread, compared with the useful one's."""
-    learner, rng = player(kind, gamma=0.0), np.random.default_rng(1)
-    learner.actor.requires_grad_(False)  # the critic finds out who earns what
-    for _ in range(16):
-        learner.add([bandit(learner, rng)[0]])
-        spread = learner.buffer.parts[-1].advantages.std(dim=0)
-        learner.update()
-    learner.actor.requires_grad_(True)
-    return learner, rng, (spread[1] / spread[0]).item()
-
-
-@pytest.mark.paper("E1")
-@pytest.mark.slow
-def test_a_lazy_team_mate_gets_no_credit():
-    """Knowing what the useful one did, its own part in it is nothing; and the useful
-    one learns what is good. With V for a baseline it gets as much as the other."""
-    learner, rng, share = credit(Learner)
-    assert share < 0.3
-    for _ in range(8):
-        learner.add([bandit(learner, rng)[0]])
-        learner.update()
-    assert bandit(learner, rng)[1] > 0.95
-    assert credit(WithoutCounterfactual)[2] == pytest.approx(1.0)
 
 
 def door(learner, rng):

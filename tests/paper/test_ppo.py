@@ -5,7 +5,6 @@ the fire's, `MIXED` sizes; what MA-POCA does otherwise stands in `test_poca`.
 """
 
 import math
-from dataclasses import replace
 
 import lives
 import numpy as np
@@ -386,14 +385,3 @@ def test_going_on_from_a_saved_state_is_going_on(trainer_type):
     assert one.update() == two.update()
     assert one.steps == two.steps == 23
     assert equal(state_of(one), state_of(two))
-
-
-def test_refuses_the_weights_of_a_network_of_another_shape():
-    """Rather than half of them."""
-    state = state_of(made())
-    other = Learner(settings("ppo", hidden_units=32), MIXED, 0)
-    with pytest.raises(RuntimeError, match="size mismatch"):
-        restore(other, state)
-    wider = replace(MIXED, vector=6)
-    with pytest.raises(RuntimeError, match="size mismatch"):
-        restore(Learner(settings("ppo"), wider, 0), state)

@@ -76,14 +76,6 @@ def test_the_slopes_of_equation_4_are_those_of_the_text(reward, slope, printed):
     assert float(f"{PAPER.slope(reward):.0e}") == printed
 
 
-@pytest.mark.paper("F3")
-@given(st.floats(-12_000, 15_000))
-def test_a_slope_is_what_a_health_point_more_is_worth(reward):
-    """The oracle is the difference itself."""
-    worth = PAPER.reward_part(reward + 0.5) - PAPER.reward_part(reward - 0.5)
-    assert PAPER.slope(reward) == pytest.approx(worth, rel=1e-6)
-
-
 @pytest.mark.paper("F9", "Eq. 8")
 def test_e_is_one_where_e_prime_is_1649_7():
     """Reward 10000 and difficulty 3558.83 are such a case: y = 242.4, the rest is h."""
@@ -160,25 +152,6 @@ def test_a_baseline_that_met_several_fires_scores_one_on_their_mean():
 
 
 @pytest.mark.paper("F12")
-def test_the_order_of_the_runs_does_not_matter():
-    """Runs come in as workers finish them."""
-    rewards, difficulties = baseline(50)
-    shuffled = np.random.default_rng(1).permutation(50)
-    one = of_one_fire(rewards, difficulties, *POINTS)
-    other = of_one_fire(rewards[shuffled], difficulties[shuffled], *POINTS)
-    assert (one.k, one.beta) == pytest.approx((other.k, other.beta))
-
-
-@pytest.mark.paper("F12")
-def test_other_runs_of_the_same_baseline_make_nearly_the_same_ruler():
-    """Of 90 runs each: what a case reads varies by less than a tenth."""
-    rulers = [of_one_fire(*baseline(90, seed), *POINTS) for seed in range(40)]
-    for case in [(9000.0, 1000.0), (6000.0, 1500.0), (10_500.0, 0.0)]:
-        readings = [ruler.score(*case) for ruler in rulers]
-        assert np.std(readings) < 0.1 * np.mean(readings)
-
-
-@pytest.mark.paper("F12")
 def test_a_ruler_may_be_made_for_another_number_of_people():
     """A tenth of the people have a tenth of the rewards, and the same scores."""
     rewards, difficulties = baseline(60)
@@ -201,15 +174,6 @@ def test_robots_that_fail_half_the_time_do_not_score_as_their_lucky_half():
     assert fair == PAPER.score(1000, 0) == pytest.approx(0.00606, abs=1e-5)
     assert of_scores == pytest.approx(50 * fair, rel=0.01)
     assert of_scores > PAPER.score(11_000, 0)
-
-
-@pytest.mark.paper("F9")
-@given(st.lists(st.tuples(st.floats(-12e3, 15e3), st.floats(0, 4e3)), min_size=1))
-def test_a_mean_of_scores_is_never_below_the_score_of_the_means(runs):
-    """Jensen: E is convex in R and in h, so that it would pay to be unreliable."""
-    rewards, difficulties = np.transpose(runs)
-    of_scores = PAPER.score(rewards, difficulties).mean()
-    assert of_scores >= PAPER.score(rewards.mean(), difficulties.mean()) * (1 - 1e-9)
 
 
 @given(REWARDS, REWARDS, DIFFICULTIES, DIFFICULTIES)
@@ -243,22 +207,11 @@ def test_whatever_forty_people_earn_can_be_read():
     assert PAPER.score(PEOPLE * 400.0, 4000.0) == pytest.approx(2.31, abs=0.01)
 
 
-def test_very_bad_rewards_are_worth_nothing():
-    """0, not an underflow."""
-    assert PAPER.reward_part(-1e9) == 0
-
-
 @pytest.mark.parametrize("difficulty", [-1e-9, 1e8, 1e300, float("nan")])
 def test_refuses_difficulties_that_lie_off_the_ruler(difficulty):
     """A difficulty is not below 0: h² would hide it."""
     with pytest.raises(RulerError, match=r"difficulty .* lies off this ruler"):
         PAPER.score(0.0, difficulty)
-
-
-def test_refuses_one_bad_number_in_an_array():
-    """And names it."""
-    with pytest.raises(RulerError, match="reward 90000 "):
-        PAPER.score(np.array([0, 9e4]), np.zeros(2))
 
 
 def test_refuses_to_name_a_difficulty_where_the_reward_is_enough():

@@ -1,0 +1,304 @@
+"""Strategies written by hand: guides, and fires that have a plan."""
+
+import numpy as np
+import pytest
+from movies import body, follow, mark, play, shipped, stage, wait
+
+from reference.building import Kind
+from reference.flames import fuel, rim
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.stairs import enter
+from reference.strategies import NoFire, RandomFire
+from reference.workshop.strategies.fires import (
+    BusiestFire,
+    CloserFire,
+    FixedFire,
+    GreedyFire,
+)
+from reference.workshop.strategies.robots import (
+    Escort,
+    Observer,
+    Patrol,
+    Sweep,
+    as_observed,
+    before_stairwell,
+)
+from reference.world import NOBODY, Source
+
+
+def decided(robots, sim):
+    """Column of the cell that the last robot of a scene is sent to."""
+    x, _ = robots.decide(sim.world, sim.world.robots, sim.rng["robots"])[-1]
+    return sim.building.cell(x, 0.5)[1]
+
+
+# -- Guides -------------------------------------------------------------------------
+
+
+def test_patrolling_robots_go_from_room_to_way_out_to_room():
+    """The next stop as soon as the last one is reached, not before."""
+    sim = Simulation(shipped("tiny"), Scenario(people=0), Patrol(), NoFire())
+    patrol, rng = Patrol(), np.random.default_rng(0)
+    robot = sim.world.robots[-1]
+    stops = [patrol.decide(sim.world, [robot], rng)[0] for _ in range(6)]
+    ways = [sim.building.landmarks[m].position for m in sim.building.ways_out(1)]
+    rooms = [room.centre for room in sim.building.rooms(1)]
+    assert all(stop in rooms for stop in stops[::2])
+    assert all(stop in ways for stop in stops[1::2])
+    robot.way = [robot.place]
+    assert patrol.decide(sim.world, [robot], rng) == [None]
+
+
+@pytest.mark.parametrize("robots", [Sweep(), Escort()])
+@pytest.mark.parametrize(("full", "first"), [(1, "way out"), (10, "q")])
+def test_robots_lead_no_more_than_can_pass_doors(full, first, robots, monkeypatch):
+    """With as many as that they go to the way out, else first to who is nearby."""
+    monkeypatch.setattr("reference.workshop.strategies.robots.FULL", full)
+    sim = stage("##################\n#....q..pR.......E\n##################")
+    follow(sim, "p", sim.world.robots[0].body)
+    x, _ = robots.decide(sim.world, sim.world.robots, sim.rng["robots"])[0]
+    assert (x > 7) == (first == "way out")
+
+
+def test_sweeping_robots_share_the_groups():
+    """The first takes the largest that nobody guides yet, the second what is left."""
+    sim = stage(
+        """
+        ###################
+        #.......R........q#
+        #p......R........r#
+        #................s#
+        ########E##########
+        """
+    )
+    one, other = Sweep().decide(sim.world, sim.world.robots, sim.rng["robots"])
+    assert one[0] > 5 and other[0] < -5
+
+
+TWO_EXITS = """
+    ############################
+    E...................pR..*..E
+    ############################
+    """
+
+
+@pytest.mark.paper("D7")
+def test_sweeping_robots_lead_people_where_risk_is_least():
+    """West, though the exit in the east is nearer: flames count as metres."""
+    for flame, column in (("*", 0), (".", 27)):
+        sim = stage(TWO_EXITS.replace("*", flame))
+        follow(sim, "p", sim.world.robots[0].body)
+        assert decided(Sweep(), sim) == column
+
+
+@pytest.mark.paper("C7")
+@pytest.mark.parametrize("robots", [Sweep(), Escort()])
+def test_idle_robots_wait_before_stairs_that_end_on_their_floor(robots):
+    """People still come down B in the east, which ends here; A goes on down."""
+    sim = stage(
+        """
+           #########
+        ####.......#
+        #AA+...R...E
+        ####.......#
+           #########
+
+           #########
+        ####.......####
+        #AA+...R...+BB#
+        ####.......####
+           #########
+
+           #########
+        ####.......####
+        #AA+...R...+BB#
+        ####.......####
+           #########
+        """
+    )
+    here = [robot for robot in sim.world.robots if robot.floor == 1]
+    there = robots.decide(sim.world, here, sim.rng["robots"])
+    assert there == [before_stairwell(sim.building, 1, 1)]
+
+
+TWO_STAIRS = """
+       ############
+    ####...*.......####
+    #AA+...*.......+BB#
+    ####...*....R..####
+       ######E#####
+
+       ############
+    ####...........####
+    #AA+....pR.....+BB#
+    ####...........####
+       ############
+    """
+
+
+@pytest.mark.paper("C7")
+def test_an_escort_counts_the_way_from_the_foot_of_the_stairs():
+    """Down the farther stairs in the east, when the ground floor burns in the west."""
+    for flames, column in (("*", 15), (".", 3)):
+        sim = stage(TWO_STAIRS.replace("*", flames))
+        follow(sim, "p", sim.world.robots[1].body)
+        assert decided(Escort(), sim) == column
+
+
+@pytest.mark.paper("C7")
+def test_an_escort_fetches_only_who_is_near_its_way():
+    """With p it turns back for r who is 3 m away, not for r who is 11 m away."""
+    for metres, column in ((3, 15), (11, 0)):
+        row = f"E..........pR{'.' * (metres - 1)}r".ljust(25, ".") + "#"
+        sim = stage("\n".join(["#" * 26, row, "#" * 26]))
+        follow(sim, "p", sim.world.robots[0].body)
+        assert decided(Escort(), sim) == column
+
+
+@pytest.mark.paper("C7")
+def test_an_escort_waits_at_the_foot_for_people_on_the_stairs():
+    """Nobody is on its floor yet; p will be in some seconds."""
+    sim = stage(TWO_STAIRS.replace("*", "."))
+    enter(sim.world, 0, sim.building.stairwells[0].entrances[1][0])
+    to = Escort().decide(sim.world, sim.world.robots, sim.rng["robots"])[0]
+    assert to == before_stairwell(sim.building, 0, 0)
+
+
+@pytest.mark.paper("C3")
+def test_an_observer_takes_whoever_is_in_sight_of_a_robot_for_its_follower():
+    """The nearer robot's, behind no wall; flames do not hide t, and q is too far."""
+    sim = stage(
+        """
+        #####################
+        #p.R..r..R*t#s......#
+        #.................q.E
+        #####################
+        """
+    )
+    first, second = (robot.body for robot in sim.world.robots)
+    follow(sim, "q", first)
+    leader = as_observed(sim.world).bodies.leader.tolist()
+    seen = dict(zip("pqrst", leader, strict=True))
+    assert seen == dict(p=first, q=NOBODY, r=first, s=NOBODY, t=second)
+    assert sim.world.bodies.leader.max() == first  # the world itself is as it was
+
+
+@pytest.mark.paper("C3")
+def test_an_observer_decides_the_same_whatever_people_have_in_mind():
+    """Whom they follow, where they are headed, and how far down the stairs they are."""
+    sim = Simulation(shipped("paper"), Scenario(), Escort(), RandomFire(), seed=3)
+    wait(sim, 40)
+    world, rng = sim.world, np.random.default_rng(0)
+    before = Observer().decide(world, world.robots, rng)
+    bodies, n = world.bodies, len(world.bodies)
+    assert before != Escort().decide(world, world.robots, rng)
+    assert np.isfinite(bodies.stairs_until).any()
+    bodies.leader[:] = rng.integers(-1, n + len(world.robots), n)
+    bodies.landmark[:] = rng.integers(-1, len(sim.building.landmarks), n)
+    bodies.stairs_until += 3
+    assert Observer().decide(world, world.robots, rng) == before
+
+
+# -- Fires --------------------------------------------------------------------------
+
+
+def test_a_greedy_fire_strikes_on_the_way_of_people():
+    """Three people are on their way to the door in the south."""
+    sim = stage(
+        """
+        ###############
+        #......#.....sE
+        #......#......#
+        #......#......#
+        #......#......#
+        #pqr...+......#
+        ###############
+        """
+    )
+    play(sim, 1)
+    decision = GreedyFire().decide(sim.world, np.random.default_rng(0))
+    assert sim.building.cell(*decision[1:]) in {(5, 4), (5, 5), (5, 6)}
+
+
+@pytest.mark.paper("D2", "chosen")
+def test_a_busiest_fire_strikes_where_most_must_come_past():
+    """Nearest to the way out: just outside the exit's clearance."""
+    sim = stage(
+        """
+        #################
+        #......#........#
+        #pqr...+........E
+        #..s...#........#
+        #################
+        """
+    )
+    decision = BusiestFire().decide(sim.world, np.random.default_rng(0))
+    assert sim.building.cell(*decision[1:]) == (2, 11)
+
+
+@pytest.mark.paper("D2", "chosen")
+def test_a_busiest_fire_counts_who_comes_from_above():
+    """One is upstairs and one on the stairs, both of whom p on the ground joins."""
+    sim = stage(
+        """
+           ##############
+        ####.....p......#
+        #AA+............E
+        ####............#
+           ##############
+
+           ##############
+        ####..........qr#
+        #AA+............#
+        ####............#
+           ##############
+        """
+    )
+    enter(sim.world, body("r"), mark(sim, Kind.ENTRANCE, 2))
+    decision = BusiestFire().decide(sim.world, np.random.default_rng(0))
+    assert (decision[0], *sim.building.cell(*decision[1:])) == (0, 2, 11)
+
+
+@pytest.mark.paper("D2", "chosen")
+def test_a_fixed_fire_lights_the_same_places_whoever_is_there():
+    """Beside the exits, then the entrances, lowest floors first; then no more."""
+    sim = Simulation(shipped("paper"), Scenario(people=0, sources=9), seed=1)
+    fire, rng = FixedFire(), np.random.default_rng(0)
+    marks = [m for m in sim.building.landmarks if m.kind is not Kind.DOOR]
+    marks.sort(key=lambda m: (m.kind is not Kind.EXIT, m.floor))
+    for way in marks:
+        floor, x, y = fire.decide(sim.world, rng)
+        nearest = sim.navigation.distance_to(way.index)
+        p = sim.navigation.place(floor, x, y)
+        assert nearest[p] == nearest[fuel(sim.building).ravel()].min()
+        sim.world.flames.sources.append(Source(floor, x, y, 0.0))
+    assert fire.decide(sim.world, rng) is None
+    named = FixedFire([(0, 1.5, 2.5)])
+    sim.world.flames.sources.clear()
+    assert named.decide(sim.world, rng) == (0, 1.5, 2.5)
+
+
+@pytest.mark.paper("D2", "chosen")
+def test_a_closer_fire_closes_exits_first_then_entrances():
+    """The nearest cell that can burn; then it begins anew."""
+    sim = stage(
+        """
+           ####################
+        ####..................#
+        #AA+..................E
+        ####..................#
+           ####################
+
+           ####################
+        ####..................#
+        #AA+..................#
+        ####..................#
+           ####################
+        """
+    )
+    way_out, upstairs = mark(sim, Kind.EXIT), mark(sim, Kind.ENTRANCE, 2)
+    for way in (way_out, upstairs, way_out):
+        decision = CloserFire().decide(sim.world, np.random.default_rng(0))
+        assert sim.navigation.place(*decision) in rim(sim.building, way)
+        sim.world.flames.sources.append(Source(*decision, 0.0))
