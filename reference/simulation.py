@@ -13,7 +13,7 @@ from math import inf, nan
 
 import numpy as np
 
-from reference import motion, paper, stairs, walking
+from reference import motion, paper, walking
 from reference.beginning import beginning, generators, occupancy
 from reference.building import Building, Kind
 from reference.events import (
@@ -212,7 +212,7 @@ class Simulation:
         who = np.flatnonzero(self.world.bodies.walking)
         target = walking.targets(self.world, who)
         self.walked_to = self._walk(who, target)
-        touched = walking.arrive(self.world, who, target, self.walked_to)
+        touched = walking.advance(self.world, who, target, self.walked_to)
         self.fill_doors(touched)
         return touched
 
@@ -296,7 +296,7 @@ class Simulation:
                 self._touch(i, before, int(self._marks[bodies.place[i]]))
         landing = np.flatnonzero(bodies.stairs_until <= self.world.time).tolist()
         for i in landing:
-            if (passed := stairs.descend(self.world, i)) is not None:
+            if (passed := walking.descend(self.world, i)) is not None:
                 self._record(LeftFloor, i, passed, float(bodies.health[i]))
             self.due[i] = bodies.walking[i]
         if len(dead) or touched or landing:
@@ -312,7 +312,7 @@ class Simulation:
             self._leave(i, Fate.EVACUATED)
             self._record(Evacuated, i, landmark.floor, float(bodies.health[i]), mark)
         elif landmark.leads_out:
-            stairs.enter(self.world, i, mark)
+            walking.enter_stairs(self.world, i, mark)
         elif not self.world.burnt[mark]:
             side = int(self._areas[before])
             beyond = self.navigation.beyond(int(bodies.place[i]), side)
