@@ -21,6 +21,7 @@ BOOK = (
     "robots",  # Algorithm 3, Eq. 1
     "strategies",  # the simplest: nobody, and at random
     "motion",  # bodies move without overlap
+    "walking",  # people set off and walk, many at once
     "stairs",  # down, past landings, out
     "beginning",  # who stands where before the first tick
     "game.rewards",  # events -> rewards

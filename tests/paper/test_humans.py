@@ -21,6 +21,7 @@ from movies import (
     wait,
 )
 
+from reference import walking
 from reference.building import Kind
 from reference.events import Died, Evacuated, LeftFloor
 from reference.humans import desired, pass_landmark, stuck
@@ -38,7 +39,7 @@ from reference.paper import (
 )
 from reference.perception import Surroundings, look
 from reference.robots import followers_of
-from reference.simulation import Simulation, people_decide
+from reference.simulation import Simulation
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.robots import Sweep
 from reference.world import (
@@ -1088,7 +1089,7 @@ def look_and_think(sim, i):
     """Let human i decide once, and nothing else; all that they remember then."""
     around = Surroundings.of(sim.world, sim.sight)
     views = look(sim.world, around, np.array([i]))
-    people_decide(sim.world, np.array([i]), views)
+    walking.decide(sim.world, np.array([i]), views)
     return sim.world.minds[i]
 
 
