@@ -177,7 +177,7 @@ def test_draw_shows_one_floor_alone(tmp_path, capsys):
     [
         (["-o", "missing/shed.png"], 1, "Name a file in a folder that exists"),
         (["-o", "shed.bmp"], 2, "End the name in .png, .svg or .pdf."),
-        (["--floor", "2"], 2, "Give a number from 1 to 1."),
+        (["--floor", "2"], 2, "Choose one from 1 to 1."),
         (["--floor", "1", "--view", "oblique"], 2, "--floor goes with"),
         (["--view", "inside"], 2, "invalid choice: 'inside'"),
     ],
