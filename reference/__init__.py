@@ -21,7 +21,7 @@ BOOK = (
     "robots",  # Algorithm 3, Eq. 1
     "strategies",  # the simplest: nobody, and at random
     "motion",  # bodies move without overlap
-    "stairs",  # down, past landings, out
+    "walking",  # people set off, walk, take the stairs
     "beginning",  # who stands where before the first tick
     "game.rewards",  # events -> rewards
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE

@@ -7,14 +7,13 @@ a world, through the modules before it.
 """
 
 from collections import Counter
-from collections.abc import Callable
 from copy import copy, deepcopy
 from dataclasses import dataclass, replace
 from math import inf, nan
 
 import numpy as np
 
-from reference import motion, paper, stairs
+from reference import motion, paper, walking
 from reference.beginning import beginning, generators, occupancy
 from reference.building import Building, Kind
 from reference.events import (
@@ -28,20 +27,15 @@ from reference.events import (
 from reference.fire import Generator, fire_acts
 from reference.flames import Spread, cells_beside
 from reference.game.rewards import group_reward
-from reference.humans import pass_landmark, think
+from reference.humans import pass_landmark
 from reference.navigation import Navigation, navigation_of
 from reference.paper import Scenario
-from reference.perception import Surroundings, View, look
+from reference.perception import Surroundings, look
 from reference.robots import Destinations, RobotAlgorithm
 from reference.sight import Sight, sight_of
 from reference.strategies import FireStrategy, NoFire, NoRobots, RobotStrategy
-from reference.world import NOBODY, NOWHERE, Aim, Fate, Source, World
-
-Touched = list[tuple[int, int]]
-"""People who have come upon a landmark, and the places they came from."""
-
-Asked = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""(k,) places or landmarks, and (k,) people who ask -> (k,) bool."""
+from reference.walking import Touched
+from reference.world import NOBODY, NOWHERE, Fate, Source, World
 
 
 @dataclass(frozen=True)
@@ -63,6 +57,8 @@ class Simulation:
 
     world   what exists now;  events  all that has happened
     tick    seconds of one step;  decision_ticks  ticks from one decision to the next
+    due     (n,) bool, who thinks next;  turn  (n,) each one's tick of RECONSIDER_TICKS
+    full_until  (landmarks + 1,) s, when each lets somebody in; the last: nowhere
     walked_to  (k, 2) metres where last tick's walkers got to, before stairs took any
     """
 
@@ -101,7 +97,7 @@ class Simulation:
         self._flame_ticks = max(1, round(paper.FLAME_SECONDS / self.tick))
         self._next_ignition = self.world.time if self.world.flames.sources else inf
         self.surroundings = Surroundings.of(self.world, self.sight)
-        self.full_until = np.zeros(len(building.landmarks) + 1)  # s; the last: nowhere
+        self.full_until = np.zeros(len(building.landmarks) + 1)
         self.turn = np.arange(len(self.world.bodies)) % paper.RECONSIDER_TICKS
         self.due = np.ones(len(self.world.bodies), dtype=bool)
 
@@ -120,7 +116,7 @@ class Simulation:
         who = np.flatnonzero(self.due & self.world.bodies.walking)
         views = look(self.world, self.surroundings, who)
         # DECIDE
-        people_decide(self.world, who, views)
+        walking.decide(self.world, who, views)
         destinations = self.strategies_decide()
         # MOVE
         self.robots_move(destinations)
@@ -199,7 +195,7 @@ class Simulation:
         result = self.generator.generate(self.world, decision)
         if isinstance(result, Source):
             self.spread.ignite(flames, result)
-            self._next_ignition = self.world.time if self.world.flames.sources else inf
+            self._next_ignition = self.world.time
             self._record(FireLit, result.floor, result.x, result.y)
         else:
             self.events.append(result)
@@ -214,9 +210,9 @@ class Simulation:
     def _people_move(self) -> Touched:
         """Walk people one tick; return who stepped onto a landmark [A5]."""
         who = np.flatnonzero(self.world.bodies.walking)
-        target = targets(self.world, who)
+        target = walking.targets(self.world, who)
         self.walked_to = self._walk(who, target)
-        touched = people_arrive(self.world, who, target, self.walked_to)
+        touched = walking.advance(self.world, who, target, self.walked_to)
         self.fill_doors(touched)
         return touched
 
@@ -231,13 +227,14 @@ class Simulation:
         """Tell where these people may stand."""
         burning = self.world.flames.burning.ravel()
         full = self.full_until > self.world.time + 1e-9
-        return free_for(self.world, who, lambda p, _: burning[p], lambda m, _: full[m])
+        return walking.free_for(
+            self.world, who, lambda p, _: burning[p], lambda m, _: full[m]
+        )
 
     def fill_doors(self, touched: Touched) -> None:
         """Close the doors, entrances and exits just entered until they have room [A5].
 
-        touched: people who have just stepped onto them. A way that
-        became free within the last tick counts from then on, not from the tick's end.
+        A way that became free within the last tick counts from then on.
         """
         if not touched:
             return
@@ -299,7 +296,7 @@ class Simulation:
                 self._touch(i, before, int(self._marks[bodies.place[i]]))
         landing = np.flatnonzero(bodies.stairs_until <= self.world.time).tolist()
         for i in landing:
-            if (passed := stairs.descend(self.world, i)) is not None:
+            if (passed := walking.descend(self.world, i)) is not None:
                 self._record(LeftFloor, i, passed, float(bodies.health[i]))
             self.due[i] = bodies.walking[i]
         if len(dead) or touched or landing:
@@ -315,7 +312,7 @@ class Simulation:
             self._leave(i, Fate.EVACUATED)
             self._record(Evacuated, i, landmark.floor, float(bodies.health[i]), mark)
         elif landmark.leads_out:
-            stairs.enter(self.world, i, mark)
+            walking.enter_stairs(self.world, i, mark)
         elif not self.world.burnt[mark]:
             side = int(self._areas[before])
             beyond = self.navigation.beyond(int(bodies.place[i]), side)
@@ -330,87 +327,3 @@ class Simulation:
 
     def _record(self, event: type[Event], *facts: object) -> None:
         self.events.append(event(self.world.time, *facts))
-
-
-# -- What people do, of one world or of several -------------------------------------
-
-
-def people_decide(world: World, who: np.ndarray, views: list[View]) -> None:
-    """Let these people think; then copy their goals to their bodies."""
-    minds, bodies = [world.minds[i] for i in who.tolist()], world.bodies
-    for me, view in zip(minds, views, strict=True):
-        think(me, view)
-    bodies.mode[who] = [int(me.mode) for me in minds]
-    bodies.leader[who] = [me.leader for me in minds]
-    goals = [me.goal for me in minds]
-    landmark = Aim.LANDMARK
-    marks = [g.which if g.aim is landmark else NOWHERE for g in goals]
-    place = np.array([goal.place for goal in goals], dtype=np.int64)
-    there, stays = navigation_of(world.building).centres[place], place == NOWHERE
-    bodies.landmark[who] = marks
-    bodies.target[who] = np.where(stays[:, None], bodies.position[who], there)
-
-
-def targets(world: World, who: np.ndarray) -> np.ndarray:
-    """(k, 2) metres where these people walk straight at."""
-    bodies, nav = world.bodies, navigation_of(world.building)
-    marks, target = bodies.landmark[who], bodies.target[who]
-    guided = np.flatnonzero(marks >= 0)
-    waypoint = nav.waypoint(marks[guided], bodies.place[who[guided]])
-    target[guided] = nav.centres[waypoint]
-    return target
-
-
-def free_for(world: World, who: np.ndarray, burns: Asked, full: Asked) -> motion.Free:
-    """Tell where people may stand: not in walls, full doors, or flames if careful.
-
-    burns: is there a flame in a place?  full: is a landmark full?
-    """
-    bodies, nav = world.bodies, navigation_of(world.building)
-    marks, here, floor = (
-        world.building.landmark.ravel(),
-        bodies.place[who],
-        bodies.floor[who],
-    )
-    inside, reckless = marks[here], bodies.reckless_until[who] > world.time - 1e-9
-    fearless = burns(here, np.arange(len(who))) | reckless
-
-    def free(position: np.ndarray, which: np.ndarray) -> np.ndarray:
-        """May these stand at these positions?"""
-        place = nav.places_at(floor[which], position)
-        mark = marks[place]
-        room = ~full(mark, which) | (mark == inside[which])
-        return room & nav.walkable[place] & (~burns(place, which) | fearless[which])
-
-    return free
-
-
-def people_arrive(
-    world: World, who: np.ndarray, target: np.ndarray, moved: np.ndarray
-) -> Touched:
-    """Put people where they walked to; return who stepped onto a landmark [A5]."""
-    bodies, marks = world.bodies, world.building.landmark.ravel()
-    before, nav = bodies.place[who], navigation_of(world.building)
-    bodies.position[who] = moved
-    bodies.place[who] = place = nav.places_at(bodies.floor[who], moved)
-    _notice_stuck(world, who, target)
-    mark = marks[place]
-    upon = np.flatnonzero((mark >= 0) & (mark != marks[before]))
-    return list(zip(who[upon].tolist(), before[upon].tolist(), strict=True))
-
-
-def _notice_stuck(world: World, who: np.ndarray, target: np.ndarray) -> None:
-    """Find who is stuck; they ignore flames for a while, then try anew [B5]."""
-    bodies, time = world.bodies, world.time
-    position = bodies.position[who]
-    moved = np.maximum(*np.abs(position - bodies.anchor[who]).T)
-    left = np.maximum(*np.abs(target - position).T)
-    arrived = (left < paper.STUCK_METRES) & (bodies.landmark[who] < 0)
-    waited = time - bodies.anchor_time[who] - 1e-9
-    anew = waited > paper.STUCK_SECONDS + paper.RECKLESS_SECONDS
-    ahead = (moved > paper.STUCK_METRES) | arrived | anew
-    bodies.anchor[who[ahead]] = position[ahead]
-    bodies.anchor_time[who[ahead]] = time
-    calm = bodies.reckless_until[who] < time - 1e-9
-    halted = who[~ahead & calm & (waited > paper.STUCK_SECONDS)]
-    bodies.reckless_until[halted] = time + paper.RECKLESS_SECONDS

@@ -18,6 +18,7 @@ from unittest.mock import patch
 import numpy as np
 from hypothesis import strategies as st
 
+from reference import walking
 from reference.beginning import beginning
 from reference.building import Building
 from reference.flames import Spread
@@ -25,7 +26,7 @@ from reference.floorplan import Plan, Storey, parse
 from reference.navigation import navigation_of
 from reference.paper import WALKING_SPEED, Scenario
 from reference.perception import Surroundings, look
-from reference.simulation import Simulation, people_decide
+from reference.simulation import Simulation
 from reference.workshop.maps import load
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.world import Mode, Source
@@ -163,7 +164,7 @@ def view(sim, letter):
 def decide(sim, letter):
     """Let the human with a letter think once, and nothing else; its goal."""
     me = mind(sim, letter)
-    people_decide(sim.world, np.array([body(letter)]), [view(sim, letter)])
+    walking.decide(sim.world, np.array([body(letter)]), [view(sim, letter)])
     return me.goal
 
 

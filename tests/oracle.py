@@ -1,4 +1,4 @@
-"""A second, naive computation of the trainers' networks and losses, to compare with.
+"""A second, naive computation of the trainers' networks, to compare with.
 
 The way ML-Agents arranges them: one row per agent and decision; for every row the image
 and every mate are encoded anew; absent mates are rows of nan, masked with −1e6 in the
@@ -157,35 +157,3 @@ def acted(
         parts.append(torch.log(probs.gather(-1, chosen)))
         entropy = entropy - (probs * torch.log(probs)).sum(-1)
     return torch.cat(parts, dim=-1), entropy
-
-
-def group_loss(
-    actor: dict[str, Tensor],
-    critic: dict[str, Tensor],
-    rows: dict[str, Tensor],
-    epsilon: float,
-    beta: float,
-) -> Tensor:
-    """MA-POCA's loss as a plain sum over every live agent's row.
-
-    rows: vectors, grids, alive, actions, log_probs, baselines, returns,
-    advantages, shaped as in `Decisions`.
-    """
-    log_probs, entropy = acted(actor, rows["vectors"], rows["grids"], rows["actions"])
-    V, b = group_worth(
-        critic, rows["vectors"], rows["grids"], rows["alive"], rows["actions"]
-    )
-    total, count = torch.zeros((), dtype=V.dtype), 0
-    for n, j in rows["alive"].nonzero().tolist():
-        A, R, old = (
-            rows[name][n, j] for name in ("advantages", "returns", "baselines")
-        )
-        rho = torch.exp(log_probs[n, j] - rows["log_probs"][n, j])
-        kept = torch.clamp(rho, 1 - epsilon, 1 + epsilon)
-        policy = -torch.min(rho * A, kept * A).mean()
-        near = old + torch.clamp(b[n, j] - old, -epsilon, epsilon)
-        baseline = torch.max((b[n, j] - R) ** 2, (near - R) ** 2)
-        value = (V[n, j] - R) ** 2
-        total = total + policy + 0.5 * (value + 0.5 * baseline)
-        total, count = total - beta * entropy[n, j], count + 1
-    return total / count

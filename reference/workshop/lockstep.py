@@ -15,16 +15,10 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
-from reference import motion, paper
+from reference import motion, paper, walking
 from reference.perception import View, points, show_bodies, views_of
-from reference.simulation import (
-    Simulation,
-    Touched,
-    free_for,
-    people_arrive,
-    people_decide,
-    targets,
-)
+from reference.simulation import Simulation
+from reference.walking import Touched
 from reference.world import Bodies
 
 
@@ -92,7 +86,7 @@ class Lockstep:
         who = np.flatnonzero(self.due & self.world.bodies.walking)
         views = self._look(who)
         # DECIDE
-        people_decide(self.world, who, views)
+        walking.decide(self.world, who, views)
         destinations = [run.strategies_decide() for run in going]
         # MOVE
         for run, decided in zip(going, destinations, strict=True):
@@ -123,9 +117,9 @@ class Lockstep:
 
     def _people_move(self) -> Touched:
         who = np.flatnonzero(self.world.bodies.walking)
-        target = targets(self.world, who)
+        target = walking.targets(self.world, who)
         moved = self._walk(who, target)
-        touched = people_arrive(self.world, who, target, moved)
+        touched = walking.advance(self.world, who, target, moved)
         for run, own in self._by_world(touched):
             run.fill_doors(own)
         return touched
@@ -162,7 +156,7 @@ class Lockstep:
     def _free(self, who: np.ndarray) -> motion.Free:
         world, burning = who // self.n, self._burning
         full = self.full_until > self.world.time + 1e-9
-        return free_for(
+        return walking.free_for(
             self.world,
             who,
             lambda places, asking: burning[world[asking], places],

@@ -23,8 +23,8 @@ from reference.evaluation.score import PAPER
 from reference.flames import Spread, fuel, rim
 from reference.paper import FIRE_SOURCES, HEALTH_SECONDS, Scenario
 from reference.simulation import Simulation
-from reference.stairs import enter
 from reference.strategies import NoFire, NoRobots, RandomFire
+from reference.walking import enter_stairs
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import Sweep
 from reference.world import Source
@@ -323,7 +323,7 @@ def test_people_are_counted_where_they_are():
            #########
         """
     )
-    enter(sim.world, body("s"), sim.building.stairwells[0].entrances[1][0])
+    enter_stairs(sim.world, body("s"), sim.building.stairwells[0].entrances[1][0])
     counts = [2, 1, 0, 1, 1]  # rooms, then stairs, floor by floor
     assert people_in(sim.world).tolist() == counts
     nobody = np.zeros(len(counts))

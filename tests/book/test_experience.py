@@ -90,16 +90,6 @@ def test_a_lone_agent_s_rows_are_shuffled_and_the_tail_is_dropped():
 
 
 @pytest.mark.paper("E3")
-def test_minibatches_of_a_group_hold_about_batch_size_steps():
-    """⌊21/6⌋ = 3 of them from 9 decisions of 3, 2 or 1 agents, two decisions each."""
-    decisions = numbered("#" * 9, "#######..", "#####....")
-    batches = drawn(decisions, 6)
-    assert [len(b) for b in batches] == [2, 2, 2]
-    rows = [set(b.advantages[:, 0].tolist()) for b in batches]
-    assert len(set.union(*rows)) == 6
-
-
-@pytest.mark.paper("E3")
 @given(st.integers(1, 40), st.integers(1, 4), st.integers(1, 40), st.integers(0, 9))
 def test_there_are_as_many_minibatches_as_whole_batches_of_steps(T, G, size, seed):
     """Each of a size, no decision in two of them, however the group shrinks."""

@@ -100,6 +100,7 @@ def test_every_drawing_comes_back_from_its_text(house):
         ("floor 1", "floor 2", 4, "this should be floor 1"),
         ("floor 1: ground", "", 5, "this row stands before any floor"),
         ("lab#", "lab|", 7, "a sign here has no meaning"),
+        ("+lab#", "+.1b#", 7, "a sign here has no meaning"),
         ("hall+", "hall++", 7, "this row has 15 columns, the size says 14"),
         ("   ####E######\n", "", 10, "the drawing above has 4 rows, the size says"),
     ],

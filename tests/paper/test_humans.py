@@ -21,6 +21,7 @@ from movies import (
     wait,
 )
 
+from reference import walking
 from reference.building import Kind
 from reference.events import Died, Evacuated, LeftFloor
 from reference.humans import desired, pass_landmark, stuck
@@ -38,8 +39,7 @@ from reference.paper import (
 )
 from reference.perception import Surroundings, look
 from reference.robots import followers_of
-from reference.simulation import Simulation, people_decide
-from reference.workshop.lockstep import to_the_end
+from reference.simulation import Simulation
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.robots import Sweep
 from reference.world import (
@@ -1089,7 +1089,7 @@ def look_and_think(sim, i):
     """Let human i decide once, and nothing else; all that they remember then."""
     around = Surroundings.of(sim.world, sim.sight)
     views = look(sim.world, around, np.array([i]))
-    people_decide(sim.world, np.array([i]), views)
+    walking.decide(sim.world, np.array([i]), views)
     return sim.world.minds[i]
 
 
@@ -1116,20 +1116,3 @@ def alter_elsewhere(sim, i, rng):
     for robot in world.robots:
         if hidden[robot.place]:
             say(sim, robot, Instruction.THIS_EXIT)
-
-
-# -- How well one sees --------------------------------------------------------------
-
-
-@pytest.mark.slow
-@pytest.mark.paper("B2", "chosen")
-def test_who_sees_farther_gets_out_no_less():
-    """In the paper's building, 40 evacuations; up to five points are left to chance."""
-    saved = []
-    for metres in (5, 6.5, 8, 10, 12):
-        rule, seeds = Scenario(sight_range=metres), range(91_001, 91_041)
-        runs = [Simulation(shipped("paper"), rule, seed=seed) for seed in seeds]
-        to_the_end(runs)
-        out = np.mean([run.outcome().evacuated / len(run.world.bodies) for run in runs])
-        assert out > max(saved, default=0) - 0.05
-        saved.append(out)

@@ -1,17 +1,17 @@
-"""MA-POCA: its formulas, who is credited with what, and tasks only it can solve.
+"""MA-POCA: its formulas, who is credited with what, and a task only it can solve.
 
-The last section is the point of it all: two small games with a known answer, each
-played by the learner and by one with a single line of it taken out.
+The whole loss and its gradients are compared with `tutorials/ma_poca.py`. The last
+section is the point of it all: a small game with a known answer, played by the learner
+and by one with a single line of it taken out.
 """
 
-import lives
 import numpy as np
 import oracle
 import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
-from lives import SIZES, gradients, life, random, settings, tensor
+from lives import SIZES, life, random, settings, tensor
 
 from reference.learning.experience import Trajectory
 from reference.learning.networks import Sizes
@@ -64,9 +64,6 @@ def test_an_advantage_is_the_return_less_the_agent_s_own_baseline():
     assert A.tolist() == [[0.5, -0.5], [0.5, 2.0]]
 
 
-# -- The whole loss -----------------------------------------------------------------
-
-
 def made(seed=1, sizes=SIZES, **changes):
     """A learner whose network is small, and its numbers far from zero."""
     learner = Learner(settings("poca", **changes), sizes, seed)
@@ -76,37 +73,6 @@ def made(seed=1, sizes=SIZES, **changes):
             p.add_(0.2 * torch.randn_like(p))
     learner.update_normalisers([life("######", sizes=sizes, seed=7)])
     return learner
-
-
-def pulled(learner, loss):
-    """The loss as a number, and every parameter's gradient."""
-    loss.backward()
-    actor, critic = gradients(learner.actor), gradients(learner.critic)
-    return loss.item(), [*actor.values(), *critic.values()]
-
-
-CLOSE = {torch.float32: 1e-5, torch.float64: 1e-11}
-
-
-@pytest.mark.paper("E1")
-@pytest.mark.parametrize("dtype", CLOSE, ids=str)
-def test_the_loss_and_all_gradients_are_those_of_the_naive_arrangement(dtype):
-    """Image, embeddings and projections once per decision: the same mathematics.
-
-    The oracle adds up live agents alone, so neither what stands in the rows of the
-    absent nor the order of mates teaches anything.
-    """
-    learner, rows = made(), lives.batch(5, 4)
-    for network in (learner.actor, learner.critic):
-        network.to(dtype)
-    rows = lives.doubled(rows) if dtype == torch.float64 else rows
-    ours, slopes = pulled(learner, learner.loss(rows, 0.2, 0.01)[0])
-    p, q = oracle.parameters(learner.actor), oracle.parameters(learner.critic)
-    tensors = rows.columns()
-    naive, naive_slopes = pulled(learner, oracle.group_loss(p, q, tensors, 0.2, 0.01))
-    assert ours == pytest.approx(naive, rel=CLOSE[dtype])
-    for mine, theirs in zip(slopes, naive_slopes, strict=True):
-        assert torch.allclose(mine, theirs, atol=CLOSE[dtype], rtol=CLOSE[dtype])
 
 
 # -- Posthumous credit --------------------------------------------------------------
@@ -206,7 +172,7 @@ def test_the_horizon_cuts_a_group_s_trajectories_too():
     assert returned(learner, t, part, 1, 2, 4, 0.0)
 
 
-# -- Tasks with a known answer ------------------------------------------------------
+# -- A task with a known answer -----------------------------------------------------
 
 GAME = Sizes(vector=3, grid=(1, 20, 20), continuous=1)
 WHO = np.array([[1, 0, 0], [0, 1, 0]], dtype=np.float32)  # and what has happened

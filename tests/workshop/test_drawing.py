@@ -133,13 +133,6 @@ def test_every_cell_has_the_colour_of_its_kind_at_its_place_in_metres(tiny):
         np.testing.assert_allclose(image[up, across], ink, atol=0.01)
 
 
-@pytest.mark.paper("A8", "Figs. 4-6")
-def test_the_legend_names_all_seven_meanings():
-    """A reader needs no other page to understand this one."""
-    legend = drawn("top", "tiny").legends[0]
-    assert [text.get_text() for text in legend.get_texts()] == list(MEANINGS.values())
-
-
 @pytest.mark.parametrize("view", ["top", "oblique", "closeup", "graph"])
 def test_the_legend_names_no_kind_that_does_not_occur(view):
     """The museum has one floor, so that no stairs lead anywhere."""
@@ -161,12 +154,6 @@ def test_one_floor_can_be_drawn_alone(institute):
     """Floor 1 in the code is the second floor of the house."""
     figure = drawing.top(institute, floor=1)
     assert [axes.get_title("left") for axes in figure.axes] == ["Floor 2: offices"]
-
-
-def test_refuses_a_floor_that_is_not_there(tiny):
-    """The message counts floors as people do."""
-    with pytest.raises(ValueError, match=r"no floor 3 in Tiny office.*from 1 to 2"):
-        drawing.graph(tiny, floor=2)
 
 
 @pytest.mark.paper("A8", "Figs. 4-6")

@@ -8,8 +8,8 @@ from reference.building import Kind
 from reference.flames import fuel, rim
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.stairs import enter
 from reference.strategies import NoFire, RandomFire
+from reference.walking import enter_stairs
 from reference.workshop.strategies.fires import (
     BusiestFire,
     CloserFire,
@@ -160,7 +160,7 @@ def test_an_escort_fetches_only_who_is_near_its_way():
 def test_an_escort_waits_at_the_foot_for_people_on_the_stairs():
     """Nobody is on its floor yet; p will be in some seconds."""
     sim = stage(TWO_STAIRS.replace("*", "."))
-    enter(sim.world, 0, sim.building.stairwells[0].entrances[1][0])
+    enter_stairs(sim.world, 0, sim.building.stairwells[0].entrances[1][0])
     to = Escort().decide(sim.world, sim.world.robots, sim.rng["robots"])[0]
     assert to == before_stairwell(sim.building, 0, 0)
 
@@ -255,7 +255,7 @@ def test_a_busiest_fire_counts_who_comes_from_above():
            ##############
         """
     )
-    enter(sim.world, body("r"), mark(sim, Kind.ENTRANCE, 2))
+    enter_stairs(sim.world, body("r"), mark(sim, Kind.ENTRANCE, 2))
     decision = BusiestFire().decide(sim.world, np.random.default_rng(0))
     assert (decision[0], *sim.building.cell(*decision[1:])) == (0, 2, 11)
 

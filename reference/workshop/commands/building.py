@@ -12,7 +12,7 @@ from pathlib import Path
 from time import sleep
 from typing import Any
 
-from reference.building import Building, Kind
+from reference.building import Kind
 from reference.paper import InputError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command, counted, writable
@@ -60,17 +60,22 @@ def draw(arguments: Namespace) -> None:
 
 
 def _draw(arguments: Namespace) -> None:
-    building = load(arguments.file)
-    name, floor = f"{find(arguments.file).stem}-{arguments.view}", {}
+    building, floor = load(arguments.file), {}
+    name = f"{find(arguments.file).stem}-{arguments.view}"
     if arguments.floor is not None:
-        name = f"{name}-{arguments.floor}"
-        floor = {"floor": _floor(arguments, building)}
+        if arguments.view not in VIEWS_OF_ONE_FLOOR:
+            views = " or ".join(VIEWS_OF_ONE_FLOOR)
+            raise ContradictionError(f"--floor goes with --view {views}. Leave it out.")
+        name, floor = f"{name}-{arguments.floor}", {"floor": arguments.floor - 1}
     from reference.workshop import drawing
 
     path = arguments.output or Path(f"{name}.png")
     writable(path)
-    drawing.save(getattr(drawing, arguments.view)(building, **floor), path)
-    print(path)
+    try:
+        figure = getattr(drawing, arguments.view)(building, **floor)
+    except InputError as error:  # there is no such floor
+        raise ContradictionError(str(error)) from error
+    print(drawing.save(figure, path))
 
 
 def floors(arguments: Namespace) -> None:
@@ -106,20 +111,6 @@ def _tried(work: Callable[[], None]) -> None:
     except (InputError, OSError) as error:
         print(told(error), file=sys.stderr)
     print(end="", flush=True)
-
-
-def _floor(arguments: Namespace, building: Building) -> int:
-    """Index of the floor asked for, if there is one to show alone."""
-    if arguments.view not in VIEWS_OF_ONE_FLOOR:
-        views = " or ".join(VIEWS_OF_ONE_FLOOR)
-        raise ContradictionError(f"--floor goes with --view {views}. Leave it out.")
-    if arguments.floor > building.floors:
-        floors = counted(building.floors, "floors")
-        raise ContradictionError(
-            f"--floor {arguments.floor}: {building.title} has {floors}. "
-            f"Give a number from 1 to {building.floors}."
-        )
-    return arguments.floor - 1
 
 
 CHECK_OPTIONS: options.Table = {

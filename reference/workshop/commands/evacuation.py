@@ -10,6 +10,7 @@ from dataclasses import asdict
 from math import isnan
 from pathlib import Path
 from statistics import mean
+from time import perf_counter
 from typing import Any
 
 from tqdm import tqdm
@@ -76,17 +77,7 @@ def evacuate(arguments: Namespace) -> None:
     noted(evaluation)
     if arguments.density:
         writable(arguments.density)
-    runs: list[list[dict[str, Any]]] = [[] for _ in pairs]
-    crowds = list[Crowd]()
-    for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
-        simulations = [_begun(evaluation, pair, seed) for pair in pairs]
-        if arguments.density:
-            crowds.append(Crowd(simulations[0]))
-        notes, first = [crowd.note for crowd in crowds[-1:]], seed == evaluation.seed
-        film, folder = (arguments.animate, arguments.record) if first else (None, None)
-        _play(simulations, pairs, film, folder, notes)
-        for found, simulation in zip(runs, simulations, strict=True):
-            found.append({"seed": seed, **_facts(simulation)})
+    runs, crowds = _played(evaluation, pairs, arguments)
     if arguments.density:
         from reference.workshop.drawing import crowded, save
 
@@ -97,6 +88,27 @@ def evacuate(arguments: Namespace) -> None:
         print(json.dumps(told[0] if len(told) == 1 else {"pairs": told}))
     else:
         print("\n\n".join(_summary(evaluation, facts) for facts in told))
+
+
+def _played(
+    evaluation: Evaluation, pairs: Sequence[Pair], arguments: Namespace
+) -> tuple[list[list[dict[str, Any]]], list[Crowd]]:
+    """Play all episodes, the first one to be seen; return each pair's runs, crowds."""
+    runs: list[list[dict[str, Any]]] = [[] for _ in pairs]
+    crowds = list[Crowd]()
+    for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
+        simulations = [_begun(evaluation, pair, seed) for pair in pairs]
+        if arguments.density:
+            crowds.append(Crowd(simulations[0]))
+        notes, first = [crowd.note for crowd in crowds[-1:]], seed == evaluation.seed
+        film, folder = (arguments.animate, arguments.record) if first else (None, None)
+        start = perf_counter()
+        _play(simulations, pairs, film, folder, notes)
+        took = None if film or folder else (perf_counter() - start) / len(pairs)
+        for found, simulation in zip(runs, simulations, strict=True):
+            facts = {"seed": seed, **_facts(simulation), "wall_seconds": took}
+            found.append(facts)
+    return runs, crowds
 
 
 def _pairs(robots: Sequence[str], fires: Sequence[str]) -> list[Pair]:
