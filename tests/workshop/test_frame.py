@@ -43,8 +43,9 @@ def seen(sim, masks=False, going=None):
     """A frame and what all robots of a simulation see; going: where they are headed."""
     frame = Frame(sim.building, sim.scenario, masks)
     vectors = robot_vectors(sim.world, sim.scenario)
-    going = headed(sim.world) if going is None else going
-    return frame, frame.read(vectors, going)
+    found = frame.read(vectors, headed(sim.world) if going is None else going)
+    assert np.isfinite(found).all() and found.shape[1] == frame.size
+    return frame, found
 
 
 def anchors(frame, numbers):
@@ -102,21 +103,6 @@ def test_what_moves_together_looks_the_same_to_a_robot():
     exit_ = STAY + 1
     assert np.allclose(off[:, exit_], (-2 / UNIT, 0), atol=1e-6)
     assert np.allclose(np.delete(off, exit_, axis=1), 0, atol=1e-6)
-
-
-@pytest.mark.paper("C4")
-def test_worlds_that_are_read_at_once_are_read_as_each_alone():
-    """To the last bit."""
-    for name in BUILDINGS:
-        sim, each = None, []
-        for sim in evacuation(name, every=40):
-            each.append((robot_vectors(sim.world, sim.scenario), headed(sim.world)))
-        frame = Frame(sim.building, sim.scenario, masks=True)
-        alone = [frame.read(*one) for one in each]
-        both = frame.read(*map(np.concatenate, zip(*each, strict=True)))
-        assert np.array_equal(np.concatenate(alone), both)
-        assert np.isfinite(both).all() and both.shape[1] == frame.size
-        assert anchors(frame, both)[1][:, STAY].all()
 
 
 @pytest.mark.paper("C5", "chosen")

@@ -152,17 +152,14 @@ class Scene:
         self.curve = _curve(self.figure, people, width - (0.85 + 0.15 * count))
         looks = [CURVES] if count == 1 else [{"out": look} for look in OF_TWO]
         self.lines = [
-            {
-                name: self.curve.plot([], [], lw=2, **look)[0]
-                for name, look in curves.items()
-                if name in shown
-            }
-            for curves in looks
+            {k: self.curve.plot([], [], lw=2, **c[k])[0] for k in c if k in shown}
+            for c in looks
         ]
         self._explain([name for name in ENTRIES if name in shown], building)
-        lines = [line for lines in self.lines for line in lines.values()]
+        _health_bar(self.figure)
         self.moving: list[Artist] = [a for side in self.sides for a in side.moving]
-        self.moving += lines
+        for lines in self.lines:
+            self.moving += lines.values()
 
     def show(self, world: World, history: Sequence[Tally], side: int = 0) -> None:
         """Move everything of one evacuation to where it is in a world."""
@@ -175,7 +172,7 @@ class Scene:
             self.still = False
 
     def _explain(self, names: Sequence[str], building: Building) -> None:
-        """Add legends of shapes by name, of kinds of cells, of health and curves."""
+        """Add legends of shapes by name, of kinds of cells, and of curves if any."""
         looks = _looks(7.5) | {
             "follower": _marker("o", 8, STEPS[-1], INK, 0.7),
             "leader": _marker("^", 9, STEPS[-1], INK, 0.7),
@@ -187,13 +184,8 @@ class Scene:
             place = (0.1 / across, bottom / up)
             look: Style = {"loc": "lower left", "bbox_to_anchor": place}
             look |= {"handlelength": 1.3, "columnspacing": 1.1}
-            columns = max(ceil(len(handles) / rows), 1)
-            self.figure.legend(handles=handles, ncols=columns, **look)
-        scale = ScalarMappable(Normalize(0, HEALTH), HEALTHS)
-        bar = _panel(self.figure, 5.75, 0.62, 1.05, 0.14)
-        look = {"orientation": "horizontal", "ticks": (0, HEALTH)}
-        self.figure.colorbar(scale, bar, **look)
-        bar.set_title("health", fontsize=9, loc="center", pad=3)
+            look["ncols"] = max(ceil(len(handles) / rows), 1)
+            self.figure.legend(handles=handles, **look)
         if any(self.lines):
             look = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}
             self.curve.legend(fontsize=9, handlelength=1.8, **look)
@@ -376,6 +368,15 @@ def _curve(figure: Figure, people: int, right: float) -> Axes:
     axes.set_xlabel("seconds", fontsize=8, labelpad=1)
     axes.set_ylabel("people", fontsize=8)
     return axes
+
+
+def _health_bar(figure: Figure) -> None:
+    """Add the colour scale of health, between legend and curve."""
+    axes = _panel(figure, 5.75, 0.62, 1.05, 0.14)
+    scale = ScalarMappable(Normalize(0, HEALTH), HEALTHS)
+    look: Style = {"orientation": "horizontal", "ticks": (0, HEALTH)}
+    figure.colorbar(scale, axes, **look)
+    axes.set_title("health", fontsize=9, loc="center", pad=3)
 
 
 def _looks(metre: float) -> dict[str, Style]:
