@@ -208,6 +208,48 @@ def lived(vectors, alive, actions, log_probs, rewards):
     )
 
 
+def bandit(learner, rng, rounds=128):
+    """Agent 0 earns 1 whenever it says more than 0; agent 1 is along for the ride."""
+    vectors = np.tile(WHO, (rounds + 1, 1, 1))
+    actions, log_probs = moves(learner, vectors[:-1], rng)
+    alive = np.arange(rounds + 1)[:, None] < np.array([rounds, rounds])
+    right = actions[:, 0, 0] > 0
+    return lived(vectors, alive, actions, log_probs, right.astype(float)), right.mean()
+
+
+class WithoutCounterfactual(Learner):
+    """The baseline is the value: everybody is praised for what anybody did."""
+
+    def _targets(self, rewards, values, baselines, next_value):
+        return super()._targets(rewards, values, values, next_value)
+
+
+def credit(kind):
+    """How far the lazy one's advantages spread, compared with the useful one's."""
+    learner, rng = player(kind, gamma=0.0), np.random.default_rng(1)
+    learner.actor.requires_grad_(False)  # the critic finds out who earns what
+    for _ in range(16):
+        learner.add([bandit(learner, rng)[0]])
+        spread = learner.buffer.parts[-1].advantages.std(dim=0)
+        learner.update()
+    learner.actor.requires_grad_(True)
+    return learner, rng, (spread[1] / spread[0]).item()
+
+
+@pytest.mark.paper("E1")
+@pytest.mark.slow
+def test_a_lazy_team_mate_gets_no_credit():
+    """Knowing what the useful one did, its own part in it is nothing; and the useful
+    one learns what is good. With V for a baseline it gets as much as the other."""
+    learner, rng, share = credit(Learner)
+    assert share < 0.3
+    for _ in range(8):
+        learner.add([bandit(learner, rng)[0]])
+        learner.update()
+    assert bandit(learner, rng)[1] > 0.95
+    assert credit(WithoutCounterfactual)[2] == pytest.approx(1.0)
+
+
 def door(learner, rng):
     """Leaving at once (more than 0) costs agent 0 a bird in the hand, 0.3; then, when
     it is gone, its mate earns the group 1."""
