@@ -114,8 +114,8 @@ class Building:
     area        index into `areas` of each cell, -1 where there is none
     landmark    index into `landmarks` of each cell, -1 where there is none
     kind        Kind of each cell;  walkable  bool: may a body stand there? [A7]
-    areas       rooms and stairwells, floor by floor
-    landmarks   doors, entrances and exits, floor by floor
+    areas       rooms and stairwells, floor by floor;  area_of  by their ids
+    landmarks   doors, entrances, exits, floor by floor;  landmark_of  by their ids
     stairwells  shafts in the order of their letters
     stairwell_of  index of a stairwell by the index of each of its entrances
     exits       indices of the exits among the landmarks
@@ -134,8 +134,10 @@ class Building:
         (top, left), (bottom, right) = (box - self.origin).astype(float).tolist()
         self.body = left, -bottom, right, -top
         self.areas = self._find_areas()
+        self.area_of = {area.id: area for area in self.areas}
         self.area = self._indices(self.areas)
         self.landmarks = self._find_landmarks()
+        self.landmark_of = {mark.id: mark for mark in self.landmarks}
         self.landmark = self._indices(self.landmarks)
         self.kind: np.ndarray = self._kinds()
         self.walkable = self.kind >= Kind.FLOOR
@@ -264,16 +266,6 @@ class Building:
         return [a for a in self.areas if a.floor == floor and a.kind == "room"]
 
     # -- The graph ------------------------------------------------------------------
-
-    @cached_property
-    def area_of(self) -> dict[str, Area]:
-        """The room or stairwell that a node of the graph stands for, by its id."""
-        return {area.id: area for area in self.areas}
-
-    @cached_property
-    def landmark_of(self) -> dict[str, Landmark]:
-        """The landmark that an edge of the graph stands for, by its id."""
-        return {mark.id: mark for mark in self.landmarks}
 
     @cached_property
     def graph(self) -> Graph:

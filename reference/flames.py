@@ -42,7 +42,8 @@ class Spread:
         burning, beside = flames.burning, cells_beside(self.building, flames.burning)
         heat = np.where(beside, paper.HEAT_LOSS, 0.0)
         flames.harm = np.where(burning, paper.BURN_LOSS, heat)
-        flames.cost = walking_cost(burning, beside)
+        detour = np.where(beside, paper.HEAT_COST, 1.0)
+        flames.cost = np.where(burning, paper.BURN_COST, detour)
         return float(flames.arrival[~flames.burning].min(initial=inf))
 
 
@@ -77,12 +78,6 @@ def cells_beside(building: Building, cells: np.ndarray) -> np.ndarray:
     for step in ((0, 1), (1, 0), (0, -1), (-1, 0)):
         beside |= shifted(cells, *step)
     return beside & building.walkable
-
-
-def walking_cost(burning: np.ndarray, beside: np.ndarray) -> np.ndarray:
-    """Weight a metre in or beside flames for planning; arrays like `burning` [C5]."""
-    heat = np.where(beside, paper.HEAT_COST, 1.0)
-    return np.where(burning, paper.BURN_COST, heat)
 
 
 def _delays(building: Building, rng: Rng) -> csr_matrix:

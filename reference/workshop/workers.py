@@ -144,18 +144,7 @@ def cluster(address: str) -> Iterator[Executor]:
     except (OSError, ValueError, TypeError) as error:
         raise InputError(f"{address}: no Dask scheduler answers. Start one.") from error
     with client:
-        if not client.nthreads():
-            print(f"{address}: waiting for a worker; start one", file=sys.stderr)
-            client.wait_for_workers(1)
-        try:
-            versions = {*client.run(_version).values()}
-        except Exception as error:  # of any kind, from the worker
-            versions = {f"none ({error})"}
-        if versions != {_version()}:
-            raise InputError(
-                f"{address}: its workers have version {', '.join(sorted(versions))} of "
-                f"this package; here it is {_version()}. Install the same everywhere."
-            )
+        _refuse_other_workers(client, address)
         executor = client.get_executor(pure=False)
         try:
             yield executor
@@ -166,6 +155,22 @@ def cluster(address: str) -> Iterator[Executor]:
             ) from None
         finally:
             executor.shutdown(wait=False)
+
+
+def _refuse_other_workers(client: Any, address: str) -> None:
+    """Wait for a worker; raise InputError if one has another version, or none."""
+    if not client.nthreads():
+        print(f"{address}: waiting for a worker; start one", file=sys.stderr)
+        client.wait_for_workers(1)
+    try:
+        versions = {*client.run(_version).values()}
+    except Exception as error:  # of any kind, from the worker
+        versions = {f"none ({error})"}
+    if versions != {_version()}:
+        raise InputError(
+            f"{address}: its workers have version {', '.join(sorted(versions))} of "
+            f"this package; here it is {_version()}. Install the same everywhere."
+        )
 
 
 def _version() -> str:

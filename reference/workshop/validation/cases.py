@@ -107,6 +107,7 @@ def corridor(seed: int) -> Measured:
     """Seconds for 40 m, alone, at 1.33 and 1 m/s."""
 
     def alone(pace: float) -> float:
+        """Seconds at this speed."""
         world = people(hall("#" + "." * 43 + "E"), seed, (1, np.s_[0, 1:2, 1:2]))
         world.bodies.pace[:] = pace
         end = world.bodies.position[:, 0] + 40
