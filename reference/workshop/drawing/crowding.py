@@ -33,7 +33,6 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
     look: Style = {"vmin": 0, "vmax": max(1.0, crowding.density.max())}
     look |= {"cmap": DENSITIES, "extent": (left, right, low, high)}
     for axes, floor in zip(panels, floors, strict=True):
-        page.paint_floor(axes, building, floor)
         apart = building.kind[floor] != Kind.FLOOR  # doors keep their colours
         seen = np.ma.masked_where(apart, crowding.density[floor])
         image = axes.imshow(seen, **look)

@@ -19,7 +19,6 @@ from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MultipleLocator
@@ -138,7 +137,7 @@ def arrange(
 
 
 def floor_page(
-    building: Building, title: str, floors: tuple[int, ...]
+    building: Building, title: str, floors: tuple[int, ...], fade: float = 0.0
 ) -> tuple[Figure, list[Axes]]:
     """Make a titled figure with a panel in metres for each of the floors."""
     size = frame_of(building).size
@@ -149,29 +148,26 @@ def floor_page(
     figure, panels = sheet(title, width, height), []
     for place, floor in enumerate(floors, 1):
         panels.append(figure.add_subplot(rows, columns, place))
-        show_floor(panels[-1], building, floor, size[0] * scale)
+        paint_floor(panels[-1], building, floor, size[0] * scale, fade)
         panels[-1].yaxis.label.set_visible(place % columns == 1 or columns == 1)
     return figure, panels
 
 
-def show_floor(axes: Axes, building: Building, floor: int, width: float) -> None:
-    """Set up axes in metres, so many inches wide, for a floor; its name above."""
+def paint_floor(
+    axes: Axes, building: Building, floor: int, width: float, fade: float = 0.0
+) -> None:
+    """Paint a floor's cells in the colours of their kinds, and its name above.
+
+    width: of the axes, inches;  fade: towards white
+    """
     frame, name = frame_of(building), floor_title(building, floor)
-    axes.set(xlim=frame.intervalx, ylim=frame.intervaly, aspect="equal")
+    edges = (*frame.intervalx, *frame.intervaly)
+    axes.imshow(paint(building.kind[floor], fade), extent=edges, zorder=0)
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_major_locator(MultipleLocator(step_of(frame)))
     axes.spines[:].set_visible(False)
     axes.set_title(name, fontsize=text_size(name, width, 11))
     axes.set(xlabel="x, metres east", ylabel="y, metres north")
-
-
-def paint_floor(
-    axes: Axes, building: Building, floor: int, fade: float = 0.0
-) -> AxesImage:
-    """Paint the cells of a floor in the colours of their kinds, faded towards white."""
-    x, y = frame_of(building).get_points().T
-    image = paint(building.kind[floor], fade)
-    return axes.imshow(image, extent=(*x, *y), zorder=0)
 
 
 def floor_title(building: Building, floor: int) -> str:

@@ -31,7 +31,6 @@ def top(building: Building, floor: int | None = None) -> Figure:
     page.foot(figure, page.swatches(page.present(building.kind[list(floors)])))
     figure.draw_without_rendering()
     for axes, index in zip(panels, floors, strict=True):
-        page.paint_floor(axes, building, index)
         _mark_exits(axes, building, index)
         for area in building.areas:
             if area.floor == index:
@@ -46,16 +45,16 @@ def graph(building: Building, floor: int | None = None) -> Figure:
     to the middle of the door, round the corners of the room if need be.
     """
     floors = page.chosen_floors(building, floor)
-    figure, panels = page.floor_page(building, f"{building.title}: the graph", floors)
+    title = f"{building.title}: the graph"
+    figure, panels = page.floor_page(building, title, floors, fade=0.72)
     page.foot(figure, _graph_legend(building, floors))
     figure.draw_without_rendering()
     for axes, index in zip(panels, floors, strict=True):
-        page.paint_floor(axes, building, index, fade=0.72)
         rooms = building.graph.nodes(data="floor")
         here = {name: building.area_of[name] for name, where in rooms if where == index}
         for *sides, key in building.graph.edges(here, keys=True):
             if key in building.landmark_of:  # not the stairs, which join two floors
-                for side in here.keys() & set(sides):
+                for side in (side for side in sides if side in here):
                     _draw_edge(axes, building, building.landmark_of[key], here[side])
         for area in here.values():
             _draw_node(axes, building, area)

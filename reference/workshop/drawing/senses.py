@@ -92,8 +92,7 @@ def _page(
     )
     for floor in range(floors):
         row = [figure.add_subplot(spec[floor, column]) for column in range(columns)]
-        page.show_floor(row[0], building, floor, _PANEL)
-        page.paint_floor(row[0], building, floor, 0.75)
+        page.paint_floor(row[0], building, floor, _PANEL, fade=0.75)
         _draw_points(row[0], points, floor)
         for kind, axes in enumerate(row[1:]):
             _draw_channel(axes, building, cells, kind * floors + floor)
