@@ -12,7 +12,7 @@ from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
 from reference.strategies import NoFire, RandomFire, RandomRobots
 from reference.workshop.plain import SettingsError
-from reference.workshop.training.checkpoints import load
+from reference.workshop.training.checkpoints import load, newest
 from reference.workshop.training.learners import seeds_of
 from reference.workshop.training.loop import train
 from reference.workshop.training.session import Training
@@ -117,7 +117,7 @@ def test_an_interruption_before_a_buffer_is_full_changes_nothing(tmp_path):
     assert len(Training.resumed(load(apart)).learners["robots"].buffer) > 0
     trained(Training.resumed(load(apart)), apart)
     trained(begun(settings), at_once)
-    assert equal(load(apart).learners, load(at_once).learners)
+    assert newest(apart).read_bytes() == newest(at_once).read_bytes()
     assert rows(apart) == rows(at_once) != []
 
 

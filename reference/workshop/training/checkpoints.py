@@ -12,6 +12,7 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields, replace
 from io import BytesIO
 from pathlib import Path
+from sys import intern
 from typing import Any
 from zipfile import BadZipFile, ZipFile
 
@@ -187,7 +188,18 @@ def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
     task = vars(checkpoint.task) | {"settings": asdict(checkpoint.task.settings)}
     for name in PLAYERS:
         task[name] = {side: _plain_player(who) for side, who in task[name].items()}
-    return {**head, **vars(checkpoint), "task": task}
+    return _alike({**head, **vars(checkpoint), "task": task})
+
+
+def _alike(plain: Any) -> Any:
+    """Make equal contents equal bytes: pickle tells which words are one object."""
+    if isinstance(plain, str):
+        return intern(plain)
+    if isinstance(plain, Mapping):
+        return {_alike(key): _alike(value) for key, value in plain.items()}
+    if isinstance(plain, list | tuple):
+        return type(plain)(map(_alike, plain))
+    return plain
 
 
 def _plain_player(who: Learned | str) -> Any:
