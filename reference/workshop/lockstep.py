@@ -98,7 +98,7 @@ class Lockstep:
         self.world.time = going[0].world.time
         self._lose_health()
         # SETTLE
-        self._settle(touched)
+        self._settle(touched, going[0].ticks)
 
     # -- What a simulation does for one world, for all at once ----------------------
 
@@ -172,15 +172,13 @@ class Lockstep:
         bodies = self.world.bodies
         rate = paper.HEALTH_RATE * self.runs[0].scenario.frames_per_tick
         bodies.health -= rate * bodies.inside
-        walking = np.flatnonzero(bodies.walking)
-        harm = self._harm[walking // self.n, bodies.place[walking]]
-        bodies.health[walking] -= harm * self.tick
+        who = np.flatnonzero(bodies.walking)
+        harm = self._harm[who // self.n, bodies.place[who]]
+        bodies.health[who] -= harm * self.tick
 
-    def _settle(self, touched: Touched) -> None:
+    def _settle(self, touched: Touched, ticks: int) -> None:
         bodies, own = self.world.bodies, dict(self._by_world(touched))
-        self.due[:] = (
-            self._turn == round(self.world.time / self.tick) % paper.RECONSIDER_TICKS
-        )
+        self.due[:] = self._turn == ticks % paper.RECONSIDER_TICKS
         leaving = (bodies.health <= paper.NO_HEALTH) & bodies.inside
         leaving |= bodies.stairs_until <= self.world.time
         eventful = leaving.reshape(len(self.runs), -1).any(axis=1).tolist()
