@@ -91,12 +91,12 @@ def making_folder(folder: Path) -> Iterator[Path]:
 
 
 @contextmanager
-def naming(path: Path) -> Iterator[None]:
-    """Turn errors about a file's content into InputErrors that name the file."""
+def naming(what: Path | str) -> Iterator[None]:
+    """Turn errors about something, such as a file, into InputErrors that name it."""
     try:
         yield
     except (InputError, OSError) as error:
-        raise InputError(f"{path}: {told(error)}") from error
+        raise InputError(f"{what}: {told(error)}") from error
 
 
 def told(error: Exception) -> str:

@@ -145,4 +145,4 @@ def _made_in(folder: Path) -> Pinned:
             f"{folder}: its checkpoint is gone. Remove this folder, and go on with "
             "--resume: it is trained anew."
         )
-    return Pinned(str(path), sha256(path.read_bytes()).hexdigest())
+    return Pinned.of(path)
