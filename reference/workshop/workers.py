@@ -176,6 +176,7 @@ def _refuse_other_workers(client: Any, address: str) -> None:
             f"{address}: its workers have version {', '.join(sorted(versions))} of "
             f"this package; here it is {_version()}. Install the same everywhere."
         )
+    print(f"{address}: {len(client.nthreads())} workers", file=sys.stderr)
 
 
 def _version() -> str:
