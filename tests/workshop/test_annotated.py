@@ -19,7 +19,6 @@ from reference.workshop.annotated.index import (
     code_of,
     marked_tests,
     marked_with,
-    symbol,
 )
 from reference.workshop.annotated.page import anchor, snippet
 from reference.workshop.annotated.words import (
@@ -159,14 +158,6 @@ def test_a_choice_has_its_reason(clause, code, reason):
     assert any(c.code.startswith(code) and c.reason.startswith(reason) for c in told)
 
 
-@pytest.mark.parametrize("term", WORDS["glossary"])
-def test_each_term_of_the_glossary_has_a_place_in_the_code(term):
-    """A class, a function or a number that is there."""
-    dotted, meaning = WORDS["glossary"][term]
-    assert symbol(dotted).path.exists()
-    assert meaning.endswith(".")
-
-
 def test_colours_leave_the_code_as_it_is():
     """Without its tags a file is what it was."""
     code = (ROOT / "reference" / "humans.py").read_text(encoding="utf-8")
@@ -189,14 +180,10 @@ def test_from_a_wheel_the_command_says_what_is_missing(tmp_path):
 
 
 def test_ranges_are_understood():
-    """Of lines, figures and clauses."""
+    """Of lines, figures and clauses; an algorithm means all its lines."""
     assert named_in("B6, Alg. 2:13-15") == ["B6", "Alg. 2:13", "Alg. 2:14", "Alg. 2:15"]
     assert named_in("A1-A3") == named_in("A1-3") == ["A1", "A2", "A3"]
     assert named_in("Figs. 4-5 and Tab. II") == ["Fig. 4", "Fig. 5", "Tab. II"]
-
-
-def test_an_algorithm_means_all_its_lines():
-    """Who asks for Algorithm 3 gets the tests of each line."""
     assert asked_for("Alg. 3") == ["Alg. 3", *(f"Alg. 3:{k}" for k in range(1, 9))]
 
 

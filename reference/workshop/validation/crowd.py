@@ -48,16 +48,13 @@ class Crowd(Simulation):
     def step(self) -> list[Event]:
         """Run one tick in which nobody thinks."""
         self.due[:] = False
+        bodies = self.world.bodies
         for floor in range(self.building.floors) if self._anywhere else ():
-            self._choose(floor)
+            marks = np.array(self.building.ways_out(floor))
+            who = np.flatnonzero(bodies.walking & (bodies.floor == floor))
+            far = self.navigation.metres_to(marks[:, None], bodies.place[who])
+            bodies.landmark[who] = marks[far.argmin(axis=0)]
         return super().step()
-
-    def _choose(self, floor: int) -> None:
-        """Send everybody on a floor to the nearest way out."""
-        bodies, marks = self.world.bodies, np.array(self.building.ways_out(floor))
-        who = np.flatnonzero(bodies.walking & (bodies.floor == floor))
-        far = self.navigation.metres_to(marks[:, None], bodies.place[who])
-        bodies.landmark[who] = marks[far.argmin(axis=0)]
 
 
 class Ghosts(Simulation):
@@ -87,15 +84,14 @@ def hall(*rows: str) -> Building:
 
 def people(building: Building, seed: int, *groups: tuple[int, Spot]) -> World:
     """Put so many people in each spot, four a square metre at most; nobody dies."""
-    rng, nav = np.random.default_rng(seed), navigation_of(building)
-    place, off = [], []
+    rng, place, aside = np.random.default_rng(seed), [], []
     for count, spot in groups:
         quarters = np.repeat(places(building, spot), 4)
         chosen = rng.choice(len(quarters), count, replace=False)
         place.append(quarters[chosen])
-        off.append(np.stack([chosen % 2, chosen // 2 % 2], axis=1) / 2 - 0.25)
+        aside.append(np.stack([chosen % 2, chosen // 2 % 2], axis=1) / 2 - 0.25)
     where = np.concatenate(place)
-    position = nav.centres[where] + np.concatenate(off)
+    position = navigation_of(building).centres[where] + np.concatenate(aside)
     world = with_people_at(building, BARE, where, position, rng)
     world.bodies.health[:] = inf
     return world
