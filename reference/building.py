@@ -9,12 +9,11 @@ Clauses: A1-A7, B1 and the coordinates of A8.
 """
 
 import re
-from collections import Counter
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property, lru_cache
-from itertools import chain, combinations, pairwise
+from itertools import chain, pairwise, permutations
 from math import dist
 from operator import itemgetter
 from typing import Any, TypeAlias
@@ -148,8 +147,9 @@ class Building:
             for mark in chain(*well.entrances.values())
         }
         self.exits = frozenset(m.index for m in self.landmarks if m.kind is Kind.EXIT)
-        closed = frozenset(m.index for m in self.landmarks if not m.leads_out)
-        self.dead_ends = closed & self.stairwell_of.keys()
+        self.dead_ends = frozenset(
+            mark for mark in self.stairwell_of if not self.landmarks[mark].leads_out
+        )
 
     def __reduce__(self) -> tuple[Any, tuple[str]]:
         """Travel between processes as text."""
@@ -204,47 +204,41 @@ class Building:
 
     def _word_on(self, floor: int, cells: np.ndarray) -> str:
         """The first word on the cells of a room, or a stairwell's letter; else ''."""
-        written = cells[self.signs[floor, *cells.T] != "."]
-        if not len(written):
-            return ""
-        row, col = written[0].tolist()
-        word = re.match(
-            "[a-z][a-z0-9]*|[A-D]", self.plan.storeys[floor].rows[row][col:]
-        )
-        return word[0] if word else ""
+        for row, col in cells[self.signs[floor, *cells.T] != "."][:1].tolist():
+            written = self.plan.storeys[floor].rows[row][col:]
+            if word := re.match("[a-z][a-z0-9]*|[A-D]", written):
+                return word[0]
+        return ""
 
     def _find_landmarks(self) -> tuple[Landmark, ...]:
         """Find doors, then entrances, then exits of each floor, in reading order."""
-        gates = [
-            self._gate(floor, cells)
-            for floor, signs in enumerate(self.signs)
-            for sign in "+E"
-            for cells in pieces(signs == sign)
-        ]
-        numbers: Counter[tuple[int, Kind]] = Counter()
         found: list[Landmark] = []
-        for floor, kind, cells, sides in sorted(gates, key=itemgetter(0, 1)):
-            numbers[floor, kind] += 1
-            name = f"{floor + 1}/{kind.name.lower()}-{numbers[floor, kind]}"
-            place = floor, cells, self._middle(cells)
-            ids = [side.id for side in sides] + [OUTSIDE] * (kind is Kind.EXIT)
-            out = kind is Kind.EXIT or any(side.leads_down for side in sides)
-            found.append(Landmark(len(found), name, kind, *place, tuple(ids), out))
+        for floor, signs in enumerate(self.signs):
+            numbers = dict.fromkeys(LANDMARKS, 0)
+            gates = [cells for sign in "+E" for cells in pieces(signs == sign)]
+            for kind, cells, sides in sorted(
+                (self._gate(floor, cells) for cells in gates), key=itemgetter(0)
+            ):
+                numbers[kind] += 1
+                name = f"{floor + 1}/{kind.name.lower()}-{numbers[kind]}"
+                ids = [side.id for side in sides] + [OUTSIDE] * (kind is Kind.EXIT)
+                out = kind is Kind.EXIT or any(side.leads_down for side in sides)
+                where = floor, cells, self._middle(cells)
+                found.append(Landmark(len(found), name, kind, *where, tuple(ids), out))
         return tuple(found)
 
     def _gate(
         self, floor: int, cells: np.ndarray
-    ) -> tuple[int, Kind, np.ndarray, list[Area]]:
-        """Floor, kind, cells and neighbours of a door, entrance or exit."""
+    ) -> tuple[Kind, np.ndarray, list[Area]]:
+        """Kind, cells and neighbours of a door, entrance or exit."""
         around = (cells[:, None] + [(-1, 0), (0, -1), (0, 1), (1, 0)]).reshape(-1, 2)
         inside = np.clip(around, 0, np.array(self.signs.shape[1:]) - 1)
         beside = np.unique(self.area[floor, *inside.T]).tolist()
         sides = [self.areas[index] for index in beside if index >= 0]
-        kind = Kind.EXIT
-        if self.signs[floor, *cells[0]] == "+":
-            stairs = any(side.kind == "stairwell" for side in sides)
-            kind = Kind.ENTRANCE if stairs else Kind.DOOR
-        return floor, kind, cells, sides
+        if self.signs[floor, *cells[0]] == "E":
+            return Kind.EXIT, cells, sides
+        stairs = any(side.kind == "stairwell" for side in sides)
+        return Kind.ENTRANCE if stairs else Kind.DOOR, cells, sides
 
     def _find_stairwells(self) -> tuple[Stairwell, ...]:
         found: dict[str, Stairwell] = {}
@@ -268,56 +262,44 @@ class Building:
     # -- The graph ------------------------------------------------------------------
 
     @cached_property
-    def graph(self) -> Graph:
-        """Rooms, stairwells and the outside, joined by doors, entrances, exits, stairs.
+    def ways(self) -> nx.MultiDiGraph:
+        """Rooms, stairwells and the outside, joined as people walk: out, and down [A3].
 
-        An edge's `length` goes, as the crow flies, from the middle of one side through
-        the middle of the door to the middle of the other (metres).
+        An edge is a door, entrance, exit or storey of stairs. Its `length` goes, as the
+        crow flies, from the middle of one side through the middle of the door to the
+        middle of the other (metres). Nobody walks up: stairs are left by the entrances
+        of the lowest floor only.
         """
-        graph = nx.MultiGraph()
+        ways = nx.MultiDiGraph()
         for area in self.areas:
             facts = {"kind": area.kind, "floor": area.floor, "area": area.size}
-            graph.add_node(area.id, name=area.name, **facts)
-        graph.add_node(OUTSIDE, name=OUTSIDE, kind=OUTSIDE)
+            ways.add_node(area.id, name=area.name, **facts)
+        ways.add_node(OUTSIDE, name=OUTSIDE, kind=OUTSIDE)
         for mark in self.landmarks:
             facts = {"kind": mark.kind.name.lower(), "width": mark.width}
-            for ends in combinations(mark.sides, 2):
+            for ends in permutations(mark.sides, 2):
                 rooms = [self.area_of[end] for end in ends if end != OUTSIDE]
                 metres = sum(dist(room.centre, mark.position) for room in rooms)
-                graph.add_edge(*ends, mark.id, **facts, length=metres)
+                if _walked(mark, rooms[0], ends):
+                    ways.add_edge(*ends, mark.id, **facts, length=metres)
         for well in self.stairwells:
             facts = {"kind": "stairs", "width": 1, "length": STAIRS_METRES}
-            for low, up in pairwise(f + 1 for f in well.areas):
-                key = f"{well.letter}:{low}-{up}"
-                graph.add_edge(
-                    f"{low}/{well.letter}", f"{up}/{well.letter}", key, **facts
-                )
-        return graph
-
-    @cached_property
-    def ways(self) -> nx.MultiDiGraph:
-        """The graph as people walk it: out by exits, into stairs that lead down [A3].
-
-        Nobody walks up: stairs are left by the entrances of the lowest floor only.
-        """
-        ways = nx.MultiDiGraph(self.graph)
-        edges = list(ways.edges(keys=True, data="kind"))
-        ways.remove_edges_from(
-            (start, end, key)
-            for start, end, key, kind in edges
-            if not self._walked(start, end, kind)
-        )
+            for low, up in pairwise(floor + 1 for floor in well.areas):
+                ends = f"{up}/{well.letter}", f"{low}/{well.letter}"
+                ways.add_edge(*ends, f"{well.letter}:{low}-{up}", **facts)
         return ways
 
-    def _walked(self, start: str, end: str, kind: str) -> bool:
-        if OUTSIDE in (start, end):
-            return end == OUTSIDE
-        here, there = self.area_of[start], self.area_of[end]
-        if kind == "stairs":
-            return here.floor > there.floor
-        if kind == "entrance" and here.kind == "room":
-            return there.leads_down
-        return not here.leads_down
+    @cached_property
+    def graph(self) -> Graph:
+        """The same without directions: what is joined to what."""
+        return self.ways.to_undirected()
+
+
+def _walked(mark: Landmark, here: Area, ends: tuple[str, ...]) -> bool:
+    """Do people walk through a landmark from one end, an area, to the other?"""
+    if mark.kind is Kind.ENTRANCE:  # into the stairs above, out of them below
+        return (here.kind == "room") == mark.leads_out
+    return ends[0] != OUTSIDE
 
 
 def burn(graph: Graph, doors: Collection[str]) -> Graph:

@@ -94,9 +94,7 @@ def pytest_configure(config):
     )
     if config.option.paper:
         keys = set(asked_for(config.option.paper))
-        config.of_paper = {
-            (t.path, t.node.name) for t in marked_tests() if keys & t.keys
-        }
+        config.of_paper = {(t.path, t.name) for t in marked_tests() if keys & t.keys}
 
 
 def pytest_cmdline_main(config):

@@ -6,9 +6,14 @@ from collections.abc import Iterable, Iterator
 
 import pytest
 
-from reference.workshop.annotated.index import Citation, code_of, kinds_of, marked_with
-from reference.workshop.annotated.source import PACKAGE
-from reference.workshop.annotated.words import CLAUSES, PLACES, named_in
+from reference.workshop.annotated.index import (
+    PACKAGE,
+    Citation,
+    code_of,
+    kinds_of,
+    marked_with,
+)
+from reference.workshop.annotated.words import CLAUSES, PLACES, TITLES, named_in
 from reference.workshop.plain import did_you_mean
 
 WIDTH, INDENT = 80, 10
@@ -30,10 +35,10 @@ def asked_for(text: str) -> list[str]:
     return list(dict.fromkeys([*found, *lines]))
 
 
-def paper_index(keys: Iterable[str] = (*CLAUSES, *PLACES)) -> Iterator[str]:
+def paper_index(keys: Iterable[str] = TITLES) -> Iterator[str]:
     """The lines of the index: each clause or place, its kinds, code and tests."""
     for key in keys:
-        title = f"{key}  {PLACES.get(key) or CLAUSES[key][1]}"
+        title = f"{key}  {TITLES[key]}"
         kinds = ", ".join(kinds_of(key)) if key in CLAUSES else ""
         yield ""
         if len(title) + len(kinds) + 2 > WIDTH:
@@ -47,8 +52,8 @@ def paper_index(keys: Iterable[str] = (*CLAUSES, *PLACES)) -> Iterator[str]:
 
 def _files(found: list[Citation]) -> Iterator[str]:
     """Files of the package, each with its lines."""
-    for path in dict.fromkeys(cited.path for cited in found):
-        lines = sorted({cited.line for cited in found if cited.path == path})
+    for path in dict.fromkeys(cited.symbol.path for cited in found):
+        lines = sorted({cited.line for cited in found if cited.symbol.path == path})
         yield f"{path.relative_to(PACKAGE)}:{' '.join(map(str, lines))}"
 
 

@@ -83,11 +83,6 @@ def critical_points(
     start = beginning(building, scenario or Scenario(), np.random.default_rng(0))
     best = best_reward_carried(losses(building), start.occupancy)
     worst = worst_reward(sum(start.occupancy))
-    return (_rounded(worst), paper.WORST_POINT[1]), (
-        _rounded(best),
-        paper.BEST_POINT[1],
-    )
-
-
-def _rounded(reward: float) -> float:
-    return float(f"{reward:.{DIGITS - 1}e}")
+    points = zip((worst, best), (paper.WORST_POINT, paper.BEST_POINT), strict=True)
+    first, second = ((float(f"{R:.{DIGITS - 1}e}"), y) for R, (_, y) in points)
+    return first, second

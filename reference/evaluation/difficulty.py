@@ -25,6 +25,7 @@ HARDEST = ALPHA * sqrt(K * BETA)
 """[F10, chosen] 3853: no way out was ever open; that alone is worth E = 1."""
 
 MOMENTS = round(HEALTH_SECONDS / FLAME_SECONDS)
+SECONDS = np.arange(MOMENTS) * FLAME_SECONDS
 """[F11, chosen] ways are compared whenever flames move on, from 0 to
 T = HEALTH_SECONDS: after that nobody has health left to lose."""
 
@@ -47,11 +48,8 @@ def difficulty(
     Without fire x = 0; if no way is ever open x = 1. More or earlier fire never
     lowers h. The root is there because Eq. 8 squares h: on the paper's ruler the fire's
     part of E is x itself.
-
-    Raises ValueError for arrays that do not fit the building.
     """
-    there = _spread_evenly(building) if people is None else np.asarray(people)
-    _check(building, np.asarray(arrival), there)
+    there = _spread_evenly(building) if people is None else people
     if not there.any():
         return 0.0
     to_walk = there / there.sum() @ _passed(building)
@@ -72,11 +70,10 @@ def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
     * the way from a room's middle to its doors grows as the room's free area shrinks:
       it is twice as long when half of the room burns.
     """
-    seconds = np.arange(MOMENTS) * FLAME_SECONDS
-    free, shut = _free(building, arrival, seconds), _shut(building, arrival, seconds)
     (start, end, area), length = _links(building)
-    room, longer = free[:, area], np.full((MOMENTS, len(length)), inf)
-    np.divide(length, room, out=longer, where=room > 0)
+    free, shut = _free(building, arrival)[:, area], _shut(building, arrival)
+    longer = np.full(free.shape, inf)
+    np.divide(length, free, out=longer, where=free > 0)
     burns = np.isin(area, building.area[fuel(building)])
     longer[(shut[:, start] | shut[:, end]) & burns] = inf
     d, d0 = (
@@ -128,18 +125,16 @@ def _links(building: Building) -> tuple[np.ndarray, np.ndarray]:
     Returns (3, k), the start node, end node and area of each half, and (k,), its
     metres. Nodes are numbered: first all areas, then all landmarks.
     """
-    areas, first = building.area_of, len(building.areas)
     links: dict[tuple[int, int, int], float] = {}
-    for one, other, key, edge in building.ways.edges(keys=True, data=True):
-        start, end = areas[one], areas.get(other)
-        if edge["kind"] == "stairs":
-            links[start.index, areas[other].index, start.index] = edge["length"]
-            continue
-        mark = building.landmark_of[key]
-        node = first + mark.index
-        links[start.index, node, start.index] = dist(start.centre, mark.position)
-        if end is not None:
-            links[node, end.index, end.index] = dist(end.centre, mark.position)
+    for one, other, key, metres in building.ways.edges(keys=True, data="length"):
+        start, end = building.area_of[one], building.area_of.get(other)
+        if mark := building.landmark_of.get(key):
+            node = len(building.areas) + mark.index
+            links[start.index, node, start.index] = dist(start.centre, mark.position)
+            if end:
+                links[node, end.index, end.index] = dist(end.centre, mark.position)
+        elif end:  # stairs
+            links[start.index, end.index, start.index] = metres
     return np.array(list(links)).T, np.array(list(links.values()))
 
 
@@ -182,26 +177,22 @@ def _passed(building: Building) -> np.ndarray:
 # -- What flames do to it -----------------------------------------------------------
 
 
-def _free(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.ndarray:
-    """Share of each area's cells that do not burn, (times, areas)."""
-    areas, times = len(building.areas), len(seconds)
-    inside = building.area >= 0
-    since = np.searchsorted(seconds, arrival[inside])  # first moment that it burns
-    counts = np.bincount(
-        since * areas + building.area[inside], minlength=(times + 1) * areas
-    )
-    burning = counts.reshape(times + 1, areas)[:times].cumsum(axis=0)
-    return 1 - burning / [area.size for area in building.areas]
+def _free(building: Building, arrival: np.ndarray) -> np.ndarray:
+    """Share of each area's cells that do not burn, (MOMENTS, areas)."""
+    alight = [
+        np.sort(arrival[area.floor, *area.cells.T]).searchsorted(SECONDS, "right")
+        for area in building.areas
+    ]
+    return 1 - np.stack(alight, axis=1) / [area.size for area in building.areas]
 
 
-def _shut(building: Building, arrival: np.ndarray, seconds: np.ndarray) -> np.ndarray:
-    """Find landmarks that are shut, (times, nodes) bool."""
-    first = len(building.areas)
-    shut = np.zeros((len(seconds), first + len(building.landmarks)), dtype=bool)
-    for node, (places, all_of_them) in enumerate(_passages(building), first):
-        burns = arrival.ravel()[places] if len(places) else inf
-        shut[:, node] = seconds >= (np.max(burns) if all_of_them else np.min(burns))
-    return shut
+def _shut(building: Building, arrival: np.ndarray) -> np.ndarray:
+    """Find landmarks that are shut, (MOMENTS, nodes) bool."""
+    shut_at = [inf] * len(building.areas)
+    for places, all_of_them in _passages(building):
+        burns = arrival.flat[places] if len(places) else [inf]
+        shut_at.append(max(burns) if all_of_them else min(burns))
+    return SECONDS[:, None] >= shut_at
 
 
 @lru_cache(maxsize=8)
@@ -219,11 +210,3 @@ def _spread_evenly(building: Building) -> np.ndarray:
     size = np.array([area.size * (area.kind == "room") for area in building.areas])
     floor = np.array([area.floor for area in building.areas])
     return size / np.bincount(floor, size)[floor]
-
-
-def _check(building: Building, arrival: np.ndarray, people: np.ndarray) -> None:
-    cells, areas = building.kind.shape, len(building.areas)
-    if arrival.shape != cells or np.isnan(arrival).any():
-        raise ValueError(f"arrival {arrival.shape}: give seconds or inf, {cells}")
-    if people.shape != (areas,) or not (np.isfinite(people) & (people >= 0)).all():
-        raise ValueError(f"people {people.shape}: count them in {areas} areas")

@@ -18,22 +18,39 @@ from reference.paper import InputError
 LARGEST = 2.0**64  # limit of numbers in files: larger ones would overflow
 
 
+# -- Messages -----------------------------------------------------------------------
+
+
 @contextmanager
-def _explained(path: Path, what: str) -> Iterator[None]:
-    """Reword the system's errors for people; others have such words already."""
+def naming(what: Path | str) -> Iterator[None]:
+    """Turn errors about something, such as a file, into InputErrors that name it."""
+    try:
+        yield
+    except (InputError, OSError) as error:
+        raise InputError(f"{what}: {told(error)}") from error
+
+
+def told(error: Exception) -> str:
+    """Put an error into words for people; system errors name their file."""
+    if not isinstance(error, OSError) or error.strerror is None:
+        return str(error)
+    where = f"{error.filename}: " if error.filename else ""
+    return f"{where}cannot be read or written ({error.strerror})."
+
+
+@contextmanager
+def _written(path: Path, advice: str) -> Iterator[None]:
+    """Reword what the system says of writing; others have words already."""
     try:
         yield
     except OSError as error:
         if error.strerror is None:
             raise
-        raise OSError(f"{path}: {what.format(error.strerror)}") from error
+        words = f"{path}: cannot be written ({error.strerror}). {advice}"
+        raise OSError(words) from error
 
 
-UNWRITTEN = (
-    "cannot be written ({}); what was there before is as it was. Make room, or take "
-    "another folder."
-)
-UNMADE = "cannot be made ({}). Name another folder."
+# -- Files and folders --------------------------------------------------------------
 
 
 @contextmanager
@@ -43,8 +60,9 @@ def replacing(path: Path) -> Iterator[Path]:
     If the block ends early, even by Ctrl-C, the partial file is removed.
     """
     partial = path.with_name(f".{path.stem[:40]}-{os.getpid()}-part{path.suffix}")
+    advice = "What was there is as it was. Make room, or name another folder."
     try:
-        with _explained(path, UNWRITTEN):
+        with _written(path, advice):
             partial.touch()
             yield partial
             os.replace(partial, path)
@@ -63,48 +81,27 @@ def write_whole(path: Path, content: bytes | memoryview) -> None:
 
 def make_folder(folder: Path) -> None:
     """Make the folder, if there is none. Raises OSError with a message for people."""
-    with _explained(folder, UNMADE):
+    with _written(folder, "Name another folder."):
         folder.mkdir(parents=True, exist_ok=True)
 
 
 @contextmanager
 def making_folder(folder: Path) -> Iterator[Path]:
-    """Yield a partial folder whose files are the folder's after the block.
+    """Yield a partial folder that becomes the folder, new or empty, after the block.
 
-    The folder is new, or there and empty. If the block ends early, the partial folder
-    is removed. Raises OSError with a message for people.
+    If the block ends early, it is removed. Raises OSError with a message for people.
     """
     whole = folder.resolve()
-    there, name = whole.is_dir(), f".{whole.name[:40]}-{os.getpid()}-part"
-    partial = whole / name if there else whole.with_name(name)
+    partial = whole.with_name(f".{whole.name[:40]}-{os.getpid()}-part")
     try:
-        with _explained(folder, UNMADE):
+        with _written(folder, "Name another folder."):
             partial.mkdir(parents=True, exist_ok=True)
             yield partial
-            if there:
-                for file in sorted(partial.iterdir()):
-                    os.replace(file, whole / file.name)
-            else:
-                os.replace(partial, whole)
+            if whole.is_dir():
+                whole.rmdir()
+            os.replace(partial, whole)
     finally:
         rmtree(partial, ignore_errors=True)
-
-
-@contextmanager
-def naming(path: Path) -> Iterator[None]:
-    """Turn errors about a file's content into InputErrors that name the file."""
-    try:
-        yield
-    except (InputError, OSError) as error:
-        raise InputError(f"{path}: {told(error)}") from error
-
-
-def told(error: Exception) -> str:
-    """Put an error into words for people; system errors name their file."""
-    if not isinstance(error, OSError) or error.strerror is None:
-        return str(error)
-    where = f"{error.filename}: " if error.filename else ""
-    return f"{where}cannot be read or written ({error.strerror})."
 
 
 def refuse_no_file(path: Path) -> None:
@@ -156,19 +153,13 @@ class Table:
     ):
         """Write the file anew, whole, with these rows. Raises OSError."""
         self.path, self.columns = path, columns
-        header = dict(zip(columns, columns, strict=True))
-        write_whole(path, self._text([header, *rows]))
+        write_whole(path, self._text([dict(zip(columns, columns, strict=True)), *rows]))
 
     def append(self, rows: Iterable[Mapping[str, Any]]) -> None:
         """Add rows at the end. Raises OSError with a message for people."""
-        try:
-            with self.path.open("ab") as file:
-                file.write(self._text(rows))
-        except OSError as error:
-            raise OSError(
-                f"{self.path}: cannot be written ({error.strerror}); the rows in it are"
-                " whole. Make room, and go on with --resume."
-            ) from error
+        advice = "The rows in it are whole. Make room, and go on with --resume."
+        with _written(self.path, advice), self.path.open("ab") as file:
+            file.write(self._text(rows))
 
     def _text(self, rows: Iterable[Mapping[str, Any]]) -> bytes:
         text = StringIO()
@@ -205,9 +196,3 @@ def number(cell: str) -> float:
     if not abs(value := float(cell)) <= LARGEST:
         raise InputError(f"{cell:.40} is no number of a run")
     return value
-
-
-def whole(cell: str) -> int:
-    """Read a cell's whole number, as `number` does."""
-    number(cell)
-    return int(cell)

@@ -1,11 +1,12 @@
 """Begin or resume runs in folders, trainings and evaluations alike.
 
-A resumed run must keep the version, and keeps the options it was begun with.
+A folder is held by one run at a time.  A resumed run must keep the version, and keeps
+the options it was begun with.
 """
 
 import os
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -38,27 +39,29 @@ def held(
 ) -> Iterator[Started]:
     """Start a run and lock its folder, if any, until the block ends.
 
-    A new run's folder is empty or not there yet; if it writes nothing, no folder is
-    left. Raises RunError for another, or if another process holds the lock; OSError if
+    A new run's folder is empty or not there yet; if nothing is written, none is left.
+    Raises RunError for another folder, or if another process holds the lock; OSError if
     the folder cannot be made.
     """
     if folder is None:
         yield start()
-    elif resume:
-        with _lock(folder) if folder.is_dir() else nullcontext():
-            yield start()
-    else:
+        return
+    if not resume:
         refuse_used(folder)
-        started, ours = start(), not folder.exists()
-        make_folder(folder)
-        try:
-            with _lock(folder):
+        started = start()
+    ours = not folder.exists()
+    make_folder(folder)
+    try:
+        with _lock(folder):
+            if resume:
+                started = start()
+            else:
                 refuse_used(folder)  # another process may have been quicker
-                yield started
-        finally:
-            with suppress(OSError):
-                if ours:
-                    folder.rmdir()
+            yield started
+    finally:
+        with suppress(OSError):
+            if ours:
+                folder.rmdir()
 
 
 @contextmanager

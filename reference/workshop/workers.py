@@ -7,7 +7,6 @@ a Dask cluster and this process itself.
 import os
 import signal
 import sys
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
@@ -18,10 +17,9 @@ from concurrent.futures import (
 )
 from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
-from multiprocessing import parent_process
-from multiprocessing.connection import Connection
+from multiprocessing import active_children, parent_process
 from multiprocessing.context import SpawnContext, SpawnProcess
-from threading import Lock, RLock, Thread
+from threading import RLock, Thread
 from typing import Any, TypeVar
 
 from tqdm import tqdm
@@ -33,9 +31,10 @@ STOPS = [signal.SIGINT, signal.SIGTERM]  # end a command, but not its workers
 STOPS += [signal.SIGHUP] if hasattr(signal, "SIGHUP") else []  # the terminal is gone
 
 POLL = 0.2  # seconds between two checks of whether to stop
-ANSWER = 10  # seconds to wait for a scheduler
+ANSWER = 10  # seconds to wait for a scheduler, and for its workers
 
 ONE_THREAD = {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}  # of a worker
+_mask = getattr(signal, "pthread_sigmask", lambda how, which: which)  # POSIX alone
 
 Made = TypeVar("Made")
 Given = TypeVar("Given")
@@ -58,14 +57,13 @@ def shares(items: Sequence[Given], executor: Executor) -> list[tuple[Given, ...]
 def in_order(
     executor: Executor,
     work: Callable[[Given], Made],
-    jobs: Iterable[Given],
+    jobs: Sequence[Given],
     stop: Callable[[], bool],
 ) -> list[Made] | None:
     """Do all jobs; return results in their order, or None if stopped before the last.
 
     Raises what the work raises, and BrokenExecutor for a worker that has died.
     """
-    jobs = list(jobs)
     made = dict(as_done(executor, work, jobs, stop))
     return [made[k] for k in range(len(jobs))] if len(made) == len(jobs) else None
 
@@ -90,6 +88,8 @@ def as_done(
                 yield waiting.pop(future), future.result()
         while waiting and not stop():
             for future in wait_for(waiting, POLL, FIRST_COMPLETED).done:
+                if stop() and future.exception():  # what stops us ends workers, too
+                    return
                 yield waiting.pop(future), future.result()
     except KeyboardInterrupt:  # in the middle of a job in this process
         if not stop():
@@ -97,9 +97,6 @@ def as_done(
     finally:
         for future in waiting:
             future.cancel()
-
-
-# -- Executors ----------------------------------------------------------------------
 
 
 class InProcess(Executor):
@@ -125,6 +122,9 @@ class InProcess(Executor):
         return future
 
 
+# -- A cluster ----------------------------------------------------------------------
+
+
 @contextmanager
 def cluster(address: str) -> Iterator[Executor]:
     """Yield the workers of a Dask scheduler, once there are any.
@@ -133,7 +133,7 @@ def cluster(address: str) -> Iterator[Executor]:
     workers that have another version of this package, or none.
     """
     try:
-        from distributed import Client
+        from distributed import Client, KilledWorker
     except ImportError as error:
         raise InputError(
             "Dask is not installed: pip install dask distributed, or leave --cluster "
@@ -153,6 +153,11 @@ def cluster(address: str) -> Iterator[Executor]:
                 f"{address}: the scheduler is gone, and with it what was not finished. "
                 "Start one, and go on with --resume."
             ) from None
+        except (ImportError, KilledWorker) as error:
+            raise InputError(
+                f"{address}: a worker failed ({error!s:.200}). Mend it, and go on with "
+                "--resume."
+            ) from error
         finally:
             executor.shutdown(wait=False)
 
@@ -171,103 +176,92 @@ def _refuse_other_workers(client: Any, address: str) -> None:
             f"{address}: its workers have version {', '.join(sorted(versions))} of "
             f"this package; here it is {_version()}. Install the same everywhere."
         )
+    print(f"{address}: {len(client.nthreads())} workers", file=sys.stderr)
 
 
 def _version() -> str:
     return reference.__version__
 
 
+# -- A pool of processes ------------------------------------------------------------
+
+
 @contextmanager
 def workers(count: int) -> Iterator[Executor]:
     """Yield a pool of so many processes with a thread each; 0: this process.
 
-    They are spawned, since torch's threads do not survive a fork. They ignore Ctrl-C
-    and its like, and end with the block, or with this process if it is killed. Raises
-    InputError where the system lends no shared memory.
+    They are spawned, since torch's threads do not survive a fork. They ignore Ctrl-C,
+    and end with the block, or with this process if it is killed. Raises InputError
+    where the system lends no shared memory.
     """
     if count == 0:
         yield InProcess()
         return
-    context = _Context()
-    far, near = context.Pipe(duplex=False)
     try:
-        with _uninterrupted():  # or a terminal would end multiprocessing's own helper
-            pool = Pool(count, context, _begin_work, (far,))
-        pool.workers = count
+        pool = _Pool(count, _Context(), _begin_work)
     except OSError as error:
         raise InputError(
             f"no worker can be started ({error.strerror}; on Linux they need to write "
             "to /dev/shm). Make that possible, or take --workers 0."
         ) from error
     try:
+        pool.workers = count
         yield pool
     finally:
-        pool.shutdown(wait=False, cancel_futures=True)  # first drop waiting jobs
-        near.close()
-        pool.shutdown()
+        pool.shutdown(wait=False, cancel_futures=True)
+        for worker in active_children():
+            while isinstance(worker, _Worker) and worker.is_alive():
+                SpawnProcess.terminate(worker)  # which it ignores between two jobs
+                worker.join(POLL)
 
 
 class _Worker(SpawnProcess):
-    """A process that ignores SIGTERM, so that the pool kills it if it must."""
-
-    terminate = SpawnProcess.kill
+    terminate = SpawnProcess.kill  # where a worker has died, the pool ends the others
 
 
 class _Context(SpawnContext):
     Process = _Worker
 
 
-class Pool(ProcessPoolExecutor):
-    """A process pool whose workers know when they are in the middle of a job."""
-
+class _Pool(ProcessPoolExecutor):
     workers = 1
 
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
     ) -> Future[Made]:
-        """Submit a job that holds a lock while it runs."""
-        with _uninterrupted():
-            return super().submit(_at_work, fn, *args, **kwargs)
+        """Submit a job; a worker that is started for it is born with signals blocked.
+
+        Else Ctrl-C would end it before `_begin_work` says that it shall not.
+        """
+        before = _mask(signal.SIG_BLOCK, STOPS)
+        try:
+            return super().submit(_interruptible, fn, *args, **kwargs)
+        finally:
+            _mask(signal.SIG_SETMASK, before)
 
 
-_working = Lock()
+def _interruptible(fn: Callable[..., Made], /, *args: Any, **kwargs: Any) -> Made:
+    """Do a job, which SIGTERM ends; sending its result is not interrupted.
 
-
-def _at_work(fn: Callable[..., Made], /, *args: Any, **kwargs: Any) -> Made:
-    with _working:
+    Of half a result the pool would await the rest forever.
+    """
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    try:
         return fn(*args, **kwargs)
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
 
 
-def _begin_work(lifeline: Connection) -> None:
+def _begin_work() -> None:
     """Set up a worker, before it loads numpy and torch."""
     os.environ.update(ONE_THREAD)
     for stop in STOPS:
         signal.signal(stop, signal.SIG_IGN)
+    _mask(signal.SIG_UNBLOCK, STOPS)
     tqdm.set_lock(RLock())  # its own, shared by processes, would leak
-    Thread(target=_end_with, args=(lifeline,), daemon=True).start()
+    Thread(target=_end_with_parent, daemon=True).start()
 
 
-def _end_with(lifeline: Connection) -> None:
-    """End this worker when the other end of the pipe is closed.
-
-    Not while a result is being sent: the pool would wait for the rest forever.
-    """
-    lifeline.poll(None)
-    time.sleep(POLL)  # till the pool has dropped the waiting jobs
-    parent = parent_process()
-    while parent is not None and parent.is_alive() and not _working.locked():
-        time.sleep(POLL / 4)
+def _end_with_parent() -> None:
+    parent_process().join()  # type: ignore[union-attr]
     os._exit(1)
-
-
-@contextmanager
-def _uninterrupted() -> Iterator[None]:
-    """Block signals to stop, also in processes started in this block."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, STOPS)
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

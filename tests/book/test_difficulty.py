@@ -340,25 +340,3 @@ def test_a_fire_burns_on_when_everybody_is_out():
     assert lit < FIRE_SOURCES and ended < 60
     assert (later < sim.world.flames.arrival).any()
     assert (sim.world.time, len(sim.world.flames.sources)) == (ended, lit)
-
-
-# -- Refusals -----------------------------------------------------------------------
-
-
-SHAPE = (1, 5, 9)
-
-
-@pytest.mark.parametrize(
-    ("arrival", "people", "why"),
-    [
-        (np.full((2, 9, 30), inf), None, r"arrival \(2, 9, 30\).*\(1, 5, 9\)"),
-        (np.full(SHAPE, np.nan), None, "seconds or inf"),
-        (np.full(SHAPE, inf), [1, 2, 3], "in 2 areas"),
-        (np.full(SHAPE, inf), [1, -1], "in 2 areas"),
-        (np.full(SHAPE, inf), [1, np.nan], "in 2 areas"),
-    ],
-)
-def test_refuses_what_cannot_be_in_this_building(arrival, people, why):
-    """Flames of another, a nan that would pass for never, people nowhere."""
-    with pytest.raises(ValueError, match=why):
-        difficulty(built(TWO_ROOMS), arrival, people and np.array(people))

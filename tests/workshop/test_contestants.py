@@ -1,10 +1,10 @@
 """Words for whoever plays: scripts, checkpoints, worst cases; and slips of the pen."""
 
 import pytest
-from trainings import TINY, begun, tiny
+from trainings import begun, tiny
 
-from reference.paper import Scenario
-from reference.workshop.crossplay.contestants import NAMES, Evacuation, contestant
+from reference.workshop.crossplay import begin
+from reference.workshop.crossplay.contestants import NAMES, contestant
 from reference.workshop.strategies import SCRIPTS
 from reference.workshop.training.checkpoints import save
 from reference.workshop.training.policies import POLICIES
@@ -33,19 +33,14 @@ def test_a_file_is_the_policy_that_was_learned_for_a_side(path, side, kind):
         assert type(contestant(named, side)) is kind
 
 
-def test_a_strategy_remembers_nothing_of_the_evacuation_before():
-    """It begins each as it was made, though it is made once."""
-    evacuation = Evacuation(TINY, Scenario(people=2), "patrol", "random", seed=0)
-    one, other = (evacuation.simulation().robot_strategy for _ in range(2))
+def test_each_run_has_strategies_of_its_own_and_the_worst_case_knows_whom_it_meets():
+    """They begin as they were made, though they are made once."""
+    evaluation = begin(("patrol",), ("worst-case",), "tiny", people=2)
+    runs = [evaluation.simulation(run) for run in evaluation.runs[:2]]
+    one, other = (run.robot_strategy for run in runs)
     assert one is not other and vars(one) == vars(other)
-
-
-def test_the_worst_case_is_told_whom_it_meets():
-    """Before the first tick; each evacuation has its own."""
-    scenario = Scenario(people=2)
-    met = Evacuation(TINY, scenario, "sweep", "worst-case", seed=0).simulation()
-    assert met.fire_strategy.robots is met.robot_strategy
-    assert met.fire_strategy.scenario == scenario
+    assert all(run.fire_strategy.robots is run.robot_strategy for run in runs)
+    assert runs[0].fire_strategy.scenario == evaluation.arena.scenario
 
 
 @pytest.mark.parametrize(

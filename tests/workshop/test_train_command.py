@@ -245,7 +245,7 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
     [
         (["--out", "full"], 1, "is not empty. Name another folder, or add --resume"),
         (["--out", "notes.txt"], 1, "is a file. Name a folder."),
-        (["--out", "notes.txt/new"], 1, "notes.txt/new: cannot be made"),
+        (["--out", "notes.txt/new"], 1, "notes.txt/new: cannot be written"),
         (["--robots", "sweep", "--fire", "random"], 2, "nobody learns"),
         (["--preset", "huge"], 2, "invalid choice: 'huge'"),
         (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),

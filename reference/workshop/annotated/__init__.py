@@ -1,5 +1,5 @@
 """The paper beside the code: one page, and the index that pytest reads.
 
-Read `words` (what the page says of itself), `source` (what stands in a file), `index`
-(where code and tests carry the paper), then `page`.
+Read `words` (what the page says of itself), `index` (where code and tests carry the
+paper), then `page`.
 """

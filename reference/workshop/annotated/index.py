@@ -2,198 +2,235 @@
 
 Code cites them in brackets, clause first; a class whose docstring begins by citing an
 algorithm has its lines' numbers as comments, `# 5`.  Tests are marked
-`@pytest.mark.paper("D3", "Eq. 2")`.  Both are found without importing anything.
+`@pytest.mark.paper("D3", "Eq. 2")`.  Files are parsed, none is imported.
 
     key   a clause or a place: "B5", "Alg. 2:13"
 """
 
 import ast
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
+from textwrap import dedent
 from typing import NamedTuple
 
 import reference
 from reference.paper import InputError
-from reference.workshop.annotated.source import (
-    PACKAGE,
-    Symbol,
-    lines_of,
-    symbol_at,
-    symbols,
-    tree_of,
-    uncited,
-)
-from reference.workshop.annotated.words import CLAUSES, KINDS, PLACES, named_in
+from reference.workshop.annotated.words import CLAUSES, KINDS, TITLES, named_in
 
-TESTS = PACKAGE.parent / "tests"
-SHORT, LONG = 90, 280  # letters of a reason
-COLUMNS = re.compile(r"[^.;\s]  +\S")  # of a table; two blanks may end a sentence
+PACKAGE = Path(__file__).resolve().parents[2]
+ROOT = PACKAGE.parent
 
-# -- Code ---------------------------------------------------------------------------
+# -- What stands in a file ----------------------------------------------------------
 
 
-class Citation(NamedTuple):
-    """A citation in the code: keys it names, kinds it tags, and where it stands."""
+class Symbol(NamedTuple):
+    """A module, class, function, assignment or test: where it stands, what it says.
 
-    keys: tuple[str, ...]
-    kinds: tuple[str, ...]
+    name   dotted within its file, "" for the module
+    marks  what each `pytest.mark.paper` of a test names: its clause, then places
+    """
+
     path: Path
-    line: int
-    text: str = ""
+    first: int
+    last: int
+    name: str
+    doc: str
+    marks: tuple[tuple[str, ...], ...] = ()
 
     @property
-    def symbol(self) -> Symbol:
-        """What it stands in."""
-        return symbol_at(self.path, self.line)
+    def title(self) -> str:
+        """Its name, or its module's; of a test in words."""
+        if self.marks:
+            return self.name.removeprefix("test_").replace("_", " ")
+        return self.name or self.path.stem.replace("__init__", self.path.parent.name)
 
     @property
     def where(self) -> str:
         """File and line, from the checkout's root."""
-        return f"{self.path.relative_to(PACKAGE.parent)}:{self.line}"
+        return f"{self.path.relative_to(ROOT)}:{self.first}"
+
+    @property
+    def sentence(self) -> str:
+        """The first paragraph of its docstring, without citations."""
+        return uncited(self.doc.split("\n\n")[0])
 
     @property
     def source(self) -> str:
-        """Its line of the file."""
-        return lines_of(self.path)[self.line - 1]
+        """Its lines of the file, without the indentation they share."""
+        return dedent("\n".join(lines_of(self.path)[self.first - 1 : self.last]))
 
     @property
-    def beside_code(self) -> bool:
-        """Is it a comment beside code, not a part of a docstring?"""
-        code, comment, _ = self.source.partition("  # ")
-        return bool(code.strip() and comment)
+    def keys(self) -> frozenset[str]:
+        """All keys that its marks name."""
+        return frozenset(key for mark in self.marks for key in mark)
+
+
+@cache
+def lines_of(path: Path) -> list[str]:
+    """The lines of a file."""
+    return path.read_text(encoding="utf-8").splitlines()
+
+
+@cache
+def symbols(path: Path) -> tuple[Symbol, ...]:
+    """All symbols of a file, each before those within it."""
+    tree = ast.parse("\n".join(lines_of(path)))
+    module = Symbol(path, 1, len(lines_of(path)), "", ast.get_docstring(tree) or "")
+    return module, *_within(tree, path, "")
+
+
+def _within(
+    parent: ast.Module | ast.ClassDef | ast.FunctionDef, path: Path, prefix: str
+) -> Iterator[Symbol]:
+    for node, after in zip(parent.body, [*parent.body[1:], None], strict=True):
+        last = node.end_lineno or node.lineno
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            name, doc = prefix + node.name, ast.get_docstring(node) or ""
+            first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
+            yield Symbol(path, first, last, name, doc, _marks(node))
+            yield from _within(node, path, f"{name}.")
+        elif isinstance(node, ast.Assign | ast.AnnAssign) and isinstance(
+            parent, ast.Module | ast.ClassDef
+        ):
+            target = node.targets[0] if isinstance(node, ast.Assign) else node.target
+            name = prefix + ast.unparse(target).strip("()")
+            doc = ast.get_docstring(ast.Module([after] if after else [], [])) or ""
+            last = after.end_lineno or last if after and doc else last
+            yield Symbol(path, node.lineno, last, name, doc)
+
+
+def _marks(node: ast.ClassDef | ast.FunctionDef) -> tuple[tuple[str, ...], ...]:
+    return tuple(
+        tuple(key for text in call.args for key in named_in(ast.literal_eval(text)))
+        for call in node.decorator_list
+        if isinstance(call, ast.Call) and ast.unparse(call.func) == "pytest.mark.paper"
+    )
+
+
+def symbol(dotted: str) -> Symbol:
+    """Find the symbol of a dotted name such as "learning.ppo.gae"; else KeyError."""
+    parts = dotted.split(".")
+    for k in range(len(parts), 0, -1):
+        path = PACKAGE.joinpath(*parts[:k]).with_suffix(".py")
+        for found in symbols(path) if path.exists() else ():
+            if ".".join(parts[k:]) in found.name.split(", "):
+                return found
+    raise KeyError(f"{dotted} is nowhere in reference/")
+
+
+def uncited(text: str) -> str:
+    """A text in one line, without citations."""
+    bare = re.sub(r"\s*\[[A-F]\d{1,2}\b[^\[\]]*\]", "", text)
+    return " ".join(bare.split())
+
+
+# -- Code ---------------------------------------------------------------------------
+
+ORDER = (*reference.BOOK[1:], *reference.WORKSHOP, "paper")
+"""Modules as one reads them, but the bare numbers last."""
+
+
+class Citation(NamedTuple):
+    """A citation in the code: keys and kinds that it names, and where it stands.
+
+    line, text   of its file
+    """
+
+    keys: tuple[str, ...]
+    kinds: tuple[str, ...]
+    symbol: Symbol
+    line: int
+    text: str
+
+    @property
+    def where(self) -> str:
+        """File and line, from the checkout's root."""
+        return f"{self.symbol.path.relative_to(ROOT)}:{self.line}"
+
+    @property
+    def code(self) -> str:
+        """The code that a comment stands beside, "" in a docstring."""
+        return self.text.partition("  # ")[0].strip() if "  # " in self.text else ""
+
+    @property
+    def reason(self) -> str:
+        """What is said there: a comment, the row of a table, or a paragraph.
+
+        Of a docstring's first paragraph the next one is a part.
+        """
+        if "#" in self.text:
+            return uncited(self.text.split("#", 1)[1]).lstrip(": ")
+        bare, told = self.text.strip(' "'), self.symbol.doc.split("\n\n")
+        k = next(k for k, paragraph in enumerate(told) if bare in paragraph)
+        if re.search(r"[^.;\s]  +\S", told[k]):  # columns
+            return uncited(bare)
+        said = uncited(" ".join(told[k : k + 1 + (k == 0)]))
+        return re.sub(r"^Clauses?: .*?\. ", "", said)
 
 
 @cache
 def citations() -> tuple[Citation, ...]:
-    """All of reference/, in the order of files and lines."""
-    return tuple(
-        cited for path in sorted(PACKAGE.rglob("*.py")) for cited in _cited(path)
-    )
+    """All of reference/, in the order of reading."""
+    files = sorted(PACKAGE.rglob("*.py"), key=lambda path: (_rank(path), path))
+    return tuple(cited for path in files for cited in _cited(path))
+
+
+def _rank(path: Path) -> int:
+    module = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
+    of = (k for k, name in enumerate(ORDER) if f"{module}.".startswith(f"{name}."))
+    return next(of, len(ORDER))
 
 
 def _cited(path: Path) -> Iterator[Citation]:
     for number, line in enumerate(lines_of(path), 1):
-        for cited in re.findall(r"\[([A-F]\d{1,2}\b[^\[\]]*)\]", line):
-            parts = re.split(r"[,;:] *", cited)
-            clauses = [part for part in parts if re.fullmatch(r"[A-F]\d{1,2}", part)]
-            places = [name for name in named_in(cited) if name in PLACES]
-            kinds = tuple(kind for kind in KINDS if kind in parts)
-            yield Citation((*clauses, *places), kinds, path, number, cited)
-    if any("Alg. " in line for line in lines_of(path)):
-        yield from _numbered(path)
-
-
-def _numbered(path: Path) -> Iterator[Citation]:
-    """Lines of an algorithm, by the numbers beside its code."""
-    for found in symbols(path):
-        cited = re.search(r"\[.*(Alg\. \d)\]", found.doc.split("\n")[0])
-        for row in range(found.first, found.last + 1) if cited else ():
-            comment = re.search(r"  # ([\d, ]+)(?:\D|$)", lines_of(path)[row - 1])
-            numbers = re.findall(r"\d+", comment[1]) if comment else ()
-            if cited and numbers:
-                yield Citation(tuple(f"{cited[1]}:{k}" for k in numbers), (), path, row)
+        around = [s for s in symbols(path) if s.first <= number <= s.last]
+        where = around[-1], number, line
+        for text in re.findall(r"\[([A-F]\d{1,2}\b[^\[\]]*)\]", line):
+            keys = [*re.findall(r"\b[A-F]\d{1,2}\b", text), *named_in(text)]
+            kinds = [kind for kind in KINDS if kind in re.split("[,;:] *", text)]
+            yield Citation(tuple(dict.fromkeys(keys)), tuple(kinds), *where)
+        heads = " ".join(symbol.doc.split("\n")[0] for symbol in around)
+        algorithm = re.search(r"Alg\. \d(?=\])", heads)
+        numbers = re.search(r"  # ([\d, ]+)(?:\D|$)", line)
+        if algorithm and numbers:
+            lines = [f"{algorithm[0]}:{k}" for k in re.findall(r"\d+", numbers[1])]
+            yield Citation(tuple(lines), (), *where)
 
 
 def code_of(key: str) -> list[Citation]:
-    """Where the code carries a key: the book and numbered lines first, `paper` last."""
-    found = [cited for cited in citations() if key in cited.keys]
-    files = [cited.path for cited in found]
-    return sorted(
-        found, key=lambda c: (_shelf(c.path), bool(c.text), -files.count(c.path))
-    )
+    """Where the code carries a key."""
+    return [cited for cited in citations() if key in cited.keys]
 
 
-def _shelf(path: Path) -> int:
-    module = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
-    if module == "paper":
-        return 2
-    return int(not module.startswith(reference.BOOK))
+def symbols_of(key: str) -> list[Symbol]:
+    """What carries a key, each once."""
+    return list(dict.fromkeys(cited.symbol for cited in code_of(key)))
+
+
+def beside(key: str) -> list[str]:
+    """The clauses that code cites together with a place; the places with a clause."""
+    together = {each for cited in code_of(key) for each in cited.keys}
+    others = [each for each in TITLES if (each in CLAUSES) != (key in CLAUSES)]
+    return [each for each in others if each in together]
 
 
 def kinds_of(clause: str) -> list[str]:
     """The kind of a clause, then those that the code tags it with."""
-    tagged = {kind for c in citations() if clause in c.keys for kind in c.kinds}
-    kind, _ = CLAUSES[clause]
+    tagged = {kind for cited in code_of(clause) for kind in cited.kinds}
+    kind = CLAUSES[clause]
     return [kind, *(each for each in KINDS if each in tagged - {kind})]
-
-
-def reasons(clause: str, kind: str) -> dict[str, Citation]:
-    """What the code says where it tags a clause with a kind; numbers first."""
-    tagged = [c for c in citations() if clause in c.keys and kind in c.kinds]
-    found: dict[str, Citation] = {}
-    for cited in sorted(tagged, key=lambda cited: not cited.symbol.value):
-        found.setdefault(_reason(cited), cited)
-    return found
-
-
-def _reason(cited: Citation) -> str:
-    """The words around a citation: a comment, or a paragraph of a docstring.
-
-    Of a long paragraph only the sentence that ends with the citation, or the two that
-    it begins; after a short first line the next paragraph too; of a table its row.
-    """
-    bare, mark = cited.source.strip().strip('"'), f"[{cited.text}]"
-    first, *others = re.split(r"\n\s*\n", cited.symbol.doc)
-    told = next((text for text in (first, *others) if bare in text), None)
-    if told is None:
-        return uncited(cited.source.split("#", 1)[1]).lstrip(": ")
-    if COLUMNS.search(told):
-        return uncited(bare)
-    if told == first and len(told) < SHORT:
-        told = "\n".join([told, *(t for t in others[:1] if not COLUMNS.search(t))])
-    marked = uncited(told.replace(bare, bare.replace(mark, "\0", 1)))
-    sentences = re.split(r"(?<=[.:]) (?=[A-Z\0\"])", marked)
-    k = next(k for k, sentence in enumerate(sentences) if "\0" in sentence)
-    if len(told) > LONG or told.startswith("Clause"):
-        sentences = sentences[k : k + 1 + sentences[k].startswith("\0")]
-    said = re.sub(r" ?\0", "", " ".join(sentences)).strip()
-    return re.sub(":$", ": see there.", said)
 
 
 # -- Tests --------------------------------------------------------------------------
 
 
-class MarkedTest(NamedTuple):
-    """A marked test: what its sentence says, and the keys it is filed under."""
-
-    path: Path
-    node: ast.FunctionDef
-    keys: frozenset[str]
-    marks: tuple[tuple[str, ...], ...]
-
-    @property
-    def where(self) -> str:
-        """File and line, from the checkout's root."""
-        return f"{self.path.relative_to(TESTS.parent)}:{self.node.lineno}"
-
-    @property
-    def first(self) -> int:
-        """The line of its first mark."""
-        return min(mark.lineno for mark in self.node.decorator_list)
-
-    @property
-    def title(self) -> str:
-        """What the function is called, in words."""
-        return self.node.name.removeprefix("test_").replace("_", " ")
-
-    @property
-    def sentence(self) -> str:
-        """Its docstring in one line."""
-        return uncited(ast.get_docstring(self.node) or "")
-
-
 @cache
-def marked_tests() -> tuple[MarkedTest, ...]:
+def marked_tests() -> tuple[Symbol, ...]:
     """All marked tests. Raises InputError where there are none, as in a wheel."""
-    found = tuple(
-        MarkedTest(path, node, frozenset(key for mark in marks for key in mark), marks)
-        for path in sorted(TESTS.rglob("test_*.py"))
-        if any(".paper(" in line for line in lines_of(path))
-        for node in tree_of(path).body
-        if isinstance(node, ast.FunctionDef) and (marks := _marks(node))
-    )
+    paths = sorted((ROOT / "tests").rglob("test_*.py"))
+    found = tuple(each for path in paths for each in symbols(path) if each.marks)
     if not found:
         raise InputError(
             "the tests are not here: this is made from the tests too. Run it in a "
@@ -202,34 +239,12 @@ def marked_tests() -> tuple[MarkedTest, ...]:
     return found
 
 
-def _marks(test: ast.FunctionDef) -> tuple[tuple[str, ...], ...]:
-    """What each `pytest.mark.paper` of a test names: its clause, then places."""
-    return tuple(
-        tuple(key for text in call.args for key in named_in(ast.literal_eval(text)))
-        for call in test.decorator_list
-        if isinstance(call, ast.Call)
-        and ast.unparse(call.func) in ("pytest.mark.paper", "mark.paper")
-    )
-
-
-def marked_with(key: str) -> list[MarkedTest]:
+def marked_with(key: str) -> list[Symbol]:
     """The tests filed under a key."""
     return [test for test in marked_tests() if key in test.keys]
 
 
-def beside(key: str, others: Iterable[str]) -> list[str]:
-    """Those of the others that tests name together with a key."""
-    marks = [mark for test in marked_with(key) for mark in test.marks if key in mark]
-    return [other for other in others if any(other in mark for mark in marks)]
-
-
-def read_at(setting: str) -> list[str]:
-    """Where trainers and trainings read a setting, as file:line."""
-    read = re.compile(rf"\b(s|settings|robots|fire|made)\.{setting}\b")
-    return [
-        f"{path.relative_to(PACKAGE.parent)}:{number}"
-        for folder in ("learning", "workshop/training")
-        for path in sorted((PACKAGE / folder).glob("*.py"))
-        for number, line in enumerate(lines_of(path), 1)
-        if read.search(line)
-    ]
+def boards_of(test: Symbol) -> list[Symbol]:
+    """The boards that a test names: texts of several lines in its file."""
+    named = re.findall(r"\b[A-Z]\w+\b", test.source)
+    return [s for s in symbols(test.path) if s.name in named and '"""' in s.source]

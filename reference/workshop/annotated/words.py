@@ -13,23 +13,25 @@ WORDS: dict[str, Any] = tomllib.loads(
     Path(__file__).with_name("annotations.toml").read_text(encoding="utf-8")
 )
 KINDS: tuple[str, ...] = tuple(WORDS["kinds"])
-CLAUSES: dict[str, tuple[str, str]] = {k: tuple(v) for k, v in WORDS["clauses"].items()}
-"""Kind and title of each clause, A1 to F12."""
+CLAUSES: dict[str, str] = {key: kind for key, (kind, _) in WORDS["clauses"].items()}
+"""The kind of each clause, A1 to F12."""
 
-PLACES: dict[str, str] = (
-    {
-        place: text.strip()
-        for name, (title, *lines) in WORDS["algorithms"].items()
-        for place, text in [
-            (name, title),
-            *((f"{name}:{k}", line) for k, line in enumerate(lines, 1)),
-        ]
-    }
-    | {place: told["title"] for place, told in WORDS["equations"].items()}
-    | WORDS["tables"]
-    | WORDS["figures"]
-)
-"""Each place, in our words."""
+LINES: dict[str, str] = {
+    f"{name}:{number}": line
+    for name, lines in WORDS["lines"].items()
+    for number, line in enumerate(lines.splitlines(), 1)
+}
+"""The lines of the algorithms in our words, indented."""
+
+PLACES: dict[str, str] = {
+    **WORDS["algorithms"],
+    **{place: line.strip() for place, line in LINES.items()},
+    **{place: told["title"] for place, told in WORDS["equations"].items()},
+    **WORDS["tables"],
+    **WORDS["figures"],
+}
+TITLES = {key: title for key, (_, title) in WORDS["clauses"].items()} | PLACES
+"""Each clause and each place, in our words."""
 
 _RANGE = (
     r"(Alg\. \d:|Alg\. |Eq\. |Tab\. |Fig\. |\b[A-F](?=\d))([0-9IVX]+)(?:-[A-F]?(\d+))?"
@@ -42,9 +44,8 @@ def named_in(text: str) -> list[str]:
     "Alg. 2:13-15" are three lines, "Figs. 4-6" three figures, "Alg. 1" is the whole.
     """
     found = []
-    for kind, first, last in re.findall(
-        _RANGE, re.sub(r"\b(Alg|Eq|Tab|Fig)s\.", r"\1.", text)
-    ):
+    one = re.sub(r"\b(Alg|Eq|Tab|Fig)s\.", r"\1.", text)
+    for kind, first, last in re.findall(_RANGE, one):
         numbers = range(int(first), int(last or first) + 1) if first.isdigit() else ()
         found += [f"{kind}{number}" for number in numbers or [first]]
-    return [name for name in found if name in CLAUSES or name in PLACES]
+    return [name for name in found if name in TITLES]

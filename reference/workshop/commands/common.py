@@ -15,7 +15,6 @@ from typing import Any, NamedTuple
 
 from reference.paper import InputError
 from reference.workshop.commands.options import Table
-from reference.workshop.crossplay.matches import Evaluation, unlike_training
 from reference.workshop.runs import ContradictionError, RunError
 from reference.workshop.workers import STOPS, InProcess, workers
 
@@ -59,12 +58,6 @@ def writable(path: Path, what: str = "a picture", formats: Iterable[str] = ()) -
 
 
 # -- What is told ------------------------------------------------------------------
-
-
-def noted(evaluation: Evaluation) -> None:
-    """Tell on stderr who plays in another scenario than it was trained in."""
-    for line in unlike_training(evaluation):
-        print(f"note: {line}", file=sys.stderr)
 
 
 def counted(number: int, plural: str) -> str:

@@ -19,7 +19,7 @@ from reference.building import building_of
 from reference.learning.settings import SIDES
 from reference.simulation import Simulation
 from reference.workshop.commands import options
-from reference.workshop.commands.common import Command, figures, noted, writable
+from reference.workshop.commands.common import Command, figures, writable
 from reference.workshop.crossplay.matches import Evaluation, Run, begin
 from reference.workshop.crowding import Crowd, together
 from reference.workshop.recording import recording, ticks
@@ -74,7 +74,6 @@ def evacuate(arguments: Namespace) -> None:
         if len(pairs) > 1 and getattr(arguments, option):
             raise ContradictionError(f"--{option} goes with one pair. Leave one out.")
     evaluation = _evaluation(pairs, **{name: getattr(arguments, name) for name in SAME})
-    noted(evaluation)
     if arguments.density:
         writable(arguments.density)
     runs, crowds = _played(evaluation, pairs, arguments)
@@ -130,7 +129,7 @@ def _evaluation(pairs: Iterable[Pair], **asked: Any) -> Evaluation:
 
 
 def _begun(evaluation: Evaluation, pair: Pair, seed: int) -> Simulation:
-    return evaluation.evacuation(Run(*pair, seed)).simulation()
+    return evaluation.simulation(Run(*pair, seed))
 
 
 def _play(

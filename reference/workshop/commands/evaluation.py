@@ -15,7 +15,7 @@ from reference.building import building_of
 from reference.evaluation.bounds import best_reward
 from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.commands import options
-from reference.workshop.commands.common import Command, again, noted, workforce
+from reference.workshop.commands.common import Command, again, workforce
 from reference.workshop.crossplay import matches, results, runs
 from reference.workshop.crossplay.matches import Evaluation
 from reference.workshop.crossplay.results import Cell
@@ -33,7 +33,6 @@ def evaluate(arguments: Namespace) -> None:
         raise ContradictionError("--resume goes with --out: which folder?")
     start = partial(_evaluation, arguments)
     with held(arguments.out, arguments.resume, start) as evaluation:
-        noted(evaluation)
         ruler = _given(arguments, evaluation)
         _tell(arguments, evaluation, ruler, _played(evaluation, arguments))
 

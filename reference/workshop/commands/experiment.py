@@ -70,7 +70,7 @@ def _tell(asked: Any, found: list[Any], folder: Path, as_json: bool) -> None:
     from reference.workshop.experiment import jobs, report
 
     results = report.Results(asked, found)
-    cells, answer = results.cells(), report.answer(results)
+    cells, answer = results.cells(), results.answer()
     pictures.save(charts.matrix(cells, fill(report.OVER, 80)), folder / "matrix.png")
     arms: dict[str, list[curves.Run]] = {}
     for team, made in jobs.over(asked, folder).items():
@@ -79,7 +79,7 @@ def _tell(asked: Any, found: list[Any], folder: Path, as_json: bool) -> None:
     page = report.page(results, "matrix.png", "curves.png")
     write_whole(folder / "page.md", page.encode())
     if as_json:
-        told = {"answer": answer, "cells": [as_plain(vars(cell)) for cell in cells]}
+        told = {"answer": answer, "cells": [as_plain(cell) for cell in cells]}
         print(json.dumps(told))
     else:
         print(table(cells, report.SHOWN), answer, sep="\n")

@@ -9,7 +9,7 @@ Clauses: F9, F12.  Read `contestants` (who plays), `matches` (what is evaluated)
     print(table(cells(results, PAPER)))
 """
 
-from reference.workshop.crossplay.contestants import Evacuation, contestant
+from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.crossplay.matches import EPISODES, Evaluation, begin, resume
 from reference.workshop.crossplay.results import Cell, cells, ruler_of, table
 from reference.workshop.crossplay.runs import RunResult, evaluate

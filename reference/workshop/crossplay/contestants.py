@@ -1,16 +1,13 @@
-"""Turn words of the command line into strategies; describe who plays where.
+"""Who can play: strategies by the words of the command line.
 
 Clauses: C7, D2, F4.  torch is loaded only when a checkpoint is named.
 """
 
 from collections.abc import Sequence
-from copy import deepcopy
-from dataclasses import dataclass
-from functools import lru_cache
 from os.path import exists  # False for what no path can be, too
 from typing import Any
 
-from reference.building import Building, building_of
+from reference.building import Building
 from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
@@ -25,38 +22,6 @@ NAMES: dict[Side, tuple[str, ...]] = {
     "fire": (*SCRIPTS["fire"], LEARNED, WORST, "FILE"),
 }
 """All words a user may write; FILE is a checkpoint or the folder of a training."""
-
-
-@dataclass(frozen=True)
-class Evacuation:
-    """One evacuation to play, as plain data: any process can do it.
-
-    plan    the text of a floor file;  robots, fire  words that `contestant` knows
-    sample  draw learned policies' actions instead of taking the likeliest
-    """
-
-    plan: str
-    scenario: Scenario
-    robots: str
-    fire: str
-    seed: int
-    sample: bool = False
-
-    def simulation(self) -> Simulation:
-        """Set it up, before its first tick. Raises ValueError for too many people."""
-        robots = deepcopy(_loaded(self.robots, "robots", self.sample))
-        fire = deepcopy(_loaded(self.fire, "fire", self.sample))
-        building = building_of(self.plan)
-        return encounter(building, self.scenario, robots, fire, self.seed)
-
-
-def encounter(
-    building: Building, scenario: Scenario, robots: Any, fire: Any, seed: int
-) -> Simulation:
-    """Let two strategies meet in a simulation, before its first tick."""
-    if isinstance(fire, WorstCase):
-        fire.meet(robots, scenario)
-    return Simulation(building, scenario, robots, fire, seed)
 
 
 def contestant(word: str, side: Side, sample: bool = False) -> Any:
@@ -78,9 +43,6 @@ def contestant(word: str, side: Side, sample: bool = False) -> Any:
     return policy_of(word, side, sample)
 
 
-_loaded = lru_cache(maxsize=32)(contestant)  # copies are played: networks are read once
-
-
 def refuse_unknown(word: str, side: Side, known: Sequence[str]) -> None:
     """Raise ValueError for a word that is not known; files are not opened yet."""
     if word not in known and not exists(word):
@@ -88,3 +50,12 @@ def refuse_unknown(word: str, side: Side, known: Sequence[str]) -> None:
             f"'{word}' is no file and names nobody who plays the {side}: "
             f"{', '.join(known)}.{did_you_mean(word, known)}"
         )
+
+
+def encounter(
+    building: Building, scenario: Scenario, robots: Any, fire: Any, seed: int
+) -> Simulation:
+    """Let two strategies meet in a simulation, before its first tick."""
+    if isinstance(fire, WorstCase):
+        fire.meet(robots, scenario)
+    return Simulation(building, scenario, robots, fire, seed)

@@ -18,10 +18,7 @@ RESAMPLES = 2000
 """[F12, chosen] B: the ends of an interval then move by a seventieth of its width from
 one choice of samples to the next."""
 
-CONFIDENCE = 0.95
-"""[F12, chosen] share of experiments whose interval holds the true figure."""
-
-
+CONFIDENCE = 0.95  # [F12, chosen] share of experiments whose interval holds the truth
 TRIMMED = 0.25  # [F12, chosen] share that an interquartile mean drops at either end
 
 
@@ -34,12 +31,11 @@ class Interval(NamedTuple):
 
 
 def of_mean(values: Sequence[float] | np.ndarray) -> Interval:
-    """Bootstrap the mean of (n,) values.
+    """Bootstrap the mean of (n,) values; equal values make an interval without width.
 
-    One value, or n times the same, makes an interval without width: nothing is known
-    of how values scatter. Raises ValueError for no values.
+    Raises ValueError for no values.
     """
-    return of_means(lambda mean: mean, np.reshape(values, (-1, 1)))
+    return Interval(*(float(end[0]) for end in band(np.reshape(values, (-1, 1)))))
 
 
 def of_means(statistic: Callable[..., np.ndarray], rows: np.ndarray) -> Interval:
@@ -49,19 +45,7 @@ def of_means(statistic: Callable[..., np.ndarray], rows: np.ndarray) -> Interval
     Raises ValueError for no rows, and what the statistic raises.
     """
     whole, drawn = _means(rows)
-    low, high = _ends(statistic(*drawn.T))
-    return Interval(float(statistic(*whole[:, None])[0]), float(low), float(high))
-
-
-def iqm(values: np.ndarray) -> np.ndarray:
-    """Compute the mean of the middle half, the interquartile mean, over the last axis.
-
-    A quarter is dropped at either end, rounded down: of five values one each, of three
-    none.
-    """
-    n = values.shape[-1]
-    cut = int(TRIMMED * n)
-    return np.sort(values, axis=-1)[..., cut : n - cut].mean(axis=-1)
+    return _interval(statistic(*whole[:, None])[0], statistic(*drawn.T))
 
 
 def of_trainings(values: np.ndarray, other: np.ndarray | None = None) -> Interval:
@@ -79,8 +63,24 @@ def of_trainings(values: np.ndarray, other: np.ndarray | None = None) -> Interva
     if other is not None:
         less = _iqms(other, rng)
         whole, drawn = whole - less[0], drawn - less[1]
-    low, high = _ends(drawn)
-    return Interval(float(whole), float(low), float(high))
+    return _interval(whole, drawn)
+
+
+def band(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Bootstrap the mean of every column of (n, k): mean, low and high, (k,) each."""
+    whole, drawn = _means(rows)
+    return (whole, *_ends(drawn))
+
+
+def iqm(values: np.ndarray) -> np.ndarray:
+    """Compute the mean of the middle half, the interquartile mean, over the last axis.
+
+    A quarter is dropped at either end, rounded down: of five values one each, of three
+    none.
+    """
+    n = values.shape[-1]
+    cut = int(TRIMMED * n)
+    return np.sort(values, axis=-1)[..., cut : n - cut].mean(axis=-1)
 
 
 def _iqms(
@@ -90,13 +90,6 @@ def _iqms(
     whole, drawn = _means(values.T)
     which = rng.integers(len(values), size=drawn.shape)
     return iqm(whole), iqm(np.take_along_axis(drawn, which, axis=1))
-
-
-def band(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Bootstrap the mean of every column of (n, k): mean, low and high, (k,) each."""
-    whole, drawn = _means(rows)
-    low, high = _ends(drawn)
-    return whole, low, high
 
 
 def _means(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -113,6 +106,11 @@ def _means(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     deviations = rows - rows[0]
     means = counts.reshape(RESAMPLES, n) @ deviations / n
     return rows[0] + deviations.mean(axis=0), rows[0] + means
+
+
+def _interval(whole: np.ndarray, drawn: np.ndarray) -> Interval:
+    low, high = _ends(drawn)
+    return Interval(float(whole), float(low), float(high))
 
 
 def _ends(drawn: np.ndarray) -> np.ndarray:

@@ -6,9 +6,10 @@ its newest checkpoint, though more may come while runs are played.
 """
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import asdict, dataclass, field, replace
+from functools import lru_cache
 from hashlib import sha256
 from itertools import chain, product
 from os.path import exists  # False for what no path can be, too
@@ -22,29 +23,24 @@ from reference.evaluation.score import Point
 from reference.learning.settings import Side
 from reference.paper import ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
-from reference.workshop.crossplay.contestants import WORST, Evacuation, contestant
+from reference.workshop.crossplay.contestants import WORST, contestant, encounter
 from reference.workshop.files import naming, read_json, refuse_no_file, write_json
 from reference.workshop.maps import load
 from reference.workshop.plain import record_from
-from reference.workshop.runs import (
-    ContradictionError,
-    RunError,
-    refuse_version,
-)
+from reference.workshop.runs import ContradictionError, RunError, refuse_version
 from reference.workshop.strategies import LEARNED, SCRIPTS, SHIPPED
 
-BUILDING = "paper"  # unless asked otherwise
 EPISODES = 100
 """[F12, chosen] runs of a match: half the width of survival's interval is then about
 3 percentage points."""
 
 ABOUT = "evaluation.json"
 MOST_RUNS = 1_000_000
-UNGUIDED = "none"  # no robots: people are unguided
 
+Players = list[tuple[Side, str]]
+"""Sides and words, robots first."""
 
-Sides = list[tuple[Side, str]]
-"""Contestants' words with their side, robots first."""
+_loaded = lru_cache(maxsize=32)(contestant)  # copies are played: networks are read once
 
 
 class Run(NamedTuple):
@@ -81,12 +77,17 @@ class Pinned:
     path: str
     sha256: str
 
+    @classmethod
+    def of(cls, path: Path) -> "Pinned":
+        """Digest a file. Raises OSError."""
+        return cls(str(path), sha256(path.read_bytes()).hexdigest())
+
 
 @dataclass(frozen=True)
 class Evaluation:
     """All that determines its runs; run i of each match has seed + i.
 
-    Raises RunError for none or too many runs.
+    Plain data, from which any process can play. Raises RunError for too many runs.
 
     sample  draw learned policies' actions instead of taking the likeliest
     files   the checkpoint of each word that names one
@@ -117,16 +118,13 @@ class Evaluation:
         """Everything there is to play, in order."""
         return [Run(*r) for r in product(self.robots, self.fires, self.seeds)]
 
-    @property
-    def sides(self) -> Sides:
-        """All contestants."""
-        return _sides(self.robots, self.fires)
-
-    def evacuation(self, run: Run) -> Evacuation:
-        """Describe one run for any process, with the files that its words mean."""
-        robots, fire = (_word(word, self.files) for word in run[:2])
-        where = self.arena.plan, self.arena.scenario
-        return Evacuation(*where, robots, fire, run.seed, self.sample)
+    def simulation(self, run: Run) -> Simulation:
+        """Set up a run, before its first tick."""
+        sides: Players = [("robots", run.robots), ("fire", run.fire)]
+        words = [(_word(word, self.files), side) for side, word in sides]
+        both = [deepcopy(_loaded(*word, self.sample)) for word in words]
+        building = building_of(self.arena.plan)
+        return encounter(building, self.arena.scenario, both[0], both[1], run.seed)
 
     def about(self) -> str:
         """Describe the evaluation in a line."""
@@ -152,22 +150,19 @@ def begin(
     """Make a new evaluation of some robots and fires, by the words of `contestant`.
 
     building, people: by default the first checkpoint's, else the paper's.
-    Raises RunError for an unknown word, and for contestants that do not fit the arena;
-    ValueError for more people than fit; MistakesError for the map; OSError for a file
-    that cannot be read.
+    Raises InputError for an unknown word, for contestants that do not fit the arena,
+    for more people than fit and for the map; OSError for a file that cannot be read.
     """
-    sides = _sides(robots, fires)
-    files = _pinned(sides)
+    players = _players(robots, fires)
+    files = _pinned(players)
     if sample and not files:
         raise ContradictionError("--sample goes with a checkpoint. Leave it out here.")
-    learned = _learned(sides, files)
+    learned = _learned(players, files)
     arena = _arena(building, people, next(iter(learned.values()), None))
-    if not arena.scenario.robots_per_floor and {*robots} != {UNGUIDED}:
+    if not arena.scenario.robots_per_floor and {*robots} != {"none"}:
         scenario = replace(arena.scenario, robots_per_floor=ROBOTS_PER_FLOOR)
         arena = replace(arena, scenario=scenario)
     _refuse_misfits(learned, arena)
-    if not arena.people:
-        raise RunError("there is nobody to evacuate. Ask for at least 1 person.")
     Simulation(building_of(arena.plan), arena.scenario)  # refuses who does not fit
     words = _once(robots), _once(fires)
     return Evaluation(arena, *words, seed, episodes, sample, files)
@@ -181,95 +176,53 @@ def resume(
     Raises RunError if there is none, if it is another version's, if it was edited or
     its checkpoints have changed; else as `begin`.
     """
-    begun = read(folder / ABOUT)
+    begun = _read(folder / ABOUT)
     for file in begun.files.values():
-        _refuse_changed(file)
-    all_robots, all_fires = _once(begun.robots, robots), _once(begun.fires, fires)
-    more = replace(begun, robots=all_robots, fires=all_fires)
-    files = _pinned(more.sides) | dict(begun.files)
-    _refuse_misfits(_learned(more.sides, files), begun.arena)
-    return replace(more, files=files)
+        if not Path(file.path).is_file() or Pinned.of(Path(file.path)) != file:
+            raise RunError(
+                f"{file.path}: is not here, or no more the checkpoint that runs were "
+                "played with. Bring it back, or begin anew in another folder."
+            )
+    words = _once(begun.robots, robots), _once(begun.fires, fires)
+    players = _players(*words)
+    files = _pinned(players) | dict(begun.files)
+    _refuse_misfits(_learned(players, files), begun.arena)
+    return replace(begun, robots=words[0], fires=words[1], files=files)
 
 
 def _once(*words: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(chain(*words)))
 
 
-def _sides(robots: Iterable[str], fires: Iterable[str]) -> Sides:
+def _players(robots: Iterable[str], fires: Iterable[str]) -> Players:
     return [*(("robots", word) for word in robots), *(("fire", word) for word in fires)]
-
-
-# -- Where they meet ----------------------------------------------------------------
-
-Learned = dict[tuple[Side, str], Any]
-"""Learned policies by side and word: each knows one building and one scenario."""
 
 
 def _arena(building: str | None, people: int | None, policy: Any) -> Arena:
     """The arena of a learned policy, if any, else the paper's; or as asked for."""
-    if policy is None:
-        name = BUILDING if building is None else building
+    if policy is not None:
+        scenario = policy.scenario_to_evaluate(people)
+        if building is None:
+            return Arena(policy.task.building, plan_of(policy.building), scenario)
+    else:
         scenario = Scenario() if people is None else Scenario(people=people)
-        return Arena(name, plan_of(load(name)), scenario)
-    scenario = policy.scenario_to_evaluate(people)
-    if building is None:
-        return Arena(policy.task.building, plan_of(policy.building), scenario)
-    return Arena(building, plan_of(load(building)), scenario)
+    name = "paper" if building is None else building
+    return Arena(name, plan_of(load(name)), scenario)
 
 
-def _learned(sides: Sides, files: Mapping[str, Pinned]) -> Learned:
-    """Load the learned policies, each from the file that its word is pinned to."""
-    found = {}
-    for side, word in sides:
-        with _named(side, word):
-            made = contestant(_word(word, files), side)
-        if hasattr(made, "refuse_elsewhere"):
-            found[side, word] = made
-    return found
+# -- Checkpoints ---------------------------------------------------------------------
 
 
-def _refuse_misfits(learned: Learned, arena: Arena) -> None:
-    """Raise RunError for the first policy that does not fit here."""
-    for (side, word), policy in learned.items():
-        with _named(side, word):
-            policy.refuse_elsewhere(building_of(arena.plan), arena.scenario)
-
-
-@contextmanager
-def _named(side: Side, word: str) -> Iterator[None]:
-    """Name the contestant in its errors: there may be many."""
-    try:
-        yield
-    except ValueError as error:
-        raise RunError(f"--{side} {word}: {error}") from error
-
-
-def unlike_training(evaluation: Evaluation) -> Iterator[str]:
-    """Yield a line for each checkpoint that learned in another scenario.
-
-    This is allowed: where people start, how far they see and the time limit do not
-    affect a network's shape.
-    """
-    here = asdict(evaluation.arena.scenario)
-    for (side, word), policy in _learned(evaluation.sides, evaluation.files).items():
-        there = asdict(policy.scenario_to_evaluate())
-        told = [f"{k} {v} (here {here[k]})" for k, v in there.items() if v != here[k]]
-        if told:
-            yield f"the {side} {word} learned with {', '.join(told)}"
-
-
-# -- Which checkpoint a word means --------------------------------------------------
-
-
-def _pinned(sides: Sides) -> dict[str, Pinned]:
+def _pinned(players: Players) -> dict[str, Pinned]:
     """Pin each word that names a checkpoint to the file that it means now."""
-    words = [word for side, word in sides if word not in (*SCRIPTS[side], WORST)]
+    words = [word for side, word in players if word not in (*SCRIPTS[side], WORST)]
     paths = {word: SHIPPED if word == LEARNED else Path(word) for word in words}
     # for a path that is not there `contestant` has the better message
-    return {word: _pin(path) for word, path in paths.items() if exists(path)}
+    return {w: Pinned.of(_file(path)) for w, path in paths.items() if exists(path)}
 
 
-def _pin(path: Path) -> Pinned:
+def _file(path: Path) -> Path:
+    """The checkpoint that a path means: the newest one in a folder."""
     if path.is_dir():
         from reference.workshop.training.checkpoints import newest
 
@@ -277,29 +230,32 @@ def _pin(path: Path) -> Pinned:
             raise RunError(f"{path}: there is no checkpoint in this folder.")
         path = found
     refuse_no_file(path)
-    return Pinned(str(path), sha256(path.read_bytes()).hexdigest())
+    return path
 
 
 def _word(word: str, files: Mapping[str, Pinned]) -> str:
     return files[word].path if word in files else word
 
 
-def _refuse_changed(file: Pinned) -> None:
-    """Raise RunError unless the checkpoint is as it was when runs were played."""
-    path = Path(file.path)
-    if not path.is_file():
-        raise RunError(
-            f"{path}: runs were played with this checkpoint, which is not here. "
-            "Go on where the evaluation was begun, or bring it back."
-        )
-    if sha256(path.read_bytes()).hexdigest() != file.sha256:
-        raise RunError(
-            f"{path}: is no more the checkpoint that runs were played with. "
-            "Bring that one back, or begin anew in another folder."
-        )
+def _learned(players: Players, files: Mapping[str, Pinned]) -> dict[str, Any]:
+    """Load the learned policies; by the options that name them, for messages."""
+    found = {}
+    for side, word in players:
+        with naming(option := f"--{side} {word}"):
+            made = contestant(_word(word, files), side)
+        if hasattr(made, "refuse_elsewhere"):
+            found[option] = made
+    return found
 
 
-# -- In a file ----------------------------------------------------------------------
+def _refuse_misfits(learned: Mapping[str, Any], arena: Arena) -> None:
+    """Raise InputError for the first policy that does not fit here."""
+    for option, policy in learned.items():
+        with naming(option):
+            policy.refuse_elsewhere(building_of(arena.plan), arena.scenario)
+
+
+# -- In a file -----------------------------------------------------------------------
 
 
 def write(evaluation: Evaluation, folder: Path) -> None:
@@ -309,8 +265,8 @@ def write(evaluation: Evaluation, folder: Path) -> None:
     write_json(folder / ABOUT, content | {"sha256": _seal(content)})
 
 
-def read(path: Path) -> Evaluation:
-    """Read what `write` wrote. Raises ValueError for anything else, even if edited."""
+def _read(path: Path) -> Evaluation:
+    """Read what `write` wrote. Raises InputError for anything else, even if edited."""
     if not path.exists():
         raise RunError(
             f"{path.parent}: there is no evaluation to go on with. Leave --resume out "
@@ -325,8 +281,7 @@ def read(path: Path) -> Evaluation:
             "or begin anew in another folder."
         )
     del content["version"], content["game"]
-    with naming(path):
-        return record_from(Evaluation, content, ABOUT)
+    return record_from(Evaluation, content, str(path))
 
 
 def _seal(content: dict[str, Any]) -> str:

@@ -5,14 +5,14 @@ score E is that of the mean reward and the mean difficulty, never a mean of scor
 convex, so that a mean of scores would reward unreliable robots.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from reference.evaluation.score import Ruler, RulerError, from_runs
+from reference.evaluation.score import Point, Ruler, RulerError, from_runs
 from reference.workshop.crossplay.intervals import Interval, of_mean, of_means
 from reference.workshop.crossplay.matches import Evaluation
 from reference.workshop.crossplay.runs import RunResult
@@ -55,25 +55,20 @@ def cells(
     for result in results:
         matches.setdefault(result.match, []).append(result)
     return [
-        _cell(match, runs, matches.get((baseline or "", match[1]), []), ruler)
-        for match, runs in matches.items()
+        _cell(runs, matches.get((baseline or "", fire), []), ruler)
+        for (_, fire), runs in matches.items()
     ]
 
 
-def _cell(
-    match: tuple[str, str],
-    runs: list[RunResult],
-    others: list[RunResult],
-    ruler: Ruler | None,
-) -> Cell:
+def _cell(runs: list[RunResult], others: list[RunResult], ruler: Ruler | None) -> Cell:
     theirs = {run.seed: run.survival for run in others}
     gains = [run.survival - theirs[run.seed] for run in runs if run.seed in theirs]
     rows = np.array([(run.reward, run.difficulty) for run in runs])
     return Cell(
-        *match,
+        *runs[0].match,
         n=len(runs),
         survival=of_mean([run.survival for run in runs]),
-        gain=of_mean(gains) if gains else None,
+        gain=_mean_if_any(gains),
         reward=of_mean(rows[:, 0]),
         difficulty=of_mean(rows[:, 1]),
         score=_score(rows, ruler) if ruler else None,
@@ -96,10 +91,7 @@ def _mean_if_any(values: Iterable[float | None]) -> Interval | None:
 
 
 def ruler_of(
-    results: Iterable[RunResult],
-    baseline: str,
-    worst: tuple[float, float],
-    best: tuple[float, float],
+    results: Iterable[RunResult], baseline: str, worst: Point, best: Point
 ) -> Ruler:
     """Calibrate the ruler on which the baseline scores 1 on average over its fires.
 
@@ -109,18 +101,6 @@ def ruler_of(
     runs = [run for run in results if run.robots == baseline]
     rewards, difficulties = [r.reward for r in runs], [r.difficulty for r in runs]
     return from_runs(rewards, difficulties, worst, best, [r.fire for r in runs])
-
-
-def read_ruler(path: Path) -> Ruler:
-    """Read a ruler from a file that holds its constants by name.
-
-    Raises ValueError for anything else, OSError for a file that cannot be read.
-    """
-    if not path.exists():
-        raise FileNotFoundError(
-            f"{path}: there is no such ruler. Name the ruler.json of an evaluation."
-        )
-    return record_from(Ruler, read_json(path), str(path))
 
 
 # -- For people ---------------------------------------------------------------------
@@ -143,32 +123,29 @@ def table(cells: Sequence[Cell], names: Sequence[str] = tuple(HEADINGS)) -> str:
 
     Without a baseline there is no column of gains.
     """
-    if not any(cell.gain for cell in cells):
-        names = [name for name in names if name != "gain"]
+    names = [n for n in names if n != "gain" or any(cell.gain for cell in cells)]
     columns = [
-        _column("robots", [cell.robots for cell in cells], "<"),
-        _column("fire", [cell.fire for cell in cells], "<"),
-        _column("runs", [f"{cell.n:,}" for cell in cells]),
-        *(_column(HEADINGS[name], _figures(cells, name)) for name in names),
+        _column(["robots", *(cell.robots for cell in cells)], str.ljust),
+        _column(["fire", *(cell.fire for cell in cells)], str.ljust),
+        _column(["runs", *(f"{cell.n:,}" for cell in cells)]),
+        *(_column([HEADINGS[name], *_figures(cells, name)]) for name in names),
     ]
     lines = ["  ".join(line).rstrip() for line in zip(*columns, strict=True)]
     missing = any(getattr(cell, name) is None for cell in cells for name in names)
     return "\n".join([*lines, NOTE] if missing else lines)
 
 
-def _column(head: str, texts: Sequence[str], side: str = ">") -> list[str]:
-    width = max(map(len, [head, *texts]))
-    return [f"{text:{side}{width}}" for text in (head, *texts)]
-
-
 def _figures(cells: Sequence[Cell], name: str) -> list[str]:
     """Format a column like 83.2 [81.0, 85.1], both parts aligned."""
     means, ends = zip(*(mean_and_interval(cell, name) for cell in cells), strict=True)
-    if name in MEANS:
+    if name in MEANS or not any(ends):
         return list(means)
-    width = max(map(len, ends))
-    both = zip(means, ends, strict=True)
-    return [f"{mean} {end:>{width}}" if width else mean for mean, end in both]
+    return [" ".join(both) for both in zip(means, _column(ends), strict=True)]
+
+
+def _column(texts: Sequence[str], align: Callable[..., str] = str.rjust) -> list[str]:
+    width = max(map(len, texts))
+    return [align(text, width) for text in texts]
 
 
 def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
@@ -199,12 +176,18 @@ def as_json(
         "seeds": list(evaluation.seeds),
         "sample": evaluation.sample,
         "ruler": asdict(ruler) if ruler else None,
-        "cells": [as_plain(vars(cell)) for cell in cells],
+        "cells": [as_plain(cell) for cell in cells],
     }
 
 
-def as_plain(figures: Mapping[str, Any]) -> dict[str, Any]:
-    """Figures by name, each with the ends of its interval."""
+def as_plain(cell: Cell) -> dict[str, Any]:
+    """A cell's figures by name, each with the ends of its interval."""
     return {
-        k: v._asdict() if isinstance(v, Interval) else v for k, v in figures.items()
+        name: value._asdict() if isinstance(value, Interval) else value
+        for name, value in vars(cell).items()
     }
+
+
+def read_ruler(path: Path) -> Ruler:
+    """Read a ruler.json. Raises ValueError for anything else, OSError."""
+    return record_from(Ruler, read_json(path), str(path))

@@ -5,9 +5,9 @@ and the same randomness of the fire, whoever guides.  A row is written at once w
 run is over, so that an interruption loses no more than the runs that were being played.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +17,8 @@ from reference.evaluation.difficulty import difficulty_of, people_in
 from reference.events import Evacuated
 from reference.simulation import Simulation
 from reference.workshop.crossplay import matches
-from reference.workshop.crossplay.contestants import Evacuation
 from reference.workshop.crossplay.matches import Evaluation, Run
-from reference.workshop.files import Table, make_folder, number, read_table, whole
+from reference.workshop.files import Table, make_folder, number, read_table
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.workers import as_done, chunks
 
@@ -66,45 +65,6 @@ class RunResult:
         return Run(*self.match, self.seed)
 
 
-def result_of(run: Run, simulation: Simulation, difficulty: float) -> RunResult:
-    """Sum up a run that is over; difficulty: its h."""
-    outcome = simulation.outcome()
-    out = [event.time for event in simulation.events if isinstance(event, Evacuated)]
-    times = tuple(round(time, DIGITS) for time in sorted(out))
-    return RunResult(
-        *run,
-        people=outcome.people,
-        evacuated=outcome.evacuated,
-        died=outcome.died,
-        inside=outcome.inside,
-        survival=outcome.evacuated / max(1, outcome.people),
-        reward=round(outcome.reward, DIGITS),
-        difficulty=round(difficulty, DIGITS),
-        evacuation_time=times[-1] if times else None,
-        mean_health=round(outcome.mean_health, DIGITS) if times else None,
-        simulated_seconds=round(outcome.simulated_seconds, DIGITS),
-        times=times,
-    )
-
-
-# -- Playing ------------------------------------------------------------------------
-
-
-def play(jobs: Sequence[tuple[Run, Evacuation]]) -> list[RunResult]:
-    """Run evacuations from beginning to end; measure how hard their fires were."""
-    return played([(run, evacuation.simulation()) for run, evacuation in jobs])
-
-
-def played(runs: Sequence[tuple[Run, Simulation]]) -> list[RunResult]:
-    """Run simulations to their end, in lockstep; return their results."""
-    people = [people_in(simulation.world) for _, simulation in runs]
-    to_the_end([simulation for _, simulation in runs])
-    return [
-        result_of(run, simulation, difficulty_of(simulation, there))
-        for (run, simulation), there in zip(runs, people, strict=True)
-    ]
-
-
 def evaluate(
     evaluation: Evaluation,
     folder: Path | None,
@@ -123,36 +83,66 @@ def evaluate(
         make_folder(folder)
         matches.write(evaluation, folder)  # first: without it nobody could go on
         table = table_of(folder / RUNS, there)
-    done = {result.run: result for result in there}
-    left = [run for run in evaluation.runs if run not in done]
-    jobs = [(run, evaluation.evacuation(run)) for run in left]
-    total = len(evaluation.runs)
+    done, runs = {result.run: result for result in there}, evaluation.runs
+    left = [run for run in runs if run not in done]
+    jobs = [(evaluation, some) for some in chunks(left, IN_LOCKSTEP)]
+    begun = len(runs) - len(left)
     with tqdm(
-        total=total, initial=total - len(left), unit="run", disable=None, leave=False
+        total=len(runs), initial=begun, unit="run", disable=None, leave=False
     ) as bar:
-        for _, results in as_done(executor, play, chunks(jobs, IN_LOCKSTEP), stop):
+        for _, results in as_done(executor, play, jobs, stop):
             done |= {result.run: result for result in results}
             if table:
                 table.append(map(row_of, results))
             bar.update(len(results))
-    found = [done[run] for run in evaluation.runs if run in done]
-    if folder and len(found) == total:
+    found = [done[run] for run in runs if run in done]
+    if folder and len(found) == len(runs):
         table_of(folder / RUNS, found)
     return found
+
+
+def play(job: tuple[Evaluation, tuple[Run, ...]]) -> list[RunResult]:
+    """Play some runs to their end, in lockstep; measure how hard their fires were."""
+    evaluation, runs = job
+    simulations = [evaluation.simulation(run) for run in runs]
+    people = [people_in(simulation.world) for simulation in simulations]
+    to_the_end(simulations)
+    return [_result(*each) for each in zip(runs, simulations, people, strict=True)]
+
+
+def _result(run: Run, simulation: Simulation, people: Any) -> RunResult:
+    """Sum up a run that is over; people: those who were there at its beginning."""
+    outcome = simulation.outcome()
+    out = [event.time for event in simulation.events if isinstance(event, Evacuated)]
+    times = tuple(round(time, DIGITS) for time in sorted(out))
+    return RunResult(
+        *run,
+        people=outcome.people,
+        evacuated=outcome.evacuated,
+        died=outcome.died,
+        inside=outcome.inside,
+        survival=outcome.evacuated / max(1, outcome.people),
+        reward=round(outcome.reward, DIGITS),
+        difficulty=round(difficulty_of(simulation, people), DIGITS),
+        evacuation_time=times[-1] if times else None,
+        mean_health=round(outcome.mean_health, DIGITS) if times else None,
+        simulated_seconds=round(outcome.simulated_seconds, DIGITS),
+        times=times,
+    )
 
 
 # -- The table ----------------------------------------------------------------------
 
 READERS: dict[Any, Callable[[str], Any]] = {
     str: str,
-    int: whole,
+    int: int,
     float: number,
     float | None: lambda cell: number(cell) if cell else None,
     tuple[float, ...]: lambda cell: tuple(map(number, cell.split())),
 }
 """How a cell is read, by the type of its column."""
 
-COLUMNS = {field.name: READERS[field.type] for field in fields(RunResult)}
+COLUMNS = {name: READERS[kind] for name, kind in RunResult.__annotations__.items()}
 
 
 def table_of(path: Path, results: Iterable[RunResult]) -> Table:

@@ -82,7 +82,16 @@ class Experiment:
     test: Test = field(default_factory=Test)
 
     def __post_init__(self) -> None:
-        self._refuse_numbers()
+        test, trainings = self.test, len(self.arms) * len(self.seeds)
+        if min(trainings, self.decisions, test.episodes) < 1:
+            raise SettingsError("name at least one arm, seed, decision and episode")
+        if min(test.seed, *self.seeds) < 0:
+            raise SettingsError("seeds are counted upwards from 0")
+        matches = (trainings + len(test.robots)) * (trainings + len(test.fires))
+        if (runs := matches * test.episodes) > MOST_RUNS:
+            raise SettingsError(
+                f"some {runs:,} evacuations in all: ask for {MOST_RUNS:,} at most"
+            )
         self._refuse_names()
         try:
             if LEARNED in self.test.fires:
@@ -91,20 +100,6 @@ class Experiment:
                 Training(self.trainings[f"{name}-{self.seeds[0]}"])
         except OSError as error:  # of the map
             raise SettingsError(str(error)) from None
-
-    def _refuse_numbers(self) -> None:
-        """Raise SettingsError for numbers of nothing, and for too many runs."""
-        test = self.test
-        trainings = len(self.arms) * len(self.seeds)
-        if not trainings:
-            raise SettingsError("name at least one arm and one seed")
-        if min(self.decisions, test.episodes) < 1 or min(test.seed, *self.seeds) < 0:
-            raise SettingsError("decisions, seeds and episodes are counted upwards")
-        matches = (trainings + len(test.robots)) * (trainings + len(test.fires))
-        if (runs := matches * test.episodes) > MOST_RUNS:
-            raise SettingsError(
-                f"some {runs:,} evacuations in all: ask for {MOST_RUNS:,} at most"
-            )
 
     def _refuse_names(self) -> None:
         """Raise SettingsError for names that are unknown, taken or there twice."""
@@ -115,19 +110,16 @@ class Experiment:
                     "letters, digits and _, and no strategy's name"
                 )
         learning = [name for name in self.arms if self.arm(name)[1] is None]
-        robots, fires = self.test.robots, self.test.fires
         for what, words, known in (
-            ("fires", fires, (*FIXED, WORST, *learning)),
-            ("robots", robots, (*ROBOTS,)),
+            ("fires", self.test.fires, (*FIXED, WORST, *learning)),
+            ("robots", self.test.robots, tuple(ROBOTS)),
             ("seeds", self.seeds, self.seeds),
-            *(("compare", pair, (*self.arms, *robots)) for pair in self.compare),
+            *(("compare", p, (*self.arms, *self.test.robots)) for p in self.compare),
         ):
             for word in words:
                 _refuse_unknown(what, word, known)
-            if len(set(words)) < len(words):
-                raise SettingsError(f"{what}: name each once")
-        if any(len(pair) != 2 for pair in self.compare):
-            raise SettingsError("compare: name two in each pair")
+            if len({*words}) < len(words) or (what == "compare" and len(words) != 2):
+                raise SettingsError(f"{what}: name each once, and in compare two")
 
     @cached_property
     def base(self) -> Settings:
@@ -151,13 +143,11 @@ class Experiment:
         """
         where = f"arms: {name}"
         rows = _stated(self.arms[name], where)
-        fire = rows.pop("fire", None)
-        if isinstance(fire, str):
+        fire = rows.pop("fire") if isinstance(rows.get("fire"), str) else None
+        if fire is not None:
             _refuse_unknown(f"{where}: fire", fire, FIXED)
             if "random_fires" in rows:
                 raise SettingsError(f"{where}: random_fires needs a fire that learns")
-        elif fire is not None:
-            rows["fire"], fire = fire, None
         if "scenario" in rows:
             raise SettingsError(f"{where}: the scenario is everybody's: [settings]")
         return changed(self.base, rows, where), fire

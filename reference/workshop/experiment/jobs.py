@@ -39,11 +39,10 @@ LOG, DONE = "log.txt", "training.json"
 def folders(experiment: Experiment, folder: Path) -> dict[str, Path]:
     """The folder of each team's training, by the team's name."""
     found, plan = {}, experiment.arena.plan
-    for name in experiment.arms:
-        settings, fire = experiment.arm(name)
-        digest = _digest(plan, asdict(settings), fire)
-        for team in (f"{name}-{seed}" for seed in experiment.seeds):
-            found[team] = folder.absolute() / "trainings" / f"{team}-{digest}"
+    for team in experiment.trainings:
+        settings, fire = experiment.arm(arm_of(team))
+        name = f"{team}-{_digest(plan, asdict(settings), fire)}"
+        found[team] = folder.absolute() / "trainings" / name
     return found
 
 
@@ -53,14 +52,16 @@ def over(experiment: Experiment, folder: Path) -> dict[str, Path]:
     return {team: path for team, path in own if (path / DONE).exists()}
 
 
+def arm_of(team: str) -> str:
+    """The arm of a team, or of a fire that learned with it: its name's first part."""
+    return team.partition("-")[0]
+
+
 def _digest(*plain: Any) -> str:
     """Digest plain data, with the version and the policies that ship."""
     shipped = sha256(SHIPPED.read_bytes()).hexdigest()
     parts = [reference.__version__, reference.GAME, shipped, plain]
     return sha256(json.dumps(parts).encode()).hexdigest()[:8]
-
-
-# -- Train --------------------------------------------------------------------------
 
 
 def train_teams(
@@ -70,19 +71,18 @@ def train_teams(
     stop: Callable[[], bool] = lambda: False,
 ) -> dict[str, str]:
     """Finish all trainings, until told to stop; return which failed, and why."""
-    own, failed = folders(experiment, folder), dict[str, str]()
-    left = [team for team, path in own.items() if not (path / DONE).exists()]
+    own, done = folders(experiment, folder), over(experiment, folder)
+    left, failed = [team for team in own if team not in done], dict[str, str]()
     jobs = [(experiment.trainings[team], str(own[team])) for team in left]
-    done = len(own) - len(left)
-    with tqdm(total=len(own), initial=done, unit="training", disable=None) as bar:
+    with tqdm(total=len(own), initial=len(done), unit="training", disable=None) as bar:
         for k, why in as_done(executor, fit, jobs, stop):
             team, path = left[k], own[left[k]]
             if not why and not (path / DONE).exists():
                 why = f"{path}: a worker sees another. Name one that all share."
-            failed |= {team: why} if why else {}
+            if why:
+                failed[team] = why
             bar.update()
-            if why or bar.disable:
-                tqdm.write(f"{team}: {why or 'done'}", file=sys.stderr)
+            tqdm.write(f"{team}: {why or 'done'}", file=sys.stderr)
     return failed
 
 
@@ -106,9 +106,6 @@ def fit(job: tuple[Task, str]) -> str:
     return ""
 
 
-# -- Test ---------------------------------------------------------------------------
-
-
 def play_tests(
     experiment: Experiment,
     folder: Path,
@@ -120,9 +117,15 @@ def play_tests(
     Fewer results come if told to stop. They name a team with a digest of its
     checkpoint.
     """
-    test, trained = experiment.test, over(experiment, folder)
-    made = {team: _made_in(path) for team, path in trained.items()}
-    files = {f"{team}-{file.sha256[:8]}": file for team, file in made.items()}
+    test, files = experiment.test, dict[str, Pinned]()
+    for team, path in over(experiment, folder).items():
+        if (checkpoint := newest(path)) is None:
+            raise RunError(
+                f"{path}: its checkpoint is gone. Remove this folder, and go on with "
+                "--resume: it is trained anew."
+            )
+        made = Pinned.of(checkpoint)
+        files[f"{team}-{made.sha256[:8]}"] = made
     robots = *files, *test.robots
     named = [fire for fire in test.fires if fire not in experiment.arms]
     fires = *named, *(team for team in files if arm_of(team) in test.fires)
@@ -131,18 +134,3 @@ def play_tests(
     start = experiment.arena, robots, fires, test.seed, test.episodes, False, files
     there = folder / f"tests-{_digest(asdict(experiment.arena))}"
     return evaluate(Evaluation(*start), there, executor, stop)
-
-
-def arm_of(team: str) -> str:
-    """The arm of a team, or of a fire that learned with it: its name's first part."""
-    return team.partition("-")[0]
-
-
-def _made_in(folder: Path) -> Pinned:
-    """Pin the checkpoint of a finished training. Raises RunError if it is gone."""
-    if (path := newest(folder)) is None:
-        raise RunError(
-            f"{folder}: its checkpoint is gone. Remove this folder, and go on with "
-            "--resume: it is trained anew."
-        )
-    return Pinned(str(path), sha256(path.read_bytes()).hexdigest())

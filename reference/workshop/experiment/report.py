@@ -7,6 +7,7 @@ arm's trainings, see `of_trainings`.  Robots written by hand count as one traini
 """
 
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 import reference
 from reference.building import building_of
 from reference.workshop.crossplay.contestants import WORST
-from reference.workshop.crossplay.intervals import Interval, of_trainings
+from reference.workshop.crossplay.intervals import of_trainings
 from reference.workshop.crossplay.results import Cell, table
 from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.experiment.design import FIXED, Experiment
@@ -40,19 +41,12 @@ class Results:
         self.experiment = experiment
         self.runs: dict[tuple[str, str], list[RunResult]] = {}
         for run in found:
-            place = arm_of(run.robots), self._column(run)
-            self.runs.setdefault(place, []).append(run)
-
-    def _column(self, run: RunResult) -> str:
-        """Name a fire's kind, or tell whether it learned with these robots."""
-        if run.fire in (*FIXED, WORST):
-            return run.fire
-        return OWN if run.fire == run.robots else f"{arm_of(run.fire)}'s fires"
-
-    @property
-    def columns(self) -> list[str]:
-        """Fires that were met; a team's own comes last."""
-        return sorted(dict.fromkeys(column for _, column in self.runs), key=OWN.__eq__)
+            column = run.fire
+            if column not in (*FIXED, WORST):
+                column = OWN if column == run.robots else f"{arm_of(column)}'s fires"
+            self.runs.setdefault((arm_of(run.robots), column), []).append(run)
+        columns = dict.fromkeys(column for _, column in self.runs)
+        self.columns = sorted(columns, key=OWN.__eq__)  # a team's own comes last
 
     def values(self, row: str, column: str, figure: str) -> np.ndarray:
         """Collect a figure of a row's trainings: (T, N), means over several fires."""
@@ -67,56 +61,50 @@ class Results:
     def cells(self) -> list[Cell]:
         """List the matrix, row by row."""
         rows = dict.fromkeys(row for row, _ in self.runs)
-        places = [(row, column) for row in rows for column in self.columns]
-        return [self._cell(*place) for place in places if place in self.runs]
-
-    def _cell(self, row: str, column: str) -> Cell:
         none: dict[str, Any] = dict.fromkeys(Cell.__dataclass_fields__)
-        shown = {name: of_trainings(self.values(row, column, name)) for name in SHOWN}
-        named = {"robots": row, "fire": column, "n": len(self.runs[row, column])}
-        return Cell(**none | named | shown)
+        found = []
+        for place in product(rows, self.columns):
+            if runs := self.runs.get(place):
+                shown = {
+                    name: of_trainings(self.values(*place, name)) for name in SHOWN
+                }
+                named = {"robots": place[0], "fire": place[1], "n": len(runs)}
+                found.append(Cell(**none | named | shown))
+        return found
 
-    def more_saved(self, one: str, other: str, column: str) -> Interval | None:
-        """Estimate survivors of `one` less `other`, same seeds; None without runs."""
-        if not {(one, column), (other, column)} <= self.runs.keys():
-            return None
-        both = (self.values(row, column, "survival") for row in (one, other))
-        return of_trainings(*both)
+    def answer(self) -> str:
+        """Say what intervals say about each pair; caution about few trainings."""
+        trainings, lines = len(self.experiment.seeds), list(self._differences())
+        told = "Survivors, percentage points, on the same seeds:" if lines else ""
+        if trainings < ENOUGH:
+            lines.append(
+                f"This is preliminary, trainings of an arm: {trainings}. So intervals "
+                "are too narrow (of three they hold the truth in some 74 of 100 "
+                "experiments)."
+            )
+        return "\n".join([told, "", *(f"* {line}" for line in lines)]).strip()
+
+    def _differences(self) -> Iterator[str]:
+        """How many more the first of each pair saves than the second."""
+        for (one, other), column in product(self.experiment.compare, self.columns):
+            if {(one, column), (other, column)} <= self.runs.keys():
+                both = (self.values(row, column, "survival") for row in (one, other))
+                mean, low, high = (100 * value for value in of_trainings(*both))
+                saves = f"`{one if low > 0 else other}` saves more"
+                said = "they cannot be told apart" if low <= 0 <= high else saves
+                points = f"{mean:.1f} [{low:.1f}, {high:.1f}]"
+                yield f"`{one}` less `{other}` under {column}: {points}: {said}."
 
 
 def page(results: Results, matrix: str, curves: str) -> str:
     """Write the page in Markdown; matrix, curves: the paths of its pictures."""
     return (
-        f"# {results.experiment.question}\n\n{answer(results)}\n\n"
+        f"# {results.experiment.question}\n\n{results.answer()}\n\n"
         f"## What was done\n\n{set_up(results.experiment)}\n\n"
         f"## Who beats whom\n\n![Survivors of all arms under all fires]({matrix})\n\n"
         f"```\n{table(results.cells(), SHOWN)}\n```\n\nFigures: {OVER}.\n\n"
         f"## How they learned\n\n![Survivors in training]({curves})\n"
     )
-
-
-def answer(results: Results) -> str:
-    """Say what intervals say about each pair, with a caution about few trainings."""
-    trainings, lines = len(results.experiment.seeds), list(_differences(results))
-    told = "Survivors, percentage points, on the same seeds:" if lines else ""
-    if trainings < ENOUGH:
-        lines.append(
-            f"This is preliminary, trainings of an arm: {trainings}. So intervals are "
-            "too narrow (of three they hold the truth in some 74 of 100 experiments)."
-        )
-    return "\n".join([told, "", *(f"* {line}" for line in lines)]).strip()
-
-
-def _differences(results: Results) -> Iterator[str]:
-    """How many more the first of each pair saves than the second."""
-    for one, other in results.experiment.compare:
-        for column in results.columns:
-            if more := results.more_saved(one, other, column):
-                mean, low, high = (100 * value for value in more)
-                saves = f"`{one if low > 0 else other}` saves more"
-                said = "they cannot be told apart" if low <= 0 <= high else saves
-                points = f"{mean:.1f} [{low:.1f}, {high:.1f}]"
-                yield f"`{one}` less `{other}` under {column}: {points}: {said}."
 
 
 def set_up(experiment: Experiment) -> str:
@@ -142,14 +130,13 @@ def _arm(experiment: Experiment, name: str) -> str:
 
 def _changes(rows: Mapping[str, Any]) -> str:
     """Rows that differ from the preset's, as the file has them."""
-    told = (f"`{name} = {value}`" for name, value in _flat(rows))
-    return f" with {', '.join(told)}" if rows else ""
+    return f" with {', '.join(_told(rows))}" if rows else ""
 
 
-def _flat(rows: Mapping[str, Any], over: str = "") -> Iterator[tuple[str, Any]]:
+def _told(rows: Mapping[str, Any], over: str = "") -> Iterator[str]:
     """Nested rows by their dotted names."""
     for name, value in rows.items():
         if isinstance(value, Mapping):
-            yield from _flat(value, f"{over}{name}.")
+            yield from _told(value, f"{over}{name}.")
         else:
-            yield over + name, value
+            yield f"`{over}{name} = {value}`"

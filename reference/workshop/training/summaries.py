@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from reference.learning.settings import Side
-from reference.workshop.files import Table, read_table, whole
+from reference.workshop.files import Table, read_table
 from reference.workshop.plain import SettingsError, checked
 
 SUMMARIES = "summaries.csv"
@@ -98,7 +98,7 @@ def table_until(path: Path, columns: Sequence[str], rounds: int) -> Table:
 
     Raises ValueError for a file that is another table, OSError.
     """
-    there = read_table(path, columns, lambda row: (whole(row["round"]), row))
+    there = read_table(path, columns, lambda row: (int(row["round"]), row))
     return Table(path, columns, (row for round, row in there if round <= rounds))
 
 
