@@ -22,7 +22,6 @@ from contextlib import closing, contextmanager
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import label
 
 from reference.building import Building
 from reference.simulation import Simulation
@@ -42,8 +41,6 @@ CREATE TABLE trajectory_data (
 CREATE INDEX frame_id_idx ON trajectory_data (frame, id);
 """
 HAIR = 1e-6  # metres from a cell's edge
-EDGES = ((0, 0, 1, 0), (1, 0, 0, 1), (1, 1, -1, 0), (0, 1, 0, -1))
-"""A cell's edges, anticlockwise: starting corner (x, y) and direction (dx, dy)."""
 
 
 def ticks(
@@ -123,12 +120,12 @@ def _rows(
 def _file(simulation: Simulation, floor: int, rows: np.ndarray) -> bytes:
     """Make the content of one floor's file; rows: (k, 9) as in `trajectory_data`."""
     facts = [("version", "2"), ("fps", str(1 / simulation.tick))]
-    areas = enumerate(walkable_areas(simulation.building, floor))
+    area = 0, walkable_area(simulation.building, floor)
     frames = ((frame, 0) for frame in range(simulation.ticks + 2))
     with closing(sqlite3.connect(":memory:")) as file:
         file.executescript(FORMAT)
         file.executemany("INSERT INTO metadata VALUES (?, ?)", facts)
-        file.executemany("INSERT INTO geometry VALUES (?, ?)", areas)
+        file.execute("INSERT INTO geometry VALUES (?, ?)", area)
         file.executemany("INSERT INTO frame_data VALUES (?, ?)", frames)
         places = ", ".join("?" * rows.shape[1])
         insert = f"INSERT INTO trajectory_data VALUES ({places})"
@@ -137,44 +134,16 @@ def _file(simulation: Simulation, floor: int, rows: np.ndarray) -> bytes:
         return file.serialize()
 
 
-def walkable_areas(building: Building, floor: int) -> list[str]:
-    """Outline where bodies may stand, doors open: polygons in well-known text [A7].
+def walkable_area(building: Building, floor: int) -> str:
+    """Cover where bodies may stand, doors open: well-known text of rectangles [A7].
 
-    One, with holes, for each connected part; PedPy's area is one polygon.
+    One for each run of cells in a row; readers unite them.
     """
-    parts, count = label(building.walkable[floor])
     top, left = building.origin
-    texts = []
-    for cells in (np.argwhere(parts == k).tolist() for k in range(1, count + 1)):
-        rings = _rings({(col - left, top - row - 1) for row, col in cells})
-        lines = (", ".join(f"{x} {y}" for x, y in ring) for ring in rings)
-        texts.append(f"POLYGON (({'), ('.join(lines)}))")
-    return texts
-
-
-def _rings(cells: set[tuple[int, int]]) -> list[list[tuple[int, int]]]:
-    """List the corners (x, y) of one part's outline, then of its holes, metres.
-
-    cells: (x, y) of their lower left corners. Rings keep the part on their left. Where
-    two walls meet at a corner, a ring follows the same wall: no ring meets itself.
-    """
-    edges = {
-        (x + right, y + up, dx, dy)
-        for x, y in cells
-        for right, up, dx, dy in EDGES
-        if (x + dy, y - dx) not in cells
-    }
-    rings = []
-    while edges:
-        x, y, dx, dy = first = min(edges)  # leftmost: the outline comes first
-        ring = []
-        while first in edges:
-            x, y = x + dx, y + dy
-            turns = ((dy, -dx), (dx, dy), (-dy, dx))  # right, straight on, left
-            ahead = next(turn for turn in turns if (x, y, *turn) in edges)
-            if ahead != (dx, dy):
-                ring.append((x, y))
-            dx, dy = ahead
-            edges.remove((x, y, dx, dy))
-        rings.append([*ring, ring[0]])
-    return rings
+    free = np.pad(building.walkable[floor], ((0, 0), (1, 1))).astype(int)
+    ends = np.argwhere(np.diff(free)).reshape(-1, 2, 2) - (top, left)
+    boxes = []
+    for (y, west), (_, east) in ends.tolist():
+        corners = (west, -y - 1), (east, -y - 1), (east, -y), (west, -y), (west, -y - 1)
+        boxes.append(f"POLYGON (({', '.join(f'{x} {y}' for x, y in corners)}))")
+    return f"GEOMETRYCOLLECTION ({', '.join(boxes)})"

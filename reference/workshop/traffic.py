@@ -6,7 +6,6 @@ Clauses: A3, A7.
 """
 
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,47 +13,39 @@ from reference.building import Building
 from reference.navigation import Navigation, navigation_of
 
 
-class Traffic(NamedTuple):
-    """How many people pass each place; arrays (places,).
-
-    cross, come  people of this floor, and from above
-    ahead        metres they walk to get there, summed
-    out          metres to the cheapest way out of the floor, inf where there is none
-    """
-
-    cross: np.ndarray
-    come: np.ndarray
-    ahead: np.ndarray
-    out: np.ndarray
-
-
 def traffic(
     building: Building, walking: np.ndarray, stairs: np.ndarray, cost: np.ndarray
-) -> Traffic:
+) -> tuple[np.ndarray, np.ndarray]:
     """Walk everyone along their cheapest ways out, floor by floor and down the stairs.
 
     walking  (n,) places of people on floors
     stairs   (m,) stairwells of people on stairs
     cost     of a metre, in metres, (floors, rows, cols)
+
+    Returns how many people pass each place, and metres from there to the cheapest way
+    out of the floor, inf where there is none: (places,) each.
     """
-    nav, wells = navigation_of(building), _wells(building)
-    feet = stairwell_feet(building)
-    found, coming = Traffic(*np.zeros((4, nav.places))), feet[stairs]
+    nav, feet = navigation_of(building), stairwell_feet(building)
+    passed, out = np.zeros((2, nav.places))
+    below = np.full(nav.places, -1)  # where the stairs from an entrance come out
+    for mark, well in building.stairwell_of.items():
+        if building.landmarks[mark].leads_out:
+            below[nav.goals[mark]] = feet[well]
+    coming = np.concatenate([walking, feet[stairs]])
     for floor in reversed(range(building.floors)):
-        d, after = nav.shortest(places_out(building, floor), cost)
+        ways = [nav.goals[mark] for mark in building.ways_out(floor)]
+        goals = np.concatenate([np.zeros(0, dtype=int), *ways])
+        d, after = nav.shortest(goals, cost)
         here = slice(floor * nav.floor_size, (floor + 1) * nav.floor_size)
-        found.out[here] = d[here]
-        for people, count in ((walking, found.cross), (coming, found.come)):
-            at = people[(people // nav.floor_size == floor) & np.isfinite(d[people])]
-            start = d[at]
-            while len(at):
-                np.add.at(count, at, 1)
-                np.add.at(found.ahead, at, start - d[at])
-                walks = after[at] != at
-                entered = wells[at[~walks]]
-                coming = np.append(coming, feet[entered[entered >= 0]])
-                start, at = start[walks], after[at[walks]]
-    return found
+        out[here] = d[here]
+        p = coming[(coming // nav.floor_size == floor) & np.isfinite(d[coming])]
+        while len(p):
+            np.add.at(passed, p, 1)
+            walks = after[p] != p
+            down = below[p[~walks]]
+            coming = np.append(coming, down[down >= 0])
+            p = after[p[walks]]
+    return passed, out
 
 
 def walk(nav: Navigation, p: int, landmark: int) -> list[int]:
@@ -69,35 +60,24 @@ def walk(nav: Navigation, p: int, landmark: int) -> list[int]:
 
 def ways_outside(
     building: Building, cost: np.ndarray | None, storey: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Compute what leaving by each landmark costs: to reach it, and to get outside.
+) -> np.ndarray:
+    """Compute what it costs to get outside by each landmark: (landmarks, places).
 
-    Both (landmarks, places), inf where a landmark does not lead out; and (landmarks,)
-    storeys walked down. From the foot of stairs the cheapest way leads on.
-    cost: of a metre, (places,) or (floors, rows, cols), None for 1;  storey: of one
+    inf where a landmark does not lead out. From the foot of stairs the cheapest way
+    leads on.  cost: of a metre, (places,) or (floors, rows, cols), None for 1;
+    storey: of one storey of stairs
     """
     nav, feet = navigation_of(building), stairwell_feet(building)
-    on_foot, outside = np.full((2, len(building.landmarks), nav.places), np.inf)
-    storeys = np.zeros(len(building.landmarks), dtype=int)
+    outside = np.full((len(building.landmarks), nav.places), np.inf)
     for mark in building.landmarks:  # the lowest floor first
-        k, below = mark.index, 0.0
         if mark.leads_out:
-            on_foot[k] = nav.distances(nav.goals[k], cost)
-            if k in building.stairwell_of:
-                well = building.stairwell_of[k]
-                on = outside[:, feet[well]].argmin()
+            outside[mark.index] = nav.distances(nav.goals[mark.index], cost)
+            if mark.index in building.stairwell_of:
+                well = building.stairwell_of[mark.index]
                 down = mark.floor - building.stairwells[well].lowest
-                below = outside[on, feet[well]] + down * storey
-                storeys[k] = down + storeys[on]
-            outside[k] = on_foot[k] + below
-    return on_foot, outside, storeys
-
-
-def places_out(building: Building, floor: int) -> np.ndarray:
-    """Places of all ways out of a floor."""
-    goals = navigation_of(building).goals
-    ways = [goals[m] for m in building.ways_out(floor)]
-    return np.concatenate([np.zeros(0, dtype=int), *ways])
+                onwards = outside[:, feet[well]].min() + down * storey
+                outside[mark.index] += onwards
+    return outside
 
 
 @lru_cache(maxsize=8)
@@ -106,13 +86,3 @@ def stairwell_feet(building: Building) -> np.ndarray:
     entrances = [well.entrances[well.lowest][0] for well in building.stairwells]
     goals = navigation_of(building).goals
     return np.array([goals[m][0] for m in entrances], dtype=int)
-
-
-@lru_cache(maxsize=8)
-def _wells(building: Building) -> np.ndarray:
-    """Map entrances to the stairwells they lead down: (places,), -1 elsewhere."""
-    goals, well = navigation_of(building).goals, np.full(building.kind.size, -1)
-    for mark, index in building.stairwell_of.items():
-        if building.landmarks[mark].leads_out:
-            well[goals[mark]] = index
-    return well

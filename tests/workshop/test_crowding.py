@@ -10,7 +10,7 @@ from reference.building import Kind
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.crowding import Crowd, Crowding, crowding, together
+from reference.workshop.crowding import Crowd, Crowding, crowding
 from reference.workshop.drawing import crowded
 from reference.world import Fate
 
@@ -47,12 +47,6 @@ def test_everybody_who_died_is_counted_where_they_lie():
     places = [run.world.bodies.place[who] for run, who in zip(runs, dead, strict=True)]
     assert set(np.flatnonzero(seen.deaths)) == set(np.concatenate(places))
     assert 0 < seen.density.max() <= 12
-
-
-def test_refuses_to_put_nothing_together():
-    """There is no density of no evacuation."""
-    with pytest.raises(ValueError, match="give at least one evacuation"):
-        together([])
 
 
 def test_the_picture_says_over_how_many_evacuations_and_how_many_died():

@@ -3,12 +3,9 @@
 import sqlite3
 from collections import Counter
 from contextlib import closing
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis.extra.numpy import arrays
 
 from reference.__main__ import main
 from reference.building import Kind
@@ -17,7 +14,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.maps import load
-from reference.workshop.recording import record, walkable_areas
+from reference.workshop.recording import record
 from reference.workshop.strategies.robots import Sweep
 
 NO_PEDPY = "PedPy is not installed: pip install -e '.[pedpy]'"
@@ -82,7 +79,7 @@ def test_a_file_is_what_jupedsim_writes_in_version_2_and_more(recorded):
     facts = dict(asked(folder, 0, "SELECT * FROM metadata"))
     assert (facts["version"], float(facts["fps"])) == ("2", 1 / run.tick)
     ((key, text),) = asked(folder, 0, "SELECT hash, wkt FROM geometry")
-    assert text.startswith("POLYGON ((")
+    assert text.startswith("GEOMETRYCOLLECTION (POLYGON ((")
     frames = asked(folder, 0, "SELECT * FROM frame_data")
     assert frames == [(frame, key) for frame in range(run.ticks + 2)]
 
@@ -177,7 +174,10 @@ def test_pedpy_finds_nobody_outside_the_walls(recorded, pedpy, shapely):
     for floor in (0, 1):
         trajectories, area = loaded(pedpy, folder, floor)
         assert trajectories.frame_rate == 1 / run.tick
-        assert area.area == run.building.walkable[floor].sum()
+        cells = np.argwhere(run.building.walkable[floor]).tolist()
+        middles = np.array([run.building.metres(*cell) for cell in cells])
+        assert area.area == len(cells)
+        assert shapely.contains_xy(area.polygon, middles).all()
         assert shapely.covers(area.polygon, trajectories.data.point).all()
 
 
@@ -201,22 +201,6 @@ def test_pedpy_counts_everybody_who_left_on_a_line_just_before_the_way_out(
         line = pedpy.MeasurementLine(threshold(run.building, mark))
         n_t, _ = pedpy.compute_n_t(traj_data=trajectories, measurement_line=line)
         assert n_t.cumulative_pedestrians.max() == people
-
-
-# -- Walkable areas -----------------------------------------------------------------
-
-
-@pytest.mark.extra
-@given(arrays(bool, (5, 6)).filter(np.any))
-def test_walkable_areas_are_those_of_the_cells_whatever_they_are(free):
-    """Valid polygons; shapely says the same of the cells' union."""
-    shapely = pytest.importorskip("shapely", reason=NO_PEDPY)
-    building = SimpleNamespace(walkable=free[None], origin=(0, 0))
-    found = [shapely.from_wkt(text) for text in walkable_areas(building, 0)]
-    cells = [shapely.box(c, -r - 1, c + 1, -r) for r, c in np.argwhere(free).tolist()]
-    assert all(area.is_valid for area in found)
-    assert sum(area.area for area in found) == free.sum()
-    assert shapely.union_all(found).equals(shapely.union_all(cells))
 
 
 # -- The folder ---------------------------------------------------------------------

@@ -115,9 +115,9 @@ def busiest(world: World, count: int) -> list[Decision]:
     nav, bodies = navigation_of(world.building), world.bodies
     stairs = bodies.stairwell[bodies.inside & (bodies.stairwell >= 0)]
     walking = bodies.place[bodies.walking]
-    found = traffic(world.building, walking, stairs, world.flames.cost)
-    people = (found.cross + found.come) * free_places(world)
-    order = np.lexsort((found.out, -people))
+    passed, out = traffic(world.building, walking, stairs, world.flames.cost)
+    people = passed * free_places(world)
+    order = np.lexsort((out, -people))
     order = order[people[order] > 0]
     places: list[Decision] = []
     while len(order) and len(places) < count:

@@ -114,7 +114,7 @@ class Escort(Sweep):
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Look for the ways to the outside, then decide as `Sweep` does."""
-        _, self._outside, _ = ways_outside(world.building, risk(world), STAIRS_METRES)
+        self._outside = ways_outside(world.building, risk(world), STAIRS_METRES)
         return super().decide(world, robots, rng)
 
     def _lost(self, world: World) -> np.ndarray:
