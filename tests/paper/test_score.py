@@ -1,7 +1,6 @@
 """The ruler: what the paper prints of it, how it is calibrated, what it refuses."""
 
-import json
-from dataclasses import asdict, replace
+from dataclasses import replace
 from math import nextafter
 
 import numpy as np
@@ -20,7 +19,6 @@ from reference.evaluation.score import (
     weight,
 )
 from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
-from reference.workshop.crossplay.results import read_ruler
 
 POINTS = (WORST_POINT, BEST_POINT)
 EASY, HARD = Case(14_000.0, 2418.0), Case(10_000.0, 3559.0)
@@ -297,50 +295,3 @@ def test_refuses_constants_that_make_no_ruler(name, value):
     """Before anything is read from it."""
     with pytest.raises(RulerError, match=rf"{name} is .*: give a number above"):
         replace(PAPER, **{name: value})
-
-
-# -- In a file ----------------------------------------------------------------------
-
-
-def test_a_ruler_goes_through_a_file_unchanged(tmp_path):
-    """To the last digit."""
-    path = tmp_path / "ruler.json"
-    ruler = of_one_fire(*baseline(30), *POINTS)
-    path.write_text(json.dumps(asdict(ruler)))
-    assert read_ruler(path) == ruler
-
-
-def written(**changes):
-    """The paper's ruler as a file holds it, but for some entries."""
-    return json.dumps(asdict(PAPER) | changes)
-
-
-@pytest.mark.parametrize(
-    ("text", "why"),
-    [
-        (
-            "b = 1.4",
-            "is no JSON object",
-        ),
-        ("[1, 2]", "is no JSON object"),
-        ('{"alpha": 1000}', "base is missing"),
-        (written(h=1), "'h' is unknown"),
-        (written(k="0.009"), "k is '0.009': it must be a number"),
-        (written(k=True), "k is True: it must be a number"),
-        (written(beta=10**400), "beta is 10{59}: it must be a number"),
-        ("[" * 100_000, "is no JSON object"),
-        (written(beta=0), "beta is 0: give a number above 0"),
-    ],
-)
-def test_refuses_files_that_hold_no_ruler(tmp_path, text, why):
-    """With the path and what is wrong there."""
-    path = tmp_path / "ruler.json"
-    path.write_text(text)
-    with pytest.raises(ValueError, match=rf"ruler\.json: .*{why}"):
-        read_ruler(path)
-
-
-def test_refuses_a_ruler_that_is_not_there(tmp_path):
-    """A sentence of its own."""
-    with pytest.raises(FileNotFoundError, match=r"there is no such ruler\. Name"):
-        read_ruler(tmp_path / "ruler.json")

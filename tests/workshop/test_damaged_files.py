@@ -6,7 +6,6 @@ import random
 import shutil
 import tomllib
 from collections.abc import Callable
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,11 +15,9 @@ import yaml
 from clauses import ROOT
 from trainings import begun, tiny, trained
 
-from reference.evaluation.score import PAPER
 from reference.learning.networks import one_thread
 from reference.paper import InputError
 from reference.workshop.crossplay import begin, evaluate, resume
-from reference.workshop.crossplay.results import read_ruler
 from reference.workshop.drawing.curves import read as read_summaries
 from reference.workshop.experiment import design
 from reference.workshop.files import read_json
@@ -156,7 +153,6 @@ KINDS = {
         "evaluation/evaluation.json", _evaluation, _from_json, _json
     ),
     "runs.csv": Kind("evaluation/runs.csv", _evaluation),
-    "ruler.json": Kind("ruler.json", read_ruler, _from_json, _json),
     "settings": Kind("settings.yaml", _settings, _from_yaml, _yaml, cases=50),
     "summaries.csv": Kind("run/summaries.csv", read_summaries),
     "checkpoint played": Kind(
@@ -178,7 +174,6 @@ def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole")
     few = begin(("none",), ("none", "random"), "tiny", people=2, episodes=1)
     evaluate(few, folder / "evaluation", InProcess())
-    (folder / "ruler.json").write_text(json.dumps(asdict(PAPER)))
     (folder / "locked").mkdir()
     (folder / "locked" / ".lock").write_text("12345")
     (folder / "locked" / "notes.txt").touch()

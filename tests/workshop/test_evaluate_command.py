@@ -80,16 +80,13 @@ def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
     )
     names = {path.name for path in (tmp_path / "eval").iterdir()}
     assert names == {
-        "evaluation.json", "runs.csv", "cells.json", "ruler.json",
+        "evaluation.json", "runs.csv", "cells.json",
         "ruler.png", "scores.png", "matrix.png", "evacuations.png",
     }  # fmt: skip
     with (tmp_path / "eval/runs.csv").open(newline="") as file:
         assert len(list(csv.DictReader(file))) == 18
     own = [c["score"]["mean"] for c in made["cells"] if c["robots"] == "sweep"]
     assert sum(own) / len(own) == pytest.approx(1)
-    ruler = ["--ruler", "eval/ruler.json"]
-    again = evaluated(capsys, *crowd, "--episodes", "2", *ruler)
-    assert again["ruler"] == made["ruler"]
 
 
 @pytest.mark.slow
@@ -116,8 +113,6 @@ def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
         (["--resume"], 2, "--resume goes with --out"),
         (["--resume", "--out", "nowhere"], 1, "there is no evaluation"),
         (["--baseline", "patrol"], 2, "Add it to --robots"),
-        (["--baseline", "sweep", "--ruler", "x"], 2, "leave out one of the two"),
-        (["--ruler", "nowhere.json"], 1, "nowhere.json"),
         (["--robots", "swep"], 2, "Did you mean 'sweep'?"),
         (["--fire", "critic:x"], 2, "names nobody who plays the fire"),
         (["--sample"], 2, "--sample goes with a checkpoint"),
@@ -141,7 +136,7 @@ def test_a_baseline_that_makes_no_ruler_costs_the_score_alone(tmp_path, capsys):
     small = ["--episodes", "1", "--baseline", "sweep"]
     facts = evaluated(capsys, *small, "--out", "eval")
     assert facts["ruler"] is facts["cells"][0]["score"] is None
-    ruler = tmp_path / "eval/ruler.json"
+    ruler = tmp_path / "eval/ruler.png"
     assert not ruler.exists()
     ruler.write_text("{}")  # of a table with other runs
     again = ["evaluate", "--resume", "--out", "eval", "--workers", "0"]

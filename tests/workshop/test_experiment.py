@@ -12,11 +12,9 @@ from shutil import copytree, rmtree
 
 import pytest
 from clauses import ROOT
-from trainings import equal, trained
 
 import reference
 from reference.__main__ import main
-from reference.learning.networks import one_thread
 from reference.paper import InputError
 from reference.workshop import workers as workforce
 from reference.workshop.crossplay.runs import RunResult
@@ -26,7 +24,6 @@ from reference.workshop.experiment.jobs import arm_of, folders, play_tests, trai
 from reference.workshop.experiment.report import OWN, Results
 from reference.workshop.plain import SettingsError, record_from
 from reference.workshop.runs import RunError
-from reference.workshop.strategies import SHIPPED
 from reference.workshop.training.checkpoints import load
 from reference.workshop.training.session import Training
 from reference.workshop.workers import InProcess, cluster
@@ -95,17 +92,6 @@ def test_what_has_changed_is_made_anew_and_the_rest_stays(whole, tmp_path):
     assert sorted(names) == ["learning-3", "learning-3", "learning-4", "ppo-3", "ppo-4"]
 
 
-def test_a_training_under_way_goes_on_from_its_checkpoint(whole, tmp_path):
-    """After whatever has stopped it."""
-    experiment = small()
-    folder = folders(experiment, tmp_path)["learning-3"]
-    with one_thread():
-        trained(Training(experiment.trainings["learning-3"]), folder, rounds=1)
-    assert load(folder).round == 1
-    performed(experiment, tmp_path)
-    assert tables(tmp_path) == tables(whole)
-
-
 def test_a_training_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypatch):
     """Who did learn is tested."""
 
@@ -152,13 +138,6 @@ def test_a_training_ends_when_its_robots_have_had_their_decisions(whole):
     for folder in folders(small(), whole).values():
         learners = Training.resumed(load(folder)).learners
         assert learners["fire"].steps < 20 <= learners["robots"].steps
-
-
-def test_it_does_not_matter_who_does_the_jobs(whole, tmp_path):
-    """Here a thread."""
-    with ThreadPoolExecutor(1) as executor:
-        performed(small(), tmp_path, executor)
-    assert tables(tmp_path) == tables(whole)
 
 
 # -- A cluster ----------------------------------------------------------------------
@@ -280,19 +259,6 @@ def test_an_experiment_that_is_killed_goes_on_to_the_same_end(tmp_path):
     assert all(path.stat().st_mtime == when for path, when in done.items())
 
 
-def test_who_stops_is_told_how_to_go_on(tmp_path, monkeypatch, capsys):
-    """By the command line that does."""
-
-    def stopped(*_):
-        signal.raise_signal(signal.SIGINT)
-        return {}
-
-    monkeypatch.setattr(jobs, "train_teams", stopped)
-    assert main([*TINY, str(tmp_path)]) == 130
-    again = capsys.readouterr().err.splitlines()[-1].split()[3:]
-    assert again == [*TINY[:2], "--resume", "--out", str(tmp_path)]
-
-
 # -- Results ------------------------------------------------------------------------
 
 COMPARED = {"seeds": [0, 1, 2], "compare": [["learning", "ppo"]]}
@@ -390,17 +356,12 @@ def test_the_files_that_ship_can_be_read(file):
             {"arms": {"a": {"fire": "random", "random_fires": 0.5}}},
             "random_fires needs a fire that learns",
         ),
-        ({"arms": {"sweep": {}}}, "no arm's name"),
         ({"arms": {"a" * 300: {}}}, "'a{60}' can be no arm's name: take up to 40"),
         ({"seeds": [-1]}, "upwards"),
-        ({"seeds": 3}, "must be a list"),
-        ({"decisions": "many"}, "whole number"),
-        ({"preset": "laptob"}, "Did you mean 'laptop'"),
         ({"test": {"fires": ["learnin"]}}, "Did you mean 'learning'"),
         ({"test": {"robots": ["sweep", "sweep"]}}, "robots: name each once"),
         ({"test": {"episodes": 10**12}}, "evacuations in all: ask for 1,000,000 at"),
         ({"compare": [["learning"]]}, "in compare two"),
-        ({"compare": [["learning", "nobody"]]}, "'nobody' is unknown"),
         ({"settings": {"scenario": {"people": 5000}}}, "do not fit"),
     ],
 )
@@ -410,19 +371,10 @@ def test_refuses_what_no_experiment_can_be_made_of(changes, message):
         small(**changes)
 
 
-def test_the_fire_that_ships_may_be_an_arms_and_a_tests():
-    """A network, which learns nothing."""
-    asked = {"arms": {"a": {"fire": "learned"}}, "test": {"fires": ["learned"]}}
-    experiment = record_from(Experiment, asked | {"decisions": 9}, "experiment")
-    fixed = experiment.trainings["a-0"].fixed["fire"]
-    assert equal(fixed.weights, load(SHIPPED).player("fire").weights)
-
-
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
         ('fires = ["random"', 'fires = ["learned"', "has learned Institute"),
-        ("[arms.learning]", "arms = [", "this is no TOML"),
         ("decisions = 60", f"decisions = 0x{'f' * 5000}", "x.toml: Exceeds the limit"),
     ],
 )

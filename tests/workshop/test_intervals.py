@@ -54,14 +54,6 @@ def test_the_interval_of_a_score_is_that_of_its_runs_together():
     assert one.high - one.low < other.high - other.low
 
 
-def test_a_band_is_an_interval_in_every_column():
-    """The same numbers, for all points of a curve at once."""
-    rows = np.random.default_rng(2).normal(0, 1, (20, 3))
-    mean, low, high = band(rows)
-    for k in range(3):
-        assert (mean[k], low[k], high[k]) == pytest.approx(of_mean(rows[:, k]))
-
-
 @given(values=st.lists(NUMBERS, min_size=1, max_size=8))
 def test_an_interval_is_made_of_numbers_and_lies_within_the_values(values):
     """Whatever they are."""
@@ -113,14 +105,6 @@ def test_the_difference_of_two_arms_does_not_suffer_from_seeds_they_share():
     one, other = both(np.random.default_rng(0))
     apart, together = of_trainings(one), of_trainings(one, other)
     assert together.high - together.low < 0.1 * (apart.high - apart.low)
-
-
-def test_one_training_that_failed_does_not_decide():
-    """Of five, the worst and the best are left out."""
-    values = np.full((5, 10), 0.8)
-    values[2] = 0.0
-    assert of_trainings(values).mean == pytest.approx(0.8)
-    assert of_trainings(values).low < 0.8
 
 
 # -- Refusals -----------------------------------------------------------------------

@@ -63,20 +63,6 @@ def test_a_lock_ends_with_its_process(holder, tmp_path):
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["notes.txt"]
 
 
-def test_where_nothing_can_be_locked_runs_go_on_without(tmp_path, monkeypatch):
-    """As on systems that are not POSIX's, where there is no fcntl."""
-    monkeypatch.setattr("reference.workshop.runs.fcntl", None)
-    with held(tmp_path / "out", False, list):
-        assert list((tmp_path / "out").iterdir()) == []
-
-
-def test_a_run_that_writes_nothing_leaves_no_folder(tmp_path):
-    """Such as one that is refused at once."""
-    with pytest.raises(RunError), held(tmp_path / "out", False, list):
-        raise RunError("refused")
-    assert not (tmp_path / "out").exists()
-
-
 def test_a_folder_that_somebody_else_made_stays(tmp_path):
     """Also where nothing was written into it; what the run made itself goes."""
     theirs, ours = tmp_path / "theirs", tmp_path / "ours"

@@ -76,22 +76,6 @@ def test_sweeping_robots_share_the_groups():
     assert one[0] > 5 and other[0] < -5
 
 
-TWO_EXITS = """
-    ############################
-    E...................pR..*..E
-    ############################
-    """
-
-
-@pytest.mark.paper("D7")
-def test_sweeping_robots_lead_people_where_risk_is_least():
-    """West, though the exit in the east is nearer: flames count as metres."""
-    for flame, column in (("*", 0), (".", 27)):
-        sim = stage(TWO_EXITS.replace("*", flame))
-        follow(sim, "p", sim.world.robots[0].body)
-        assert decided(Sweep(), sim) == column
-
-
 @pytest.mark.paper("C7")
 @pytest.mark.parametrize("robots", [Sweep(), Escort()])
 def test_idle_robots_wait_before_stairs_that_end_on_their_floor(robots):
@@ -219,22 +203,6 @@ def test_a_greedy_fire_strikes_on_the_way_of_people():
     play(sim, 1)
     decision = GreedyFire().decide(sim.world, np.random.default_rng(0))
     assert sim.building.cell(*decision[1:]) in {(5, 4), (5, 5), (5, 6)}
-
-
-@pytest.mark.paper("D2", "chosen")
-def test_a_busiest_fire_strikes_where_most_must_come_past():
-    """Nearest to the way out: just outside the exit's clearance."""
-    sim = stage(
-        """
-        #################
-        #......#........#
-        #pqr...+........E
-        #..s...#........#
-        #################
-        """
-    )
-    decision = BusiestFire().decide(sim.world, np.random.default_rng(0))
-    assert sim.building.cell(*decision[1:]) == (2, 11)
 
 
 @pytest.mark.paper("D2", "chosen")

@@ -22,13 +22,6 @@ def never():
     return False
 
 
-def test_results_come_in_the_order_of_the_jobs():
-    """Whichever is done first."""
-    with ThreadPoolExecutor(3) as executor:
-        found = in_order(executor, len, ["one", "three", "seventeen"], never)
-    assert found == [3, 5, 9]
-
-
 def test_results_can_come_as_they_are_done():
     """Each with the number of its job, so that it can be kept at once."""
     with ThreadPoolExecutor(2) as executor:
@@ -95,19 +88,6 @@ def test_signals_that_are_ignored_stay_ignored():
         assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
     finally:
         signal.signal(signal.SIGHUP, before)
-
-
-def test_commands_to_paste_survive_a_shell_and_argparse():
-    """A name may hold blanks, or begin as an option does."""
-    assert common.quoted("my run") == "'my run'"
-    assert common.quoted("-x") == "./-x"
-
-
-def test_what_a_job_raises_is_raised():
-    """A mistake in a worker is no silence."""
-    for executor in (InProcess(), ThreadPoolExecutor(1)):
-        with pytest.raises(TypeError), executor:
-            in_order(executor, len, [3], never)
 
 
 # -- Processes ----------------------------------------------------------------------

@@ -53,13 +53,6 @@ def test_it_chooses_among_free_cells_that_people_cross_and_that_lie_apart():
         assert not same_floor or metres >= APART
 
 
-def test_where_nobody_is_inside_it_burns_anywhere():
-    """There is nobody to harm."""
-    sim = stage("#######\n#.....E\n#######")
-    assert busiest(sim.world, 4) == []
-    assert WorstCase().decide(sim.world, np.random.default_rng(0))[0] == 0
-
-
 # -- What it takes ------------------------------------------------------------------
 
 
@@ -100,16 +93,6 @@ def test_it_burns_the_only_way_out():
     sim.run()
     (source,) = lit(sim)
     assert sim.building.cell(source.x, source.y)[1] > 3
-
-
-def test_a_simulation_against_it_can_be_copied():
-    """And runs on like the original."""
-    sim = against(seed=4, **BRIEF)
-    for _ in range(60):
-        sim.step()
-    other = sim.copy()
-    sim.run(), other.run()
-    assert sim.events == other.events and lit(sim)
 
 
 def test_it_asks_copies_of_the_robots():

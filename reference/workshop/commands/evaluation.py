@@ -7,7 +7,6 @@ import json
 import sys
 from argparse import Namespace
 from collections.abc import Sequence
-from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 
@@ -23,7 +22,6 @@ from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.files import write_json
 from reference.workshop.runs import ContradictionError, held, refuse_options
 
-RULER = "ruler.json"
 ASKED = ("building", "people", "seed", "episodes", "sample")
 
 
@@ -33,8 +31,12 @@ def evaluate(arguments: Namespace) -> None:
         raise ContradictionError("--resume goes with --out: which folder?")
     start = partial(_evaluation, arguments)
     with held(arguments.out, arguments.resume, start) as evaluation:
-        ruler = _given(arguments, evaluation)
-        _tell(arguments, evaluation, ruler, _played(evaluation, arguments))
+        baseline = arguments.baseline
+        if baseline and baseline not in evaluation.robots:
+            raise ContradictionError(
+                f"--baseline {baseline}: is not among the robots. Add it to --robots."
+            )
+        _tell(arguments, evaluation, _played(evaluation, arguments))
 
 
 def _evaluation(arguments: Namespace) -> Evaluation:
@@ -51,27 +53,10 @@ def _evaluation(arguments: Namespace) -> Evaluation:
     return matches.begin(**given)
 
 
-def _given(arguments: Namespace, evaluation: Evaluation) -> Ruler | None:
-    """The ruler, where it is known before anything is played."""
-    if arguments.baseline is None:
-        return results.read_ruler(arguments.ruler) if arguments.ruler else PAPER
-    if arguments.ruler:
-        raise ContradictionError(
-            "--ruler has a baseline already: leave out one of the two."
-        )
-    if arguments.baseline not in evaluation.robots:
-        raise ContradictionError(
-            f"--baseline {arguments.baseline}: is not among the robots. Add it to "
-            "--robots."
-        )
-    return None
-
-
 def _played(evaluation: Evaluation, arguments: Namespace) -> list[RunResult]:
     """Play all runs; if interrupted, say how to resume."""
     folder = arguments.out
-    same = {"baseline": arguments.baseline, "ruler": arguments.ruler}
-    resumed = folder and again("evaluate", out=folder, **same)
+    resumed = folder and again("evaluate", out=folder, baseline=arguments.baseline)
     after = f"Go on with: {resumed}" if resumed else "Take fewer:"
     with workforce(arguments.workers, evaluation.about(), after) as (executor, stop):
         found = runs.evaluate(evaluation, folder, executor, stop)
@@ -84,19 +69,17 @@ def _played(evaluation: Evaluation, arguments: Namespace) -> list[RunResult]:
     )
 
 
-def _tell(
-    arguments: Namespace,
-    evaluation: Evaluation,
-    ruler: Ruler | None,
-    found: list[RunResult],
-) -> None:
-    """Calibrate the ruler, if none was given; print and keep what the runs come to."""
-    baseline = arguments.baseline
+def _tell(arguments: Namespace, evaluation: Evaluation, found: list[RunResult]) -> None:
+    """Calibrate a ruler if asked to; print and keep what the runs come to."""
+    ruler, baseline, whose = None, arguments.baseline, "the paper's"
     try:
-        ruler = ruler or results.ruler_of(found, baseline, *evaluation.arena.points)
-        note = _explained(arguments, ruler)
+        ruler = PAPER
+        if baseline:
+            ruler = results.ruler_of(found, baseline, *evaluation.arena.points)
+            whose = f"calibrated so that {baseline} scores 1 over its fires"
+        note = f"E by a ruler {whose}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
     except RulerError as error:
-        note = f"no E, since no ruler comes of {baseline}: {error}"
+        ruler, note = None, f"no E, since no ruler comes of {baseline}: {error}"
     cells = results.cells(found, ruler, baseline)
     if arguments.out:
         _keep(arguments.out, evaluation, ruler, cells, found)
@@ -111,15 +94,6 @@ def _tell(
         print(f"[95 % bootstrap intervals over runs]  {note}")
 
 
-def _explained(arguments: Namespace, ruler: Ruler) -> str:
-    """Say which ruler was used."""
-    if arguments.baseline:
-        whose = f"calibrated so that {arguments.baseline} scores 1 over its fires"
-    else:
-        whose = f"read from {arguments.ruler}" if arguments.ruler else "the paper's"
-    return f"E by a ruler {whose}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
-
-
 def _keep(
     folder: Path,
     evaluation: Evaluation,
@@ -127,7 +101,7 @@ def _keep(
     cells: Sequence[Cell],
     found: Sequence[RunResult],
 ) -> None:
-    """Write tables and pictures beside the runs; with a ruler, also its own."""
+    """Write tables and pictures beside the runs."""
     from reference.workshop.drawing import crossplay as charts
     from reference.workshop.drawing import page
     from reference.workshop.drawing import ruler as rulers
@@ -141,11 +115,10 @@ def _keep(
     if ruler:
         building = building_of(evaluation.arena.plan)
         best = best_reward(building, evaluation.arena.people)
-        write_json(folder / RULER, asdict(ruler))
         pictures["ruler.png"] = rulers.curve(ruler, best)
         pictures["scores.png"] = rulers.contours(ruler, cells)
     else:  # fewer runs may have yielded one
-        for name in (RULER, "ruler.png", "scores.png"):
+        for name in ("ruler.png", "scores.png"):
             (folder / name).unlink(missing_ok=True)
     for name, figure in pictures.items():
         page.save(figure, folder / name)
@@ -163,9 +136,6 @@ EVALUATE_OPTIONS: options.Table = {
     **options.WORKERS,
     "--out": options.path("DIR", "keep runs, tables and pictures there"),
     "--resume": options.flag("go on in DIR, also with further --robots and --fire"),
-    "--ruler": options.path(
-        "FILE", "a ruler.json, which evaluate --out writes; default: the paper's"
-    ),
     "--baseline": {
         "metavar": "S",
         "help": "compare all with these robots, seed by seed, and calibrate the "

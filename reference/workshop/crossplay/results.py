@@ -7,7 +7,6 @@ convex, so that a mean of scores would reward unreliable robots.
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,8 +15,6 @@ from reference.evaluation.score import Point, Ruler, RulerError, from_runs
 from reference.workshop.crossplay.intervals import Interval, of_mean, of_means
 from reference.workshop.crossplay.matches import Evaluation
 from reference.workshop.crossplay.runs import RunResult
-from reference.workshop.files import read_json
-from reference.workshop.plain import record_from
 
 
 @dataclass(frozen=True)
@@ -186,8 +183,3 @@ def as_plain(cell: Cell) -> dict[str, Any]:
         name: value._asdict() if isinstance(value, Interval) else value
         for name, value in vars(cell).items()
     }
-
-
-def read_ruler(path: Path) -> Ruler:
-    """Read a ruler.json. Raises ValueError for anything else, OSError."""
-    return record_from(Ruler, read_json(path), str(path))

@@ -46,15 +46,26 @@ def read(path: str | PathLike[str]) -> Plan:
 
 def parse(text: str, path: str = "<text>") -> Plan:
     """Read the drawing in a text, called `path` in messages. Raises MistakesError."""
-    sheet = page.sort(text.removeprefix("\ufeff"))
+    written = _lines(text.removeprefix("\ufeff"), path)
+    sheet = page.sort(written)
     for checks in syntax.STAGES:
         _refuse((found for check in checks for found in check(sheet)), path)
     plan = floorplan.parse(text, path)
-    _refuse(semantics.parts(plan, sheet), path)
+    _refuse(semantics.too_large(plan, sheet), path)
     building = Building(plan)
     for stage in semantics.STAGES:
         _refuse((found for check in stage for found in check(building, sheet)), path)
     return plan
+
+
+def _lines(text: str, path: str) -> list[str]:
+    """Split a text, whichever way its lines end. Raises MistakesError if it is long."""
+    lines = re.split(r"\r\n?|\n", text[: page.MOST_SIGNS], maxsplit=page.MOST_LINES)
+    if len(text) > page.MOST_SIGNS or len(lines) > page.MOST_LINES:
+        what = f"a file has at most {page.MOST_LINES} lines"
+        what += f" and {page.MOST_SIGNS} characters"
+        _refuse([Mistake(len(lines), 1, what, "Draw less.", lines[-1])], path)
+    return lines
 
 
 def _refuse(found: Iterable[Mistake], path: str) -> None:
@@ -67,11 +78,13 @@ def _decoded(raw: bytes, path: str) -> str:
     """Decode UTF-8; MistakesError at the first byte that is not text."""
     text = raw.decode("utf-8", "replace")
     if bad := re.search("[\0\ufffd]", text):
-        sheet = page.sort(text[: bad.end()])
+        before = text[: bad.start()].splitlines() or [""]
         wide = raw.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) or raw[:4].count(0) == 2
-        what = "this is UTF-16, not plain text" if wide else "this is not plain text"
-        hint, last = "Save the file as plain text (ASCII).", sheet.lines[-1]
-        _refuse([last.mistake(what, hint, len(last.written))], path)
+        what = f"this is {'UTF-16, ' * wide}not plain text"
+        place = len(before), len(before[-1]) + 1
+        _refuse(
+            [Mistake(*place, what, "Save the file as plain text.", before[-1])], path
+        )
     return text
 
 

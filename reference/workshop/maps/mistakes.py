@@ -16,7 +16,6 @@ from reference.floorplan import FloorPlanError
 SHOWN = 4  # mistakes shown at once: more would hide the first
 MOST = 1000  # mistakes looked for: with so many, only the first help
 LONGEST = 400  # characters of a line that are shown, the mistake among them
-QUOTED = 80  # characters of a line that are repeated in a sentence
 
 
 @dataclass(frozen=True, order=True)
@@ -33,8 +32,7 @@ class Mistake:
         """`line:column: what`, the line as written, a caret, the hint."""
         start = max(0, self.column - LONGEST)
         line = _CONTROL.sub("?", self.written[start : start + LONGEST])
-        before = line[: self.column - 1 - start].ljust(self.column - 1 - start)
-        caret = "".join(map(_blank_for, before)) + "^"
+        caret = "".join(map(_blank_for, line[: self.column - 1 - start])) + "^"
         shown = "\n".join(f"    {text}".rstrip() for text in (line, caret))
         place = f"{self.line}:{self.column}"
         return f"{place}: {self.what}\n{shown}\n    hint: {self.hint}"
@@ -44,21 +42,14 @@ class MistakesError(FloorPlanError):
     """A drawing with mistakes, all of one stage; its text shows the first of them."""
 
     def __init__(self, path: str, mistakes: Sequence[Mistake]) -> None:
-        page = [f"{path}:{mistake}" for mistake in mistakes[:SHOWN]]
-        if len(mistakes) > SHOWN:
-            least = "at least " if len(mistakes) == MOST else ""
-            page.append(f"… and {least}{len(mistakes) - SHOWN} more")
-        super().__init__("\n".join(page))
+        super().__init__(path, mistakes)
         self.path, self.mistakes = path, mistakes
 
-    def __reduce__(self) -> tuple[type, tuple[str, Sequence[Mistake]]]:
-        """Travel between processes, where exceptions are made anew from arguments."""
-        return MistakesError, (self.path, self.mistakes)
-
-
-def clip(text: str) -> str:
-    """Shorten what a sentence repeats of a line, which may be very long."""
-    return text if len(text) <= QUOTED else text[: QUOTED - 1] + "…"
+    def __str__(self) -> str:
+        page = [f"{self.path}:{mistake}" for mistake in self.mistakes[:SHOWN]]
+        if (more := len(self.mistakes) - SHOWN) > 0:
+            page.append(f"… and {more} more")
+        return "\n".join(page)
 
 
 _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f-\x9f]")

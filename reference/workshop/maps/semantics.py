@@ -5,7 +5,7 @@ through a building, or one floor of it, and yields what it finds; STAGES orders 
 """
 
 import re
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 
 import networkx as nx
@@ -17,49 +17,60 @@ from reference.building import (
     Area,
     Building,
     Kind,
+    Landmark,
     is_room,
     pieces,
     signs_of,
 )
-from reference.floorplan import STAIRWELLS, Plan
+from reference.floorplan import Plan
 from reference.workshop.maps.mistakes import Mistake
 from reference.workshop.maps.page import Drawing, Page
 
-# -- Stage 4: one floor -------------------------------------------------------------
+# -- What is too large --------------------------------------------------------------
 
 MOST_PARTS = 5_000  # [A1, chosen] a hundred times the paper's
-WALL = "Type '#' here."
+MOST_MEMORY = 4.0  # [A1, chosen] GB, of which the paper's building takes 0.04
+CELL_BYTES, DOOR_BYTES = 6_500, 12
+"""Of the tables of ways and sight: a cell's own, and a door's for each cell of its
+floor; a byte more for each cell and door. Measured with sight of 5 m."""
 
 
-def parts(plan: Plan, page: Page) -> Iterator[Mistake]:
-    """Refuse more rooms or doors than can be told apart, before they are found."""
+def too_large(plan: Plan, page: Page) -> Iterator[Mistake]:
+    """Refuse what takes too long or does not fit, before its rooms are found."""
     signs = signs_of(plan)
-
-    def count(mask: np.ndarray) -> int:
-        return sum(ndimage.label(floor)[1] for floor in mask)
-
-    areas = count(is_room(signs)) + sum(count(signs == well) for well in STAIRWELLS)
-    if max(areas, count(signs == "+") + count(signs == "E")) > MOST_PARTS:
+    gates = (signs == "+") | (signs == "E")
+    doors, rooms = _count(gates), _count(~gates & (signs != "#") & (signs != " "))
+    needed = signs.size * (CELL_BYTES + doors) + signs[0].size * doors * DOOR_BYTES
+    what = f"to simulate this building takes about {needed / 1e9:.0f} GB of memory"
+    hint = f"Draw fewer cells, floors or doors: at most {MOST_MEMORY:.0f} GB."
+    if max(doors, rooms) > MOST_PARTS:
         what = f"a building has at most {MOST_PARTS} rooms and as many doors"
-        yield page.drawings[0].heading.mistake(what, "Draw fewer of them.")
+        hint = "Draw fewer of them."
+    elif needed <= MOST_MEMORY * 1e9:
+        return
+    yield page.drawings[0].heading.mistake(what, hint)
+
+
+def _count(mask: np.ndarray) -> int:
+    """How many connected parts there are, on all floors."""
+    return sum(ndimage.label(floor)[1] for floor in mask)
+
+
+# -- Stage 4: one floor -------------------------------------------------------------
 
 
 def _outer_wall(building: Building, drawing: Drawing) -> Iterator[Mistake]:
+    """Floor beside the outside; or a blank between two walls, meant as a third."""
     signs = _rimmed(building, drawing)
-    gap, hole = _holes(signs)
-    for cells in pieces(gap) + pieces(hole):
-        what = "there is a hole in the outer wall"
-        small = (signs[tuple(cells.T)] == "e").all()
-        hint = "Type 'E' for an exit, or '#' for a wall." if small else WALL
-        yield drawing.mistake(cells[0] - 1, what, hint)
-
-
-def _holes(signs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where blanks, and where floor, stand in the place of an outer wall."""
     room, outside = is_room(signs), signs == " "
     wall = ~(outside | room)
-    gap = outside & _between(wall) & ndimage.binary_dilation(room)
-    return gap, room & ndimage.binary_dilation(outside & ~gap)
+    between = [np.roll(wall, 1, axis) & np.roll(wall, -1, axis) for axis in (0, 1)]
+    gap = outside & ndimage.binary_dilation(room) & (between[0] | between[1])
+    hole = room & ndimage.binary_dilation(outside & ~gap)
+    for cells in pieces(gap) + pieces(hole):
+        small = (signs[*cells.T] == "e").all()
+        hint = "Type 'E' for an exit, or '#' for a wall." if small else "Type '#' here."
+        yield drawing.mistake(cells[0] - 1, "there is a hole in the outer wall", hint)
 
 
 def _rimmed(building: Building, drawing: Drawing) -> np.ndarray:
@@ -67,120 +78,77 @@ def _rimmed(building: Building, drawing: Drawing) -> np.ndarray:
     return np.pad(building.signs[drawing.floor], 1, constant_values=" ")
 
 
-def _between(wall: np.ndarray) -> np.ndarray:
-    """Cells with wall on two opposite sides: a blank there was meant as wall."""
-    both = [np.roll(wall, 1, axis) & np.roll(wall, -1, axis) for axis in (0, 1)]
-    return both[0] | both[1]
+def _gates(building: Building, drawing: Drawing) -> Iterator[Mistake]:
+    """Doors, entrances and exits that join nothing, or the wrong things."""
+    outside = ndimage.binary_dilation(_rimmed(building, drawing) == " ")[1:-1, 1:-1]
+    for gate in building.landmarks:
+        if gate.floor == drawing.floor:
+            leads_outside = bool(outside[*gate.cells.T].any())
+            for what, hint in _wrong(building, gate, leads_outside):
+                yield drawing.mistake(gate.cells[0], what, hint)
 
 
-def _doors(building: Building, drawing: Drawing) -> Iterator[Mistake]:
-    outside = _beside_outside(building, drawing)
-    doors = (mark for mark in building.landmarks if mark.kind is not Kind.EXIT)
-    for door in (mark for mark in doors if mark.floor == drawing.floor):
-        sides = [building.area_of[side] for side in door.sides]
-        stairs = sum(side.kind == "stairwell" for side in sides)
-        if outside[tuple(door.cells.T)].any():
-            hint = "Type 'E' for an exit, or '#' for a wall."
-            yield drawing.mistake(door.cells[0], "this door leads outside", hint)
-        elif len(sides) < 2 or stairs == len(sides):
-            beside = f"only {_called(sides[0])}" if len(sides) == 1 else "no room"
-            what = f"this door leads nowhere: {beside} is beside it"
-            hint = "Put it in the wall between two rooms, or type '#' here."
-            yield drawing.mistake(door.cells[0], what, hint)
-        elif stairs > 1:
-            what = "this entrance belongs to two stairwells"
-            hint = "Type '#' here, and a '+' in a wall of each."
-            yield drawing.mistake(door.cells[0], what, hint)
-
-
-def _beside_outside(building: Building, drawing: Drawing) -> np.ndarray:
-    """(rows, cols) bool: is a blank beside a cell, or the edge of the drawing?"""
-    return ndimage.binary_dilation(_rimmed(building, drawing) == " ")[1:-1, 1:-1]
-
-
-def _exits(building: Building, drawing: Drawing) -> Iterator[Mistake]:
-    outside = _beside_outside(building, drawing)
-    exits = (building.landmarks[mark] for mark in sorted(building.exits))
-    for gate in (mark for mark in exits if mark.floor == drawing.floor):
-        if not outside[tuple(gate.cells.T)].any():
-            what = "this exit does not lead outside"
+def _wrong(
+    building: Building, gate: Landmark, leads_outside: bool
+) -> Iterator[tuple[str, str]]:
+    kinds = [building.area_of[side].kind for side in gate.sides if side != OUTSIDE]
+    rooms, stairs = kinds.count("room"), kinds.count("stairwell")
+    if gate.kind is Kind.EXIT:
+        if not leads_outside:
             hint = "Put it in the outer wall, or type '+' for a door."
-            yield drawing.mistake(gate.cells[0], what, hint)
-        elif gate.sides == (OUTSIDE,):
+            yield "this exit does not lead outside", hint
+        elif not rooms:
             hint = "Put it in the outer wall of a room, or type '#' here."
-            yield drawing.mistake(gate.cells[0], "this exit leads out of no room", hint)
+            yield "this exit leads out of no room", hint
+    elif leads_outside:
+        hint = "Type 'E' for an exit, or '#' for a wall."
+        yield "this door leads outside", hint
+    elif rooms < 2 - stairs or stairs > 1 or not rooms:
+        what = "this door leads nowhere: it joins two rooms, or a room and a stairwell"
+        yield what, "Put it in the wall between the two, or type '#' here."
 
 
 def _stairwells(building: Building, drawing: Drawing) -> Iterator[Mistake]:
     seen: set[str] = set()
     signs = _rimmed(building, drawing)
     for well in _here(building, drawing, "stairwell"):
+        name, mine = f"stairwell {well.name}", signs == well.name
+        unclosed = ~mine & (signs != "#") & (signs != "+")
+        openings = np.argwhere(mine & ndimage.binary_dilation(unclosed)) - 1
         if well.name in seen:
             hint = "Join the parts, or give this one another letter."
-            what = f"{_called(well)} is in two parts"
-            yield drawing.mistake(well.cells[0], what, hint)
-            continue
-        seen.add(well.name)
-        around = ndimage.binary_dilation(signs == well.name)
-        if (opening := _opening(signs, well.name, around)) is not None:
-            cell = np.clip(opening - 1, 0, np.array(building.signs.shape[1:]) - 1)
-            sign = str(signs[tuple(opening)])
-            other = {" ": "the outside", "E": "an exit"}.get(sign)
-            other = other or _called(_area_at(building, drawing, cell))
-            what = f"{_called(well)} is open to {other}"
-            hint = _closing(signs, well, around)
-            yield drawing.mistake(cell, what, hint if is_room(np.array(sign)) else WALL)
-        elif "+" not in signs[around]:
+            yield drawing.mistake(well.cells[0], f"{name} is in two parts", hint)
+        elif len(openings):
+            rooms = pieces(ndimage.binary_dilation(mine) & is_room(signs))
+            hint = "Draw walls and a '+' around it, or fill its room"
+            hint += f" with '{well.name}'."
+            if well.size == 1 and len(rooms) > 1:
+                hint = f"Type '+' for a door in the place of '{well.name}'."
+            yield drawing.mistake(openings[0], f"{name} is open here", hint)
+        elif "+" not in signs[ndimage.binary_dilation(mine)]:
             hint = "Type '+' in its wall, where a room is behind it."
-            what = f"{_called(well)} has no entrance on {drawing.label}"
+            what = f"{name} has no entrance on floor {drawing.floor + 1}"
             yield drawing.mistake(well.cells[0], what, hint)
+        seen.add(well.name)
 
 
-def _closing(signs: np.ndarray, well: Area, around: np.ndarray) -> str:
-    """Advise somebody who drew a stairwell that is open to a room."""
-    beside = around & (signs != well.name)
-    if well.size == 1 and len(pieces(beside & is_room(signs))) > 1:
-        return f"Type '+' for a door in the place of '{well.name}'."
-    if is_room(signs[beside]).all():
-        return f"Draw walls around it, or fill its room with '{well.name}'."
-    return "Type '#' here, or '+' for an entrance."
-
-
-def _opening(signs: np.ndarray, letter: str, around: np.ndarray) -> np.ndarray | None:
-    """Find the first cell where nothing separates a stairwell from what is around it.
-
-    Two stairwells side by side are reported once, at the first letter.
-    """
-    closed = letter + "#+" + STAIRWELLS[: STAIRWELLS.index(letter)]
-    found = np.argwhere(around & ~np.isin(signs, list(closed)))
-    return found[0] if len(found) else None
-
-
-def _names(building: Building, drawing: Drawing) -> Iterator[Mistake]:
+def _rooms(building: Building, drawing: Drawing) -> Iterator[Mistake]:
     seen: set[str] = set()
-    hole = _holes(_rimmed(building, drawing))[1][1:-1, 1:-1]
-    for room in _here(building, drawing, "room"):
-        (name, cell), *others = _words(building, room)
-        others = [(word, place) for word, place in others if not hole[*place]]
-        hint = "Keep one word on one row, or draw a wall between the two."
-        hint = _as_stairs(building, room) or hint
-        for other, place in others:
-            what = f"'{other}' is a second name in {_called(room)}"
-            yield drawing.mistake(place, what, hint)
-        if name in seen:
-            what = f"two rooms on {drawing.label} are called '{name}'"
-            yield drawing.mistake(cell, what, "Write another name here.")
-        seen.add(name)
-
-
-def _some_room(building: Building, drawing: Drawing) -> Iterator[Mistake]:
-    if not _here(building, drawing, "room"):
+    rooms = _here(building, drawing, "room")
+    if not rooms:
+        what = f"no room is drawn on floor {drawing.floor + 1}"
         hint = "Draw its floor with '.' between the walls."
-        what = f"no room is drawn on {drawing.label}"
         yield drawing.heading.mistake(what, hint)
-
-
-# -- Areas and their names ----------------------------------------------------------
+    for room in rooms:
+        first, *others = _words(building, room) or [(room.name, *room.cells[0])]
+        for other, *cell in others:
+            what = f"'{other:.80}' is a second name in {_called(room)}"
+            hint = "Keep one word on one row, or draw a wall between the two."
+            yield drawing.mistake(cell, what, hint)
+        if first[0] in seen:
+            what = f"two rooms on floor {drawing.floor + 1} are called '{first[0]:.80}'"
+            yield drawing.mistake(first[1:], what, "Write another name here.")
+        seen.add(first[0])
 
 
 def _here(building: Building, drawing: Drawing, kind: str) -> list[Area]:
@@ -189,71 +157,23 @@ def _here(building: Building, drawing: Drawing, kind: str) -> list[Area]:
     return [a for a in building.areas if a.floor == floor and a.kind == kind]
 
 
-def _area_at(building: Building, drawing: Drawing, cell: np.ndarray) -> Area:
-    return building.areas[building.area[drawing.floor, *cell]]
+def _called(room: Area) -> str:
+    return "an unnamed room" if "-" in room.name else f"the room '{room.name:.80}'"
 
 
-def _called(area: Area) -> str:
-    if area.kind == "stairwell":
-        return f"stairwell {area.name}"
-    return "an unnamed room" if "-" in area.name else f"the room '{area.name}'"
-
-
-def _words(building: Building, room: Area) -> list[tuple[str, Iterable[int]]]:
-    """The names on the floor of a room, and where; else its own and its first cell."""
+def _words(building: Building, room: Area) -> list[tuple[str, int, int]]:
+    """The names on the floor of a room, each with its row and column."""
     rows = building.plan.storeys[room.floor].rows
-    found: list[tuple[str, Iterable[int]]] = []
-    for row in np.unique(room.cells[:, 0]).tolist():
-        mine = set(room.cells[room.cells[:, 0] == row, 1].tolist())
-        words = re.finditer("[a-z][a-z0-9]*", rows[row])
-        found += [(w[0], (row, w.start())) for w in words if w.start() in mine]
-    return found or [(room.name, room.cells[0])]
+    cells = {(row, col) for row, col in room.cells.tolist()}
+    return [
+        (word[0], row, word.start())
+        for row in sorted({row for row, _ in cells})
+        for word in re.finditer("[a-z][a-z0-9]*", rows[row])
+        if (row, word.start()) in cells
+    ]
 
 
-def _as_stairs(building: Building, room: Area) -> str:
-    """A hint at capitals for a room that is full of a stairwell's small letter."""
-    letter = room.name[0]
-    signs = building.signs[room.floor, *room.cells.T]
-    if letter.upper() not in STAIRWELLS or (signs != letter).any():
-        return ""
-    return f"Write '{room.name.upper()}' if this is a stairwell."
-
-
-# -- Stage 5: the graph of rooms ----------------------------------------------------
-
-
-def _ways_off(building: Building, page: Page) -> Iterator[Mistake]:
-    """Find rooms without a way to an exit or a stairwell, on floors that have any."""
-    graph = building.graph
-    floors, kinds = graph.nodes(data="floor"), graph.nodes(data="kind")
-    for floor in range(building.floors):
-        here = graph.subgraph([node for node, n in floors if n in (floor, None)])
-        some = [part for part in nx.connected_components(here) if part != {OUTSIDE}]
-        shut = [part for part in some if all(kinds[node] == "room" for node in part)]
-        for part in shut if len(shut) < len(some) else []:  # else see `_ways_out`
-            hint = "Type '+' in its wall, towards a room with a way out."
-            yield _in_first_room(building, page, part, "nobody can leave {}", hint)
-
-
-def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:
-    """Find rooms without a way to an exit: people only walk down."""
-    ways = building.ways
-    lost = ways.subgraph(set(ways) - nx.ancestors(ways, OUTSIDE) - {OUTSIDE})
-    for part in nx.weakly_connected_components(lost):
-        hint = "Type 'E' in an outer wall here, or draw stairs down: nobody walks up."
-        what = "no way leads from {} to an exit"
-        yield _in_first_room(building, page, part, what, hint)
-
-
-def _in_first_room(
-    building: Building, page: Page, part: set[str], what: str, hint: str
-) -> Mistake:
-    """A mistake in the first of some rooms; one that looks like stairs comes first."""
-    rooms = [a for a in building.areas if a.id in part and a.kind == "room"]
-    room = min(rooms, key=lambda room: not _as_stairs(building, room))
-    cell, stairs = _words(building, room)[0][1], _as_stairs(building, room)
-    drawing = page.drawing_of(room.floor + 1)
-    return drawing.mistake(cell, what.format(_called(room)), stairs or hint)
+# -- Stage 5: between floors --------------------------------------------------------
 
 
 def _some_exit(building: Building, page: Page) -> Iterator[Mistake]:
@@ -264,43 +184,36 @@ def _some_exit(building: Building, page: Page) -> Iterator[Mistake]:
 
 def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
     for well in building.stairwells:
-        letter, mine = well.letter, [floor + 1 for floor in well.areas]
-        cells = {n: np.argwhere(building.signs[n - 1] == letter) for n in mine}
-        if len(mine) == 1:
-            what = f"stairwell {letter} is on floor {mine[0]} only"
+        name, floors = f"stairwell {well.letter}", [floor + 1 for floor in well.areas]
+        cells = {n: building.areas[well.areas[n - 1]].cells for n in floors}
+        if len(floors) == 1:
+            what = f"{name} is on floor {floors[0]} only"
             hint = "Draw it on the next floor as well, or take it out."
-            here = building.signs[:, *cells[mine[0]].T] == letter.lower()
-            for floor in np.flatnonzero(here.all(axis=1)) + 1:
-                hint = f"Write '{letter}' for '{letter.lower()}' on floor {floor} too."
-            yield page.drawing_of(mine[0]).mistake(cells[mine[0]][0], what, hint)
-        for lower, upper in pairwise(mine):
-            below, above, drawing = cells[lower], cells[upper], page.drawing_of(upper)
+            first = cells[floors[0]][0]
+            yield page.drawing_of(floors[0]).mistake(first, what, hint)
+        for lower, upper in pairwise(floors):
             if upper > lower + 1:
-                what = f"stairwell {letter} goes from floor {lower} to floor {upper}"
+                what = f"{name} goes from floor {lower} to floor {upper}"
                 hint = f"Draw it on floor {lower + 1} too, or use another letter here."
-                yield drawing.mistake(above[0], what, hint)
-            elif not np.array_equal(below, above):
-                (top, left), (bottom, right) = below.min(axis=0), below.max(axis=0)
-                where = f"row {top + 1}, column {left + 1} to "
-                where += f"row {bottom + 1}, column {right + 1}"
-                what = f"stairwell {letter} is not above itself on floor {lower}"
-                yield drawing.mistake(above[0], what, f"Draw it as there: {where}.")
+            elif not np.array_equal(cells[lower], cells[upper]):
+                what = f"{name} is not above itself on floor {lower}"
+                hint = "Draw it in the same rows and columns as there."
+            else:
+                continue
+            yield page.drawing_of(upper).mistake(cells[upper][0], what, hint)
 
 
-MOST_MEMORY = 4.0  # [A1, chosen] GB, of which the paper's building takes 0.04
-CELL_BYTES, DOOR_BYTES = 6_500, 12
-"""Of the tables of ways and sight: a cell's own, and a door's for each cell of its
-floor; a byte more for each cell and door. Measured with sight of 5 m."""
-
-
-def _memory(building: Building, page: Page) -> Iterator[Mistake]:
-    """Refuse a building whose tables would not fit."""
-    cells, doors = building.kind.size, len(building.landmarks)
-    needed = cells * (CELL_BYTES + doors) + building.kind[0].size * doors * DOOR_BYTES
-    if needed > MOST_MEMORY * 1e9:
-        what = f"to simulate this building takes about {needed / 1e9:.0f} GB of memory"
-        hint = f"Draw fewer cells, floors or doors: at most {MOST_MEMORY:.0f} GB."
-        yield page.drawings[0].heading.mistake(what, hint)
+def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:
+    """Find rooms without a way to an exit; those that are joined are told once."""
+    ways = building.ways
+    lost = ways.subgraph(set(ways) - nx.ancestors(ways, OUTSIDE) - {OUTSIDE})
+    for part in nx.weakly_connected_components(lost):
+        room = next(a for a in building.areas if a.id in part and a.kind == "room")
+        hint = "Type '+' in a wall, or 'E', or draw stairs down: nobody walks up."
+        first = (_words(building, room) or [("", *room.cells[0])])[0]
+        drawing = page.drawing_of(room.floor + 1)
+        what = f"no way leads from {_called(room)} to an exit"
+        yield drawing.mistake(first[1:], what, hint)
 
 
 # -- What is no mistake, and rarely meant -------------------------------------------
@@ -330,11 +243,10 @@ def _on_each(*checks: Callable[[Building, Drawing], Iterator[Mistake]]) -> Check
 
 
 STAGES: tuple[tuple[Check, ...], ...] = (
-    (_on_each(_outer_wall, _doors, _exits, _stairwells, _names, _some_room),),
-    (_ways_off,),
+    (_on_each(_outer_wall),),
+    (_on_each(_gates, _stairwells, _rooms),),
     (_some_exit, _shafts),
     (_ways_out,),
-    (_memory,),
 )
 """Ways are checked only once all before them is right: else one missing entrance would
 be reported as many rooms that nobody can leave."""

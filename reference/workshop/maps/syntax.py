@@ -10,17 +10,13 @@ from collections.abc import Callable, Iterator
 from itertools import pairwise
 from math import inf
 
-from reference.workshop.maps.mistakes import Mistake, clip
+from reference.workshop.maps.mistakes import Mistake
 from reference.workshop.maps.page import (
-    FLOOR_KEY,
     MOST_CELLS,
     MOST_FLOORS,
-    MOST_LINES,
-    MOST_SIGNS,
     SIZE_VALUE,
     Line,
     Page,
-    key_word,
 )
 
 # -- Stage 1: the page --------------------------------------------------------------
@@ -28,140 +24,86 @@ from reference.workshop.maps.page import (
 NOTE = "Type ';' in front of it to make it a note."
 
 
-def _length(page: Page) -> Iterator[Mistake]:
-    if not page.whole:
-        what = f"a file has at most {MOST_LINES} lines and {MOST_SIGNS} characters"
-        yield page.lines[-1].mistake(what, "Take notes out, or draw less.")
-
-
-def _nothing(page: Page) -> Iterator[Mistake]:
-    if not any(line.code for line in page.lines):
-        hint = "Write 'building: NAME', 'size: 30 x 9', 'floor 1:' and a drawing."
-        yield page.lines[0].mistake("nothing is drawn here", hint)
-
-
 def _headings(page: Page) -> Iterator[Mistake]:
-    floor = 1
-    for above, drawing in zip([None, *page.drawings], page.drawings, strict=False):
-        if drawing.numbers:
-            floor = drawing.numbers[-1] + 1
-            continue
+    """Headings that nobody can read, and rows without one."""
+    follows = 1
+    for drawing in page.drawings:
         line = drawing.heading
-        what, hint = f"'{clip(line.key)}' is no heading", _mended(line, floor)
-        if not line.key.endswith(":"):
-            what = "this heading has no ':'"
-        elif match := FLOOR_KEY.fullmatch(line.key):
-            what = "the floors run backwards here"
-            hint = f"Write 'floor {clip(match[2])}-{clip(match[1])}:'."
-        elif re.match(r"floor(?![a-z])", line.key):
-            what = "this floor has no number that can be read"
-            alike = f"'floor {floor}-{floor + 1}:' for floors that are alike"
-            hint = f"Write 'floor {floor}:', or {alike}."
-        elif word := key_word(line.key):
-            what += f"; did you mean '{word}'?"
-        elif drawing.rows and (above is None or above.rows):
-            hint = f"Write 'floor {floor}: {clip(line.value)}".rstrip() + "'."
-        else:
-            hint = NOTE
-        floor += bool(drawing.rows)
-        yield line.mistake(what, hint)
+        if not drawing.numbers:
+            what, word = f"'{line.key:.80}' is no heading", line.key_word
+            if word and not line.key.startswith(word):
+                what += f"; did you mean '{word}:'?"
+            hint = _mended(page, line, follows if drawing.rows else 0)
+            yield line.mistake(what, hint)
+        follows = drawing.numbers[-1] + 1 if drawing.numbers else follows + 1
+    for row in page.strays[:1]:
+        hint = "Write 'floor 1:' above the drawing." if "#" in row.code else NOTE
+        yield row.mistake("this row stands before any floor", hint)
+    if not page.drawings and not page.strays:
+        hint = "Write 'building: NAME', 'size: 30 x 9', 'floor 1:' and a drawing."
+        yield page.lines[-1].mistake("no floor is drawn", hint)
 
 
-def _mended(line: Line, floor: int) -> str:
-    """Advise to write the heading as it was probably meant."""
-    word, code = key_word(line.key), clip(line.code)
-    pattern = r"\s*\w+?\s*(?P<number>[0-9-]*)\s*(:\s*|\s+|$)(?P<value>.*)"
-    if word == "floor" and (parts := re.fullmatch(pattern, code)):
-        meant = f"floor {parts['number'] or floor}: {parts['value']}".rstrip()
-    else:
-        meant = f"{word}: " + re.sub(r"^\s*\w+\s*:?\s*", "", code)
-    return f"Write '{meant}'."
+def _mended(page: Page, line: Line, number: int) -> str:
+    """Advise to write a heading as it was probably meant; number: of its floor."""
+    if line.key_word == "building":
+        return f"Write 'building: {line.value:.80}'."
+    if line.key_word == "size":
+        return _write_size(page)
+    if not line.key_word and not number:
+        return NOTE
+    name = re.sub(r"^[0-9\s-]*+", "", line.value)[:80]
+    alike = f"'floor {number or 1}-{(number or 1) + 1}:' for floors that are alike"
+    return f"Write 'floor {number or 1}: {name}".rstrip() + f"', or {alike}."
 
 
 def _settings(page: Page) -> Iterator[Mistake]:
-    below = min((d.heading.number for d in page.drawings if d.numbers), default=inf)
-    unread = any(not drawing.numbers for drawing in page.drawings)
-    silent = unread or not any(line.code for line in page.lines)
-    hints = {
-        "building:": "Write 'building: NAME' at the top.",
-        "size:": _write_size(page, " at the top: columns x rows"),
-    }
+    top = min((d.heading.number for d in page.drawings), default=inf)
+    advice = {"building:": "Write 'building: NAME'.", "size:": _write_size(page)}
     for key, lines in page.settings.items():
-        if not lines and not silent:
-            what = f"the building has no '{key}' line"
-            yield page.lines[0].mistake(what, hints[key])
-        for line in lines[1:]:
-            hint = "Take one of the two lines out."
-            yield line.mistake(f"'{key}' is written twice", hint)
-        if lines and lines[0].number > below:
-            hint = "Move this line above the first floor."
-            yield lines[0].mistake(f"'{key}' stands below a floor", hint)
+        if not lines:
+            yield page.lines[0].mistake(f"no line says '{key}'", advice[key])
+        for k, line in enumerate(lines):
+            if k > 0 or line.number > top:
+                what = f"'{key}' is written once, above the first floor"
+                yield line.mistake(what, "Move this line up, or take it out.")
+            elif not _reads(line):
+                what = f"a size is columns x rows, {MOST_CELLS} at most"
+                if key == "building:":
+                    what = "the building has no name"
+                yield line.mistake_in_value(what, advice[key])
 
 
-def _values(page: Page) -> Iterator[Mistake]:
-    for line in page.settings["building:"]:
-        if not line.value:
-            hint = "Write one: 'building: Tiny office'."
-            yield line.mistake_in_value("the building has no name", hint)
-    for line in page.settings["size:"]:
-        size = SIZE_VALUE.fullmatch(line.value)
-        what = "this size cannot be read: it is columns x rows"
-        if size and all(1 <= int(cells) <= MOST_CELLS for cells in size.groups()):
-            continue
-        if size:
-            what = f"a drawing has 1 to {MOST_CELLS} columns and 1 to {MOST_CELLS} rows"
-        yield line.mistake_in_value(what, _write_size(page))
+def _reads(setting: Line) -> bool:
+    """Whether the value of a setting is one."""
+    if setting.key == "building:":
+        return bool(setting.value)
+    size = SIZE_VALUE.fullmatch(setting.value)
+    return size is not None and all(1 <= int(n) <= MOST_CELLS for n in size.groups())
 
 
-def _write_size(page: Page, where: str = "") -> str:
-    if page.drawn_size:
-        return f"Write '{page.drawn_size}'{where}."
-    return f"Draw at most {MOST_CELLS} columns and {MOST_CELLS} rows."
+def _write_size(page: Page) -> str:
+    width, height = page.drawn
+    if max(width, height) > MOST_CELLS:
+        return f"Draw at most {MOST_CELLS} columns and {MOST_CELLS} rows."
+    return f"Write 'size: {width} x {height}'."
 
 
 def _floor_numbers(page: Page) -> Iterator[Mistake]:
     """Report the first only: what follows may well be right once it is mended."""
     last = 0
-    for drawing in [] if page.strays else page.drawings:
-        if not drawing.numbers:
-            return
-        if drawing.numbers[0] != last + 1:
-            yield drawing.heading.mistake(*_misnumbered(page, drawing.numbers[0], last))
+    for drawing in page.drawings:
+        first, here = drawing.numbers[0], drawing.heading
+        if first != last + 1:
+            what = f"floor {first} stands where floor {last + 1} is expected"
+            hint = f"Write 'floor {last + 1}:', or draw that one above this line."
+            yield here.mistake(what, hint)
             return
         last = drawing.numbers[-1]
         if last > MOST_FLOORS:
             what = f"a building has at most {MOST_FLOORS} floors"
-            yield drawing.heading.mistake(what, "Draw fewer floors.")
+            yield here.mistake(what, "Draw fewer floors.")
             return
-
-
-def _misnumbered(page: Page, number: int, last: int) -> tuple[str, str]:
-    """What is wrong with a number that does not follow the last, and a hint."""
-    here, following = f"floor {number}", f"floor {last + 1}"
-    if 0 < number <= last:
-        hint = f"Write '{following}:', or take one of the two drawings out."
-        return f"{here} is drawn twice", hint
-    if any(last + 1 in drawing.numbers for drawing in page.drawings):
-        hint = f"Move {following} up: floors are drawn from 1 upwards."
-        return f"{here} stands before {following}", hint
-    wrong = f"follows floor {last}" if last else "is the first that is drawn"
-    return f"{here} {wrong}", f"Write '{following}:', or draw {following} first."
-
-
-def _misplaced(page: Page) -> Iterator[Mistake]:
-    if page.strays:
-        hint, first = "Write 'floor 1:' above the drawing.", page.strays[0]
-        if "#" not in first.code:
-            hint = NOTE
-        yield first.mistake("this row stands before any floor", hint)
-    elif not page.drawings and any(page.settings.values()):
-        last = [line for line in page.lines if line.code][-1]
-        hint = "Write 'floor 1:' below, and its rows under it."
-        yield last.mistake("no floor is drawn", hint)
-    for drawing in page.drawings:
-        if drawing.numbers and not drawing.rows:
-            what = f"nothing is drawn for {drawing.label}"
-            yield drawing.heading.mistake(what, "Draw its rows below this line.")
 
 
 def _blanks(page: Page) -> Iterator[Mistake]:
@@ -176,131 +118,107 @@ def _blanks(page: Page) -> Iterator[Mistake]:
 
 # -- Stage 2: characters ------------------------------------------------------------
 
-_UNKNOWN = re.compile(r"""([\t!"$-*,/:-@[-`{-~-]|(?<![a-z0-9])[0-9])\1*""")  # in a row
-_INSIDE_A_NAME = re.compile(r"(?<=[a-z0-9])[_-]+(?=[a-z0-9])")
 _FOREIGN = re.compile(r"[^\t -~]+")  # anywhere, also in a note
-_LOOKS_LIKE = dict.fromkeys("|-_=/\\*%@", "#") | dict.fromkeys(",:'`", ".")
-
-
-def _unknown_signs(page: Page) -> Iterator[Mistake]:
-    for row in page.rows:
-        for sign in _UNKNOWN.finditer(row.code):
-            what = f"'{sign[1]}' has no meaning in a drawing"
-            hint = _instead(_LOOKS_LIKE.get(sign[1], "")) or (
-                "Use '#', '.', '+', 'E', 'A' to 'D', 'a' to 'z' and blanks."
-            )
-            if sign[1] == "\t":
-                what = "there is a tab in the drawing"
-                hint = "Type blanks instead: a tab has no fixed width."
-            elif sign[1].isdecimal():
-                what = f"no room's name begins with '{sign[1]}'"
-                hint = "Write it right behind a letter, as in 'room1'."
-            elif sign[1] in "_-" and _INSIDE_A_NAME.match(row.code, sign.start()):
-                hint = "Take it out: a room's name is 'a' to 'z' and digits."
-            elif row.code.startswith("```"):
-                hint = "Take this line out."
-            yield row.mistake(what, hint, sign.start() + 1)
+_PLAIN = str.maketrans("\u2013\u2014\u2212\u00d7\u00b7\u2022", "---x..")
+_LOOKS_LIKE = dict.fromkeys("|-_=/\\*%@", "#") | dict.fromkeys(",:'", ".")
+_LOOKS_LIKE["\t"] = " "
 
 
 def _foreign_signs(page: Page) -> Iterator[Mistake]:
     rows = {row.number for row in page.rows}
     for line in page.lines:
-        for signs in _FOREIGN.finditer(line.written.rstrip(" \t")):
-            sign = line.written[signs.start()]
-            plain = _ascii(sign)
-            if line.number in rows:
-                plain = _LOOKS_LIKE.get(plain, plain)
+        for signs in _FOREIGN.finditer(line.written):
+            sign = signs[0][0]
             name = unicodedata.name(sign, f"U+{ord(sign):04X}")
-            what = f"{name} is not a plain ASCII sign"
-            hint = _instead(plain) or "Take it out."
+            what, hint = f"{name} is not a plain ASCII sign", "Take it out."
+            if plain := _ascii(sign):
+                hint = _instead(plain, line.number in rows)
             yield line.mistake(what, hint, signs.start() + 1)
-
-
-def _instead(sign: str) -> str:
-    """A hint to type a sign, if there is one."""
-    quoted = "a blank" if sign == " " else f"'{sign}'"
-    return f"Type {quoted} instead." if sign else ""
 
 
 def _ascii(char: str) -> str:
     """The plain sign that a character looks like, or nothing."""
     if "\u2500" <= char <= "\u25a1":  # lines, blocks and squares to draw walls with
         return "#"
-    if unicodedata.category(char) == "Pd" or char == "\u2212":  # dashes, minus
-        return "-"
-    plain = {"\u00d7": "x", "\u00b7": ".", "\u2022": "."}.get(char)  # times, dots
-    plain = plain or unicodedata.normalize("NFKD", char)[0]
+    plain = unicodedata.normalize("NFKD", char.translate(_PLAIN))[0]
     return plain if " " <= plain <= "~" else ""
 
 
-_WORD = re.compile("(?!E)[A-Za-z][A-Za-z0-9]*(?<!E)")  # without exits beside it
+def _instead(sign: str, in_row: bool = True) -> str:
+    plain = _LOOKS_LIKE.get(sign, sign) if in_row else sign
+    return f"Type {'a blank' if plain == ' ' else repr(plain)} instead."
 
 
-def _capitals(page: Page) -> Iterator[Mistake]:
+_WORD = r"(?P<word>[A-Za-z0-9]+(?:[_-]+[A-Za-z0-9]+)*+)"
+_SIGNS = re.compile(rf"{_WORD}|(?P<sign>[^ #.+])(?P=sign)*+")
+_READS = re.compile(r"E*([A-D]*|[a-z][a-z0-9]*)E*")
+
+
+def _signs(page: Page) -> Iterator[Mistake]:
+    """Signs without a meaning, and words that are no room's name."""
     for row in page.rows:
-        for word in _WORD.finditer(row.code):
-            capital, strange = (re.search(s, word[0]) for s in ("[A-Z]", "[F-Z]"))
-            if capital and (not word[0].isupper() or len(set(word[0])) > 2):
-                what = "there is a capital in a room's name"
-                meant = clip(word[0].lower())
-                hint = f"Write '{meant}'; stairwells and exits stand apart."
-                yield row.mistake(what, hint, word.start() + capital.start() + 1)
-            elif strange:
-                what = f"no stairwell is called '{strange[0]}'"
-                hint = "Type 'A', 'B', 'C' or 'D' for a stairwell, 'E' for an exit."
-                yield row.mistake(what, hint, word.start() + strange.start() + 1)
+        for found in _SIGNS.finditer(row.code):
+            word, sign = found["word"], found["sign"]
+            if sign:
+                what = f"{sign!r} has no meaning in a drawing"
+                what = "there is a tab in the drawing" if sign == "\t" else what
+                hint = "Use '#', '.', '+', 'E', 'A' to 'D', 'a' to 'z' and blanks."
+                hint = _instead(sign) if sign in _LOOKS_LIKE else hint
+                yield row.mistake(what, hint, found.start() + 1)
+            elif not _READS.fullmatch(word):
+                yield row.mistake(*_renamed(word), found.start() + 1)
+
+
+def _renamed(word: str) -> tuple[str, str]:
+    if word.isupper() and len(set(word)) == 1:
+        hint = "Type 'A', 'B', 'C' or 'D' for a stairwell, 'E' for an exit."
+        return f"no stairwell is called '{word[0]}'", hint
+    name = re.sub("[_-]", "", word.lower())[:80]
+    name = f"room{name}" if name[0].isdecimal() else name
+    what = f"'{word:.80}' cannot be a room's name"
+    return what, f"Write '{name}': 'a' to 'z', then digits; stairs and exits apart."
 
 
 # -- Stage 3: shape -----------------------------------------------------------------
 
 
-def _size(page: Page) -> Iterator[Mistake]:
+def _both_sizes(page: Page) -> Iterator[Mistake]:
     """Both numbers are wrong: most often the two are exchanged."""
-    width, height = page.size
-    columns, rows = page.drawn
+    (width, height), (columns, rows) = page.size, page.drawn
     alike = all(len(drawing.rows) == rows for drawing in page.drawings)
-    if alike and rows != height and columns != width and page.drawn_size:
+    if alike and rows != height and columns != width:
         what = f"{columns} columns and {rows} rows are drawn"
         yield page.settings["size:"][0].mistake_in_value(what, _write_size(page))
 
 
-def _wide_rows(page: Page) -> Iterator[Mistake]:
+def _shape(page: Page) -> Iterator[Mistake]:
+    """Rows that are too wide, lost or doubled."""
     width, height = page.size
-    widest = max(len(row.code) for row in page.rows)
     for row in page.rows:
         if len(row.code) > width:
             what = f"this row has {len(row.code)} columns, the size says {width}"
-            wider = f", or write 'size: {widest} x {height}'"
-            hint = f"Shorten it{wider if widest <= MOST_CELLS else ''}."
+            hint = _write_size(page)
+            hint = f"Shorten it, or {hint[0].lower()}{hint[1:]}"
             yield row.mistake(what, hint, width + 1)
-
-
-def _number_of_rows(page: Page) -> Iterator[Mistake]:
-    width, height = page.size
     for drawing in page.drawings:
-        rows, count = drawing.rows, len(drawing.rows)
-        resize = f", or write 'size: {width} x {count}'"
-        what = f"this drawing has {_counted(count)}, the size says {height}"
+        count = len(drawing.rows)
+        what = f"this drawing has {count} rows, the size says {height}"
+        resize = f", or write 'size: {width} x {count}'." if count else "."
         if count < height:
-            hint = f"Draw {_counted(height - count)} more{resize}."
+            hint = f"Draw {height - count} more below{resize}"
             yield drawing.heading.mistake(what, hint)
         elif count > height:
-            resize = resize if count <= MOST_CELLS else ""
-            hint = f"Take {_counted(count - height)} out{resize}."
-            yield rows[height].mistake(what, hint)
-
-
-def _counted(rows: int) -> str:
-    return "1 row" if rows == 1 else f"{rows} rows"
+            hint = f"Take {count - height} out{resize}"
+            yield drawing.rows[height].mistake(what, hint)
 
 
 Check = Callable[[Page], Iterator[Mistake]]
 
 STAGES: tuple[tuple[Check, ...], ...] = (
-    (_length,),
     (_foreign_signs,),
-    (_nothing, _headings, _settings, _values, _floor_numbers, _misplaced, _blanks),
-    (_unknown_signs, _capitals),
-    (_size,),
-    (_wide_rows, _number_of_rows),
+    (_headings,),
+    (_settings, _floor_numbers, _blanks),
+    (_signs,),
+    (_both_sizes,),
+    (_shape,),
 )

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from reference.building import Building, Kind
+from reference.building import Building, Kind, Landmark
 from reference.fire import Decision, decision_at, free_places
 from reference.flames import fuel
 from reference.navigation import navigation_of
@@ -52,8 +52,7 @@ class CloserFire:
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Choose by the number of sources so far; a random cell where none is free."""
-        marks = (mark for mark in world.building.landmarks if mark.leads_out)
-        ways = sorted(marks, key=lambda mark: (mark.kind is not Kind.EXIT, mark.floor))
+        ways = [way for way in exits_first(world.building) if way.leads_out]
         way = ways[len(world.flames.sources) % len(ways)].index
         metres = navigation_of(world.building).distance_to(way)
         metres = np.where(free_places(world), metres, np.inf)
@@ -76,17 +75,17 @@ class FixedFire:
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Choose by the number of sources so far; nothing after the last place."""
         if self.places is None:
-            self.places = beside_ways_out(world)
+            ways = [way.index for way in exits_first(world.building)]
+            beside = places_beside(world.building, ways)
+            self.places = [decision_at(world, place) for place in beside]
         lit = len(world.flames.sources)
         return self.places[lit] if lit < len(self.places) else None
 
 
-def beside_ways_out(world: World) -> list[Decision]:
-    """Beside each exit, then each entrance, the cell that fire may enter."""
-    marks = [mark for mark in world.building.landmarks if mark.kind is not Kind.DOOR]
-    ways = sorted(marks, key=lambda mark: (mark.kind is not Kind.EXIT, mark.floor))
-    places = places_beside(world.building, [way.index for way in ways])
-    return [decision_at(world, place) for place in places]
+def exits_first(building: Building) -> list[Landmark]:
+    """List the exits, then the entrances, lowest floors first."""
+    marks = [mark for mark in building.landmarks if mark.kind is not Kind.DOOR]
+    return sorted(marks, key=lambda mark: (mark.kind is not Kind.EXIT, mark.floor))
 
 
 def places_beside(building: Building, marks: Iterable[int]) -> list[int]:

@@ -5,9 +5,10 @@ Clauses: C1, C5, C7.
     p   place;  d  metres on foot;  lost  people whom no robot leads or is sent to yet
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from math import inf
+from functools import partial
+from math import dist, inf
 from typing import NamedTuple
 
 import numpy as np
@@ -43,14 +44,23 @@ class Patrol:
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Choose the next stop once the last is reached."""
-        return [self._next(world, robot) for robot in robots]
+        return [None if robot.way else self._next(world, robot) for robot in robots]
 
-    def _next(self, world: World, robot: Robot) -> Destination | None:
-        if robot.way:
-            return None
+    def _next(self, world: World, robot: Robot) -> Destination:
         stops = self._stops.setdefault(robot.body, _round(world.building, robot))
         stops.append(stops.pop(0))
         return stops[-1]
+
+
+def _round(building: Building, robot: Robot) -> list[Destination]:
+    """List room, nearest way out, next room, ...; mates start at different rooms."""
+    ways = [building.landmarks[m].position for m in building.ways_out(robot.floor)]
+    rooms = [room.centre for room in building.rooms(robot.floor)]
+    shift = robot.number * len(rooms) // 2
+    rooms = rooms[shift:] + rooms[:shift]
+    return [
+        stop for room in rooms for stop in (room, min(ways, key=partial(dist, room)))
+    ]
 
 
 class Sweep:
@@ -61,7 +71,7 @@ class Sweep:
     at the next decision.
     """
 
-    DETOUR = inf
+    DETOUR = inf  # metres, summed over those led, for each person fetched
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Let robots choose in turn, each among the groups the others left over."""
@@ -75,11 +85,17 @@ class Sweep:
         self, world: World, robot: Robot, led: int, lost: np.ndarray
     ) -> Destination | None:
         """Choose for one robot; take the group it chooses out of `lost`."""
-        nav = navigation_of(world.building)
-        d = nav.distances([robot.place], flame_cost(world, robot.floor))
+        d = navigation_of(world.building).distances(
+            [robot.place], flame_cost(world, robot.floor)
+        )
         way, on, here = self._way_out(world, robot, d, led)
-        choice = fetches(world, robot, d, lost)
-        best = most_per_metre(choice, led, on, here, self.DETOUR)
+        best, most = None, led / (TRIP + here)
+        for fetch in fetches(world, robot, d, lost) if led < FULL else ():
+            more, out = int(fetch.people.sum()), float(on[fetch.place])
+            rate = (led + more) / (TRIP + fetch.metres + out)
+            extra = fetch.metres + out - here
+            if rate > most and (not led or led * extra <= self.DETOUR * more):
+                best, most = fetch, rate
         if best is not None:
             lost[best.people] = False
             return best.to
@@ -155,11 +171,12 @@ def fetches(
 ) -> Iterator[Fetch]:
     """Yield groups of lost people on a robot's floor, and on the stairs down to it."""
     nav, bodies, floor = navigation_of(world.building), world.bodies, robot.floor
-    heads, groups = groups_of(world, floor, lost & bodies.walking)
-    for head, group in zip(heads.tolist(), groups, strict=True):
-        p = int(bodies.place[head])
+    here = lost & bodies.walking & (bodies.floor == floor)
+    for head in np.flatnonzero(here & (bodies.leader == NOBODY)).tolist():
+        p, (x, y) = int(bodies.place[head]), bodies.position[head].tolist()
         if d[p] >= AT_HAND:
-            yield Fetch(group, p, _metres(bodies.position[head]), float(d[p]))
+            metres = np.hypot(*(bodies.position - (x, y)).T)
+            yield Fetch(here & (metres < GROUP_RADIUS), p, (x, y), float(d[p]))
     storeys = bodies.floor - floor - 1
     seconds = bodies.stairs_until - world.time + storeys * STAIRS_SECONDS
     for k in stairs_that_end(world.building, floor):
@@ -168,24 +185,6 @@ def fetches(
         for last in np.unique(seconds[coming]).tolist():
             until = max(float(d[p]), last * ROBOT_SPEED)
             yield Fetch(coming & (seconds <= last), p, to, until)
-
-
-def most_per_metre(
-    choice: Iterable[Fetch], led: int, on: np.ndarray, here: float, detour: float
-) -> Fetch | None:
-    """Choose the group that gets most people out per metre; None: first those led.
-
-    on: (places,) metres from there to the way out; here: from where the robot is.
-    detour: metres of detour, summed over those led, for each person fetched.
-    """
-    best, most = None, led / (TRIP + here)
-    for fetch in choice if led < FULL else ():
-        more, out = int(fetch.people.sum()), float(on[fetch.place])
-        rate = (led + more) / (TRIP + fetch.metres + out)
-        extra = fetch.metres + out - here
-        if rate > most and (not led or led * extra <= detour * more):
-            best, most = fetch, rate
-    return best
 
 
 def risk(world: World) -> np.ndarray | None:
@@ -215,17 +214,6 @@ def station(world: World, robot: Robot) -> Destination | None:
 def stairs_that_end(building: Building, floor: int) -> list[int]:
     """Indices of the stairwells from which people come out on a floor."""
     return [k for k, well in enumerate(building.stairwells) if well.lowest == floor]
-
-
-def groups_of(
-    world: World, floor: int, lost: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Find the lost who follow nobody, (k,), and the lost around each, (k, n) bool."""
-    bodies = world.bodies
-    mine = lost & (bodies.floor == floor)
-    heads = np.flatnonzero(mine & (bodies.leader == NOBODY))
-    off = bodies.position[heads, None] - bodies.position
-    return heads, mine & (np.hypot(off[..., 0], off[..., 1]) < GROUP_RADIUS)
 
 
 def guided_by(world: World) -> np.ndarray:
@@ -265,19 +253,3 @@ def unguided(world: World) -> np.ndarray:
     leads_out = np.array([m.leads_out for m in world.building.landmarks] + [False])
     led = guided_by(world) >= len(bodies)
     return bodies.walking & ~led & ~leads_out[bodies.landmark]
-
-
-def _round(building: Building, robot: Robot) -> list[Destination]:
-    """List room, nearest way out, next room, ...; mates start at different rooms."""
-    ways = [building.landmarks[m].position for m in building.ways_out(robot.floor)]
-    rooms = [room.centre for room in building.rooms(robot.floor)]
-    shift = robot.number * len(rooms) // 2
-    stops = []
-    for room in rooms[shift:] + rooms[:shift]:
-        near = min(ways, key=lambda way: float(np.hypot(*np.subtract(way, room))))
-        stops += [room, near]
-    return stops
-
-
-def _metres(position: np.ndarray) -> Destination:
-    return float(position[0]), float(position[1])
