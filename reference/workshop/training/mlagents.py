@@ -17,7 +17,7 @@ are refused, each with a sentence.
 """
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -35,23 +35,22 @@ PLACES = {
 }
 """Rows of the tables by where ML-Agents keeps them, as in hyperparameters.beta."""
 
-NO_OTHER_REWARD = "the paper's reward is the only one here"
 OFF = {  # keys that are not built, and what to do instead; null and false pass
-    "environment_parameters": "Unity draws these, or teaches them in lessons; state "
-    "`reference: scenario:`",
+    "environment_parameters": "state `reference: scenario:`",
     "checkpoint_settings.initialize_from": "use --initialize-from on the command line",
     "checkpoint_settings.resume": "use --resume on the command line",
-    "init_path": "name the checkpoint after --initialize-from",
+    "init_path": "use --initialize-from on the command line",
     "even_checkpoints": "write a checkpoint_interval",
     "self_play": "the fire is the opponent, and both learn at once",
-    "behavioral_cloning": "a strategy is imitated first with --imitate",
+    "behavioral_cloning": "use --imitate on the command line",
     "hyperparameters.shared_critic": "actor and critic are separate networks here",
-    "network_settings.memory": "policies here have no memory, as in Tables I and II",
+    "network_settings.memory": "policies here have no memory",
     "network_settings.deterministic": "learners explore; evaluation takes the mean",
     "network_settings.goal_conditioning_type": "there is no goal signal",
-    "reward_signals.curiosity": NO_OTHER_REWARD,
-    "reward_signals.gail": NO_OTHER_REWARD,
-    "reward_signals.rnd": NO_OTHER_REWARD,
+    **{
+        f"reward_signals.{name}": "the paper's reward is the only one here"
+        for name in ("curiosity", "gail", "rnd")
+    },
 }
 NO_EFFECT = (
     "threaded",  # nothing is in flight between rounds
@@ -79,13 +78,14 @@ def read(path: str | os.PathLike[str]) -> tuple[Rows, dict[Side, str]]:
     caller checks their values. Raises SettingsError, also without PyYAML, and OSError
     for an unreadable file.
     """
-    top = _parsed(read_text(Path(path), MOST_BYTES))
-    if top is None:
-        raise SettingsError("this file is empty: give it `behaviors:`")
-    top = mapping(top, "the file")
-    _refuse_top(top)
+    top = mapping(_parsed(read_text(Path(path), MOST_BYTES)), "the file")
+    again = mapping(top.get("checkpoint_settings"), "checkpoint_settings")
+    for key in top.keys() - {*TOP}:
+        raise SettingsError(unknown(key, TOP))
+    again = {f"checkpoint_settings.{key}": value for key, value in again.items()}
+    for key, value in (top | again).items():
+        _refuse_unless_off(key, value, "the file")
     behaviours = mapping(top.get("behaviors"), "behaviors")
-    default = mapping(top.get("default_settings"), "default_settings")
     names, ours = _sides(behaviours), mapping(top.get(OURS), OURS)
     for key in ours.keys() & {*SIDES, "preset"}:
         raise SettingsError(f"{OURS}: {unknown(key, [*NAMES.values(), 'scenario'])}")
@@ -93,18 +93,11 @@ def read(path: str | os.PathLike[str]) -> tuple[Rows, dict[Side, str]]:
         own = mapping(ours.pop(name, None), f"{OURS}: {name}")
         for row in own.keys() - {*OWN_ROWS}:
             raise SettingsError(f"{OURS}: {name}: {unknown(row, OWN_ROWS)}")
-        ours[side] = {**_side(behaviours, names.get(side), side, default), **own}
+        sections = {"default_settings": top.get("default_settings")}
+        if side in names:
+            sections[names[side]] = behaviours[names[side]]
+        ours[side] = _side(sections) | own
     return ours, names
-
-
-def _refuse_top(top: Mapping[str, Any]) -> None:
-    """Raise SettingsError for what stands outside behaviours and is not built."""
-    for key, value in top.items():
-        if key not in TOP:
-            raise SettingsError(unknown(key, TOP))
-        _refuse_unless_off(key, value, "the file")
-    for key, value in mapping(top.get("checkpoint_settings"), "it").items():
-        _refuse_unless_off(f"checkpoint_settings.{key}", value, "the file")
 
 
 def _parsed(text: str) -> Any:
@@ -116,12 +109,11 @@ def _parsed(text: str) -> Any:
             "ML-Agents' files need PyYAML: pip install PyYAML"
         ) from None
     try:
-        for event in yaml.parse(text, yaml.SafeLoader):
-            if isinstance(event, yaml.AliasEvent):  # written out they may be endless
-                raise SettingsError(
-                    f"line {event.start_mark.line + 1}: write out what "
-                    f"'*{event.anchor}' stands for"
-                )
+        events = yaml.parse(text, yaml.SafeLoader)
+        if any(isinstance(event, yaml.AliasEvent) for event in events):
+            raise SettingsError(
+                "write out what *aliases stand for: they may be endless"
+            )
         return yaml.safe_load(text)
     except SettingsError:
         raise
@@ -132,56 +124,42 @@ def _parsed(text: str) -> Any:
         raise SettingsError(f"this is no YAML: {error}") from None
 
 
-# -- A behaviour --------------------------------------------------------------------
-
-
-def _side(
-    behaviours: Mapping[str, Any], name: str | None, side: str, default: Rows
-) -> Rows:
-    """Collect one side's rows: its behaviour's override the default settings'.
+def _side(sections: Mapping[str, Any]) -> Rows:
+    """Collect one side's rows; those of later sections override.
 
     Schedules left out are the learning rate's, as ML-Agents documents.
     """
-    own = behaviours[name] if name else None
-    where = name or (f"default_settings, for {side}" if default else side)
-    rows = dict(_rows(_merged(default, mapping(own, where)), "", where))
+    rows: Rows = {}
+    for where, section in sections.items():
+        rows |= _rows(section, "", where)
     if "learning_rate_schedule" in rows:
         both = ("beta_schedule", "epsilon_schedule")
         rows = dict.fromkeys(both, rows["learning_rate_schedule"]) | rows
     return rows
 
 
-def _merged(under: Any, over: Any) -> Any:
-    """Merge section by section; `over` wins."""
-    if not (isinstance(under, dict) and isinstance(over, dict)):
-        return over
-    both = {key: _merged(under[key], over[key]) for key in over if key in under}
-    return {**under, **over, **both}
-
-
-def _rows(section: Any, over: str, where: str) -> Iterator[tuple[str, Any]]:
+def _rows(section: Any, over: str, where: str) -> Rows:
     """Collect the rows of a behaviour from its sections."""
+    rows: Rows = {}
     for key, value in mapping(section, where).items():
         path = over + key
         if path in PLACES:
-            yield key, value
+            rows[key] = value
         elif path in OFF:
             _refuse_unless_off(path, value, where)
         elif any(place.startswith(f"{path}.") for place in PLACES):
-            yield from _rows(value, f"{path}.", f"{where}: {key}")
+            rows |= _rows(value, f"{path}.", f"{where}: {key}")
         elif path not in NO_EFFECT:
             elsewhere = [place for place, row in PLACES.items() if row == key]
             belongs = f" It belongs to {elsewhere[0]}." if elsewhere else ""
             raise SettingsError(f"{where}: {unknown(path, PLACES)}{belongs}")
+    return rows
 
 
 def _refuse_unless_off(path: str, value: Any, where: str) -> None:
     """Raise SettingsError for a key that is not built, unless it is switched off."""
     if path in OFF and value not in (None, False, *NO_GOAL):
         raise SettingsError(f"{where}: {path} is not built: {OFF[path]}; leave it out")
-
-
-# -- Whose behaviour it is ----------------------------------------------------------
 
 
 def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
@@ -193,17 +171,15 @@ def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
     names = {side: name for name, side in found.items() if side}
     if len(names) < len(found):
         raise SettingsError(
-            "behaviors: one must be the robots' and one the fire's, and this file has "
-            f"{', '.join(found)}: name them {' and '.join(NAMES.values())}"
+            f"behaviors: this file has {', '.join(found)}: name them "
+            f"{' and '.join(NAMES.values())}"
         )
     return names
 
 
 def _sign(name: str, rows: Any) -> Side | None:
-    """Infer a behaviour's side from its name, or from poca: the fire is alone."""
-    word = name.casefold()
-    shown = [s for s in SIDES if NAMES[s].casefold() in word]
-    exact = [s for s in shown if word.rstrip("s") == NAMES[s].casefold()]
-    if not exact and isinstance(rows, dict) and rows.get("trainer_type") == "poca":
+    """Infer a behaviour's side from poca, for the fire is alone, or from its name."""
+    if isinstance(rows, dict) and rows.get("trainer_type") == "poca":
         return "robots"
-    return exact[0] if exact else shown[0] if len(shown) == 1 else None
+    shown = [s for s in SIDES if NAMES[s].casefold() in name.casefold()]
+    return shown[0] if len(shown) == 1 else None
