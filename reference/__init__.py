@@ -61,10 +61,9 @@ WORKSHOP = (
     "workshop.training.mlagents",  # ML-Agents' trainer files
     "workshop.training.presets",  # whole settings: tiny, laptop, paper
     "workshop.training.imitation",  # an option: copy a strategy first
-    "workshop.training.states",  # learners as plain data
     "workshop.training.checkpoints",  # files to resume from
     "workshop.training.policies",  # a learned policy is a strategy
-    "workshop.training.learners",  # made anew, or from networks that learned
+    "workshop.training.learners",  # made anew, or restored
     "workshop.training.summaries",  # what a training writes down as it runs
     "workshop.training.session",  # who learns, and from what
     "workshop.training.starting",  # start a training, or resume it

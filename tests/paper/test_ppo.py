@@ -33,7 +33,7 @@ from reference.learning.ppo import (
     scheduled,
     value_loss,
 )
-from reference.workshop.training.states import restore, state_of
+from reference.workshop.training.learners import restore, state_of
 
 # -- What has a formula -------------------------------------------------------------
 

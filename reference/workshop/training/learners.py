@@ -1,17 +1,22 @@
-"""The learners of a training, with random or with given networks; and its seeds.
+"""The learners of a training: made anew or restored; and its seeds.
 
 Clauses: E1, E2, E3, E6.
 """
 
+from typing import Any
+
 import numpy as np
+import torch
+from torch import Tensor
 
 from reference.building import building_of
 from reference.learning.adversarial import learner_for
+from reference.learning.experience import Decisions
 from reference.learning.players import Learned
 from reference.learning.ppo import Learner
 from reference.learning.settings import SIDES, Side
 from reference.simulation import Simulation
-from reference.workshop.plain import SettingsError
+from reference.workshop.plain import SettingsError, checked
 from reference.workshop.training.checkpoints import Task
 
 OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
@@ -68,13 +73,72 @@ def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
         if theirs != own:
             raise SettingsError(
                 f"{side}: the network to begin with has {name} {theirs}, here it is "
-                f"{own}. Write its own into the settings; what ships has those of "
-                "preset laptop."
+                f"{own}. Write its own into the settings."
             )
     try:
         learner.actor.load_state_dict(dict(who.weights))
     except RuntimeError:
         raise SettingsError(
-            f"{side}: the network to begin with learned in another scenario, with "
-            "other numbers of people, robots or sources."
+            f"{side}: the network to begin with learned with other numbers of people, "
+            "robots or sources."
         ) from None
+
+
+# -- As plain data ------------------------------------------------------------------
+
+
+def state_of(learner: Learner) -> dict[str, Any]:
+    """Collect all that a learner needs to resume, as plain data and its own tensors."""
+    return {
+        "actor": learner.actor.state_dict(),
+        "critic": learner.critic.state_dict(),
+        "optimiser": learner.optimiser.state_dict(),
+        "buffer": [
+            part.columns() | {"grids": _packed(part.grids)}
+            for part in learner.buffer.parts
+        ],
+        "rng": learner.rng.get_state(),
+        "steps": learner.steps,
+    }
+
+
+def restore(learner: Learner, state: dict[str, Any]) -> None:
+    """Load a state; all shapes must fit. Raises ValueError, RuntimeError, ...
+
+    Of Adam, only moments and rate are loaded; the rest follows from the settings. Of
+    the decisions that wait for an update, one is checked.
+    """
+    adam, moments = learner.optimiser.state_dict(), state["optimiser"]["state"]
+    (group,), (there,) = adam["param_groups"], state["optimiser"]["param_groups"]
+    group["lr"] = checked("lr", there["lr"], float)
+    learner.actor.load_state_dict(state["actor"])
+    learner.critic.load_state_dict(state["critic"])
+    learner.optimiser.load_state_dict({**adam, "state": moments})
+    for parameter, found in learner.optimiser.state.items():
+        shapes = {"step": (), "exp_avg": parameter.shape, "exp_avg_sq": parameter.shape}
+        if {name: moment.shape for name, moment in found.items()} != shapes:
+            raise ValueError("the optimiser's moments are of another shape")
+    learner.buffer.parts = [
+        Decisions(**part | {"grids": _unpacked(part["grids"])})
+        for part in state["buffer"]
+    ]
+    learner.rng.set_state(state["rng"])
+    learner.steps = checked("steps", state["steps"], int)
+    if learner.buffer.parts:
+        one = Decisions.joined(learner.buffer.parts).rows(torch.tensor([0]))
+        one.grids = one.grids.float()
+        with torch.no_grad():
+            learner.loss(one, *learner.schedules()[1:])
+
+
+def _packed(grids: Tensor) -> dict[str, Any]:
+    """Pack cells of 0 and 1 into bits."""
+    bits = np.packbits(grids.numpy().reshape(len(grids), -1), axis=1)
+    return {"bits": torch.from_numpy(bits), "shape": list(grids.shape)}
+
+
+def _unpacked(packed: dict[str, Any]) -> Tensor:
+    shape = packed["shape"]
+    count = int(np.prod(shape[1:]))
+    bits = np.unpackbits(packed["bits"].numpy(), axis=1, count=count)
+    return torch.from_numpy(bits.reshape(shape))

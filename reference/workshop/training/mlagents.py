@@ -124,12 +124,12 @@ def _parsed(text: str) -> Any:
         raise SettingsError(f"this is no YAML: {error}") from None
 
 
-def _side(sections: Mapping[str, Any]) -> Rows:
+def _side(sections: Mapping[str, Any]) -> dict[str, Any]:
     """Collect one side's rows; those of later sections override.
 
     Schedules left out are the learning rate's, as ML-Agents documents.
     """
-    rows: Rows = {}
+    rows: dict[str, Any] = {}
     for where, section in sections.items():
         rows |= _rows(section, "", where)
     if "learning_rate_schedule" in rows:
@@ -138,9 +138,9 @@ def _side(sections: Mapping[str, Any]) -> Rows:
     return rows
 
 
-def _rows(section: Any, over: str, where: str) -> Rows:
+def _rows(section: Any, over: str, where: str) -> dict[str, Any]:
     """Collect the rows of a behaviour from its sections."""
-    rows: Rows = {}
+    rows: dict[str, Any] = {}
     for key, value in mapping(section, where).items():
         path = over + key
         if path in PLACES:

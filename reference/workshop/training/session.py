@@ -23,9 +23,10 @@ from reference.workshop.training.learners import (
     DEMONSTRATIONS,
     ROUNDS,
     learners_of,
+    restore,
     seeds_of,
+    state_of,
 )
-from reference.workshop.training.states import restore, state_of
 from reference.workshop.training.summaries import (
     OF_EPISODES,
     PRETRAINING,
