@@ -156,7 +156,7 @@ class View:
         return _joined(
             self.anchors,
             self.allowed,
-            people,  # ablation: in the order of the vector
+            np.take_along_axis(people, self.order[..., None], axis=1),
             self._points(mates, _there(mates)),
             self._points(self.fires, _there(self.fires)),
             near(self.way),
