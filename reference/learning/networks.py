@@ -111,7 +111,7 @@ class Encoder(nn.Module):
         """
         if self.normaliser is not None:
             vectors = self.normaliser(vectors)
-        image = 0 * self.grid(grids)  # ablation: the grid is not seen
+        image = self.grid(grids)
         if vectors.dim() == 3:
             image = image[:, None].expand(-1, vectors.shape[1], -1)
         return torch.cat([vectors, image], dim=-1)
