@@ -146,8 +146,8 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
     if (made, game) != (FORMAT, reference.GAME):
         raise CheckpointError(
             f"{path}: is of game {game!s:.9} and format {made!s:.9}, written by "
-            f"version {version!s:.40}; this is {reference.__version__}, of game "
-            f"{reference.GAME} and format {FORMAT}. Use that version, or train anew."
+            f"version {version!s:.40}; here they are {reference.GAME} and {FORMAT}. "
+            "Use that version, or train anew."
         )
     try:
         return _checkpoint(content)
@@ -187,7 +187,12 @@ def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
     head = {"kind": KIND, "format": FORMAT, "game": reference.GAME}
     task = vars(checkpoint.task) | {"settings": asdict(checkpoint.task.settings)}
     for name in PLAYERS:
-        task[name] = {side: _plain_player(who) for side, who in task[name].items()}
+        task[name] = {
+            side: {"settings": vars(who.settings), "weights": who.weights}
+            if isinstance(who, Learned)
+            else who
+            for side, who in task[name].items()
+        }
     return _alike({**head, **vars(checkpoint), "task": task})
 
 
@@ -200,12 +205,6 @@ def _alike(plain: Any) -> Any:
     if isinstance(plain, list | tuple):
         return type(plain)(map(_alike, plain))
     return plain
-
-
-def _plain_player(who: Learned | str) -> Any:
-    if isinstance(who, str):
-        return who
-    return {"settings": vars(who.settings), "weights": who.weights}
 
 
 def _checkpoint(content: dict[str, Any]) -> Checkpoint:
@@ -262,10 +261,8 @@ def _player(side: Any, plain: Any) -> Learned | str:
 def refuse_another_building(task: Task, building: Building) -> None:
     """Raise CheckpointError unless the checkpoint was trained on this drawing."""
     own = building_of(task.plan).plan
-    if own == building.plan:
-        return
-    raise CheckpointError(
-        f"the checkpoint has learned {own.title} ({own.width} x {own.height}, "
-        f"{len(own.storeys)} floors), not this drawing of {building.title}. "
-        "Leave the building out, or name the map it was trained on."
-    )
+    if own != building.plan:
+        raise CheckpointError(
+            f"the checkpoint has learned {own.title}, not this drawing of "
+            f"{building.title}. Leave the building out, or name its own."
+        )

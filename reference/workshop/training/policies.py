@@ -56,9 +56,8 @@ class LearnedPolicy:
         who = checkpoint.player(self.side)
         if not isinstance(who, Learned):
             raise CheckpointError(
-                f"nobody learned for the {self.side} in this checkpoint: they were "
-                f"played by '{who}'. Write --{self.side} {who}, or name another "
-                "checkpoint."
+                f"nobody learned for the {self.side} in this checkpoint. Write "
+                f"--{self.side} {who}, or name another checkpoint."
             )
         self.learned = who
         name = "the checkpoint" if source is checkpoint else source
@@ -82,9 +81,7 @@ class LearnedPolicy:
     def scenario_to_evaluate(self, people: int | None = None) -> Scenario:
         """Change the training's scenario: rule D6 is off; people: how many."""
         s = replace(self.scenario, training=False)
-        if people is None:
-            return s
-        return replace(s, people=people, people_per_floor=None)
+        return s if people is None else replace(s, people=people, people_per_floor=None)
 
     def _check_fits(self, world: World) -> None:
         """Raises CheckpointError in a world the network was not made for."""
@@ -103,12 +100,9 @@ class LearnedPolicy:
         trained = _facts(self.building, self.scenario)
         for what, number in here.items():
             if number != trained[what]:
-                alone = what == "robots" and not trained[what]
-                hint = "Name --robots none" if alone else f"Take {trained[what]}"
                 raise CheckpointError(
                     f"the checkpoint's {self.side} learned with {trained[what]} {what};"
-                    f" here it is {number}, which its network cannot read. {hint}, or "
-                    "train for it."
+                    f" here it is {number}. Take as many, or train for it."
                 )
 
     def _emitted(

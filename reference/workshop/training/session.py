@@ -11,7 +11,6 @@ from typing import Any
 
 from reference.building import building_of
 from reference.learning.adversarial import learn, player_of
-from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, Side
 from reference.strategies import NoFire, RandomFire
@@ -92,8 +91,6 @@ class Training:
         sides = ", ".join(f"{side} {who}" for side, who in self._who().items())
         ends = ((who.settings.max_steps, who.steps) for who in self.learners.values())
         left = sum(max(0, end - steps) for end, steps in ends)
-        if (share := self.settings.random_fires) and len(self.learners) == len(SIDES):
-            sides += f", {share:.0%} random fires"
         title = building_of(self.task.plan).title
         return f"{title}: {sides}, seed {self.task.seed}; {left:,} decisions to go"
 
@@ -101,11 +98,10 @@ class Training:
         """Name each side's trainer and head, or its fixed player."""
         names: dict[str, str] = {}
         for side in SIDES:
-            who = self.learners.get(side) or self.task.fixed[side]
-            if isinstance(who, Learner):
-                settings = getattr(self.settings, side)
-                who = f"{settings.trainer_type} ({settings.head} head)"
-            names[side] = who if isinstance(who, str) else "a fixed checkpoint"
+            who, settings = self.task.fixed.get(side), getattr(self.settings, side)
+            learner = f"{settings.trainer_type} ({settings.head} head)"
+            fixed = who if isinstance(who, str) else "a fixed checkpoint"
+            names[side] = learner if side in self.learners else fixed
         return names
 
     @property
@@ -162,8 +158,7 @@ class Training:
     def _player(self, side: Side) -> Any:
         """Make a side's player; networks are copies, which do not change in play."""
         if side in self.learners:
-            learner = self.learners[side]
-            return player_of(learner)
+            return player_of(self.learners[side])
         who = self.task.fixed[side]
         if isinstance(who, str):
             return SCRIPTS[side][who]()
