@@ -266,7 +266,6 @@ def test_evacuate_plays_two_pairs_and_films_them_side_by_side(capsys, monkeypatc
 @pytest.mark.parametrize(
     "command",
     [
-        "evaluate --building tiny --episodes 1 --workers 0 --ruler PATH",
         "train --settings PATH",
         "curves PATH",
     ],
