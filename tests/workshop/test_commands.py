@@ -11,6 +11,8 @@ from unittest.mock import Mock
 
 import pytest
 from clauses import ROOT
+from matplotlib import pyplot
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from refusals import refusal
 
 from reference import __version__
@@ -163,6 +165,30 @@ def test_draw_writes_a_picture_and_says_where(shed, view, tmp_path, capsys):
     assert main(["draw", shed, "--view", view]) == 0
     assert capsys.readouterr().out == f"shed-{view}.png\n"
     assert (tmp_path / f"shed-{view}.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(("framework", "windows"), [("tk", 1), (None, 0)])
+def test_draw_watches_in_a_window_where_there_is_one(
+    framework, windows, shed, tmp_path, monkeypatch
+):
+    """One window, whose picture is drawn anew at each save; without a display none."""
+    pyplot.switch_backend("agg")
+    monkeypatch.setattr(FigureCanvasAgg, "required_interactive_framework", framework)
+    wider, seen = SHED.replace("#...#...#", "#...##..#"), []
+
+    def pause(_):
+        seen.append([pyplot.figure(n).axes[0].images for n in pyplot.get_fignums()])
+        if len(seen) == 2:
+            raise KeyboardInterrupt
+        (tmp_path / "shed.txt").write_text(wider)
+
+    monkeypatch.setattr(pyplot, "pause", pause)
+    assert main(["draw", shed, "--watch"]) == 0
+    assert [len(pictures) for pictures in seen] == [windows, windows]
+    pyplot.close("all")
+    if windows:
+        one, other = (pictures[0][0].get_array() for pictures in seen)
+        assert (one != other).any()
 
 
 def test_draw_shows_one_floor_alone(tmp_path, capsys):

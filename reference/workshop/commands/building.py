@@ -28,7 +28,7 @@ POLL = 0.3  # seconds between two looks at a watched file
 
 def check(arguments: Namespace) -> None:
     """Says that a map is fine and what is in it, or explains its mistakes."""
-    _at_every_save(arguments, lambda: _check(arguments))
+    _at_every_save(arguments, lambda: _check(arguments), sleep)
 
 
 def _check(arguments: Namespace) -> None:
@@ -56,7 +56,12 @@ def _check(arguments: Namespace) -> None:
 
 def draw(arguments: Namespace) -> None:
     """Draws a map: the counterparts of the paper's six figures [A8], and its graph."""
-    _at_every_save(arguments, lambda: _draw(arguments))
+    wait: Callable[[float], None] = sleep
+    if arguments.watch:
+        from matplotlib import pyplot
+
+        wait = pyplot.pause  # a window stays alive
+    _at_every_save(arguments, lambda: _draw(arguments), wait)
 
 
 def _draw(arguments: Namespace) -> None:
@@ -76,6 +81,8 @@ def _draw(arguments: Namespace) -> None:
     except InputError as error:  # there is no such floor
         raise ContradictionError(str(error)) from error
     print(drawing.save(figure, path))
+    if arguments.watch:
+        drawing.show(path)
 
 
 def floors(arguments: Namespace) -> None:
@@ -89,7 +96,11 @@ def floors(arguments: Namespace) -> None:
         print(f"{name:10}{building.title}, {floors}")
 
 
-def _at_every_save(arguments: Namespace, work: Callable[[], None]) -> None:
+def _at_every_save(
+    arguments: Namespace,
+    work: Callable[[], None],
+    wait: Callable[[float], None],
+) -> None:
     """Do the work once; with --watch again after each change, until Ctrl-C."""
     if not arguments.watch:
         work()
@@ -101,7 +112,7 @@ def _at_every_save(arguments: Namespace, work: Callable[[], None]) -> None:
                 now = path.stat()
                 if done != (done := (now.st_mtime_ns, now.st_size)):
                     _tried(work)
-            sleep(POLL)
+            wait(POLL)
 
 
 def _tried(work: Callable[[], None]) -> None:
@@ -119,6 +130,10 @@ CHECK_OPTIONS: options.Table = {
 }
 DRAW_OPTIONS: options.Table = {
     **CHECK_OPTIONS,
+    "--watch": options.flag(
+        "again at every save of the file, also in a window where there is one; Ctrl-C "
+        "ends"
+    ),
     "--view": options.choice(VIEWS, "default: top", default="top"),
     "--floor": options.number(
         1, "with --view top or graph: one floor only, 1 is the lowest"

@@ -17,7 +17,7 @@ from reference.simulation import Simulation
 from reference.workshop.drawing.crowding import crowded
 from reference.workshop.drawing.evacuation import Tally, frame, tally
 from reference.workshop.drawing.film import animate
-from reference.workshop.drawing.page import save
+from reference.workshop.drawing.page import save, show
 from reference.workshop.drawing.plans import graph, top
 from reference.workshop.drawing.relief import closeup, oblique, walkable
 from reference.workshop.drawing.senses import fire_senses, robot_senses
@@ -25,9 +25,9 @@ from reference.workshop.drawing.senses import fire_senses, robot_senses
 
 def load_ipython_extension(shell: Any) -> None:
     """Let a notebook show buildings and simulations; IPython calls this."""
-    show = shell.display_formatter.formatters["image/png"].for_type
-    show(Building, lambda building: _png(top(building)))
-    show(Simulation, lambda simulation: _png(frame(simulation.world)))
+    shown = shell.display_formatter.formatters["image/png"].for_type
+    shown(Building, lambda building: _png(top(building)))
+    shown(Simulation, lambda simulation: _png(frame(simulation.world)))
 
 
 def _png(figure: Figure) -> bytes:

@@ -62,6 +62,21 @@ _TITLE, _FOOT, _NARROWEST = 0.55, 0.45, 9.2
 _LARGEST = 0.3  # inches a metre may take
 
 
+def show(path: Path) -> None:
+    """Show a PNG file in a window, always the same; without a display do nothing."""
+    from matplotlib import pyplot
+
+    window = pyplot.figure("floor map", figsize=(11, 7))
+    if window.canvas.required_interactive_framework and path.suffix == ".png":
+        window.clear()
+        axes = window.add_axes((0, 0, 1, 1))
+        axes.imshow(pyplot.imread(path))
+        axes.set_axis_off()
+        window.canvas.draw_idle()
+    else:
+        pyplot.close(window)
+
+
 def save(figure: Figure, path: str | Path) -> Path:
     """Write a figure as .png, .svg or .pdf; all of it, or nothing.
 
