@@ -177,7 +177,9 @@ def test_draw_watches_in_a_window_where_there_is_one(
     wider, seen = SHED.replace("#...#...#", "#...##..#"), []
 
     def pause(_):
-        seen.append([pyplot.figure(n).axes[0].images for n in pyplot.get_fignums()])
+        seen.append(
+            [list(pyplot.figure(n).axes[0].images) for n in pyplot.get_fignums()]
+        )
         if len(seen) == 2:
             raise KeyboardInterrupt
         (tmp_path / "shed.txt").write_text(wider)
