@@ -85,7 +85,7 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
-__version__ = "0.11.0"
+__version__ = "0.12.0"
 
 GAME = 5
 """Increases when rules or numbers of the game change: policies learned in another game

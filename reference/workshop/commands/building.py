@@ -58,9 +58,9 @@ def draw(arguments: Namespace) -> None:
     """Draws a map: the counterparts of the paper's six figures [A8], and its graph."""
     wait: Callable[[float], None] = sleep
     if arguments.watch:
-        from matplotlib import pyplot
+        from reference.workshop import drawing
 
-        wait = pyplot.pause  # a window stays alive
+        wait = drawing.pause
     _at_every_save(arguments, lambda: _draw(arguments), wait)
 
 

@@ -17,7 +17,7 @@ from reference.simulation import Simulation
 from reference.workshop.drawing.crowding import crowded
 from reference.workshop.drawing.evacuation import Tally, frame, tally
 from reference.workshop.drawing.film import animate
-from reference.workshop.drawing.page import save, show
+from reference.workshop.drawing.page import pause, save, show
 from reference.workshop.drawing.plans import graph, top
 from reference.workshop.drawing.relief import closeup, oblique, walkable
 from reference.workshop.drawing.senses import fire_senses, robot_senses

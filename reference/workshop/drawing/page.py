@@ -77,6 +77,13 @@ def show(path: Path) -> None:
         pyplot.close(window)
 
 
+def pause(seconds: float) -> None:
+    """Wait, while the window, if there is one, answers the mouse."""
+    from matplotlib import pyplot
+
+    pyplot.pause(seconds)
+
+
 def save(figure: Figure, path: str | Path) -> Path:
     """Write a figure as .png, .svg or .pdf; all of it, or nothing.
 
