@@ -19,6 +19,7 @@ from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
 from multiprocessing import active_children, parent_process
 from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.resource_tracker import ensure_running
 from threading import RLock, Thread
 from typing import Any, TypeVar
 
@@ -225,6 +226,13 @@ class _Context(SpawnContext):
 
 class _Pool(ProcessPoolExecutor):
     workers = 1
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        """Start Python's tracker of semaphores so that no hang-up ends it first."""
+        before = _mask(signal.SIG_BLOCK, STOPS)
+        ensure_running()
+        _mask(signal.SIG_SETMASK, before)
+        super().__init__(*args, **kwargs)
 
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
