@@ -70,16 +70,9 @@ def _played(evaluation: Evaluation, arguments: Namespace) -> list[RunResult]:
 
 
 def _tell(arguments: Namespace, evaluation: Evaluation, found: list[RunResult]) -> None:
-    """Calibrate a ruler if asked to; print and keep what the runs come to."""
-    ruler, baseline, whose = None, arguments.baseline, "the paper's"
-    try:
-        ruler = PAPER
-        if baseline:
-            ruler = results.ruler_of(found, baseline, *evaluation.arena.points)
-            whose = f"calibrated so that {baseline} scores 1 over its fires"
-        note = f"E by a ruler {whose}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
-    except RulerError as error:
-        ruler, note = None, f"no E, since no ruler comes of {baseline}: {error}"
+    """Print and keep what the runs come to."""
+    baseline = arguments.baseline
+    ruler, note = _ruler(evaluation, found, baseline)
     cells = results.cells(found, ruler, baseline)
     if arguments.out:
         _keep(arguments.out, evaluation, ruler, cells, found)
@@ -92,6 +85,20 @@ def _tell(arguments: Namespace, evaluation: Evaluation, found: list[RunResult]) 
         shown = [name for name in results.HEADINGS if ruler or name != "score"]
         print(results.table(cells, shown))
         print(f"[95 % bootstrap intervals over runs]  {note}")
+
+
+def _ruler(
+    evaluation: Evaluation, found: list[RunResult], baseline: str | None
+) -> tuple[Ruler | None, str]:
+    """The paper's ruler, or one that a baseline calibrates; and which, or why none."""
+    ruler, whose = PAPER, "the paper's"
+    if baseline:
+        whose = f"calibrated so that {baseline} scores 1 over its fires"
+        try:
+            ruler = results.ruler_of(found, baseline, *evaluation.arena.points)
+        except RulerError as error:
+            return None, f"no E, since no ruler comes of {baseline}: {error}"
+    return ruler, f"E by a ruler {whose}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
 
 
 def _keep(
