@@ -37,14 +37,14 @@ def train(arguments: Namespace) -> None:
     """Trains robots and fire against each other, into a folder one can go on from."""
     start = partial(_training, arguments)
     with held(arguments.out, arguments.resume, start) as training:
-        begin, before = perf_counter(), training.decisions
+        begin, before = perf_counter(), training.left
         path = _trained(training, arguments)
     seconds = perf_counter() - begin
     facts = {
         "building": training.task.building,
         **training.facts(),
         "wall_seconds": seconds,
-        "decisions_per_second": (training.decisions - before) / seconds,
+        "decisions_per_second": (before - training.left) / seconds,
         "checkpoint": str(path),
         "summaries": str(arguments.out / SUMMARIES),
     }
@@ -75,16 +75,14 @@ def _training(arguments: Namespace) -> Any:
         raise ContradictionError("nobody learns: name --robots or --fire, not both.")
     if arguments.robots and arguments.imitate:
         raise ContradictionError("nobody imitates: leave out --robots or --imitate.")
-    from reference.workshop.training import starting
-    from reference.workshop.training.session import Training
+    from reference.workshop.training import session
 
-    names = starting.Asked.__dataclass_fields__
-    asked = {name: getattr(arguments, name) for name in names}
     if arguments.resume:
-        training = starting.resume(arguments.out)
-        refuse_options(asked, starting.options_of(training.task))
+        training = session.resume(arguments.out)
+        asked = {name: getattr(arguments, name) for name in session.OPTIONS}
+        refuse_options(asked, session.options_of(training.task))
         return training
-    return Training(starting.begin(starting.Asked(**asked)))
+    return session.begin(arguments)
 
 
 def _tell_training(training: Any, facts: dict[str, Any], as_json: bool) -> None:
