@@ -105,7 +105,7 @@ class LearnedPolicy:
         """(G, A) actions in [−1, 1] for (G, V) observations."""
         alive = np.ones(len(vectors), dtype=bool)
         with one_thread():
-            moment = Moment.of(world, vectors, alive, rng if self.sample else None)
+            moment = Moment(vectors, alive, world, rng if self.sample else None)
             emitted, _ = self.player.act([moment])
         return np.asarray(emitted[0])
 
