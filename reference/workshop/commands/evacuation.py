@@ -20,7 +20,7 @@ from reference.learning.settings import SIDES
 from reference.simulation import Simulation
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command, figures, writable
-from reference.workshop.crossplay.matches import Evaluation, Run, begin
+from reference.workshop.crossplay.matches import Evaluation, begin
 from reference.workshop.crowding import Crowd, together
 from reference.workshop.recording import recording, ticks
 from reference.workshop.runs import ContradictionError
@@ -129,7 +129,7 @@ def _evaluation(pairs: Iterable[Pair], **asked: Any) -> Evaluation:
 
 
 def _begun(evaluation: Evaluation, pair: Pair, seed: int) -> Simulation:
-    return evaluation.simulation(Run(*pair, seed))
+    return evaluation.simulation(*pair, seed)
 
 
 def _play(

@@ -10,8 +10,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from reference.building import building_of
-from reference.evaluation.bounds import best_reward
+from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import Command, again, workforce
@@ -94,8 +93,10 @@ def _ruler(
     ruler, whose = PAPER, "the paper's"
     if baseline:
         whose = f"calibrated so that {baseline} scores 1 over its fires"
+        arena = evaluation.arena
+        points = critical_points(arena.drawn, arena.scenario)
         try:
-            ruler = results.ruler_of(found, baseline, *evaluation.arena.points)
+            ruler = results.ruler_of(found, baseline, *points)
         except RulerError as error:
             return None, f"no E, since no ruler comes of {baseline}: {error}"
     return ruler, f"E by a ruler {whose}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
@@ -120,8 +121,7 @@ def _keep(
         "evacuations.png": charts.curves(found),
     }
     if ruler:
-        building = building_of(evaluation.arena.plan)
-        best = best_reward(building, evaluation.arena.people)
+        best = best_reward(evaluation.arena.drawn, evaluation.arena.people)
         pictures["ruler.png"] = rulers.curve(ruler, best)
         pictures["scores.png"] = rulers.contours(ruler, cells)
     else:  # fewer runs may have yielded one

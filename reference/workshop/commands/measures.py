@@ -27,7 +27,8 @@ def validate(arguments: Namespace) -> None:
     rows = [measured(name, seed) for name in progress]
     if arguments.json:
         absent = [
-            dict(zip(("source", "what", "why"), a, strict=True)) for a in NOT_MODELLED
+            {"source": source, "what": what, "why": why}
+            for source, (what, why) in NOT_MODELLED.items()
         ]
         print(json.dumps({"seed": seed, "cases": rows, "not_modelled": absent}))
     else:
@@ -42,7 +43,7 @@ def _tell(rows: list[dict[str, Any]]) -> None:
     """Print the table, as wide as its words."""
     lines = [HEAD, *map(_line, rows)]
     lines += [
-        ("not modelled", source, what, why, "") for source, what, why in NOT_MODELLED
+        ("not modelled", source, *reason, "") for source, reason in NOT_MODELLED.items()
     ]
     wide = [max(map(len, column)) for column in zip(*lines, strict=True)]
     for line in lines:

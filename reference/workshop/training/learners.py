@@ -79,7 +79,7 @@ NETWORKS = ("actor", "critic", "optimiser")
 
 def state_of(learner: Learner) -> dict[str, Any]:
     """Collect all that a learner needs to resume, as plain data and its own tensors."""
-    parts = learner.buffer.parts
+    parts = learner.buffer
     return {
         **{name: getattr(learner, name).state_dict() for name in NETWORKS},
         "buffer": [part.columns() | {"grids": _packed(part.grids)} for part in parts],
@@ -92,7 +92,7 @@ def restore(learner: Learner, state: dict[str, Any]) -> None:
     """Load what `state_of` gave."""
     for name in NETWORKS:
         getattr(learner, name).load_state_dict(state[name])
-    learner.buffer.parts = [
+    learner.buffer = [
         Decisions(**part | {"grids": _unpacked(part["grids"])})
         for part in state["buffer"]
     ]

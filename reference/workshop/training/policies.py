@@ -6,7 +6,6 @@ output, normalised coordinates in [−1, 1], is turned into metres.
 
 import os
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -87,18 +86,13 @@ class LearnedPolicy:
                     f" here it is {number}. Take as many, or train for it."
                 )
 
-    def scenario_to_evaluate(self, people: int | None = None) -> Scenario:
-        """Change the training's scenario: rule D6 is off; people: how many."""
-        s = replace(self.scenario, training=False)
-        return s if people is None else replace(s, people=people, people_per_floor=None)
-
     def _emitted(
         self, vectors: np.ndarray, world: World, rng: np.random.Generator
     ) -> np.ndarray:
         """(G, A) actions in [−1, 1] for (G, V) observations."""
         alive = np.ones(len(vectors), dtype=bool)
         with one_thread():
-            moment = Moment.of(world, vectors, alive, rng if self.sample else None)
+            moment = Moment(vectors, alive, world, rng if self.sample else None)
             emitted, _ = self.player.act([moment])
         return np.asarray(emitted[0])
 

@@ -117,7 +117,7 @@ class Training:
         """Make the players of demonstrations: the teacher, and a scripted fire."""
         fire = self.task.fixed.get("fire")
         scripted = FIRES[fire if isinstance(fire, str) else "random"]()
-        return Demonstration(self.settings.robots, str(self.task.imitate)), scripted
+        return Demonstration(self.settings.robots, {}, str(self.task.imitate)), scripted
 
     def _fire(self, fire: Any, job: int) -> Any:
         """Choose the fire of a job [E6, chosen]: nobody, one at random, or this one.
