@@ -51,8 +51,8 @@ def traffic(
 def walk(nav: Navigation, p: int, landmark: int) -> list[int]:
     """List the places on the way from p to a landmark, without p."""
     chain: list[int] = []
-    while 0 < nav.metres_to(landmark, p) < np.inf:
-        waypoint = int(nav.waypoint(landmark, p))
+    while 0 < nav.metres[landmark, p] < np.inf:
+        waypoint = int(nav.waypoint[landmark, p])
         chain += nav.straight(p, waypoint)
         p = waypoint
     return chain
