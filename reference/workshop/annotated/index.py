@@ -151,16 +151,11 @@ class Citation(NamedTuple):
 
     @property
     def reason(self) -> str:
-        """What is said there: a comment, the row of a table, or a paragraph.
-
-        Of a docstring's first paragraph the next one is a part.
-        """
+        """What is said there: a comment or a paragraph; after a first one the next."""
         if "#" in self.text:
             return uncited(self.text.split("#", 1)[1]).lstrip(": ")
-        bare, told = self.text.strip(' "'), self.symbol.doc.split("\n\n")
-        k = next(k for k, paragraph in enumerate(told) if bare in paragraph)
-        if re.search(r"[^.;\s]  +\S", told[k]):  # columns
-            return uncited(bare)
+        told = self.symbol.doc.split("\n\n")
+        k = next(k for k, said in enumerate(told) if self.text.strip(' "') in said)
         said = uncited(" ".join(told[k : k + 1 + (k == 0)]))
         return re.sub(r"^Clauses?: .*?\. ", "", said)
 
