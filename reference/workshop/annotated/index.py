@@ -204,6 +204,12 @@ def code_of(key: str) -> list[Citation]:
     return [cited for cited in citations() if key in cited.keys]
 
 
+def reasons(clause: str, kind: str) -> list[Citation]:
+    """Where the code tags a clause with a kind; of equal reasons the last."""
+    tagged = {c.reason: c for c in code_of(clause) if kind in c.kinds}
+    return list(tagged.values())
+
+
 def symbols_of(key: str) -> list[Symbol]:
     """What carries a key, each once."""
     return list(dict.fromkeys(cited.symbol for cited in code_of(key)))

@@ -15,7 +15,7 @@ from tqdm import tqdm
 
 from reference.workshop.commands import options
 from reference.workshop.commands.common import figure, note, table, tell
-from reference.workshop.crossplay.matches import Evaluation, Run, begin
+from reference.workshop.crossplay.matches import Evaluation, begin
 from reference.workshop.crowding import Crowd, together
 from reference.workshop.recording import recording, ticks
 from reference.workshop.runs import ContradictionError
@@ -135,7 +135,7 @@ def _episode(
 
     film: gets all;  folder: gets the first one's trajectories;  crowds: gets its crowd
     """
-    simulations = [evaluation.simulation(Run(*pair, seed)) for pair in pairs]
+    simulations = [evaluation.simulation(*pair, seed) for pair in pairs]
     start, notes = perf_counter(), list[Callable[[], None]]()
     with ExitStack() as stack:
         if folder:

@@ -7,8 +7,7 @@ from argparse import Namespace
 from collections.abc import Sequence
 from functools import partial
 
-from reference.building import building_of
-from reference.evaluation.bounds import best_reward
+from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import again, note, tell, workforce
@@ -101,8 +100,10 @@ def _ruler(
     ruler, whose = PAPER, "the paper's"
     if baseline:
         whose = f"calibrated so that {baseline} scores 1 over its fires"
+        arena = evaluation.arena
+        points = critical_points(arena.drawn, arena.scenario)
         try:
-            ruler = results.ruler_of(found, baseline, *evaluation.arena.points)
+            ruler = results.ruler_of(found, baseline, *points)
         except RulerError as error:
             return None, f"no E, since no ruler comes of {baseline}: {error}"
     return ruler, f"E by a ruler {whose}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
@@ -124,8 +125,7 @@ def _draw(
     page.save(charts.curves(found), arguments.out / "evacuations.png")
     curve, contours = arguments.out / "ruler.png", arguments.out / "scores.png"
     if ruler:
-        building = building_of(evaluation.arena.plan)
-        best = best_reward(building, evaluation.arena.people)
+        best = best_reward(evaluation.arena.drawn, evaluation.arena.people)
         page.save(rulers.curve(ruler, best), curve)
         page.save(rulers.contours(ruler, cells), contours)
     else:  # fewer runs may have yielded one

@@ -32,14 +32,9 @@ def validate(arguments: Namespace) -> None:
     seed, names = arguments.seed or 0, arguments.only or list(CASES)
     progress = tqdm(names, unit="case", disable=None, leave=False)
     cases = [measured(name, seed) for name in progress]
-    words = ("source", "what", "why")
-    absent = [dict(zip(words, row, strict=True)) for row in NOT_MODELLED]
-    rows = [
-        HEAD,
-        *map(_row, cases),
-        *(("not modelled", *row, "") for row in NOT_MODELLED),
-    ]
-    facts = {"seed": seed, "cases": cases, "not_modelled": absent}
+    rows = [HEAD, *map(_row, cases)]
+    rows += [("not modelled", k, *reason, "") for k, reason in NOT_MODELLED.items()]
+    facts = {"seed": seed, "cases": cases, "not_modelled": NOT_MODELLED}
     tell(arguments, facts, table(rows, "<<<<<"))
     if arguments.output:
         from reference.workshop.drawing import save, validation

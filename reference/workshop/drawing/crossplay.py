@@ -148,7 +148,7 @@ def curves(results: Sequence[RunResult]) -> Figure:
         for (word, label), (colour, dashes) in zip(
             robots.items(), cycle(LINES), strict=False
         ):
-            runs = [run for run in results if run.match == (word, fire)]
+            runs = [run for run in results if run.run[:2] == (word, fire)]
             mean, low, high = (100 * line for line in band(shares(runs, t)))
             axes.fill_between(t, low, high, color=colour, alpha=0.16, lw=0)
             axes.plot(t, mean, lw=1.9, color=colour, ls=dashes, label=label)
