@@ -6,7 +6,7 @@ from typing import Any
 from tqdm import tqdm
 
 from reference.workshop.commands import options
-from reference.workshop.commands.common import note, table, tell
+from reference.workshop.commands.common import figure, note, table, tell
 from reference.workshop.files import write_whole
 from reference.workshop.maps import load
 from reference.workshop.validation.cases import CASES, NOT_MODELLED, measured
@@ -62,7 +62,7 @@ def bench(arguments: Namespace) -> None:
 
     facts = measure(arguments.building or "paper", arguments.seed or 0)
     rows = [
-        (name.replace("_", " "), str(case), f"{value:,.4g}")
+        (name.replace("_", " "), str(case), figure(value))
         for name, found in facts.items()
         for case, value in found.items()
     ]

@@ -84,7 +84,7 @@ def train(arguments: Namespace) -> None:
         note(f"{training.about()}; workers {count}")
         before, begin = training.decisions, perf_counter()
         also = ["--tensorboard"] * arguments.tensorboard
-        resumed = again("train", "--resume", "--out", out, "--workers", count, *also)
+        resumed = again("train", "--resume", "--out", out, *also)
         with workforce(workers(count), resumed) as work:
             path = loop.train(training, out, *work, arguments.tensorboard)
     seconds = perf_counter() - begin
