@@ -39,6 +39,7 @@ class Spread:
     def advance(self, flames: Flames, time: float) -> float:
         """Burn every cell whose time has come; return when the next one will (s)."""
         flames.burning = flames.arrival <= time
+        flames.alight = frozenset(np.flatnonzero(flames.burning).tolist())
         burning, beside = flames.burning, cells_beside(self.building, flames.burning)
         heat = np.where(beside, paper.HEAT_LOSS, 0.0)
         flames.harm = np.where(burning, paper.BURN_LOSS, heat)

@@ -95,6 +95,6 @@ def snippet(code: str) -> str:
     lines = code.split("\n")
     text = "\n".join(lines[:LONGEST] + ["…"] * (len(lines) > LONGEST))
     inked = _TOKENS.sub(
-        lambda m: f"<i class={m.lastgroup}>{m[0]}</i>", escape(text, quote=False)
+        lambda m: f"<i class='{m.lastgroup}'>{m[0]}</i>", escape(text, quote=False)
     )
     return f"<pre><code>{inked}</code></pre>"

@@ -7,9 +7,7 @@ given; they show nothing else of the world.
     point   x and y in metres, and the storey; below the ground: gone
 """
 
-import re
-from collections.abc import Sequence
-from itertools import groupby
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -20,7 +18,7 @@ from matplotlib.figure import Figure
 from reference.building import Building, Kind
 from reference.game.observations import (
     GRID_KINDS,
-    Slot,
+    Block,
     fire_vector,
     grid,
     robot_vectors,
@@ -81,7 +79,7 @@ def _page(
         "the observer": robots[:observers],
         "fire source": layout.read(vector, "fires"),
     }
-    lines = table(vector, layout.slots)
+    lines = table(vector, layout.blocks.values())
     floors, (wide, high) = building.floors, page.frame_of(building).size
     tall = _PANEL * max(high / wide, cells.shape[1] / cells.shape[2]) + _APART[1]
     columns, low = 1 + len(GRID_KINDS), (len(lines) + 2) * _LINE
@@ -153,25 +151,18 @@ def _legend(
 _HEADS = ("numbers", "what they say", "now")
 
 
-def table(vector: np.ndarray, slots: Sequence[Slot]) -> list[tuple[str, str, str]]:
+def table(vector: np.ndarray, blocks: Iterable[Block]) -> list[tuple[str, str, str]]:
     """Explain all numbers of a vector: which, what, and the first values of a kind."""
     rows = []
-    for what, members in groupby(slots, _meaning):
-        first, *others = members
-        last = others[-1] if others else first
-        numbers = f"{first.start} to {last.stop - 1}"
-        if last.stop - first.start == 1:
-            numbers = f"{first.start}"
-        times = f"{1 + len(others)} × " if others else ""
-        unit = "" if first.unit == "1" else f" ({first.unit})"
-        values = vector[first.start : last.stop].reshape(1 + len(others), -1)
-        rows.append((numbers, f"{times}{what}{unit}", _values(values)))
+    for block in blocks:
+        last = block.stop - 1
+        numbers = f"{block.start} to {last}" if last > block.start else f"{last}"
+        times = f"{block.rows} × " if block.rows > 1 else ""
+        unit = "" if block.unit == "1" else f" ({block.unit})"
+        values = vector[block.start : block.stop].reshape(-1, len(block.low))
+        if block.rows:
+            rows.append((numbers, f"{times}{block.what}{unit}", _values(values)))
     return rows
-
-
-def _meaning(slot: Slot) -> str:
-    """Drop a slot's own number: "human: x, y, storey" for human 7."""
-    return re.sub(r" \d+(?=:|$)", "", slot.what)
 
 
 def _values(values: np.ndarray) -> str:
