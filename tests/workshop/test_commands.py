@@ -204,7 +204,7 @@ def test_draw_shows_one_floor_alone(tmp_path, capsys):
     ("options", "status", "hint"),
     [
         (["-o", "missing/shed.png"], 1, "Name a file in a folder that exists"),
-        (["-o", "shed.bmp"], 2, "End the name in .png, .svg or .pdf."),
+        (["-o", "shed.bmp"], 2, "End the name in .png or .svg or .pdf."),
         (["--floor", "2"], 2, "Choose one from 1 to 1."),
         (["--floor", "1", "--view", "oblique"], 2, "--floor goes with"),
         (["--view", "inside"], 2, "invalid choice: 'inside'"),
@@ -313,7 +313,7 @@ def test_what_is_no_file_is_told_in_one_message(command, path, told, capsys):
         (["--building", ""], 1, "Is a directory"),
         (["--people", "100000"], 1, "fit"),
         (["--animate", "missing/run.gif"], 1, "Name a file in a folder that exists"),
-        (["--animate", "run.avi"], 2, "End the name in .gif, .html or .mp4."),
+        (["--animate", "run.avi"], 2, "End the name in .gif or .html or .mp4."),
         (["--robots", "none", "sweep", "patrol"], 2, "one pair or two"),
         (["--robots", "none", "sweep", "--record", "rows"], 2, "goes with one pair"),
         (["tiny"], 2, "Did you mean --building tiny?"),
