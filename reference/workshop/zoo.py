@@ -14,7 +14,7 @@ the end the others are terminated if nobody is inside any more, truncated if tim
 
 Observations.  A dict: "vector", 167 numbers for the paper's building (people, robots,
 fire sources as x and y in metres and storey; time in seconds; what each number says:
-`observations.vector_layout(building, scenario).slots`), and "grid", 0 or 1, (channels,
+`observations.vector_layout(building, scenario).blocks`), and "grid", 0 or 1, (channels,
 rows, columns): walls, fires, exits of each floor.
 
 Actions.  A robot's: x and y of its next destination, the main body of the building is

@@ -267,7 +267,7 @@ def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path, off
     for _ in turns(environment):
         world = environment.simulation.world
         vectors = robot_vectors(world, SMALL)
-        moment = Moment.of(world, vectors, np.ones(len(vectors), bool))
+        moment = Moment(vectors, np.ones(len(vectors), bool), world)
         (emitted,), _ = policy.player.act([moment])
         names = [f"robot_{k}" for k in range(len(vectors))]
         actions = dict(zip(names, emitted, strict=True))

@@ -36,7 +36,7 @@ def test_a_file_is_the_policy_that_was_learned_for_a_side(path, side, kind):
 def test_each_run_has_strategies_of_its_own_and_the_worst_case_knows_whom_it_meets():
     """They begin as they were made, though they are made once."""
     evaluation = begin(("patrol",), ("worst-case",), "tiny", people=2)
-    runs = [evaluation.simulation(run) for run in evaluation.runs[:2]]
+    runs = [evaluation.simulation(*run) for run in evaluation.runs[:2]]
     one, other = (run.robot_strategy for run in runs)
     assert one is not other and vars(one) == vars(other)
     assert all(run.fire_strategy.robots is run.robot_strategy for run in runs)

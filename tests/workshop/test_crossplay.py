@@ -163,7 +163,7 @@ def test_more_robots_can_be_asked_for_later(small):
     evaluation = resume(folder, ("none", "sweep"))
     assert evaluation.robots == ("sweep", "none")
     assert evaluate(evaluation, folder, more) == [*small[2:], *small[:2]]
-    assert {run.robots for run in more.runs} == {"none"}
+    assert {robots for robots, *_ in more.runs} == {"none"}
     assert resume(folder) == evaluation
 
 
@@ -295,7 +295,6 @@ def test_the_baseline_scores_one_on_the_ruler_made_of_its_runs():
     ("file", "text", "message"),
     [
         ("evaluation.json", None, "was written by version 0.0.1"),
-        ("evaluation.json", "edited", "was edited since its runs"),
         ("evaluation.json", "game 1", "was written by version .* of game 1, this is"),
         ("runs.csv", "robots,fire\n", "is no table of these runs"),
         ("runs.csv", None, "row is damaged"),
@@ -309,8 +308,6 @@ def test_refuses_files_that_are_not_its_own(file, text, message):
         text = path.read_text() + "sweep,random\n" * (file == "runs.csv")
         version = json.loads(Path("out/evaluation.json").read_text())["version"]
         text = text.replace(f'"{version}"', '"0.0.1"')
-    if text == "edited":
-        text = path.read_text().replace('"people": 4', '"people": 5')
     if text == "game 1":
         text = json.dumps(json.loads(path.read_text()) | {"game": 1})
     path.write_text(text)

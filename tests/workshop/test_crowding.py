@@ -21,14 +21,14 @@ ROOMS = """#########
            #########"""
 
 
-def test_density_is_people_per_square_metre_around_and_not_behind_walls():
-    """Three people on the four square metres of a corner; none sees the fourth."""
+def test_density_is_people_per_square_metre_of_floor_around():
+    """Three people on the four square metres of a corner; no wall counts as floor."""
     simulation = stage(ROOMS)
     crowd = Crowd(simulation)
     crowd.note()
     (density,), (kind,) = crowd.density, simulation.building.kind
     assert density[1, 1] == 3 / 4
-    assert density[1, 3] == 1 / 5  # q, on four cells and a door; r is behind the wall
+    assert density[1, 3] == 1 / 5  # q, on four cells and a door; r is two metres away
     assert density[3, 7] == 0
     assert not density[kind == Kind.WALL].any()
 

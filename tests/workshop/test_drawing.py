@@ -277,7 +277,7 @@ def test_robots_destinations_flames_and_burnt_doors_have_marks_of_their_own(simu
     """A line and a cross to a destination, a drop at a source, a box on a door."""
     simulation.run()
     world = simulation.world
-    world.burnt[:2] = True
+    world.burnt |= {0, 1}
     marks = scene_of(world).sides[0].marks
     count = {name: len(mark.get_xdata()) for name, mark in marks.items()}
     sent = sum(r.active and r.destination is not None for r in world.robots)

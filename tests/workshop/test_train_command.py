@@ -108,11 +108,11 @@ def test_train_tells_people_what_begins_and_how_to_look_at_it(once, capsys):
     first, *_, command = err.splitlines()
     assert first == (
         "Tiny office: robots poca (mixture head), fire random, seed 0; "
-        "40 decisions to go; 0 workers"
+        "40 decisions to go; workers 0"
     )
     assert re.search(r"^reward +-?[\d,.]+$", out, re.MULTILINE)
     assert re.search(r"^survival +0\.\d+$", out, re.MULTILINE)
-    assert "it ends before anything is\nlearned" in err
+    assert "ends before anything is learned" in err
     words = command.split()
     assert words[:3] == ["python", "-m", "reference"]
     assert words[words.index("--fire") + 1] == "random"
@@ -317,7 +317,7 @@ def test_a_worker_that_dies_ends_the_training_with_one_message(
 
     monkeypatch.setattr(loop, "in_order", killed)
     assert train("--out", "new") == 1
-    assert "a worker has died" in capsys.readouterr().err.splitlines()[-1]
+    assert "a worker has died" in capsys.readouterr().err
     assert load("new").round == 0
 
 
@@ -343,7 +343,7 @@ def test_stopped_it_saves_and_says_how_to_go_on(number, tmp_path):
     assert running.returncode == 130
     assert "Traceback" not in err
     assert err.endswith(
-        "Go on with:\n  python -m reference train --resume --out long --workers 1\n"
+        "Go on with:\n  python -m reference train --resume --out long\n"
     )
     assert not list((tmp_path / "long").glob(".*-part*"))
     assert load(tmp_path / "long").task.settings.preset == "tiny"

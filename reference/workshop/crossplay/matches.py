@@ -5,30 +5,26 @@ paired by seed.  Checkpoints, if any, determine both.  A training's folder is pi
 its newest checkpoint, though more may come while runs are played.
 """
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
 from hashlib import sha256
-from itertools import chain, product
-from os.path import exists  # False for what no path can be, too
+from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import reference
-from reference.building import building_of, plan_of
-from reference.evaluation.bounds import critical_points
-from reference.evaluation.score import Point
+from reference.building import Building, building_of, plan_of
 from reference.learning.settings import Side
 from reference.paper import ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
-from reference.workshop.crossplay.contestants import WORST, contestant, encounter
-from reference.workshop.files import naming, read_json, refuse_no_file, write_json
+from reference.workshop.crossplay.contestants import contestant, encounter
+from reference.workshop.files import naming, read_json, write_json
 from reference.workshop.maps import load
 from reference.workshop.plain import record_from
 from reference.workshop.runs import ContradictionError, RunError, refuse_version
-from reference.workshop.strategies import LEARNED, SCRIPTS, SHIPPED
+from reference.workshop.strategies import LEARNED
 
 EPISODES = 100
 """[F12, chosen] runs of a match: half the width of survival's interval is then about
@@ -37,18 +33,10 @@ EPISODES = 100
 ABOUT = "evaluation.json"
 MOST_RUNS = 1_000_000
 
-Players = list[tuple[Side, str]]
-"""Sides and words, robots first."""
+Run = tuple[str, str, int]
+"""Robots and fire, by the words asked for, and a seed."""
 
 _loaded = lru_cache(maxsize=32)(contestant)  # copies are played: networks are read once
-
-
-class Run(NamedTuple):
-    """What a run follows from, in one arena; robots and fire by the words asked for."""
-
-    robots: str
-    fire: str
-    seed: int
 
 
 @dataclass(frozen=True)
@@ -60,14 +48,14 @@ class Arena:
     scenario: Scenario
 
     @property
-    def people(self) -> int:
-        """How many people start."""
-        return sum(self.scenario.start_counts(building_of(self.plan).floors))
+    def drawn(self) -> Building:
+        """The building."""
+        return building_of(self.plan)
 
     @property
-    def points(self) -> tuple[Point, Point]:
-        """The critical points of this building and scenario, reward and y each."""
-        return critical_points(building_of(self.plan), self.scenario)
+    def people(self) -> int:
+        """How many people start."""
+        return sum(self.scenario.start_counts(self.drawn.floors))
 
 
 @dataclass(frozen=True)
@@ -79,7 +67,11 @@ class Pinned:
 
     @classmethod
     def of(cls, path: Path) -> "Pinned":
-        """Digest a file. Raises OSError."""
+        """Digest a checkpoint, or the newest one in a folder. Raises OSError."""
+        if path.is_dir():
+            from reference.workshop.training.checkpoints import newest
+
+            path = newest(path) or path
         return cls(str(path), sha256(path.read_bytes()).hexdigest())
 
 
@@ -116,26 +108,21 @@ class Evaluation:
     @property
     def runs(self) -> list[Run]:
         """Everything there is to play, in order."""
-        return [Run(*r) for r in product(self.robots, self.fires, self.seeds)]
+        return list(product(self.robots, self.fires, self.seeds))
 
-    def simulation(self, run: Run) -> Simulation:
+    def simulation(self, robots: str, fire: str, seed: int) -> Simulation:
         """Set up a run, before its first tick."""
-        sides: Players = [("robots", run.robots), ("fire", run.fire)]
-        words = [(_word(word, self.files), side) for side, word in sides]
-        both = [deepcopy(_loaded(*word, self.sample)) for word in words]
-        building = building_of(self.arena.plan)
-        return encounter(building, self.arena.scenario, both[0], both[1], run.seed)
+        guide = deepcopy(_loaded(_path(robots, self.files), "robots", self.sample))
+        foe = deepcopy(_loaded(_path(fire, self.files), "fire", self.sample))
+        return encounter(self.arena.drawn, self.arena.scenario, guide, foe, seed)
 
     def about(self) -> str:
         """Describe the evaluation in a line."""
         return (
-            f"{building_of(self.arena.plan).title}, {self.arena.people} people: "
+            f"{self.arena.drawn.title}, {self.arena.people} people: "
             f"{len(self.robots)} robots x {len(self.fires)} fires x {self.episodes} "
             f"seeds from {self.seed} on, {len(self.runs):,} runs"
         )
-
-
-# -- Begin, and go on ----------------------------------------------------------------
 
 
 def begin(
@@ -153,17 +140,15 @@ def begin(
     Raises InputError for an unknown word, for contestants that do not fit the arena,
     for more people than fit and for the map; OSError for a file that cannot be read.
     """
-    players = _players(robots, fires)
-    files = _pinned(players)
-    if sample and not files:
+    files = dict[str, Pinned]()
+    learned = _learned(robots, fires, files)
+    if sample and not learned:
         raise ContradictionError("--sample goes with a checkpoint. Leave it out here.")
-    learned = _learned(players, files)
     arena = _arena(building, people, next(iter(learned.values()), None))
     if not arena.scenario.robots_per_floor and {*robots} != {"none"}:
         scenario = replace(arena.scenario, robots_per_floor=ROBOTS_PER_FLOOR)
         arena = replace(arena, scenario=scenario)
     _refuse_misfits(learned, arena)
-    Simulation(building_of(arena.plan), arena.scenario)  # refuses who does not fit
     words = _once(robots), _once(fires)
     return Evaluation(arena, *words, seed, episodes, sample, files)
 
@@ -173,8 +158,8 @@ def resume(
 ) -> Evaluation:
     """Resume the evaluation in a folder, with any further robots and fires.
 
-    Raises RunError if there is none, if it is another version's, if it was edited or
-    its checkpoints have changed; else as `begin`.
+    Raises RunError if there is none, if it is another version's or if its checkpoints
+    have changed; else as `begin`.
     """
     begun = _read(folder / ABOUT)
     for file in begun.files.values():
@@ -183,107 +168,72 @@ def resume(
                 f"{file.path}: is not here, or no more the checkpoint that runs were "
                 "played with. Bring it back, or begin anew in another folder."
             )
-    words = _once(begun.robots, robots), _once(begun.fires, fires)
-    players = _players(*words)
-    files = _pinned(players) | dict(begun.files)
-    _refuse_misfits(_learned(players, files), begun.arena)
-    return replace(begun, robots=words[0], fires=words[1], files=files)
+    robots, fires = _once((*begun.robots, *robots)), _once((*begun.fires, *fires))
+    files = dict(begun.files)
+    with naming(folder / ABOUT):
+        _refuse_misfits(_learned(robots, fires, files), begun.arena)
+    return replace(begun, robots=robots, fires=fires, files=files)
 
 
-def _once(*words: Iterable[str]) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(chain(*words)))
-
-
-def _players(robots: Iterable[str], fires: Iterable[str]) -> Players:
-    return [*(("robots", word) for word in robots), *(("fire", word) for word in fires)]
+def _once(words: Iterable[str]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(words))
 
 
 def _arena(building: str | None, people: int | None, policy: Any) -> Arena:
     """The arena of a learned policy, if any, else the paper's; or as asked for."""
-    if policy is not None:
-        scenario = policy.scenario_to_evaluate(people)
-        if building is None:
-            return Arena(policy.task.building, plan_of(policy.building), scenario)
-    else:
-        scenario = Scenario() if people is None else Scenario(people=people)
+    scenario = replace(policy.scenario, training=False) if policy else Scenario()
+    if people is not None:
+        scenario = replace(scenario, people=people, people_per_floor=None)
+    if policy and building is None:
+        return Arena(policy.task.building, policy.task.plan, scenario)
     name = "paper" if building is None else building
     return Arena(name, plan_of(load(name)), scenario)
 
 
-# -- Checkpoints ---------------------------------------------------------------------
-
-
-def _pinned(players: Players) -> dict[str, Pinned]:
-    """Pin each word that names a checkpoint to the file that it means now."""
-    words = [word for side, word in players if word not in (*SCRIPTS[side], WORST)]
-    paths = {word: SHIPPED if word == LEARNED else Path(word) for word in words}
-    # for a path that is not there `contestant` has the better message
-    return {w: Pinned.of(_file(path)) for w, path in paths.items() if exists(path)}
-
-
-def _file(path: Path) -> Path:
-    """The checkpoint that a path means: the newest one in a folder."""
-    if path.is_dir():
-        from reference.workshop.training.checkpoints import newest
-
-        if (found := newest(path)) is None:
-            raise RunError(f"{path}: there is no checkpoint in this folder.")
-        path = found
-    refuse_no_file(path)
-    return path
-
-
-def _word(word: str, files: Mapping[str, Pinned]) -> str:
+def _path(word: str, files: Mapping[str, Pinned]) -> str:
     return files[word].path if word in files else word
 
 
-def _learned(players: Players, files: Mapping[str, Pinned]) -> dict[str, Any]:
-    """Load the learned policies; by the options that name them, for messages."""
+def _learned(
+    robots: Iterable[str], fires: Iterable[str], files: dict[str, Pinned]
+) -> dict[str, Any]:
+    """Load the learned policies, by the options that name them; pin their files."""
     found = {}
-    for side, word in players:
+    sides: tuple[tuple[Side, Iterable[str]], ...] = (
+        ("robots", robots),
+        ("fire", fires),
+    )
+    for side, word in [(side, word) for side, words in sides for word in words]:
         with naming(option := f"--{side} {word}"):
-            made = contestant(_word(word, files), side)
-        if hasattr(made, "refuse_elsewhere"):
-            found[option] = made
+            made = contestant(_path(word, files), side)
+            if hasattr(made, "refuse_elsewhere"):
+                found[option] = made
+                if word != LEARNED and word not in files:
+                    files[word] = Pinned.of(Path(word))
     return found
 
 
 def _refuse_misfits(learned: Mapping[str, Any], arena: Arena) -> None:
-    """Raise InputError for the first policy that does not fit here."""
+    """Raise InputError for the first policy that does not fit, or too many people."""
     for option, policy in learned.items():
         with naming(option):
-            policy.refuse_elsewhere(building_of(arena.plan), arena.scenario)
-
-
-# -- In a file -----------------------------------------------------------------------
+            policy.refuse_elsewhere(arena.drawn, arena.scenario)
+    Simulation(arena.drawn, arena.scenario)
 
 
 def write(evaluation: Evaluation, folder: Path) -> None:
     """Write the evaluation into its folder, whole or not at all. Raises OSError."""
     written_by = {"version": reference.__version__, "game": reference.GAME}
-    content = written_by | asdict(evaluation)
-    write_json(folder / ABOUT, content | {"sha256": _seal(content)})
+    write_json(folder / ABOUT, written_by | asdict(evaluation))
 
 
 def _read(path: Path) -> Evaluation:
-    """Read what `write` wrote. Raises InputError for anything else, even if edited."""
+    """Read what `write` wrote. Raises InputError for anything else."""
     if not path.exists():
         raise RunError(
             f"{path.parent}: there is no evaluation to go on with. Leave --resume out "
             "to begin, or name the folder of one."
         )
     content = read_json(path)
-    seal = content.pop("sha256", None)
-    refuse_version(path, content.get("version", "unknown"), content.get("game", 1))
-    if seal != _seal(content):
-        raise RunError(
-            f"{path}: was edited since its runs were played. Bring back what it was, "
-            "or begin anew in another folder."
-        )
-    del content["version"], content["game"]
+    refuse_version(path, content.pop("version", "unknown"), content.pop("game", 1))
     return record_from(Evaluation, content, str(path))
-
-
-def _seal(content: dict[str, Any]) -> str:
-    """Digest all that was written, so that no edit passes unnoticed."""
-    return sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

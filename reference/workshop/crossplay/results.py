@@ -50,19 +50,24 @@ def cells(
     """
     matches: dict[tuple[str, str], list[RunResult]] = {}
     for result in results:
-        matches.setdefault(result.match, []).append(result)
+        matches.setdefault((result.robots, result.fire), []).append(result)
     return [
-        _cell(runs, matches.get((baseline or "", fire), []), ruler)
-        for (_, fire), runs in matches.items()
+        _cell(match, runs, matches.get((baseline or "", match[1]), []), ruler)
+        for match, runs in matches.items()
     ]
 
 
-def _cell(runs: list[RunResult], others: list[RunResult], ruler: Ruler | None) -> Cell:
+def _cell(
+    match: tuple[str, str],
+    runs: list[RunResult],
+    others: list[RunResult],
+    ruler: Ruler | None,
+) -> Cell:
     theirs = {run.seed: run.survival for run in others}
     gains = [run.survival - theirs[run.seed] for run in runs if run.seed in theirs]
     rows = np.array([(run.reward, run.difficulty) for run in runs])
     return Cell(
-        *runs[0].match,
+        *match,
         n=len(runs),
         survival=of_mean([run.survival for run in runs]),
         gain=_mean_if_any(gains),

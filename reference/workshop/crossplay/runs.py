@@ -55,14 +55,9 @@ class RunResult:
     times: tuple[float, ...]
 
     @property
-    def match(self) -> tuple[str, str]:
-        """Robots and fire."""
-        return self.robots, self.fire
-
-    @property
     def run(self) -> Run:
         """What the result is of."""
-        return Run(*self.match, self.seed)
+        return self.robots, self.fire, self.seed
 
 
 def evaluate(
@@ -77,13 +72,13 @@ def evaluate(
     once. Without a folder nothing is written. Raises OSError where something cannot
     be written, ValueError for a damaged table of runs.
     """
-    there = read(folder / RUNS) if folder else []
-    table = None
+    done, table = {}, None
     if folder:
         make_folder(folder)
+        done = {result.run: result for result in read(folder / RUNS)}
         matches.write(evaluation, folder)  # first: without it nobody could go on
-        table = table_of(folder / RUNS, there)
-    done, runs = {result.run: result for result in there}, evaluation.runs
+        table = table_of(folder / RUNS, done.values())
+    runs = evaluation.runs
     left = [run for run in runs if run not in done]
     jobs = [(evaluation, some) for some in chunks(left, IN_LOCKSTEP)]
     begun = len(runs) - len(left)
@@ -104,7 +99,7 @@ def evaluate(
 def play(job: tuple[Evaluation, tuple[Run, ...]]) -> list[RunResult]:
     """Play some runs to their end, in lockstep; measure how hard their fires were."""
     evaluation, runs = job
-    simulations = [evaluation.simulation(run) for run in runs]
+    simulations = [evaluation.simulation(*run) for run in runs]
     people = [people_in(simulation.world) for simulation in simulations]
     to_the_end(simulations)
     return [_result(*each) for each in zip(runs, simulations, people, strict=True)]

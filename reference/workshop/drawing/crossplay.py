@@ -85,7 +85,7 @@ def curves(results: Sequence[RunResult]) -> Figure:
         axes.set_title(fill(f"fire: {fire}", 40))
         axes.grid(axis="y")
         for name, (colour, dashes) in zip(robots, cycle(LINES), strict=False):
-            runs = [run for run in results if run.match == (name, fire)]
+            runs = [run for run in results if run.run[:2] == (name, fire)]
             mean, low, high = (100 * line for line in band(shares(runs, t)))
             look = {"color": colour, "ls": dashes, "label": fill(name, 24)}
             axes.fill_between(t, low, high, color=colour, alpha=0.16, lw=0)

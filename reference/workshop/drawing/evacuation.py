@@ -218,7 +218,7 @@ class Side:
 
     def _show_fire(self, world: World) -> None:
         sources = world.flames.sources
-        burnt = [self.building.landmarks[k] for k in np.flatnonzero(world.burnt)]
+        burnt = [self.building.landmarks[k] for k in world.burnt]
         doors = [(mark.floor, *cell) for mark in burnt for cell in mark.cells]
         self._mark_cells("flames", np.argwhere(world.flames.burning))
         self._mark_cells("burnt door", np.array(doors, dtype=int).reshape(-1, 3))

@@ -7,9 +7,7 @@ given; they show nothing else of the world.
     point   x and y in metres, and the storey; below the ground: gone
 """
 
-import re
-from collections.abc import Sequence
-from itertools import groupby
+from collections.abc import Iterable
 
 import numpy as np
 from matplotlib.colors import ListedColormap
@@ -18,7 +16,7 @@ from matplotlib.figure import Figure
 from reference.building import Kind
 from reference.game.observations import (
     GRID_KINDS,
-    Slot,
+    Block,
     fire_vector,
     grid,
     robot_vectors,
@@ -100,7 +98,7 @@ def _page(
     below = figure.add_subplot(spec[-1, :])
     below.set_axis_off()
     look = {"edges": "open", "cellLoc": "left", "loc": "upper center"}
-    words = below.table(table(vector, layout.slots), **look)
+    words = below.table(table(vector, layout.blocks.values()), **look)
     words.auto_set_font_size(False)
     words.set_fontsize(8)
     words.auto_set_column_width(range(3))
@@ -109,19 +107,13 @@ def _page(
     return figure
 
 
-def table(vector: np.ndarray, slots: Sequence[Slot]) -> list[tuple[str, str, str]]:
+def table(vector: np.ndarray, blocks: Iterable[Block]) -> list[tuple[str, str, str]]:
     """Explain all numbers of a vector: which, what, and the first values of a kind."""
     rows = []
-    for what, members in groupby(slots, _meaning):
-        first, *others = members
-        start, stop = first.start, (others or [first])[-1].stop
-        values = ", ".join(f"{v:.3g}" for v in vector[start : min(stop, start + 6)])
-        more = ", …" if stop - start > 6 else ""
-        words = f"{1 + len(others)} × {what} ({first.unit})"
-        rows.append((f"{start} to {stop - 1}", words, values + more))
+    for block in blocks:
+        first = vector[block.start : block.stop][:6]
+        values = ", ".join(f"{v:.3g}" for v in first)
+        more = ", …" if block.stop - block.start > 6 else ""
+        words = f"{block.rows} × {block.what} ({block.unit})"
+        rows.append((f"{block.start} to {block.stop - 1}", words, values + more))
     return rows
-
-
-def _meaning(slot: Slot) -> str:
-    """Drop a slot's own number: "human: x, y, storey" for human 7."""
-    return re.sub(r" \d+(?=:|$)", "", slot.what)

@@ -94,8 +94,7 @@ def state_of(learner: Learner) -> dict[str, Any]:
         "critic": learner.critic.state_dict(),
         "optimiser": learner.optimiser.state_dict(),
         "buffer": [
-            part.columns() | {"grids": _packed(part.grids)}
-            for part in learner.buffer.parts
+            part.columns() | {"grids": _packed(part.grids)} for part in learner.buffer
         ],
         "rng": learner.rng.get_state(),
         "steps": learner.steps,
@@ -118,14 +117,14 @@ def restore(learner: Learner, state: dict[str, Any]) -> None:
         shapes = {"step": (), "exp_avg": parameter.shape, "exp_avg_sq": parameter.shape}
         if {name: moment.shape for name, moment in found.items()} != shapes:
             raise ValueError("the optimiser's moments are of another shape")
-    learner.buffer.parts = [
+    learner.buffer = [
         Decisions(**part | {"grids": _unpacked(part["grids"])})
         for part in state["buffer"]
     ]
     learner.rng.set_state(state["rng"])
     learner.steps = checked("steps", state["steps"], int)
-    if learner.buffer.parts:
-        one = Decisions.joined(learner.buffer.parts).rows(torch.tensor([0]))
+    if learner.buffer:
+        one = Decisions.joined(learner.buffer).rows(torch.tensor([0]))
         one.grids = one.grids.float()
         with torch.no_grad():
             learner.loss(one, *learner.schedules()[1:])

@@ -6,7 +6,6 @@ output, normalised coordinates in [−1, 1], is turned into metres.
 
 import os
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -78,11 +77,6 @@ class LearnedPolicy:
         refuse_another_building(self.task, building)
         self._refuse_others(_facts(building, scenario))
 
-    def scenario_to_evaluate(self, people: int | None = None) -> Scenario:
-        """Change the training's scenario: rule D6 is off; people: how many."""
-        s = replace(self.scenario, training=False)
-        return s if people is None else replace(s, people=people, people_per_floor=None)
-
     def _check_fits(self, world: World) -> None:
         """Raises CheckpointError in a world the network was not made for."""
         if world.building is not self.building:
@@ -111,7 +105,7 @@ class LearnedPolicy:
         """(G, A) actions in [−1, 1] for (G, V) observations."""
         alive = np.ones(len(vectors), dtype=bool)
         with one_thread():
-            moment = Moment.of(world, vectors, alive, rng if self.sample else None)
+            moment = Moment(vectors, alive, world, rng if self.sample else None)
             emitted, _ = self.player.act([moment])
         return np.asarray(emitted[0])
 

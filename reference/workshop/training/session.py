@@ -196,7 +196,7 @@ class Training:
         s, fire, teacher = self.settings, self.task.fixed.get("fire"), self.task.imitate
         seeds = seeds_of(self.task.seed, DEMONSTRATIONS, 0, s.imitation_episodes)
         assert teacher is not None
-        robots = Demonstration(s.robots, teacher)
+        robots = Demonstration(s.robots, {}, teacher)
         scripted = FIRES[fire if isinstance(fire, str) else "random"]()
         return [
             Job(self.task.plan, s.scenario, robots, scripted, chunk)
