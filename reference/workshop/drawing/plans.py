@@ -163,7 +163,7 @@ def _draw_edge(axes: Axes, building: Building, mark: Landmark, area: Area) -> No
     cost = np.where(inside.ravel(), 1.0, np.inf)
     start, door = nav.place(area.floor, *node), int(nav.goals[mark.index][0])
     corners = [start]
-    for here, there in pairwise([start, *nav.way(start, door, cost)[1]]):
+    for here, there in pairwise([start, *nav.way(start, door, cost)]):
         if not nav.clear.reaches(corners[-1], there):
             corners.append(here)
     way = np.vstack([node, nav.centres[corners[1:]], mark.position])
