@@ -55,7 +55,7 @@ def fuel(building: Building) -> np.ndarray:
     Room cells and doors, but for those within PROTECTED_METRES on foot of an exit or
     stairwell entrance [D6, D7, chosen].
     """
-    ways = [*building.exits, *building.stairwell_of]
+    ways = [m.index for m in building.landmarks if m.kind is not Kind.DOOR]
     metres = navigation_of(building).distance_to(*ways)
     unprotected = (metres > paper.PROTECTED_METRES).reshape(building.kind.shape)
     return np.isin(building.kind, (Kind.FLOOR, Kind.DOOR)) & unprotected

@@ -155,7 +155,7 @@ def planned_way(robot: Robot, world: World, target: Destination) -> list[int]:
     """Places on the cheapest way to a robot's target, given the flames [C5]."""
     nav = navigation_of(world.building)
     goal = nav.nearest_free(robot.floor, *target)
-    return nav.way(robot.place, goal, flame_cost(world, robot.floor))[1]
+    return nav.way(robot.place, goal, flame_cost(world, robot.floor))
 
 
 def flame_cost(world: World, floor: int) -> np.ndarray | None:

@@ -79,6 +79,8 @@ class Sight:
         for k in range(RAYS):
             self._cast_everywhere(k, clear)
         self.patches: list[int] = self._patches()
+        ways = [m for m in building.landmarks if m.leads_out or m.kind is Kind.DOOR]
+        self._useful = {way.index for way in ways}
         self._marks: list[int] = building.landmark.ravel().tolist()
         self._centres: list[list[float]] = self.navigation.centres.tolist()
         self.landmarks = cache(self._landmarks_from)
@@ -129,8 +131,7 @@ class Sight:
     def _landmarks_from(self, p: int) -> dict[int, Hit]:
         """Not the entrances of stairs that end here: a sign says so [B6, chosen]."""
         found: dict[int, Hit] = {}
-        nothing = (-1, *self.building.dead_ends)
-        met = [q for q in self._stops(p) if self._marks[q] not in nothing]
+        met = [q for q in self._stops(p) if self._marks[q] in self._useful]
         for hit in sorted((self._hit(p, q) for q in met), key=attrgetter("distance")):
             found.setdefault(hit.landmark, hit)
         return found
