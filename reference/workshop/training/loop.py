@@ -29,7 +29,7 @@ from reference.workshop.training.summaries import (
     Row,
     table_until,
 )
-from reference.workshop.workers import chunks, in_order, shares
+from reference.workshop.workers import as_done, chunks, shares
 
 
 def train(
@@ -73,9 +73,10 @@ def _played(
     executor: Executor, jobs: Sequence[Sequence[Job]], stop: Callable[[], bool]
 ) -> list[Episode] | None:
     """Play all jobs, those of a share in one lockstep; None if told to stop."""
-    if (played := in_order(executor, _play, jobs, stop)) is None:
+    played = dict(as_done(executor, _play, jobs, stop))
+    if len(played) < len(jobs):
         return None
-    return [e for share in played for job in share for e in job]
+    return [e for k in range(len(jobs)) for job in played[k] for e in job]
 
 
 def _play(jobs: Sequence[Job]) -> list[list[Episode]]:
