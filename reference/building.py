@@ -9,11 +9,12 @@ Clauses: A1-A7, B1 and the coordinates of A8.
 """
 
 import re
+from collections import Counter
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from functools import cached_property, lru_cache
-from itertools import chain, pairwise, permutations
+from itertools import pairwise, permutations
 from math import dist
 from operator import itemgetter
 from typing import Any, TypeAlias
@@ -41,9 +42,6 @@ class Kind(IntEnum):
     STAIRS = 6
 
 
-LANDMARKS = (Kind.DOOR, Kind.ENTRANCE, Kind.EXIT)  # triggers without volume [A5]
-
-
 @dataclass(frozen=True, eq=False)
 class Area:
     """A room, or one storey of a stairwell; cells: (k, 2) rows and columns."""
@@ -55,7 +53,6 @@ class Area:
     floor: int
     cells: np.ndarray
     centre: tuple[float, float]
-    leads_down: bool  # is it a stairwell, and not its lowest storey?
 
     @property
     def size(self) -> int:
@@ -65,9 +62,10 @@ class Area:
 
 @dataclass(frozen=True, eq=False)
 class Landmark:
-    """A door, stairwell entrance or exit; cells: (k, 2) rows and columns.
+    """A door, stairwell entrance or exit [A5]; cells: (k, 2) rows and columns.
 
     sides: ids of the areas beside it, and OUTSIDE of an exit
+    stairwell: index of the one it leads into, -1 for none
     leads_out: is it an exit, or an entrance to stairs that go down?
     """
 
@@ -78,6 +76,7 @@ class Landmark:
     cells: np.ndarray
     position: tuple[float, float]
     sides: tuple[str, ...]
+    stairwell: int
     leads_out: bool
 
     @property
@@ -116,9 +115,7 @@ class Building:
     areas       rooms and stairwells, floor by floor;  area_of  by their ids
     landmarks   doors, entrances, exits, floor by floor;  landmark_of  by their ids
     stairwells  shafts in the order of their letters
-    stairwell_of  index of a stairwell by the index of each of its entrances
     exits       indices of the exits among the landmarks
-    dead_ends   indices of the entrances whose stairs do not go down
     body        of the main body: left, bottom, right, top in metres [A1]
     origin      (row, col) of the main body's middle, where metres begin [A8]
     """
@@ -141,15 +138,7 @@ class Building:
         self.kind: np.ndarray = self._kinds()
         self.walkable = self.kind >= Kind.FLOOR
         self.stairwells = self._find_stairwells()
-        self.stairwell_of = {
-            mark: k
-            for k, well in enumerate(self.stairwells)
-            for mark in chain(*well.entrances.values())
-        }
         self.exits = frozenset(m.index for m in self.landmarks if m.kind is Kind.EXIT)
-        self.dead_ends = frozenset(
-            mark for mark in self.stairwell_of if not self.landmarks[mark].leads_out
-        )
 
     def __reduce__(self) -> tuple[Any, tuple[str]]:
         """Travel between processes as text."""
@@ -188,7 +177,6 @@ class Building:
     def _find_areas(self) -> tuple[Area, ...]:
         """Find rooms, then stairwells of each floor, in reading order."""
         found: list[Area] = []
-        below: set[str] = set()  # stairwells of lower floors
         for floor, signs in enumerate(self.signs):
             rooms = pieces(is_room(signs))
             wells = [some for sign in STAIRWELLS for some in pieces(signs == sign)]
@@ -197,9 +185,7 @@ class Building:
                 kind = "room" if number <= len(rooms) else "stairwell"
                 name = self._word_on(floor, cells) or f"room-{number}"
                 what = len(found), f"{floor + 1}/{name}", name, kind
-                where = floor, cells, self._middle(cells)
-                found.append(Area(*what, *where, leads_down=name in below))
-            below |= {area.name for area in found if area.kind == "stairwell"}
+                found.append(Area(*what, floor, cells, self._middle(cells)))
         return tuple(found)
 
     def _word_on(self, floor: int, cells: np.ndarray) -> str:
@@ -213,18 +199,20 @@ class Building:
     def _find_landmarks(self) -> tuple[Landmark, ...]:
         """Find doors, then entrances, then exits of each floor, in reading order."""
         found: list[Landmark] = []
+        lowest = {a.name: a.floor for a in self.areas[::-1] if a.kind == "stairwell"}
         for floor, signs in enumerate(self.signs):
-            numbers = dict.fromkeys(LANDMARKS, 0)
-            gates = [cells for sign in "+E" for cells in pieces(signs == sign)]
-            for kind, cells, sides in sorted(
-                (self._gate(floor, cells) for cells in gates), key=itemgetter(0)
-            ):
-                numbers[kind] += 1
-                name = f"{floor + 1}/{kind.name.lower()}-{numbers[kind]}"
+            cells = [some for sign in "+E" for some in pieces(signs == sign)]
+            gates = [self._gate(floor, some) for some in cells]
+            count: Counter[Kind] = Counter()
+            for kind, where, sides in sorted(gates, key=itemgetter(0)):
+                count[kind] += 1
+                name = f"{floor + 1}/{kind.name.lower()}-{count[kind]}"
                 ids = [side.id for side in sides] + [OUTSIDE] * (kind is Kind.EXIT)
-                out = kind is Kind.EXIT or any(side.leads_down for side in sides)
-                where = floor, cells, self._middle(cells)
-                found.append(Landmark(len(found), name, kind, *where, tuple(ids), out))
+                stairs = [side.name for side in sides if side.kind == "stairwell"]
+                well = sorted(lowest).index(stairs[0]) if kind is Kind.ENTRANCE else -1
+                out = kind is Kind.EXIT or any(lowest[name] < floor for name in stairs)
+                what = len(found), name, kind, floor, where, self._middle(where)
+                found.append(Landmark(*what, tuple(ids), well, out))
         return tuple(found)
 
     def _gate(
@@ -235,21 +223,24 @@ class Building:
         inside = np.clip(around, 0, np.array(self.signs.shape[1:]) - 1)
         beside = np.unique(self.area[floor, *inside.T]).tolist()
         sides = [self.areas[index] for index in beside if index >= 0]
-        if self.signs[floor, *cells[0]] == "E":
-            return Kind.EXIT, cells, sides
         stairs = any(side.kind == "stairwell" for side in sides)
-        return Kind.ENTRANCE if stairs else Kind.DOOR, cells, sides
+        closed = Kind.ENTRANCE if stairs else Kind.DOOR
+        is_exit = self.signs[floor, *cells[0]] == "E"
+        return Kind.EXIT if is_exit else closed, cells, sides
 
     def _find_stairwells(self) -> tuple[Stairwell, ...]:
-        found: dict[str, Stairwell] = {}
-        for area in self.areas:
-            if area.kind == "stairwell":
-                new = Stairwell(area.name, area.cells, area.centre, {}, {})
-                well = found.setdefault(area.name, new)
-                at = [m.index for m in self.landmarks if area.id in m.sides]
-                well.areas[area.floor] = area.index
-                well.entrances[area.floor] = tuple(at)
-        return tuple(found[letter] for letter in sorted(found))
+        wells = [area for area in self.areas if area.kind == "stairwell"]
+        found = []
+        for k, letter in enumerate(sorted({area.name for area in wells})):
+            mine = [area for area in wells if area.name == letter]
+            marks = [m for m in self.landmarks if m.stairwell == k]
+            areas = {area.floor: area.index for area in mine}
+            entrances = {
+                f: tuple(m.index for m in marks if m.floor == f) for f in areas
+            }
+            what = letter, mine[0].cells, mine[0].centre
+            found.append(Stairwell(*what, areas, entrances))
+        return tuple(found)
 
     def ways_out(self, floor: int) -> list[int]:
         """Landmarks that lead off a floor: exits, and entrances to stairs down."""
@@ -306,11 +297,9 @@ def burn(graph: Graph, doors: Collection[str]) -> Graph:
     """View a graph of rooms without the doors with these ids [A6].
 
     [A6, chosen] A destroyed door is no way out any more; its cell burns, so only who is
-    stuck or stands in flames walks through. Raises KeyError for an unknown id.
+    stuck or stands in flames walks through.
     """
     edges = [edge for edge in graph.edges(keys=True) if edge[2] in doors]
-    if missing := set(doors) - {key for *_, key in edges}:
-        raise KeyError(min(missing))
     return nx.restricted_view(graph, [], edges)
 
 

@@ -39,6 +39,7 @@ class Spread:
     def advance(self, flames: Flames, time: float) -> float:
         """Burn every cell whose time has come; return when the next one will (s)."""
         flames.burning = flames.arrival <= time
+        flames.alight = frozenset(np.flatnonzero(flames.burning).tolist())
         burning, beside = flames.burning, cells_beside(self.building, flames.burning)
         heat = np.where(beside, paper.HEAT_LOSS, 0.0)
         flames.harm = np.where(burning, paper.BURN_LOSS, heat)
@@ -54,7 +55,7 @@ def fuel(building: Building) -> np.ndarray:
     Room cells and doors, but for those within PROTECTED_METRES on foot of an exit or
     stairwell entrance [D6, D7, chosen].
     """
-    ways = [*building.exits, *building.stairwell_of]
+    ways = [m.index for m in building.landmarks if m.kind is not Kind.DOOR]
     metres = navigation_of(building).distance_to(*ways)
     unprotected = (metres > paper.PROTECTED_METRES).reshape(building.kind.shape)
     return np.isin(building.kind, (Kind.FLOOR, Kind.DOOR)) & unprotected

@@ -91,8 +91,8 @@ def stuck(me: Mind, observe: View) -> bool:
 
 def exit_in_view(observe: View) -> int | None:
     """The nearest exit that a ray meets, flames or not, or None [B6, Alg. 2:2]."""
-    hits = observe.landmarks.values()
-    return next((hit.index for hit in hits if hit.kind == "exit"), None)
+    exits = (mark for mark, hit in observe.landmarks.items() if hit.kind == "exit")
+    return next(exits, None)
 
 
 def desired(me: Mind, observe: View) -> int | None:
@@ -220,8 +220,7 @@ def act_on_instruction(me: Mind, observe: View, goal: Goal) -> Goal:
     "Follow me" keeps the goal; "this stairwell" and "this exit" send people there as
     soon as they see it themselves, since they do not know the map [B3].
     """
-    meant = me.told.landmark if me.told else NOWHERE
-    return go_to(meant) if meant in observe.landmarks else goal
+    return go_to(me.told) if me.told in observe.landmarks else goal
 
 
 def back_to_last_door(me: Mind, observe: View) -> Goal:

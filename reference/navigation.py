@@ -12,7 +12,7 @@ numbering:
 from collections.abc import Iterable
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -23,10 +23,8 @@ from reference.building import Building
 LOOK_AHEAD = 6
 """[A7, chosen] metres: the longest line tried when a way is pulled straight."""
 
-KEPT_WAYS, KEPT_COSTS = 512, 64
-"""Sizes of caches: the last searches and weighted steps, some 30 MB for the paper."""
-
-Places: TypeAlias = np.ndarray | int
+KEPT_WAYS = 512
+"""Searches that are kept, the last ones: some 20 MB for the paper's building."""
 
 NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
 
@@ -122,9 +120,11 @@ class Navigation:
 
     walkable  (places,) bool
     centres   (places, 2) metres
-    goals     of each landmark, (k,) places of its cells
-    clear     StraightLines: can a body walk straight from p to q?
     steps     of each floor, (floor_size, floor_size) metres
+    clear     StraightLines: can a body walk straight from p to q?
+    goals     of each landmark, (k,) places of its cells
+    metres    (landmarks, places) to each landmark; inf from other floors
+    waypoint  (landmarks, places) where to walk straight at on the way there
     to_landmarks  (places,) metres to the nearest landmark
     """
 
@@ -138,13 +138,12 @@ class Navigation:
         free = building.walkable
         self.clear = StraightLines(free, free, LOOK_AHEAD, strict=True)
         self.steps = [self._steps_of(floor) for floor in range(self.floors)]
-        self._found = lru_cache(KEPT_WAYS)(self._search)
-        self._weighted = lru_cache(KEPT_COSTS)(self._weigh_steps)
+        self._search = lru_cache(KEPT_WAYS)(self._search_floor)
         self.goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]
-        shape = (len(self.goals), self.floor_size)  # each landmark's own floor
-        self._metres, self._waypoint = np.zeros(shape), np.zeros(shape, dtype=np.int32)
+        self.metres = np.zeros((len(self.goals), self.places))
+        self.waypoint = np.zeros(self.metres.shape, dtype=np.int32)
         for mark, goal in enumerate(self.goals):
-            self._metres[mark], self._waypoint[mark] = self._to_landmark(goal)
+            self.metres[mark], self.waypoint[mark] = self._to_landmark(goal)
         self.to_landmarks = self.distance_to(*range(len(self.goals)))
 
     def __reduce__(self) -> tuple[Any, tuple[Building]]:
@@ -169,10 +168,8 @@ class Navigation:
     # -- Places and points ----------------------------------------------------------
 
     def place(self, floor: int, x: float, y: float) -> int:
-        """The place around a point; ValueError outside the drawing."""
+        """The place around a point inside the drawing."""
         row, col = self.building.cell(x, y)
-        if not (0 <= row < self.rows and 0 <= col < self.cols):
-            raise ValueError(f"({x:g}, {y:g}) lies outside the drawing")
         return int((floor * self.rows + row) * self.cols + col)
 
     def places_at(self, floor: np.ndarray, position: np.ndarray) -> np.ndarray:
@@ -208,102 +205,83 @@ class Navigation:
         through, _ = cells_crossed(d_row, d_col)
         return [p + row * self.cols + col for row, col in through] + [q] * (p != q)
 
-    # -- Ways to landmarks, from tables ---------------------------------------------
-
-    def metres_to(self, landmark: Places, p: Places) -> np.ndarray:
-        """Metres to landmarks from places of their floors, broadcast."""
-        return self._metres[landmark, p % self.floor_size]
-
-    def waypoint(self, landmark: Places, p: Places) -> np.ndarray:
-        """Where to walk straight at on the way to landmarks; as in `metres_to`."""
-        return self._waypoint[landmark, p % self.floor_size]
+    # -- Ways -----------------------------------------------------------------------
 
     def distance_to(self, *landmarks: int) -> np.ndarray:
         """(places,) metres to the nearest of some landmarks; inf on other floors."""
-        d = np.full((self.floors, self.floor_size), np.inf)
-        for mark in landmarks:
-            floor = self.building.landmarks[mark].floor
-            d[floor] = np.minimum(d[floor], self._metres[mark])
-        return d.ravel()
+        return self.metres[list(landmarks)].min(axis=0, initial=np.inf)
 
     def _to_landmark(self, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(floor_size,) metres to the nearest goal, and the place to walk at."""
-        floor = int(goals[0]) // self.floor_size
-        start = floor * self.floor_size
-        d, after = self._search(floor, None, *goals.tolist())
-        waypoint, from_here = after, start + np.arange(self.floor_size)
+        """(places,) metres to the nearest goal, and the place to walk at."""
+        d, after = self.shortest(goals)
+        waypoint, here = after.copy(), np.flatnonzero(np.isfinite(d))
         while True:  # pull every way straight by one more step
-            further = after[waypoint - start]
-            longer = (further != waypoint) & self.clear.reaches(from_here, further)
+            further = after[waypoint[here]]
+            longer = (further != waypoint[here]) & self.clear.reaches(here, further)
             if not longer.any():
                 return d, waypoint
-            waypoint = np.where(longer, further, waypoint)
+            waypoint[here[longer]] = further[longer]
 
-    # -- Ways to any place, searched for --------------------------------------------
+    def way(self, start: int, goal: int, cost: np.ndarray | None = None) -> list[int]:
+        """Corners of the shortest way, the goal last; with cost: all places on it.
+
+        Empty if there is none.
+        """
+        d, after = self.shortest([goal], cost)
+        if not np.isfinite(d[start]):
+            return []
+        chain = [start]
+        while chain[-1] != goal:
+            chain.append(int(after[chain[-1]]))
+        if cost is not None:  # a straight line might graze what the way avoids
+            return chain[1:] or chain
+        corners = [start]
+        for here, there in pairwise(chain):
+            if not self.clear.reaches(corners[-1], there):
+                corners.append(here)
+        return [*corners[1:], goal]
 
     def distances(
         self, goals: Iterable[int], cost: np.ndarray | None = None
     ) -> np.ndarray:
         """(places,) metres to the nearest of the goals, times costs; see `shortest`."""
-        return self.shortest(np.asarray(list(goals), dtype=np.int64), cost)[0]
-
-    def way(
-        self, start: int, goal: int, cost: np.ndarray | None = None
-    ) -> tuple[float, list[int]]:
-        """Length and corners of the shortest way, the goal last; (inf, []) if none.
-
-        With cost: the weighted length, and all places on the way.
-        """
-        d, after = self.shortest(np.array([goal]), cost)
-        if not np.isfinite(d[start]):
-            return np.inf, []
-        chain = [start]
-        while chain[-1] != goal:
-            chain.append(int(after[chain[-1]]))
-        if cost is not None:  # a straight line might graze what the way avoids
-            return float(d[start]), chain[1:] or chain
-        corners = [start]
-        for here, there in pairwise(chain):
-            if not self.clear.reaches(corners[-1], there):
-                corners.append(here)
-        return float(d[start]), [*corners[1:], goal]
+        return self.shortest(goals, cost)[0]
 
     def shortest(
-        self, goals: np.ndarray, cost: np.ndarray | None
+        self, goals: Iterable[int], cost: np.ndarray | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """(places,) metres to the nearest goal, (places,) the next place on the way.
 
         At a goal, and where there is no way, the next place is the place itself.
-        goals: (k,) places of one floor; cost: factor on every step into or out of a
-        place (inf: no way), (places,) or (floors, rows, cols).
+        goals: places of one floor; cost: factor on every step into or out of a place
+        (inf: no way), (places,) or (floors, rows, cols).
         """
-        d = np.full((self.floors, self.floor_size), np.inf)
-        after = np.arange(self.places).reshape(d.shape)
-        if len(goals):
-            floor, price = int(goals[0]) // self.floor_size, None
+        d, after = np.full(self.places, np.inf), np.arange(self.places)
+        if ends := tuple(map(int, goals)):
+            floor, price = ends[0] // self.floor_size, None
+            here = slice(floor * self.floor_size, (floor + 1) * self.floor_size)
             if cost is not None:
-                price = np.reshape(cost, d.shape)[floor].astype(float).tobytes()
-            d[floor], after[floor] = self._found(floor, price, *goals.tolist())
-        return d.ravel(), after.ravel()
+                price = cost.ravel()[here].astype(float).tobytes()
+            d[here], after[here] = self._search(floor, price, ends)
+        return d, after
 
-    def _search(
-        self, floor: int, price: bytes | None, *goals: int
+    def _search_floor(
+        self, floor: int, price: bytes | None, goals: tuple[int, ...]
     ) -> tuple[np.ndarray, np.ndarray]:
         """`shortest` on one floor, (floor_size,) each; price: bytes of its costs."""
-        start = floor * self.floor_size
-        steps = self.steps[floor] if price is None else self._weighted(floor, price)
-        own, here = np.array(goals) - start, np.arange(self.floor_size)
+        start, here = floor * self.floor_size, np.arange(self.floor_size)
+        steps = self.steps[floor]
+        if price is not None:  # weigh each step by the higher cost of its two ends
+            steps, cost = steps.copy(), np.frombuffer(price)
+            left = np.repeat(here, np.diff(steps.indptr))
+            steps.data *= np.maximum(cost[left], cost[steps.indices])
         d, before, _ = dijkstra(
-            steps, indices=own, min_only=True, return_predecessors=True
+            steps,
+            indices=np.subtract(goals, start),
+            min_only=True,
+            return_predecessors=True,
         )
         return d, (np.where(before < 0, here, before) + start).astype(np.int32)
-
-    def _weigh_steps(self, floor: int, price: bytes) -> csr_matrix:
-        """Weight each step of a floor by the higher cost of its two ends."""
-        steps, cost = self.steps[floor].copy(), np.frombuffer(price)
-        start = np.repeat(np.arange(self.floor_size), np.diff(steps.indptr))
-        steps.data *= np.maximum(cost[start], cost[steps.indices])
-        return steps
 
 
 @lru_cache(maxsize=8)

@@ -14,7 +14,7 @@ import numpy as np
 from reference.building import Building, Kind, Landmark
 from reference.navigation import Navigation, navigation_of
 from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED
-from reference.world import FOLLOW_ME, Instruction, Robot, Said, World
+from reference.world import NOWHERE, Robot, World
 
 Destination = tuple[float, float]
 """X_r, Y_r in metres [C5]."""
@@ -104,25 +104,23 @@ def actual_target(building: Building, floor: int, x: float, y: float) -> Destina
     return min(near, key=lambda centre: dist((x, y), centre), default=(x, y))
 
 
-def said_on_the_way(building: Building, floor: int, target: Destination) -> Said:
-    """What to tell people on the way to a target [C7, Alg. 3:5].
+def said_on_the_way(building: Building, floor: int, target: Destination) -> int:
+    """What to tell people on the way to a target [C7, Alg. 3:5]: a landmark's index.
 
-    Nobody is sent into a stairwell that does not lead down. "This" is the exit, or the
-    entrance of the target's stairwell, that is nearest to the target [C7, chosen].
+    "This exit" near one, or "this stairwell" if its stairs go down; of several exits or
+    entrances the nearest to the target. Else NOWHERE, "follow me" [C7, chosen].
     """
     here = [mark for mark in building.landmarks if mark.floor == floor]
     exits = [mark for mark in here if mark.kind is Kind.EXIT]
     wells = [s for s in building.stairwells if s.centre == target]
     wells = [s for s in wells if s.leads_down(floor)]
     if wells:
-        instruction = Instruction.THIS_STAIRWELL
         marks = [building.landmarks[m] for m in wells[0].entrances[floor]]
     elif any(dist(mark.position, target) <= AT_EXIT for mark in exits):
-        instruction, marks = Instruction.THIS_EXIT, exits
+        marks = exits
     else:
-        return FOLLOW_ME
-    nearest = min(marks, key=lambda mark: dist(mark.position, target))
-    return Said(instruction, nearest.index)
+        return NOWHERE
+    return min(marks, key=lambda mark: dist(mark.position, target)).index
 
 
 @lru_cache(maxsize=64)
@@ -148,8 +146,7 @@ def at_exit(building: Building, exit_: Landmark) -> Destination:
     near = points[np.argsort(off, kind="stable")[: int((off <= AT_EXIT).sum())]]
     for point in [exit_.position, *((float(x), float(y)) for x, y in near)]:
         target = actual_target(building, exit_.floor, *point)
-        said = said_on_the_way(building, exit_.floor, target)
-        if said.instruction is Instruction.THIS_EXIT:
+        if said_on_the_way(building, exit_.floor, target) in building.exits:
             return point
     return exit_.position
 
@@ -158,7 +155,7 @@ def planned_way(robot: Robot, world: World, target: Destination) -> list[int]:
     """Places on the cheapest way to a robot's target, given the flames [C5]."""
     nav = navigation_of(world.building)
     goal = nav.nearest_free(robot.floor, *target)
-    return nav.way(robot.place, goal, flame_cost(world, robot.floor))[1]
+    return nav.way(robot.place, goal, flame_cost(world, robot.floor))
 
 
 def flame_cost(world: World, floor: int) -> np.ndarray | None:

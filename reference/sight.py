@@ -11,9 +11,9 @@ around, 360 degrees, and neither people nor flames stop one [B1, chosen].
     k      number of a ray, counted counter-clockwise from east
 """
 
-from dataclasses import dataclass
 from functools import cache, lru_cache
 from math import dist
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -30,13 +30,12 @@ DIM = 3.0
 well, and does not count as explored. So who sees farther explores a room sooner."""
 
 
-@dataclass(frozen=True)
-class Hit:
-    """What a ray returns: a label, how far away (m), and which landmark or body."""
+class Hit(NamedTuple):
+    """What a ray returns: a label, how far away (m), and which landmark, if any."""
 
     kind: str
     distance: float
-    index: int = -1
+    landmark: int
 
 
 class Direction(NamedTuple):
@@ -51,16 +50,17 @@ class Direction(NamedTuple):
 
 
 class Sight:
-    """Tables of what can be seen from every place of a building, at one range.
+    """What can be seen from every place of a building, at one range.
 
-    sees       StraightLines: does p see q? (centre to centre)
-    hits       (RAYS, places) the place a ray stops at, -1 where it returns nothing
-    landmarks  per place, the nearest hit of each landmark that rays meet, by landmark,
-               the nearest first
-    open       per place, the directions whose rays return nothing, one per patch
-    farthest   per place, the last free place of its longest ray
-    patches    per place, the patch of floor it lies in
-    rooms      per place, the room, or NOWHERE
+    sees     StraightLines: does p see q? (centre to centre)
+    hits     (RAYS, places) the place a ray stops at, -1 where it returns nothing
+    ends     (RAYS, places) the last free place it passes
+    patches  per place, the patch of floor it lies in
+
+    Once asked for, these are kept:
+
+    landmarks(p)  the nearest hit of each landmark that rays meet, the nearest first
+    open(p)       the directions whose rays return nothing, one per patch
     seen(p)       places in line of sight, and where rays end
     looked_at(p)  patches of floor seen well: nearer than the limit by DIM
     line(p, landmark)  places on the line to a landmark in view, and those on or
@@ -74,20 +74,17 @@ class Sight:
         clear = np.isin(building.kind, (Kind.FLOOR, Kind.STAIRS))
         through = clear | (building.kind == Kind.ENTRANCE)
         self.sees = StraightLines(through, building.walkable, reach, strict=False)
-        self.hits = np.full((RAYS, building.kind.size), -1, dtype=np.int32)
-        ends = np.empty_like(self.hits)
-        centres, farthest = self.navigation.centres, np.arange(building.kind.size)
-        longest = np.zeros(len(farthest))  # squared
+        self.hits = np.full((RAYS, clear.size), -1, dtype=np.int32)
+        self.ends = np.tile(np.arange(clear.size, dtype=np.int32), (RAYS, 1))
         for k in range(RAYS):
-            ends[k] = self._cast(k, clear)
-            length = ((centres[ends[k]] - centres) ** 2).sum(axis=1)
-            longer = length > longest
-            farthest[longer], longest[longer] = ends[k, longer], length[longer]
-        self.farthest: list[int] = farthest.tolist()
-        self.landmarks = self._landmarks_met()
-        self.open = self._open_directions(ends)
-        self.patches: list[int] = self._patch_of(np.arange(building.kind.size)).tolist()
-        self.rooms: list[int] = building.area.ravel().tolist()
+            self._cast_everywhere(k, clear)
+        self.patches: list[int] = self._patches()
+        ways = [m for m in building.landmarks if m.leads_out or m.kind is Kind.DOOR]
+        self._useful = {way.index for way in ways}
+        self._marks: list[int] = building.landmark.ravel().tolist()
+        self._centres: list[list[float]] = self.navigation.centres.tolist()
+        self.landmarks = cache(self._landmarks_from)
+        self.open = cache(self._open_from)
         self.seen = cache(self._seen_from)
         self.looked_at = cache(self._looked_at_from)
         self.line = cache(self._line_to)
@@ -96,94 +93,79 @@ class Sight:
         """Travel between processes as the building and the range."""
         return sight_of, (self.building, self.reach)
 
-    def _cast(self, k: int, clear: np.ndarray) -> np.ndarray:
-        """Cast one ray from every place; (places,) the last free place it passes."""
-        known = self.building.kind != Kind.OUTSIDE
+    def _cast_everywhere(self, k: int, clear: np.ndarray) -> None:
+        """Cast the k-th ray from every place at once."""
+        flying, known = self.building.walkable, self.building.kind != Kind.OUTSIDE
         everywhere = np.arange(clear.size)
-        flying, ends = self.building.walkable.copy(), everywhere.copy()
         for d_row, d_col in _cells_along(2 * np.pi * k / RAYS, self.reach):
             there = everywhere + d_row * clear.shape[2] + d_col
             stopped = flying & ~shifted(clear, d_row, d_col)
             met = (stopped & shifted(known, d_row, d_col)).ravel()
+            flying = flying & ~stopped
             self.hits[k, met] = there[met]
-            flying &= ~stopped
-            ends[flying.ravel()] = there[flying.ravel()]
-        return ends
+            self.ends[k, flying.ravel()] = there[flying.ravel()]
 
-    def _landmarks_met(self) -> list[dict[int, Hit]]:
-        """Per place, the nearest hit of each landmark that rays meet, nearest first."""
-        marks, centres = self.building.landmark.ravel(), self.navigation.centres
-        k, p = np.nonzero((self.hits >= 0) & (marks[self.hits] >= 0))
-        q = self.hits[k, p]
-        metres = np.hypot(*(centres[q] - centres[p]).T)
-        first = np.lexsort((metres, p))
-        found: list[dict[int, Hit]] = [{} for _ in marks]
-        met = (a[first].tolist() for a in (p, marks[q], metres))
-        for here, mark, far in zip(*met, strict=True):
-            if mark not in found[here]:
-                kind = self.building.landmarks[mark].kind.name.lower()
-                found[here][mark] = Hit(kind, far, mark)
-        return found
-
-    def _open_directions(self, ends: np.ndarray) -> list[tuple[Direction, ...]]:
-        """List, per place, where rays that meet nothing end, one ray per patch.
-
-        ends: (RAYS, places) the last free place that each ray passes.
-        """
-        centres = self.navigation.centres
-        found: list[list[Direction]] = [[] for _ in range(ends.shape[1])]
-        for floor in np.split(np.arange(len(found)), self.building.floors):
-            k, p = np.nonzero((self.hits[:, floor] < 0) & (ends[:, floor] != floor))
-            p = floor[p]
-            end = ends[k, p]
-            patch = self._patch_of(end)
-            each = p * (patch.max(initial=0) + 1) + patch
-            _, first = np.unique(each, return_index=True)
-            first.sort()  # by ray: counter-clockwise from east
-            p, end, patch = p[first], end[first], patch[first]
-            off = centres[end] - centres[p]
-            unit = off / np.linalg.norm(off, axis=1, keepdims=True)
-            ways = (p.tolist(), patch.tolist(), end.tolist(), unit.tolist())
-            for here, leads_to, there, along in zip(*ways, strict=True):
-                found[here].append(Direction(leads_to, there, tuple(along)))
-        return [tuple(directions) for directions in found]
-
-    def _patch_of(self, p: np.ndarray) -> np.ndarray:
+    def _patches(self) -> list[int]:
         """The patch of floor each place lies in."""
-        floor, row, col = np.unravel_index(p, self.building.kind.shape)
+        floor, row, col = np.indices(self.building.kind.shape).reshape(3, -1)
         _, down, across = np.array(self.building.kind.shape) // PATCH + 1
-        return (floor * down + row // PATCH) * across + col // PATCH
-
-    def _seen_from(self, p: int) -> frozenset[int]:
-        inside, hits = self.sees.reached_from(p), self.hits[:, p]
-        met, ends = hits[hits >= 0], (way.place for way in self.open[p])
-        return frozenset((*inside.tolist(), *met.tolist(), *ends))
-
-    def _looked_at_from(self, p: int) -> frozenset[int]:
-        seen = np.array([p, *self.seen(p)])
-        off = self.navigation.centres[seen] - self.navigation.centres[p]
-        well = seen[np.hypot(*off.T) <= self.reach - DIM]
-        return frozenset(self.patches[q] for q in (p, *well.tolist()))
-
-    def _line_to(self, p: int, landmark: int) -> tuple[frozenset[int], frozenset[int]]:
-        marks, centres = self.building.landmark.ravel(), self.navigation.centres
-        met = np.unique(self.hits[self.hits[:, p] >= 0, p])
-        ends = met[marks[met] == landmark].tolist()
-        end = min(ends, key=lambda q: dist(centres[q], centres[p]))
-        on = frozenset(self.navigation.straight(p, end))
-        steps = (0, 1, -1, self.navigation.cols, -self.navigation.cols)
-        beside = {q + step for q in on for step in steps}
-        return on, frozenset(beside - {p})
+        return ((floor * down + row // PATCH) * across + col // PATCH).tolist()
 
     def cast(self, p: int, k: int) -> Hit | None:
         """Cast the k-th ray from the middle of place p; what it meets, if anything."""
         q = int(self.hits[k, p])
-        if q < 0:
-            return None
-        off = self.navigation.centres[q] - self.navigation.centres[p]
-        kind = Kind(int(self.building.kind.ravel()[q]))
-        mark = int(self.building.landmark.ravel()[q])
-        return Hit(kind.name.lower(), float(np.hypot(*off)), mark)
+        return self._hit(p, q) if q >= 0 else None
+
+    def _hit(self, p: int, q: int) -> Hit:
+        """What a ray from p that stops at q returns."""
+        kind = Kind(self.building.kind.flat[q]).name.lower()
+        return Hit(kind, self._metres(p, q), self._marks[q])
+
+    def _metres(self, p: int, q: int) -> float:
+        return dist(self._centres[p], self._centres[q])
+
+    def _stops(self, p: int) -> list[int]:
+        """The places where the rays from p stop, in the rays' order."""
+        return list(dict.fromkeys(self.hits[self.hits[:, p] >= 0, p].tolist()))
+
+    def _landmarks_from(self, p: int) -> dict[int, Hit]:
+        """Not the entrances of stairs that end here: a sign says so [B6, chosen]."""
+        found: dict[int, Hit] = {}
+        met = [q for q in self._stops(p) if self._marks[q] in self._useful]
+        for hit in sorted((self._hit(p, q) for q in met), key=attrgetter("distance")):
+            found.setdefault(hit.landmark, hit)
+        return found
+
+    def _open_from(self, p: int) -> list[Direction]:
+        found: dict[int, Direction] = {}
+        for q in dict.fromkeys(self.ends[self.hits[:, p] < 0, p].tolist()):
+            if q != p and self.patches[q] not in found:
+                off = self.navigation.centres[q] - self.navigation.centres[p]
+                x, y = (off / np.linalg.norm(off)).tolist()
+                found[self.patches[q]] = Direction(self.patches[q], q, (x, y))
+        return list(found.values())
+
+    def farthest(self, p: int) -> int:
+        """The last free place of the longest ray from p."""
+        return max(self.ends[:, p].tolist(), key=lambda q: self._metres(p, q))
+
+    def _seen_from(self, p: int) -> frozenset[int]:
+        ends = (way.place for way in self.open(p))
+        return frozenset((*self.sees.reached_from(p).tolist(), *self._stops(p), *ends))
+
+    def _looked_at_from(self, p: int) -> frozenset[int]:
+        seen, well = (p, *self.seen(p)), self.reach - DIM
+        return frozenset(
+            self.patches[q] for q in seen if q == p or self._metres(p, q) <= well
+        )
+
+    def _line_to(self, p: int, landmark: int) -> tuple[frozenset[int], frozenset[int]]:
+        met = sorted(q for q in self._stops(p) if self._marks[q] == landmark)
+        end = min(met, key=lambda q: self._metres(p, q))
+        on = frozenset(self.navigation.straight(p, end))
+        steps = (0, 1, -1, self.navigation.cols, -self.navigation.cols)
+        beside = {q + step for q in on for step in steps}
+        return on, frozenset(beside - {p})
 
 
 def _cells_along(angle: float, reach: float) -> list[tuple[int, int]]:

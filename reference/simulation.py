@@ -30,7 +30,7 @@ from reference.game.rewards import group_reward
 from reference.humans import pass_landmark
 from reference.navigation import Navigation, navigation_of
 from reference.paper import Scenario
-from reference.perception import Surroundings, look
+from reference.perception import look
 from reference.robots import Destinations, RobotAlgorithm
 from reference.sight import Sight, sight_of
 from reference.strategies import FireStrategy, NoFire, NoRobots, RobotStrategy
@@ -96,7 +96,6 @@ class Simulation:
         self.decision_ticks = round(self.scenario.decision_seconds / self.tick)
         self._flame_ticks = max(1, round(paper.FLAME_SECONDS / self.tick))
         self._next_ignition = self.world.time if self.world.flames.sources else inf
-        self.surroundings = Surroundings.of(self.world, self.sight)
         self.full_until = np.zeros(len(building.landmarks) + 1)
         self.turn = np.arange(len(self.world.bodies)) % paper.RECONSIDER_TICKS
         self.due = np.ones(len(self.world.bodies), dtype=bool)
@@ -114,7 +113,7 @@ class Simulation:
         already = len(self.events)
         # SENSE
         who = np.flatnonzero(self.due & self.world.bodies.walking)
-        views = look(self.world, self.surroundings, who)
+        views = look(self.world, self.sight, who)
         # DECIDE
         walking.decide(self.world, who, views)
         destinations = self.strategies_decide()
@@ -258,7 +257,6 @@ class Simulation:
         if world.time >= self._next_ignition and self.ticks % self._flame_ticks == 0:
             self._next_ignition = self.spread.advance(world.flames, world.time)
             self._burn_doors()
-            self.surroundings = Surroundings.of(world, self.sight)
 
     def _lose_health(self) -> None:
         """Lower everybody's health, and more in and beside flames [B7]."""
@@ -276,8 +274,8 @@ class Simulation:
         touched = burning | cells_beside(self.building, burning)
         doors = self._marks[(touched & (self.building.kind == Kind.DOOR)).ravel()]
         for mark in np.unique(doors).tolist():
-            if not self.world.burnt[mark]:
-                self.world.burnt[mark] = True
+            if mark not in self.world.burnt:
+                self.world.burnt.add(mark)
                 self._record(DoorBurnt, mark)
 
     # -- SETTLE ---------------------------------------------------------------------
@@ -313,7 +311,7 @@ class Simulation:
             self._record(Evacuated, i, landmark.floor, float(bodies.health[i]), mark)
         elif landmark.leads_out:
             walking.enter_stairs(self.world, i, mark)
-        elif not self.world.burnt[mark]:
+        elif mark not in self.world.burnt:
             side = int(self._areas[before])
             beyond = self.navigation.beyond(int(bodies.place[i]), side)
             pass_landmark(self.world.minds[i], mark, side, beyond)

@@ -52,7 +52,7 @@ def targets(world: World, who: np.ndarray) -> np.ndarray:
     bodies, nav = world.bodies, navigation_of(world.building)
     marks, target = bodies.landmark[who], bodies.target[who]
     guided = np.flatnonzero(marks >= 0)
-    waypoint = nav.waypoint(marks[guided], bodies.place[who[guided]])
+    waypoint = nav.waypoint[marks[guided], bodies.place[who[guided]]]
     target[guided] = nav.centres[waypoint]
     return target
 
@@ -115,7 +115,7 @@ def _notice_stuck(world: World, who: np.ndarray, target: np.ndarray) -> None:
 def enter_stairs(world: World, i: int, entrance: int) -> None:
     """Move a human who has touched an entrance onto its stairs, which lead down."""
     building, bodies = world.building, world.bodies
-    nav, k = navigation_of(building), building.stairwell_of[entrance]
+    nav, k = navigation_of(building), building.landmarks[entrance].stairwell
     cells = nav.places_of(int(bodies.floor[i]), building.stairwells[k].cells)
     bodies.stairwell[i], bodies.leader[i], bodies.landmark[i] = k, NOBODY, NOWHERE
     bodies.stairs_until[i] = world.time + _seconds(world, i)

@@ -59,14 +59,6 @@ class Goal(NamedTuple):
 STAY = Goal(Aim.NOTHING)
 
 
-class Instruction(IntEnum):
-    """What a robot tells people who follow it [C7]."""
-
-    FOLLOW_ME = 0
-    THIS_STAIRWELL = 1
-    THIS_EXIT = 2
-
-
 def _copied(record: Any) -> Any:
     """A copy of a record with arrays and lists of its own."""
     values = {f.name: getattr(record, f.name) for f in fields(record)}
@@ -111,16 +103,6 @@ class Bodies:
         return self.inside & (self.stairwell < 0)
 
 
-class Said(NamedTuple):
-    """What a robot says: an instruction, and the landmark that "this" means [C7]."""
-
-    instruction: Instruction
-    landmark: int = NOWHERE
-
-
-FOLLOW_ME = Said(Instruction.FOLLOW_ME)
-
-
 class Passed(NamedTuple):
     """A door passed, and the area from which it was entered."""
 
@@ -136,7 +118,7 @@ class Mind:
     leader: int = NOBODY  # body followed
     seen_at: float = 0.0  # s: when the leader was seen last
     seen_place: int = NOWHERE  # and where
-    told: Said | None = None  # what it said then; None: a human
+    told: int | None = None  # the landmark it sent to, or NOWHERE; None: a human
     pause_until: float = 0.0  # s: no new human leader before then
     waits_until: float = 0.0  # s: a stuck follower without leader waits till then
     goal: Goal = STAY  # where it has set off to
@@ -159,7 +141,7 @@ class Robot:
     position: np.ndarray  # (2,) metres
     place: int  # the cell it stands in
     destination: np.ndarray | None = None  # (2,) metres after Eq. 1; None: not decided
-    says: Said = FOLLOW_ME  # to those who see it
+    says: int = NOWHERE  # "this exit", "this stairwell": a landmark; else "follow me"
     way: list[int] = field(default_factory=list)  # places on the way there
     active: bool = True  # False once its level and all above are empty [C8]
 
@@ -181,6 +163,7 @@ class Flames:
 
     arrival: np.ndarray  # s, when each cell begins to burn; inf: never, so far
     burning: np.ndarray  # bool
+    alight: frozenset[int]  # the places that burn
     harm: np.ndarray  # health lost per second there, heat and flames [B7]
     cost: np.ndarray  # metres that a metre there counts as, when a way is planned
     sources: list[Source]  # in order of time
@@ -199,7 +182,7 @@ class World:
     minds: list[Mind]
     robots: list[Robot]
     flames: Flames
-    burnt: np.ndarray  # (landmarks,) bool: doors that flames have destroyed [A6]
+    burnt: set[int]  # landmarks: the doors that flames have destroyed [A6]
 
     def copy(self) -> "World":
         """Copy the world; changing the copy leaves this one as it is."""
@@ -211,8 +194,8 @@ class World:
     @property
     def graph(self) -> Graph:
         """The building's graph of rooms without the doors that have burnt [A6]."""
-        doors = [self.building.landmarks[k].id for k in np.flatnonzero(self.burnt)]
-        return burn(self.building.graph, doors)
+        marks = self.building.landmarks
+        return burn(self.building.graph, [marks[k].id for k in self.burnt])
 
     def anybody_at_or_above(self, floor: int) -> bool:
         """Is anybody inside on a floor, or above, to come through it? [C8, chosen]"""

@@ -25,7 +25,7 @@ from reference.flames import Spread
 from reference.floorplan import Plan, Storey, parse
 from reference.navigation import navigation_of
 from reference.paper import WALKING_SPEED, Scenario
-from reference.perception import Surroundings, look
+from reference.perception import look
 from reference.simulation import Simulation
 from reference.workshop.maps import load
 from reference.workshop.strategies import FIRES, ROBOTS
@@ -157,8 +157,13 @@ def mind(sim, letter):
 
 def view(sim, letter):
     """What the human with a letter sees now."""
-    surroundings = Surroundings.of(sim.world, sim.sight)
-    return look(sim.world, surroundings, np.array([body(letter)]))[0]
+    return look(sim.world, sim.sight, np.array([body(letter)]))[0]
+
+
+def light(sim, *places):
+    """Let these burn from now on."""
+    sim.world.flames.arrival.ravel()[list(places)] = sim.world.time
+    sim.spread.advance(sim.world.flames, sim.world.time)
 
 
 def decide(sim, letter):

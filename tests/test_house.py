@@ -131,7 +131,7 @@ def test_torch_is_loaded_by_nothing_that_does_not_learn(command, tmp_path):
 def test_nothing_is_imported_that_is_not_declared():
     """What pip installs for us is enough: no library by accident."""
     declared = {
-        re.match(r"\w+", name)[0] for name in PROJECT["project"]["dependencies"]
+        re.match(r"\w+", name)[0].lower() for name in PROJECT["project"]["dependencies"]
     }
     extras = PROJECT["project"]["optional-dependencies"]
     for extra in ("pettingzoo", "tensorboard", "yaml", "cluster"):

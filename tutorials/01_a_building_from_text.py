@@ -87,7 +87,7 @@ except MistakesError as error:
 #> house.txt:13:8: there is a hole in the outer wall
 #>        ####..#######E###
 #>            ^
-#>     hint: Type '#' here.
+#>     hint: Type '#' here, or 'E' for an exit.
 
 # %% What it looks like
 # Doors are blue, stairwell entrances purple and exits green, as in the paper [A8]. A

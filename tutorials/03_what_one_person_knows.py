@@ -36,11 +36,11 @@ hits = [simulation.sight.cast(place, k) for k in range(RAYS)]
 print(len(hits), "rays of", simulation.sight.reach, "m")
 #> 360 rays of 5.0 m
 print("the first:", hits[0])
-#> the first: Hit(kind='wall', distance=1.0, index=-1)
+#> the first: Hit(kind='wall', distance=1.0, landmark=-1)
 print(Counter(hit.kind if hit else "nothing" for hit in hits))
 #> Counter({'wall': 219, 'nothing': 114, 'door': 27})
 
-doors = {hit.index for hit in hits if hit and hit.kind == "door"}
+doors = {hit.landmark for hit in hits if hit and hit.kind == "door"}
 print("sees", len(doors), "of", len(museum.landmarks), "doors and exits")
 #> sees 1 of 12 doors and exits
 
@@ -75,7 +75,7 @@ print("got out" if simulation.outcome().evacuated else "did not get out")
 #> got out
 print(f"walked {walked:.0f} m")
 #> walked 63 m
-print(f"shortest way {simulation.navigation.metres_to(way_out, place):.0f} m")
+print(f"shortest way {simulation.navigation.metres[way_out, place]:.0f} m")
 #> shortest way 47 m
 print(f"saw {len(known) / museum.walkable.sum():.0%} of the floor")
 #> saw 50% of the floor

@@ -14,21 +14,28 @@ from reference.workshop import drawing
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
 from reference.workshop.strategies.robots import Sweep, unguided
+from reference.world import NOWHERE
 
 # %% What a robot decides
 # Two numbers, x and y: where to go next [C5]. Near a stairwell, its middle is the
 # target: Eq. 1 [C6]. What the robot says depends on the target [C7]. On the way to a
-# stairwell it says THIS_STAIRWELL: followers who see the stairwell go there alone. In
-# code floors count from 0, so 1 is the second.
+# stairwell it names an entrance: followers who see it go there alone. In code floors
+# count from 0, so 1 is the second.
 
 institute = load("paper")
+
+
+def words(landmark):
+    return "follow me" if landmark == NOWHERE else institute.landmarks[landmark].id
+
+
 x, y = institute.stairwells[0].centre
 for metres in (3, 9):
     target = actual_target(institute, 1, x, y + metres)
-    said = said_on_the_way(institute, 1, target).instruction.name
-    print(f"{metres} m north of the stairwell's middle: to {target}, {said}")
-#> 3 m north of the stairwell's middle: to (-7.0, -21.5), THIS_STAIRWELL
-#> 9 m north of the stairwell's middle: to (-7.0, -12.5), FOLLOW_ME
+    says = words(said_on_the_way(institute, 1, target))
+    print(f"{metres} m north of the stairwell's middle: to {target}, {says}")
+#> 3 m north of the stairwell's middle: to (-7.0, -21.5), 2/entrance-2
+#> 9 m north of the stairwell's middle: to (-7.0, -12.5), follow me
 
 # %% A strategy of your own
 # Every five seconds the simulation asks it for the destinations of all robots at work.
@@ -62,7 +69,7 @@ while simulation.world.time < 30:
     history.append(drawing.tally(simulation.world))
 for robot in simulation.world.robots:
     led = len(followers_of(simulation.world, robot))
-    print(f"floor {robot.floor + 1}: leads {led}, says {robot.says.instruction.name}")
+    print(f"floor {robot.floor + 1}: leads {led}, says {words(robot.says)}")
 #> floor 1: leads 3, says THIS_EXIT
 #> floor 1: leads 1, says FOLLOW_ME
 #> floor 2: leads 2, says FOLLOW_ME
@@ -99,7 +106,7 @@ while simulation.world.time < 90:
 exit_2 = institute.landmark_of["1/exit-2"].position
 for robot in simulation.world.robots[:2]:
     metres, led = dist(robot.position, exit_2), followers_of(simulation.world, robot)
-    says = robot.says.instruction.name
+    says = words(robot.says)
     print(f"{metres:.0f} m from the exit, leads {len(led)}, says {says}")
 #> 5 m from the exit, leads 1, says FOLLOW_ME
 #> 7 m from the exit, leads 2, says FOLLOW_ME

@@ -67,9 +67,9 @@ for name, array in seen["fire_0"].items():
 #> vector (36,)
 #> grid (3, 20, 34)
 place = seen["fire_0"]["vector"][:3]
-slot = vector_layout(gallery, evening).slots[0]
-print(slot.what, "in metres:", place.round(2))
-#> human 1: x, y, storey in metres: [-4.64 -4.39  0.  ]
+block = vector_layout(gallery, evening).blocks["humans"]
+print(f"the first {block.what} in metres:", place.round(2))
+#> the first human: x, y, storey in metres: [-4.64 -4.39  0.  ]
 
 # All of it as a picture, for the fire and for the robot: the grid, who is where, and
 # what each number means. Human 1 is not the same person in both: a robot's list of

@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 
 from reference.building import Building
-from reference.events import Event
 from reference.fire import Decision
 from reference.game import observations
 from reference.game.rewards import fire_reward, group_reward
@@ -34,13 +33,9 @@ DECIMALS = 4
 strategy names, such as the middle of a door between two cells."""
 
 Observation = dict[str, np.ndarray]
-Returns = tuple[
-    dict[str, Observation],
-    dict[str, float],
-    dict[str, bool],
-    dict[str, bool],
-    dict[str, dict[str, float]],
-]
+Seen = dict[str, Observation]
+Infos = dict[str, dict[str, float]]
+Returns = tuple[Seen, dict[str, float], dict[str, bool], dict[str, bool], Infos]
 """Observations, rewards, terminations, truncations and infos, by agent."""
 
 
@@ -53,7 +48,7 @@ def action_size(agent: str) -> int:
 
 
 def destination(building: Building, action: np.ndarray) -> Destination | None:
-    """A robot's action, (2,) normalised, in metres [C5]; all nan: keep the old one."""
+    """Convert a robot's action, (2,) normalised, to metres [C5]; nan: keep the old."""
     return None if np.isnan(action).all() else _metres(building, action)
 
 
@@ -76,7 +71,7 @@ def _metres(building: Building, action: np.ndarray) -> tuple[float, float]:
 
 @dataclass
 class AgentRobots:
-    """A strategy that does what the robots' agents chose; destinations by body."""
+    """A strategy that does what the robots' agents chose: destinations by body."""
 
     chosen: dict[int, Destination | None] = field(default_factory=dict)
 
@@ -115,11 +110,11 @@ class Environment:
     simulation  what runs now;  decision  decisions taken in this episode
     agents      who has not left, of possible_agents; their infos say who acts
 
-    An observation has a "vector" (`observations.vector_layout`) and
-    the "grid", both float32.  An action is float32, clipped to [-1, 1]: a robot's
-    is (2,) x, y, or all nan to keep the old destination; the fire's is (3,) a floor,
-    x, y.  Robots are paid the group's reward, the fire its own [E5] [D6].  An agent's
-    info `acts` is 1 if its next action is read and else 0.
+    An observation has a "vector" (`observations.vector_layout`) and the "grid", both
+    float32.  An action is clipped to [-1, 1]: a robot's is (2,) x, y, or all nan to
+    keep the old destination; the fire's is (3,) a floor, x, y.  Robots are paid the
+    group's reward, the fire its own [E5] [D6].  An agent's info `acts` is 1 if its next
+    action is read and else 0.
     """
 
     def __init__(
@@ -133,8 +128,7 @@ class Environment:
 
         Raises ValueError for more people than fit, and if there is nobody to act.
         """
-        self.building = building
-        self._asked = scenario or Scenario()
+        self.building, self._asked = building, scenario or Scenario()
         self._robots, self._fire = robots, fire
         self._begin(seed=0)
         count = len(self.simulation.world.robots) if robots is None else 0
@@ -145,14 +139,21 @@ class Environment:
         self.agents: list[str] = []
         self._seeds: np.random.Generator | None = None
 
-    @property
-    def scenario(self) -> Scenario:
-        """The simulation's scenario: without robots if nobody plays them."""
-        return self.simulation.scenario
+    def _begin(self, seed: int) -> None:
+        """Begin a simulation that carries out the agents' actions."""
+        self._agent_robots, self._agent_fire = AgentRobots(), AgentFire()
+        self.simulation = Simulation(
+            self.building,
+            self._asked,
+            self._agent_robots if self._robots is None else deepcopy(self._robots),
+            self._agent_fire if self._fire is None else deepcopy(self._fire),
+            seed,
+        )
+        self.decision = 0
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Observation], dict[str, dict[str, float]]]:
+    ) -> tuple[Seen, Infos]:
         """Begin a new episode: observations and infos. Same seed, same episode.
 
         Without a seed the next one is drawn from the last one given, or at random.
@@ -185,8 +186,6 @@ class Environment:
             raise RuntimeError("call reset() before step()")
         self._already = len(self.simulation.events)
         robots = self.simulation.world.robots
-        for agent in actions.keys() - set(self.possible_agents):
-            raise ValueError(f"there is no agent {agent!r}")
         for agent in self.agents:
             if agent not in actions:
                 raise ValueError(f"{agent} is still there, but has no action")
@@ -200,44 +199,22 @@ class Environment:
     def end_step(self) -> Returns:
         """End a step, after the simulation has run on; return what `step` returns."""
         self.decision += 1
-        there, events = self.agents, self.simulation.events[self._already :]
-        terminations, truncations = self._ends(there)
-        self.agents = [a for a in there if not (terminations[a] or truncations[a])]
-        return (
-            self._observed(there),
-            self._rewards(there, events),
-            terminations,
-            truncations,
-            self._infos(there),
-        )
-
-    # -- Inside ---------------------------------------------------------------------
-
-    def _begin(self, seed: int) -> None:
-        """Begin a simulation that carries out the agents' actions."""
-        self._agent_robots, self._agent_fire = AgentRobots(), AgentFire()
-        self.simulation = Simulation(
-            self.building,
-            self._asked,
-            self._agent_robots if self._robots is None else deepcopy(self._robots),
-            self._agent_fire if self._fire is None else deepcopy(self._fire),
-            seed,
-        )
-        self.decision = 0
-
-    def _ends(self, agents: list[str]) -> tuple[dict[str, bool], dict[str, bool]]:
-        """Tell who is terminated and who is truncated [C8]."""
-        done, inside = self.simulation.done, any(self.simulation.world.occupancy)
-        at_work = self._at_work()
-        terminations = {a: not inside if done else not at_work[a] for a in agents}
-        return terminations, dict.fromkeys(agents, done and inside)
+        there, done = self.agents, self.simulation.done
+        inside, at_work = any(self.simulation.world.occupancy), self._at_work()
+        ended = {a: not inside if done else not at_work[a] for a in there}  # [C8]
+        cut = dict.fromkeys(there, done and inside)
+        self.agents = [a for a in there if not (ended[a] or cut[a])]
+        events = self.simulation.events[self._already :]
+        group, fire = group_reward(events), fire_reward(events)  # [E5] [D6]
+        rewards = {agent: fire if agent == FIRE else group for agent in there}
+        return self._observed(there), rewards, ended, cut, self._infos(there)
 
     def _at_work(self) -> dict[str, bool]:
         """Tell which agents have something to do; the fire always has."""
         robots = observations.robots_at_work(self.simulation.world).tolist()
         return {FIRE: True, **dict(zip(self._robot_agents, robots, strict=False))}
 
-    def _observed(self, agents: list[str]) -> dict[str, Observation]:
+    def _observed(self, agents: list[str]) -> Seen:
         """What each of these agents observes now, in arrays of its own."""
         world = self.simulation.world
         vectors = {FIRE: observations.fire_vector(world, self._asked)}
@@ -250,12 +227,7 @@ class Environment:
             for agent in agents
         }
 
-    def _rewards(self, agents: list[str], events: list[Event]) -> dict[str, float]:
-        """Pay the robots as a group [E5], the fire its own [D6]."""
-        of_group, of_fire = group_reward(events), fire_reward(events)
-        return {agent: of_fire if agent == FIRE else of_group for agent in agents}
-
-    def _infos(self, agents: list[str]) -> dict[str, dict[str, float]]:
+    def _infos(self, agents: list[str]) -> Infos:
         """Tell whose next action is read: the fire's at its turn, with sources left."""
         acts = self._at_work() | {FIRE: self.simulation.fire_turn}
         done = self.simulation.done

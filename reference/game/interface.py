@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from reference.building import Building
-from reference.game.observations import grid, grid_shape, headed, vector_layout
+from reference.game.observations import grid_shape, vector_layout
 from reference.paper import Scenario
 from reference.world import World
 
@@ -27,32 +27,17 @@ class Moment:
     """What a side has to decide upon in one episode.
 
     vectors  (G, V) float32, observed; for agents that have left, what they saw last
-    grid     (channels, height, width) uint8, shared
     alive    (G,) bool, who has not left
-    headed   (R, 2) normalised, where robots under way go, nan for the others
-    world    what is observed: networks do not read it
+    world    of it networks read the grid, and where robots are headed
     rng      what actions are sampled with; None: the mean or most likely action
     seed     of the episode
     """
 
     vectors: np.ndarray
-    grid: np.ndarray
     alive: np.ndarray
-    headed: np.ndarray
     world: World
     rng: np.random.Generator | None = None
     seed: int = 0
-
-    @classmethod
-    def of(
-        cls,
-        world: World,
-        vectors: np.ndarray,
-        alive: np.ndarray,
-        rng: np.random.Generator | None = None,
-    ) -> "Moment":
-        """What there is to decide in a world, outside of any episode."""
-        return cls(vectors, grid(world), alive, headed(world), world, rng)
 
 
 @dataclass(frozen=True)

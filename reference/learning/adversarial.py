@@ -45,7 +45,7 @@ def learn(side: Side, learner: Learner, episodes: Sequence[Episode]) -> Summary:
     """Add a side's trajectories; if the buffer is full, update and summarise."""
     trajectories = (getattr(episode, side) for episode in episodes)
     learner.add([t for t in trajectories if t is not None])
-    return learner.update() if learner.buffer.full else {}
+    return learner.update() if learner.full else {}
 
 
 def player_of(learner: Learner) -> Learned:

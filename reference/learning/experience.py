@@ -9,51 +9,37 @@ than `buffer_size` experiences, use all of it, and empty it.
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Generic, TypeVar
 
 import numpy as np
 import torch
 from torch import Tensor
 
-Array = TypeVar("Array", np.ndarray, Tensor)
+Record = dict[str, np.ndarray]
+"""One decision of a side: a row of its `Trajectory`, by the names of the columns."""
 
 
 @dataclass(kw_only=True)
-class GroupDecision(Generic[Array]):
-    """What one side's agents observed and did at one moment; a player records it.
-
-    `Trajectory` and the buffer's `Decisions` stack these: T or N is the first axis.
-
-    vectors    (G, V) float32, what each agent observes
-    grids      (channels, height, width) uint8, shared by the agents
-    alive      (G,) bool, which agents decide
-    actions    (G, K) float32, as a `Policy` stores them
-    log_probs  (G, K) float32, of the actions when they were sampled; a head may
-               have one for all components
-    """
-
-    vectors: Array
-    grids: Array
-    alive: Array
-    actions: Array
-    log_probs: Array
-
-    def columns(self) -> dict[str, Array]:
-        """The arrays by name."""
-        return {field.name: getattr(self, field.name) for field in fields(self)}
-
-
-@dataclass(kw_only=True)
-class Trajectory(GroupDecision[np.ndarray]):
-    """One side's decisions in one episode, stacked, and the rewards that followed.
+class Trajectory:
+    """One side's T decisions in one episode, and the rewards that followed.
 
     vectors, grids and alive have T + 1 rows. The last row is observed after the last
     decision; for an agent that is done, it is its last observation. alive[T] marks
     agents that time cut off with something left to decide: they are bootstrapped.
 
-    rewards  (T,) of the group, or of the only agent; health points
+    vectors    (T + 1, G, V) float32, what each agent observes
+    grids      (T + 1, channels, height, width) uint8, shared by the agents
+    alive      (T + 1, G) bool, which agents decide
+    actions    (T, G, K) float32, as a `Policy` stores them
+    log_probs  (T, G, K) float32, of the actions when they were sampled; a head may
+               have one for all components
+    rewards    (T,) of the group, or of the only agent; health points
     """
 
+    vectors: np.ndarray
+    grids: np.ndarray
+    alive: np.ndarray
+    actions: np.ndarray
+    log_probs: np.ndarray
     rewards: np.ndarray
 
     def __len__(self) -> int:
@@ -66,29 +52,19 @@ class Trajectory(GroupDecision[np.ndarray]):
         return int(self.alive[:-1].sum())
 
 
-def trajectory_of(
-    decisions: Sequence[GroupDecision[np.ndarray]],
-    rewards: Sequence[float],
-    last: dict[str, np.ndarray],
-) -> Trajectory:
-    """Stack decisions into a trajectory; last: row T of vectors, grids and alive."""
-    columns: dict[str, list[np.ndarray]] = {
-        name: [getattr(decision, name) for decision in decisions]
-        for name in decisions[0].columns()
-    }
-    for name, row in last.items():
-        columns[name].append(row)
-    stacked = {name: np.stack(rows) for name, rows in columns.items()}
-    return Trajectory(rewards=np.array(rewards), **stacked)
-
-
 @dataclass(kw_only=True)
-class Decisions(GroupDecision[Tensor]):
-    """The buffer's N group decisions and their learning targets, (N, G) each.
+class Decisions:
+    """N group decisions of the buffer, and their learning targets, (N, G) each.
 
-    baselines are 0 without MA-POCA.
+    The first five are a trajectory's, without its last row; baselines are 0 without
+    MA-POCA.
     """
 
+    vectors: Tensor
+    grids: Tensor
+    alive: Tensor
+    actions: Tensor
+    log_probs: Tensor
     values: Tensor
     baselines: Tensor
     returns: Tensor
@@ -96,6 +72,10 @@ class Decisions(GroupDecision[Tensor]):
 
     def __len__(self) -> int:
         return len(self.alive)
+
+    def columns(self) -> dict[str, Tensor]:
+        """The tensors by name."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}
 
     def rows(self, which: Tensor) -> "Decisions":
         """Select group decisions by their indices."""
@@ -113,14 +93,11 @@ class Decisions(GroupDecision[Tensor]):
 
 def decisions_of(t: Trajectory) -> Decisions:
     """Convert a trajectory to decisions; values, advantages and so on are still 0."""
-    seen_and_done = {
-        name: torch.from_numpy(array[: len(t)])
-        for name, array in t.columns().items()
-        if name != "rewards"
-    }
-    names = ("values", "baselines", "returns", "advantages")
+    seen = ("vectors", "grids", "alive", "actions", "log_probs")
+    targets = ("values", "baselines", "returns", "advantages")
     return Decisions(
-        **seen_and_done, **{name: torch.zeros(t.alive[:-1].shape) for name in names}
+        **{name: torch.from_numpy(getattr(t, name)[: len(t)]) for name in seen},
+        **{name: torch.zeros(t.alive[:-1].shape) for name in targets},
     )
 
 
@@ -136,33 +113,6 @@ def segments(alive: np.ndarray, horizon: int) -> Iterator[tuple[int, int, list[i
         for last in np.unique(ends[lives > first]).tolist():
             agents = np.flatnonzero((ends == last) & (lives > first))
             yield first, last, agents.tolist()
-
-
-class Buffer:
-    """Collect decisions until there are more than `size` steps."""
-
-    def __init__(self, size: int):
-        self.size = size
-        self.parts: list[Decisions] = []
-
-    def __len__(self) -> int:
-        """Agents' decisions in it."""
-        return sum(int(part.alive.sum()) for part in self.parts)
-
-    @property
-    def full(self) -> bool:
-        """More than `size` experiences [E3]."""
-        return len(self) > self.size
-
-    def add(self, decisions: Decisions) -> None:
-        """Append decisions."""
-        self.parts.append(decisions)
-
-    def emptied(self) -> Decisions:
-        """Return all decisions and empty the buffer."""
-        everything = Decisions.joined(self.parts)
-        self.parts = []
-        return everything
 
 
 def minibatches(

@@ -6,7 +6,6 @@ Clauses: C5, D2, E3, E4.
     V, K  as in `networks`
 """
 
-from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -17,7 +16,8 @@ from torch import Tensor
 
 from reference.building import Building
 from reference.game.interface import Moment
-from reference.learning.experience import GroupDecision
+from reference.game.observations import grid, headed
+from reference.learning.experience import Record
 from reference.learning.networks import Actor, Policy
 from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
@@ -34,51 +34,35 @@ class Player:
         settings: TrainerSettings,
     ):
         """Raises SettingsError for settings that this side cannot have."""
-        self.side, self.building, self.scenario = side, building, scenario
         self.settings = settings
         self.interface = settings.interface(side, building, scenario)
         self.actor = Actor(self.interface.sizes, settings).eval()
 
-    def load(self, weights: dict[str, Any]) -> None:
-        """Load a learner's weights, tensors or arrays, by name.
-
-        Raises RuntimeError for another shape.
-        """
-        tensors = {name: torch.as_tensor(array) for name, array in weights.items()}
-        self.actor.load_state_dict(tensors)
-
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
         """(S, G, V) float32, the network's input; all moments at once."""
-        vectors, heads = (
-            np.concatenate([getattr(m, name) for m in moments])
-            for name in ("vectors", "headed")
+        seen = self.interface.read(
+            np.concatenate([moment.vectors for moment in moments]),
+            np.concatenate([headed(moment.world) for moment in moments]),
         )
-        seen = self.interface.read(vectors, heads)
         return seen.reshape(len(moments), -1, seen.shape[-1])
 
     @torch.no_grad()
-    def act(
-        self, moments: Sequence[Moment]
-    ) -> tuple[np.ndarray, list[GroupDecision[np.ndarray]]]:
+    def act(self, moments: Sequence[Moment]) -> tuple[np.ndarray, list[Record]]:
         """Decide at all these moments by one call of the network.
 
         Returns (S, G, A) float32, the environment's actions, and what to record.
         """
-        seen, grids = self.read(moments), np.stack([m.grid for m in moments])
+        seen, grids = self.read(moments), np.stack([grid(m.world) for m in moments])
         policy = self.actor(torch.from_numpy(seen), torch.from_numpy(grids))
         raw = policy.act(_noise(moments, policy))
         actions, log_probs = raw.numpy(), policy.log_probs(raw).numpy()
-        vectors = np.stack([m.vectors for m in moments])
-        return self.interface.actions(actions, vectors), [
-            GroupDecision(
-                vectors=seen[k],
-                grids=m.grid,
-                alive=m.alive,
-                actions=actions[k],
-                log_probs=log_probs[k],
-            )
-            for k, m in enumerate(moments)
+        names = ("vectors", "grids", "alive", "actions", "log_probs")
+        columns = seen, grids, [m.alive for m in moments], actions, log_probs
+        records = [
+            dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)
         ]
+        vectors = np.stack([m.vectors for m in moments])
+        return self.interface.actions(actions, vectors), records
 
 
 def _noise(moments: Sequence[Moment], policy: Policy) -> Tensor | None:
@@ -92,16 +76,8 @@ def _noise(moments: Sequence[Moment], policy: Policy) -> Tensor | None:
     return torch.from_numpy(np.stack(rows)) if rows else None
 
 
-class Recorded(ABC):
-    """A side whose decisions become trajectories."""
-
-    @abstractmethod
-    def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
-        """Make a new player of this side."""
-
-
 @dataclass(frozen=True)
-class Learned(Recorded):
+class Learned:
     """A side that a network plays: its settings, and its weights by name."""
 
     settings: TrainerSettings
@@ -110,5 +86,6 @@ class Learned(Recorded):
     def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
         """Make a player with these weights. Raises RuntimeError for another shape."""
         player = Player(side, building, scenario, self.settings)
-        player.load(self.weights)
+        tensors = {name: torch.as_tensor(array) for name, array in self.weights.items()}
+        player.actor.load_state_dict(tensors)
         return player

@@ -19,7 +19,6 @@ import torch
 from torch import Tensor, nn
 
 from reference.learning.experience import (
-    Buffer,
     Decisions,
     Trajectory,
     decisions_of,
@@ -136,7 +135,7 @@ class Learner:
         self.rng = torch.Generator().manual_seed(seed)
         both = [*self.actor.parameters(), *self.critic.parameters()]
         self.optimiser = torch.optim.Adam(both, eps=ADAM_EPSILON)  # rate: in `update`
-        self.buffer = Buffer(settings.buffer_size)
+        self.buffer: list[Decisions] = []
         self.reward_scale = settings.strength * settings.reward_scale
         self.steps = 0
 
@@ -149,8 +148,14 @@ class Learner:
         """Add whole episodes: normalise, value them, count their steps."""
         self.update_normalisers(trajectories)
         for t in trajectories:
-            self.buffer.add(self._valued(t))
+            self.buffer.append(self._valued(t))
             self.steps += t.steps
+
+    @property
+    def full(self) -> bool:
+        """More than `buffer_size` steps wait for an update [E3]."""
+        steps = sum(int(part.alive.sum()) for part in self.buffer)
+        return steps > self.settings.buffer_size
 
     def update_normalisers(self, trajectories: Sequence[Trajectory]) -> None:
         """Show both networks' normalisers what agents observed when they decided."""
@@ -211,7 +216,7 @@ class Learner:
     def update(self) -> Summary:
         """Learn from the whole buffer, `num_epoch` times, and empty it."""
         s = self.settings
-        buffer = self.buffer.emptied()
+        buffer, self.buffer = Decisions.joined(self.buffer), []
         live = buffer.alive
         buffer.advantages[live] = normalised(buffer.advantages[live])
         learning_rate, epsilon, beta = self.schedules()

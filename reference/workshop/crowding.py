@@ -1,23 +1,21 @@
 """How dense people were, and where they died, over one evacuation or many.
 
 Clause: B7 for deaths.  The density at a cell is people per square metre of floor in the
-square of 3 m around it, without what lies behind a wall; on stairs nobody is counted.
+square of 3 m around it; on stairs nobody is counted.
 """
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
+from scipy import ndimage
 
 from reference.building import Building
-from reference.navigation import shifted
 from reference.simulation import Simulation
 from reference.workshop.recording import ticks
 from reference.world import Fate
 
 SQUARE = 3  # metres
-STEPS = tuple(product(range(-(SQUARE // 2), SQUARE // 2 + 1), repeat=2))
 
 
 @dataclass(frozen=True)
@@ -39,16 +37,14 @@ class Crowd:
 
     def __init__(self, simulation: Simulation):
         """Before its first tick; then call `note` after each, as `ticks` does."""
-        self.simulation, building = simulation, simulation.building
-        self._near = {step: _joined(building, *step) for step in STEPS}
-        floor = self._around(building.walkable)
-        self._floor = np.maximum(floor, 1)  # m2; nobody is where there is none
-        self.density = np.zeros(floor.shape)
+        self.simulation, walkable = simulation, simulation.building.walkable
+        self._floor = np.where(walkable, _around(walkable), np.inf)  # square metres
+        self.density = np.zeros(walkable.shape)
 
     def note(self) -> None:
         """Look at who stands where now."""
-        people = self._count(self.simulation.world.bodies.walking)
-        np.maximum(self.density, self._around(people) / self._floor, out=self.density)
+        people = _around(self._count(self.simulation.world.bodies.walking))
+        np.maximum(self.density, people / self._floor, out=self.density)
 
     @property
     def deaths(self) -> np.ndarray:
@@ -59,18 +55,11 @@ class Crowd:
         place, shape = self.simulation.world.bodies.place[who], self.density.shape
         return np.bincount(place, minlength=self.density.size).reshape(shape)
 
-    def _around(self, cells: np.ndarray) -> np.ndarray:
-        """Sum over the square around each cell, as far as it is in the same room."""
-        parts = [near * shifted(cells, *step) for step, near in self._near.items()]
-        return np.sum(parts, axis=0)
 
-
-def _joined(building: Building, d_row: int, d_col: int) -> np.ndarray:
-    """(floors, rows, cols) bool: is the cell at an offset of this room, or a door?"""
-    room, door = building.area + 1, building.landmark >= 0  # 0: of no room
-    same = room == shifted(room, d_row, d_col)
-    near = same | door | shifted(door, d_row, d_col)
-    return near & building.walkable & shifted(building.walkable, d_row, d_col)
+def _around(cells: np.ndarray) -> np.ndarray:
+    """Sum over the square around each cell, on its floor."""
+    square = np.ones((1, SQUARE, SQUARE), int)
+    return ndimage.convolve(cells.astype(int), square, mode="constant")
 
 
 def crowding(simulations: Iterable[Simulation]) -> Crowding:

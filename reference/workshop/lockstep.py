@@ -70,7 +70,7 @@ class Lockstep:
             run.due, run.full_until = self.due[a:b], self.full_until[k]
         numbers = np.split(np.arange(len(minds) + len(robots)), [len(minds)])
         self._in_world = np.hstack([some.reshape(len(runs), -1) for some in numbers])
-        self._around = [run.surroundings for run in runs]
+        self._fires = [world.flames.burning for world in worlds]
         self._burning = np.stack([w.flames.burning.ravel() for w in worlds])
         self._harm = np.stack([w.flames.harm.ravel() for w in worlds])
 
@@ -108,7 +108,7 @@ class Lockstep:
             view
             for run, (a, b) in zip(self.runs, self._parts(who), strict=True)
             if a < b
-            for view in views_of(run.world, run.surroundings, me[a:b])
+            for view in views_of(run.world, run.sight, me[a:b])
         ]
         everybody = points(self.world)
         mine, around = ([a[i] for a in everybody] for i in (who, self._in_world[world]))
@@ -165,10 +165,11 @@ class Lockstep:
 
     def _lose_health(self) -> None:
         for k, run in enumerate(self.runs):
-            if run.surroundings is not self._around[k]:  # the flames have changed
-                self._around[k] = run.surroundings
-                self._burning[k] = run.world.flames.burning.ravel()
-                self._harm[k] = run.world.flames.harm.ravel()
+            flames = run.world.flames
+            if flames.burning is not self._fires[k]:  # they have spread
+                self._fires[k] = flames.burning
+                self._burning[k] = flames.burning.ravel()
+                self._harm[k] = flames.harm.ravel()
         bodies = self.world.bodies
         rate = paper.HEALTH_RATE * self.runs[0].scenario.frames_per_tick
         bodies.health -= rate * bodies.inside

@@ -28,9 +28,9 @@ def traffic(
     nav, feet = navigation_of(building), stairwell_feet(building)
     passed, out = np.zeros((2, nav.places))
     below = np.full(nav.places, -1)  # where the stairs from an entrance come out
-    for mark, well in building.stairwell_of.items():
-        if building.landmarks[mark].leads_out:
-            below[nav.goals[mark]] = feet[well]
+    for mark in building.landmarks:
+        if mark.stairwell >= 0 and mark.leads_out:
+            below[nav.goals[mark.index]] = feet[mark.stairwell]
     coming = np.concatenate([walking, feet[stairs]])
     for floor in reversed(range(building.floors)):
         ways = [nav.goals[mark] for mark in building.ways_out(floor)]
@@ -51,8 +51,8 @@ def traffic(
 def walk(nav: Navigation, p: int, landmark: int) -> list[int]:
     """List the places on the way from p to a landmark, without p."""
     chain: list[int] = []
-    while 0 < nav.metres_to(landmark, p) < np.inf:
-        waypoint = int(nav.waypoint(landmark, p))
+    while 0 < nav.metres[landmark, p] < np.inf:
+        waypoint = int(nav.waypoint[landmark, p])
         chain += nav.straight(p, waypoint)
         p = waypoint
     return chain
@@ -72,8 +72,7 @@ def ways_outside(
     for mark in building.landmarks:  # the lowest floor first
         if mark.leads_out:
             outside[mark.index] = nav.distances(nav.goals[mark.index], cost)
-            if mark.index in building.stairwell_of:
-                well = building.stairwell_of[mark.index]
+            if (well := mark.stairwell) >= 0:
                 down = mark.floor - building.stairwells[well].lowest
                 onwards = outside[:, feet[well]].min() + down * storey
                 outside[mark.index] += onwards

@@ -51,6 +51,20 @@ def shares(items: Sequence[Given], executor: Executor) -> list[tuple[Given, ...]
     return chunks(items, -(-len(items) // max(1, workers)))
 
 
+def in_order(
+    executor: Executor,
+    work: Callable[[Given], Made],
+    jobs: Sequence[Given],
+    stop: Callable[[], bool],
+) -> list[Made] | None:
+    """Do all jobs; return results in their order, or None if stopped before the last.
+
+    Raises as `as_done` does.
+    """
+    made = dict(as_done(executor, work, jobs, stop))
+    return [made[k] for k in range(len(jobs))] if len(made) == len(jobs) else None
+
+
 def as_done(
     executor: Executor,
     work: Callable[[Given], Made],

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from lives import life
 
 from reference.learning.experience import (
-    Buffer,
     decisions_of,
     minibatches,
     segments,
@@ -46,21 +45,6 @@ def test_segments_hold_every_decision_of_every_agent_once(lengths, horizon):
     for agent, length in enumerate(lengths):
         starts = range(0, length, horizon)
         assert found[agent] == [(k, min(k + horizon, length)) for k in starts]
-
-
-# -- The buffer ---------------------------------------------------------------------
-
-
-@pytest.mark.paper("E3")
-def test_all_of_the_buffer_comes_out_at_once_and_in_order():
-    """And it is empty then."""
-    buffer, lives_ = Buffer(4), [life("##"), life("###", seed=1)]
-    for t in lives_:
-        buffer.add(decisions_of(t))
-    everything = buffer.emptied()
-    expected = np.concatenate([t.vectors[:-1] for t in lives_])
-    assert np.array_equal(everything.vectors.numpy(), expected)
-    assert len(buffer) == 0 and not buffer.full
 
 
 # -- Minibatches --------------------------------------------------------------------

@@ -97,7 +97,7 @@ def test_the_file_has_the_same_returns_and_advantages(kind, rows):
     ours, theirs = pair(kind, torch.float32)
     t = life(*rows)
     theirs.add([t])
-    (expected,) = theirs.buffer.parts
+    (expected,) = theirs.buffer
     episode = (t.vectors, t.alive, t.actions, t.log_probs, t.rewards.astype("float32"))
     found = ours.targets(ma_poca.Episode(*map(torch.from_numpy, episode)))
     live = found.alive

@@ -169,5 +169,6 @@ def test_two_crowds_pass_each_other_in_a_door():
     building = built([wall, *rows, wall])
     west, east = sorted(building.exits, key=lambda m: building.landmarks[m].position)
     sides = [(20, (0, slice(1, 5), slice(first, first + 6))) for first in (1, 8)]
-    crowd = Crowd(people(building, 0, *sides), [east] * 20 + [west] * 20, limit=90)
+    goals = [east] * 20 + [west] * 20
+    crowd = Crowd(people(building, 0, *sides), 0, goals, limit=90)
     assert crowd.run().evacuated == 40

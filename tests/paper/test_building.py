@@ -167,12 +167,6 @@ def test_a_burnt_door_is_no_way_any_more(house):
     assert nx.has_path(house.graph, "1/a", OUTSIDE)
 
 
-def test_refuses_to_burn_what_is_not_there(house):
-    """A slip in an id is not passed over."""
-    with pytest.raises(KeyError, match="door-9"):
-        burn(house.graph, ["1/door-9"])
-
-
 def test_a_drawing_is_one_building_by_whatever_name_it_is_loaded(tmp_path):
     """So what is computed once for a building is computed once for its copies too."""
     copy = tmp_path / "copy.txt"

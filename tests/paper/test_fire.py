@@ -350,9 +350,9 @@ def test_a_door_is_destroyed_as_soon_as_flames_burn_beside_it():
     arrival[cell - 2], arrival[cell - 1], arrival[cell] = 0.9, 1.9, 50.0
     sim._next_ignition = 0.9
     play(sim, 1.4)
-    assert not sim.world.burnt[door]
+    assert not sim.world.burnt
     play(sim, 1)
-    assert sim.world.burnt[door] and not sim.world.flames.burning.flat[cell]
+    assert sim.world.burnt == {door} and not sim.world.flames.burning.flat[cell]
     assert sim.building.landmarks[door].id not in {
         key for *_, key in sim.world.graph.edges(keys=True)
     }

@@ -11,6 +11,7 @@ from movies import (
     drawn,
     follow,
     lead,
+    light,
     mark,
     mind,
     play,
@@ -37,7 +38,7 @@ from reference.paper import (
     STUCK_WAIT_SECONDS,
     Scenario,
 )
-from reference.perception import Surroundings, look
+from reference.perception import look
 from reference.robots import followers_of
 from reference.simulation import Simulation
 from reference.workshop.lockstep import to_the_end
@@ -49,11 +50,9 @@ from reference.world import (
     Aim,
     Fate,
     Goal,
-    Instruction,
     Mind,
     Mode,
     Passed,
-    Said,
 )
 
 SOON = 0.8  # seconds: everybody thinks again within this time
@@ -159,30 +158,28 @@ INSTRUCTED = """
     """
 
 
-def say(sim, robot, instruction, which=0):
-    """Let a robot say an instruction about the way out of its floor that fits."""
-    kind = Kind.EXIT if instruction is Instruction.THIS_EXIT else Kind.ENTRANCE
+def say(sim, robot, kind, which=0):
+    """Let a robot say "this stairwell", "this exit", or for None "follow me"."""
     marks = [m for m in sim.building.landmarks if m.floor == robot.floor]
     ways = [m.index for m in marks if m.kind is kind]
-    told = instruction is not Instruction.FOLLOW_ME
-    robot.says = Said(instruction, ways[which] if told else NOWHERE)
+    robot.says = ways[which] if kind else NOWHERE
 
 
 @pytest.mark.paper("B5", "Alg. 1:7-8")
 @pytest.mark.paper("C7", "chosen")
 @pytest.mark.parametrize(
-    ("instruction", "row"),
+    ("this", "row"),
     [
-        (Instruction.FOLLOW_ME, "#AA+.......E"),
-        (Instruction.THIS_STAIRWELL, "#AA+.p.....E"),
-        (Instruction.THIS_EXIT, "#AA+.....p.E"),
+        (None, "#AA+.......E"),
+        (Kind.ENTRANCE, "#AA+.p.....E"),
+        (Kind.EXIT, "#AA+.....p.E"),
     ],
 )
-def test_a_follower_acts_on_the_robots_instruction(instruction, row):
+def test_a_follower_acts_on_the_robots_instruction(this, row):
     """North to the robot, west to the stairwell or east to the exit."""
     sim = stage(INSTRUCTED)
     robot = sim.world.robots[1]
-    say(sim, robot, instruction)
+    say(sim, robot, this)
     follow(sim, "p", robot.body)
     assert play(sim, 1.6).splitlines()[-3] == row
 
@@ -194,7 +191,7 @@ def test_this_exit_means_the_one_the_robot_goes_to(which, nearer):
     """Of two exits only the nearer is in view. If the other is meant, p follows on."""
     sim = stage("##################\nE..pR............E\n##################")
     robot = sim.world.robots[0]
-    say(sim, robot, Instruction.THIS_EXIT, which)
+    say(sim, robot, Kind.EXIT, which)
     follow(sim, "p", robot.body)
     assert (decide(sim, "p").aim is Aim.LANDMARK) is nearer
 
@@ -207,7 +204,7 @@ def test_an_instruction_is_heard_only_in_sight_and_remembered(heard):
     sim = stage("#######\n#.R...#\n###+###\n#p....E\n#######", sight_range=7)
     robot = sim.world.robots[0]
     for seen in (heard, not heard):
-        say(sim, robot, Instruction.THIS_EXIT if seen else Instruction.FOLLOW_ME)
+        say(sim, robot, Kind.EXIT if seen else None)
         if seen is heard:
             follow(sim, "p", robot.body)
     assert robot.body not in view(sim, "p").bodies
@@ -221,7 +218,7 @@ def test_who_follows_a_human_no_longer_obeys_the_robot_before():
     sim = stage("############\n#q.....p...E\n############", sight_range=8)
     lead(sim, "q")
     follow(sim, "p", body("q"))
-    mind(sim, "p").told = Said(Instruction.THIS_EXIT, mark(sim, Kind.EXIT))
+    mind(sim, "p").told = mark(sim, Kind.EXIT)
     assert mark(sim, Kind.EXIT) in view(sim, "p").landmarks
     assert decide(sim, "p")[:2] == (Aim.LEADER, body("q"))
     assert mind(sim, "p").told is None
@@ -618,7 +615,7 @@ def test_on_the_first_floor_stairs_are_never_desired():
 def test_a_burnt_door_is_neither_desired_nor_unvisited():
     """It is seen no more."""
     sim = leading("#########\n#..+p.+.E\n#########")
-    sim.world.burnt[mark(sim, Kind.DOOR)] = True
+    sim.world.burnt.add(mark(sim, Kind.DOOR))
     assert decide(sim, "p")[1] == mark(sim, Kind.DOOR, 2)
 
 
@@ -842,7 +839,7 @@ def test_who_turns_back_in_a_door_leaves_it():
 def test_a_burnt_door_is_no_way_back():
     """The one before it is tried."""
     sim, outer, inner = nested()
-    sim.world.burnt[inner] = True
+    sim.world.burnt.add(inner)
     assert decide(sim, "p") == Goal(Aim.LANDMARK, outer)
 
 
@@ -851,7 +848,7 @@ def test_without_any_door_to_go_back_to_everything_is_tried_again():
     """All memories of doors are dropped; p starts from the far end of the room."""
     sim = leading(CLOSETS)
     passed(sim, "p", mark(sim, Kind.DOOR))
-    sim.world.burnt[:] = True
+    sim.world.burnt.update(range(len(sim.building.landmarks)))
     mind(sim, "p").patches.add(0)
     goal = decide(sim, "p")
     assert goal == view(sim, "p").far_end and goal.place != NOWHERE
@@ -886,7 +883,7 @@ def test_every_patch_walked_over_counts_as_explored():
     walked = set()
 
     def far():
-        walked.add(sim.sight.patches[int(sim.world.bodies.place[0])])
+        walked.add(view(sim, "p").patch)
         return len(walked) == 3
 
     play_until(sim, far)
@@ -899,7 +896,7 @@ def test_a_direction_that_begins_to_burn_is_given_up():
     """For the other one; and it counts as tried."""
     sim = leading(CROSSROADS)
     goal = decide(sim, "p")
-    sim.world.flames.burning.ravel()[goal.place] = True
+    light(sim, goal.place)
     other = decide(sim, "p")
     assert other.aim is Aim.DIRECTION and other.which != goal.which
     assert goal.which in mind(sim, "p").patches
@@ -910,7 +907,7 @@ def test_a_direction_behind_flames_is_none():
     """They reach from wall to wall; the floor beyond them is in sight all the same."""
     sim = leading("###########\n#p.*......E\n#..*......E\n###########", sight_range=6)
     assert view(sim, "p").open == []
-    sim.world.flames.burning[:] = False
+    sim.world.flames.alight = frozenset()
     assert view(sim, "p").open != []
 
 
@@ -919,11 +916,11 @@ def test_who_stands_in_flames_may_still_leave():
     """Only flames on the rest of the way bar a door."""
     sim = stage("########\n#.p..+.E\n########")
     place = sim.world.bodies.place[0]
-    sim.world.flames.burning.ravel()[place] = True
+    light(sim, place)
     door = mark(sim, Kind.DOOR)
     seen = view(sim, "p")
     assert seen.passable(door) and seen.safe(door)
-    sim.world.flames.burning.ravel()[place + 1] = True
+    light(sim, place + 1)
     assert not view(sim, "p").passable(door)
 
 
@@ -957,7 +954,7 @@ def test_a_threshold_is_crossed_unless_it_burns_or_one_is_stuck(change):
     beyond = int(sim.navigation.places_of(0, np.array([[2, 5]]))[0])
     assert goal == Goal(Aim.THRESHOLD, mark(sim, Kind.DOOR), beyond)
     if change == "flames":
-        sim.world.flames.burning[0, 2, 5] = True
+        light(sim, beyond)
     if change == "stuck":
         sim.world.bodies.anchor_time[:] = sim.world.time - STUCK_SECONDS - 0.1
     assert (decide(sim, "p") == goal) is (change == "nothing")
@@ -1031,7 +1028,7 @@ def test_on_the_stairs_people_follow_nobody():
     """Their robot stays on its floor, and no longer waits for them."""
     sim = stage(INSTRUCTED)
     robot = sim.world.robots[1]
-    say(sim, robot, Instruction.THIS_STAIRWELL)
+    say(sim, robot, Kind.ENTRANCE)
     follow(sim, "p", robot.body)
     assert followers_of(sim.world, robot).tolist() == [body("p")]
     play_until(sim, lambda: sim.world.bodies.stairwell[0] >= 0)
@@ -1088,8 +1085,7 @@ def twin(sim):
 
 def look_and_think(sim, i):
     """Let human i decide once, and nothing else; all that they remember then."""
-    around = Surroundings.of(sim.world, sim.sight)
-    views = look(sim.world, around, np.array([i]))
+    views = look(sim.world, sim.sight, np.array([i]))
     walking.decide(sim.world, np.array([i]), views)
     return sim.world.minds[i]
 
@@ -1097,14 +1093,13 @@ def look_and_think(sim, i):
 def alter_elsewhere(sim, i, rng):
     """Change whatever can change where no ray of human i arrives."""
     world, bodies, p = sim.world, sim.world.bodies, sim.world.bodies.place[i]
-    ends = [way.place for way in sim.sight.open[p]]
-    seen = (sim.sight.sees.reached_from(p), sim.sight.hits[:, p], ends, [p])
     hidden = np.ones(sim.navigation.places, dtype=bool)
-    hidden[np.concatenate(seen).astype(int)] = False
-    for door in range(len(world.burnt)):
-        cells = sim.building.landmark.ravel() == door
-        world.burnt[door] ^= bool(hidden[cells].all())
+    hidden[[p, *sim.sight.seen(p)]] = False
+    for door in range(len(sim.building.landmarks)):
+        if hidden[sim.building.landmark.ravel() == door].all():
+            world.burnt ^= {door}
     flip = hidden & (rng.random(len(hidden)) < 0.5)
+    world.flames.alight ^= frozenset(np.flatnonzero(flip).tolist())
     for array in (world.flames.burning, world.flames.harm):
         array.ravel()[flip] = array.ravel()[flip] == 0
     away = np.flatnonzero(hidden[bodies.place] | ~bodies.walking)
@@ -1116,7 +1111,7 @@ def alter_elsewhere(sim, i, rng):
     bodies.fate[away[::2]] = Fate.DEAD
     for robot in world.robots:
         if hidden[robot.place]:
-            say(sim, robot, Instruction.THIS_EXIT)
+            say(sim, robot, Kind.EXIT)
 
 
 # -- How well one sees --------------------------------------------------------------

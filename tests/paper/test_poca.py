@@ -81,7 +81,7 @@ def made(seed=1, sizes=SIZES, **changes):
 def added(learner, t):
     """What the learner makes of a life, and what a naive critic thinks of it."""
     learner.add([t])
-    part, p = learner.buffer.parts[-1], oracle.parameters(learner.critic)
+    part, p = learner.buffer[-1], oracle.parameters(learner.critic)
     with torch.no_grad():
         values, baselines = oracle.group_worth(
             p, part.vectors, part.grids, part.alive, part.actions
@@ -230,7 +230,7 @@ def credit(kind):
     learner.actor.requires_grad_(False)  # the critic finds out who earns what
     for _ in range(16):
         learner.add([bandit(learner, rng)[0]])
-        spread = learner.buffer.parts[-1].advantages.std(dim=0)
+        spread = learner.buffer[-1].advantages.std(dim=0)
         learner.update()
     learner.actor.requires_grad_(True)
     return learner, rng, (spread[1] / spread[0]).item()

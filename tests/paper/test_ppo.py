@@ -133,7 +133,7 @@ def made(seed=1, sizes=MIXED, **changes):
 def added(learner, *trajectories):
     """What the learner makes of them, and its own values of all they saw."""
     learner.add(trajectories)
-    part = learner.buffer.parts[-1]
+    part = learner.buffer[-1]
     t = trajectories[-1]
     with torch.no_grad():
         seen = learner.critic(torch.from_numpy(t.vectors), torch.from_numpy(t.grids))
@@ -199,7 +199,7 @@ def test_both_networks_normalise_with_what_the_live_agents_saw():
         normaliser = network.body.encoder.normaliser
         assert normaliser.count == 5
         assert normaliser.mean.numpy() == pytest.approx(live.mean(axis=0), abs=1e-6)
-    part, t = learner.buffer.parts[0], torch.from_numpy(t.vectors[:-1])
+    part, t = learner.buffer[0], torch.from_numpy(t.vectors[:-1])
     with torch.no_grad():
         values = learner.critic(t, part.grids)
     assert torch.allclose(values, part.values, atol=1e-6)
@@ -218,7 +218,7 @@ def watched(*agents, **changes):
     """A watched learner after one update from one life."""
     learner = Watched(settings("ppo", **changes), MIXED, 0)
     learner.add([life(*agents, sizes=MIXED)])
-    before = learner.buffer.parts[0].advantages.clone()
+    before = learner.buffer[0].advantages.clone()
     return learner, before, learner.update()
 
 
@@ -227,7 +227,7 @@ def test_an_update_goes_num_epoch_times_through_whole_minibatches():
     """Eleven rows in fours, three epochs: six steps, and the buffer is empty."""
     learner, _, _ = watched("#" * 11, num_epoch=3)
     assert [len(batch) for batch, *_ in learner.seen] == [4] * 6
-    assert len(learner.buffer) == 0 and not learner.buffer.full
+    assert not learner.buffer and not learner.full
     step = learner.optimiser.state_dict()["state"][0]["step"]
     assert step == 6
 
@@ -237,9 +237,9 @@ def test_a_buffer_is_full_with_more_than_buffer_size_steps():
     """Eight of two agents do not fill it, nine do; both count for the schedules."""
     learner = made(buffer_size=8)
     learner.add([life("#####", "###..", sizes=MIXED)])
-    assert (learner.steps, learner.buffer.full) == (8, False)
+    assert (learner.steps, learner.full) == (8, False)
     learner.add([life("#", sizes=MIXED)])
-    assert (learner.steps, learner.buffer.full) == (9, True)
+    assert (learner.steps, learner.full) == (9, True)
 
 
 @pytest.mark.paper("E3")
@@ -304,7 +304,7 @@ def test_an_update_is_adam_s_step_on_the_summed_loss():
     """First step: p − lr·g/(|g| + 10⁻⁸), both networks at once, no gradient clipped."""
     learner = made(batch_size=8, learning_rate_schedule="constant")
     learner.add([life("#" * 8, sizes=MIXED)])
-    rows = learner.buffer.parts[0].rows(torch.arange(8))
+    rows = learner.buffer[0].rows(torch.arange(8))
     rows.advantages[:, 0] = normalised(rows.advantages[:, 0])
     _, epsilon, beta = learner.schedules()
     learner.loss(rows, epsilon, beta)[0].backward()
@@ -342,7 +342,7 @@ def test_estimates_are_means_over_agents_that_are_there(kind):
     """An agent that left early counts for its own decisions alone."""
     learner = kind.Learner(settings(), SIZES, 0)
     learner.add([life("#####", "##...")])
-    part = learner.buffer.parts[0]
+    part = learner.buffer[0]
     summary = learner.update()
     kinds = ("Value", "Baseline") if kind is poca else ("Value",)
     for name in kinds:
@@ -379,7 +379,7 @@ def test_going_on_from_a_saved_state_is_going_on(trainer_type):
     saved = through_a_file(state_of(one))
     restore(two, saved)
     bits = saved["buffer"][0]["grids"]["bits"]
-    assert bits.numel() == one.buffer.parts[0].grids.numel() / 8
+    assert bits.numel() == one.buffer[0].grids.numel() / 8
     for learner in (one, two):
         learner.add([life("#####", "##...", seed=2)])
     assert one.update() == two.update()

@@ -25,7 +25,6 @@ from reference.events import Evacuated
 from reference.paper import DECISION_SECONDS, NEAR_STAIRWELL, ROBOT_SPEED, Scenario
 from reference.robots import (
     DOORWAY,
-    FOLLOW_ME,
     actual_target,
     said_on_the_way,
     speed_while_leading,
@@ -36,7 +35,7 @@ from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import (
     Sweep,
 )
-from reference.world import Instruction, Said
+from reference.world import NOWHERE
 
 UPSTAIRS = """
        #########
@@ -168,10 +167,10 @@ def test_a_decision_updates_destination_and_instruction():
     for _ in range(2):
         play(sim, DECISION_SECONDS)
         robot = sim.world.robots[1]
-        told.append((tuple(robot.destination), robot.says.instruction))
-    centre = sim.building.stairwells[0].centre
-    assert told[0] == (centre, Instruction.THIS_STAIRWELL)
-    assert told[1] == ((2.5, 0.5), Instruction.FOLLOW_ME)
+        told.append((tuple(robot.destination), robot.says))
+    (well,) = sim.building.stairwells
+    assert told[0] == (well.centre, *well.entrances[1])
+    assert told[1] == ((2.5, 0.5), NOWHERE)
 
 
 @pytest.mark.paper("C7", "Alg. 3:6-7")
@@ -265,9 +264,8 @@ def test_of_two_stairwells_nearby_the_nearer_one_is_meant():
     assert dist(a.centre, b.centre) < NEAR_STAIRWELL
     for well in (a, b):
         assert actual_target(building, 1, *well.centre) == well.centre
-    assert said_on_the_way(building, 1, b.centre) == FOLLOW_ME
-    said = said_on_the_way(building, 1, a.centre)
-    assert said == Said(Instruction.THIS_STAIRWELL, *a.entrances[1])
+    assert said_on_the_way(building, 1, b.centre) == NOWHERE
+    assert (said_on_the_way(building, 1, a.centre),) == a.entrances[1]
 
 
 @pytest.mark.paper("C7", "Alg. 3:5, chosen")
@@ -293,23 +291,22 @@ def test_of_two_stairwells_over_the_same_cells_the_one_that_leads_down_is_meant(
     building = built(floors)
     a, b = building.stairwells
     assert a.centre == b.centre
-    said = said_on_the_way(building, 3, b.centre)
-    assert said == Said(Instruction.THIS_STAIRWELL, *b.entrances[3])
-    assert said_on_the_way(building, 2, b.centre) == FOLLOW_ME
+    assert (said_on_the_way(building, 3, b.centre),) == b.entrances[3]
+    assert said_on_the_way(building, 2, b.centre) == NOWHERE
 
 
 @pytest.mark.paper("C7", "Alg. 3:5, chosen")
 @pytest.mark.parametrize(
-    ("floor", "where", "instruction"),
+    ("floor", "where", "leads_out"),
     [
-        (1, "stairwell", Instruction.THIS_STAIRWELL),
-        (0, "stairwell", Instruction.FOLLOW_ME),
-        (0, "exit", Instruction.THIS_EXIT),
-        (1, "exit", Instruction.FOLLOW_ME),
-        (0, "middle", Instruction.FOLLOW_ME),
+        (1, "stairwell", True),
+        (0, "stairwell", False),
+        (0, "exit", True),
+        (1, "exit", False),
+        (0, "middle", False),
     ],
 )
-def test_the_instruction_goes_with_the_destination(floor, where, instruction):
+def test_the_instruction_goes_with_the_destination(floor, where, leads_out):
     """Nobody is sent into stairs that lead nowhere, or to an exit of another floor."""
     building = built(UPSTAIRS)
     targets = {
@@ -319,7 +316,8 @@ def test_the_instruction_goes_with_the_destination(floor, where, instruction):
     }
     sim = stage(UPSTAIRS, robots=Send(*targets[where]))
     sim.step()
-    assert sim.world.robots[floor].says.instruction is instruction
+    (way_out,) = building.ways_out(floor)
+    assert sim.world.robots[floor].says == (way_out if leads_out else NOWHERE)
 
 
 @pytest.mark.paper("C7", "Alg. 3:5, chosen")
@@ -327,8 +325,8 @@ def test_of_two_exits_the_nearest_to_the_destination_is_meant():
     """Both are near it."""
     building = built("#E####\n#....#\n####E#")
     for exit in building.exits:
-        said = said_on_the_way(building, 0, building.landmarks[exit].position)
-        assert said == Said(Instruction.THIS_EXIT, exit)
+        place = building.landmarks[exit].position
+        assert said_on_the_way(building, 0, place) == exit
 
 
 # -- Robots among people and flames -------------------------------------------------

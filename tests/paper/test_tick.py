@@ -255,7 +255,7 @@ def test_a_burnt_door_is_passed_without_being_remembered(burnt):
     door, me = mark(sim, Kind.DOOR), mind(sim, "p")
     beyond = sim.navigation.cols + 4
     me.goal = Goal(Aim.THRESHOLD, door, beyond)
-    sim.world.burnt[door] = burnt
+    sim.world.burnt = {door} if burnt else set()
     play_until(sim, lambda: sim.world.bodies.place[0] == beyond, seconds=5)
     assert list(me.doors) == [passed.door for passed in me.trail]
     assert me.doors == (set() if burnt else {door})

@@ -21,14 +21,14 @@ ROOMS = """#########
            #########"""
 
 
-def test_density_is_people_per_square_metre_around_and_not_behind_walls():
-    """Three people on the four square metres of a corner; none sees the fourth."""
+def test_density_is_people_per_square_metre_of_floor_around():
+    """Three people on the four square metres of a corner; no wall counts as floor."""
     simulation = stage(ROOMS)
     crowd = Crowd(simulation)
     crowd.note()
     (density,), (kind,) = crowd.density, simulation.building.kind
     assert density[1, 1] == 3 / 4
-    assert density[1, 3] == 1 / 5  # q, on four cells and a door; r is behind the wall
+    assert density[1, 3] == 1 / 5  # q, on four cells and a door; r is two metres away
     assert density[3, 7] == 0
     assert not density[kind == Kind.WALL].any()
 
@@ -61,10 +61,9 @@ def test_the_picture_says_over_how_many_evacuations_and_how_many_died():
 
 
 def test_evacuate_draws_the_density_of_all_episodes(tmp_path, monkeypatch, capsys):
-    """Beside the same numbers as without a picture."""
+    """Where it says, besides the numbers."""
     monkeypatch.chdir(tmp_path)
     asked = "evacuate --building tiny --people 6 --episodes 2 --json"
     assert main([*asked.split(), "--density", "dense.png"]) == 0
-    told = capsys.readouterr()
-    assert "the picture is in dense.png" in told.err
+    assert "written: dense.png" in capsys.readouterr().err
     assert (tmp_path / "dense.png").read_bytes().startswith(b"\x89PNG")

@@ -23,7 +23,7 @@ from reference.workshop.frame import (
     way_marks,
 )
 from reference.workshop.strategies.robots import Sweep
-from reference.world import NOBODY, Instruction
+from reference.world import NOBODY, NOWHERE
 
 BUILDINGS = ("paper", "tiny", "museum", "maze", "school", "tower")
 HALL = """
@@ -153,8 +153,8 @@ def test_an_anchor_at_a_way_out_tells_people_to_take_it(name):
         for points, leads_out in ((outs, True), (feet, False)):
             for point in points:
                 target = actual_target(building, floor, *point.tolist())
-                said = said_on_the_way(building, floor, target).instruction
-                assert (said is not Instruction.FOLLOW_ME) == leads_out
+                said = said_on_the_way(building, floor, target)
+                assert (said != NOWHERE) == leads_out
 
 
 @pytest.mark.paper("C5", "chosen")

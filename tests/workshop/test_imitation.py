@@ -9,7 +9,7 @@ from trainings import TINY, begun, tiny
 from reference.building import building_of
 from reference.game.environment import destination
 from reference.game.interface import Moment
-from reference.game.observations import robot_vectors, to_normalised
+from reference.game.observations import headed, robot_vectors, to_normalised
 from reference.learning.adversarial import player_of
 from reference.learning.rollouts import play
 from reference.simulation import Simulation
@@ -32,9 +32,9 @@ class Observed(Sweep):
     def decide(self, world, robots, rng):
         """As always; the player sees the same."""
         decided = super().decide(world, robots, rng)
-        vectors = robot_vectors(world, self.player.scenario)
+        vectors = robot_vectors(world, self.player.interface.scenario)
         everybody = np.ones(len(vectors), dtype=bool)
-        moment = Moment.of(world, vectors, everybody)
+        moment = Moment(vectors, everybody, world)
         (emitted,), _ = self.player.act([moment])
         (seen,) = self.player.read([moment])
         row = {robot.body: k for k, robot in enumerate(world.robots)}
@@ -69,7 +69,7 @@ def test_robots_that_copied_sweep_go_where_it_would():
     settings = replace(settings, imitation_episodes=32, imitation_epochs=100)
     training = begun(settings, imitate="sweep")
     before = off_course(training)
-    training.imitate([e for job in training.demonstrations() for e in play(job)])
+    training.learn([e for job in training.jobs() for e in play(job)])
     after = off_course(training)
     assert len(after) == len(before) > 60
     assert np.mean(after < 1) > np.mean(before < 1) + 0.15
@@ -80,22 +80,22 @@ def test_robots_that_copied_sweep_go_where_it_would():
 def test_a_mixture_is_taught_the_point_that_the_teacher_means():
     """In units from the robot: a new one, the one it is headed to, or its own place."""
     settings = tiny(robots={"head": "mixture", "masks": False})
-    teacher = Demonstration(settings.robots, "patrol").player(
+    teacher = Demonstration(settings.robots, {}, "patrol").player(
         "robots", building_of(TINY), settings.scenario
     )
     sim = Simulation(building_of(TINY), settings.scenario, Sweep(), RandomFire(), 1)
     for _ in range(40):
         sim.step()
     vectors = robot_vectors(sim.world, sim.scenario)
-    moment = Moment.of(sim.world, vectors, np.ones(len(vectors), dtype=bool))
-    under_way = ~np.isnan(moment.headed[:, 0])
+    moment = Moment(vectors, np.ones(len(vectors), dtype=bool), sim.world)
+    under_way = ~np.isnan(headed(sim.world)[:, 0])
     assert under_way.any()
     nothing_new = np.full((len(vectors), 2), np.nan, dtype=np.float32)
     told = teacher._recorded(moment, nothing_new)
     (seen,), K = teacher.read([moment]), teacher.interface.frame.anchors
     anchors = seen[:, : 2 * K].reshape(-1, K, 2)
     keep, stay = anchors[:, KEEP], anchors[:, STAY]
-    assert np.allclose(told.actions, np.where(under_way[:, None], keep, stay))
-    assert told.alive.all() and not stay.any()
-    told = teacher._recorded(moment, moment.headed)
-    assert np.allclose(told.actions, keep) and told.alive[under_way].all()
+    assert np.allclose(told["actions"], np.where(under_way[:, None], keep, stay))
+    assert told["alive"].all() and not stay.any()
+    told = teacher._recorded(moment, headed(sim.world))
+    assert np.allclose(told["actions"], keep) and told["alive"][under_way].all()

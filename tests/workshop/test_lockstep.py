@@ -27,7 +27,7 @@ def everything(run: Simulation) -> list[Any]:
     found: list[Any] = [repr(run.outcome()), run.ticks, run.person_seconds, world.minds]
     found += [(type(e).__name__, *vars(e).values()) for e in run.events]
     found += [getattr(bodies, part.name).tobytes() for part in fields(bodies)]
-    found += [world.flames.burning.tobytes(), world.burnt.tobytes()]
+    found += [world.flames.burning.tobytes(), world.burnt]
     found += [run.full_until.tobytes()]
     found += [(*r.position, r.place, r.active, r.says, r.way) for r in world.robots]
     return [*found, *(rng.bit_generator.state for rng in run.rng.values())]

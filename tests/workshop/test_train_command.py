@@ -36,7 +36,7 @@ def in_an_empty_folder(tmp_path, monkeypatch):
 def quick(monkeypatch):
     """Preset tiny, smaller still."""
     monkeypatch.setattr(
-        "reference.workshop.training.starting.preset", lambda name: tiny()
+        "reference.workshop.training.session.preset", lambda name: tiny()
     )
 
 
@@ -45,7 +45,7 @@ def once(monkeypatch):
     """The same with a single round."""
     settings = tiny(robots={"max_steps": 40}, fire={"max_steps": 3, "buffer_size": 2})
     monkeypatch.setattr(
-        "reference.workshop.training.starting.preset", lambda name: settings
+        "reference.workshop.training.session.preset", lambda name: settings
     )
 
 
@@ -108,11 +108,11 @@ def test_train_tells_people_what_begins_and_how_to_look_at_it(once, capsys):
     first, *_, command = err.splitlines()
     assert first == (
         "Tiny office: robots poca (mixture head), fire random, seed 0; "
-        "40 decisions to go; 0 workers"
+        "40 decisions to go; workers 0"
     )
     assert re.search(r"^reward +-?[\d,.]+$", out, re.MULTILINE)
     assert re.search(r"^survival +0\.\d+$", out, re.MULTILINE)
-    assert "it ends before anything is\nlearned" in err
+    assert "ends before anything is learned" in err
     words = command.split()
     assert words[:3] == ["python", "-m", "reference"]
     assert words[words.index("--fire") + 1] == "random"
@@ -249,11 +249,15 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
         (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),
         (["--imitate", "none"], 2, "invalid choice: 'none'"),
         (["--imitate", "sweep", "--robots", "sweep"], 2, "nobody imitates"),
-        (["--initialize-from", "notes.txt"], 1, "notes.txt: is no checkpoint"),
+        (
+            ["--initialize-from", "notes.txt"],
+            1,
+            "notes.txt: is damaged",
+        ),
         (["--initialize-from", ""], 1, "there is no checkpoint in this folder"),
         (["--settings", "alone.yaml"], 1, "robots_per_floor is 0"),
         (["--settings", "wide.yaml"], 1, "hidden_units is 100000000"),
-        (["--fire", "notes.txt"], 1, "notes.txt: is no checkpoint"),
+        (["--fire", "notes.txt"], 1, "notes.txt: is damaged"),
         (["--settings", "nowhere.yaml"], 1, "nowhere.yaml"),
         (["--building", "nowhere"], 1, "nowhere"),
         (["--building", ""], 1, "Is a directory"),
@@ -317,7 +321,7 @@ def test_a_worker_that_dies_ends_the_training_with_one_message(
 
     monkeypatch.setattr(loop, "in_order", killed)
     assert train("--out", "new") == 1
-    assert "a worker has died" in capsys.readouterr().err.splitlines()[-1]
+    assert "a worker has died" in capsys.readouterr().err
     assert load("new").round == 0
 
 
@@ -343,7 +347,7 @@ def test_stopped_it_saves_and_says_how_to_go_on(number, tmp_path):
     assert running.returncode == 130
     assert "Traceback" not in err
     assert err.endswith(
-        "Go on with:\n  python -m reference train --resume --out long --workers 1\n"
+        "Go on with:\n  python -m reference train --resume --out long\n"
     )
     assert not list((tmp_path / "long").glob(".*-part*"))
     assert load(tmp_path / "long").task.settings.preset == "tiny"
@@ -377,7 +381,7 @@ def test_evacuate_takes_the_mean_action_unless_asked_for_sampling(run, capsys):
     ("options", "code", "hint"),
     [
         (["--sample"], 2, "--sample goes with a checkpoint"),
-        (["--robots", "notes.txt"], 1, "notes.txt: is no checkpoint"),
+        (["--robots", "notes.txt"], 1, "notes.txt: is damaged"),
         (["--fire", "."], 1, "there is no checkpoint in this folder"),
         (["--robots", "RUN", "--building", "paper"], 1, "has learned Tiny office"),
         (["--robots", "RUN", "--people", "7"], 1, "learned with 6 people"),

@@ -12,10 +12,10 @@ from reference.workshop.drawing import validation as drawing
 from reference.workshop.validation.cases import (
     CASES,
     MEASURED,
+    MEASURES,
     NOT_MODELLED,
     ONE_WAY,
     OPPOSED,
-    Case,
     measured,
     weidmann,
 )
@@ -98,20 +98,20 @@ def test_the_command_prints_a_table_with_what_is_not_modelled(capsys):
 
 def test_a_case_that_fails_is_no_error_and_says_how_often(capsys, monkeypatch):
     """Numbers are means over the seeds that end; how many do not is told too."""
-    late = Case("RiMEA 1", "30", lambda s: (s < 2, {"s": (4, 6, np.inf)[s]}), "icy")
-    never = late._replace(measure=lambda seed: (False, {"s": np.inf}))
-    for case, mean, count, told in (
-        (late, 5, 1, "s: 5 (never in 1/3) (icy)"),
-        (never, None, 3, "s: - (never in 3/3) (icy)"),
+    monkeypatch.setitem(CASES["corridor"], "note", "icy")
+    for ends, mean, count, told in (
+        ((4, 6, np.inf), 5, 1, "5 (never in 1/3)"),
+        ((np.inf, np.inf, np.inf), None, 3, "- (never in 3/3)"),
     ):
-        monkeypatch.setitem(CASES, "corridor", case)
+        found = [(end < np.inf, {"s": end}) for end in ends]
+        monkeypatch.setitem(MEASURES, "corridor", found.__getitem__)
         assert main(["validate", "--only", "corridor", "--json"]) == 0
         (row,) = json.loads(capsys.readouterr().out)["cases"]
         assert (row["measured"], row["never"]) == ({"s": mean}, {"s": count})
         assert (row["failed"], row["runs"], row["verdict"]) == (count, 3, "fails")
         assert main(["validate", "--only", "corridor"]) == 0
         out = capsys.readouterr().out
-        assert f"fails {count}/3" in out and told in out
+        assert f"fails {count}/3" in out and f"s: {told} (icy)" in out
 
 
 def test_real_people_stand_beside_the_model_in_the_picture(monkeypatch, tmp_path):

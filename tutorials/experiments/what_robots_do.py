@@ -19,7 +19,7 @@ from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.maps import load
 from reference.workshop.strategies.robots import GROUP_RADIUS, unguided
 from reference.workshop.training.presets import preset
-from reference.world import Instruction
+from reference.world import NOWHERE
 
 GAMMA = preset("laptop").robots.gamma
 
@@ -44,7 +44,7 @@ def deed(world, robot):
         return "fetches more" if followed else "fetches"
     if not followed:
         return "walks"
-    return "other" if robot.says.instruction is Instruction.FOLLOW_ME else "leads"
+    return "other" if robot.says == NOWHERE else "leads"
 
 
 def evacuation(team, fire, seed):

@@ -36,8 +36,8 @@ def way_out(world, robot, goal):
     """The landmark that a robot would tell people on its way, or NOWHERE."""
     if goal is not None:
         target = actual_target(world.building, robot.floor, *goal)
-        return said_on_the_way(world.building, robot.floor, target).landmark
-    return robot.says.landmark if robot.way else NOWHERE
+        return said_on_the_way(world.building, robot.floor, target)
+    return robot.says if robot.way else NOWHERE
 
 
 def kind(world, robot, own, other):

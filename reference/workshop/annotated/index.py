@@ -15,7 +15,6 @@ from pathlib import Path
 from textwrap import dedent
 from typing import NamedTuple
 
-import reference
 from reference.paper import InputError
 from reference.workshop.annotated.words import CLAUSES, KINDS, TITLES, named_in
 
@@ -82,22 +81,21 @@ def symbols(path: Path) -> tuple[Symbol, ...]:
 
 
 def _within(
-    parent: ast.Module | ast.ClassDef | ast.FunctionDef, path: Path, prefix: str
+    parent: ast.Module | ast.ClassDef, path: Path, prefix: str
 ) -> Iterator[Symbol]:
-    for node, after in zip(parent.body, [*parent.body[1:], None], strict=True):
+    for node, after in zip(parent.body, [*parent.body[1:], ast.Pass()], strict=True):
         last = node.end_lineno or node.lineno
         if isinstance(node, ast.ClassDef | ast.FunctionDef):
             name, doc = prefix + node.name, ast.get_docstring(node) or ""
             first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
             yield Symbol(path, first, last, name, doc, _marks(node))
-            yield from _within(node, path, f"{name}.")
-        elif isinstance(node, ast.Assign | ast.AnnAssign) and isinstance(
-            parent, ast.Module | ast.ClassDef
-        ):
+            if isinstance(node, ast.ClassDef):
+                yield from _within(node, path, f"{name}.")
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
             target = node.targets[0] if isinstance(node, ast.Assign) else node.target
             name = prefix + ast.unparse(target).strip("()")
-            doc = ast.get_docstring(ast.Module([after] if after else [], [])) or ""
-            last = after.end_lineno or last if after and doc else last
+            doc = ast.get_docstring(ast.Module([after], [])) or ""
+            last = after.end_lineno or last if doc else last
             yield Symbol(path, node.lineno, last, name, doc)
 
 
@@ -128,9 +126,6 @@ def uncited(text: str) -> str:
 
 # -- Code ---------------------------------------------------------------------------
 
-ORDER = (*reference.BOOK[1:], *reference.WORKSHOP, "paper")
-"""Modules as one reads them, but the bare numbers last."""
-
 
 class Citation(NamedTuple):
     """A citation in the code: keys and kinds that it names, and where it stands.
@@ -156,31 +151,23 @@ class Citation(NamedTuple):
 
     @property
     def reason(self) -> str:
-        """What is said there: a comment, the row of a table, or a paragraph.
-
-        Of a docstring's first paragraph the next one is a part.
-        """
+        """What is said there: a comment or a paragraph; after a first one the next."""
         if "#" in self.text:
             return uncited(self.text.split("#", 1)[1]).lstrip(": ")
-        bare, told = self.text.strip(' "'), self.symbol.doc.split("\n\n")
-        k = next(k for k, paragraph in enumerate(told) if bare in paragraph)
-        if re.search(r"[^.;\s]  +\S", told[k]):  # columns
-            return uncited(bare)
+        told = self.symbol.doc.split("\n\n")
+        k = next(k for k, said in enumerate(told) if self.text.strip(' "') in said)
         said = uncited(" ".join(told[k : k + 1 + (k == 0)]))
         return re.sub(r"^Clauses?: .*?\. ", "", said)
 
 
 @cache
 def citations() -> tuple[Citation, ...]:
-    """All of reference/, in the order of reading."""
-    files = sorted(PACKAGE.rglob("*.py"), key=lambda path: (_rank(path), path))
+    """All of reference/: the book, the workshop, and the bare numbers last."""
+    files = sorted(
+        PACKAGE.rglob("*.py"),
+        key=lambda path: (path.name == "paper.py", "workshop" in path.parts, path),
+    )
     return tuple(cited for path in files for cited in _cited(path))
-
-
-def _rank(path: Path) -> int:
-    module = ".".join(path.relative_to(PACKAGE).with_suffix("").parts)
-    of = (k for k, name in enumerate(ORDER) if f"{module}.".startswith(f"{name}."))
-    return next(of, len(ORDER))
 
 
 def _cited(path: Path) -> Iterator[Citation]:
@@ -202,6 +189,12 @@ def _cited(path: Path) -> Iterator[Citation]:
 def code_of(key: str) -> list[Citation]:
     """Where the code carries a key."""
     return [cited for cited in citations() if key in cited.keys]
+
+
+def reasons(clause: str, kind: str) -> list[Citation]:
+    """Where the code tags a clause with a kind; of equal reasons the last."""
+    tagged = {c.reason: c for c in code_of(clause) if kind in c.kinds}
+    return list(tagged.values())
 
 
 def symbols_of(key: str) -> list[Symbol]:

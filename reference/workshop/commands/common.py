@@ -1,90 +1,71 @@
-"""What the commands share: checks, numbers in words, workers and Ctrl-C."""
+"""What the commands share: printing figures, workers and Ctrl-C."""
 
+import json
 import shlex
 import signal
 import sys
-import tempfile
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor
-from contextlib import contextmanager
-from pathlib import Path
-from threading import Event
+from contextlib import AbstractContextManager, contextmanager
 from time import monotonic
-from typing import Any, NamedTuple
+from typing import Any
 
-from reference.paper import InputError
-from reference.workshop.commands.options import Table
-from reference.workshop.runs import ContradictionError, RunError
-from reference.workshop.workers import STOPS, InProcess, workers
+from reference.workshop.runs import RunError
+from reference.workshop.workers import STOPS, InProcess
 
 TWICE = 1.0  # s from one signal to the next, if they are two
 
+# -- What is told -------------------------------------------------------------------
 
-class Command(NamedTuple):
-    """A command: what it does, its options, one example.
 
-    numbers  whether it has --json;  chance  whether it has --seed
+def tell(arguments: Namespace, facts: dict[str, Any], text: str) -> None:
+    """Print facts as JSON where that is asked for, else as text."""
+    print(json.dumps(facts) if arguments.json else text)
+
+
+def note(words: str) -> None:
+    """Print what is no result."""
+    print(words, file=sys.stderr)
+
+
+def figure(value: float | None) -> str:
+    """Write a figure with two decimals if it has any; "-" if there is none."""
+    return "-" if value is None else f"{value:,.2f}".removesuffix(".00")
+
+
+def table(rows: Sequence[Sequence[str]], align: str) -> str:
+    """Lay out rows in columns as wide as their words; align: < or > for each column."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    form = "  ".join(f"{{:{a}{width}}}" for a, width in zip(align, widths, strict=True))
+    return "\n".join(form.format(*row).rstrip() for row in rows)
+
+
+# -- Workers and Ctrl-C -------------------------------------------------------------
+
+
+def again(*words: object) -> str:
+    """Write a command line that can be typed into a shell."""
+    return shlex.join(["python", "-m", "reference", *map(str, words)])
+
+
+@contextmanager
+def workforce(
+    hands: AbstractContextManager[Executor], resumed: str | None
+) -> Iterator[tuple[Executor, Callable[[], bool]]]:
+    """Yield workers, and a check for Ctrl-C; told to stop, say how to go on.
+
+    resumed: the command line that does; None: nothing is kept.
     """
-
-    run: Callable[[Namespace], None]
-    options: Table
-    example: str
-    numbers: bool = True
-    chance: bool = True
-
-
-def writable(path: Path, what: str = "a picture", formats: Iterable[str] = ()) -> None:
-    """Refuse a file that cannot be written, before there is anything to write.
-
-    formats: suffixes, by default those of pictures. Raises ContradictionError for
-    another suffix, else RunError.
-    """
-    from reference.workshop.drawing.page import PICTURES, with_suffix
-
+    on = f"Go on with:\n  {resumed}" if resumed else "Nothing is kept without --out."
     try:
-        with_suffix(path, formats or PICTURES, what)
-    except InputError as error:
-        raise ContradictionError(str(error)) from error
-    if path.is_dir():
-        raise RunError(f"{path}: is a folder. Name a file in it.")
-    try:
-        tempfile.TemporaryFile(dir=path.parent).close()
-    except OSError as error:
-        raise RunError(
-            f"{path}: cannot be written ({error.strerror}). "
-            "Name a file in a folder that exists and is yours."
-        ) from error
-
-
-# -- What is told ------------------------------------------------------------------
-
-
-def counted(number: int, plural: str) -> str:
-    """A number with its noun: 1 door, 2 doors."""
-    return f"{number} {plural[:-1] if number == 1 else plural}"
-
-
-def figures(values: list[float | None]) -> str:
-    """Figures of one row, all with the same number of decimals."""
-    known = [value for value in values if value is not None]
-    whole = all(value == int(value) for value in known)
-    largest = max(map(abs, known), default=0)
-    decimals = 0 if whole or largest >= 1000 else 1 if largest >= 10 else 2
-    cells = ("-" if value is None else f"{value:,.{decimals}f}" for value in values)
-    return "".join(f"{cell:>10}" for cell in cells)
-
-
-def quoted(path: str | Path) -> str:
-    """Quote a path for a shell, and so that it does not look like an option."""
-    text = str(path)
-    return shlex.quote(f"./{text}" if text.startswith("-") else text)
-
-
-def again(command: str, **options: str | Path | None) -> str:
-    """The command line that resumes a command, with those options that are given."""
-    words = [f"--{k} {quoted(word)}" for k, word in options.items() if word is not None]
-    return " ".join(["python -m reference", command, "--resume", *words])
+        with ctrl_c() as stop, hands as executor:
+            yield executor, stop
+    except BrokenExecutor as error:
+        what = "a worker has died, perhaps for want of memory: take fewer"
+        raise RunError(f"{what}. {on}") from error
+    if stop():
+        raise KeyboardInterrupt(f"stopped. {on}")
 
 
 @contextmanager
@@ -95,50 +76,28 @@ def ctrl_c() -> Iterator[Callable[[], bool]]:
     within TWICE of the first belongs to it: `timeout`, for one, tells the process and
     its group.
     """
-    pressed, first, stderr = Event(), 0.0, sys.stderr  # a job may redirect it
-    handlers = {stop: signal.getsignal(stop) for stop in STOPS}
-    before = {s: known for s, known in handlers.items() if known != signal.SIG_IGN}
+    pressed, stderr = list[float](), sys.stderr  # a job may redirect it
+    known = {stop: signal.getsignal(stop) for stop in STOPS}
+    before = {s: handler for s, handler in known.items() if handler != signal.SIG_IGN}
 
-    def note(number: int, frame: Any) -> None:
+    def heard(number: int, frame: Any) -> None:
         """Handle a signal."""
-        nonlocal first
-        if pressed.is_set():
-            if monotonic() - first > TWICE:
-                restore()
-                signal.raise_signal(number)
-            return
-        pressed.set()
-        first = monotonic()
-        print("\nstopping; Ctrl-C once more drops what is unsaved", file=stderr)
-        if InProcess.busy:
-            raise KeyboardInterrupt
+        if not pressed:
+            pressed.append(monotonic())
+            print("\nstopping; Ctrl-C once more drops what is unsaved", file=stderr)
+            if InProcess.busy:
+                raise KeyboardInterrupt
+        elif monotonic() - pressed[0] > TWICE:
+            restore()
+            signal.raise_signal(number)
 
     def restore() -> None:
         for stop, handler in before.items():
             signal.signal(stop, handler)
 
     for stop in before:
-        signal.signal(stop, note)
+        signal.signal(stop, heard)
     try:
-        yield pressed.is_set
+        yield lambda: bool(pressed)
     finally:
         restore()
-
-
-@contextmanager
-def workforce(
-    count: int, about: str, again: str = "Take fewer:"
-) -> Iterator[tuple[Executor, Callable[[], bool]]]:
-    """Yield workers for a command, and a check for Ctrl-C.
-
-    about: what they do, for stderr; again: how to go on when one has died.
-    """
-    print(f"{about}; {counted(count, 'workers')}", file=sys.stderr)
-    with ctrl_c() as stop, workers(count) as executor:
-        try:
-            yield executor, stop
-        except BrokenExecutor as error:
-            raise RunError(
-                "a worker has died, perhaps for want of memory. "
-                f"{again} --workers {max(1, count // 2)}"
-            ) from error

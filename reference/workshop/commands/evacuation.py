@@ -1,11 +1,9 @@
 """Evacuations: the first look, which compares three, and the command evacuate."""
 
-import json
-import sys
 from argparse import Namespace
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import nullcontext
+from contextlib import ExitStack
 from dataclasses import asdict
 from math import isnan
 from pathlib import Path
@@ -15,143 +13,149 @@ from typing import Any
 
 from tqdm import tqdm
 
-from reference.building import building_of
-from reference.learning.settings import SIDES
-from reference.simulation import Simulation
 from reference.workshop.commands import options
-from reference.workshop.commands.common import Command, figures, writable
+from reference.workshop.commands.common import figure, note, table, tell
 from reference.workshop.crossplay.matches import Evaluation, begin
 from reference.workshop.crowding import Crowd, together
 from reference.workshop.recording import recording, ticks
 from reference.workshop.runs import ContradictionError
-from reference.workshop.strategies import LEARNED
 
 Pair = tuple[str, str]
 """Who plays the robots, and who the fire."""
 
-UNGUIDED, GUIDED = ("none", "random"), ("escort", "random")
-ATTACKED = ("escort", "busiest")
+Facts = dict[str, Any]
+
+COMPARED: list[Pair] = [("none", "random"), ("escort", "random"), ("escort", "busiest")]
 TYPICAL = 3
 """A seed whose three evacuations end near the means over a hundred seeds."""
 
-FILM = Path("evacuation.html")
-SAME = ("building", "people", "seed", "episodes", "sample")
-"""Options with the names of what `begin` takes."""
+WORDS = {"mean_health": "health of those out"}
 
 
-# -- The first look -----------------------------------------------------------------
-
-
+@options.command(
+    "--seed 7 --animate film.gif",
+    options.output("--animate", options.FILMS, "the film", "evacuation.html"),
+    options.SEED,
+    options.JSON,
+)
 def first_look(arguments: Namespace) -> None:
     """Plays one seed without guides, with guides, and with guides and a worse fire."""
-    pairs = [UNGUIDED, GUIDED, ATTACKED]
     seed = TYPICAL if arguments.seed is None else arguments.seed
-    evaluation = _evaluation(pairs, seed=seed, episodes=1)
-    simulations = [_begun(evaluation, pair, evaluation.seed) for pair in pairs]
-    _play(simulations[:2], pairs[:2], arguments.animate)
-    simulations[2].run()
-    runs = [_facts(simulation) for simulation in simulations]
-    if arguments.json:
-        names = [{"robots": robots, "fire": fire} for robots, fire in pairs]
-        told = [name | run for name, run in zip(names, runs, strict=True)]
-        print(json.dumps({"seed": evaluation.seed, "runs": told}))
-        return
-    title = building_of(evaluation.arena.plan).title
-    print(f"{title}, {runs[0]['people']} people, seed {evaluation.seed}")
-    for pair, run in zip(pairs, runs, strict=True):
-        health = run["mean_health"]
-        mean = "" if health is None else f", with {health:.0f} of 100 health on average"
-        print(f"{_heading(pair) + ':':32}{run['evacuated']:3} get out alive{mean}")
+    robots, fires = zip(*COMPARED, strict=True)
+    evaluation = begin(robots, fires, seed=seed, episodes=1)
+    runs = _episode(evaluation, COMPARED[:2], seed, arguments.animate)
+    runs += _episode(evaluation, COMPARED[2:], seed)
+    lines = [
+        f"{evaluation.arena.building}, {evaluation.arena.people} people, seed {seed}"
+    ]
+    for pair, run in zip(COMPARED, runs, strict=True):
+        health = f"{run['mean_health'] or 0:.0f} of 100 health on average"
+        out = f"{run['evacuated']:3} get out alive, with {health}"
+        lines.append(f"{_heading(pair) + ':':32}{out}")
+    tell(arguments, {"seed": seed, "runs": runs}, "\n".join(lines))
+    note(f"written: {arguments.animate}")
 
 
-# -- evacuate -----------------------------------------------------------------------
-
-
+@options.command(
+    "evacuate --robots none sweep --animate both.html",
+    options.BUILDING,
+    options.PEOPLE,
+    options.player("robots", "default: sweep", default=["sweep"], nargs="+"),
+    options.player("fire", "default: random", default=["random"], nargs="+"),
+    options.number("--episodes", 1, "how many to play; default: 1", default=1),
+    options.SAMPLE,
+    options.folder(
+        "--record", "trajectories of the first episode, a file per floor, for PedPy"
+    ),
+    options.output(
+        "--density",
+        options.PICTURES,
+        "how dense people were, and where they died, in all episodes",
+    ),
+    options.output(
+        "--animate",
+        options.FILMS,
+        "film the first episode; two pairs side by side; .mp4 needs ffmpeg",
+    ),
+    options.SEED,
+    options.JSON,
+)
 def evacuate(arguments: Namespace) -> None:
     """Evacuates a building and tells who got out; episode i uses seed + i."""
-    pairs = _pairs(arguments.robots, arguments.fire)
-    for option in ("record", "density"):
-        if len(pairs) > 1 and getattr(arguments, option):
-            raise ContradictionError(f"--{option} goes with one pair. Leave one out.")
-    evaluation = _evaluation(pairs, **{name: getattr(arguments, name) for name in SAME})
-    if arguments.density:
-        writable(arguments.density)
-    runs, crowds = _played(evaluation, pairs, arguments)
-    if arguments.density:
+    pairs = _pairs(arguments)
+    robots, fires = zip(*pairs, strict=True)
+    evaluation = begin(
+        robots,
+        fires,
+        arguments.building,
+        arguments.people,
+        arguments.seed or 0,
+        arguments.episodes,
+        arguments.sample,
+    )
+    crowds, played = list[Crowd]() if arguments.density else None, []
+    film, folder = arguments.animate, arguments.record
+    for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
+        played.append(_episode(evaluation, pairs, seed, film, folder, crowds))
+        film = folder = None  # of the first one only
+    if crowds:
         from reference.workshop.drawing import crowded, save
 
         save(crowded(together(crowds), _heading(pairs[0])), arguments.density)
-        print(f"the picture is in {arguments.density}", file=sys.stderr)
-    told = [_told(evaluation, *each) for each in zip(pairs, runs, strict=True)]
-    if arguments.json:
-        print(json.dumps(told[0] if len(told) == 1 else {"pairs": told}))
-    else:
-        print("\n\n".join(_summary(evaluation, facts) for facts in told))
+    told = [
+        _told(evaluation, pair, runs)
+        for pair, runs in zip(pairs, zip(*played, strict=True), strict=True)
+    ]
+    facts = {"pairs": told} if len(told) > 1 else told[0]
+    tell(arguments, facts, "\n\n".join(map(_summary, told)))
+    for path in filter(None, (arguments.animate, arguments.record, arguments.density)):
+        note(f"written: {path}")
 
 
-def _played(
-    evaluation: Evaluation, pairs: Sequence[Pair], arguments: Namespace
-) -> tuple[list[list[dict[str, Any]]], list[Crowd]]:
-    """Play all episodes, the first one to be seen; return each pair's runs, crowds."""
-    runs: list[list[dict[str, Any]]] = [[] for _ in pairs]
-    crowds = list[Crowd]()
-    for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
-        simulations = [_begun(evaluation, pair, seed) for pair in pairs]
-        if arguments.density:
-            crowds.append(Crowd(simulations[0]))
-        notes, first = [crowd.note for crowd in crowds[-1:]], seed == evaluation.seed
-        film, folder = (arguments.animate, arguments.record) if first else (None, None)
-        start = perf_counter()
-        _play(simulations, pairs, film, folder, notes)
-        took = None if film or folder else (perf_counter() - start) / len(pairs)
-        for found, simulation in zip(runs, simulations, strict=True):
-            facts = {"seed": seed, **_facts(simulation), "wall_seconds": took}
-            found.append(facts)
-    return runs, crowds
-
-
-def _pairs(robots: Sequence[str], fires: Sequence[str]) -> list[Pair]:
+def _pairs(arguments: Namespace) -> list[Pair]:
     """Pair the first robots with the first fire, and so on; one name goes with all."""
+    robots, fires = arguments.robots, arguments.fire
     count = max(len(robots), len(fires))
     if count > 2:
-        raise ContradictionError(
-            "evacuate plays one pair or two, as with --robots none sweep. "
-            "To compare more: evaluate."
-        )
+        raise ContradictionError("evacuate plays one pair or two; evaluate plays more.")
+    if count > 1 and (arguments.record or arguments.density):
+        raise ContradictionError("--record and --density go with one pair.")
     return [(robots[k % len(robots)], fires[k % len(fires)]) for k in range(count)]
 
 
-def _evaluation(pairs: Iterable[Pair], **asked: Any) -> Evaluation:
-    """Make the matches; building and people are a checkpoint's, unless asked for."""
-    robots, fires = (tuple(dict.fromkeys(side)) for side in zip(*pairs, strict=True))
-    known = {name: value for name, value in asked.items() if value is not None}
-    return begin(robots, fires, **known)
-
-
-def _begun(evaluation: Evaluation, pair: Pair, seed: int) -> Simulation:
-    return evaluation.simulation(*pair, seed)
-
-
-def _play(
-    simulations: Sequence[Simulation],
+def _episode(
+    evaluation: Evaluation,
     pairs: Sequence[Pair],
+    seed: int,
     film: Path | None = None,
     folder: Path | None = None,
-    notes: Sequence[Callable[[], None]] = (),
-) -> None:
-    """Run simulations to their ends; film all of them, record the first."""
-    recorded = recording(simulations[0], folder) if folder else nullcontext()
-    with recorded as note:
-        going = ticks(simulations, [*notes, note] if note else notes)
-        if film:
-            from reference.workshop.drawing.film import FORMATS, animate
+    crowds: list[Crowd] | None = None,
+) -> list[Facts]:
+    """Play a seed with each pair, side by side; return what came of each.
 
-            writable(film, "an animation", FORMATS)
+    film: gets all;  folder: gets the first one's trajectories;  crowds: gets its crowd
+    """
+    simulations = [evaluation.simulation(*pair, seed) for pair in pairs]
+    start, notes = perf_counter(), list[Callable[[], None]]()
+    with ExitStack() as stack:
+        if folder:
+            notes.append(stack.enter_context(recording(simulations[0], folder)))
+        if crowds is not None:
+            crowds.append(Crowd(simulations[0]))
+            notes.append(crowds[-1].note)
+        going = ticks(simulations, notes)
+        if film:
+            from reference.workshop.drawing.film import animate
+
             animate(simulations, film, [_heading(pair) for pair in pairs], going)
-            print(f"the animation is in {film}", file=sys.stderr)
         deque(going, maxlen=0)
-    if folder:
-        print(f"the recording is in {folder}", file=sys.stderr)
+    took = (perf_counter() - start) / len(pairs)
+    found = [asdict(simulation.outcome()) for simulation in simulations]
+    known = [{k: None if isnan(v) else v for k, v in one.items()} for one in found]
+    return [
+        {"robots": robots, "fire": fire, "seed": seed, **one, "wall_seconds": took}
+        for (robots, fire), one in zip(pairs, known, strict=True)
+    ]
 
 
 def _heading(pair: Pair) -> str:
@@ -160,82 +164,33 @@ def _heading(pair: Pair) -> str:
     return f"{guides}, {'no fire' if fire == 'none' else f'fire {fire}'}"
 
 
-# -- What is told -------------------------------------------------------------------
-
-
-def _facts(simulation: Simulation) -> dict[str, Any]:
-    """Name the figures of an outcome; None for those that it lacks."""
-    outcome = asdict(simulation.outcome()).items()
-    return {name: None if isnan(value) else value for name, value in outcome}
-
-
-def _told(
-    evaluation: Evaluation, pair: Pair, runs: list[dict[str, Any]]
-) -> dict[str, Any]:
+def _told(evaluation: Evaluation, pair: Pair, runs: Sequence[Facts]) -> Facts:
     """Say what was played, the mean of every figure, and all runs."""
-    known = {name: _known(runs, name) for name in runs[0] if name != "seed"}
     return {
         "building": evaluation.arena.building,
         "robots": pair[0],
         "fire": pair[1],
         "seed": evaluation.seed,
         "episodes": evaluation.episodes,
-        **{name: mean(values) if values else None for name, values in known.items()},
+        **{name: _over(mean, runs, name) for name in list(runs[0])[3:]},
         "runs": runs,
     }
 
 
-def _known(runs: list[dict[str, Any]], name: str) -> list[float]:
-    return [run[name] for run in runs if run[name] is not None]
+def _over(of: Any, runs: Iterable[Facts], name: str) -> float | None:
+    """Mean, least or largest of a figure over the runs that have it, if any."""
+    known = [run[name] for run in runs if run[name] is not None]
+    return of(known) if known else None
 
 
-def _summary(evaluation: Evaluation, facts: dict[str, Any]) -> str:
+def _summary(facts: Facts) -> str:
     """Lay out what was played and its figures, one a row."""
-    title, runs = building_of(evaluation.arena.plan).title, facts["runs"]
-    first, last = runs[0]["seed"], runs[-1]["seed"]
-    seeds = f"seed {first}" if first == last else f"seeds {first} to {last}"
-    lines = [f"{title}: robots {facts['robots']}, fire {facts['fire']}, {seeds}"]
-    for side in (side for side in SIDES if facts[side] == LEARNED):
-        from reference.workshop.training.shipping import about
-
-        lines.append(f"learned {side}: {about(side)}")
-    if len(runs) > 1:
-        lines.append(f"{'':18}{'mean':>10}{'lowest':>10}{'highest':>10}")
-    for name in list(runs[0])[1:]:
-        known = _known(runs, name)
-        spread = [min(known), max(known)] if known and len(runs) > 1 else []
-        words = NAMES.get(name, name.replace("_", " "))
-        lines.append(f"{words:18}{figures([facts[name], *spread])}")
-    return "\n".join(lines)
-
-
-NAMES = {"mean_health": "health of those out"}
-FILMED = ".gif, .html or .mp4 (needs ffmpeg)"
-FIRST_OPTIONS: options.Table = {
-    "--seed": options.SEED["--seed"]
-    | {"help": f"default: {TYPICAL}, which ends near the means over many"},
-    "--animate": options.path(
-        "FILE", f"the film, {FILMED}; default: {FILM}", default=FILM
-    ),
-}
-EVACUATE_OPTIONS: options.Table = {
-    **options.PLACE,
-    **options.player("robots", "default: sweep", default=("sweep",), nargs="+"),
-    **options.player("fire", "default: random", default=("random",), nargs="+"),
-    "--episodes": options.number(1, "how many to play; default: 1", default=1),
-    **options.SAMPLE,
-    "--record": options.path(
-        "DIR", "write the first episode's trajectories, a file per floor, for PedPy"
-    ),
-    "--density": options.path(
-        "FILE", "draw how dense people were, and where they died, in all episodes"
-    ),
-    "--animate": options.path(
-        "FILE", f"film the first episode as {FILMED}; two pairs side by side"
-    ),
-}
-
-FIRST_LOOK = Command(first_look, FIRST_OPTIONS, "--seed 7 --animate film.gif")
-EVACUATE = Command(
-    evacuate, EVACUATE_OPTIONS, "evacuate --robots none sweep --animate both.html"
-)
+    runs, rows = facts["runs"], [["", "mean", "lowest", "highest"]]
+    for name in list(runs[0])[3:]:
+        spread = (_over(of, runs, name) for of in (mean, min, max))
+        words = WORDS.get(name, name.replace("_", " "))
+        rows.append([words, *map(figure, spread)])
+    if len(runs) == 1:
+        rows = [row[:2] for row in rows[1:]]
+    title = "{building}: robots {robots}, fire {fire}, seed {seed}, episodes {episodes}"
+    return title.format(**facts) + "\n" + table(rows, "<>>>"[: len(rows[0])])

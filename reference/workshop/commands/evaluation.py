@@ -3,87 +3,94 @@
 Clauses: F9, F12.
 """
 
-import json
-import sys
 from argparse import Namespace
 from collections.abc import Sequence
 from functools import partial
-from pathlib import Path
 
 from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.commands import options
-from reference.workshop.commands.common import Command, again, workforce
+from reference.workshop.commands.common import again, note, tell, workforce
 from reference.workshop.crossplay import matches, results, runs
 from reference.workshop.crossplay.matches import Evaluation
 from reference.workshop.crossplay.results import Cell
 from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.files import write_json
 from reference.workshop.runs import ContradictionError, held, refuse_options
+from reference.workshop.workers import workers
 
 ASKED = ("building", "people", "seed", "episodes", "sample")
 
 
+@options.command(
+    "evaluate --robots none patrol sweep --fire none random greedy \\\n"
+    "      --baseline sweep --out out/evaluation",
+    options.player("robots", "default: sweep", nargs="+"),
+    options.player("fire", "default: random", nargs="+"),
+    options.BUILDING,
+    options.PEOPLE,
+    options.number(
+        "--episodes",
+        1,
+        f"of each pair, number i with seed + i; default: {matches.EPISODES}",
+    ),
+    options.SAMPLE,
+    options.WORKERS,
+    options.folder("--out", "keep runs, tables and pictures there"),
+    options.flag("--resume", "go on in DIR, also with further --robots and --fire"),
+    options.option(
+        "--baseline",
+        "compare all with these robots, seed by seed, and calibrate the ruler: they "
+        "score 1 on average over the fires; give weak and strong fires",
+        metavar="S",
+    ),
+    options.SEED,
+    options.JSON,
+)
 def evaluate(arguments: Namespace) -> None:
     """Lets all robots meet all fires on the same seeds: survivors, R, h and E."""
-    if arguments.resume and not arguments.out:
+    out, baseline = arguments.out, arguments.baseline
+    if arguments.resume and not out:
         raise ContradictionError("--resume goes with --out: which folder?")
-    start = partial(_evaluation, arguments)
-    with held(arguments.out, arguments.resume, start) as evaluation:
-        baseline = arguments.baseline
+    with held(out, arguments.resume, partial(_evaluation, arguments)) as evaluation:
         if baseline and baseline not in evaluation.robots:
             raise ContradictionError(
                 f"--baseline {baseline}: is not among the robots. Add it to --robots."
             )
-        _tell(arguments, evaluation, _played(evaluation, arguments))
+        note(f"{evaluation.about()}; workers {arguments.workers}")
+        calibrated = ("--baseline", baseline) if baseline else ()
+        resumed = again("evaluate", "--resume", "--out", out, *calibrated)
+        hands = workers(arguments.workers)
+        with workforce(hands, resumed if out else None) as (executor, stop):
+            found = runs.evaluate(evaluation, out, executor, stop)
+        _tell(arguments, evaluation, found)
 
 
 def _evaluation(arguments: Namespace) -> Evaluation:
     """Begin an evaluation, or resume one with further robots and fires."""
     asked = {name: getattr(arguments, name) for name in ASKED}
-    who = {"robots": arguments.robots, "fires": arguments.fire}
-    given = {name: value for name, value in who.items() if value is not None}
+    robots, fires = arguments.robots or (), arguments.fire or ()
     if arguments.resume:
-        begun = matches.resume(arguments.out, **given)
+        begun = matches.resume(arguments.out, robots, fires)
         where = {"building": begun.arena.building, "people": begun.arena.people}
         refuse_options(asked, vars(begun) | where)
         return begun
-    given |= {name: value for name, value in asked.items() if value is not None}
-    return matches.begin(**given)
-
-
-def _played(evaluation: Evaluation, arguments: Namespace) -> list[RunResult]:
-    """Play all runs; if interrupted, say how to resume."""
-    folder = arguments.out
-    resumed = folder and again("evaluate", out=folder, baseline=arguments.baseline)
-    after = f"Go on with: {resumed}" if resumed else "Take fewer:"
-    with workforce(arguments.workers, evaluation.about(), after) as (executor, stop):
-        found = runs.evaluate(evaluation, folder, executor, stop)
-    if len(found) == len(evaluation.runs):
-        return found
-    if not resumed:
-        raise KeyboardInterrupt("stopped; nothing was kept, since no --out was named")
-    raise KeyboardInterrupt(
-        f"stopped after {len(found)} runs, which are kept. Go on with:\n  {resumed}"
-    )
+    given = {name: value for name, value in asked.items() if value is not None}
+    return matches.begin(robots or ["sweep"], fires or ["random"], **given)
 
 
 def _tell(arguments: Namespace, evaluation: Evaluation, found: list[RunResult]) -> None:
     """Print and keep what the runs come to."""
-    baseline = arguments.baseline
-    ruler, note = _ruler(evaluation, found, baseline)
-    cells = results.cells(found, ruler, baseline)
+    ruler, of_ruler = _ruler(evaluation, found, arguments.baseline)
+    cells = results.cells(found, ruler, arguments.baseline)
+    facts = results.as_json(evaluation, ruler, cells)
     if arguments.out:
-        _keep(arguments.out, evaluation, ruler, cells, found)
-    if arguments.json:
-        print(json.dumps(results.as_json(evaluation, ruler, cells)))
-        if not ruler:
-            print(note, file=sys.stderr)
-    else:
-        print(evaluation.about())
-        shown = [name for name in results.HEADINGS if ruler or name != "score"]
-        print(results.table(cells, shown))
-        print(f"[95 % bootstrap intervals over runs]  {note}")
+        write_json(arguments.out / "cells.json", facts)
+        _draw(arguments, evaluation, ruler, cells, found)
+    shown = [name for name in results.HEADINGS if ruler or name != "score"]
+    table = results.table(cells, shown)
+    below = f"[95 % bootstrap intervals over runs]  {of_ruler}"
+    tell(arguments, facts, "\n".join([evaluation.about(), table, below]))
 
 
 def _ruler(
@@ -102,57 +109,26 @@ def _ruler(
     return ruler, f"E by a ruler {whose}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
 
 
-def _keep(
-    folder: Path,
+def _draw(
+    arguments: Namespace,
     evaluation: Evaluation,
     ruler: Ruler | None,
     cells: Sequence[Cell],
     found: Sequence[RunResult],
 ) -> None:
-    """Write tables and pictures beside the runs."""
+    """Draw pictures beside the runs; those of a ruler only where there is one."""
     from reference.workshop.drawing import crossplay as charts
     from reference.workshop.drawing import page
     from reference.workshop.drawing import ruler as rulers
 
-    told = results.as_json(evaluation, ruler, cells)
-    write_json(folder / "cells.json", told)
-    pictures = {
-        "matrix.png": charts.matrix(cells),
-        "evacuations.png": charts.curves(found),
-    }
+    page.save(charts.matrix(cells), arguments.out / "matrix.png")
+    page.save(charts.curves(found), arguments.out / "evacuations.png")
+    curve, contours = arguments.out / "ruler.png", arguments.out / "scores.png"
     if ruler:
         best = best_reward(evaluation.arena.drawn, evaluation.arena.people)
-        pictures["ruler.png"] = rulers.curve(ruler, best)
-        pictures["scores.png"] = rulers.contours(ruler, cells)
+        page.save(rulers.curve(ruler, best), curve)
+        page.save(rulers.contours(ruler, cells), contours)
     else:  # fewer runs may have yielded one
-        for name in ("ruler.png", "scores.png"):
-            (folder / name).unlink(missing_ok=True)
-    for name, figure in pictures.items():
-        page.save(figure, folder / name)
-    print(f"tables and pictures are in {folder}", file=sys.stderr)
-
-
-EVALUATE_OPTIONS: options.Table = {
-    **options.player("robots", "default: sweep", **options.SEVERAL),
-    **options.player("fire", "default: random", **options.SEVERAL),
-    **options.PLACE,
-    "--episodes": options.number(
-        1, f"of each pair, number i with seed + i; default: {matches.EPISODES}"
-    ),
-    **options.SAMPLE,
-    **options.WORKERS,
-    "--out": options.path("DIR", "keep runs, tables and pictures there"),
-    "--resume": options.flag("go on in DIR, also with further --robots and --fire"),
-    "--baseline": {
-        "metavar": "S",
-        "help": "compare all with these robots, seed by seed, and calibrate the "
-        "ruler: they score 1 on average over the fires; give weak and strong fires",
-    },
-}
-
-EVALUATE = Command(
-    evaluate,
-    EVALUATE_OPTIONS,
-    "evaluate --robots none patrol sweep --fire none random greedy \\\n"
-    "      --baseline sweep --out out/evaluation",
-)
+        curve.unlink(missing_ok=True)
+        contours.unlink(missing_ok=True)
+    note(f"tables and pictures are in {arguments.out}")

@@ -1,87 +1,81 @@
-"""Commands that measure the model: validate, how people move, and bench, how fast."""
+"""Commands about the model: validate, how people move; bench, how fast; and paper."""
 
-import json
-import sys
 from argparse import Namespace
 from typing import Any
 
 from tqdm import tqdm
 
 from reference.workshop.commands import options
-from reference.workshop.commands.common import Command, writable
+from reference.workshop.commands.common import figure, note, table, tell
+from reference.workshop.files import write_whole
 from reference.workshop.maps import load
 from reference.workshop.validation.cases import CASES, NOT_MODELLED, measured
 
 HEAD = ("verdict", "case", "what", "accepted", "measured")
 
 
-# -- validate -----------------------------------------------------------------------
-
-
+@options.command(
+    "validate --only corridor doors -o diagram.png",
+    options.option(
+        "--only",
+        f"of {', '.join(CASES)}",
+        choices=tuple(CASES),
+        nargs="+",
+        metavar="CASE",
+    ),
+    options.output("-o --output", options.PICTURES, "draw the fundamental diagram"),
+    options.SEED,
+    options.JSON,
+)
 def validate(arguments: Namespace) -> None:
     """Measures standard pedestrian cases; exit status 0 also where a case fails."""
     seed, names = arguments.seed or 0, arguments.only or list(CASES)
-    if arguments.output:
-        writable(arguments.output)
     progress = tqdm(names, unit="case", disable=None, leave=False)
-    rows = [measured(name, seed) for name in progress]
-    if arguments.json:
-        absent = [
-            dict(zip(("source", "what", "why"), a, strict=True)) for a in NOT_MODELLED
-        ]
-        print(json.dumps({"seed": seed, "cases": rows, "not_modelled": absent}))
-    else:
-        _tell(rows)
+    cases = [measured(name, seed) for name in progress]
+    rows = [HEAD, *map(_row, cases)]
+    rows += [("not modelled", k, *reason, "") for k, reason in NOT_MODELLED.items()]
+    facts = {"seed": seed, "cases": cases, "not_modelled": NOT_MODELLED}
+    tell(arguments, facts, table(rows, "<<<<<"))
     if arguments.output:
         from reference.workshop.drawing import save, validation
 
-        print(save(validation.diagram(seed), arguments.output), file=sys.stderr)
+        note(f"written: {save(validation.diagram(seed), arguments.output)}")
 
 
-def _tell(rows: list[dict[str, Any]]) -> None:
-    """Print the table, as wide as its words."""
-    lines = [HEAD, *map(_line, rows)]
-    lines += [
-        ("not modelled", source, what, why, "") for source, what, why in NOT_MODELLED
-    ]
-    wide = [max(map(len, column)) for column in zip(*lines, strict=True)]
-    for line in lines:
-        print("  ".join(map(str.ljust, line, wide)).rstrip())
-
-
-def _line(row: dict[str, Any]) -> tuple[str, ...]:
+def _row(case: dict[str, Any]) -> tuple[str, ...]:
     """Write a case in words: its verdict, what was measured, and what to know of it."""
-    verdict, runs = row["verdict"], row["runs"]
-    if row["failed"] and runs > 1:
-        verdict += f" {row['failed']}/{runs}"
-    words = {k: "-" if v is None else f"{v:.3g}" for k, v in row["measured"].items()}
-    for name, count in row["never"].items():
+    verdict, runs = case["verdict"], case["runs"]
+    if case["failed"] and runs > 1:
+        verdict += f" {case['failed']}/{runs}"
+    words = {k: "-" if v is None else f"{v:.3g}" for k, v in case["measured"].items()}
+    for name, count in case["never"].items():
         words[name] += f" (never in {count}/{runs})"
     numbers = ", ".join(f"{name}: {word}" for name, word in words.items())
-    numbers += f" ({row['note']})" * bool(row["note"])
-    return verdict, row["source"], row["what"], row["accepted"], numbers
+    numbers += f" ({case['note']})" * bool(case["note"])
+    return verdict, case["source"], case["what"], case["accepted"], numbers
 
 
-# -- bench --------------------------------------------------------------------------
-
-
+@options.command("bench --json", options.BUILDING, options.SEED, options.JSON)
 def bench(arguments: Namespace) -> None:
     """Measures what one second computes: person-seconds, decisions, samples."""
-    from reference.workshop.bench import measure, table
+    from reference.workshop.bench import measure
 
-    building = load(arguments.building)
-    facts = measure(arguments.building, arguments.seed or 0)
-    print(json.dumps(facts) if arguments.json else table(building.title, facts))
+    facts = measure(arguments.building or "paper", arguments.seed or 0)
+    rows = [
+        (name.replace("_", " "), str(case), figure(value))
+        for name, found in facts.items()
+        for case, value in found.items()
+    ]
+    tell(arguments, facts, table(rows, "<<>"))
 
 
-VALIDATE_OPTIONS: options.Table = {
-    "--only": options.choice(
-        CASES, f"of {', '.join(CASES)}; default: all", nargs="+", metavar="CASE"
-    ),
-    **options.picture("none; draws the fundamental diagram"),
-}
-
-VALIDATE = Command(
-    validate, VALIDATE_OPTIONS, "validate --only corridor doors -o diagram.png"
+@options.command(
+    "paper -o paper.html",
+    options.output("-o --output", ".html", "the page", "paper.html"),
 )
-BENCH = Command(bench, options.BUILDING, "bench --json")
+def paper(arguments: Namespace) -> None:
+    """Writes the annotated paper: one page of clauses, code, tests and pictures."""
+    from reference.workshop.annotated.page import page
+
+    write_whole(arguments.output, page(load("paper")).encode())
+    print(arguments.output)

@@ -1,115 +1,128 @@
-"""Options that commands share, and short ways to declare them to argparse."""
+"""How commands are declared: what argparse is told, and options that several have."""
 
 import os
-from argparse import SUPPRESS, ArgumentParser, ArgumentTypeError
-from collections.abc import Iterable, Sequence
+from argparse import SUPPRESS, ArgumentTypeError, Namespace
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
-from reference.paper import PEOPLE, InputError
+from reference import paper
+from reference.paper import InputError
 from reference.workshop.crossplay.contestants import NAMES, Side, refuse_unknown
 
-Table = dict[str, dict[str, Any]]
-"""Names of options, such as "-o/--output", and what argparse is told of each."""
-
-MAP = "a map, by path or by the name of one that ships"
-SEVERAL = {"nargs": "+"}
-MANY = 1_000_000  # of anything
+Option = tuple[list[str], dict[str, Any]]
+"""Its names, and what argparse is told of it besides."""
 
 
-def add(parser: ArgumentParser, options: Table) -> None:
-    """Add options to a parser."""
-    for names, told in options.items():
-        parser.add_argument(*names.split("/"), **told)
+class Command(NamedTuple):
+    """What a command does, which its docstring says too; an example; its options."""
+
+    run: Callable[[Namespace], None]
+    example: str
+    options: tuple[Option, ...]
 
 
-def cores() -> int:
-    """Cores this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
+def command(
+    example: str, *options: Option
+) -> Callable[[Callable[[Namespace], None]], Command]:
+    """Make a command of the function below."""
+    return lambda run: Command(run, example, options)
 
 
-def player(side: Side, note: str, words: Sequence[str] = (), **more: Any) -> Table:
-    """Declare --robots or --fire: a strategy by name or in a file.
+def option(names: str, note: str, **told: Any) -> Option:
+    """Declare an option, such as "-o --output"; told: as to `add_argument`."""
+    return names.split(), {"help": note, **told}
 
-    words: those that this command knows, if not all.
+
+def flag(name: str, note: str, **told: Any) -> Option:
+    """Declare an option without a value."""
+    return option(name, note, action="store_true", **told)
+
+
+def folder(name: str, note: str, **told: Any) -> Option:
+    """Declare an option that names a folder."""
+    return option(name, note, type=Path, metavar="DIR", **told)
+
+
+def number(name: str, least: int, note: str, most: int = 10**6, **told: Any) -> Option:
+    """Declare an option that takes a whole number in these bounds."""
+
+    def whole(text: str) -> int:
+        """Read a number; refuse one out of bounds."""
+        with suppress(ValueError):
+            if least <= int(text) <= most:
+                return int(text)
+        bounds = f"from {least} to {most}"
+        raise ArgumentTypeError(f"'{text}' is not a whole number {bounds}")
+
+    return option(name, note, type=whole, metavar="N", **told)
+
+
+def output(names: str, ends: str, note: str, default: str | None = None) -> Option:
+    """Declare an option that names a file to write.
+
+    ends: suffixes that it may have, such as ".png, .pdf"
     """
-    known = words or NAMES[side]
+
+    def writable(text: str) -> Path:
+        """Refuse a file that cannot be written, before there is anything to write."""
+        path = Path(text)
+        if path.suffix.lower() not in ends.split(", "):
+            raise ArgumentTypeError(f"'{text}' does not end in one of {ends}")
+        if not os.access(path.parent, os.W_OK):
+            what = "cannot be written. Name a file in a folder that exists and is yours"
+            raise OSError(f"{path}: {what}.")
+        return path
+
+    note += f" ({ends}); default: {default}" if default else f" ({ends})"
+    return option(names, note, type=writable, metavar="FILE", default=default)
+
+
+def player(
+    side: Side, note: str, known: Sequence[str] | None = None, **told: Any
+) -> Option:
+    """Declare --robots or --fire; known: names that the command takes, if not all."""
+    words = known or NAMES[side]
 
     def somebody(text: str) -> str:
         """Refuse a name that nobody has."""
         try:
-            refuse_unknown(text, side, known)
+            refuse_unknown(text, side, words)
         except InputError as error:
             raise ArgumentTypeError(str(error)) from None
         return text
 
-    what = f"{', '.join(known)}; {note}"
-    if "FILE" in known:
-        what += "; FILE: a checkpoint or a training's folder"
-    return {f"--{side}": {"type": somebody, "metavar": "S", "help": what, **more}}
+    note = f"{', '.join(words)} (a checkpoint or a training's folder); {note}"
+    return option(f"--{side}", note, type=somebody, metavar="S", **told)
 
 
-def number(least: int, note: str, most: int = MANY, **more: Any) -> dict[str, Any]:
-    """An option that takes a whole number in these bounds."""
+PICTURES = ".png, .svg, .pdf"
+FILMS = ".gif, .html, .mp4"
+CORES = len(getattr(os, "sched_getaffinity", lambda _: range(os.cpu_count() or 1))(0))
 
-    def whole(text: str) -> int:
-        """Read a number; refuse one out of bounds."""
-        number = int(text) if text.isdecimal() and len(text) < 20 else -1
-        if not least <= number <= most:
-            what = f"a whole number from {least} to {most}"
-            raise ArgumentTypeError(f"'{text}' is not {what}")
-        return number
-
-    return {"type": whole, "metavar": "N", "help": note, **more}
-
-
-def path(metavar: str, note: str, **more: Any) -> dict[str, Any]:
-    """An option that takes a path."""
-    return {"type": Path, "metavar": metavar, "help": note, **more}
-
-
-def choice(words: Iterable[str], note: str, **more: Any) -> dict[str, Any]:
-    """An option that takes one of some words."""
-    return {"choices": tuple(words), "help": note, **more}
-
-
-def flag(note: str, **more: Any) -> dict[str, Any]:
-    """An option without a value."""
-    return {"action": "store_true", "help": note, **more}
-
-
-def picture(default: str) -> Table:
-    """-o: where the picture goes."""
-    return {"-o/--output": path("FILE", f".png, .svg or .pdf; default: {default}")}
-
-
-BUILDING: Table = {"--building": {"help": f"{MAP}; default: paper", "default": "paper"}}
-PLACE: Table = {
-    "--building": {"help": f"{MAP}; default: the checkpoint's, else paper"},
-    "--people": number(1, f"default: the checkpoint's, else {PEOPLE}"),
-}
-SAMPLE: Table = {
-    "--sample": flag(
-        "draw a learned policy's actions instead of taking the likeliest", default=None
-    )
-}
-WORKERS: Table = {
-    "--workers": number(
-        0,
-        "processes that play, results are the same; 0: none but this one; "
-        "default: the number of cores",
-        most=1000,
-        default=cores(),
-    )
-}
-SEED: Table = {
-    "--seed": number(
-        0,
-        "same seed, same run; default: 0",
-        most=2**53,  # JSON carries those exactly
-        default=SUPPRESS,
-    )
-}
-JSON: Table = {"--json": flag("print one JSON object", default=SUPPRESS)}
+FILE = option("file", "a map, by path or by the name of one that ships")
+BUILDING = option(
+    "--building",
+    "by path or name; default: the checkpoint's or the preset's, else paper",
+    metavar="MAP",
+)
+PEOPLE = number("--people", 1, f"default: the checkpoint's, else {paper.PEOPLE}")
+SAMPLE = flag(
+    "--sample", "draw a learned policy's actions, not the likeliest", default=None
+)
+WORKERS = number(
+    "--workers",
+    0,
+    "processes that play, results are the same; 0: none but this one; default: cores",
+    most=1000,
+    default=CORES,
+)
+SEED = number(
+    "--seed",
+    0,
+    "same seed, same run",
+    most=2**53,  # JSON carries those exactly
+    default=SUPPRESS,
+)
+JSON = flag("--json", "print one JSON object", default=SUPPRESS)

@@ -3,14 +3,11 @@
 Clauses: A1 to A4.  The book's `floorplan` refuses what it cannot read in one line;
 here a drawing is checked in stages, and all mistakes of the first stage that finds any
 are shown with the line, a caret and one thing to do. Read on in `mistakes` (what one
-looks like), `page` and `syntax` (stages 1 to 3: how it is written) and `semantics`
-(stages 4 and 5: what is drawn).
+looks like), `syntax` (how a drawing is written) and `semantics` (what is drawn).
 """
 
 import re
-from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterable
-from difflib import get_close_matches
 from itertools import islice
 from os import PathLike
 from pathlib import Path
@@ -19,8 +16,10 @@ import reference
 from reference import floorplan
 from reference.building import Building, building_of
 from reference.floorplan import Plan, to_text
-from reference.workshop.maps import page, semantics, syntax
+from reference.workshop.maps import semantics, syntax
 from reference.workshop.maps.mistakes import MOST, Mistake, MistakesError
+from reference.workshop.maps.syntax import MOST_LINES, MOST_SIGNS
+from reference.workshop.plain import did_you_mean
 
 
 def load(name: str) -> Building:
@@ -38,54 +37,32 @@ def read(path: str | PathLike[str]) -> Plan:
     """
     try:
         with Path(path).open("rb") as text:
-            raw = text.read(page.MOST_SIGNS + 4)  # with a byte order mark
+            raw = text.read(MOST_SIGNS + 4)  # with a byte order mark
     except OSError as error:
         raise _unreadable(path, error) from None
-    return parse(_decoded(raw, str(path)), str(path))
+    return parse(raw.decode("utf-8", "replace"), str(path))
 
 
 def parse(text: str, path: str = "<text>") -> Plan:
     """Read the drawing in a text, called `path` in messages. Raises MistakesError."""
-    written = _lines(text.removeprefix("\ufeff"), path)
-    sheet = page.sort(written)
-    for checks in syntax.STAGES:
-        _refuse((found for check in checks for found in check(sheet)), path)
-    plan = floorplan.parse(text, path)
-    _refuse(semantics.too_large(plan, sheet), path)
-    building = Building(plan)
-    for stage in semantics.STAGES:
-        _refuse((found for check in stage for found in check(building, sheet)), path)
-    return plan
-
-
-def _lines(text: str, path: str) -> list[str]:
-    """Split a text, whichever way its lines end. Raises MistakesError if it is long."""
-    lines = re.split(r"\r\n?|\n", text[: page.MOST_SIGNS], maxsplit=page.MOST_LINES)
-    if len(text) > page.MOST_SIGNS or len(lines) > page.MOST_LINES:
-        what = f"a file has at most {page.MOST_LINES} lines"
-        what += f" and {page.MOST_SIGNS} characters"
+    text = text.removeprefix("\ufeff")
+    lines = re.split(r"\r\n?|\n", text[:MOST_SIGNS], maxsplit=MOST_LINES)
+    if len(text) > MOST_SIGNS or len(lines) > MOST_LINES:
+        what = f"a file has at most {MOST_LINES} lines and {MOST_SIGNS} characters"
         _refuse([Mistake(len(lines), 1, what, "Draw less.", lines[-1])], path)
-    return lines
+    page = syntax.Page(lines)
+    for found in syntax.stages(page):
+        _refuse(found, path)
+    plan = floorplan.parse(text, path)
+    for found in semantics.stages(plan, page):
+        _refuse(found, path)
+    return plan
 
 
 def _refuse(found: Iterable[Mistake], path: str) -> None:
     """Raise MistakesError with all that a stage has found, if anything."""
     if mistakes := sorted(set(islice(found, MOST))):
         raise MistakesError(path, mistakes)
-
-
-def _decoded(raw: bytes, path: str) -> str:
-    """Decode UTF-8; MistakesError at the first byte that is not text."""
-    text = raw.decode("utf-8", "replace")
-    if bad := re.search("[\0\ufffd]", text):
-        before = text[: bad.start()].splitlines() or [""]
-        wide = raw.startswith((BOM_UTF16_LE, BOM_UTF16_BE)) or raw[:4].count(0) == 2
-        what = f"this is {'UTF-16, ' * wide}not plain text"
-        place = len(before), len(before[-1]) + 1
-        _refuse(
-            [Mistake(*place, what, "Save the file as plain text.", before[-1])], path
-        )
-    return text
 
 
 def find(name: str | PathLike[str]) -> Path:
@@ -101,10 +78,8 @@ def find(name: str | PathLike[str]) -> Path:
         raise _unreadable(path, error) from None
     if bare in shipped:
         return shipped[bare]
-    close = get_close_matches(bare.lower(), shipped, 1)
-    meant = f" Did you mean '{close[0]}'?" if close else ""
     raise FileNotFoundError(
-        f"there is no floor file '{name}'.{meant}\n"
+        f"there is no floor file '{name}'.{did_you_mean(bare, shipped)}\n"
         f"hint: Give the path of one, or a name that ships: {', '.join(shipped)}."
     )
 

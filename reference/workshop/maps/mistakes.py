@@ -3,11 +3,10 @@
 school.txt:7:13: there is a hole in the outer wall
     #AA+.lobby...
                 ^
-    hint: Type '#' here.
+    hint: Type '#' here, or 'E' for an exit.
 """
 
 import re
-import unicodedata
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -32,7 +31,7 @@ class Mistake:
         """`line:column: what`, the line as written, a caret, the hint."""
         start = max(0, self.column - LONGEST)
         line = _CONTROL.sub("?", self.written[start : start + LONGEST])
-        caret = "".join(map(_blank_for, line[: self.column - 1 - start])) + "^"
+        caret = re.sub(r"[^\t]", " ", line[: self.column - 1 - start]) + "^"
         shown = "\n".join(f"    {text}".rstrip() for text in (line, caret))
         place = f"{self.line}:{self.column}"
         return f"{place}: {self.what}\n{shown}\n    hint: {self.hint}"
@@ -53,12 +52,3 @@ class MistakesError(FloorPlanError):
 
 
 _CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f\x7f-\x9f]")
-
-
-def _blank_for(char: str) -> str:
-    """Return blanks as wide as a character on the screen; a tab stays a tab."""
-    if char == "\t":
-        return char
-    if unicodedata.category(char) in ("Mn", "Me", "Cf"):
-        return ""
-    return "  " if unicodedata.east_asian_width(char) in "WF" else " "

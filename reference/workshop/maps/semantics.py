@@ -1,12 +1,12 @@
 """Check what is drawn: rooms, doors and stairwells of a floor, ways between floors.
 
 Clauses: A1, A2 (rooms, doors), A3 (stairwells, entrances), A4 (exits).  A check goes
-through a building, or one floor of it, and yields what it finds; STAGES orders them.
+through a building, or one floor of it, and yields what it finds; `stages` orders them.
 """
 
 import re
-from collections.abc import Callable, Iterator
-from itertools import pairwise
+from collections.abc import Iterable, Iterator
+from itertools import chain, pairwise
 
 import networkx as nx
 import numpy as np
@@ -22,9 +22,25 @@ from reference.building import (
     pieces,
     signs_of,
 )
-from reference.floorplan import Plan
+from reference.floorplan import STAIRWELLS, Plan
 from reference.workshop.maps.mistakes import Mistake
-from reference.workshop.maps.page import Drawing, Page
+from reference.workshop.maps.syntax import Drawing, Page
+
+
+def stages(plan: Plan, page: Page) -> Iterator[Iterable[Mistake]]:
+    """What each stage of checks finds, once the stages before find nothing.
+
+    Ways come last: else a missing entrance is many rooms that nobody can leave.
+    """
+    yield _too_large(plan, page)
+    building = Building(plan)
+    for checks in ((_outer_wall,), (_gates, _stairwells, _rooms)):
+        yield chain.from_iterable(
+            check(building, drawing) for drawing in page.drawings for check in checks
+        )
+    yield chain(_some_exit(building, page), _shafts(building, page))
+    yield _ways_out(building, page)
+
 
 # -- What is too large --------------------------------------------------------------
 
@@ -35,28 +51,26 @@ CELL_BYTES, DOOR_BYTES = 6_500, 12
 floor; a byte more for each cell and door. Measured with sight of 5 m."""
 
 
-def too_large(plan: Plan, page: Page) -> Iterator[Mistake]:
+def _too_large(plan: Plan, page: Page) -> Iterator[Mistake]:
     """Refuse what takes too long or does not fit, before its rooms are found."""
     signs = signs_of(plan)
     gates = (signs == "+") | (signs == "E")
-    doors, rooms = _count(gates), _count(~gates & (signs != "#") & (signs != " "))
+    doors, rooms = (
+        sum(ndimage.label(floor)[1] for floor in mask)
+        for mask in (gates, ~gates & (signs != "#") & (signs != " "))
+    )
     needed = signs.size * (CELL_BYTES + doors) + signs[0].size * doors * DOOR_BYTES
-    what = f"to simulate this building takes about {needed / 1e9:.0f} GB of memory"
-    hint = f"Draw fewer cells, floors or doors: at most {MOST_MEMORY:.0f} GB."
+    first = page.drawings[0].heading
     if max(doors, rooms) > MOST_PARTS:
         what = f"a building has at most {MOST_PARTS} rooms and as many doors"
-        hint = "Draw fewer of them."
-    elif needed <= MOST_MEMORY * 1e9:
-        return
-    yield page.drawings[0].heading.mistake(what, hint)
+        yield first.mistake(what, "Draw fewer of them.")
+    elif needed > MOST_MEMORY * 1e9:
+        what = f"to simulate this building takes about {needed / 1e9:.0f} GB of memory"
+        hint = f"Draw fewer cells, floors or doors: at most {MOST_MEMORY:.0f} GB."
+        yield first.mistake(what, hint)
 
 
-def _count(mask: np.ndarray) -> int:
-    """How many connected parts there are, on all floors."""
-    return sum(ndimage.label(floor)[1] for floor in mask)
-
-
-# -- Stage 4: one floor -------------------------------------------------------------
+# -- One floor ----------------------------------------------------------------------
 
 
 def _outer_wall(building: Building, drawing: Drawing) -> Iterator[Mistake]:
@@ -68,8 +82,7 @@ def _outer_wall(building: Building, drawing: Drawing) -> Iterator[Mistake]:
     gap = outside & ndimage.binary_dilation(room) & (between[0] | between[1])
     hole = room & ndimage.binary_dilation(outside & ~gap)
     for cells in pieces(gap) + pieces(hole):
-        small = (signs[*cells.T] == "e").all()
-        hint = "Type 'E' for an exit, or '#' for a wall." if small else "Type '#' here."
+        hint = "Type '#' here, or 'E' for an exit."
         yield drawing.mistake(cells[0] - 1, "there is a hole in the outer wall", hint)
 
 
@@ -84,96 +97,70 @@ def _gates(building: Building, drawing: Drawing) -> Iterator[Mistake]:
     for gate in building.landmarks:
         if gate.floor == drawing.floor:
             leads_outside = bool(outside[*gate.cells.T].any())
-            for what, hint in _wrong(building, gate, leads_outside):
-                yield drawing.mistake(gate.cells[0], what, hint)
+            if wrong := _wrong(building, gate, leads_outside):
+                yield drawing.mistake(gate.cells[0], *wrong)
 
 
 def _wrong(
     building: Building, gate: Landmark, leads_outside: bool
-) -> Iterator[tuple[str, str]]:
+) -> tuple[str, str] | None:
+    """What is wrong with a gate, and what to do."""
     kinds = [building.area_of[side].kind for side in gate.sides if side != OUTSIDE]
     rooms, stairs = kinds.count("room"), kinds.count("stairwell")
-    if gate.kind is Kind.EXIT:
-        if not leads_outside:
-            hint = "Put it in the outer wall, or type '+' for a door."
-            yield "this exit does not lead outside", hint
-        elif not rooms:
-            hint = "Put it in the outer wall of a room, or type '#' here."
-            yield "this exit leads out of no room", hint
-    elif leads_outside:
-        hint = "Type 'E' for an exit, or '#' for a wall."
-        yield "this door leads outside", hint
-    elif rooms < 2 - stairs or stairs > 1 or not rooms:
+    if gate.kind is not Kind.EXIT and leads_outside:
+        return "this door leads outside", "Type 'E' for an exit, or '#' for a wall."
+    if gate.kind is not Kind.EXIT and (stairs > 1 or rooms < 2 - stairs or not rooms):
         what = "this door leads nowhere: it joins two rooms, or a room and a stairwell"
-        yield what, "Put it in the wall between the two, or type '#' here."
+        return what, "Put it in the wall between the two, or type '#' here."
+    if gate.kind is Kind.EXIT and not (leads_outside and rooms):
+        what = "this exit does not lead from a room to the outside"
+        return what, "Put it in the outer wall of a room, or type '+' for a door."
+    return None
 
 
 def _stairwells(building: Building, drawing: Drawing) -> Iterator[Mistake]:
-    seen: set[str] = set()
     signs = _rimmed(building, drawing)
-    for well in _here(building, drawing, "stairwell"):
-        name, mine = f"stairwell {well.name}", signs == well.name
-        unclosed = ~mine & (signs != "#") & (signs != "+")
-        openings = np.argwhere(mine & ndimage.binary_dilation(unclosed)) - 1
-        if well.name in seen:
+    for letter in STAIRWELLS:
+        name, parts = f"stairwell {letter}", pieces(signs == letter)
+        for part in parts[1:]:
             hint = "Join the parts, or give this one another letter."
-            yield drawing.mistake(well.cells[0], f"{name} is in two parts", hint)
-        elif len(openings):
-            rooms = pieces(ndimage.binary_dilation(mine) & is_room(signs))
-            hint = "Draw walls and a '+' around it, or fill its room"
-            hint += f" with '{well.name}'."
-            if well.size == 1 and len(rooms) > 1:
-                hint = f"Type '+' for a door in the place of '{well.name}'."
-            yield drawing.mistake(openings[0], f"{name} is open here", hint)
-        elif "+" not in signs[ndimage.binary_dilation(mine)]:
-            hint = "Type '+' in its wall, where a room is behind it."
-            what = f"{name} has no entrance on floor {drawing.floor + 1}"
-            yield drawing.mistake(well.cells[0], what, hint)
-        seen.add(well.name)
+            yield drawing.mistake(part[0] - 1, f"{name} is in two parts", hint)
+        for part in parts[:1]:
+            mine = signs == letter
+            unclosed = ~mine & (signs != "#") & (signs != "+")
+            openings = np.argwhere(mine & ndimage.binary_dilation(unclosed)) - 1
+            if len(openings):
+                hint = f"Draw '#' and a '+' around it, fill its room with '{letter}'"
+                hint += ", or type '+' for a door."
+                yield drawing.mistake(openings[0], f"{name} is open here", hint)
+            elif "+" not in signs[ndimage.binary_dilation(mine)]:
+                what = f"{name} has no entrance on floor {drawing.floor + 1}"
+                hint = "Type '+' in its wall, where a room is behind it."
+                yield drawing.mistake(part[0] - 1, what, hint)
 
 
 def _rooms(building: Building, drawing: Drawing) -> Iterator[Mistake]:
-    seen: set[str] = set()
-    rooms = _here(building, drawing, "room")
-    if not rooms:
+    """A floor without a room, a second name in one room, or one name in two."""
+    if not building.rooms(drawing.floor):
         what = f"no room is drawn on floor {drawing.floor + 1}"
         hint = "Draw its floor with '.' between the walls."
         yield drawing.heading.mistake(what, hint)
-    for room in rooms:
-        first, *others = _words(building, room) or [(room.name, *room.cells[0])]
-        for other, *cell in others:
-            what = f"'{other:.80}' is a second name in {_called(room)}"
-            hint = "Keep one word on one row, or draw a wall between the two."
-            yield drawing.mistake(cell, what, hint)
-        if first[0] in seen:
-            what = f"two rooms on floor {drawing.floor + 1} are called '{first[0]:.80}'"
-            yield drawing.mistake(first[1:], what, "Write another name here.")
-        seen.add(first[0])
+    names: dict[int, str] = {}  # of rooms by their index
+    for row, text in enumerate(building.plan.storeys[drawing.floor].rows):
+        for word in re.finditer("[a-z][a-z0-9]*", text):
+            cell, name = (row, word.start()), word[0]
+            room = int(building.area[drawing.floor, *cell])
+            if room in names:
+                what = f"'{name:.80}' is a second name in room '{names[room]:.80}'"
+                hint = "Keep one word on one row, or draw a wall between the two."
+                yield drawing.mistake(cell, what, hint)
+            elif name in names.values():
+                what = f"two rooms on floor {drawing.floor + 1} are called '{name:.80}'"
+                yield drawing.mistake(cell, what, "Write another name here.")
+            names.setdefault(room, name)
 
 
-def _here(building: Building, drawing: Drawing, kind: str) -> list[Area]:
-    """Rooms or stairwells on the floor of a drawing."""
-    floor = drawing.floor
-    return [a for a in building.areas if a.floor == floor and a.kind == kind]
-
-
-def _called(room: Area) -> str:
-    return "an unnamed room" if "-" in room.name else f"the room '{room.name:.80}'"
-
-
-def _words(building: Building, room: Area) -> list[tuple[str, int, int]]:
-    """The names on the floor of a room, each with its row and column."""
-    rows = building.plan.storeys[room.floor].rows
-    cells = {(row, col) for row, col in room.cells.tolist()}
-    return [
-        (word[0], row, word.start())
-        for row in sorted({row for row, _ in cells})
-        for word in re.finditer("[a-z][a-z0-9]*", rows[row])
-        if (row, word.start()) in cells
-    ]
-
-
-# -- Stage 5: between floors --------------------------------------------------------
+# -- Between floors -----------------------------------------------------------------
 
 
 def _some_exit(building: Building, page: Page) -> Iterator[Mistake]:
@@ -184,14 +171,14 @@ def _some_exit(building: Building, page: Page) -> Iterator[Mistake]:
 
 def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
     for well in building.stairwells:
-        name, floors = f"stairwell {well.letter}", [floor + 1 for floor in well.areas]
-        cells = {n: building.areas[well.areas[n - 1]].cells for n in floors}
-        if len(floors) == 1:
-            what = f"{name} is on floor {floors[0]} only"
+        name = f"stairwell {well.letter}"
+        cells = {floor + 1: building.areas[i].cells for floor, i in well.areas.items()}
+        if len(cells) == 1:
+            ((floor, (first, *_)),) = cells.items()
             hint = "Draw it on the next floor as well, or take it out."
-            first = cells[floors[0]][0]
-            yield page.drawing_of(floors[0]).mistake(first, what, hint)
-        for lower, upper in pairwise(floors):
+            what = f"{name} is on floor {floor} only"
+            yield page.drawing_of(floor).mistake(first, what, hint)
+        for lower, upper in pairwise(cells):
             if upper > lower + 1:
                 what = f"{name} goes from floor {lower} to floor {upper}"
                 hint = f"Draw it on floor {lower + 1} too, or use another letter here."
@@ -209,11 +196,9 @@ def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:
     lost = ways.subgraph(set(ways) - nx.ancestors(ways, OUTSIDE) - {OUTSIDE})
     for part in nx.weakly_connected_components(lost):
         room = next(a for a in building.areas if a.id in part and a.kind == "room")
+        what = f"no way leads from room '{room.name:.80}' to an exit"
         hint = "Type '+' in a wall, or 'E', or draw stairs down: nobody walks up."
-        first = (_words(building, room) or [("", *room.cells[0])])[0]
-        drawing = page.drawing_of(room.floor + 1)
-        what = f"no way leads from {_called(room)} to an exit"
-        yield drawing.mistake(first[1:], what, hint)
+        yield page.drawing_of(room.floor + 1).mistake(room.cells[0], what, hint)
 
 
 # -- What is no mistake, and rarely meant -------------------------------------------
@@ -228,25 +213,3 @@ def touching(building: Building) -> Iterator[tuple[Area, Area]]:
             found = walls & (first != second) & (np.minimum(first, second) >= 0)
             for pair in zip(first[found], second[found], strict=True):
                 yield building.areas[pair[0]], building.areas[pair[1]]
-
-
-Check = Callable[[Building, Page], Iterator[Mistake]]
-
-
-def _on_each(*checks: Callable[[Building, Drawing], Iterator[Mistake]]) -> Check:
-    def on_each(building: Building, page: Page) -> Iterator[Mistake]:
-        for drawing in page.drawings:
-            for check in checks:
-                yield from check(building, drawing)
-
-    return on_each
-
-
-STAGES: tuple[tuple[Check, ...], ...] = (
-    (_on_each(_outer_wall),),
-    (_on_each(_gates, _stairwells, _rooms),),
-    (_some_exit, _shafts),
-    (_ways_out,),
-)
-"""Ways are checked only once all before them is right: else one missing entrance would
-be reported as many rooms that nobody can leave."""

@@ -16,20 +16,20 @@ import torch
 
 from reference.building import Building
 from reference.game.interface import Moment
-from reference.game.observations import to_normalised
+from reference.game.observations import grid, headed, to_normalised
 from reference.learning.experience import (
     Decisions,
-    GroupDecision,
+    Record,
     Trajectory,
     decisions_of,
 )
-from reference.learning.players import Player, Recorded
+from reference.learning.players import Learned, Player
 from reference.learning.ppo import Learner
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import actual_target
 from reference.strategies import RobotStrategy
-from reference.workshop.remedies import RobotsFrame, SideSettings
+from reference.workshop.remedies import RobotsFrame
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import GROUP_RADIUS
 
@@ -38,14 +38,13 @@ CLONING_BATCH = 64  # [C7, chosen] group decisions of its minibatches
 
 
 @dataclass(frozen=True)
-class Demonstration(Recorded):
+class Demonstration(Learned):
     """A hand-written strategy plays; its decisions are recorded as a learner's.
 
     settings  of the learner;  teacher  the strategy's name
     """
 
-    settings: SideSettings
-    teacher: str
+    teacher: str = ""
 
     def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
         """Make the player that records the teacher."""
@@ -60,9 +59,7 @@ class _Teacher(Player):
         self.name = name
         self.guides: dict[int, tuple[RobotStrategy, np.random.Generator]] = {}
 
-    def act(
-        self, moments: Sequence[Moment]
-    ) -> tuple[np.ndarray, list[GroupDecision[np.ndarray]]]:
+    def act(self, moments: Sequence[Moment]) -> tuple[np.ndarray, list[Record]]:
         """Play the strategy: (S, G, 2) actions, nan to keep a destination, and the same
         as decisions of the learner's head, `alive` where they can be taught."""
         wanted = [self._decided(moment) for moment in moments]
@@ -71,7 +68,6 @@ class _Teacher(Player):
     def _decided(self, moment: Moment) -> np.ndarray:
         """(G, 2) the teacher's actions; nan where it keeps the old destination."""
         world, seed = moment.world, moment.seed
-        assert world is not None
         if seed not in self.guides:
             self.guides[seed] = ROBOTS[self.name](), np.random.default_rng(seed)
         strategy, rng = self.guides[seed]
@@ -81,15 +77,13 @@ class _Teacher(Player):
         for k, destination in zip(active, decided, strict=True):
             if destination is not None:
                 target = actual_target(
-                    self.building, world.robots[k].floor, *destination
+                    self.interface.building, world.robots[k].floor, *destination
                 )
-                spot = to_normalised(self.building, np.array(target))
+                spot = to_normalised(self.interface.building, np.array(target))
                 actions[k] = spot.clip(-1, 1)
         return actions
 
-    def _recorded(
-        self, moment: Moment, wanted: np.ndarray
-    ) -> GroupDecision[np.ndarray]:
+    def _recorded(self, moment: Moment, wanted: np.ndarray) -> Record:
         """Record actions as the head's, with log_probs of 0.
 
         Who keeps a destination means it once more, or the own place without one. What
@@ -97,20 +91,20 @@ class _Teacher(Player):
         near, and to keep anything by a Gaussian.
         """
         kept, (seen,) = np.isnan(wanted).any(axis=1), self.read([moment])
-        aims = np.where(kept[:, None], moment.headed, wanted)
+        aims = np.where(kept[:, None], headed(moment.world), wanted)
         actions = np.nan_to_num(self.interface.raw(aims, moment.vectors))
         taught = moment.alive.copy()
         if isinstance(self.interface, RobotsFrame) and self.interface.mixes:
             taught &= self.interface.off_anchors(actions, seen) <= GROUP_RADIUS
         else:
             taught &= ~kept
-        return GroupDecision(
-            vectors=seen,
-            grids=moment.grid,
-            alive=taught,
-            actions=actions.astype(np.float32),
-            log_probs=np.zeros_like(actions),
-        )
+        return {
+            "vectors": seen,
+            "grids": grid(moment.world),
+            "alive": taught,
+            "actions": actions.astype(np.float32),
+            "log_probs": np.zeros_like(actions),
+        }
 
 
 def clone(

@@ -7,11 +7,13 @@ In all but `ghosts` everybody knows the nearest way out and nobody thinks.
     n   people;  rows, cols  of a floor's drawing, walls included
 """
 
+import tomllib
 from collections.abc import Callable
 from functools import cache
 from itertools import pairwise
 from math import exp, inf, isfinite
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -37,6 +39,12 @@ from reference.workshop.validation.crowd import (
     times,
 )
 
+WORDS = tomllib.loads(Path(__file__).with_name("cases.toml").read_text("utf-8"))
+CASES: dict[str, dict[str, Any]] = WORDS["cases"]
+"""Each case's source, what is accepted, perhaps a note and the number of seeds."""
+NOT_MODELLED: dict[str, list[str]] = WORDS["not_modelled"]
+"""Cases that need what the model does not have, by source: what, why not."""
+
 BESIDE = 0.2  # m/s [A7, chosen]: other published curves are as far from Weidmann's
 CROWDING = 28  # points [A7, chosen]: half of what bodies cost before they made room
 DENSITIES = (0.5, 1.0, 2.0, 3.0, 4.0, 5.0)  # people per square metre
@@ -47,46 +55,10 @@ OPPOSED = {0.75: 1.05, 1.25: 1.01}
 wide, in the middle of 0.5 to 1 and of 1 to 1.5 people."""
 MEASURED = "PedPy's demonstration data, trajectories of the Jülich data archive"
 """The source of both, and of real people's flow through exits, 1.9 to 2.4."""
-REAL_SPEEDS = ", ".join(f"{speed} at {density}" for density, speed in ONE_WAY.items())
-SHORTEST = (
-    "all take the shortest way round one corner; "
-    "a rule that forty people never use is not worth it"
-)
-
 
 Found = dict[str, float]
 Measured = tuple[bool, Found]
 """Does a case pass, and what came out; a measure's docstring says what that is."""
-
-Measure = Callable[[int], Measured]
-
-
-class Case(NamedTuple):
-    """A case: its source, what is accepted, how it is measured, by how many seeds.
-
-    note  what to know of it, such as why it fails
-    """
-
-    source: str
-    accepted: str
-    measure: Measure
-    note: str = ""
-    runs: int = 3
-
-
-CASES: dict[str, Case] = {}
-"""All cases by name, in the order of the table."""
-
-
-def case(source: str, accepted: str, *more: Any) -> Callable[[Measure], Measure]:
-    """Enter the measure that follows into CASES; more: its note and number of runs."""
-
-    def enter(measure: Measure) -> Measure:
-        name = measure.__name__.replace("_", "-")
-        CASES[name] = Case(source, accepted, measure, *more)
-        return measure
-
-    return enter
 
 
 def within(numbers: Found, low: float, high: float) -> Measured:
@@ -102,7 +74,6 @@ def seconds(building: Building, seed: int, count: int, spot: Spot) -> float:
 # -- Speeds -------------------------------------------------------------------------
 
 
-@case("RiMEA 1, IMO 1", "26 to 34; 40 within 5 % [chosen]")
 def corridor(seed: int) -> Measured:
     """Seconds for 40 m, alone, at 1.33 and 1 m/s."""
 
@@ -117,7 +88,6 @@ def corridor(seed: int) -> Measured:
     return 26 <= fast <= 34 and 38 <= slow <= 42, {"1.33 m/s": fast, "1 m/s": slow}
 
 
-@case("RiMEA 7", "1.34 and 0.26 within 5 and 20 % [chosen]")
 def speeds(seed: int) -> Measured:
     """Free speeds of a thousand people, m/s."""
     rng = np.random.default_rng(seed)
@@ -157,11 +127,6 @@ def speed_in_ring(density: float, seed: int) -> float:
     return float(np.mean(walked[50:]))
 
 
-@case(
-    "RiMEA 4, IMO 12",
-    f"falls; up to 4 within {BESIDE} of Weidmann's [chosen]",
-    f"real people: {REAL_SPEEDS}",
-)
 def fundamental_diagram(seed: int) -> Measured:
     """Mean speed, m/s, by people per m²."""
     speed = {each: speed_in_ring(each, seed) for each in DENSITIES}
@@ -173,12 +138,6 @@ def fundamental_diagram(seed: int) -> Measured:
 # -- Doors --------------------------------------------------------------------------
 
 
-@case(
-    "IMO 4",
-    "0.6 [chosen] to 1.33",
-    "by construction: the model's flow limit is a parameter; real narrow exits pass "
-    "1.9 to 2.4",
-)
 def doors(seed: int) -> Measured:
     """People per metre and second, by width, of exits and inner doors."""
     found = Found()
@@ -193,7 +152,6 @@ def doors(seed: int) -> Measured:
     return within(found, 0.6, 1.33)
 
 
-@case("RiMEA 9, IMO 9", "about double [chosen: 1.7 to 2.3]")
 def large_room(seed: int) -> Measured:
     """Seconds in which 250 leave a quarter of the guidelines' room."""
     exits, spot = "####E#######E####", np.s_[0, 1:11, 1:16]
@@ -202,7 +160,6 @@ def large_room(seed: int) -> Measured:
     return 1.7 <= two / four <= 2.3, {"4 exits": four, "2 exits": two}
 
 
-@case("IMO 8", "rises, within 300 s", f"against a hundred may jam: {SHORTEST}", 6)
 def counterflow(seed: int) -> Measured:
     """Seconds of a hundred through 10 m x 2 m, by those against them."""
     rows = ["E" + "." * 10 + "#" * 10 + "." * 10 + "E"] * 10
@@ -227,7 +184,6 @@ def bend(width: int, along: int, up: int) -> Building:
     return built([wall + "E" * width + "#", *rows, "#" * (along + width + 2)])
 
 
-@case("RiMEA 6, IMO 6", "all and none")
 def corner(seed: int) -> Measured:
     """Twenty people turn left: arrived, and seen in walls."""
     world = people(bend(2, 10, 10), seed, (20, np.s_[0, 11:13, 1:8]))
@@ -240,7 +196,6 @@ def corner(seed: int) -> Measured:
     return left == 20 and not walls, {"arrived": left, "in walls": walls}
 
 
-@case("RiMEA 15", "inside < corner < outside", SHORTEST)
 def large_corner(seed: int) -> Measured:
     """Seconds of 500 on 20 m: straight 44 m, round a corner, straight 75 m."""
     short, long = (hall(*20 * ["#" + "." * (m + 7) + "E"]) for m in (44, 75))
@@ -261,7 +216,6 @@ def down() -> Building:
     return built(*floors)
 
 
-@case("RiMEA 3, IMO 3", "0.64 to 1.07, flow at most 1.1")
 def stairs(seed: int) -> Measured:
     """Down stairs: m/s alone, m/s and flow of a crowd."""
 
@@ -279,7 +233,6 @@ def stairs(seed: int) -> Measured:
     return passed and found["flow"] <= 1.1, found
 
 
-@case("ISO 16, IMO 11", "3.5 or more", "a crowd that flows so well is thinner")
 def before_stairs(seed: int) -> Measured:
     """People per m² where a room ends, and before stairs."""
     found = Found()
@@ -293,7 +246,6 @@ def before_stairs(seed: int) -> Measured:
 # -- The paper's building -----------------------------------------------------------
 
 
-@case("our own", "100")
 def everybody_knows(seed: int) -> Measured:
     """Percent out alive who know the way, by their number."""
     found = Found()
@@ -311,12 +263,6 @@ def led(kind: type[Simulation], count: int, seed: int) -> float:
     return 100 * run.run().evacuated / count
 
 
-@case(
-    "our own",
-    f"200: at most {CROWDING} points apart, interval included [chosen]",
-    "open where the interval holds the bound",
-    1,
-)
 def ghosts(seed: int) -> Measured:
     """Percent out alive led by sweep, as ghosts without bodies, and points apart."""
     found, kinds = Found(), (Simulation, Ghosts)
@@ -329,44 +275,32 @@ def ghosts(seed: int) -> Measured:
     return high <= CROWDING, found
 
 
+# -- The table ----------------------------------------------------------------------
+
+MEASURES: dict[str, Callable[[int], Measured]] = {
+    name: globals()[name.replace("-", "_")] for name in CASES
+}
+"""How each case is measured, by a seed."""
+
+
 def measured(name: str, seed: int, runs: int | None = None) -> dict[str, Any]:
     """Measure one of the CASES over its seeds, from this one on; return a table row.
 
     It passes if it does so with every seed.  A number is the mean over the seeds where
     it is finite, None if there are none; `never` counts the others.
     """
-    case = CASES[name]
-    count = runs or case.runs
-    passed, each = zip(*map(case.measure, range(seed, seed + count)), strict=True)
+    told: dict[str, Any] = {"runs": 3, "note": ""} | CASES[name]
+    measure, count = MEASURES[name], runs or told["runs"]
+    passed, each = zip(*map(measure, range(seed, seed + count)), strict=True)
     found = {k: [f[k] for f in each if isfinite(f[k])] for k in each[0]}
-    means = {k: round(float(np.mean(v)), 3) if v else None for k, v in found.items()}
-    return {
+    return told | {
         "case": name,
-        "source": case.source,
-        "what": str(case.measure.__doc__).rstrip("."),
-        "accepted": case.accepted,
-        "measured": means,
+        "what": str(measure.__doc__).rstrip("."),
+        "measured": {
+            k: round(float(np.mean(v)), 3) if v else None for k, v in found.items()
+        },
         "never": {k: count - len(v) for k, v in found.items() if len(v) < count},
         "runs": count,
         "failed": passed.count(False),
         "verdict": "passes" if all(passed) else "fails",
-        "note": case.note,
     }
-
-
-NOT_MODELLED = (
-    ("RiMEA 2, IMO 2", "stairs up", "nobody walks up"),
-    ("RiMEA 5, IMO 5, ISO 1", "premovement", "everybody sets off at 0 s"),
-    ("RiMEA 10, IMO 10, ISO 12", "assigned ways", "nobody is told a way beforehand"),
-    ("RiMEA 11", "the less crowded exit", "nobody weighs queues against ways"),
-    ("RiMEA 12", "a jam before one exit only", "exits hold up as much as corridors do"),
-    ("RiMEA 14", "the long or the short way", "nobody compares ways out of sight"),
-    ("ISO 6", "smoke", "sight is equally short everywhere, and slows nobody"),
-    ("ISO 7", "gases", "only flames and time harm"),
-    ("ISO 8", "lifts", "there are none"),
-    ("ISO 10", "groups that stay together", "people come alone"),
-    ("ISO 11", "wheelchairs", "all bodies are of one kind"),
-    ("ISO 14", "familiar exits", "nobody knows the building"),
-    ("ISO 15", "an exit closes", "only inner doors can be lost"),
-)
-"""Cases that need what the model does not have: source, what, why not."""

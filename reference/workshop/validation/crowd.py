@@ -52,7 +52,7 @@ class Crowd(Simulation):
         for floor in range(self.building.floors) if self._anywhere else ():
             marks = np.array(self.building.ways_out(floor))
             who = np.flatnonzero(bodies.walking & (bodies.floor == floor))
-            far = self.navigation.metres_to(marks[:, None], bodies.place[who])
+            far = self.navigation.metres[marks[:, None], bodies.place[who]]
             bodies.landmark[who] = marks[far.argmin(axis=0)]
         return super().step()
 
