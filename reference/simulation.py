@@ -217,10 +217,10 @@ class Simulation:
 
     def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
         """(k, 2) metres where these people get to in a tick."""
-        bodies, rng, free = self.world.bodies, self.rng["bodies"], self._free(who)
-        position, floor = bodies.position[who], bodies.floor[who]
-        pace = bodies.pace[who]
-        return motion.step(position, floor, target, pace, self.tick, free, rng)
+        bodies, turns = self.world.bodies, motion.turns(self.rng["bodies"])
+        position, pace, free = bodies.position[who], bodies.pace[who], self._free(who)
+        pairs = motion.neighbours(position, bodies.floor[who], pace, self.tick)
+        return motion.step(position, target, pace, self.tick, free, pairs, turns)
 
     def _free(self, who: np.ndarray) -> motion.Free:
         """Tell where these people may stand."""

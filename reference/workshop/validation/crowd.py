@@ -62,8 +62,9 @@ class Ghosts(Simulation):
 
     def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
         position, pace = self.world.bodies.position[who], self.world.bodies.pace[who]
-        floors, rng, free = np.arange(len(who)), self.rng["bodies"], self._free(who)
-        return motion.step(position, floors, target, pace, self.tick, free, rng)
+        turns, alone = motion.turns(self.rng["bodies"]), np.empty((2, 0), int)
+        free = self._free(who)
+        return motion.step(position, target, pace, self.tick, free, alone, turns)
 
     def fill_doors(self, touched: list[tuple[int, int]]) -> None:
         """Fill nothing."""
