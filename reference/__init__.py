@@ -65,8 +65,7 @@ WORKSHOP = (
     "workshop.training.policies",  # a learned policy is a strategy
     "workshop.training.learners",  # made anew, or restored
     "workshop.training.summaries",  # what a training writes down as it runs
-    "workshop.training.session",  # who learns, and from what
-    "workshop.training.starting",  # start a training, or resume it
+    "workshop.training.session",  # begun or resumed; who learns, and from what
     "workshop.training.shipping",  # the policies that ship
     "workshop.training.loop",  # the adversarial loop, with files
     "workshop.worst_case",  # Eq. 5, the worst fire that a simulation finds

@@ -44,8 +44,8 @@ from reference.learning.settings import Side
 from reference.paper import HEALTH, Scenario
 from reference.strategies import FireStrategy, RobotStrategy
 from reference.workshop.crossplay.contestants import contestant
-from reference.workshop.drawing.evacuation import TRAIL, Scene, tally
-from reference.workshop.drawing.film import painter, scene_of
+from reference.workshop.drawing.evacuation import Scene, tally
+from reference.workshop.drawing.film import painter
 from reference.workshop.maps import load
 
 try:
@@ -163,7 +163,7 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
     @cached_property
     def _film(self) -> tuple[Scene, Callable[[], np.ndarray]]:
         simulation = self.environment.simulation
-        scene = scene_of([simulation], without={TRAIL})  # decisions are seconds apart
+        scene = Scene(simulation.building, len(simulation.world.bodies))
         return scene, painter(scene)
 
     def __getstate__(self) -> dict[str, Any]:

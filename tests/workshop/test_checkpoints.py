@@ -18,7 +18,7 @@ from reference.game.environment import Environment
 from reference.game.interface import Moment
 from reference.game.observations import robot_vectors
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots, RandomFire
+from reference.strategies import NoRobots, RandomFire
 from reference.workshop.maps import load as load_building
 from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import (
@@ -105,10 +105,10 @@ def test_a_full_disk_leaves_the_last_good_checkpoint_as_it_was(checkpoint, path)
 
 @pytest.mark.parametrize("part", [0.0, 0.001, 0.5, 0.99])
 def test_refuses_a_file_that_was_cut_off(path, part):
-    """One sentence with the file's name; what is no archive is not read at all."""
+    """One sentence with the file's name."""
     content = path.read_bytes()
     path.write_bytes(content[: int(len(content) * part)])
-    with pytest.raises(CheckpointError, match=r"own\.pt: is (damaged|no checkpoint)"):
+    with pytest.raises(CheckpointError, match=r"own\.pt: is damaged"):
         load(path)
 
 
@@ -137,32 +137,10 @@ def test_refuses_weights_that_are_no_numbers(path, network):
 
 
 @pytest.mark.parametrize(
-    ("place", "value"),
-    [
-        ("progress summaries robots sums", {"Survival": "much"}),
-        ("learners robots steps", None),
-        ("learners robots optimiser state", {0: {"exp_avg": torch.zeros(1)}}),
-        ("learners robots buffer", [{"grids": 0}]),
-    ],
-)
-def test_refuses_progress_of_a_wrong_type_or_shape(checkpoint, place, value):
-    """Before the training goes on, not in its next round."""
-    *path, last = place.split()
-    other = deepcopy(checkpoint)
-    inner = getattr(other, path[0]) if path else None
-    for name in path[1:]:
-        inner = inner[name]
-    inner[last] = value
-    with pytest.raises(CheckpointError, match="do not fit each other"):
-        Training.resumed(other)
-
-
-@pytest.mark.parametrize(
     ("place", "value", "message"),
     [
         ("round", "third", "round is 'third': it must be a whole number"),
         ("learners", [], "learners: this must be"),
-        ("learners robots actor", {"w": 1}, "w is 1: it must be a Tensor"),
         ("task seed", 1.5, "seed is 1.5"),
         ("task settings robots batch_size", -1, "batch_size"),
         ("task settings robots gamma", 10**400, "gamma is 10+: it must be a number"),
@@ -186,7 +164,7 @@ def test_refuses_to_run_code_that_a_file_brings(tmp_path):
     torch.save(
         {"kind": checkpoints.KIND, "task": Mischief(tmp_path)}, tmp_path / "x.pt"
     )
-    with pytest.raises(CheckpointError, match="damaged, or is no checkpoint"):
+    with pytest.raises(CheckpointError, match="is no checkpoint"):
         load(tmp_path / "x.pt")
     assert not (tmp_path / "mischief").exists()
     pickle.loads(pickle.dumps(Mischief(tmp_path)))  # it would work without that
@@ -210,8 +188,7 @@ class Mischief:
         ({"game": 1, "version": "0.4.0"}, "is of game 1 and"),
         ({"game": None}, "is of game None and"),
         ({"task": {}}, "lacks a part"),
-        ({"task": None}, "lacks a part"),
-        ({"kind": "something else"}, "another program's file"),
+        ({"kind": "something else"}, "no checkpoint"),
     ],
 )
 def test_refuses_a_newer_format_and_one_that_lacks_a_part(path, change, message):
@@ -311,16 +288,10 @@ def test_refuses_a_scenario_that_its_network_cannot_read(
         policy.refuse_elsewhere(office, elsewhere)  # the network reads the same
 
 
-def test_refuses_another_world_than_it_has_learned(path, office):
-    """Up front, and where nobody asked up front, at the first decision."""
-    paper = load_building("paper")
+def test_refuses_another_building_than_it_has_learned(path):
+    """By the title of its own."""
     with pytest.raises(CheckpointError, match="has learned Tiny office"):
-        LearnedRobots(path).refuse_elsewhere(paper, SMALL)
-    with pytest.raises(CheckpointError, match="has learned Tiny office"):
-        Simulation(paper, SMALL, LearnedRobots(path), NoFire()).run()
-    crowd = Simulation(office, replace(SMALL, people=9), LearnedRobots(path), NoFire())
-    with pytest.raises(CheckpointError, match="learned with 6 people; here it is 9"):
-        crowd.run()
+        LearnedRobots(path).refuse_elsewhere(load_building("paper"), SMALL)
 
 
 def test_refuses_a_side_that_nobody_learned(tmp_path):

@@ -24,9 +24,9 @@ from reference.workshop.files import read_json
 from reference.workshop.maps import load as load_building
 from reference.workshop.plain import record_from
 from reference.workshop.runs import held
-from reference.workshop.training import starting
 from reference.workshop.training.policies import LearnedRobots
 from reference.workshop.training.presets import preset, read_yaml
+from reference.workshop.training.session import resume as resume_training
 from reference.workshop.workers import InProcess
 
 ODD = (
@@ -123,7 +123,7 @@ def _played(path: Path) -> None:
 
 
 def _resumed(path: Path) -> None:
-    starting.resume(path.parent)
+    resume_training(path.parent)
 
 
 def _settings(path: Path) -> None:

@@ -69,7 +69,7 @@ def test_robots_that_copied_sweep_go_where_it_would():
     settings = replace(settings, imitation_episodes=32, imitation_epochs=100)
     training = begun(settings, imitate="sweep")
     before = off_course(training)
-    training.imitate([e for job in training.demonstrations() for e in play(job)])
+    training.learn([e for job in training.jobs() for e in play(job)])
     after = off_course(training)
     assert len(after) == len(before) > 60
     assert np.mean(after < 1) > np.mean(before < 1) + 0.15

@@ -36,7 +36,7 @@ def in_an_empty_folder(tmp_path, monkeypatch):
 def quick(monkeypatch):
     """Preset tiny, smaller still."""
     monkeypatch.setattr(
-        "reference.workshop.training.starting.preset", lambda name: tiny()
+        "reference.workshop.training.session.preset", lambda name: tiny()
     )
 
 
@@ -45,7 +45,7 @@ def once(monkeypatch):
     """The same with a single round."""
     settings = tiny(robots={"max_steps": 40}, fire={"max_steps": 3, "buffer_size": 2})
     monkeypatch.setattr(
-        "reference.workshop.training.starting.preset", lambda name: settings
+        "reference.workshop.training.session.preset", lambda name: settings
     )
 
 
@@ -249,11 +249,15 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
         (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),
         (["--imitate", "none"], 2, "invalid choice: 'none'"),
         (["--imitate", "sweep", "--robots", "sweep"], 2, "nobody imitates"),
-        (["--initialize-from", "notes.txt"], 1, "notes.txt: is no checkpoint"),
+        (
+            ["--initialize-from", "notes.txt"],
+            1,
+            "notes.txt: is damaged",
+        ),
         (["--initialize-from", ""], 1, "there is no checkpoint in this folder"),
         (["--settings", "alone.yaml"], 1, "robots_per_floor is 0"),
         (["--settings", "wide.yaml"], 1, "hidden_units is 100000000"),
-        (["--fire", "notes.txt"], 1, "notes.txt: is no checkpoint"),
+        (["--fire", "notes.txt"], 1, "notes.txt: is damaged"),
         (["--settings", "nowhere.yaml"], 1, "nowhere.yaml"),
         (["--building", "nowhere"], 1, "nowhere"),
         (["--building", ""], 1, "Is a directory"),
@@ -377,7 +381,7 @@ def test_evacuate_takes_the_mean_action_unless_asked_for_sampling(run, capsys):
     ("options", "code", "hint"),
     [
         (["--sample"], 2, "--sample goes with a checkpoint"),
-        (["--robots", "notes.txt"], 1, "notes.txt: is no checkpoint"),
+        (["--robots", "notes.txt"], 1, "notes.txt: is damaged"),
         (["--fire", "."], 1, "there is no checkpoint in this folder"),
         (["--robots", "RUN", "--building", "paper"], 1, "has learned Tiny office"),
         (["--robots", "RUN", "--people", "7"], 1, "learned with 6 people"),

@@ -82,7 +82,7 @@ def train(arguments: Namespace) -> None:
         from reference.workshop.training import loop
 
         note(f"{training.about()}; workers {count}")
-        before, begin = training.decisions, perf_counter()
+        before, begin = training.left, perf_counter()
         also = ["--tensorboard"] * arguments.tensorboard
         resumed = again("train", "--resume", "--out", out, *also)
         with workforce(workers(count), resumed) as work:
@@ -92,7 +92,7 @@ def train(arguments: Namespace) -> None:
         "building": training.task.building,
         **training.facts(),
         "wall_seconds": seconds,
-        "decisions_per_second": (training.decisions - before) / seconds,
+        "decisions_per_second": (before - training.left) / seconds,
         "checkpoint": str(path),
         "summaries": str(out / SUMMARIES),
     }
@@ -109,16 +109,14 @@ def _training(arguments: Namespace) -> Any:
     if arguments.robots and (arguments.fire or arguments.imitate):
         what = "nobody learns" if arguments.fire else "nobody imitates"
         raise ContradictionError(f"{what}: leave --robots out, or the other one.")
-    from reference.workshop.training import starting
-    from reference.workshop.training.session import Training
+    from reference.workshop.training import session
 
-    names = starting.Asked.__dataclass_fields__
-    asked = {name: getattr(arguments, name) for name in names}
     if arguments.resume:
-        training = starting.resume(arguments.out)
-        refuse_options(asked, starting.options_of(training.task))
+        training = session.resume(arguments.out)
+        asked = {name: getattr(arguments, name) for name in session.OPTIONS}
+        refuse_options(asked, session.options_of(training.task))
         return training
-    return Training(starting.begin(starting.Asked(**asked)))
+    return session.begin(arguments)
 
 
 def _advise(training: Any, folder: Path, checkpoint: Path) -> None:

@@ -17,7 +17,7 @@ from PIL import Image
 
 from reference.fire import snapped
 from reference.workshop.drawing import page
-from reference.workshop.drawing.ruler import CURVE
+from reference.workshop.drawing.page import BLUE
 
 INKS = 64  # colours of an inline picture: flat areas need no more
 DOTS = 110  # of it, per inch
@@ -61,21 +61,20 @@ def snapping() -> Figure:
     axes, edges = figure.subplots(), np.arange(-2, 4)
     for low in edges[:-1]:
         to = snapped(low + 0.3)
-        axes.plot([low, low + 1], [to, to], color=CURVE, lw=2.6)
-        axes.plot([low, low + 1], [to, to], "o", color=CURVE, mfc="white", ms=4)
-        axes.plot(low, to, "o", color=CURVE, ms=4)
+        axes.plot([low, low + 1], [to, to], color=BLUE, lw=2.6)
+        axes.plot([low, low + 1], [to, to], "o", color=BLUE, mfc="white", ms=4)
+        axes.plot(low, to, "o", color=BLUE, ms=4)
     X = -1.2
     axes.annotate(
-        f"X = {page.number(X)}, X′ = {page.number(snapped(X))}",
+        f"X = {X:g}, X′ = {snapped(X):g}",
         (X, snapped(X)),
         (-0.6, -1.9),
         arrowprops={"arrowstyle": "-", "color": page.FAINT},
     )
     axes.plot(edges, edges, color=page.FAINT, lw=1, ls=":", label="X′ = X")
-    axes.plot(X, snapped(X), "D", color=CURVE, ms=6)
+    axes.plot(X, snapped(X), "D", color=BLUE, ms=6)
     axes.set(xlabel="X, metres: what the fire decides", ylabel="X′, metres")
     axes.set(xticks=edges, yticks=edges, aspect="equal")
     axes.grid(True)
     axes.legend(loc="upper left")
-    page.write_numbers(axes.xaxis, axes.yaxis)
     return figure

@@ -24,15 +24,13 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
 
     heading: instead of the building's title
     """
-    building, floors = crowding.building, tuple(range(crowding.building.floors))
-    runs = crowding.evacuations
+    building, runs = crowding.building, crowding.evacuations
     over = f"{runs} evacuations" if runs > 1 else "one evacuation"
     title = f"{heading or building.title}: {over}, {crowding.deaths.sum():.0f} died"
-    figure, panels = page.floor_page(building, title, floors)
-    (left, right), (low, high) = page.frame_of(building).get_points().T
+    figure, panels = page.floor_page(building, title)
     look: Style = {"vmin": 0, "vmax": max(1.0, crowding.density.max())}
-    look |= {"cmap": DENSITIES, "extent": (left, right, low, high)}
-    for axes, floor in zip(panels, floors, strict=True):
+    look |= {"cmap": DENSITIES, "extent": page.extent_of(building)}
+    for floor, axes in panels.items():
         apart = building.kind[floor] != Kind.FLOOR  # doors keep their colours
         seen = np.ma.masked_where(apart, crowding.density[floor])
         image = axes.imshow(seen, **look)
@@ -40,10 +38,8 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
         x, y = building.metres(*cells.T)
         sizes = 22 * crowding.deaths[floor][tuple(cells.T)] / runs**0.5
         axes.scatter(x, y, np.clip(sizes, 4, None), color=INK, marker="x", zorder=3)
-    mean = "mean of each one's highest" if runs > 1 else "highest"
-    label = f"people per m², in {SQUARE} m x {SQUARE} m, {mean}"
-    figure.colorbar(image, ax=panels, shrink=0.7, aspect=40, pad=0.01, label=label)
+    label = f"highest people per m², in {SQUARE} m x {SQUARE} m"
+    figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)
     died = page.samples({"died here": {"ls": "", "marker": "x", "color": INK}})
-    kinds = page.present(building.kind)
-    page.foot(figure, [*page.swatches(kinds), *died])
+    page.legend(figure, [*page.swatches(building.kind), *died])
     return figure

@@ -8,20 +8,20 @@ differ in number.
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.axes import Axes
+from matplotlib.artist import Artist
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 
 from reference.building import Kind
 from reference.paper import InputError
 from reference.workshop.drawing import page
-from reference.workshop.drawing.evacuation import DROP, EMBER
-from reference.workshop.drawing.page import COLOURS
+from reference.workshop.drawing.crossplay import LINES
+from reference.workshop.drawing.evacuation import EMBER
+from reference.workshop.drawing.page import BLUE, COLOURS
 from reference.workshop.files import number, read_table
 from reference.workshop.training.summaries import (
     COLUMNS,
@@ -88,7 +88,7 @@ def _numbers(row: dict[str, str]) -> dict[str, Any]:
 class Curve(NamedTuple):
     """A line of a chart: its panel, its rows and column of the table, and its look.
 
-    side  "robots" or "fire", or "" for the rows of both;  times  factor on the values
+    side  "robots" or "fire", or "" for the rows of both
     """
 
     panel: str
@@ -97,39 +97,35 @@ class Curve(NamedTuple):
     colour: str
     label: str
     dashes: str = "-"
-    times: float = 1.0
 
 
-ROBOTS, FIRE, PEOPLE = "#1b5e9e", EMBER, COLOURS[Kind.EXIT]
-MARKERS: dict[str, Any] = {ROBOTS: "D", FIRE: DROP, PEOPLE: "o"}
-REWARDS, SURVIVORS = "reward of an episode", "survivors"
-ENTROPIES, LOSSES = "entropy of the policies", "losses of the critics"
-
-UNITS = {
-    REWARDS: "health points",
-    SURVIVORS: "% of all people",
-    ENTROPIES: "nats",
-    LOSSES: "(scaled return)²",
-}
-"""Panels from top to bottom, and the units of their y axes; losses on a log scale."""
+ROBOTS, FIRE, PEOPLE = BLUE, EMBER, COLOURS[Kind.EXIT]
+REWARDS, SURVIVORS = (
+    "reward of an episode, health points",
+    "share of people who survive",
+)
+ENTROPIES, LOSSES = (
+    "entropy of the policies, nats",
+    "losses of the critics, (scaled return)²",
+)
 
 CURVES = (
     Curve(REWARDS, "", GROUP_REWARD, ROBOTS, "robots"),
-    Curve(REWARDS, "fire", OWN_REWARD, FIRE, "fire"),
-    Curve(SURVIVORS, "", SURVIVAL, PEOPLE, "people", times=100),
+    Curve(REWARDS, "fire", OWN_REWARD, FIRE, "fire", "-."),
+    Curve(SURVIVORS, "", SURVIVAL, PEOPLE, "people"),
     Curve(ENTROPIES, "robots", "Policy/Entropy", ROBOTS, "robots"),
-    Curve(ENTROPIES, "fire", "Policy/Entropy", FIRE, "fire"),
+    Curve(ENTROPIES, "fire", "Policy/Entropy", FIRE, "fire", "-."),
     Curve(LOSSES, "robots", "Losses/Value Loss", ROBOTS, "robots"),
     Curve(LOSSES, "robots", "Losses/Baseline Loss", ROBOTS, "robots' baseline", "--"),
-    Curve(LOSSES, "fire", "Losses/Value Loss", FIRE, "fire"),
+    Curve(LOSSES, "fire", "Losses/Value Loss", FIRE, "fire", "-."),
 )
 
 
-def points(run: Run, curve: Curve) -> Line:
-    """Find where the table of a run has values for a curve."""
-    y = run.columns[curve.column] * curve.times
+def points(run: Run, curve: Curve, over: str = "episodes") -> Line:
+    """Find where the table of a run has values for a curve; x is the column `over`."""
+    y = run.columns[curve.column]
     known = np.isfinite(y) & (not curve.side or run.columns["side"] == curve.side)
-    return run.columns["episodes"][known], y[known]
+    return run.columns[over][known], y[known]
 
 
 def smooth(x: np.ndarray, y: np.ndarray, window: float) -> np.ndarray:
@@ -145,6 +141,8 @@ def smooth(x: np.ndarray, y: np.ndarray, window: float) -> np.ndarray:
 
 def mean_of(lines: Sequence[Line]) -> Line:
     """Average lines at 400 points where all of them are; none unless all overlap."""
+    if len(lines) == 1:
+        return lines[0]
     first, last = max(x[0] for x, _ in lines), min(x[-1] for x, _ in lines)
     x = np.linspace(first, last, 400 if first < last else 0)
     return x, np.mean([np.interp(x, *line) for line in lines], axis=0)
@@ -152,16 +150,12 @@ def mean_of(lines: Sequence[Line]) -> Line:
 
 # -- Pages --------------------------------------------------------------------------
 
-_WIDTH, _PANEL, _REST = 11.0, 1.9, 1.5  # inches
-_COLOURS = colormaps["tab10"]
-
 
 def figure(runs: Sequence[Run]) -> Figure:
     """Draw reward, survivors, entropy and losses over the episodes played [E6].
 
-    One run: its values faint, their running means bold. Several, such as seeds: the
-    running means of each thin, their mean bold. Raises ValueError where there is
-    nothing to draw.
+    Faint: each run as recorded. Bold: its running mean, or the mean of several runs'.
+    Raises ValueError where there is nothing to draw.
     """
     found = {c: [xy for run in runs if len((xy := points(run, c))[0])] for c in CURVES}
     panels = list(dict.fromkeys(curve.panel for curve in CURVES if found[curve]))
@@ -169,21 +163,30 @@ def figure(runs: Sequence[Run]) -> Figure:
         raise InputError(
             "no rewards, entropies and losses to draw: train for longer first."
         )
-    names = page.shortened(", ".join(run.name for run in runs), 70)
-    height = _PANEL * len(panels) + _REST
-    whole = page.sheet(f"Learning curves: {names}", _WIDTH, height)
+    names = ", ".join(run.name for run in runs)
+    whole = page.sheet(f"Learning curves: {names}", 11, 1.9 * len(panels) + 1.5)
     rest = whole.subplots(len(panels), sharex=True, squeeze=False)[:, 0]
-    end = max(run.columns["episodes"][-1] for run in runs)
-    rest[-1].set(xlim=(0, end or 1), xlabel="episodes played by both sides")
-    whole.align_ylabels(rest)
+    legend: dict[str, Artist] = {}
+    for curve in (curve for curve in CURVES if found[curve]):
+        axes, look = rest[panels.index(curve.panel)], {"color": curve.colour}
+        end = max(x[-1] for x, _ in found[curve])
+        smoothed = [(x, smooth(x, y, SMOOTHING * end)) for x, y in found[curve]]
+        for line in smoothed if len(runs) > 1 else found[curve]:
+            axes.plot(*line, lw=0.9, alpha=0.4, **look)
+        (legend[curve.label],) = axes.plot(
+            *mean_of(smoothed), curve.dashes, lw=2, **look
+        )
     for axes, panel in zip(rest, panels, strict=True):
         axes.grid(axis="y")
         axes.set_title(panel)
-        axes.set_ylabel(UNITS[panel], fontsize=8)
-        for curve in (c for c in CURVES if c.panel == panel and found[c]):
-            _draw_curve(axes, curve, found[curve], SMOOTHING * end)
-        _place_numbers(axes, panel)
-    page.foot(whole, caption=_caption(len(runs), SMOOTHING * end), handlelength=2.8)
+        for axis in (axes.xaxis, axes.yaxis):
+            axis.set_major_formatter(page.NUMBERS)
+    rest[-1].set_xlabel("episodes played by both sides")
+    for name, handle in legend.items():
+        handle.set_label(name)
+    page.legend(
+        whole, [*legend.values()], title="bold: running means over 5 % of the episodes"
+    )
     return whole
 
 
@@ -193,62 +196,19 @@ def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
     arms: the trainings of each; a line is the mean of their running means, and the
     legend has the order of their ends.
     """
-    whole = page.sheet("Survivors in training, by arm", _WIDTH, 5.2)
-    axes = whole.subplots()
-    lines = {}
+    whole = page.sheet("Survivors in training, by arm", 11, 5.2)
+    axes, lines = whole.subplots(), {}
+    survivors = Curve(SURVIVORS, "robots", SURVIVAL, PEOPLE, "people")
     for name, runs in arms.items():
-        robots = [run.columns["side"] == "robots" for run in runs]
-        xy = [
-            (run.columns["step"][of], 100 * run.columns[SURVIVAL][of])
-            for run, of in zip(runs, robots, strict=True)
-        ]
-        smoothed = [(x, smooth(x, y, SMOOTHING * x[-1])) for x, y in xy]
-        lines[name] = mean_of(smoothed) if len(runs) > 1 else smoothed[0]
-    for k, name in enumerate(sorted(lines, key=lambda name: -lines[name][1][-1])):
-        look: dict[str, Any] = {
-            "color": _COLOURS(k % 10),
-            "ls": "-" if k < 10 else "--",
-        }
-        axes.plot(*lines[name], lw=1.8, label=name, **look)
+        found = [points(run, survivors, "step") for run in runs]
+        lines[name] = mean_of([(x, smooth(x, y, SMOOTHING * x[-1])) for x, y in found])
+    looks = cycle(LINES)
+    for name in sorted(lines, key=lambda name: -lines[name][1][-1]):
+        colour, dashes = next(looks)
+        axes.plot(*lines[name], lw=1.8, color=colour, ls=dashes, label=name)
     axes.grid(axis="y")
-    axes.set(xlabel="decisions of the robots", ylabel=UNITS[SURVIVORS], ylim=(0, 100))
-    axes.set_xlim(left=0)
-    page.write_numbers(axes.xaxis, axes.yaxis)
-    whole.legend(loc="outside right center")
+    axes.set(xlabel="decisions of the robots", ylabel=SURVIVORS)
+    axes.set(xlim=(0, None), ylim=(0, 1))
+    axes.xaxis.set_major_formatter(page.NUMBERS)
+    whole.legend(loc="outside right center", handlelength=3)
     return whole
-
-
-def _draw_curve(axes: Axes, curve: Curve, lines: list[Line], window: float) -> None:
-    """Draw a line for each run that has the column, and a bold one; see `figure`."""
-    smoothed = [(x, smooth(x, y, window)) for x, y in lines]
-    bold, thin = mean_of(smoothed), smoothed
-    if len(lines) == 1:
-        (bold,), thin = smoothed, lines
-    look: dict[str, Any] = {"color": curve.colour, "ls": curve.dashes}
-    for line in thin:
-        axes.plot(*line, lw=0.9, alpha=0.4, marker=".", ms=2, **look)
-    mark = MARKERS[curve.colour] if curve.dashes == "-" else None
-    clipped = not len(bold[0])  # else the layout makes room for a line of no points
-    look |= {"marker": mark, "ms": 8, "markevery": [-1], "clip_on": clipped}
-    axes.plot(*bold, lw=2, label=curve.label, **look)
-
-
-def _place_numbers(axes: Axes, panel: str) -> None:
-    """Number both axes; on a log scale 1, 2 and 5, of less than tenfold even steps."""
-    if panel == LOSSES:
-        axes.set_yscale("log")
-    low, high = axes.get_ylim()
-    axes.yaxis.set_major_locator(MaxNLocator(4))
-    if panel == LOSSES and high >= 10 * low:
-        axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=6))
-    axes.yaxis.set_minor_formatter(NullFormatter())
-    axes.xaxis.set_major_locator(MaxNLocator(8, integer=True))
-    page.write_numbers(axes.xaxis, axes.yaxis)
-
-
-def _caption(runs: int, window: float) -> str:
-    """Say how the lines were made."""
-    means = f"running means over {window:,.3g} episodes"
-    if runs == 1:
-        return f"bold: {means}; faint: as recorded"
-    return f"thin: each run, {means}; bold: mean of the runs, where all have values"

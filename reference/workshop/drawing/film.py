@@ -6,7 +6,7 @@ painted on top (blitting); GIF and web page store only the pixels that changed.
 
 import json
 from base64 import b64encode
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from errno import EIO
 from html import escape
@@ -19,36 +19,21 @@ from tempfile import TemporaryFile
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.colors import to_rgb
 from PIL import GifImagePlugin, Image
 from tqdm import tqdm
 
 from reference.paper import InputError
 from reference.simulation import Simulation
-from reference.strategies import NoFire
-from reference.workshop.drawing.evacuation import (
-    CHAR,
-    EMBER,
-    FLAME,
-    INK,
-    SOURCE,
-    STEPS,
-    Scene,
-    Tally,
-    possible,
-    tally,
-)
-from reference.workshop.drawing.page import COLOURS, FAINT, TEXT, with_suffix
+from reference.workshop.drawing.evacuation import Scene, Tally, tally
+from reference.workshop.drawing.page import with_suffix
 from reference.workshop.files import replacing
 from reference.workshop.recording import ticks
 
-DPI = 100  # 1100 or 1300 pixels wide
 SECONDS_PER_FRAME = 0.6  # simulated
 PACE = SECONDS_PER_FRAME / 6  # seconds that a frame is seen: six times real time
 HOLD = 3.0  # seconds that the last frame stays
 KEY_FRAMES = 25  # of the player: how far it goes back to jump to a place
 PLAYER = Path(__file__).with_name("player.html")
-INKS = (*COLOURS.values(), *STEPS, TEXT, FAINT, INK, CHAR, SOURCE, FLAME, EMBER)
 CLEAR = 255  # the palette's last place: a pixel that did not change
 
 Frame = tuple[np.ndarray, float]
@@ -76,29 +61,10 @@ def animate(
             ".html."
         )
     runs = [simulations] if isinstance(simulations, Simulation) else list(simulations)
-    scene = scene_of(runs, headings)
+    scene = Scene(runs[0].building, len(runs[0].world.bodies), headings)
     write = FORMATS[target.suffix.lower()]
     with replacing(target) as partial:
         write(partial, scene, _frames(scene, runs, going or ticks(runs)))
-
-
-def scene_of(
-    simulations: Sequence[Simulation],
-    headings: Sequence[str] = ("",),
-    without: Collection[str] = (),
-) -> Scene:
-    """Make the page of a film; its legend lists what can occur in this film.
-
-    without: names that cannot, all the same
-    """
-    building, people = simulations[0].building, len(simulations[0].world.bodies)
-    robots = any(simulation.world.robots for simulation in simulations)
-    fire = any(
-        simulation.scenario.sources and not isinstance(simulation.fire_strategy, NoFire)
-        for simulation in simulations
-    )
-    shown = possible(building, robots, fire).difference(without)
-    return Scene(building, people, shown, headings, DPI)
 
 
 def _frames(
@@ -180,13 +146,8 @@ def _span(changed: np.ndarray) -> slice:
 
 
 def _palette(page: Image.Image) -> Image.Image:
-    """Choose all colours but CLEAR: the first frame's, and the inks of all frames."""
-    side = 8
-    specimen = page.copy()
-    for k, ink in enumerate(INKS):
-        colour = tuple(round(255 * share) for share in to_rgb(ink))
-        specimen.paste(colour, (side * k, 0, side * (k + 1), side))
-    palette = specimen.quantize(CLEAR, Image.Quantize.MAXCOVERAGE)
+    """Choose all colours but CLEAR: the legend shows those of later frames, too."""
+    palette = page.quantize(CLEAR, Image.Quantize.MAXCOVERAGE)
     colours = palette.getpalette() or []
     palette.putpalette((colours + 256 * colours[:3])[: 3 * 256])  # the rest: unused
     return palette

@@ -6,7 +6,7 @@ Clauses: A7.
 import numpy as np
 from matplotlib.figure import Figure
 
-from reference.workshop.drawing.page import FAINT, TEXT, Style, foot, sheet
+from reference.workshop.drawing.page import FAINT, TEXT, Style, legend, sheet
 from reference.workshop.validation import cases
 
 OURS: Style = {"color": "#0072b2", "marker": "o", "lw": 1.9}
@@ -33,5 +33,7 @@ def diagram(seed: int) -> Figure:
     axes.set(xlim=(0, curve[-1]), xlabel="people per square metre", ylabel="m/s")
     axes.set_ylim(bottom=0)
     axes.grid()
-    foot(page, caption=f"Real people: {cases.MEASURED}", columns=3)
+    handles, _ = axes.get_legend_handles_labels()
+    look = {"ncols": 3, "title": f"Real people: {cases.MEASURED}", "title_fontsize": 8}
+    legend(page, handles, **look)
     return page

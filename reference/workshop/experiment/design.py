@@ -40,9 +40,9 @@ from reference.workshop.maps import load
 from reference.workshop.plain import SettingsError, mapping, record_from, unknown
 from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
 from reference.workshop.training.checkpoints import Task
+from reference.workshop.training.policies import fixed_player
 from reference.workshop.training.presets import Settings, changed, preset
 from reference.workshop.training.session import Training
-from reference.workshop.training.starting import fixed_player
 
 FIXED = (*FIRES, LEARNED)  # fires that learn nothing in an experiment
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # of an arm; files are named after it

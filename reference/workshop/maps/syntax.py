@@ -78,23 +78,22 @@ class Drawing:
 
 
 class Page:
-    """The lines of a file, sorted, whatever is wrong with them.
+    """The lines of a file, sorted, whatever is wrong with them: settings by key word.
 
-    settings  lines by their key word;  strays  rows before the first heading
+    Rows before any heading are a drawing too; the first one stands for its heading.
     """
 
     def __init__(self, written: Iterable[str]) -> None:
         self.lines = [Line(number, text) for number, text in enumerate(written, 1)]
         self.settings: dict[str, list[Line]] = {"building": [], "size": []}
         self.drawings: list[Drawing] = []
-        self.strays: list[Line] = []
         for line in filter(lambda line: line.code, self.lines):
             if said := next(filter(line.reads, self.settings), ""):
                 self.settings[said].append(line)
-            elif _HEADING.match(line.code):
+            elif _HEADING.match(line.code) or not self.drawings:
                 self.drawings.append(Drawing(line))
             else:
-                (self.drawings[-1].rows if self.drawings else self.strays).append(line)
+                self.drawings[-1].rows.append(line)
 
     @property
     def rows(self) -> list[Line]:
@@ -192,15 +191,15 @@ def _headings(page: Page) -> Iterator[Mistake]:
         if not drawing.numbers:
             word = str(re.sub(r"[^a-z].*", "", line.code[:20].lstrip().lower()))
             meant = "".join(get_close_matches(word, _READS, 1, 0.75))
-            what = f"; did you mean '{meant}:'?" if meant not in ("", word) else ""
-            what = "this heading cannot be read" + what
+            what = "this row stands before any floor"
+            if _HEADING.match(line.code):
+                what = "this heading cannot be read"
+                what += f"; did you mean '{meant}:'?" if meant not in ("", word) else ""
             yield line.mistake(what, page.advice(meant, floor))
         floor = (
             drawing.numbers[-1] + 1 if drawing.numbers else floor + bool(drawing.rows)
         )
-    for row in page.strays[:1]:
-        yield row.mistake("this row stands before any floor", page.advice(""))
-    if not page.drawings and not page.strays:
+    if not page.drawings:
         hint = "Write 'building: NAME', 'size: 30 x 9', 'floor 1:' and a drawing."
         yield page.lines[-1].mistake("no floor is drawn", hint)
 
@@ -223,19 +222,17 @@ def _settings(page: Page) -> Iterator[Mistake]:
 
 def _floor_numbers(page: Page) -> Iterator[Mistake]:
     """Report the first only: what follows may well be right once it is mended."""
-    last = 0
+    follows = 1
     for drawing in page.drawings:
-        first, here = drawing.numbers[0], drawing.heading
-        if first != last + 1:
-            what = f"floor {first} stands where floor {last + 1} is expected"
-            hint = f"Write 'floor {last + 1}:', or draw that one above this line."
-            yield here.mistake(what, hint)
+        if (first := drawing.numbers[0]) != follows:
+            what = f"floor {first} stands where floor {follows} is expected"
+            hint = f"Write 'floor {follows}:', or draw that one above this line."
+            yield drawing.heading.mistake(what, hint)
             return
-        last = drawing.numbers[-1]
-        if last > MOST_FLOORS:
-            what = f"a building has at most {MOST_FLOORS} floors"
-            yield here.mistake(what, "Draw fewer floors.")
-            return
+        follows = drawing.numbers[-1] + 1
+    if follows > MOST_FLOORS + 1:
+        what = f"a building has at most {MOST_FLOORS} floors"
+        yield page.drawings[-1].heading.mistake(what, "Draw fewer floors.")
 
 
 def _blanks(page: Page) -> Iterator[Mistake]:

@@ -16,7 +16,7 @@ from reference.learning.players import Learned
 from reference.learning.ppo import Learner
 from reference.learning.settings import SIDES, Side
 from reference.simulation import Simulation
-from reference.workshop.plain import SettingsError, checked
+from reference.workshop.plain import SettingsError
 from reference.workshop.training.checkpoints import Task
 
 OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
@@ -34,27 +34,18 @@ def seeds_of(run: int, purpose: int, number: int, count: int) -> tuple[int, ...]
 def learners_of(task: Task) -> dict[Side, Learner]:
     """Make a learner for each side that nobody else plays.
 
-    Raises SettingsError if none learns, none can imitate, or networks to begin with do
-    not fit, and ValueError for more people than fit into the building.
+    Raises SettingsError if there is nothing to learn, or if a network to begin with
+    means something else, and ValueError for more people than fit into the building.
     """
     building, scenario = building_of(task.plan), task.settings.scenario
     if not sum(scenario.start_counts(building.floors)):
         raise SettingsError("there is nobody to evacuate: raise people")
     Simulation(building, scenario)
-    made = {side: _learner(task, side) for side in SIDES if side not in task.fixed}
-    if not made:
-        raise SettingsError("nobody learns: leave one side to a learner")
-    if task.imitate and "robots" not in made:
-        raise SettingsError("nobody imitates: leave the robots to a learner")
-    if task.imitate and "robots" in task.initial:
-        raise SettingsError("robots copy, or begin with a network: not both")
-    for side, who in task.initial.items():
-        _begin_with(made[side], who, side)
-    return made
+    return {side: _learner(task, side) for side in SIDES if side not in task.fixed}
 
 
 def _learner(task: Task, side: Side) -> Learner:
-    """Make a side's learner with random networks. Raises SettingsError."""
+    """Make a side's learner, with random networks or one to begin with."""
     settings, scenario = getattr(task.settings, side), task.settings.scenario
     row = "robots_per_floor" if side == "robots" else "sources"
     if not getattr(scenario, row):
@@ -63,7 +54,10 @@ def _learner(task: Task, side: Side) -> Learner:
             "play."
         )
     (seed,) = seeds_of(task.seed, OF_LEARNERS, SIDES.index(side), 1)
-    return learner_for(side, task.plan, scenario, settings, seed)
+    learner = learner_for(side, task.plan, scenario, settings, seed)
+    if side in task.initial:
+        _begin_with(learner, task.initial[side], side)
+    return learner
 
 
 def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
@@ -75,59 +69,35 @@ def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
                 f"{side}: the network to begin with has {name} {theirs}, here it is "
                 f"{own}. Write its own into the settings."
             )
-    try:
-        learner.actor.load_state_dict(dict(who.weights))
-    except RuntimeError:
-        raise SettingsError(
-            f"{side}: the network to begin with learned with other numbers of people, "
-            "robots or sources."
-        ) from None
+    learner.actor.load_state_dict(dict(who.weights))
 
 
 # -- As plain data ------------------------------------------------------------------
 
+NETWORKS = ("actor", "critic", "optimiser")
+
 
 def state_of(learner: Learner) -> dict[str, Any]:
     """Collect all that a learner needs to resume, as plain data and its own tensors."""
+    parts = learner.buffer
     return {
-        "actor": learner.actor.state_dict(),
-        "critic": learner.critic.state_dict(),
-        "optimiser": learner.optimiser.state_dict(),
-        "buffer": [
-            part.columns() | {"grids": _packed(part.grids)} for part in learner.buffer
-        ],
+        **{name: getattr(learner, name).state_dict() for name in NETWORKS},
+        "buffer": [part.columns() | {"grids": _packed(part.grids)} for part in parts],
         "rng": learner.rng.get_state(),
         "steps": learner.steps,
     }
 
 
 def restore(learner: Learner, state: dict[str, Any]) -> None:
-    """Load a state; all shapes must fit. Raises ValueError, RuntimeError, ...
-
-    Of Adam, only moments and rate are loaded; the rest follows from the settings. Of
-    the decisions that wait for an update, one is checked.
-    """
-    adam, moments = learner.optimiser.state_dict(), state["optimiser"]["state"]
-    (group,), (there,) = adam["param_groups"], state["optimiser"]["param_groups"]
-    group["lr"] = checked("lr", there["lr"], float)
-    learner.actor.load_state_dict(state["actor"])
-    learner.critic.load_state_dict(state["critic"])
-    learner.optimiser.load_state_dict({**adam, "state": moments})
-    for parameter, found in learner.optimiser.state.items():
-        shapes = {"step": (), "exp_avg": parameter.shape, "exp_avg_sq": parameter.shape}
-        if {name: moment.shape for name, moment in found.items()} != shapes:
-            raise ValueError("the optimiser's moments are of another shape")
+    """Load what `state_of` gave."""
+    for name in NETWORKS:
+        getattr(learner, name).load_state_dict(state[name])
     learner.buffer = [
         Decisions(**part | {"grids": _unpacked(part["grids"])})
         for part in state["buffer"]
     ]
     learner.rng.set_state(state["rng"])
-    learner.steps = checked("steps", state["steps"], int)
-    if learner.buffer:
-        one = Decisions.joined(learner.buffer).rows(torch.tensor([0]))
-        one.grids = one.grids.float()
-        with torch.no_grad():
-            learner.loss(one, *learner.schedules()[1:])
+    learner.steps = state["steps"]
 
 
 def _packed(grids: Tensor) -> dict[str, Any]:

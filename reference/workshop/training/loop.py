@@ -1,8 +1,7 @@
 """The adversarial loop with files: PLAY, LEARN, TELL, KEEP, round after round.
 
 Clauses: E1, E2, E6.  A round's episodes are pure jobs, so that neither the number of
-workers nor an interruption between two rounds changes the result.  Playing and learning
-themselves are in `learning.adversarial`.
+workers nor an interruption between two rounds changes the result.
 """
 
 import sys
@@ -20,16 +19,14 @@ from reference.workshop.lockstep import together
 from reference.workshop.training import checkpoints
 from reference.workshop.training.session import Training
 from reference.workshop.training.summaries import (
-    COLUMNS,
     OWN_REWARD,
     PRETRAINING,
-    SUMMARIES,
     SURVIVAL,
     Board,
     Row,
     table_until,
 )
-from reference.workshop.workers import chunks, in_order, shares
+from reference.workshop.workers import in_order, shares
 
 
 def train(
@@ -48,19 +45,13 @@ def train(
     """
     with ExitStack() as stack:
         log = Log(training, folder, tensorboard, stack)
-        if not training.imitated:
-            each = chunks(training.demonstrations(), 1)
-            if (episodes := _played(executor, each, stop)) is None:
-                return log.path
-            log.tell(training.imitate(episodes))
-            log.keep()
         while not training.over and not stop():
             # PLAY
-            each = shares(training.jobs(), executor)
-            if (episodes := _played(executor, each, stop)) is None:
+            jobs = shares(training.jobs(), executor)
+            if (played := in_order(executor, _play, jobs, stop)) is None:
                 break
             # LEARN
-            rows = training.learn(episodes)
+            rows = training.learn([e for job in played for e in job])
             # TELL
             log.tell(rows)
             # KEEP
@@ -69,56 +60,38 @@ def train(
         return log.keep()
 
 
-def _played(
-    executor: Executor, jobs: Sequence[Sequence[Job]], stop: Callable[[], bool]
-) -> list[Episode] | None:
-    """Play all jobs, those of a share in one lockstep; None if told to stop."""
-    if (played := in_order(executor, _play, jobs, stop)) is None:
-        return None
-    return [e for share in played for job in share for e in job]
-
-
-def _play(jobs: Sequence[Job]) -> list[list[Episode]]:
+def _play(jobs: Sequence[Job]) -> list[Episode]:
     """Play a worker's share, with sums in the same order in a worker as here."""
     with one_thread():
-        return play_all(jobs, together)
-
-
-# -- What is written ----------------------------------------------------------------
+        return [e for job in play_all(jobs, together) for e in job]
 
 
 class Log:
-    """The folder of a training: checkpoints and summaries; and the progress.
-
-    path  of the newest checkpoint
-    """
+    """The folder of a training: checkpoints and summaries; and the progress."""
 
     def __init__(
         self, training: Training, folder: Path, tensorboard: bool, stack: ExitStack
     ):
         """Save where it begins; drop later rows, which an interruption may have left.
 
-        What is resumed is saved already. The checkpoint comes first: where it does not
-        fit, the folder stays empty.
+        The checkpoint comes first: where it does not fit, the folder stays empty.
         """
-        self.training, self.folder = training, folder
-        self.learners = training.learners.values()
+        self.training, self.folder, learners = training, folder, training.learners
         self.summaries: list[Table | Board] = []
         if tensorboard:
-            steps = {side: who.steps for side, who in training.learners.items()}
+            steps = {side: who.steps for side, who in learners.items()}
             board = closing(Board(folder / "tensorboard", steps))
             self.summaries.append(stack.enter_context(board))
         make_folder(folder)
-        self.intervals, self.saved = self._intervals(), self._now()
-        self.path = checkpoints.newest(folder) or self._save()
+        self.kept = self._marks()
+        if checkpoints.newest(folder) is None:
+            self.keep()
         over = training.round if training.imitated else -1
-        self.summaries.append(table_until(folder / SUMMARIES, COLUMNS, over))
+        self.summaries.append(table_until(folder, over))
+        total = sum(who.settings.max_steps for who in learners.values())
+        done = total - training.left
         bar = tqdm(
-            total=sum(who.settings.max_steps for who in self.learners),
-            initial=self._done(),
-            unit=" decisions",
-            unit_scale=True,
-            disable=None,
+            total=total, initial=done, unit=" decisions", unit_scale=True, disable=None
         )
         self.bar = stack.enter_context(bar)
 
@@ -126,7 +99,7 @@ class Log:
         """Write the summaries that are due; show the progress."""
         for summaries in self.summaries:
             summaries.append(rows)
-        self.bar.update(self._done() - self.bar.n)
+        self.bar.update(self.bar.total - self.training.left - self.bar.n)
         if latest := self.training.latest:
             reward, share = latest["group_reward"], latest["survival"]
             self.bar.set_postfix(reward=f"{reward:,.0f}", survivors=f"{share:.0%}")
@@ -136,29 +109,19 @@ class Log:
 
     def due(self) -> bool:
         """Whether a side is past another multiple of its checkpoint_interval."""
-        return self._intervals() != self.intervals
+        return self._marks() != self.kept
 
     def keep(self) -> Path:
-        """Save a checkpoint of now, unless there is one; return its path."""
-        if self._now() != self.saved:
-            self.path = self._save()
-        return self.path
+        """Save a checkpoint of now; return its path."""
+        self.kept, both = self._marks(), self.training.learners.values()
+        most = max(who.settings.keep_checkpoints for who in both)
+        return checkpoints.keep(self.training.checkpoint(), self.folder, most)
 
-    def _save(self) -> Path:
-        most = max(who.settings.keep_checkpoints for who in self.learners)
-        path = checkpoints.keep(self.training.checkpoint(), self.folder, most)
-        self.intervals, self.saved = self._intervals(), self._now()
-        return path
-
-    def _now(self) -> tuple[int, bool]:
-        return self.training.round, self.training.imitated
-
-    def _intervals(self) -> list[int]:
-        return [w.steps // w.settings.checkpoint_interval for w in self.learners]
-
-    def _done(self) -> int:
-        """Decisions of the sides that learn, those beyond max_steps not counted."""
-        return sum(min(who.steps, who.settings.max_steps) for who in self.learners)
+    def _marks(self) -> list[int]:
+        """How many intervals are over; robots that imitate have one more."""
+        both = self.training.learners.values()
+        over = [who.steps // who.settings.checkpoint_interval for who in both]
+        return [self.training.imitated, *over]
 
 
 def _line(row: Row) -> str:

@@ -5,7 +5,7 @@ output, normalised coordinates in [−1, 1], is turned into metres.
 """
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -20,13 +20,12 @@ from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import Destinations
-from reference.workshop.strategies import LEARNED, SHIPPED
+from reference.workshop.strategies import LEARNED, SCRIPTS, SHIPPED
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     CheckpointError,
     load,
     must_fit,
-    refuse_another_building,
 )
 from reference.world import Robot, World
 
@@ -37,7 +36,7 @@ CheckpointLike = str | os.PathLike[str] | Checkpoint
 class LearnedPolicy:
     """One side of a checkpoint; it remembers nothing from one decision to the next.
 
-    task  the training;  building, scenario  what it was trained in
+    learned  its network;  task  the training;  building, scenario  what it was in
     """
 
     side: Side
@@ -49,16 +48,15 @@ class LearnedPolicy:
         side was not learned; OSError for a file that cannot be read.
         """
         checkpoint = source if isinstance(source, Checkpoint) else load(source)
-        self.checkpoint, self.task, self.sample = checkpoint, checkpoint.task, sample
-        self.building: Building = building_of(self.task.plan)
-        self.scenario: Scenario = self.task.settings.scenario
-        who = checkpoint.player(self.side)
+        self.task, who = checkpoint.task, checkpoint.player(self.side)
+        self.building = building_of(self.task.plan)
+        self.scenario = self.task.settings.scenario
         if not isinstance(who, Learned):
             raise CheckpointError(
                 f"nobody learned for the {self.side} in this checkpoint. Write "
                 f"--{self.side} {who}, or name another checkpoint."
             )
-        self.learned = who
+        self.learned, self.sample = who, sample
         name = "the checkpoint" if source is checkpoint else source
         with must_fit("network is not of the shape its settings tell", name):
             self.player = who.player(self.side, self.building, self.scenario)
@@ -74,25 +72,14 @@ class LearnedPolicy:
         between decisions as in training. Where people start, how far they see, rule D6
         and the time limit may differ.
         """
-        refuse_another_building(self.task, building)
-        self._refuse_others(_facts(building, scenario))
-
-    def _check_fits(self, world: World) -> None:
-        """Raises CheckpointError in a world the network was not made for."""
-        if world.building is not self.building:
-            refuse_another_building(self.task, world.building)
-        self._refuse_others(
-            {
-                "people": len(world.bodies),
-                "robots": len(world.robots),
-                "fire sources": max(len(world.flames.sources), self.scenario.sources),
-            }
-        )
-
-    def _refuse_others(self, here: dict[str, float]) -> None:
-        """Raises CheckpointError for the first number that was another in training."""
-        trained = _facts(self.building, self.scenario)
-        for what, number in here.items():
+        own = self.building
+        if own.plan != building.plan:
+            raise CheckpointError(
+                f"the checkpoint has learned {own.title}, not this drawing of "
+                f"{building.title}. Leave the building out, or name its own."
+            )
+        trained = _facts(own, self.scenario)
+        for what, number in _facts(building, scenario).items():
             if number != trained[what]:
                 raise CheckpointError(
                     f"the checkpoint's {self.side} learned with {trained[what]} {what};"
@@ -119,7 +106,6 @@ class LearnedRobots(LearnedPolicy):
         self, world: World, robots: Sequence[Robot], rng: np.random.Generator
     ) -> Destinations:
         """Choose the next destination of each of these robots, metres."""
-        self._check_fits(world)
         emitted = self._emitted(robot_vectors(world, self.scenario), world, rng)
         row = {robot.body: k for k, robot in enumerate(world.robots)}
         return [destination(self.building, emitted[row[r.body]]) for r in robots]
@@ -132,15 +118,8 @@ class LearnedFire(LearnedPolicy):
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision:
         """Choose floor and metres of the next source."""
-        self._check_fits(world)
         emitted = self._emitted(fire_vector(world, self.scenario)[None], world, rng)
         return fire_decision(self.building, emitted[0])
-
-    def _refuse_others(self, here: dict[str, float]) -> None:
-        """Do as for robots, but accept a world without any: they have gone home."""
-        if here["robots"] == 0:
-            here = {**here, "robots": _facts(self.building, self.scenario)["robots"]}
-        super()._refuse_others(here)
 
 
 POLICIES: dict[Side, Any] = {"robots": LearnedRobots, "fire": LearnedFire}
@@ -159,3 +138,36 @@ def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
 def policy_of(word: str, side: Side, sample: bool = False) -> Any:
     """Load the policy of a checkpoint's path, or of LEARNED."""
     return POLICIES[side](SHIPPED if word == LEARNED else word, sample)
+
+
+def fixed_player(
+    word: str, side: Side, building: Building, scenario: Scenario
+) -> Learned | str:
+    """Find who does not learn: a strategy's name, or the network of a checkpoint.
+
+    Raises CheckpointError for a network that does not fit here.
+    """
+    if word in SCRIPTS[side]:
+        return word
+    policy = policy_of(word, side)
+    policy.refuse_elsewhere(building, scenario)
+    return policy.learned
+
+
+def initial_networks(
+    word: str, sides: Iterable[Side], building: Building, scenario: Scenario
+) -> dict[Side, Learned]:
+    """Find networks with which these sides can begin: all that a checkpoint holds.
+
+    word: its path, or LEARNED. Raises CheckpointError if none of the sides did, or
+    where they do not fit.
+    """
+    checkpoint = load(SHIPPED if word == LEARNED else word)
+    found: dict[Side, Learned] = {}
+    for side in sides:
+        if isinstance(who := checkpoint.player(side), Learned):
+            POLICIES[side](checkpoint).refuse_elsewhere(building, scenario)
+            found[side] = who
+    if not found:
+        raise CheckpointError(f"{word}: nobody learned there who learns here.")
+    return found

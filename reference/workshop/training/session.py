@@ -1,22 +1,34 @@
-"""The state of a training: learners, whose turn it is, and a round's jobs.
+"""A training: begun or resumed, whose turn it is to learn, and a round's jobs.
 
 Clauses: C1, D1, D6, E1, E2, E3, E6.  Robots and fire play the same episodes and learn
 from them, both at once, or one of them against somebody who does not learn.
 """
 
+from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 from statistics import mean
 from typing import Any
 
-from reference.building import building_of
+from reference.building import building_of, plan_of
 from reference.learning.adversarial import learn, player_of
+from reference.learning.players import Learned
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, Side
 from reference.strategies import NoFire, RandomFire
-from reference.workshop.plain import SettingsError, checked
+from reference.workshop.files import naming
+from reference.workshop.maps import load as load_building
+from reference.workshop.plain import SettingsError
+from reference.workshop.runs import RunError, refuse_version
 from reference.workshop.strategies import FIRES, SCRIPTS
-from reference.workshop.training.checkpoints import Checkpoint, Task, must_fit
+from reference.workshop.training.checkpoints import (
+    Checkpoint,
+    Task,
+    load,
+    must_fit,
+    newest,
+)
 from reference.workshop.training.imitation import Demonstration, clone
 from reference.workshop.training.learners import (
     DEMONSTRATIONS,
@@ -26,19 +38,16 @@ from reference.workshop.training.learners import (
     seeds_of,
     state_of,
 )
-from reference.workshop.training.summaries import (
-    OF_EPISODES,
-    PRETRAINING,
-    Row,
-    Summary,
-)
+from reference.workshop.training.policies import fixed_player, initial_networks
+from reference.workshop.training.presets import Settings, preset, read_yaml
+from reference.workshop.training.summaries import PRETRAINING, Row, Summary
 from reference.workshop.workers import chunks
 
-FACTS = (*OF_EPISODES.values(), "fire_reward")  # of an episode
+PROGRESS = ("episodes", "imitated", "latest")  # of a training, plain data
 
 
 class Training:
-    """Learners and their progress, which only `imitate` and `learn` change.
+    """Learners and their progress, which only `learn` changes.
 
     round  rounds that are over;  episodes  that were learned from;  latest  means of
     the last round's facts;  imitated  whether copying, if asked for, is over
@@ -59,15 +68,21 @@ class Training:
     # -- Whose turn it is -----------------------------------------------------------
 
     @property
+    def left(self) -> int:
+        """How many decisions the learners have to go."""
+        both = self.learners.values()
+        return sum(max(0, who.settings.max_steps - who.steps) for who in both)
+
+    @property
     def over(self) -> bool:
         """Whether every side that learns is past its max_steps."""
-        return not self.learning()
+        return not self.left
 
-    def learning(self) -> tuple[Side, ...]:
+    def learning(self) -> list[Side]:
         """The sides that learn in this round: those not past their max_steps."""
         both = self.learners.items()
         left = [side for side, who in both if who.steps < who.settings.max_steps]
-        return tuple(side for side in left if side == "robots" or not self.calm)
+        return [side for side in left if side == "robots" or not self.calm]
 
     @property
     def calm(self) -> bool:
@@ -78,21 +93,103 @@ class Training:
         robots, share = self.learners.get("robots"), self.settings.calm
         return robots is not None and robots.steps < share * robots.settings.max_steps
 
-    @property
-    def phase(self) -> str:
-        """What a summary calls this round: together, robots or fire."""
-        learning = self.learning()
-        return "together" if len(learning) > 1 else learning[0]
+    # -- A round --------------------------------------------------------------------
+
+    def jobs(self) -> list[Job]:
+        """Make the round's jobs; seeds follow from the run's and the round's number.
+
+        Before the first round, robots that imitate watch their teacher.
+        """
+        s, n = self.settings, self.settings.jobs_per_round
+        if not self.imitated:
+            robots, fire = self._teacher()
+            seeds = seeds_of(self.task.seed, DEMONSTRATIONS, 0, s.imitation_episodes)
+            fires = [fire] * len(seeds)
+        else:
+            robots, fire = (self._player(side) for side in SIDES)
+            count = n * s.episodes_per_job
+            seeds = seeds_of(self.task.seed, ROUNDS, self.round, count)
+            fires = [self._fire(fire, self.round * n + k) for k in range(n)]
+        each = zip(fires, chunks(seeds, s.episodes_per_job), strict=False)
+        return [Job(self.task.plan, s.scenario, robots, *rest) for rest in each]
+
+    def _teacher(self) -> tuple[Any, Any]:
+        """Make the players of demonstrations: the teacher, and a scripted fire."""
+        fire = self.task.fixed.get("fire")
+        scripted = FIRES[fire if isinstance(fire, str) else "random"]()
+        return Demonstration(self.settings.robots, {}, str(self.task.imitate)), scripted
+
+    def _fire(self, fire: Any, job: int) -> Any:
+        """Choose the fire of a job [E6, chosen]: nobody, one at random, or this one.
+
+        While the robots learn from a fire that learns, random fire stands in for it in
+        a share `random_fires` of all jobs, evenly spread: from a strong adversary alone
+        they would learn nothing.
+        """
+        if self.calm:
+            return NoFire()
+        share = self.settings.random_fires
+        stands_in = int((job + 1) * share) > int(job * share)
+        both = "fire" in self.learners and "robots" in self.learning()
+        return RandomFire() if both and stands_in else fire
+
+    def _player(self, side: Side) -> Any:
+        """Make a side's player; networks are arrays, which any process can have."""
+        if side in self.learners:
+            return player_of(self.learners[side])
+        who = self.task.fixed[side]
+        if isinstance(who, str):
+            return SCRIPTS[side][who]()
+        return replace(who, weights={n: w.numpy() for n, w in who.weights.items()})
+
+    def learn(self, episodes: Sequence[Episode]) -> list[Row]:
+        """Update the learners whose turn it is; return the summary rows due.
+
+        Raises SettingsError if in their first round they had nothing to decide.
+        """
+        if not self.imitated:
+            return self._imitate(episodes)
+        learning, facts = self.learning(), [episode.facts for episode in episodes]
+        self.episodes += len(episodes)
+        self.latest = {name: mean(f[name] for f in facts) for name in facts[0]}
+        phase = "together" if len(learning) > 1 else learning[0]
+        when = {"round": self.round + 1, "episodes": self.episodes, "phase": phase}
+        rows = []
+        for side in learning:
+            learner, summary = self.learners[side], self.summaries[side]
+            played = [e.facts for e in episodes if getattr(e, side) is not None]
+            update = learn(side, learner, episodes)
+            self._refuse_idle(side)
+            summary.add(played or facts, update)
+            rows.append(summary.row(learner.steps, when))
+        self.round += 1
+        return [row for row in rows if row is not None]
+
+    def _refuse_idle(self, side: Side) -> None:
+        """Raise SettingsError for a side that plays but never decides."""
+        plays = side == "robots" or self.settings.random_fires < 1
+        if plays and not self.learners[side].steps:
+            raise SettingsError(
+                f"{side}: nothing to decide in a whole round. Give the scenario more "
+                "time, people, robots or sources."
+            )
+
+    def _imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
+        """Clone what was demonstrated; return a summary row for each epoch."""
+        trajectories = [e.robots for e in demonstrations if e.robots is not None]
+        epochs = self.settings.imitation_epochs
+        losses = clone(self.learners["robots"], trajectories, epochs)
+        self.imitated = True
+        when = {"side": "robots", "step": 0, "round": 0, "episodes": 0}
+        return [{**when, "phase": "imitation", PRETRAINING: loss} for loss in losses]
 
     # -- Reports --------------------------------------------------------------------
 
     def about(self) -> str:
         """Tell in a line who trains how, and how many decisions are left."""
         sides = ", ".join(f"{side} {who}" for side, who in self._who().items())
-        ends = ((who.settings.max_steps, who.steps) for who in self.learners.values())
-        left = sum(max(0, end - steps) for end, steps in ends)
         title = building_of(self.task.plan).title
-        return f"{title}: {sides}, seed {self.task.seed}; {left:,} decisions to go"
+        return f"{title}: {sides}, seed {self.task.seed}; {self.left:,} decisions to go"
 
     def _who(self) -> dict[str, str]:
         """Name each side's trainer and head, or its fixed player."""
@@ -103,11 +200,6 @@ class Training:
             fixed = who if isinstance(who, str) else "a fixed checkpoint"
             names[side] = learner if side in self.learners else fixed
         return names
-
-    @property
-    def decisions(self) -> int:
-        """How many decisions the learners have learned from."""
-        return sum(learner.steps for learner in self.learners.values())
 
     def facts(self) -> dict[str, Any]:
         """Report players, progress, and the means of the last round's episodes."""
@@ -123,106 +215,13 @@ class Training:
             **{name: self.latest.get(name) for name in names},
         }
 
-    # -- A round --------------------------------------------------------------------
-
-    def jobs(self) -> list[Job]:
-        """Make the round's jobs; seeds follow from the run's and the round's number."""
-        s = self.settings
-        count = s.jobs_per_round * s.episodes_per_job
-        seeds = seeds_of(self.task.seed, ROUNDS, self.round, count)
-        robots, fire = (self._player(side) for side in SIDES)
-        fire = NoFire() if self.calm else fire
-        first = self.round * s.jobs_per_round
-        return [
-            Job(
-                self.task.plan,
-                s.scenario,
-                robots,
-                RandomFire() if self._random_fire(number) else fire,
-                chunk,
-            )
-            for number, chunk in enumerate(chunks(seeds, s.episodes_per_job), first)
-        ]
-
-    def _random_fire(self, job: int) -> bool:
-        """Whether random fire stands in for the one that learns [E6, chosen].
-
-        While the robots learn, it does in a share `random_fires` of all jobs, evenly
-        spread: from a strong adversary alone they would learn nothing.
-        """
-        if self.calm or "fire" not in self.learners or "robots" not in self.learning():
-            return False
-        share = self.settings.random_fires
-        return int((job + 1) * share) > int(job * share)
-
-    def _player(self, side: Side) -> Any:
-        """Make a side's player; networks are copies, which do not change in play."""
-        if side in self.learners:
-            return player_of(self.learners[side])
-        who = self.task.fixed[side]
-        if isinstance(who, str):
-            return SCRIPTS[side][who]()
-        weights = {name: tensor.numpy().copy() for name, tensor in who.weights.items()}
-        return replace(who, weights=weights)
-
-    def learn(self, episodes: Sequence[Episode]) -> list[Row]:
-        """Update the learners whose turn it is; return the summary rows due.
-
-        Raises SettingsError if in their first round they had nothing to decide.
-        """
-        phase, facts = self.phase, [episode.facts for episode in episodes]
-        played = {"robots": True, "fire": self.settings.random_fires < 1}
-        self.episodes += len(episodes)
-        self.latest = {name: mean(f[name] for f in facts) for name in facts[0]}
-        when = {"round": self.round + 1, "episodes": self.episodes, "phase": phase}
-        rows = []
-        for side in self.learning():
-            learner, summary = self.learners[side], self.summaries[side]
-            update = learn(side, learner, episodes)
-            if played[side] and not learner.steps:
-                raise SettingsError(
-                    f"{side}: nothing to decide in {len(episodes)} episodes. Give the "
-                    "scenario more time, people, robots or sources."
-                )
-            summary.add(_facts(episodes, side), update)
-            rows.append(summary.row(learner.steps, when))
-        self.round += 1
-        return [row for row in rows if row is not None]
-
-    # -- Imitation ------------------------------------------------------------------
-
-    def demonstrations(self) -> list[Job]:
-        """Make the jobs of the teacher that robots copy first, with a scripted fire."""
-        s, fire, teacher = self.settings, self.task.fixed.get("fire"), self.task.imitate
-        seeds = seeds_of(self.task.seed, DEMONSTRATIONS, 0, s.imitation_episodes)
-        assert teacher is not None
-        robots = Demonstration(s.robots, {}, teacher)
-        scripted = FIRES[fire if isinstance(fire, str) else "random"]()
-        return [
-            Job(self.task.plan, s.scenario, robots, scripted, chunk)
-            for chunk in chunks(seeds, s.episodes_per_job)
-        ]
-
-    def imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
-        """Clone what was demonstrated; return a summary row for each epoch."""
-        trajectories = [e.robots for e in demonstrations if e.robots is not None]
-        epochs = self.settings.imitation_epochs
-        losses = clone(self.learners["robots"], trajectories, epochs)
-        self.imitated = True
-        when = {"side": "robots", "step": 0, "round": 0, "episodes": 0}
-        return [{**when, "phase": "imitation", PRETRAINING: loss} for loss in losses]
-
     # -- Checkpoints ----------------------------------------------------------------
 
     def checkpoint(self) -> Checkpoint:
         """Collect everything that is needed to resume."""
         learners = {side: state_of(who) for side, who in self.learners.items()}
-        progress = {
-            "episodes": self.episodes,
-            "imitated": self.imitated,
-            "latest": self.latest,
-            "summaries": {side: s.state() for side, s in self.summaries.items()},
-        }
+        progress = {name: getattr(self, name) for name in PROGRESS}
+        progress["summaries"] = {s: each.state() for s, each in self.summaries.items()}
         return Checkpoint(self.task, self.round, learners, progress)
 
     @classmethod
@@ -235,14 +234,77 @@ class Training:
                 restore(learner, checkpoint.learners[side])
                 training.summaries[side].load(progress["summaries"][side])
             training.round = checkpoint.round
-            training.episodes = checked("episodes", progress["episodes"], int)
-            training.imitated = checked("imitated", progress["imitated"], bool)
-            latest = checked("latest", progress["latest"], dict[str, float])
-            training.latest = {name: latest[name] for name in FACTS if latest}
+            for name in PROGRESS:
+                setattr(training, name, progress[name])
         return training
 
 
-def _facts(episodes: Sequence[Episode], side: Side) -> list[dict[str, float]]:
-    """Facts of the episodes that a side has played; of all if it played none."""
-    played = [episode for episode in episodes if getattr(episode, side) is not None]
-    return [episode.facts for episode in played or episodes]
+# -- By the options of `train` ------------------------------------------------------
+
+OPTIONS = ("preset", "settings", "building", "trainer", "head", *SIDES, "imitate")
+OPTIONS += ("initialize_from", "seed")
+"""What defines a training; None where it was not asked for."""
+
+
+def begin(asked: Namespace) -> Training:
+    """Begin a training; by default preset laptop on the paper's building.
+
+    Raises SettingsError, CheckpointError for a side that does not fit, MistakesError
+    for the map, OSError for an unreadable file.
+    """
+    settings = _settings(asked)
+    tiny = settings.preset == "tiny"
+    name = asked.building if asked.building is not None else "tiny" if tiny else "paper"
+    building = load_building(name)
+    where = building, settings.scenario
+    named = {side: who for side in SIDES if (who := getattr(asked, side)) is not None}
+    fixed = {side: fixed_player(who, side, *where) for side, who in named.items()}
+    initial: dict[Side, Learned] = {}
+    if asked.initialize_from is not None:
+        taken = {*fixed, "robots"} if asked.imitate else {*fixed}
+        learning = [side for side in SIDES if side not in taken]
+        initial = initial_networks(asked.initialize_from, learning, *where)
+    seed, plan = asked.seed or 0, plan_of(building)
+    return Training(Task(name, plan, settings, seed, fixed, initial, asked.imitate))
+
+
+def _settings(asked: Namespace) -> Settings:
+    """Change a preset by the file and the options. Raises SettingsError."""
+    made = preset(asked.preset or "laptop")
+    if asked.settings is not None:
+        made = read_yaml(asked.settings, made)
+    given = {"trainer_type": asked.trainer, "head": asked.head}
+    rows: Any = {name: word for name, word in given.items() if word is not None}
+    scenario = made.scenario
+    if asked.robots == "none":
+        scenario = replace(scenario, robots_per_floor=0)
+    return replace(made, robots=replace(made.robots, **rows), scenario=scenario)
+
+
+def resume(folder: Path) -> Training:
+    """Resume from the newest checkpoint in a folder.
+
+    Raises RunError if there is none or if it is another version's, InputError for one
+    that is damaged.
+    """
+    path = newest(folder)
+    if path is None:
+        raise RunError(f"{folder}: there is no checkpoint to go on from.")
+    checkpoint = load(path)
+    refuse_version(path, checkpoint.version)
+    with naming(path):
+        return Training.resumed(checkpoint)
+
+
+def options_of(task: Task) -> dict[str, Any]:
+    """The options that began a training, as far as its task tells them."""
+    robots = task.settings.robots
+    return {
+        "preset": task.settings.preset,
+        "building": task.building,
+        "trainer": robots.trainer_type,
+        "head": robots.head,
+        **{side: task.fixed.get(side) for side in SIDES},
+        "imitate": task.imitate,
+        "seed": task.seed,
+    }

@@ -11,7 +11,7 @@ from typing import Any
 
 from reference.learning.settings import Side
 from reference.workshop.files import Table, read_table
-from reference.workshop.plain import SettingsError, checked
+from reference.workshop.plain import SettingsError
 
 SUMMARIES = "summaries.csv"
 """Name of the table in the folder of a training."""
@@ -26,6 +26,7 @@ PRETRAINING = "Losses/Pretraining Loss"
 
 OF_EPISODES = {
     GROUP_REWARD: "group_reward",
+    OWN_REWARD: "group_reward",  # the fire's is fire_reward
     "Environment/Episode Length": "length",
     SURVIVAL: "survival",
     "Environment/Evacuated": "evacuated",
@@ -35,8 +36,6 @@ OF_EPISODES = {
     "Environment/Fires Refused": "refused",
 }
 """Columns, and the episode's fact that each averages; the group is the robots'."""
-
-OWN_FACT: dict[Side, str] = {"robots": "group_reward", "fire": "fire_reward"}
 
 OF_UPDATES = (
     "Losses/Policy Loss",
@@ -50,7 +49,7 @@ OF_UPDATES = (
     "Policy/Extrinsic Value Estimate",
     "Policy/Extrinsic Baseline Estimate",
 )
-COLUMNS = (*WHEN, GROUP_REWARD, OWN_REWARD, *list(OF_EPISODES)[1:], *OF_UPDATES)
+COLUMNS = (*WHEN, *OF_EPISODES, *OF_UPDATES)
 Row = dict[str, Any]
 
 
@@ -59,6 +58,8 @@ class Summary:
 
     def __init__(self, side: Side, every: int):
         self.side, self.every, self.last = side, every, 0
+        own = {OWN_REWARD: "fire_reward"} if side == "fire" else {}
+        self.facts = OF_EPISODES | own
         self.sums: dict[str, float] = {}
         self.counts: dict[str, int] = {}
 
@@ -66,8 +67,8 @@ class Summary:
         self, facts: Iterable[Mapping[str, float]], update: Mapping[str, float]
     ) -> None:
         """Add facts of episodes, and the update's figures, if there was one."""
-        names = OF_EPISODES | {OWN_REWARD: OWN_FACT[self.side]}
-        for values in (*({n: f[of] for n, of in names.items()} for f in facts), update):
+        named = ({name: f[of] for name, of in self.facts.items()} for f in facts)
+        for values in (*named, update):
             for name, value in values.items():
                 self.sums[name] = self.sums.get(name, 0.0) + value
                 self.counts[name] = self.counts.get(name, 0) + 1
@@ -85,21 +86,19 @@ class Summary:
         return {"last": self.last, "sums": self.sums, "counts": self.counts}
 
     def load(self, state: Mapping[str, Any]) -> None:
-        """Go on from what `state` gave. Raises ValueError for anything else."""
-        self.last = checked("last", state["last"], int)
-        self.sums = checked("sums", state["sums"], dict[str, float])
-        self.counts = checked("counts", state["counts"], dict[str, int])
-        if self.sums.keys() != self.counts.keys() or 0 in self.counts.values():
-            raise ValueError("there are sums of nothing")
+        """Go on from what `state` gave."""
+        self.last = state["last"]
+        self.sums, self.counts = dict(state["sums"]), dict(state["counts"])
 
 
-def table_until(path: Path, columns: Sequence[str], rounds: int) -> Table:
-    """Continue a table, without its rows of later rounds than `rounds`.
+def table_until(folder: Path, rounds: int) -> Table:
+    """Go on with a training's table, without its rows of later rounds than `rounds`.
 
     Raises ValueError for a file that is another table, OSError.
     """
-    there = read_table(path, columns, lambda row: (int(row["round"]), row))
-    return Table(path, columns, (row for round, row in there if round <= rounds))
+    path = folder / SUMMARIES
+    there = read_table(path, COLUMNS, lambda row: (int(row["round"]), row))
+    return Table(path, COLUMNS, (row for round, row in there if round <= rounds))
 
 
 class Board:
@@ -126,9 +125,8 @@ class Board:
         """Write every number of the rows under its name."""
         for row in rows:
             writer = self.writers[row["side"]]
-            for name in COLUMNS[len(WHEN) :]:
-                if name in row:
-                    writer.add_scalar(name, row[name], row["step"])
+            for name in row.keys() - {*WHEN}:
+                writer.add_scalar(name, row[name], row["step"])
             writer.flush()
 
     def close(self) -> None:
