@@ -18,7 +18,7 @@ from reference.evaluation.bounds import (
 )
 from reference.evaluation.difficulty import HARDEST, difficulty
 from reference.evaluation.score import PAPER
-from reference.flames import rim
+from reference.fire import rim
 from reference.workshop import crossplay
 from reference.workshop.crossplay import cells
 from reference.workshop.drawing import ruler as pictures

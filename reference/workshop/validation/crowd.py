@@ -14,12 +14,11 @@ import numpy as np
 from reference import motion
 from reference.beginning import with_people_at
 from reference.building import Building
-from reference.events import Event
 from reference.floorplan import parse
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.world import Bodies, World
+from reference.world import Bodies, Event, World
 
 BARE = Scenario(robots_per_floor=0, sources=0, time_limit=300.0)
 
