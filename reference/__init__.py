@@ -56,8 +56,8 @@ WORKSHOP = (
     "workshop.heads",  # other heads than the paper's
     "workshop.remedies",  # what helps learning: other frames, other rewards
     "workshop.training",  # trainings, kept in files:
-    "workshop.training.mlagents",  # ML-Agents' trainer files
     "workshop.training.presets",  # whole settings: tiny, laptop, paper
+    "workshop.training.mlagents",  # ML-Agents' trainer files
     "workshop.training.imitation",  # an option: copy a strategy first
     "workshop.training.checkpoints",  # files to resume from
     "workshop.training.policies",  # a learned policy is a strategy

@@ -1,21 +1,19 @@
 """The environment for others' learners: PettingZoo's class, gymnasium's spaces.
 
-Clauses: C1, C3, C5, D1, D2, E5.  An optional extra.  It plays the same episodes as
-`Environment`, decision by decision.
+Clauses: C1, C3, C5, D1, D2, E5.  An optional extra; episodes are `Environment`'s.
 
-Agents.  "robot_0", "robot_1", ... and "fire_0". The robots are a team with one reward.
-A side that a strategy plays is not among them: `robots=` or `fire=`, by a name that
-`evacuate` knows or as an object with `decide`. `fire="random"` leaves robots alone.
+Agents.  "robot_0", "robot_1", ... are a team with one reward; "fire_0". A side that a
+strategy plays is not among them: `robots=` or `fire=`, by a name that `evacuate` knows
+or as an object with `decide`. `fire="random"` leaves robots alone.
 
 Who acts when.  A step is one decision of the robots, 5 s. The fire's action is read at
 every k-th step while it has sources left: its info `acts` is 1 if the next one is read,
 and else 0. A robot whose floor and all above it are empty leaves: it is terminated. In
 the end the others are terminated if nobody is inside any more, truncated if time is up.
 
-Observations.  A dict: "vector", 167 numbers for the paper's building (people, robots,
-fire sources as x and y in metres and storey; time in seconds; what each number says:
-`observations.vector_layout(building, scenario).blocks`), and "grid", 0 or 1, (channels,
-rows, columns): walls, fires, exits of each floor.
+Observations.  "vector", 167 numbers for the paper's building (people, robots, fire
+sources as x and y in metres and storey; seconds; see `observations.vector_layout`), and
+"grid", 0 or 1, (channels, rows, columns): walls, fires, exits of each floor.
 
 Actions.  A robot's: x and y of its next destination, the main body of the building is
 [-1, 1] x [-1, 1]; all nan keeps the old one. The fire's: a floor (equal shares of [-1,
@@ -25,10 +23,10 @@ Rewards.  In health points, 100 to a person. The robots': the health of each per
 leaves a floor alive, 100 more at an exit, -300 for a death. The fire's: what the robots
 lose, less 10 for a place that is refused.
 
-`state()` is the 167 numbers from nobody's point of view, for a central critic.
+Infos.  `acts`, and the outcome so far: the fields SO_FAR of `Outcome`.
 
-`flat=True` makes it what common wrappers and learners expect, see `FlatEnvironment`:
-one box of numbers in [-1, 1], small rewards, and no agent that leaves early.
+`state()` is the vector from nobody's point of view, for a central critic. `flat=True`
+makes what common wrappers and learners expect, see `FlatEnvironment`.
 """
 
 from collections.abc import Callable, Mapping
@@ -39,7 +37,7 @@ import numpy as np
 
 from reference.building import Building
 from reference.game import observations
-from reference.game.environment import Environment, Observation, Returns, action_size
+from reference.game.environment import Environment, Infos, Returns, Seen, action_size
 from reference.learning.settings import Side
 from reference.paper import HEALTH, Scenario
 from reference.strategies import FireStrategy, RobotStrategy
@@ -64,10 +62,7 @@ SO_FAR = ("evacuated", "died", "inside", "reward", "simulated_seconds")
 
 
 class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
-    """Wrap `Environment` in PettingZoo's class; this module says what is what.
-
-    Infos also hold the outcome so far: the fields SO_FAR of `Outcome`.
-    """
+    """Wrap `Environment` in PettingZoo's class; this module says what is what."""
 
     metadata: ClassVar[dict[str, Any]] = {
         "name": "fire_rescue_v0",
@@ -92,49 +87,47 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         what is no strategy, and MistakesError or OSError for a file.
         """
         here = load(building) if isinstance(building, str) else building
-        scenario = scenario or Scenario()
+        self.scenario, self.render_mode = scenario or Scenario(), render_mode
         players = (_strategy("robots", robots), _strategy("fire", fire))
-        self.environment = Environment(here, scenario, *players)
-        self.layout = observations.vector_layout(here, scenario)
-        self.scenario, self.render_mode = scenario, render_mode
+        self.environment = Environment(here, self.scenario, *players)
+        self.layout = observations.vector_layout(here, self.scenario)
+        self.agents = list[str]()
         self.possible_agents = self.environment.possible_agents
-        self.agents: list[str] = []
         self._history = [tally(self.environment.simulation.world)]
-        self.observation_spaces = {a: self._observed() for a in self.possible_agents}
-        self.state_space: spaces.Space = spaces.Box(self.layout.low, self.layout.high)
-        self.action_spaces = {
-            a: spaces.Box(-1, 1, (action_size(a),)) for a in self.possible_agents
-        }
-
-    def _observed(self) -> spaces.Space:
         vector = spaces.Box(self.layout.low, self.layout.high)
-        grid = spaces.Box(0, 1, observations.grid_shape(self.environment.building))
-        return spaces.Dict({"vector": vector, "grid": grid})
+        grid = spaces.Box(0, 1, observations.grid_shape(here))
+        self.state_space: spaces.Space = vector
+        self._observed: spaces.Space = spaces.Dict({"vector": vector, "grid": grid})
+        self._actions = {
+            agent: spaces.Box(-1, 1, (action_size(agent),))
+            for agent in self.possible_agents
+        }
 
     def observation_space(self, agent: str) -> spaces.Space:
         """Look up an agent's observations; the same object each time."""
-        return self.observation_spaces[agent]
+        return self._observed
 
     def action_space(self, agent: str) -> spaces.Box:
         """Look up an agent's actions; the same object each time."""
-        return self.action_spaces[agent]
+        return self._actions[agent]
 
     def reset(
         self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Any], dict[str, dict[str, float]]]:
+    ) -> tuple[dict[str, Any], Infos]:
         """Begin a new episode; see `Environment.reset`."""
         seen, infos = self.environment.reset(seed, options)
         self._history.clear()
-        return seen, self._with_outcome(infos)
+        return self._seen(seen), self._with_outcome(infos)
+
+    def _seen(self, seen: Seen) -> dict[str, Any]:
+        return seen
 
     def step(self, actions: Mapping[str, Any]) -> Returns:
         """Take one decision of all agents; see `Environment.step`."""
         seen, rewards, ended, cut, infos = self.environment.step(actions)
-        return seen, rewards, ended, cut, self._with_outcome(infos)
+        return self._seen(seen), rewards, ended, cut, self._with_outcome(infos)
 
-    def _with_outcome(
-        self, infos: dict[str, dict[str, float]]
-    ) -> dict[str, dict[str, float]]:
+    def _with_outcome(self, infos: Infos) -> Infos:
         self.agents = self.environment.agents.copy()
         simulation = self.environment.simulation
         self._history.append(tally(simulation.world))
@@ -147,15 +140,8 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         world = self.environment.simulation.world
         return observations.fire_vector(world, self.scenario)
 
-    # -- Pictures, copies -----------------------------------------------------------
-
     def render(self) -> np.ndarray:
-        """Draw the picture of a film's frame: (height, width, 3) uint8.
-
-        Raises ValueError for a render_mode that is not "rgb_array".
-        """
-        if self.render_mode not in (None, "rgb_array"):
-            raise ValueError(f"no render_mode {self.render_mode!r}; there is rgb_array")
+        """Draw the picture of a film's frame: (height, width, 3) uint8."""
         scene, paint = self._film
         scene.show(self.environment.simulation.world, self._history)
         return paint()[..., :3].copy()
@@ -184,39 +170,27 @@ class FlatEnvironment(ZooEnvironment):
     def __init__(self, *args: Any, **chosen: Any):
         """What `ZooEnvironment` takes."""
         super().__init__(*args, **chosen)
-        people = len(self.environment.simulation.world.bodies)
-        self.unit = HEALTH * max(people, 1)
-        self.state_space = self._observed()
-
-    def _observed(self) -> spaces.Space:
-        return spaces.Box(-1, 1, (self.layout.size,))
-
-    def reset(
-        self, seed: int | None = None, options: dict[str, Any] | None = None
-    ) -> tuple[dict[str, Any], dict[str, dict[str, float]]]:
-        """Begin a new episode; see `Environment.reset`."""
-        seen, infos = super().reset(seed, options)
-        return self._padded(seen), infos
+        self.unit = HEALTH * max(len(self.environment.simulation.world.bodies), 1)
+        self._observed = self.state_space = spaces.Box(-1, 1, (self.layout.size,))
 
     def step(self, actions: Mapping[str, Any]) -> Returns:
         """Take one decision of all agents; see `Environment.step`."""
         if not self.agents:
             return super().step({})
-        there = {a: actions[a] for a in self.environment.agents if a in actions}
-        seen, rewards, _, cut, infos = super().step(there)
+        seen, rewards, _, cut, infos = super().step(actions)
         over, everybody = not self.agents, self.possible_agents
         late = over and any(cut.values())
         gone = next(iter(infos.values())) | {"acts": 0.0}
         self.agents = [] if over else everybody.copy()
         return (
-            self._padded(seen),
+            seen,
             {agent: rewards.get(agent, 0.0) / self.unit for agent in everybody},
             dict.fromkeys(everybody, over and not late),
             dict.fromkeys(everybody, late),
             {agent: infos.get(agent, gone) for agent in everybody},
         )
 
-    def _padded(self, seen: Mapping[str, Observation]) -> dict[str, Any]:
+    def _seen(self, seen: Seen) -> dict[str, Any]:
         gone = np.zeros(self.layout.size, dtype=np.float32)
         there = {agent: self._scaled(found["vector"]) for agent, found in seen.items()}
         return {agent: there.get(agent, gone) for agent in self.possible_agents}
@@ -231,14 +205,10 @@ class FlatEnvironment(ZooEnvironment):
 
 def _strategy(side: Side, given: Any) -> Any:
     """Make the strategy that a name names; refuse what cannot decide."""
-    if isinstance(given, str):
-        return contestant(given, side)
-    if given is None or (hasattr(given, "decide") and not isinstance(given, type)):
-        return given
-    raise TypeError(
-        f"{side}={given!r} is no object with a method `decide`. Give a strategy, its "
-        "name, or None for agents."
-    )
+    made = contestant(given, side) if isinstance(given, str) else given
+    if made is not None and not hasattr(made, "decide"):
+        raise TypeError(f"{side}={made!r} has no method `decide`")
+    return made
 
 
 def parallel_env(*args: Any, flat: bool = False, **chosen: Any) -> ZooEnvironment:

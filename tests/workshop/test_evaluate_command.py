@@ -10,7 +10,6 @@ import time
 
 import pytest
 from clauses import ROOT
-from refusals import refusal
 
 from reference.__main__ import main
 from reference.evaluation import score
@@ -105,29 +104,6 @@ def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
     assert (random.split()[1], greedy.split()[1]) == ("random", "greedy")
     assert (tmp_path / "eval/runs.csv").read_text().startswith(before)
     assert "the paper's" in note
-
-
-@pytest.mark.parametrize(
-    ("options", "status", "hint"),
-    [
-        (["--resume"], 2, "--resume goes with --out"),
-        (["--resume", "--out", "nowhere"], 1, "there is no evaluation"),
-        (["--baseline", "patrol"], 2, "Add it to --robots"),
-        (["--robots", "swep"], 2, "Did you mean 'sweep'?"),
-        (["--fire", "critic:x"], 2, "names nobody who plays the fire"),
-        (["--sample"], 2, "--sample goes with a checkpoint"),
-        (["--people", "100000"], 1, "fit"),
-        (["--episodes", str(10**12)], 2, "is not a whole number from 1 to 1000000"),
-    ],
-)
-def test_refuses_an_evaluation_that_cannot_be(options, status, hint, capsys, tmp_path):
-    """One message with a hint, the right exit status, nothing is written."""
-    words = ["evaluate", "--building", "tiny", "--workers", "0", *options]
-    if "--people" not in options and "--resume" not in options:
-        words += ["--people", "6"]
-    found, message = refusal(capsys, *words)
-    assert (found, hint in message) == (status, True), message
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.paper("F12")
