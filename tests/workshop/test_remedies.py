@@ -9,7 +9,7 @@ import pytest
 import torch
 from torch.distributions import Independent, MixtureSameFamily
 
-from reference.flames import fuel
+from reference.fire import fuel
 from reference.game.environment import fire_decision
 from reference.game.observations import fire_vector
 from reference.learning.networks import REFUSED, GaussianHead

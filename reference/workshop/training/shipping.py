@@ -18,8 +18,6 @@ from reference.workshop.strategies import SHIPPED
 from reference.workshop.training.checkpoints import Checkpoint, load, save
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
 
-TRAINERS = {"poca": "MA-POCA", "ppo": "PPO"}
-
 
 def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
     """Combine two checkpoints into one in which both sides are fixed networks.
@@ -55,20 +53,6 @@ def how(checkpoint: Checkpoint, side: Side) -> dict[str, Any]:
         "imitated": task.imitate if side == "robots" else None,
         "initial": side in task.initial,
     }
-
-
-def about(side: Side) -> str:
-    """Tell in a line how the shipped policy of a side was made."""
-    checkpoint = load(SHIPPED)
-    settings, made = getattr(checkpoint.task.settings, side), checkpoint.progress[side]
-    other = made["against"].get("fire" if side == "robots" else "robots", "a learner")
-    first = f"first copied {made['imitated']}, then " if made["imitated"] else ""
-    first += "began as a learned network, then " * made.get("initial", False)
-    return (
-        f"{first}{TRAINERS[settings.trainer_type]}, "
-        f"{made['decisions'][side]:,} decisions against {other}, "
-        f"preset {made['preset']}, seed {made['seed']}, version {made['version']}"
-    )
 
 
 if __name__ == "__main__":
