@@ -66,5 +66,5 @@ def test_evacuate_draws_the_density_of_all_episodes(tmp_path, monkeypatch, capsy
     asked = "evacuate --building tiny --people 6 --episodes 2 --json"
     assert main([*asked.split(), "--density", "dense.png"]) == 0
     told = capsys.readouterr()
-    assert "the picture is in dense.png" in told.err
+    assert told.err == "written: dense.png\n"
     assert (tmp_path / "dense.png").read_bytes().startswith(b"\x89PNG")
