@@ -12,10 +12,8 @@ BOOK = (
     "building",  # drawing -> a graph of rooms, doors and stairwells
     "navigation",  # walkable cells, shortest ways
     "sight",  # who sees what, rays
-    "world",  # what exists at one instant
-    "events",  # what can happen in it
-    "flames",  # how fire spreads
-    "fire",  # the fire generator, Eqs. 2-3
+    "world",  # what exists at one instant, what can happen in it
+    "fire",  # the fire generator, Eqs. 2-3, and how flames spread
     "perception",  # what one human sees now
     "humans",  # Algorithms 1 and 2
     "robots",  # Algorithm 3, Eq. 1
@@ -58,8 +56,8 @@ WORKSHOP = (
     "workshop.heads",  # other heads than the paper's
     "workshop.remedies",  # what helps learning: other frames, other rewards
     "workshop.training",  # trainings, kept in files:
-    "workshop.training.mlagents",  # ML-Agents' trainer files
     "workshop.training.presets",  # whole settings: tiny, laptop, paper
+    "workshop.training.mlagents",  # ML-Agents' trainer files
     "workshop.training.imitation",  # an option: copy a strategy first
     "workshop.training.checkpoints",  # files to resume from
     "workshop.training.policies",  # a learned policy is a strategy

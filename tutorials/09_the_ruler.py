@@ -16,9 +16,11 @@ from reference.evaluation.bounds import (
     mean_ways,
     worst_reward,
 )
-from reference.evaluation.difficulty import HARDEST, difficulty
+from reference.evaluation.difficulty import HARDEST, difficulty, people_in
 from reference.evaluation.score import PAPER
-from reference.flames import rim
+from reference.fire import rim
+from reference.paper import Scenario
+from reference.simulation import Simulation
 from reference.workshop import crossplay
 from reference.workshop.crossplay import cells
 from reference.workshop.drawing import ruler as pictures
@@ -59,17 +61,18 @@ for reward in (-12000, 0, 10000, 14000, 15000):
 # depends on when each cell begins to burn, not on what robots do. Exits do not burn,
 # but flames all around close them [D7]. One exit closed, then both:
 
+people = people_in(Simulation(institute, Scenario()).world)  # before they set off
 burnt = np.full(institute.kind.shape, np.inf)
-print(f"nothing burns: {difficulty(institute, burnt):.0f}")
+print(f"nothing burns: {difficulty(institute, burnt, people):.0f}")
 for name in ("1/exit-1", "1/exit-2"):
     mark = next(m for m in institute.landmarks if m.id == name)
     burnt.ravel()[rim(institute, mark.index)] = 60.0
-    print(f"{name} closed from 60 s on: {difficulty(institute, burnt):.0f}")
+    print(f"{name} closed from 60 s on: {difficulty(institute, burnt, people):.0f}")
 at_once = np.zeros_like(burnt)
-print(f"everything burns from the start: {difficulty(institute, at_once):.0f}")
+print(f"everything burns from the start: {difficulty(institute, at_once, people):.0f}")
 print(f"the most there is: {HARDEST:.0f}")
 #> nothing burns: 0
-#> 1/exit-1 closed from 60 s on: 967
+#> 1/exit-1 closed from 60 s on: 960
 #> 1/exit-2 closed from 60 s on: 2697
 #> everything burns from the start: 3853
 #> the most there is: 3853

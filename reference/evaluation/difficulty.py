@@ -16,7 +16,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from reference.building import Building
-from reference.flames import fuel, rim
+from reference.fire import fuel, rim
 from reference.paper import ALPHA, BETA, FLAME_SECONDS, HEALTH_SECONDS, K
 from reference.simulation import Simulation
 from reference.world import World
@@ -30,14 +30,11 @@ SECONDS = np.arange(MOMENTS) * FLAME_SECONDS
 T = HEALTH_SECONDS: after that nobody has health left to lose."""
 
 
-def difficulty(
-    building: Building, arrival: np.ndarray, people: np.ndarray | None = None
-) -> float:
+def difficulty(building: Building, arrival: np.ndarray, people: np.ndarray) -> float:
     """Compute h, the share of their ways out that people lose [F11, chosen].
 
     arrival  (floors, rows, cols) seconds when each cell begins to burn, inf for never
-    people   (areas,) how many start in each area; None: equally many on each floor,
-             spread evenly over its rooms
+    people   (areas,) how many start in each area
 
     h = HARDEST · √x, where x is the share of ways out that the fire takes, a mean over
 
@@ -49,10 +46,9 @@ def difficulty(
     lowers h. The root is there because Eq. 8 squares h: on the paper's ruler the fire's
     part of E is x itself.
     """
-    there = _spread_evenly(building) if people is None else people
-    if not there.any():
+    if not people.any():
         return 0.0
-    to_walk = there / there.sum() @ _passed(building)
+    to_walk = people / people.sum() @ _passed(building)
     health_left = -np.diff((1 - np.arange(MOMENTS + 1) / MOMENTS) ** 2)  # sums to 1
     lost = health_left @ ways_lost(building, arrival) @ to_walk
     return HARDEST * sqrt(min(lost, 1.0))
@@ -76,20 +72,13 @@ def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
     np.divide(length, free, out=longer, where=free > 0)
     burns = np.isin(area, building.area[fuel(building)])
     longer[(shut[:, start] | shut[:, end]) & burns] = inf
-    d, d0 = (
-        _ways_out(building, metres)[0][:, : len(building.areas)]
-        for metres in (longer, length[None])
-    )
+    ways = _ways_out(building, np.vstack([length, longer]))[0]
+    d0, d = np.split(ways[:, : len(building.areas)], [1])
     known = np.isfinite(d0) & (d > 0)
     return 1 - np.divide(d0, d, out=np.ones_like(d), where=known)
 
 
 # -- Measuring a run ----------------------------------------------------------------
-
-
-def difficulty_of(simulation: Simulation, people: np.ndarray) -> float:
-    """Difficulty of a run that is over; people: `people_in` before the run began."""
-    return difficulty(simulation.building, arrival_of(simulation), people)
 
 
 def people_in(world: World) -> np.ndarray:
@@ -147,7 +136,7 @@ def _ways_out(building: Building, length: np.ndarray) -> tuple[np.ndarray, np.nd
     (start, end, _), times = _links(building)[0], len(length)
     areas, nodes = len(building.areas), len(building.areas) + len(building.landmarks)
     first = nodes * np.arange(times)[:, None]
-    where = ((first + end).ravel(), (first + start).ravel())
+    where = (first + end).ravel(), (first + start).ravel()
     graph = csr_matrix((length.ravel(), where), shape=2 * (nodes * times,))
     exits = (first + areas + sorted(building.exits)).ravel()
     d, after, _ = dijkstra(
@@ -203,10 +192,3 @@ def _passages(building: Building) -> list[tuple[np.ndarray, bool]]:
         own = np.flatnonzero((building.landmark == mark.index) & fuel(building))
         found.append((own, False) if len(own) else (rim(building, mark.index), True))
     return found
-
-
-def _spread_evenly(building: Building) -> np.ndarray:
-    """Spread one person per floor evenly over its rooms, (areas,)."""
-    size = np.array([area.size * (area.kind == "room") for area in building.areas])
-    floor = np.array([area.floor for area in building.areas])
-    return size / np.bincount(floor, size)[floor]

@@ -27,7 +27,6 @@ from reference.building import Building
 from reference.simulation import Simulation
 from reference.workshop.files import making_folder
 from reference.workshop.runs import refuse_used
-from reference.world import Bodies
 
 FORMAT = """
 CREATE TABLE metadata (key TEXT NOT NULL UNIQUE PRIMARY KEY, value TEXT NOT NULL);
@@ -50,16 +49,15 @@ def ticks(
 
     notes: called before each pause, such as what `recording` yields
     """
-    running = True
-    while running:
+    while True:
         for note in notes:
             note()
         yield
-        running = False
-        for simulation in simulations:
-            if not simulation.done:
-                simulation.step()
-                running = True
+        going = [simulation for simulation in simulations if not simulation.done]
+        if not going:
+            return
+        for simulation in going:
+            simulation.step()
 
 
 def record(simulation: Simulation, folder: Path) -> None:
@@ -78,43 +76,44 @@ def recording(simulation: Simulation, folder: Path) -> Iterator[Callable[[], Non
     """
     refuse_used(folder, "Name another folder.")
     with making_folder(folder) as partial:
-        frames, noted = _frames(simulation), list[np.ndarray]()
-        yield lambda: noted.append(next(frames))
-        rows = np.concatenate(noted)
+        recorder = _Recorder(simulation)
+        yield recorder.note
+        rows = np.concatenate(recorder.rows)
         for floor in range(simulation.building.floors):
             content = _file(simulation, floor, rows[rows[:, 0] == floor, 1:])
             (partial / f"floor-{floor + 1}.sqlite").write_bytes(content)
 
 
-def _frames(simulation: Simulation) -> Iterator[np.ndarray]:
-    """Yield rows (k, 10), floor in the first column; each time asked, of the tick."""
-    bodies = simulation.world.bodies
-    position, heading = bodies.position.copy(), np.zeros_like(bodies.position)
-    rows = _rows(bodies, np.flatnonzero(bodies.walking), 0, position, heading)
-    while True:
-        before, walked = position, np.flatnonzero(bodies.walking)
-        yield rows
-        position = bodies.position.copy()
-        position[walked] = simulation.walked_to  # before stairs took anybody in
-        step = position - before
+class _Recorder:
+    """Rows (k, 10) of all instants noted, floor in the first column."""
+
+    def __init__(self, simulation: Simulation) -> None:
+        self.simulation, self.rows = simulation, list[np.ndarray]()
+        self.position = simulation.world.bodies.position.copy()
+        self.heading = np.zeros_like(self.position)
+        self.walked = np.empty(0, int)  # who walked in the tick to come
+
+    def note(self) -> None:
+        """Note who walks, or did until now; of who left, a step more."""
+        bodies, tick = self.simulation.world.bodies, self.simulation.ticks
+        position, before = bodies.position.copy(), self.position
+        position[self.walked] = self.simulation.walked_to  # before stairs took any in
+        step, cell = position - before, np.floor(position)
         far = np.hypot(*step.T)[:, None]
-        heading = np.where(far > 0, step / np.maximum(far, 1e-9), heading)
-        here = np.union1d(walked, np.flatnonzero(bodies.walking))
-        rows = _rows(bodies, here, simulation.ticks, position, heading)
-        left = walked[~bodies.walking[walked] & (bodies.health[walked] > 0)]
-        cell = np.floor(position)
+        self.heading = np.where(far > 0, step / np.maximum(far, 1e-9), self.heading)
         beyond = np.clip(position + step, cell + HAIR, cell + 1 - HAIR)
-        more = _rows(bodies, left, simulation.ticks + 1, beyond, heading)
-        rows = np.concatenate([rows, more])
+        left = np.flatnonzero(~bodies.walking & (bodies.health > 0))
+        walking = np.flatnonzero(bodies.walking)
+        self._add(np.union1d(self.walked, walking), tick, position)
+        self._add(np.intersect1d(self.walked, left), tick + 1, beyond)
+        self.position, self.walked = position, walking
 
-
-def _rows(
-    bodies: Bodies, who: np.ndarray, frame: int, position: np.ndarray, ori: np.ndarray
-) -> np.ndarray:
-    """Build rows (k, 10) of these people; position, ori: (n, 2) of everybody."""
-    columns = position, ori, bodies.mode, bodies.leader, bodies.health
-    first = bodies.floor[who], np.full(len(who), frame), who
-    return np.column_stack([*first, *(column[who] for column in columns)])
+    def _add(self, who: np.ndarray, frame: int, position: np.ndarray) -> None:
+        """Add rows of these people; position: (n, 2) of everybody."""
+        bodies = self.simulation.world.bodies
+        columns = position, self.heading, bodies.mode, bodies.leader, bodies.health
+        first = bodies.floor[who], np.full(len(who), frame), who
+        self.rows.append(np.column_stack([*first, *(each[who] for each in columns)]))
 
 
 def _file(simulation: Simulation, floor: int, rows: np.ndarray) -> bytes:
@@ -122,14 +121,13 @@ def _file(simulation: Simulation, floor: int, rows: np.ndarray) -> bytes:
     facts = [("version", "2"), ("fps", str(1 / simulation.tick))]
     area = 0, walkable_area(simulation.building, floor)
     frames = ((frame, 0) for frame in range(simulation.ticks + 2))
+    places = ", ".join("?" * rows.shape[1])
     with closing(sqlite3.connect(":memory:")) as file:
         file.executescript(FORMAT)
         file.executemany("INSERT INTO metadata VALUES (?, ?)", facts)
         file.execute("INSERT INTO geometry VALUES (?, ?)", area)
         file.executemany("INSERT INTO frame_data VALUES (?, ?)", frames)
-        places = ", ".join("?" * rows.shape[1])
-        insert = f"INSERT INTO trajectory_data VALUES ({places})"
-        file.executemany(insert, rows.tolist())
+        file.executemany(f"INSERT INTO trajectory_data VALUES ({places})", rows)
         file.commit()
         return file.serialize()
 

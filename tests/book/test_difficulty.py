@@ -15,12 +15,11 @@ from reference.evaluation.difficulty import (
     MOMENTS,
     arrival_of,
     difficulty,
-    difficulty_of,
     people_in,
     ways_lost,
 )
 from reference.evaluation.score import PAPER
-from reference.flames import Spread, fuel, rim
+from reference.fire import Spread, fuel, rim
 from reference.paper import FIRE_SOURCES, HEALTH_SECONDS, Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
@@ -52,9 +51,10 @@ HOUSE = """
 """Below, two rooms with no door between them; above, people may choose."""
 
 
-def never(building):
-    """Nothing ever burns."""
-    return np.full(building.kind.shape, inf)
+def h_of(building, arrival):
+    """The difficulty for as many people in each room as it has cells."""
+    size = [area.size * (area.kind == "room") for area in building.areas]
+    return difficulty(building, arrival, np.array(size))
 
 
 def burning(building, cells, since=0.0):
@@ -75,21 +75,18 @@ def lost(building, cells):
 # -- What F11 asks ------------------------------------------------------------------
 
 
+@pytest.mark.paper("F10")
 @pytest.mark.paper("F11")
 @pytest.mark.parametrize("name", ["tiny", "paper", "tower", "maze"])
-def test_without_fire_nothing_is_difficult(name):
-    """And if all burns from the beginning, nothing is harder."""
+def test_h_is_0_without_fire_and_3853_if_all_burns_at_once(name):
+    """Which scores 1 on the paper's ruler, whatever the reward."""
     building = shipped(name)
-    assert difficulty(building, never(building)) == 0
-    all_of_it = np.zeros(building.kind.shape)
-    assert difficulty(building, all_of_it) == pytest.approx(HARDEST)
-
-
-@pytest.mark.paper("F10")
-def test_the_hardest_fire_scores_1_whatever_the_reward():
-    """On the paper's ruler: h goes up to where the line E = 1 ends."""
+    never, at_once = np.full(building.kind.shape, inf), np.zeros(building.kind.shape)
+    assert h_of(building, never) == 0
+    assert (
+        h_of(building, at_once) == pytest.approx(HARDEST) == pytest.approx(3853, abs=1)
+    )
     assert PAPER.score(-40_000, HARDEST) == pytest.approx(1, abs=1e-5)
-    assert pytest.approx(3853, abs=1) == HARDEST
 
 
 @pytest.mark.paper("F11")
@@ -98,7 +95,7 @@ def test_the_hardest_fire_scores_1_whatever_the_reward():
 def test_all_ways_cut_at_once_cost_the_health_that_is_left_then(share):
     """As a share of HARDEST, wherever people start."""
     building, t = built(TWO_ROOMS), HEALTH_SECONDS * share / MOMENTS
-    h = difficulty(building, np.full(building.kind.shape, t))
+    h = h_of(building, np.full(building.kind.shape, t))
     assert h == pytest.approx(HARDEST * (1 - t / HEALTH_SECONDS))
 
 
@@ -135,7 +132,7 @@ def test_more_fire_and_earlier_fire_are_at_least_as_difficult(fire, seconds):
     spread, sources = fire
     then = arrival(spread, sources)
     few, many, sooner = (
-        difficulty(spread.building, burns)
+        h_of(spread.building, burns)
         for burns in (
             arrival(spread, sources[:-1]),
             then,
@@ -158,7 +155,7 @@ def test_it_does_not_depend_on_the_robots():
         )
         people = people_in(run.world)
         ends.add(run.run().simulated_seconds)
-        found.add(difficulty_of(run, people))
+        found.add(difficulty(run.building, arrival_of(run), people))
     assert len(ends) == len(ROBOTS)
     assert len(found) == 1
 
@@ -237,7 +234,7 @@ def test_a_room_wholly_inside_a_clearance_is_never_shut():
     everything = burning(building, fuel(building))
     shut = ways_lost(building, everything)[0]
     assert shut[[hall, porch]].tolist() == [1, 0]
-    assert difficulty(building, everything) < HARDEST
+    assert h_of(building, everything) < HARDEST
 
 
 @pytest.mark.paper("A3")
@@ -287,22 +284,6 @@ def test_every_metre_of_the_way_counts_the_same():
     people[room(building, 0)] = 3
     h = difficulty(building, burning(building, building.kind == Kind.DOOR), people)
     assert h == pytest.approx(HARDEST * (inner / (inner + outer)) ** 0.5)
-
-
-@pytest.mark.paper("F11")
-def test_without_people_given_each_floor_counts_the_same():
-    """Its rooms by their size."""
-    building = shipped("tiny")
-    spread = Spread(building, np.random.default_rng(0))
-    when = arrival(spread, [Source(0, 6.5, 0.5, 20.0), Source(1, 0.5, -1.5, 40.0)])
-    people = np.zeros(len(building.areas))
-    for floor in range(building.floors):
-        size = sum(area.size for area in building.rooms(floor))
-        for area in building.rooms(floor):
-            people[area.index] = 100 * area.size / size
-    h = difficulty(building, when)
-    assert h == pytest.approx(difficulty(building, when, people))
-    assert h != pytest.approx(difficulty(building, when, people > 0))
 
 
 @pytest.mark.paper("F11")

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from trainings import begun, room_for, tiny, trained
 
-from reference.evaluation.difficulty import difficulty_of, people_in
+from reference.evaluation.difficulty import arrival_of, difficulty, people_in
 from reference.evaluation.score import PAPER
 from reference.learning.networks import one_thread
 from reference.paper import BEST_POINT, WORST_POINT, InputError, Scenario
@@ -106,7 +106,9 @@ def test_a_result_tells_what_the_simulation_did(small):
     outcome, found = run.run(), small[3]
     assert found.survival == outcome.evacuated / 4
     assert found.reward == pytest.approx(outcome.reward)
-    assert found.difficulty == pytest.approx(difficulty_of(run, people), abs=1e-5)
+    assert found.difficulty == pytest.approx(
+        difficulty(run.building, arrival_of(run), people), abs=1e-5
+    )
     assert len(found.times) == found.evacuated == outcome.evacuated
     assert found.evacuation_time == max(found.times) <= found.simulated_seconds
 

@@ -24,8 +24,9 @@ from reference.workshop.files import read_json
 from reference.workshop.maps import load as load_building
 from reference.workshop.plain import record_from
 from reference.workshop.runs import held
+from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import LearnedRobots
-from reference.workshop.training.presets import preset, read_yaml
+from reference.workshop.training.presets import preset
 from reference.workshop.training.session import resume as resume_training
 from reference.workshop.workers import InProcess
 

@@ -5,7 +5,7 @@ import pytest
 from movies import body, follow, mark, play, shipped, stage, wait
 
 from reference.building import Kind
-from reference.flames import fuel, rim
+from reference.fire import fuel, rim
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, RandomFire

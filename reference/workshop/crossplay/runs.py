@@ -13,14 +13,14 @@ from typing import Any
 
 from tqdm import tqdm
 
-from reference.evaluation.difficulty import difficulty_of, people_in
-from reference.events import Evacuated
+from reference.evaluation.difficulty import arrival_of, difficulty, people_in
 from reference.simulation import Simulation
 from reference.workshop.crossplay import matches
 from reference.workshop.crossplay.matches import Evaluation, Run
 from reference.workshop.files import Table, make_folder, number, read_table
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.workers import as_done, chunks
+from reference.world import Evacuated
 
 RUNS = "runs.csv"
 IN_LOCKSTEP = 16  # runs of a job
@@ -108,6 +108,7 @@ def play(job: tuple[Evaluation, tuple[Run, ...]]) -> list[RunResult]:
 def _result(run: Run, simulation: Simulation, people: Any) -> RunResult:
     """Sum up a run that is over; people: those who were there at its beginning."""
     outcome = simulation.outcome()
+    h = difficulty(simulation.building, arrival_of(simulation), people)
     out = [event.time for event in simulation.events if isinstance(event, Evacuated)]
     times = tuple(round(time, DIGITS) for time in sorted(out))
     return RunResult(
@@ -118,7 +119,7 @@ def _result(run: Run, simulation: Simulation, people: Any) -> RunResult:
         inside=outcome.inside,
         survival=outcome.evacuated / max(1, outcome.people),
         reward=round(outcome.reward, DIGITS),
-        difficulty=round(difficulty_of(simulation, people), DIGITS),
+        difficulty=round(h, DIGITS),
         evacuation_time=times[-1] if times else None,
         mean_health=round(outcome.mean_health, DIGITS) if times else None,
         simulated_seconds=round(outcome.simulated_seconds, DIGITS),

@@ -38,8 +38,9 @@ from reference.workshop.training.learners import (
     seeds_of,
     state_of,
 )
+from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import fixed_player, initial_networks
-from reference.workshop.training.presets import Settings, preset, read_yaml
+from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.summaries import PRETRAINING, Row, Summary
 from reference.workshop.workers import chunks
 
