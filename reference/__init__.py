@@ -12,10 +12,8 @@ BOOK = (
     "building",  # drawing -> a graph of rooms, doors and stairwells
     "navigation",  # walkable cells, shortest ways
     "sight",  # who sees what, rays
-    "world",  # what exists at one instant
-    "events",  # what can happen in it
-    "flames",  # how fire spreads
-    "fire",  # the fire generator, Eqs. 2-3
+    "world",  # what exists at one instant, what can happen in it
+    "fire",  # the fire generator, Eqs. 2-3, and how flames spread
     "perception",  # what one human sees now
     "humans",  # Algorithms 1 and 2
     "robots",  # Algorithm 3, Eq. 1

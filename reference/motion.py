@@ -50,39 +50,27 @@ Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k, 2) positions of (k,) bodies -> (k,) bool: may they stand there?"""
 
 
+Turns = Callable[[np.ndarray], np.ndarray]
+"""(k,) bodies -> (k,) radians, drawn by chance, up to SHUFFLE_TURN."""
+
+
+def turns(rng: np.random.Generator) -> Turns:
+    """Draw all bodies' turns from one generator."""
+    return lambda who: rng.uniform(-SHUFFLE_TURN, SHUFFLE_TURN, len(who))
+
+
 def step(
-    position: np.ndarray,
-    floor: np.ndarray,
-    target: np.ndarray,
-    pace: np.ndarray,
-    seconds: float,
-    free: Free,
-    rng: np.random.Generator,
-) -> np.ndarray:
-    """Move n bodies by one tick; return their new positions, (n, 2) metres.
-
-    position, target: (n, 2) metres; floor: (n,); pace: (n,) m/s.
-    """
-    pairs = neighbours(position, floor, pace, seconds)
-
-    def turns(who: np.ndarray) -> np.ndarray:
-        return rng.uniform(-SHUFFLE_TURN, SHUFFLE_TURN, len(who))
-
-    return among(position, target, pace, seconds, free, pairs, turns)
-
-
-def among(
     position: np.ndarray,
     target: np.ndarray,
     pace: np.ndarray,
     seconds: float,
     free: Free,
     pairs: np.ndarray,
-    turns: Callable[[np.ndarray], np.ndarray],
+    turns: Turns,
 ) -> np.ndarray:
-    """Move n bodies among their neighbours; arguments and result as in `step`.
+    """Move n bodies by one tick; return their new positions, (n, 2) metres.
 
-    pairs: `neighbours`; turns: draws for (k,) bodies angles up to SHUFFLE_TURN.
+    position, target: (n, 2) metres; pace: (n,) m/s; pairs: (2, k), see `neighbours`.
     """
     e, far, v = _heading(position, target, pace, seconds)
     if not pairs.size:

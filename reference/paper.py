@@ -143,16 +143,6 @@ class InputError(ValueError):
 
 # -- One experiment -----------------------------------------------------------------
 
-MOST = MappingProxyType(
-    {
-        "robots_per_floor": 100,
-        "sources": 1000,
-        "sight_range": 100.0,
-    }
-)
-"""[B2, C2, chosen] upper limits: no building needs more, and a slip could take
-hours or all memory. People are limited already, by the free cells."""
-
 
 @dataclass(frozen=True)
 class Scenario:
@@ -174,27 +164,19 @@ class Scenario:
     """Rounded to whole ticks; the fire's decisions follow [D2]."""
 
     def __post_init__(self) -> None:
-        if isinstance(self.rooms, str):
-            raise InputError(f"rooms are several: write rooms=({self.rooms!r},)")
-        object.__setattr__(self, "rooms", tuple(self.rooms))
-        if self.people_per_floor is not None:
-            object.__setattr__(self, "people_per_floor", tuple(self.people_per_floor))
-        counts = (self.people, self.robots_per_floor, self.sources)
-        if min(counts) < 0 or min(self.people_per_floor or (0,)) < 0:
+        counts = self.people, self.robots_per_floor, self.sources
+        if min(*counts, *(self.people_per_floor or ())) < 0:
             raise InputError("people, robots and sources are counted from 0 upwards")
-        for name, most in MOST.items():
-            if not getattr(self, name) <= most:
-                raise InputError(f"{name} is at most {most:,}: ask for less")
+        if self.rooms and self.people_per_floor is not None:
+            raise InputError("people start in rooms or per floor, not both")
         if not 1 <= self.frames_per_tick <= MOST_FRAMES_PER_TICK:
             raise InputError(f"a tick is 1 to {MOST_FRAMES_PER_TICK} frames")
         if not self.tick <= self.decision_seconds < inf:
             raise InputError("decisions are a tick or more apart, and not for ever")
-        ticks = round(self.decision_seconds / self.tick)
-        object.__setattr__(self, "decision_seconds", ticks * self.tick)
-        if self.rooms and self.people_per_floor is not None:
-            raise InputError("people start in rooms or per floor, not both")
         if not (self.time_limit > 0 and self.sight_range >= 1):
             raise InputError("time limit > 0 s, sight >= 1 m")
+        ticks = round(self.decision_seconds / self.tick)
+        object.__setattr__(self, "decision_seconds", ticks * self.tick)
 
     @property
     def tick(self) -> float:

@@ -16,16 +16,7 @@ import numpy as np
 from reference import motion, paper, walking
 from reference.beginning import beginning, generators, occupancy
 from reference.building import Building, Kind
-from reference.events import (
-    Died,
-    DoorBurnt,
-    Evacuated,
-    Event,
-    FireLit,
-    LeftFloor,
-)
-from reference.fire import Generator, fire_acts
-from reference.flames import Spread, cells_beside
+from reference.fire import Generator, Spread, cells_beside, fire_acts
 from reference.game.rewards import group_reward
 from reference.humans import pass_landmark
 from reference.navigation import Navigation, navigation_of
@@ -35,7 +26,19 @@ from reference.robots import Destinations, RobotAlgorithm
 from reference.sight import Sight, sight_of
 from reference.strategies import FireStrategy, NoFire, NoRobots, RobotStrategy
 from reference.walking import Touched
-from reference.world import NOBODY, NOWHERE, Fate, Source, World
+from reference.world import (
+    NOBODY,
+    NOWHERE,
+    Died,
+    DoorBurnt,
+    Evacuated,
+    Event,
+    Fate,
+    FireLit,
+    LeftFloor,
+    Source,
+    World,
+)
 
 
 @dataclass(frozen=True)
@@ -217,10 +220,10 @@ class Simulation:
 
     def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
         """(k, 2) metres where these people get to in a tick."""
-        bodies, rng, free = self.world.bodies, self.rng["bodies"], self._free(who)
-        position, floor = bodies.position[who], bodies.floor[who]
-        pace = bodies.pace[who]
-        return motion.step(position, floor, target, pace, self.tick, free, rng)
+        bodies, turns = self.world.bodies, motion.turns(self.rng["bodies"])
+        position, pace, free = bodies.position[who], bodies.pace[who], self._free(who)
+        pairs = motion.neighbours(position, bodies.floor[who], pace, self.tick)
+        return motion.step(position, target, pace, self.tick, free, pairs, turns)
 
     def _free(self, who: np.ndarray) -> motion.Free:
         """Tell where these people may stand."""

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.random import Generator as Rng
 
 from reference.building import Building, Kind
-from reference.fire import Decision
-from reference.flames import fuel
+from reference.fire import Decision, fuel
 from reference.robots import Destination, Destinations
 from reference.world import Robot, World
 

@@ -33,17 +33,15 @@ Lookup = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 def decide(world: World, who: np.ndarray, views: list[View]) -> None:
     """Let these people think; then copy their goals to their bodies."""
-    minds, bodies = [world.minds[i] for i in who.tolist()], world.bodies
+    bodies, minds = world.bodies, [world.minds[i] for i in who.tolist()]
     for me, view in zip(minds, views, strict=True):
         humans.think(me, view)
+    goals, landmark = [me.goal for me in minds], Aim.LANDMARK
     bodies.mode[who] = [int(me.mode) for me in minds]
     bodies.leader[who] = [me.leader for me in minds]
-    goals = [me.goal for me in minds]
-    landmark = Aim.LANDMARK
-    marks = [g.which if g.aim is landmark else NOWHERE for g in goals]
+    bodies.landmark[who] = [g.which if g.aim is landmark else NOWHERE for g in goals]
     place = np.array([goal.place for goal in goals], dtype=np.int64)
     there, stays = navigation_of(world.building).centres[place], place == NOWHERE
-    bodies.landmark[who] = marks
     bodies.target[who] = np.where(stays[:, None], bodies.position[who], there)
 
 
@@ -118,7 +116,7 @@ def enter_stairs(world: World, i: int, entrance: int) -> None:
     nav, k = navigation_of(building), building.landmarks[entrance].stairwell
     cells = nav.places_of(int(bodies.floor[i]), building.stairwells[k].cells)
     bodies.stairwell[i], bodies.leader[i], bodies.landmark[i] = k, NOBODY, NOWHERE
-    bodies.stairs_until[i] = world.time + _seconds(world, i)
+    bodies.stairs_until[i] = world.time + paper.STAIRS_METRES / float(bodies.pace[i])
     bodies.place[i] = cells[i % len(cells)]
     bodies.position[i] = nav.centres[bodies.place[i]]
 
@@ -134,28 +132,21 @@ def descend(world: World, i: int) -> int | None:
         bodies.floor[i] -= 1
         bodies.place[i] -= world.building.kind[0].size
         if bodies.floor[i] > well.lowest:
-            bodies.stairs_until[i] += _seconds(world, i)
+            bodies.stairs_until[i] += paper.STAIRS_METRES / float(bodies.pace[i])
             return int(bodies.floor[i])
     _step_out(world, i, well)
     return None
 
 
-def _seconds(world: World, i: int) -> float:
-    """Time for one storey: on stairs, too, some are faster than others."""
-    return paper.STAIRS_METRES / float(world.bodies.pace[i])
-
-
 def _step_out(world: World, i: int, well: Stairwell) -> None:
     """Step out into an entrance cell that nobody stands in, if there is one."""
-    bodies, nav, floor = world.bodies, navigation_of(world.building), well.lowest
-    others = bodies.position[bodies.walking & (bodies.floor == floor)]
-    for mark in well.entrances[floor]:
+    bodies, nav = world.bodies, navigation_of(world.building)
+    others = bodies.position[bodies.walking & (bodies.floor == well.lowest)]
+    for mark in well.entrances[well.lowest]:
         for p in nav.goals[mark].tolist():
-            spot = nav.centres[p]
-            if (np.hypot(*(others - spot).T) < DIAMETER).any():
-                continue
-            bodies.place[i], bodies.position[i] = p, spot
-            bodies.anchor[i], bodies.anchor_time[i] = spot, world.time
-            bodies.stairwell[i], bodies.stairs_until[i] = NOWHERE, inf
-            humans.arrive(world.minds[i], mark, nav.beyond(p, well.areas[floor]))
-            return
+            if (np.hypot(*(others - nav.centres[p]).T) >= DIAMETER).all():
+                bodies.place[i], bodies.position[i] = p, nav.centres[p]
+                bodies.anchor[i], bodies.anchor_time[i] = nav.centres[p], world.time
+                bodies.stairwell[i], bodies.stairs_until[i] = NOWHERE, inf
+                beyond = nav.beyond(p, well.areas[well.lowest])
+                return humans.arrive(world.minds[i], mark, beyond)

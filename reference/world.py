@@ -1,7 +1,7 @@
-"""The state of the world at one instant: records, no behaviour.
+"""The state of the world at one instant, and what can happen in it: records.
 
-Clauses: A6, B2-B7, C5, C7, C8, D3.  A human is a body and a mind.  Bodies live in
-arrays and move all at once; minds are small objects that think one at a time.
+Clauses: A4, A6, B2-B7, C5, C7, C8, D3, D6.  A human is a body and a mind.  Bodies live
+in arrays and move all at once; minds are small objects that think one at a time.
 
     n   number of people;  R  number of robots
     i   a body: people are 0 .. n-1, robots n .. n+R-1
@@ -200,3 +200,66 @@ class World:
     def anybody_at_or_above(self, floor: int) -> bool:
         """Is anybody inside on a floor, or above, to come through it? [C8, chosen]"""
         return any(self.occupancy[floor:])
+
+
+# -- Events -------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened at a time, seconds."""
+
+    time: float
+
+
+@dataclass(frozen=True)
+class LeftFloor(Event):
+    """A human left a floor alive: by the stairs, past a landing, or by an exit."""
+
+    person: int
+    floor: int
+    health: float
+
+
+@dataclass(frozen=True)
+class Evacuated(Event):
+    """A human passed an exit and is deregistered [A4]."""
+
+    person: int
+    floor: int
+    health: float
+    landmark: int
+
+
+@dataclass(frozen=True)
+class Died(Event):
+    """A human's health reached 0 [B7]."""
+
+    person: int
+    floor: int
+
+
+@dataclass(frozen=True)
+class DoorBurnt(Event):
+    """Flames touched a regular door and destroyed it [A6]."""
+
+    landmark: int
+
+
+@dataclass(frozen=True)
+class FireLit(Event):
+    """A fire source appeared [D3]."""
+
+    floor: int
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class FireRefused(Event):
+    """A fire source could not appear where it was decided [D6]."""
+
+    floor: int
+    x: float
+    y: float
+    reason: str

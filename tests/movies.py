@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from reference import walking
 from reference.beginning import beginning
 from reference.building import Building
-from reference.flames import Spread
+from reference.fire import Spread
 from reference.floorplan import Plan, Storey, parse
 from reference.navigation import navigation_of
 from reference.paper import WALKING_SPEED, Scenario

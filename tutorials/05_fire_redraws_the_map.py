@@ -9,13 +9,13 @@ from pathlib import Path
 import networkx as nx
 import numpy as np
 
-from reference.events import DoorBurnt
 from reference.fire import Generator, snapped
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoRobots
 from reference.workshop import drawing
 from reference.workshop.maps import load
+from reference.world import DoorBurnt
 
 # %% Where a source appears
 # The fire's player decides on a floor and two real numbers [D2]. The source appears in

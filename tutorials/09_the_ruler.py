@@ -18,7 +18,7 @@ from reference.evaluation.bounds import (
 )
 from reference.evaluation.difficulty import HARDEST, difficulty, people_in
 from reference.evaluation.score import PAPER
-from reference.flames import rim
+from reference.fire import rim
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import crossplay

@@ -8,7 +8,6 @@ which something better can be done under attack. It takes 15 seconds.
 from collections import Counter
 
 from reference.evaluation.difficulty import arrival_of, ways_lost
-from reference.events import Evacuated
 from reference.learning.networks import one_thread
 from reference.paper import Scenario
 from reference.simulation import Simulation
@@ -16,6 +15,7 @@ from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
 from reference.workshop.strategies.fires import FixedFire
+from reference.world import Evacuated
 
 # %% The strongest fire
 # `observer` is the best guide that knows no more than a robot observes. Here it guides

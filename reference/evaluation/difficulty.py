@@ -16,7 +16,7 @@ from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import dijkstra
 
 from reference.building import Building
-from reference.flames import fuel, rim
+from reference.fire import fuel, rim
 from reference.paper import ALPHA, BETA, FLAME_SECONDS, HEALTH_SECONDS, K
 from reference.simulation import Simulation
 from reference.world import World

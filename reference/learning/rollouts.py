@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from reference.building import building_of
-from reference.events import FireRefused
 from reference.game.environment import (
     FIRE,
     Environment,
@@ -26,6 +25,7 @@ from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import FireStrategy, RobotStrategy
+from reference.world import FireRefused
 
 PLAYER_STREAM: dict[Side, int] = {"robots": 1, "fire": 2}
 """Each side's actions have a generator of their own, beside the simulation's."""

@@ -146,10 +146,10 @@ class Lockstep:
             return np.concatenate(drawn)
 
         facts = position, target, pace, self.tick, free
-        moved = motion.among(*facts, np.concatenate(pairs, axis=1), turns)
+        moved = motion.step(*facts, np.concatenate(pairs, axis=1), turns)
         if any(lonely):
             by_oneself = np.repeat(lonely, [b - a for a, b in parts])
-            alone = motion.among(*facts, np.empty((2, 0), int), turns)
+            alone = motion.step(*facts, np.empty((2, 0), int), turns)
             moved[by_oneself] = alone[by_oneself]
         return moved
 

@@ -17,9 +17,7 @@ from concurrent.futures import (
 )
 from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
-from multiprocessing import active_children, parent_process
-from multiprocessing.context import SpawnContext, SpawnProcess
-from multiprocessing.resource_tracker import ensure_running
+from multiprocessing import get_context, parent_process
 from threading import RLock, Thread
 from typing import Any, TypeVar
 
@@ -28,13 +26,11 @@ from tqdm import tqdm
 import reference
 from reference.paper import InputError
 
-STOPS = [signal.SIGINT, signal.SIGTERM]  # end a command, but not its workers
+STOPS = [signal.SIGINT, signal.SIGTERM]  # end a command
 STOPS += [signal.SIGHUP] if hasattr(signal, "SIGHUP") else []  # the terminal is gone
 
 POLL = 0.2  # seconds between two checks of whether to stop
-ANSWER = 10  # seconds to wait for a scheduler, and for its workers
-
-ONE_THREAD = {"OMP_NUM_THREADS": "1", "OMP_WAIT_POLICY": "PASSIVE"}  # of a worker
+ANSWER = 10  # seconds to wait for a scheduler
 _mask = getattr(signal, "pthread_sigmask", lambda how, which: which)  # POSIX alone
 
 Made = TypeVar("Made")
@@ -63,7 +59,7 @@ def in_order(
 ) -> list[Made] | None:
     """Do all jobs; return results in their order, or None if stopped before the last.
 
-    Raises what the work raises, and BrokenExecutor for a worker that has died.
+    Raises as `as_done` does.
     """
     made = dict(as_done(executor, work, jobs, stop))
     return [made[k] for k in range(len(jobs))] if len(made) == len(jobs) else None
@@ -77,7 +73,8 @@ def as_done(
 ) -> Iterator[tuple[int, Made]]:
     """Yield number and result of each job as it is done, until told to stop.
 
-    Jobs that have not begun by then never will. Raises as `in_order` does.
+    Jobs that are not done by then are left to whoever ends the executor. Raises what
+    the work raises, and BrokenExecutor for a worker that has died.
     """
     waiting: dict[Future[Made], int] = {}
     try:
@@ -95,9 +92,6 @@ def as_done(
     except KeyboardInterrupt:  # in the middle of a job in this process
         if not stop():
             raise
-    finally:
-        for future in waiting:
-            future.cancel()
 
 
 class InProcess(Executor):
@@ -123,6 +117,76 @@ class InProcess(Executor):
         return future
 
 
+# -- A pool of processes ------------------------------------------------------------
+
+
+@contextmanager
+def workers(count: int) -> Iterator[Executor]:
+    """Yield a pool of so many processes with a thread each; 0: this process.
+
+    They are spawned, since torch's threads do not survive a fork. They ignore Ctrl-C,
+    and end with the block, or with this process if it is killed. Raises InputError
+    where the system lends no shared memory.
+    """
+    if count == 0:
+        yield InProcess()
+        return
+    try:
+        with _deaf():  # and so is Python's tracker of semaphores, which starts here
+            pool = _Pool(count, get_context("spawn"), _begin_work)
+    except OSError as error:
+        raise InputError(
+            f"no worker can be started ({error.strerror}; on Linux they need to write "
+            "to /dev/shm). Make that possible, or take --workers 0."
+        ) from error
+    pool.workers, processes, results = count, pool._processes, pool._result_queue
+    try:
+        yield pool
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+        for worker in [*processes.values()]:
+            worker.kill()
+        # Else the pool awaits the rest of half a result.
+        results._writer.close()  # type: ignore[attr-defined]
+
+
+class _Pool(ProcessPoolExecutor):
+    workers = 1
+
+    def submit(
+        self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
+    ) -> Future[Made]:
+        """Submit a job; Ctrl-C does not end a worker that is started for it."""
+        with _deaf():
+            return super().submit(fn, *args, **kwargs)
+
+
+@contextmanager
+def _deaf() -> Iterator[None]:
+    """Block signals, so that processes are born deaf to them."""
+    before = _mask(signal.SIG_BLOCK, STOPS)
+    try:
+        yield
+    finally:
+        _mask(signal.SIG_SETMASK, before)
+
+
+def _begin_work() -> None:
+    """Set up a worker, before it loads numpy and torch."""
+    os.environ.update(OMP_NUM_THREADS="1", OMP_WAIT_POLICY="PASSIVE")
+    for stop in STOPS:
+        if stop != signal.SIGTERM:  # with which a pool that lost a worker ends others
+            signal.signal(stop, signal.SIG_IGN)
+    _mask(signal.SIG_UNBLOCK, STOPS)
+    tqdm.set_lock(RLock())  # its own, shared by processes, would leak
+    Thread(target=_end_with_parent, daemon=True).start()
+
+
+def _end_with_parent() -> None:
+    parent_process().join()  # type: ignore[union-attr]
+    os._exit(1)
+
+
 # -- A cluster ----------------------------------------------------------------------
 
 
@@ -131,7 +195,7 @@ def cluster(address: str) -> Iterator[Executor]:
     """Yield the workers of a Dask scheduler, once there are any.
 
     Needs the extra `cluster`. Raises InputError without it, without an answer, and for
-    workers that have another version of this package, or none.
+    workers that fail, or have another version of this package or none.
     """
     try:
         from distributed import Client, KilledWorker
@@ -149,15 +213,10 @@ def cluster(address: str) -> Iterator[Executor]:
         executor = client.get_executor(pure=False)
         try:
             yield executor
-        except CancelledError:
+        except (CancelledError, ImportError, KilledWorker) as error:
             raise InputError(
-                f"{address}: the scheduler is gone, and with it what was not finished. "
-                "Start one, and go on with --resume."
-            ) from None
-        except (ImportError, KilledWorker) as error:
-            raise InputError(
-                f"{address}: a worker failed ({error!s:.200}). Mend it, and go on with "
-                "--resume."
+                f"{address}: the scheduler is gone, or a worker failed "
+                f"({error!s:.200}). Mend it, and go on with --resume."
             ) from error
         finally:
             executor.shutdown(wait=False)
@@ -177,99 +236,7 @@ def _refuse_other_workers(client: Any, address: str) -> None:
             f"{address}: its workers have version {', '.join(sorted(versions))} of "
             f"this package; here it is {_version()}. Install the same everywhere."
         )
-    print(f"{address}: {len(client.nthreads())} workers", file=sys.stderr)
 
 
 def _version() -> str:
     return reference.__version__
-
-
-# -- A pool of processes ------------------------------------------------------------
-
-
-@contextmanager
-def workers(count: int) -> Iterator[Executor]:
-    """Yield a pool of so many processes with a thread each; 0: this process.
-
-    They are spawned, since torch's threads do not survive a fork. They ignore Ctrl-C,
-    and end with the block, or with this process if it is killed. Raises InputError
-    where the system lends no shared memory.
-    """
-    if count == 0:
-        yield InProcess()
-        return
-    try:
-        pool = _Pool(count, _Context(), _begin_work)
-    except OSError as error:
-        raise InputError(
-            f"no worker can be started ({error.strerror}; on Linux they need to write "
-            "to /dev/shm). Make that possible, or take --workers 0."
-        ) from error
-    try:
-        pool.workers = count
-        yield pool
-    finally:
-        pool.shutdown(wait=False, cancel_futures=True)
-        for worker in active_children():
-            while isinstance(worker, _Worker) and worker.is_alive():
-                SpawnProcess.terminate(worker)  # which it ignores between two jobs
-                worker.join(POLL)
-
-
-class _Worker(SpawnProcess):
-    terminate = SpawnProcess.kill  # where a worker has died, the pool ends the others
-
-
-class _Context(SpawnContext):
-    Process = _Worker
-
-
-class _Pool(ProcessPoolExecutor):
-    workers = 1
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        """Start Python's tracker of semaphores so that no hang-up ends it first."""
-        before = _mask(signal.SIG_BLOCK, STOPS)
-        ensure_running()
-        _mask(signal.SIG_SETMASK, before)
-        super().__init__(*args, **kwargs)
-
-    def submit(
-        self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
-    ) -> Future[Made]:
-        """Submit a job; a worker that is started for it is born with signals blocked.
-
-        Else Ctrl-C would end it before `_begin_work` says that it shall not.
-        """
-        before = _mask(signal.SIG_BLOCK, STOPS)
-        try:
-            return super().submit(_interruptible, fn, *args, **kwargs)
-        finally:
-            _mask(signal.SIG_SETMASK, before)
-
-
-def _interruptible(fn: Callable[..., Made], /, *args: Any, **kwargs: Any) -> Made:
-    """Do a job, which SIGTERM ends; sending its result is not interrupted.
-
-    Of half a result the pool would await the rest forever.
-    """
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    try:
-        return fn(*args, **kwargs)
-    finally:
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
-
-
-def _begin_work() -> None:
-    """Set up a worker, before it loads numpy and torch."""
-    os.environ.update(ONE_THREAD)
-    for stop in STOPS:
-        signal.signal(stop, signal.SIG_IGN)
-    _mask(signal.SIG_UNBLOCK, STOPS)
-    tqdm.set_lock(RLock())  # its own, shared by processes, would leak
-    Thread(target=_end_with_parent, daemon=True).start()
-
-
-def _end_with_parent() -> None:
-    parent_process().join()  # type: ignore[union-attr]
-    os._exit(1)

@@ -19,7 +19,7 @@ from reference.evaluation.difficulty import (
     ways_lost,
 )
 from reference.evaluation.score import PAPER
-from reference.flames import Spread, fuel, rim
+from reference.fire import Spread, fuel, rim
 from reference.paper import FIRE_SOURCES, HEALTH_SECONDS, Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire

@@ -21,10 +21,15 @@ def walk(position, aim, ticks, free=None, pace=WALKING_SPEED):
     free = free or (lambda at: np.ones(len(at), bool))
     track, rng = [position], np.random.default_rng(0)
     for _ in range(ticks):
-        track.append(
-            motion.step(track[-1], floor, aim, speed, TICK, lambda at, _: free(at), rng)
-        )
+        facts = track[-1], floor, aim, speed, lambda at, _: free(at)
+        track.append(moved(*facts, rng))
     return np.array(track)
+
+
+def moved(position, floor, aim, pace, free, rng):
+    """Positions a tick later."""
+    pairs = motion.neighbours(position, floor, pace, TICK)
+    return motion.step(position, aim, pace, TICK, free, pairs, motion.turns(rng))
 
 
 def gaps(position):
@@ -95,9 +100,9 @@ def test_people_on_different_floors_do_not_meet():
     at = np.zeros((2, 2))
     floors, aim = np.array([0, 1]), np.array([[5.0, 0], [5.0, 0]])
     speed, free = np.full(2, WALKING_SPEED), lambda p, who: np.ones(len(p), bool)
-    moved = motion.step(at, floors, aim, speed, TICK, free, np.random.default_rng(0))
-    assert np.array_equal(moved[0], moved[1])
-    assert np.hypot(*moved[0]) == pytest.approx(WALKING_SPEED * TICK)
+    one, other = moved(at, floors, aim, speed, free, np.random.default_rng(0))
+    assert np.array_equal(one, other)
+    assert np.hypot(*one) == pytest.approx(WALKING_SPEED * TICK)
 
 
 # -- Crowds -------------------------------------------------------------------------
@@ -155,7 +160,7 @@ def test_chance_moves_only_who_is_held_up():
         at, rng = start, np.random.default_rng(seed)
         for _ in range(5):
             pace = np.full(3, WALKING_SPEED)
-            at = motion.step(at, floor, aim, pace, TICK, lambda p, _: p[:, 0] < 10, rng)
+            at = moved(at, floor, aim, pace, lambda p, _: p[:, 0] < 10, rng)
         ends.append(at)
     assert np.array_equal(ends[0][0], ends[1][0])
     assert not np.array_equal(ends[0][1], ends[1][1])

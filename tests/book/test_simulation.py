@@ -24,7 +24,6 @@ from movies import (
 )
 
 from reference.building import Building, Kind
-from reference.events import Died, Evacuated, LeftFloor
 from reference.motion import SHOULDERS
 from reference.paper import (
     DOOR_FLOW,
@@ -43,7 +42,7 @@ from reference.simulation import Simulation
 from reference.workshop import maps
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.validation.crowd import Ghosts
-from reference.world import Fate
+from reference.world import Died, Evacuated, Fate, LeftFloor
 
 MATCHES = [("none", "none"), ("sweep", "random"), ("patrol", "greedy")]
 SEEDS = [*range(5), *(pytest.param(k, marks=pytest.mark.slow) for k in range(5, 20))]

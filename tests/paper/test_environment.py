@@ -7,7 +7,6 @@ import pytest
 from alike import same
 from movies import fire_named, robots_named, shipped, turns
 
-from reference.events import FireLit, FireRefused
 from reference.game import observations
 from reference.game.environment import FIRE, Environment, action_size
 from reference.game.rewards import fire_reward, group_reward
@@ -16,7 +15,7 @@ from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import Patrol
-from reference.world import Fate
+from reference.world import Fate, FireLit, FireRefused
 
 CALM = np.array([-1.0, 1.0, 1.0], dtype=np.float32)
 """A fire that is refused: the corner of the main body is outside."""

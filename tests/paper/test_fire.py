@@ -10,9 +10,16 @@ from hypothesis import strategies as st
 from movies import body, built, found, mark, play, shipped, split, stage
 
 from reference.building import Kind
-from reference.events import DoorBurnt, FireLit, FireRefused
-from reference.fire import Generator, free_places, occupied, snapped
-from reference.flames import Spread, cells_beside, fuel, rim
+from reference.fire import (
+    Generator,
+    Spread,
+    cells_beside,
+    free_places,
+    fuel,
+    occupied,
+    rim,
+    snapped,
+)
 from reference.paper import (
     BURN_LOSS,
     DECISION_SECONDS,
@@ -27,7 +34,7 @@ from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.robots import Sweep
-from reference.world import Fate, Source
+from reference.world import DoorBurnt, Fate, FireLit, FireRefused, Source
 
 COORDINATES = st.floats(-1e6, 1e6)
 

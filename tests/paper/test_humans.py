@@ -24,7 +24,6 @@ from movies import (
 
 from reference import walking
 from reference.building import Kind
-from reference.events import Died, Evacuated, LeftFloor
 from reference.humans import desired, pass_landmark, stuck
 from reference.paper import (
     FOLLOW_DISTANCE,
@@ -48,8 +47,11 @@ from reference.world import (
     NOBODY,
     NOWHERE,
     Aim,
+    Died,
+    Evacuated,
     Fate,
     Goal,
+    LeftFloor,
     Mind,
     Mode,
     Passed,

@@ -3,7 +3,6 @@
 import pytest
 from movies import shipped
 
-from reference.events import Died, DoorBurnt, Evacuated, FireLit, FireRefused, LeftFloor
 from reference.game.rewards import fire_reward, group_reward
 from reference.paper import (
     FIRE_REFUSED_PENALTY,
@@ -15,6 +14,7 @@ from reference.paper import (
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.strategies.robots import Sweep
+from reference.world import Died, DoorBurnt, Evacuated, FireLit, FireRefused, LeftFloor
 
 OUT = [
     LeftFloor(9.0, 0, 1, 80.0),

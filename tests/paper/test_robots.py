@@ -21,7 +21,6 @@ from movies import (
 )
 
 from reference.building import Kind
-from reference.events import Evacuated
 from reference.paper import DECISION_SECONDS, NEAR_STAIRWELL, ROBOT_SPEED, Scenario
 from reference.robots import (
     DOORWAY,
@@ -35,7 +34,7 @@ from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import (
     Sweep,
 )
-from reference.world import NOWHERE
+from reference.world import NOWHERE, Evacuated
 
 UPSTAIRS = """
        #########

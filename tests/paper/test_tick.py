@@ -24,7 +24,6 @@ from movies import (
 )
 
 from reference.building import Kind
-from reference.events import Died, Evacuated, FireLit
 from reference.paper import (
     FLAME_SECONDS,
     FRAMES_PER_TICK,
@@ -37,7 +36,17 @@ from reference.paper import (
 from reference.robots import CROWD_GAP, FOLLOWER_GAP
 from reference.simulation import Simulation
 from reference.strategies import NoRobots, RandomFire
-from reference.world import NOBODY, NOWHERE, Aim, Fate, Goal, Mode
+from reference.world import (
+    NOBODY,
+    NOWHERE,
+    Aim,
+    Died,
+    Evacuated,
+    Fate,
+    FireLit,
+    Goal,
+    Mode,
+)
 
 LOSS = HEALTH_RATE * FRAMES_PER_TICK  # health that everybody loses in a tick
 

@@ -13,7 +13,6 @@ import torch
 from movies import turns
 from trainings import begun, equal, room_for, tiny
 
-from reference.events import FireLit
 from reference.game.environment import Environment
 from reference.game.interface import Moment
 from reference.game.observations import robot_vectors
@@ -34,6 +33,7 @@ from reference.workshop.training.policies import (
     policy_of,
 )
 from reference.workshop.training.session import Training
+from reference.world import FireLit
 
 
 @pytest.fixture(scope="module")

@@ -9,13 +9,13 @@ import pytest
 
 from reference.__main__ import main
 from reference.building import Kind
-from reference.events import Died, LeftFloor
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.maps import load
 from reference.workshop.recording import record
 from reference.workshop.strategies.robots import Sweep
+from reference.world import Died, LeftFloor
 
 NO_PEDPY = "PedPy is not installed: pip install -e '.[pedpy]'"
 COLUMNS = ["frame", "id", "pos_x", "pos_y", "ori_x", "ori_y", "mode", "leader"]

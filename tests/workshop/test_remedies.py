@@ -10,7 +10,7 @@ import pytest
 import torch
 from torch.distributions import Independent, MixtureSameFamily
 
-from reference.flames import fuel
+from reference.fire import fuel
 from reference.game.environment import destination, fire_decision
 from reference.game.observations import fire_vector, robot_vectors
 from reference.learning.networks import REFUSED, GaussianHead

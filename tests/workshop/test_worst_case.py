@@ -8,9 +8,7 @@ from movies import built, found, robots_named, shipped, stage
 from scipy.stats import ks_2samp
 
 from reference.beginning import with_people_at
-from reference.events import FireLit
-from reference.fire import free_places
-from reference.flames import Spread
+from reference.fire import Spread, free_places
 from reference.game.rewards import group_reward
 from reference.navigation import navigation_of
 from reference.paper import Scenario
@@ -19,7 +17,7 @@ from reference.strategies import NoFire, NoRobots
 from reference.workshop.crossplay.contestants import encounter
 from reference.workshop.strategies.fires import APART, busiest
 from reference.workshop.worst_case import FirstAt, WorstCase, another_future
-from reference.world import Source
+from reference.world import FireLit, Source
 
 BRIEF = {"people": 8, "sources": 2, "time_limit": 50.0}
 

@@ -14,13 +14,13 @@ from typing import Any
 from tqdm import tqdm
 
 from reference.evaluation.difficulty import arrival_of, difficulty, people_in
-from reference.events import Evacuated
 from reference.simulation import Simulation
 from reference.workshop.crossplay import matches
 from reference.workshop.crossplay.matches import Evaluation, Run
 from reference.workshop.files import Table, make_folder, number, read_table
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.workers import as_done, chunks
+from reference.world import Evacuated
 
 RUNS = "runs.csv"
 IN_LOCKSTEP = 16  # runs of a job

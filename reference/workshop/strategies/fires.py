@@ -10,8 +10,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from reference.building import Building, Kind, Landmark
-from reference.fire import Decision, decision_at, free_places
-from reference.flames import fuel
+from reference.fire import Decision, decision_at, free_places, fuel
 from reference.navigation import navigation_of
 from reference.strategies import RandomFire
 from reference.workshop.traffic import traffic, walk

@@ -121,7 +121,9 @@ def speed_in_ring(density: float, seed: int) -> float:
         near = np.flatnonzero(np.abs(again[:, 0] - length / 2) < length / 2 + 4)
         at, floor = again[near], np.zeros(len(near), int)
         ahead = at + np.array([40.0, 0.0])
-        moved = motion.step(at, floor, ahead, pace[near % n], tick, inside, rng)[:n]
+        pairs = motion.neighbours(at, floor, pace[near % n], tick)
+        facts = at, ahead, pace[near % n], tick, inside, pairs
+        moved = motion.step(*facts, motion.turns(rng))[:n]
         walked.append((moved - position)[:, 0].mean() / tick)
         position = moved % [length, inf]
     return float(np.mean(walked[50:]))

@@ -14,12 +14,11 @@ import numpy as np
 from reference import motion
 from reference.beginning import with_people_at
 from reference.building import Building
-from reference.events import Event
 from reference.floorplan import parse
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.world import Bodies, World
+from reference.world import Bodies, Event, World
 
 BARE = Scenario(robots_per_floor=0, sources=0, time_limit=300.0)
 
@@ -62,8 +61,9 @@ class Ghosts(Simulation):
 
     def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
         position, pace = self.world.bodies.position[who], self.world.bodies.pace[who]
-        floors, rng, free = np.arange(len(who)), self.rng["bodies"], self._free(who)
-        return motion.step(position, floors, target, pace, self.tick, free, rng)
+        turns, alone = motion.turns(self.rng["bodies"]), np.empty((2, 0), int)
+        free = self._free(who)
+        return motion.step(position, target, pace, self.tick, free, alone, turns)
 
     def fill_doors(self, touched: list[tuple[int, int]]) -> None:
         """Fill nothing."""
