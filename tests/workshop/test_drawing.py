@@ -76,7 +76,7 @@ def gif(tmp_path_factory):
     """A short film as GIF, the simulation that it shows, and its outcome."""
     path = tmp_path_factory.mktemp("film") / "film.gif"
     run = Simulation(house("tiny"), SHORT, seed=1, fire=RandomFire(), robots=Sweep())
-    drawing.animate(run, path)
+    drawing.animate([run], path)
     return path, run
 
 
@@ -86,7 +86,7 @@ def player(tmp_path_factory):
     path = tmp_path_factory.mktemp("film") / "film.html"
     long = replace(SHORT, time_limit=17.0)
     run = Simulation(house("tiny"), long, seed=1, fire=RandomFire(), robots=Sweep())
-    drawing.animate(run, path)
+    drawing.animate([run], path)
     return path.read_text(encoding="utf-8"), run
 
 
@@ -125,7 +125,7 @@ def colour_at(axes, x, y):
 @pytest.mark.paper("A8", "Figs. 4-6")
 def test_every_cell_has_the_colour_of_its_kind_at_its_place_in_metres(tiny):
     """Walls are dark, doors blue, entrances purple, exits green: where they stand."""
-    axes = drawing.top(tiny, floor=0).axes[0]
+    axes = drawing.top(tiny).axes[0]
     image = pixels(axes.figure)[::-1]
     for kind in Kind:
         x, y = tiny.metres(*np.argwhere(tiny.kind[0] == kind)[0])
@@ -147,13 +147,6 @@ def test_the_legend_names_no_kind_that_does_not_occur():
 def test_nothing_is_clipped_in_any_view_of_any_building(name, view):
     """One storey or five, wide or tall: all that is drawn lies inside its page."""
     assert_on_page(drawn(view, name))
-
-
-@pytest.mark.paper("A8", "Figs. 4-6")
-def test_one_floor_can_be_drawn_alone(institute):
-    """Floor 1 in the code is the second floor of the house."""
-    figure = drawing.top(institute, floor=1)
-    assert [axes.get_title("left") for axes in figure.axes] == ["Floor 2: offices"]
 
 
 @pytest.mark.paper("A8", "Figs. 4-6")
@@ -484,7 +477,7 @@ def test_an_mp4_hands_every_frame_to_ffmpeg(simulation, tmp_path, monkeypatch):
         tmp_path, monkeypatch, 'for last; do :; done; echo "$@" > said; cat > "$last"'
     )
     monkeypatch.chdir(tmp_path)
-    drawing.animate(simulation, tmp_path / "film.mp4")
+    drawing.animate([simulation], tmp_path / "film.mp4")
     width, height = map(
         int, re.search(r"(\d+)x(\d+)", Path("said").read_text()).groups()
     )
@@ -499,7 +492,7 @@ def test_refuses_an_mp4_without_ffmpeg_before_anything_runs(
     """The hint names what works everywhere."""
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(ValueError, match=r"needs ffmpeg.*end the name in \.gif"):
-        drawing.animate(simulation, tmp_path / "film.mp4")
+        drawing.animate([simulation], tmp_path / "film.mp4")
     assert simulation.world.time == 0
 
 
@@ -512,7 +505,7 @@ def test_an_ffmpeg_that_fails_or_complains_leaves_the_old_film(
     film = tmp_path / "film.mp4"
     film.write_text("yesterday's")
     with pytest.raises(OSError, match=r"film\.mp4: cannot be written \(ffmpeg: "):
-        drawing.animate(simulation, film)
+        drawing.animate([simulation], film)
     assert film.read_text() == "yesterday's"
     assert {path.name for path in tmp_path.iterdir()} == {"ffmpeg", "film.mp4"}
 
@@ -533,7 +526,7 @@ def test_an_interrupted_film_leaves_what_was_there_before(
 
     monkeypatch.setattr(simulation, "step", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        drawing.animate(simulation, target)
+        drawing.animate([simulation], target)
     assert [path.read_text() for path in tmp_path.iterdir()] == ["yesterday's"]
 
 

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 
 from reference.floorplan import to_text
 from reference.workshop.maps import MistakesError, find, parse, read
+from reference.workshop.maps.mistakes import WORDS
 
 HERE = Path(__file__).parent
 SHIPPED = sorted((HERE.parents[1] / "floors").glob("*.txt"))
@@ -89,9 +90,18 @@ def test_refuses_a_drawing_and_says_where_why_and_what_to_type(path, monkeypatch
     with pytest.raises(MistakesError) as caught:
         read(path.name)
     assert f"{caught.value}\n" == path.with_suffix(".expected").read_text("utf-8")
+
+
+@pytest.mark.parametrize("kind", WORDS)
+def test_every_mistake_has_a_map_and_one_thing_to_do(kind):
+    """In the imperative; what is too much for a map is drawn by other tests."""
+    what, hint = WORDS[kind]
     verbs = "Draw|Join|Keep|Move|Put|Save|Shorten|Take|Type|Use|Write"
-    for mistake in caught.value.mistakes:
-        assert re.fullmatch(rf"({verbs}) [^\n]+\.", mistake.hint)
+    assert re.fullmatch(rf"({verbs}) [^\n]+\.", hint)
+    if kind not in ("too-long", "not-text", "parts-limit", "memory-limit"):
+        said = re.sub(r"\\{.*?\\}", ".+", re.escape(what))
+        pages = [path.with_suffix(".expected").read_text("utf-8") for path in BAD]
+        assert any(re.search(rf":\d+: {said}$", page, re.MULTILINE) for page in pages)
 
 
 def test_a_stage_is_silent_until_the_one_before_is_satisfied():

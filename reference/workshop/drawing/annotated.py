@@ -17,7 +17,6 @@ from PIL import Image
 
 from reference.fire import snapped
 from reference.workshop.drawing import page
-from reference.workshop.drawing.page import BLUE
 
 INKS = 64  # colours of an inline picture: flat areas need no more
 DOTS = 110  # of it, per inch
@@ -58,23 +57,11 @@ def inline(figure: Figure) -> str:
 def snapping() -> Figure:
     """Draw X′ over X: each coordinate becomes the middle of its cell [D3, Eq. 2]."""
     figure = page.sheet("The middle of the nearest cell", 4.6, 4.6)
-    axes, edges = figure.subplots(), np.arange(-2, 4)
-    for low in edges[:-1]:
-        to = snapped(low + 0.3)
-        axes.plot([low, low + 1], [to, to], color=BLUE, lw=2.6)
-        axes.plot([low, low + 1], [to, to], "o", color=BLUE, mfc="white", ms=4)
-        axes.plot(low, to, "o", color=BLUE, ms=4)
-    X = -1.2
-    axes.annotate(
-        f"X = {X:g}, X′ = {snapped(X):g}",
-        (X, snapped(X)),
-        (-0.6, -1.9),
-        arrowprops={"arrowstyle": "-", "color": page.FAINT},
-    )
-    axes.plot(edges, edges, color=page.FAINT, lw=1, ls=":", label="X′ = X")
-    axes.plot(X, snapped(X), "D", color=BLUE, ms=6)
+    axes, X = figure.subplots(), np.linspace(-2, 3, 500, endpoint=False)
+    axes.plot(X, [snapped(x) for x in X], ".", ms=3, color=page.BLUE, label="X′")
+    axes.plot(X, X, ":", lw=1, color=page.FAINT, label="X")
     axes.set(xlabel="X, metres: what the fire decides", ylabel="X′, metres")
-    axes.set(xticks=edges, yticks=edges, aspect="equal")
-    axes.grid(True)
+    axes.set(aspect="equal")
+    axes.grid()
     axes.legend(loc="upper left")
     return figure

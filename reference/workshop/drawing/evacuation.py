@@ -19,6 +19,7 @@ from matplotlib.figure import Figure
 from matplotlib.path import Path
 
 from reference.building import Building, Kind
+from reference.navigation import navigation_of
 from reference.paper import HEALTH
 from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.page import COLOURS, Style
@@ -147,6 +148,7 @@ class Side:
     def __init__(self, axes: Axes, curve: Axes, building: Building, moves: np.ndarray):
         """moves: (floors, 2) metres, see `_places`."""
         self.axes, self.building, self.moves, self.curve = axes, building, moves, curve
+        self.centres = navigation_of(building).centres
         for area in building.areas:
             plans.write_name(axes, building, area, 7.0, moves[area.floor])
         looks = _looks(plans.points_per_metre(axes))
@@ -192,8 +194,7 @@ class Side:
             crowd.set_offsets(self.on_page(bodies.floor[who], bodies.position[who]).T)
             crowd.set_array(bodies.health[who])
         dead = bodies.fate == Fate.DEAD
-        spots = self.on_page(bodies.floor[dead], bodies.position[dead])
-        self.marks["died here"].set_data(*spots)
+        self._put("died here", bodies.floor[dead], bodies.position[dead])
 
     def _show_trails(self, world: World, history: Sequence[Tally]) -> None:
         """Draw where people inside walked, unless tallies are over a second apart."""
@@ -211,25 +212,21 @@ class Side:
         sent = [r for r in robots if r.active and r.destination is not None]
         start = self.on_page([r.floor for r in sent], [r.position for r in sent])
         there = self.on_page([r.floor for r in sent], [r.destination for r in sent])
-        here = self.on_page([r.floor for r in robots], [r.position for r in robots])
         ways = np.stack([start, there, np.full_like(there, np.nan)], axis=2)
-        self.marks["robot"].set_data(*here)
+        self._put("robot", [r.floor for r in robots], [r.position for r in robots])
         self.marks["destination"].set_data(*ways.reshape(2, -1))
 
     def _show_fire(self, world: World) -> None:
+        burnt = np.isin(self.building.landmark, [*world.burnt])
+        for name, cells in (("flames", world.flames.burning), ("burnt door", burnt)):
+            place = np.flatnonzero(cells)
+            self._put(name, place // cells[0].size, self.centres[place])
         sources = world.flames.sources
-        burnt = [self.building.landmarks[k] for k in world.burnt]
-        doors = [(mark.floor, *cell) for mark in burnt for cell in mark.cells]
-        self._mark_cells("flames", np.argwhere(world.flames.burning))
-        self._mark_cells("burnt door", np.array(doors, dtype=int).reshape(-1, 3))
-        lit = self.on_page([s.floor for s in sources], [(s.x, s.y) for s in sources])
-        self.marks["fire source"].set_data(*lit)
+        lit = [(source.x, source.y) for source in sources]
+        self._put("fire source", [source.floor for source in sources], lit)
 
-    def _mark_cells(self, name: str, cells: np.ndarray) -> None:
-        """Put marks on cells: (k, 3) floor, row and column."""
-        floor, *cell = cells.T
-        x, y = self.building.metres(*cell)  # of all at once
-        self.marks[name].set_data(*self.on_page(floor, np.stack([x, y], axis=-1)))
+    def _put(self, name: str, floor: Any, position: Any) -> None:
+        self.marks[name].set_data(*self.on_page(floor, position))
 
 
 def _places(building: Building) -> tuple[np.ndarray, np.ndarray]:

@@ -25,7 +25,6 @@ from tqdm import tqdm
 from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.drawing.evacuation import Scene, Tally, tally
-from reference.workshop.drawing.page import with_suffix
 from reference.workshop.files import replacing
 from reference.workshop.recording import ticks
 
@@ -41,30 +40,31 @@ Frame = tuple[np.ndarray, float]
 
 
 def animate(
-    simulations: Simulation | Sequence[Simulation],
+    simulations: Sequence[Simulation],
     path: str | Path,
     headings: Sequence[str] = ("",),
     going: Iterable[None] | None = None,
 ) -> None:
-    """Run a simulation, or two in one building, to the end and film it.
+    """Run one simulation, or two in one building, to the end and film them.
 
     path: .gif, .html or .mp4.  headings: one for each; "" is the building's title.
     going: runs them instead, and pauses after each tick; see `recording.ticks`.
 
-    All of the file is written, or nothing. Raises ValueError for another suffix and for
-    .mp4 without ffmpeg, OSError for an unwritable path.
+    All of the file is written, or nothing. Raises ValueError for .mp4 without ffmpeg,
+    OSError for an unwritable path.
     """
-    target = with_suffix(path, FORMATS, "an animation")
-    if target.suffix.lower() == ".mp4" and which("ffmpeg") is None:
+    target = Path(path)
+    write = FORMATS[target.suffix.lower()]
+    if write is _mp4 and which("ffmpeg") is None:
         raise InputError(
             f"{target}: an MP4 needs ffmpeg; install it, or end the name in .gif or "
             ".html."
         )
-    runs = [simulations] if isinstance(simulations, Simulation) else list(simulations)
-    scene = Scene(runs[0].building, len(runs[0].world.bodies), headings)
-    write = FORMATS[target.suffix.lower()]
+    first = simulations[0]
+    scene = Scene(first.building, len(first.world.bodies), headings)
+    frames = _frames(scene, simulations, going or ticks(simulations))
     with replacing(target) as partial:
-        write(partial, scene, _frames(scene, runs, going or ticks(runs)))
+        write(partial, scene, frames)
 
 
 def _frames(

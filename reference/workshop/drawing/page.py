@@ -5,7 +5,7 @@ page are inches, all places in a building metres, as in `building`.  Importing t
 module sets matplotlib's style.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from io import BytesIO
 from math import ceil, log
 from pathlib import Path
@@ -22,7 +22,6 @@ from matplotlib.patches import Patch
 from numpy.typing import ArrayLike
 
 from reference.building import Building, Kind
-from reference.paper import InputError
 from reference.workshop.files import write_whole
 
 COLOURS = {
@@ -45,7 +44,6 @@ MEANINGS = {
 TEXT = "#23272e"
 FAINT = "#6b7480"
 BLUE = "#1b5e9e"  # of curves
-PICTURES = (".png", ".svg", ".pdf")
 NUMBERS = "{x:,.10g}"
 """How axes write their numbers: 1,234.5 and 0.00004."""
 
@@ -80,22 +78,10 @@ def save(figure: Figure, path: str | Path) -> Path:
 
     Raises ValueError for another suffix, OSError where the path cannot be written.
     """
-    target = with_suffix(path, PICTURES, "a picture")
-    content = BytesIO()
+    content, target = BytesIO(), Path(path)
     figure.savefig(content, format=target.suffix[1:].lower())
     write_whole(target, content.getbuffer())
     return target
-
-
-def with_suffix(path: str | Path, known: Iterable[str], what: str) -> Path:
-    """Check how a path ends; ValueError names the known formats."""
-    path = Path(path)
-    if path.suffix.lower() not in known:
-        raise InputError(
-            f"{path}: {what} cannot be written as '{path.suffix or path.name}'. "
-            f"End the name in {' or '.join(known)}."
-        )
-    return path
 
 
 def sheet(title: str, width: float, height: float, layout: Any = None) -> Figure:
@@ -134,39 +120,25 @@ def samples(looks: Mapping[str, Style]) -> list[Artist]:
 def floor_page(
     building: Building, title: str, floor: int | None = None, alpha: float = 1.0
 ) -> tuple[Figure, dict[int, Axes]]:
-    """Make a titled figure with a panel in metres for each floor, or for one (from 0).
-
-    Raises ValueError where there is no such floor.
-    """
-    if floor is not None and not 0 <= floor < building.floors:
-        raise InputError(
-            f"there is no floor {floor + 1} in {building.title}. "
-            f"Choose one from 1 to {building.floors}."
-        )
-    floors = range(building.floors) if floor is None else (floor,)
+    """Make a titled figure with a panel in metres for each floor, or for one."""
+    floors = range(building.floors) if floor is None else [floor]
     rows, columns = arranged(building, len(floors))
     down, across = np.multiply((rows, columns), building.kind.shape[1:])
     width, height = min(12, 6 * across / down) + 0.7, min(6, 12 * down / across) + 1.5
     figure = sheet(title, max(width, 9), height, "compressed")
-    grid = figure.subplots(rows, columns, squeeze=False)
-    for axes in grid.flat[len(floors) :]:
-        axes.remove()
-    panels = dict(zip(floors, grid.flat, strict=False))
-    for each, axes in panels.items():
-        paint_floor(axes, building, each, alpha)
-        axes.label_outer()
+    panels = {}
+    for place, each in enumerate(floors, 1):
+        panels[each] = figure.add_subplot(rows, columns, place)
+        paint_floor(panels[each], building, each, alpha)
+        panels[each].label_outer()
     return figure, panels
 
 
 def arranged(building: Building, floors: int) -> tuple[int, int]:
-    """Rows and columns of panels that make a page about twice as wide as high."""
+    """Rows and columns of floors that make a page about twice as wide as high."""
     high, wide = building.kind.shape[1:]
-
-    def off(columns: int) -> float:
-        return abs(log(columns * wide / (ceil(floors / columns) * high) / 2))
-
-    columns = min(range(1, floors + 1), key=off)
-    return ceil(floors / columns), columns
+    pairs = [(ceil(floors / k), k) for k in range(1, floors + 1)]
+    return min(pairs, key=lambda pair: abs(log(pair[1] * wide / (pair[0] * high) / 2)))
 
 
 def paint_floor(axes: Axes, building: Building, floor: int, alpha: float = 1.0) -> None:

@@ -45,31 +45,28 @@ def top(building: Building, floor: int | None = None) -> Figure:
     return figure
 
 
-def graph(building: Building, floor: int | None = None) -> Figure:
+def graph(building: Building) -> Figure:
     """Draw the graph over the floors: rooms are nodes, ways through are edges [A2].
 
     A node stands in the widest part of its room; straight lines lead to its doors.
     """
     title = f"{building.title}: the graph"
-    figure, panels = page.floor_page(building, title, floor, alpha=0.28)
+    figure, panels = page.floor_page(building, title, alpha=0.28)
     there = {page.MEANINGS[kind]: look for kind, look in WAYS.items()}
     page.legend(figure, page.samples(NODES | there))
     figure.draw_without_rendering()
     for *sides, key in building.graph.edges(keys=True):
-        mark = building.landmark_of.get(key)  # none for stairs, which join two floors
-        if mark and mark.floor in panels:
+        if key in building.landmark_of:  # stairs are none
+            mark = building.landmark_of[key]
             for side in (side for side in sides if side in building.area_of):
                 node = node_of(building, building.area_of[side])
                 ends = np.transpose([mark.position, node])
                 panels[mark.floor].plot(*ends, **WAYS[mark.kind], markevery=[0])
     for area in building.areas:
-        if area.floor in panels:
-            axes, look = panels[area.floor], NODES[area.kind]
-            axes.plot(*node_of(building, area), **look)
-            words: Style = (
-                {"color": "white"} if area.kind == "stairwell" else {"bbox": _BOX}
-            )
-            write_name(axes, building, area, 8.0, look=words)
+        axes = panels[area.floor]
+        axes.plot(*node_of(building, area), **NODES[area.kind])
+        look: Style = {"bbox": _BOX} if area.kind == "room" else {"color": "white"}
+        write_name(axes, building, area, 8.0, look=look)
     return figure
 
 
