@@ -9,11 +9,19 @@ import signal
 import sys
 
 if __name__ == "__main__":
-    NAMES = ("SIGINT", "SIGTERM", "SIGHUP")  # not every system has the last
-    STOPS = [getattr(signal, name) for name in NAMES if hasattr(signal, name)]
-    STOPS = [stop for stop in STOPS if signal.getsignal(stop) != signal.SIG_IGN]
-    for stop in STOPS:  # if stopped during the imports below: exit silently
-        signal.signal(stop, lambda *_: os._exit(130))
+    HEARD = list[int]()  # signals that stop this process
+
+    def stop(number: int, frame: object) -> None:
+        """Handle a signal; exit silently while the modules below are loaded."""
+        if "_process" not in globals():
+            os._exit(130)
+        HEARD.append(number)
+        raise KeyboardInterrupt
+
+    for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # not every system has the last
+        number = getattr(signal, name, signal.SIGINT)
+        if signal.getsignal(number) != signal.SIG_IGN:  # as `nohup` has it
+            signal.signal(number, stop)
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed: nobody listens
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
@@ -22,8 +30,7 @@ from argparse import ArgumentParser
 from argparse import RawDescriptionHelpFormatter as Formatter
 from collections.abc import Sequence
 from contextlib import suppress
-from threading import Event
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import reference
 from reference.paper import InputError
@@ -37,20 +44,8 @@ from reference.workshop.commands.training import curves, train
 from reference.workshop.files import told
 from reference.workshop.runs import ContradictionError
 
-COMMANDS = {
-    "check": check,
-    "draw": draw,
-    "floors": floors,
-    "evacuate": evacuate,
-    "evaluate": evaluate,
-    "train": train,
-    "curves": curves,
-    "experiment": experiment,
-    "validate": validate,
-    "bench": bench,
-    "paper": paper,
-}
-
+MAPS, RUNS = (check, draw, floors), (evacuate, evaluate, train, curves, experiment)
+COMMANDS = {c.run.__name__: c for c in (*MAPS, *RUNS, validate, bench, paper)}
 STOPPED = "stopped; nothing half-written is left"
 
 
@@ -90,9 +85,6 @@ def _drop_unprinted() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-# -- The command line ---------------------------------------------------------------
-
-
 class _Parser(ArgumentParser):
     """Tells a mistake in one line, without the usage above it."""
 
@@ -126,28 +118,16 @@ def _describe(parser: ArgumentParser, command: Command) -> None:
     parser.set_defaults(run=command.run)
 
 
-# -- The process --------------------------------------------------------------------
-
-
 def _process() -> int:
-    """Run the command line as this process, which Ctrl-C and other signals stop."""
+    """Run the command line; a stop counts even if a library raises its own error."""
     os.environ.pop("MPLBACKEND", None)  # may name what is not installed here
-    heard = Event()
-
-    def stop(*_: Any) -> NoReturn:
-        """Handle a signal."""
-        heard.set()
-        raise KeyboardInterrupt
-
-    for number in STOPS:
-        signal.signal(number, stop)
     try:
         status = main()
     except Exception:
-        if not heard.is_set():
+        if not HEARD:
             raise
-        status = _complain(STOPPED, 130)  # a library put its own error in its place
-    if heard.is_set():
+        status = _complain(STOPPED, 130)
+    if HEARD:
         sys.stderr.flush()
         os._exit(status)  # Python may crash when it unloads what is half loaded
     return status

@@ -80,9 +80,7 @@ class _Reader:
 
     def __init__(self) -> None:
         self.line, self.title, self.size = 0, "", (0, 0)
-        self.storeys: list[Storey] = []
-        self.name, self.copies = "", 0  # of the floor that is being drawn
-        self.rows: list[str] = []
+        self.storeys: list[tuple[str, list[str]]] = []  # names and rows
 
     def read(self, line: str) -> None:
         """Read the next line of the file."""
@@ -93,41 +91,36 @@ class _Reader:
         elif size := _SIZE.fullmatch(code):
             self.size = int(size[1]), int(size[2])
         elif floor := _FLOOR.fullmatch(code):
-            self._close()
-            self._begin(int(floor[1]), int(floor[2] or floor[1]), floor[3])
+            self._end_floor()
+            follows, rows = len(self.storeys) + 1, list[str]()
+            copies = range(int(floor[1]), int(floor[2] or floor[1]) + 1)
+            if not copies or copies[0] != follows:
+                raise FloorPlanError(f"this should be floor {follows}")
+            self.storeys += [(floor[3], rows) for _ in copies]
         elif code:
             self._row(code)
 
     def plan(self) -> Plan:
         """The whole drawing, once all its lines are read."""
-        self._close()
+        self._end_floor()
         if not self.title or not self.storeys:
             raise FloorPlanError("no building" if self.storeys else "no floor is drawn")
-        return Plan(self.title, *self.size, tuple(self.storeys))
-
-    def _begin(self, first: int, last: int, name: str) -> None:
-        follows = len(self.storeys) + 1
-        if first != follows or last < first:
-            raise FloorPlanError(f"this should be floor {follows}")
-        self.name, self.copies, self.rows = name, last - first + 1, []
+        storeys = [Storey(name, tuple(rows)) for name, rows in self.storeys]
+        return Plan(self.title, *self.size, tuple(storeys))
 
     def _row(self, code: str) -> None:
         width = self.size[0]
-        if not self.copies:
+        if not self.storeys:
             raise FloorPlanError("this row stands before any floor")
         if not _ROW.fullmatch(code):
             raise FloorPlanError("a sign here has no meaning in a drawing")
         if len(code) > width:
-            raise FloorPlanError(
-                f"this row has {len(code)} columns, the size says {width}"
-            )
-        self.rows.append(code.ljust(width))
+            what = f"this row has {len(code)} columns, the size says {width}"
+            raise FloorPlanError(what)
+        self.storeys[-1][1].append(code.ljust(width))
 
-    def _close(self) -> None:
-        """End the drawing of a floor, if one was begun."""
-        drawn, height = len(self.rows), self.size[1]
-        if self.copies and drawn != height:
-            raise FloorPlanError(
-                f"the drawing above has {drawn} rows, the size says {height}"
-            )
-        self.storeys += self.copies * [Storey(self.name, tuple(self.rows))]
+    def _end_floor(self) -> None:
+        for _, rows in self.storeys[-1:]:
+            if len(rows) != self.size[1]:
+                what = f"the drawing above has {len(rows)} rows, the size says "
+                raise FloorPlanError(f"{what}{self.size[1]}")

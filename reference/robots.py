@@ -6,12 +6,11 @@ Clauses: B5, C5-C8.  Who decides where a robot goes is in `strategies`.
     p           place
 """
 
-from functools import lru_cache
 from math import dist
 
 import numpy as np
 
-from reference.building import Building, Kind, Landmark
+from reference.building import Building, Kind
 from reference.navigation import Navigation, navigation_of
 from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED
 from reference.world import NOWHERE, Robot, World
@@ -112,43 +111,14 @@ def said_on_the_way(building: Building, floor: int, target: Destination) -> int:
     """
     here = [mark for mark in building.landmarks if mark.floor == floor]
     exits = [mark for mark in here if mark.kind is Kind.EXIT]
-    wells = [s for s in building.stairwells if s.centre == target]
-    wells = [s for s in wells if s.leads_down(floor)]
-    if wells:
-        marks = [building.landmarks[m] for m in wells[0].entrances[floor]]
+    wells = [s for s in building.stairwells if s.leads_down(floor)]
+    if below := [well for well in wells if well.centre == target]:
+        marks = [mark for mark in here if mark.index in below[0].entrances[floor]]
     elif any(dist(mark.position, target) <= AT_EXIT for mark in exits):
         marks = exits
     else:
         return NOWHERE
     return min(marks, key=lambda mark: dist(mark.position, target)).index
-
-
-@lru_cache(maxsize=64)
-def before_stairwell(building: Building, floor: int, index: int) -> Destination:
-    """Find the room cell nearest to a stairwell that Eq. 1 does not pull inside."""
-    nav = navigation_of(building)
-    well = building.stairwells[index]
-    d = nav.distance_to(well.entrances[floor][0])
-    d[building.kind.ravel() != Kind.FLOOR] = np.inf
-    off = nav.centres - well.centre
-    d[np.hypot(off[:, 0], off[:, 1]) <= NEAR_STAIRWELL] = np.inf
-    x, y = nav.centres[int(np.argmin(d))].tolist()
-    return x, y
-
-
-def at_exit(building: Building, exit_: Landmark) -> Destination:
-    """Find a point that means this exit and no stairwell beside it [C6] [C7].
-
-    The exit itself, unless Eq. 1 leads away from there.
-    """
-    points = navigation_of(building).centres[: building.kind[0].size]
-    off = np.hypot(*(points - exit_.position).T)
-    near = points[np.argsort(off, kind="stable")[: int((off <= AT_EXIT).sum())]]
-    for point in [exit_.position, *((float(x), float(y)) for x, y in near)]:
-        target = actual_target(building, exit_.floor, *point)
-        if said_on_the_way(building, exit_.floor, target) in building.exits:
-            return point
-    return exit_.position
 
 
 def planned_way(robot: Robot, world: World, target: Destination) -> list[int]:

@@ -33,17 +33,15 @@ Lookup = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 def decide(world: World, who: np.ndarray, views: list[View]) -> None:
     """Let these people think; then copy their goals to their bodies."""
-    minds, bodies = [world.minds[i] for i in who.tolist()], world.bodies
+    bodies, minds = world.bodies, [world.minds[i] for i in who.tolist()]
     for me, view in zip(minds, views, strict=True):
         humans.think(me, view)
+    goals, landmark = [me.goal for me in minds], Aim.LANDMARK
     bodies.mode[who] = [int(me.mode) for me in minds]
     bodies.leader[who] = [me.leader for me in minds]
-    goals = [me.goal for me in minds]
-    landmark = Aim.LANDMARK
-    marks = [g.which if g.aim is landmark else NOWHERE for g in goals]
+    bodies.landmark[who] = [g.which if g.aim is landmark else NOWHERE for g in goals]
     place = np.array([goal.place for goal in goals], dtype=np.int64)
     there, stays = navigation_of(world.building).centres[place], place == NOWHERE
-    bodies.landmark[who] = marks
     bodies.target[who] = np.where(stays[:, None], bodies.position[who], there)
 
 

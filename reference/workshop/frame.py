@@ -1,6 +1,6 @@
 """The robot's frame: how a policy reads the 167 numbers and speaks a destination.
 
-Clauses: C1, C4, C5, C6.  [C5, chosen] The environment keeps the paper's interface,
+Clauses: C1, C4-C7.  [C5, chosen] The environment keeps the paper's interface,
 coordinates of the whole floor.  A policy reads and speaks from where its robot stands:
 points relative to it, those people first whom nobody leads, and a destination that may
 mean one of a few anchors.  All of it follows from the observation, the map, and where
@@ -18,12 +18,12 @@ import numpy as np
 from scipy import ndimage
 from scipy.sparse.csgraph import dijkstra
 
-from reference.building import Building, Kind
+from reference.building import Building, Kind, Landmark
 from reference.game.interface import Interface
 from reference.game.observations import from_normalised
 from reference.navigation import Navigation, navigation_of
-from reference.paper import SIGHT_RANGE
-from reference.robots import AT_EXIT, at_exit, before_stairwell
+from reference.paper import NEAR_STAIRWELL, SIGHT_RANGE
+from reference.robots import AT_EXIT, Destination, actual_target, said_on_the_way
 from reference.world import NOBODY
 
 UNIT = 10.0  # [C5, chosen] metres of one unit of an action
@@ -268,6 +268,34 @@ def way_marks(building: Building, floor: int) -> tuple[np.ndarray, np.ndarray]:
     outs += [np.array(at_exit(building, mark)) for mark in exits]
     feet = [before_stairwell(building, floor, k) for k in ends]
     return np.reshape(outs, (-1, 2)), np.reshape(feet, (-1, 2))
+
+
+@lru_cache(maxsize=64)
+def before_stairwell(building: Building, floor: int, index: int) -> Destination:
+    """Find the room cell nearest to a stairwell that Eq. 1 does not pull inside."""
+    nav = navigation_of(building)
+    well = building.stairwells[index]
+    d = nav.distance_to(well.entrances[floor][0])
+    d[building.kind.ravel() != Kind.FLOOR] = np.inf
+    off = nav.centres - well.centre
+    d[np.hypot(off[:, 0], off[:, 1]) <= NEAR_STAIRWELL] = np.inf
+    x, y = nav.centres[int(np.argmin(d))].tolist()
+    return x, y
+
+
+def at_exit(building: Building, exit_: Landmark) -> Destination:
+    """Find a point that means this exit and no stairwell beside it [C6] [C7].
+
+    The exit itself, unless Eq. 1 leads away from there.
+    """
+    points = navigation_of(building).centres[: building.kind[0].size]
+    off = np.hypot(*(points - exit_.position).T)
+    near = points[np.argsort(off, kind="stable")[: int((off <= AT_EXIT).sum())]]
+    for point in [exit_.position, *((float(x), float(y)) for x, y in near)]:
+        target = actual_target(building, exit_.floor, *point)
+        if said_on_the_way(building, exit_.floor, target) in building.exits:
+            return point
+    return exit_.position
 
 
 def _filled(floors: tuple[np.ndarray, ...]) -> np.ndarray:

@@ -10,6 +10,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, RandomFire
 from reference.walking import enter_stairs
+from reference.workshop.frame import before_stairwell
 from reference.workshop.strategies.fires import (
     BusiestFire,
     CloserFire,
@@ -22,7 +23,6 @@ from reference.workshop.strategies.robots import (
     Patrol,
     Sweep,
     as_observed,
-    before_stairwell,
 )
 from reference.world import NOBODY, Source
 

@@ -115,7 +115,6 @@ def test_train_tells_people_what_begins_and_how_to_look_at_it(once, capsys):
     assert "ends before anything is learned" in err
     words = command.split()
     assert words[:3] == ["python", "-m", "reference"]
-    assert words[words.index("--fire") + 1] == "random"
     assert main(words[3:]) == 0
     assert os.path.exists("learned.html")
 

@@ -2,7 +2,7 @@
 
 from argparse import Namespace
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict
 from math import isnan
@@ -29,8 +29,6 @@ COMPARED: list[Pair] = [("none", "random"), ("escort", "random"), ("escort", "bu
 TYPICAL = 3
 """A seed whose three evacuations end near the means over a hundred seeds."""
 
-WORDS = {"mean_health": "health of those out"}
-
 
 @options.command(
     "--seed 7 --animate film.gif",
@@ -45,9 +43,8 @@ def first_look(arguments: Namespace) -> None:
     evaluation = begin(robots, fires, seed=seed, episodes=1)
     runs = _episode(evaluation, COMPARED[:2], seed, arguments.animate)
     runs += _episode(evaluation, COMPARED[2:], seed)
-    lines = [
-        f"{evaluation.arena.building}, {evaluation.arena.people} people, seed {seed}"
-    ]
+    arena = evaluation.arena
+    lines = [f"{arena.building}, {arena.people} people, seed {seed}"]
     for pair, run in zip(COMPARED, runs, strict=True):
         health = f"{run['mean_health'] or 0:.0f} of 100 health on average"
         out = f"{run['evacuated']:3} get out alive, with {health}"
@@ -70,7 +67,7 @@ def first_look(arguments: Namespace) -> None:
     options.output(
         "--density",
         options.PICTURES,
-        "how dense people were, and where they died, in all episodes",
+        "draw how dense people were and where they died, in all episodes",
     ),
     options.output(
         "--animate",
@@ -166,31 +163,20 @@ def _heading(pair: Pair) -> str:
 
 def _told(evaluation: Evaluation, pair: Pair, runs: Sequence[Facts]) -> Facts:
     """Say what was played, the mean of every figure, and all runs."""
-    return {
-        "building": evaluation.arena.building,
-        "robots": pair[0],
-        "fire": pair[1],
-        "seed": evaluation.seed,
-        "episodes": evaluation.episodes,
-        **{name: _over(mean, runs, name) for name in list(runs[0])[3:]},
-        "runs": runs,
-    }
-
-
-def _over(of: Any, runs: Iterable[Facts], name: str) -> float | None:
-    """Mean, least or largest of a figure over the runs that have it, if any."""
-    known = [run[name] for run in runs if run[name] is not None]
-    return of(known) if known else None
+    means = {}
+    for name in list(runs[0])[3:]:
+        known = [run[name] for run in runs if run[name] is not None]
+        means[name] = mean(known) if known else None
+    what = {"building": evaluation.arena.building, "robots": pair[0], "fire": pair[1]}
+    seeds = {"seed": evaluation.seed, "episodes": evaluation.episodes}
+    return {**what, **seeds, **means, "runs": runs}
 
 
 def _summary(facts: Facts) -> str:
-    """Lay out what was played and its figures, one a row."""
-    runs, rows = facts["runs"], [["", "mean", "lowest", "highest"]]
-    for name in list(runs[0])[3:]:
-        spread = (_over(of, runs, name) for of in (mean, min, max))
-        words = WORDS.get(name, name.replace("_", " "))
-        rows.append([words, *map(figure, spread)])
-    if len(runs) == 1:
-        rows = [row[:2] for row in rows[1:]]
+    """Lay out what was played and its mean figures, one a row."""
     title = "{building}: robots {robots}, fire {fire}, seed {seed}, episodes {episodes}"
-    return title.format(**facts) + "\n" + table(rows, "<>>>"[: len(rows[0])])
+    rows = []
+    for name in list(facts)[5:-1]:
+        words = name.replace("mean_health", "health_of_those_out").replace("_", " ")
+        rows.append((words, figure(facts[name])))
+    return f"{title.format(**facts)}\n{table(rows, '<>')}"

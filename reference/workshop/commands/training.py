@@ -101,7 +101,9 @@ def train(arguments: Namespace) -> None:
     tell(arguments, facts, table(rows, "<>"))
     if facts["preset"] == "tiny":
         note(TINY)
-    _advise(training, out, path)
+    sides = (word for side in training.learners for word in (f"--{side}", path))
+    note(f"to see how it was learned, and what:\n  {again('curves', out)}")
+    note(f"  {again('evacuate', *sides, '--animate', 'learned.html')}")
 
 
 def _training(arguments: Namespace) -> Any:
@@ -117,16 +119,6 @@ def _training(arguments: Namespace) -> Any:
         refuse_options(asked, session.options_of(training.task))
         return training
     return session.begin(arguments)
-
-
-def _advise(training: Any, folder: Path, checkpoint: Path) -> None:
-    """Tell commands that show how it was learned, and what."""
-    fixed = {s: who for s, who in training.task.fixed.items() if isinstance(who, str)}
-    players = fixed | dict.fromkeys(training.learners, checkpoint)
-    words = [word for side, who in players.items() for word in (f"--{side}", who)]
-    note("to see how it was learned, and what:")
-    note(f"  {again('curves', folder)}")
-    note(f"  {again('evacuate', *words, '--animate', 'learned.html')}")
 
 
 @options.command(

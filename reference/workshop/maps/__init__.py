@@ -18,7 +18,7 @@ from reference.building import Building, building_of
 from reference.floorplan import Plan, to_text
 from reference.workshop.maps import semantics, syntax
 from reference.workshop.maps.mistakes import MOST, Mistake, MistakesError
-from reference.workshop.maps.syntax import MOST_LINES, MOST_SIGNS
+from reference.workshop.maps.syntax import MOST_LINES, MOST_SIGNS, Line
 from reference.workshop.plain import did_you_mean
 
 
@@ -48,8 +48,8 @@ def parse(text: str, path: str = "<text>") -> Plan:
     text = text.removeprefix("\ufeff")
     lines = re.split(r"\r\n?|\n", text[:MOST_SIGNS], maxsplit=MOST_LINES)
     if len(text) > MOST_SIGNS or len(lines) > MOST_LINES:
-        what = f"a file has at most {MOST_LINES} lines and {MOST_SIGNS} characters"
-        _refuse([Mistake(len(lines), 1, what, "Draw less.", lines[-1])], path)
+        end = Line(len(lines), lines[-1])
+        _refuse([end.mistake("too-long", lines=MOST_LINES, signs=MOST_SIGNS)], path)
     page = syntax.Page(lines)
     for found in syntax.stages(page):
         _refuse(found, path)

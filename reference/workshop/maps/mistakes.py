@@ -4,14 +4,21 @@ school.txt:7:13: there is a hole in the outer wall
     #AA+.lobby...
                 ^
     hint: Type '#' here, or 'E' for an exit.
+
+All that can be said stands in `mistakes.toml`.
 """
 
 import re
+import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 from reference.floorplan import FloorPlanError
 
+WORDS: dict[str, tuple[str, str]] = tomllib.loads(
+    Path(__file__).with_name("mistakes.toml").read_text("utf-8")
+)
 SHOWN = 4  # mistakes shown at once: more would hide the first
 MOST = 1000  # mistakes looked for: with so many, only the first help
 LONGEST = 400  # characters of a line that are shown, the mistake among them

@@ -59,15 +59,13 @@ def _too_large(plan: Plan, page: Page) -> Iterator[Mistake]:
         sum(ndimage.label(floor)[1] for floor in mask)
         for mask in (gates, ~gates & (signs != "#") & (signs != " "))
     )
-    needed = signs.size * (CELL_BYTES + doors) + signs[0].size * doors * DOOR_BYTES
+    each = signs.size * (CELL_BYTES + doors) + signs[0].size * doors * DOOR_BYTES
+    needed = each / 1e9
     first = page.drawings[0].heading
     if max(doors, rooms) > MOST_PARTS:
-        what = f"a building has at most {MOST_PARTS} rooms and as many doors"
-        yield first.mistake(what, "Draw fewer of them.")
-    elif needed > MOST_MEMORY * 1e9:
-        what = f"to simulate this building takes about {needed / 1e9:.0f} GB of memory"
-        hint = f"Draw fewer cells, floors or doors: at most {MOST_MEMORY:.0f} GB."
-        yield first.mistake(what, hint)
+        yield first.mistake("parts-limit", most=MOST_PARTS)
+    elif needed > MOST_MEMORY:
+        yield first.mistake("memory-limit", needed=needed, most=MOST_MEMORY)
 
 
 # -- One floor ----------------------------------------------------------------------
@@ -82,8 +80,7 @@ def _outer_wall(building: Building, drawing: Drawing) -> Iterator[Mistake]:
     gap = outside & ndimage.binary_dilation(room) & (between[0] | between[1])
     hole = room & ndimage.binary_dilation(outside & ~gap)
     for cells in pieces(gap) + pieces(hole):
-        hint = "Type '#' here, or 'E' for an exit."
-        yield drawing.mistake(cells[0] - 1, "there is a hole in the outer wall", hint)
+        yield drawing.mistake("hole", cells[0] - 1)
 
 
 def _rimmed(building: Building, drawing: Drawing) -> np.ndarray:
@@ -98,65 +95,49 @@ def _gates(building: Building, drawing: Drawing) -> Iterator[Mistake]:
         if gate.floor == drawing.floor:
             leads_outside = bool(outside[*gate.cells.T].any())
             if wrong := _wrong(building, gate, leads_outside):
-                yield drawing.mistake(gate.cells[0], *wrong)
+                yield drawing.mistake(wrong, gate.cells[0])
 
 
-def _wrong(
-    building: Building, gate: Landmark, leads_outside: bool
-) -> tuple[str, str] | None:
-    """What is wrong with a gate, and what to do."""
+def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
+    """What is wrong with a gate, if anything."""
     kinds = [building.area_of[side].kind for side in gate.sides if side != OUTSIDE]
     rooms, stairs = kinds.count("room"), kinds.count("stairwell")
-    if gate.kind is not Kind.EXIT and leads_outside:
-        return "this door leads outside", "Type 'E' for an exit, or '#' for a wall."
-    if gate.kind is not Kind.EXIT and (stairs > 1 or rooms < 2 - stairs or not rooms):
-        what = "this door leads nowhere: it joins two rooms, or a room and a stairwell"
-        return what, "Put it in the wall between the two, or type '#' here."
-    if gate.kind is Kind.EXIT and not (leads_outside and rooms):
-        what = "this exit does not lead from a room to the outside"
-        return what, "Put it in the outer wall of a room, or type '+' for a door."
-    return None
+    if gate.kind is Kind.EXIT:
+        return "" if leads_outside and rooms else "exit-indoors"
+    if leads_outside:
+        return "door-outside"
+    return "" if rooms and stairs < 2 <= rooms + stairs else "door-nowhere"
 
 
 def _stairwells(building: Building, drawing: Drawing) -> Iterator[Mistake]:
+    """Stairwells in two parts, open to something else, or without an entrance."""
     signs = _rimmed(building, drawing)
     for letter in STAIRWELLS:
-        name, parts = f"stairwell {letter}", pieces(signs == letter)
-        for part in parts[1:]:
-            hint = "Join the parts, or give this one another letter."
-            yield drawing.mistake(part[0] - 1, f"{name} is in two parts", hint)
-        for part in parts[:1]:
-            mine = signs == letter
-            unclosed = ~mine & (signs != "#") & (signs != "+")
-            openings = np.argwhere(mine & ndimage.binary_dilation(unclosed)) - 1
-            if len(openings):
-                hint = f"Draw '#' and a '+' around it, fill its room with '{letter}'"
-                hint += ", or type '+' for a door."
-                yield drawing.mistake(openings[0], f"{name} is open here", hint)
-            elif "+" not in signs[ndimage.binary_dilation(mine)]:
-                what = f"{name} has no entrance on floor {drawing.floor + 1}"
-                hint = "Type '+' in its wall, where a room is behind it."
-                yield drawing.mistake(part[0] - 1, what, hint)
+        mine = signs == letter
+        for part in pieces(mine)[1:]:
+            yield drawing.mistake("stairwell-split", part[0] - 1, letter=letter)
+        unclosed = ~mine & (signs != "#") & (signs != "+")
+        openings = np.argwhere(mine & ndimage.binary_dilation(unclosed))
+        for cell in openings[:1]:
+            yield drawing.mistake("stairwell-open", cell - 1, letter=letter)
+        if not len(openings) and "+" not in signs[ndimage.binary_dilation(mine)]:
+            for cell in np.argwhere(mine)[:1]:
+                yield drawing.mistake("stairwell-closed", cell - 1, letter=letter)
 
 
 def _rooms(building: Building, drawing: Drawing) -> Iterator[Mistake]:
     """A floor without a room, a second name in one room, or one name in two."""
     if not building.rooms(drawing.floor):
-        what = f"no room is drawn on floor {drawing.floor + 1}"
-        hint = "Draw its floor with '.' between the walls."
-        yield drawing.heading.mistake(what, hint)
+        yield drawing.heading.mistake("no-room", floor=drawing.floor + 1)
     names: dict[int, str] = {}  # of rooms by their index
     for row, text in enumerate(building.plan.storeys[drawing.floor].rows):
         for word in re.finditer("[a-z][a-z0-9]*", text):
             cell, name = (row, word.start()), word[0]
             room = int(building.area[drawing.floor, *cell])
             if room in names:
-                what = f"'{name:.80}' is a second name in room '{names[room]:.80}'"
-                hint = "Keep one word on one row, or draw a wall between the two."
-                yield drawing.mistake(cell, what, hint)
+                yield drawing.mistake("second-name", cell, name=name, room=names[room])
             elif name in names.values():
-                what = f"two rooms on floor {drawing.floor + 1} are called '{name:.80}'"
-                yield drawing.mistake(cell, what, "Write another name here.")
+                yield drawing.mistake("same-name", cell, name=name)
             names.setdefault(room, name)
 
 
@@ -165,29 +146,25 @@ def _rooms(building: Building, drawing: Drawing) -> Iterator[Mistake]:
 
 def _some_exit(building: Building, page: Page) -> Iterator[Mistake]:
     if not building.exits:
-        hint = "Type 'E' in the outer wall of a room on floor 1."
-        yield page.drawings[0].heading.mistake("the building has no exit", hint)
+        yield page.drawings[0].heading.mistake("no-exit")
 
 
 def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
+    """Stairwells on one floor only, with a floor left out, or not above themselves."""
     for well in building.stairwells:
-        name = f"stairwell {well.letter}"
-        cells = {floor + 1: building.areas[i].cells for floor, i in well.areas.items()}
+        cells = {floor: building.areas[i].cells for floor, i in well.areas.items()}
         if len(cells) == 1:
-            ((floor, (first, *_)),) = cells.items()
-            hint = "Draw it on the next floor as well, or take it out."
-            what = f"{name} is on floor {floor} only"
-            yield page.drawing_of(floor).mistake(first, what, hint)
+            drawing = page.drawing_of(well.lowest)
+            yield drawing.mistake("stairwell-alone", well.cells[0], letter=well.letter)
         for lower, upper in pairwise(cells):
             if upper > lower + 1:
-                what = f"{name} goes from floor {lower} to floor {upper}"
-                hint = f"Draw it on floor {lower + 1} too, or use another letter here."
+                kind = "stairwell-skips"
             elif not np.array_equal(cells[lower], cells[upper]):
-                what = f"{name} is not above itself on floor {lower}"
-                hint = "Draw it in the same rows and columns as there."
+                kind = "stairwell-moves"
             else:
                 continue
-            yield page.drawing_of(upper).mistake(cells[upper][0], what, hint)
+            facts = {"letter": well.letter, "lower": lower + 1, "upper": upper + 1}
+            yield page.drawing_of(upper).mistake(kind, cells[upper][0], **facts)
 
 
 def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:
@@ -196,9 +173,8 @@ def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:
     lost = ways.subgraph(set(ways) - nx.ancestors(ways, OUTSIDE) - {OUTSIDE})
     for part in nx.weakly_connected_components(lost):
         room = next(a for a in building.areas if a.id in part and a.kind == "room")
-        what = f"no way leads from room '{room.name:.80}' to an exit"
-        hint = "Type '+' in a wall, or 'E', or draw stairs down: nobody walks up."
-        yield page.drawing_of(room.floor + 1).mistake(room.cells[0], what, hint)
+        drawing = page.drawing_of(room.floor)
+        yield drawing.mistake("no-way-out", room.cells[0], room=room.name)
 
 
 # -- What is no mistake, and rarely meant -------------------------------------------

@@ -15,8 +15,9 @@ from difflib import get_close_matches
 from functools import cached_property
 from itertools import chain, pairwise
 from math import inf
+from typing import Any
 
-from reference.workshop.maps.mistakes import Mistake
+from reference.workshop.maps.mistakes import WORDS, Mistake
 
 MOST_FLOORS = 30  # [A1, chosen] ten times the paper's
 MOST_CELLS = 200  # [A1, chosen] in a row or a column: five times the paper's
@@ -48,8 +49,9 @@ class Line:
         """The parts of a heading with this key word."""
         return _READS[key].fullmatch(self.code)
 
-    def mistake(self, what: str, hint: str, column: int = 1) -> Mistake:
-        """A mistake in this line."""
+    def mistake(self, kind: str, column: int = 1, **facts: Any) -> Mistake:
+        """A mistake in this line; kind: a key of WORDS, facts: what they ask for."""
+        what, hint = (words.format(**facts) for words in WORDS[kind])
         return Mistake(self.number, column, what, hint, self.written)
 
 
@@ -71,10 +73,10 @@ class Drawing:
         """Index of its (first) floor, once its number is read."""
         return self.numbers[0] - 1
 
-    def mistake(self, cell: Iterable[int], what: str, hint: str) -> Mistake:
+    def mistake(self, kind: str, cell: Iterable[int], **facts: Any) -> Mistake:
         """A mistake at a cell: row and column, counted from 0."""
         row, column = map(int, cell)
-        return self.rows[row].mistake(what, hint, column + 1)
+        return self.rows[row].mistake(kind, column + 1, floor=self.floor + 1, **facts)
 
 
 class Page:
@@ -100,9 +102,9 @@ class Page:
         """Rows of all drawings."""
         return [row for drawing in self.drawings for row in drawing.rows]
 
-    def drawing_of(self, number: int) -> Drawing:
-        """The drawing of a floor, once their numbers are read."""
-        return next(d for d in self.drawings if number in d.numbers)
+    def drawing_of(self, floor: int) -> Drawing:
+        """The drawing of a floor by its index, once their numbers are read."""
+        return next(d for d in self.drawings if floor + 1 in d.numbers)
 
     @cached_property
     def size(self) -> tuple[int, int]:
@@ -111,24 +113,11 @@ class Page:
         return (int(read[1]), int(read[2])) if read else (0, 0)
 
     @cached_property
-    def drawn(self) -> tuple[int, int]:
+    def drawn(self) -> dict[str, int]:
         """Columns and rows of the drawings."""
-        width = max((len(row.code) for row in self.rows), default=30)
-        return width, max((len(drawing.rows) for drawing in self.drawings), default=9)
-
-    def advice(self, key: str, floor: int = 1) -> str:
-        """How to write a heading; floor: the number that one of a floor should have."""
-        width, height = self.drawn
-        size = f"Write 'size: {width} x {height}'."
-        if max(width, height) > MOST_CELLS:
-            size = f"Draw at most {MOST_CELLS} columns and {MOST_CELLS} rows."
-        alike = f"'floor {floor}-{floor + 1}:' for floors that are alike"
-        return {
-            "building": "Write 'building: NAME'.",
-            "size": size,
-            "floor": f"Write 'floor {floor}: NAME', or {alike}.",
-            "": f"Type ';' in front of a note, or write 'floor {floor}:' for a floor.",
-        }[key]
+        columns = max((len(row.code) for row in self.rows), default=30)
+        rows = max((len(drawing.rows) for drawing in self.drawings), default=9)
+        return {"columns": columns, "rows": rows}
 
 
 # -- Characters ---------------------------------------------------------------------
@@ -143,15 +132,15 @@ def _foreign_signs(page: Page) -> Iterator[Mistake]:
     rows = {row.number for row in page.rows}
     for line in page.lines:
         if found := re.search(r"[^\t -~]", line.written):
-            sign = found[0]
+            sign, place = found[0], found.start() + 1
             name = unicodedata.name(sign, f"U+{ord(sign):04X}")
-            what, hint = f"{name} is not a plain ASCII sign", "Take it out."
             if sign in "\0\ufffd":
-                what, hint = "this is not plain text", "Save the file as plain text."
+                yield line.mistake("not-text", place)
             elif plain := _ascii(sign):
                 plain = _LOOKS_LIKE.get(plain, plain) if line.number in rows else plain
-                hint = f"Type {plain!r} instead."
-            yield line.mistake(what, hint, found.start() + 1)
+                yield line.mistake("foreign-alike", place, name=name, plain=plain)
+            else:
+                yield line.mistake("foreign", place, name=name)
 
 
 def _ascii(char: str) -> str:
@@ -164,7 +153,6 @@ def _ascii(char: str) -> str:
 
 _WORD = re.compile(r"[A-Za-z0-9]+(?:[_-]+[A-Za-z0-9]+)*+|([^ #.+])\1*+")
 _MEANS = re.compile(r"E*([A-D]*|[a-z][a-z0-9]*)E*")
-_MEANINGS = "Use '#', '.', '+', 'E', 'A' to 'D', blanks and names such as 'lab2'."
 
 
 def _signs(page: Page) -> Iterator[Mistake]:
@@ -172,12 +160,11 @@ def _signs(page: Page) -> Iterator[Mistake]:
     for row in page.rows:
         for found in _WORD.finditer(row.code):
             if not _MEANS.fullmatch(found[0]):
-                sign = found[0][:80] if found[1] is None else found[1]
-                what = "a tab" if sign == "\t" else repr(sign)
-                alike = _LOOKS_LIKE.get(sign)
-                hint = f"Type {alike!r} instead." if alike else _MEANINGS
-                what += " has no meaning in a drawing"
-                yield row.mistake(what, hint, found.start() + 1)
+                word, place = found[1] or found[0][:80], found.start() + 1
+                sign = "a tab" if word == "\t" else repr(word)
+                plain = _LOOKS_LIKE.get(word)
+                kind = "sign-alike" if plain else "sign"
+                yield row.mistake(kind, place, sign=sign, plain=plain)
 
 
 # -- Headings and settings ----------------------------------------------------------
@@ -188,36 +175,32 @@ def _headings(page: Page) -> Iterator[Mistake]:
     floor = 1
     for drawing in page.drawings:
         line = drawing.heading
-        if not drawing.numbers:
-            word = str(re.sub(r"[^a-z].*", "", line.code[:20].lstrip().lower()))
-            meant = "".join(get_close_matches(word, _READS, 1, 0.75))
-            what = "this row stands before any floor"
-            if _HEADING.match(line.code):
-                what = "this heading cannot be read"
-                what += f"; did you mean '{meant}:'?" if meant not in ("", word) else ""
-            yield line.mistake(what, page.advice(meant, floor))
-        floor = (
-            drawing.numbers[-1] + 1 if drawing.numbers else floor + bool(drawing.rows)
+        if drawing.numbers:
+            floor = drawing.numbers[-1] + 1
+            continue
+        word = re.sub(r"[^a-z].*", "", line.code[:20].lstrip().lower())
+        meant = get_close_matches(word, _READS, 1, 0.75)
+        kind = "-".join(
+            ["heading", *meant] if _HEADING.match(line.code) else ["no-heading"]
         )
+        yield line.mistake(kind, floor=floor, above=floor + 1, **page.drawn)
+        floor += bool(drawing.rows)
     if not page.drawings:
-        hint = "Write 'building: NAME', 'size: 30 x 9', 'floor 1:' and a drawing."
-        yield page.lines[-1].mistake("no floor is drawn", hint)
+        yield page.lines[-1].mistake("no-floor")
 
 
 def _settings(page: Page) -> Iterator[Mistake]:
     top = min((d.heading.number for d in page.drawings), default=inf)
     for key, lines in page.settings.items():
         if not lines:
-            yield page.lines[0].mistake(f"no line says '{key}:'", page.advice(key))
+            yield page.lines[0].mistake(f"no-{key}", **page.drawn)
         for line in lines:
             if line is not lines[0] or line.number > top:
-                what = f"'{key}:' is written once, above the first floor"
-                yield line.mistake(what, "Move this line up, or take it out.")
+                yield line.mistake("setting-again", key=key)
             elif key == "size" and not (
                 min(page.size) and max(page.size) <= MOST_CELLS
             ):
-                what = f"a floor has 1 to {MOST_CELLS} columns and as many rows"
-                yield line.mistake(what, page.advice(key))
+                yield line.mistake("size-limit", most=MOST_CELLS)
 
 
 def _floor_numbers(page: Page) -> Iterator[Mistake]:
@@ -225,14 +208,11 @@ def _floor_numbers(page: Page) -> Iterator[Mistake]:
     follows = 1
     for drawing in page.drawings:
         if (first := drawing.numbers[0]) != follows:
-            what = f"floor {first} stands where floor {follows} is expected"
-            hint = f"Write 'floor {follows}:', or draw that one above this line."
-            yield drawing.heading.mistake(what, hint)
+            yield drawing.heading.mistake("floor-order", first=first, follows=follows)
             return
         follows = drawing.numbers[-1] + 1
     if follows > MOST_FLOORS + 1:
-        what = f"a building has at most {MOST_FLOORS} floors"
-        yield page.drawings[-1].heading.mistake(what, "Draw fewer floors.")
+        yield page.drawings[-1].heading.mistake("floor-limit", most=MOST_FLOORS)
 
 
 def _blanks(page: Page) -> Iterator[Mistake]:
@@ -240,9 +220,7 @@ def _blanks(page: Page) -> Iterator[Mistake]:
     for drawing in page.drawings:
         for above, below in pairwise(drawing.rows):
             if between := blank.intersection(range(above.number, below.number)):
-                hint = "Take it out, or write a heading such as 'floor 2:' here."
-                line = page.lines[min(between) - 1]
-                yield line.mistake("a blank line cuts this drawing in two", hint)
+                yield page.lines[min(between) - 1].mistake("blank-line")
 
 
 # -- Shape --------------------------------------------------------------------------
@@ -250,20 +228,17 @@ def _blanks(page: Page) -> Iterator[Mistake]:
 
 def _shape(page: Page) -> Iterator[Mistake]:
     """Rows that are too wide, lost or doubled, or a size that is wrong altogether."""
-    (width, height), (columns, rows) = page.size, page.drawn
+    (width, height), (columns, rows) = page.size, page.drawn.values()
     if columns != width and all(len(d.rows) == rows != height for d in page.drawings):
-        what = f"{columns} columns and {rows} rows are drawn"
-        yield page.settings["size"][0].mistake(what, page.advice("size"))
+        yield page.settings["size"][0].mistake("size", **page.drawn)
         return
     for row in page.rows:
         if (wide := len(row.code)) > width:
-            what = f"this row has {wide} columns, the size says {width}"
-            yield row.mistake(what, "Shorten it, or change the size.", width + 1)
+            yield row.mistake("row-width", width + 1, wide=wide, width=width)
     for drawing in page.drawings:
         if (count := len(drawing.rows)) != height:
-            what = f"this drawing has {count} rows, the size says {height}"
             line = drawing.rows[height] if count > height else drawing.heading
-            yield line.mistake(what, f"Draw {height} rows, or change the size.")
+            yield line.mistake("rows", count=count, height=height)
 
 
 def stages(page: Page) -> Iterator[Iterable[Mistake]]:

@@ -17,13 +17,8 @@ from numpy.random import Generator as Rng
 from reference.building import Building
 from reference.navigation import navigation_of
 from reference.paper import ROBOT_SPEED, STAIRS_METRES, STAIRS_SECONDS
-from reference.robots import (
-    Destination,
-    Destinations,
-    before_stairwell,
-    flame_cost,
-)
-from reference.workshop.frame import guides
+from reference.robots import Destination, Destinations, flame_cost
+from reference.workshop.frame import before_stairwell, guides
 from reference.workshop.traffic import ways_outside
 from reference.world import NOBODY, NOWHERE, Robot, World
 
