@@ -81,8 +81,7 @@ def critical_points(
     the paper's points.
     """
     start = beginning(building, scenario or Scenario(), np.random.default_rng(0))
-    best = best_reward_carried(losses(building), start.occupancy)
     worst = worst_reward(sum(start.occupancy))
-    points = zip((worst, best), (paper.WORST_POINT, paper.BEST_POINT), strict=True)
-    first, second = ((float(f"{R:.{DIGITS - 1}e}"), y) for R, (_, y) in points)
-    return first, second
+    best = best_reward_carried(losses(building), start.occupancy)
+    worst, best = (float(f"{R:.{DIGITS - 1}e}") for R in (worst, best))
+    return (worst, paper.WORST_POINT[1]), (best, paper.BEST_POINT[1])

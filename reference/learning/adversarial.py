@@ -31,10 +31,8 @@ def adversarial(
     learners = {s: who for s, who in sides.items() if isinstance(who, Learner)}
     for seeds in rounds:
         # PLAY
-        now: dict[Side, Any] = {
-            side: player_of(learner) for side, learner in learners.items()
-        }
-        episodes = play(Job(plan, scenario, **{**sides, **now}, seeds=tuple(seeds)))
+        now: Any = sides | {s: player_of(learner) for s, learner in learners.items()}
+        episodes = play(Job(plan, scenario, **now, seeds=tuple(seeds)))
         # LEARN
         for side, learner in learners.items():
             learn(side, learner, episodes)
@@ -43,8 +41,7 @@ def adversarial(
 
 def learn(side: Side, learner: Learner, episodes: Sequence[Episode]) -> Summary:
     """Add a side's trajectories; if the buffer is full, update and summarise."""
-    trajectories = (getattr(episode, side) for episode in episodes)
-    learner.add([t for t in trajectories if t is not None])
+    learner.add([t for e in episodes if (t := getattr(e, side)) is not None])
     return learner.update() if learner.full else {}
 
 

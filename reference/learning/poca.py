@@ -60,11 +60,9 @@ def baseline_loss(
 
     Unlike the value loss, it is clipped around the old baseline, with the policy's ε.
     """
-    change = (baselines - old_baselines).clamp(-epsilon, epsilon)
-    clipped = old_baselines + change
-    return torch.maximum(
-        (baselines - returns).square(), (clipped - returns).square()
-    ).mean()
+    clipped = old_baselines + (baselines - old_baselines).clamp(-epsilon, epsilon)
+    losses = (baselines - returns).square(), (clipped - returns).square()
+    return torch.maximum(*losses).mean()
 
 
 # -- The learner --------------------------------------------------------------------
@@ -118,17 +116,15 @@ class Learner(ppo.Learner):
         )
         returns = batch.returns[live]
         value = value_loss(values[:, None].expand_as(live)[live], returns)
-        baseline = baseline_loss(
-            baselines[live], batch.baselines[live], returns, epsilon
-        )
+        old = batch.baselines[live]
+        baseline = baseline_loss(baselines[live], old, returns, epsilon)
         parts = {"Losses/Value Loss": value, "Losses/Baseline Loss": baseline}
         return 0.5 * (value + 0.5 * baseline), parts
 
     def _estimates(self, buffer: Decisions) -> Summary:
-        baselines = buffer.baselines[buffer.alive]
-        return super()._estimates(buffer) | {
-            "Policy/Extrinsic Baseline Estimate": float(baselines.mean())
-        }
+        baseline = float(buffer.baselines[buffer.alive].mean())
+        estimates = super()._estimates(buffer)
+        return estimates | {"Policy/Extrinsic Baseline Estimate": baseline}
 
 
 # -- The critic ---------------------------------------------------------------------
@@ -182,10 +178,9 @@ class GroupCritic(nn.Module):
         """(B, H) -> (B,), or (B, G, H) -> (B, G): trunk, number of agents, head."""
         n = alive.sum(dim=1, dtype=pooled.dtype)
         self.most = torch.maximum(self.most, n.max())
-        share = 2 * n / self.most - 1
-        share = share.reshape(-1, *[1] * (pooled.dim() - 1))
-        share = share.expand(*pooled.shape[:-1], 1)
-        return self.value(torch.cat([self.trunk(pooled), share], dim=-1))[..., 0]
+        share = (2 * n / self.most - 1).reshape(-1, *[1] * (pooled.dim() - 1))
+        x = [self.trunk(pooled), share.expand(*pooled.shape[:-1], 1)]
+        return self.value(torch.cat(x, dim=-1))[..., 0]
 
 
 class SelfAttention(nn.Module):
@@ -197,11 +192,10 @@ class SelfAttention(nn.Module):
 
     def __init__(self, hidden: int):
         super().__init__()
-        deviation = sqrt(0.125 / hidden)
-        self.query = linear(hidden, hidden, deviation)
-        self.key = linear(hidden, hidden, deviation)
-        self.to_value = linear(hidden, hidden, deviation)
-        self.out = linear(hidden, hidden, deviation)
+        size = hidden, hidden, sqrt(0.125 / hidden)
+        self.query, self.key, self.to_value, self.out = (
+            linear(*size) for _ in range(4)
+        )
 
     def forward(self, entities: Tensor, alive: Tensor) -> Tensor:
         """(B, G, H) and (B, G) bool -> (B, H); absent agents are not asked."""

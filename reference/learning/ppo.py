@@ -25,13 +25,7 @@ from reference.learning.experience import (
     minibatches,
     segments,
 )
-from reference.learning.networks import (
-    Actor,
-    Body,
-    Normaliser,
-    Sizes,
-    value_head,
-)
+from reference.learning.networks import Actor, Body, Normaliser, Sizes, value_head
 from reference.learning.settings import TrainerSettings
 
 LEAST_RATE = 1e-10  # [E3] floors of the linear schedules
@@ -159,11 +153,10 @@ class Learner:
 
     def update_normalisers(self, trajectories: Sequence[Trajectory]) -> None:
         """Show both networks' normalisers what agents observed when they decided."""
-        networks = (self.actor, self.critic)
-        modules = [module for network in networks for module in network.modules()]
-        for normaliser in (m for m in modules if isinstance(m, Normaliser)):
-            for t in trajectories:
-                normaliser.update(torch.from_numpy(t.vectors[:-1][t.alive[:-1]]))
+        for module in (*self.actor.modules(), *self.critic.modules()):
+            if isinstance(module, Normaliser):
+                for t in trajectories:
+                    module.update(torch.from_numpy(t.vectors[:-1][t.alive[:-1]]))
 
     @torch.no_grad()
     def _valued(self, t: Trajectory) -> Decisions:
@@ -243,9 +236,13 @@ class Learner:
     ) -> tuple[Tensor, dict[str, Tensor]]:
         """The summed loss of a minibatch, and its parts by their summary names.
 
-        policy + 0.5·value − β·entropy [E2] [E3].
+        policy + 0.5·value − β·entropy, over the agents that are there [E2] [E3].
         """
-        policy, entropy = self.policy_terms(batch, epsilon)
+        live, said = batch.alive, self.actor(batch.vectors, batch.grids)
+        old, advantages = batch.log_probs[live], batch.advantages[live]
+        log_probs = said.log_probs(batch.actions)[live]
+        policy = policy_loss(log_probs, old, advantages, epsilon)
+        entropy = said.entropy()[live].mean()
         critic, parts = self.critic_terms(batch, epsilon)
         loss = critic + policy - beta * entropy
         return loss, {"Losses/Policy Loss": policy, **parts, "Policy/Entropy": entropy}
@@ -257,18 +254,6 @@ class Learner:
         values = self.critic(batch.vectors, batch.grids)
         value = value_loss(values[batch.alive], batch.returns[batch.alive])
         return 0.5 * value, {"Losses/Value Loss": value}
-
-    def policy_terms(self, batch: Decisions, epsilon: float) -> tuple[Tensor, Tensor]:
-        """Policy loss and mean entropy over the live rows of a minibatch."""
-        live = batch.alive
-        policy = self.actor(batch.vectors, batch.grids)
-        loss = policy_loss(
-            policy.log_probs(batch.actions)[live],
-            batch.log_probs[live],
-            batch.advantages[live],
-            epsilon,
-        )
-        return loss, policy.entropy()[live].mean()
 
     def schedules(self) -> tuple[float, float, float]:
         """Learning rate, ε and β at this step [E3]."""

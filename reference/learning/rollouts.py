@@ -11,6 +11,7 @@ import numpy as np
 
 from reference.building import building_of
 from reference.game.environment import (
+    FIRE,
     Environment,
     action_size,
     until_next_decision,
@@ -28,9 +29,6 @@ from reference.world import FireRefused
 
 PLAYER_STREAM: dict[Side, int] = {"robots": 1, "fire": 2}
 """Each side's actions have a generator of their own, beside the simulation's."""
-
-AGENTS: dict[Side, str] = {"robots": "robot_", "fire": "fire_"}
-"""How the names of a side's agents begin."""
 
 Advance = Callable[[Sequence[Simulation]], None]
 """Runs simulations up to their next decision or their end, in whatever order."""
@@ -83,7 +81,7 @@ def play_all(
         for game in games:
             _decide([run for run in game if not run.simulation.done])
         for run in running:
-            run.act()
+            run.environment.begin_step(run.actions)
         advance([run.simulation for run in running])
         for run in running:
             run.see()
@@ -120,7 +118,8 @@ def _decide(running: "Sequence[_Run]") -> None:
 class _Run:
     """One running episode: what its recorded sides see, do and are paid.
 
-    vectors, actions  by agent, the last ones;  records, rewards  by side
+    vectors, actions  by agent, the last ones;  agents, records, rewards  by side
+    now               seconds, and how many people are inside
     """
 
     def __init__(
@@ -129,34 +128,30 @@ class _Run:
         self.environment, self.seed, self.players = environment, seed, players
         seen, self.infos = environment.reset(seed)
         self.simulation = environment.simulation
+        self.now = self._now()
         self.vectors = {agent: found["vector"] for agent, found in seen.items()}
         self.actions = {agent: np.zeros(action_size(agent)) for agent in seen}
+        self.agents: dict[Side, list[str]] = {
+            "robots": [agent for agent in seen if agent != FIRE],
+            "fire": [agent for agent in seen if agent == FIRE],
+        }
         self.rngs = {s: np.random.default_rng([seed, PLAYER_STREAM[s]]) for s in SIDES}
         self.records: dict[Side, list[Record]] = {side: [] for side in players}
         self.rewards: dict[Side, list[float]] = {side: [] for side in players}
 
-    def agents(self, side: Side) -> list[str]:
-        """The agents of a side, those that have left too."""
-        return [agent for agent in self.vectors if agent.startswith(AGENTS[side])]
-
     def moment(self, side: Side) -> Moment:
         """Collect what the side's player needs; alive: whose actions are read now."""
-        agents = self.agents(side)
+        agents = self.agents[side]
         acts = [a in self.infos and self.infos[a]["acts"] > 0 for a in agents]
         vectors = np.stack([self.vectors[agent] for agent in agents])
         world, rng = self.simulation.world, self.rngs[side]
         return Moment(vectors, np.array(acts), world, rng, self.seed)
 
     def choose(self, side: Side, actions: np.ndarray, record: Record) -> None:
-        """Record a decision, with no reward yet; `act` carries it out."""
-        self.actions.update(zip(self.agents(side), actions, strict=True))
+        """Record a decision, with no reward yet."""
+        self.actions.update(zip(self.agents[side], actions, strict=True))
         self.records[side].append(record)
         self.rewards[side].append(0.0)
-
-    def act(self) -> None:
-        """Begin a step of the environment; actions chosen before are not read again."""
-        self.time, self.inside = self._now()
-        self.environment.begin_step(self.actions)
 
     def _now(self) -> tuple[float, int]:
         return self.simulation.world.time, sum(self.simulation.world.occupancy)
@@ -168,13 +163,12 @@ class _Run:
         """
         seen, rewards, _, _, self.infos = self.environment.end_step()
         self.vectors |= {agent: found["vector"] for agent, found in seen.items()}
-        gone = self.inside - self._now()[1]
-        seconds = self.simulation.scenario.decision_seconds
+        (time, before), self.now = self.now, self._now()
+        step = before - self.now[1], time, self.simulation.scenario.decision_seconds
         for side, paid in self.rewards.items():
-            mine = [rewards[a] for a in self.agents(side) if a in rewards]
+            mine = [rewards[a] for a in self.agents[side] if a in rewards]
             if mine and paid:
-                shaping = self.players[side].settings.extra_reward
-                paid[-1] += mine[0] + shaping(gone, self.time, seconds)
+                paid[-1] += mine[0] + self.players[side].settings.extra_reward(*step)
 
     def episode(self) -> Episode:
         """Make the whole episode, once it is over."""

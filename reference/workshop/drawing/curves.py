@@ -6,14 +6,12 @@ differ in number.
     x  episodes played up to a row;  y  what a column says there
 """
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import cycle
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
 from reference.building import Kind
@@ -23,22 +21,13 @@ from reference.workshop.drawing.crossplay import LINES
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import BLUE, COLOURS
 from reference.workshop.files import number, read_table
-from reference.workshop.training.summaries import (
-    COLUMNS,
-    GROUP_REWARD,
-    OWN_REWARD,
-    SUMMARIES,
-    SURVIVAL,
-)
+from reference.workshop.training import summaries
 
 SMOOTHING = 0.05
 """Share of the time axis that a running mean covers."""
 
 Line = tuple[np.ndarray, np.ndarray]
 """x and y of a line, (k,) each; x ascends."""
-
-
-# -- The table ----------------------------------------------------------------------
 
 
 class Run(NamedTuple):
@@ -55,23 +44,20 @@ def read(path: str | Path) -> Run:
     """Read a table, or the one in a folder.
 
     A last line without its end is still being written and left out. Raises ValueError
-    for a table that cannot be drawn, OSError where there is none.
+    for what is no such table, OSError where there is none.
     """
-    file = Path(path) / SUMMARIES if Path(path).is_dir() else Path(path)
+    path = Path(path)
+    file = path / summaries.SUMMARIES if path.is_dir() else path
     if not file.is_file():
         raise FileNotFoundError(
             f"{file}: there is no such table. Name the folder of a training, or the "
-            f"{SUMMARIES} in it."
+            f"{summaries.SUMMARIES} in it."
         )
-    rows = read_table(file, COLUMNS, _numbers)
-    if max(Counter(row["side"] for row in rows).values(), default=0) < 2:
-        raise InputError(
-            f"{file}: a curve needs two rows of a side, and there are {len(rows)} in "
-            "all. Train for longer, or set a smaller summary_freq."
-        )
-    rows.sort(key=lambda row: row["episodes"])
-    columns = {column: np.array([row[column] for row in rows]) for column in COLUMNS}
-    return Run(file.parent.name if file.name == SUMMARIES else file.stem, columns)
+    rows = read_table(file, summaries.COLUMNS, _numbers)
+    names = summaries.COLUMNS
+    return Run(
+        path.name, {name: np.array([row[name] for row in rows]) for name in names}
+    )
 
 
 def _numbers(row: dict[str, str]) -> dict[str, Any]:
@@ -80,9 +66,6 @@ def _numbers(row: dict[str, str]) -> dict[str, Any]:
         name: cell if name in ("side", "phase") else number(cell) if cell else np.nan
         for name, cell in row.items()
     }
-
-
-# -- What is drawn ------------------------------------------------------------------
 
 
 class Curve(NamedTuple):
@@ -104,15 +87,13 @@ REWARDS, SURVIVORS = (
     "reward of an episode, health points",
     "share of people who survive",
 )
-ENTROPIES, LOSSES = (
-    "entropy of the policies, nats",
-    "losses of the critics, (scaled return)²",
-)
+ENTROPIES = "entropy of the policies, nats"
+LOSSES = "losses of the critics, (scaled return)²"
 
 CURVES = (
-    Curve(REWARDS, "", GROUP_REWARD, ROBOTS, "robots"),
-    Curve(REWARDS, "fire", OWN_REWARD, FIRE, "fire", "-."),
-    Curve(SURVIVORS, "", SURVIVAL, PEOPLE, "people"),
+    Curve(REWARDS, "", summaries.GROUP_REWARD, ROBOTS, "robots"),
+    Curve(REWARDS, "fire", summaries.OWN_REWARD, FIRE, "fire", "-."),
+    Curve(SURVIVORS, "", summaries.SURVIVAL, PEOPLE, "people"),
     Curve(ENTROPIES, "robots", "Policy/Entropy", ROBOTS, "robots"),
     Curve(ENTROPIES, "fire", "Policy/Entropy", FIRE, "fire", "-."),
     Curve(LOSSES, "robots", "Losses/Value Loss", ROBOTS, "robots"),
@@ -121,21 +102,29 @@ CURVES = (
 )
 
 
-def points(run: Run, curve: Curve, over: str = "episodes") -> Line:
-    """Find where the table of a run has values for a curve; x is the column `over`."""
-    y = run.columns[curve.column]
-    known = np.isfinite(y) & (not curve.side or run.columns["side"] == curve.side)
-    return run.columns[over][known], y[known]
+def points(
+    runs: Sequence[Run], side: str, column: str, over: str = "episodes"
+) -> list[Line]:
+    """Find where the tables of runs have values; x is the column `over`.
+
+    side: "" for both.  Runs with less than two points are left out.
+    """
+    lines = []
+    for _, columns in runs:
+        known = np.isfinite(columns[column]) & (not side or columns["side"] == side)
+        if known.sum() > 1:
+            lines.append((columns[over][known], columns[column][known]))
+    return lines
 
 
-def smooth(x: np.ndarray, y: np.ndarray, window: float) -> np.ndarray:
-    """Average y over the points within half a window of each x; all (k,).
+def smooth(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Average y over the points around each x, half a window to each side; all (k,).
 
     Near the ends the window is cut off.
     """
-    sums = np.concatenate([[0.0], np.cumsum(y)])
-    first = np.searchsorted(x, x - window / 2, "left")
-    last = np.searchsorted(x, x + window / 2, "right")
+    half, sums = SMOOTHING * x[-1] / 2, np.concatenate([[0.0], np.cumsum(y)])
+    first = np.searchsorted(x, x - half, "left")
+    last = np.searchsorted(x, x + half, "right")
     return (sums[last] - sums[first]) / (last - first)
 
 
@@ -148,45 +137,33 @@ def mean_of(lines: Sequence[Line]) -> Line:
     return x, np.mean([np.interp(x, *line) for line in lines], axis=0)
 
 
-# -- Pages --------------------------------------------------------------------------
-
-
 def figure(runs: Sequence[Run]) -> Figure:
     """Draw reward, survivors, entropy and losses over the episodes played [E6].
 
-    Faint: each run as recorded. Bold: its running mean, or the mean of several runs'.
-    Raises ValueError where there is nothing to draw.
+    Faint: a run as recorded, or the running means of several. Bold: the mean of running
+    means. Raises ValueError where there is nothing to draw.
     """
-    found = {c: [xy for run in runs if len((xy := points(run, c))[0])] for c in CURVES}
+    found = {curve: points(runs, curve.side, curve.column) for curve in CURVES}
     panels = list(dict.fromkeys(curve.panel for curve in CURVES if found[curve]))
     if not panels:
-        raise InputError(
-            "no rewards, entropies and losses to draw: train for longer first."
-        )
+        raise InputError("too few rows to draw: train for longer first.")
     names = ", ".join(run.name for run in runs)
     whole = page.sheet(f"Learning curves: {names}", 11, 1.9 * len(panels) + 1.5)
     rest = whole.subplots(len(panels), sharex=True, squeeze=False)[:, 0]
-    legend: dict[str, Artist] = {}
+    legend = {}
     for curve in (curve for curve in CURVES if found[curve]):
         axes, look = rest[panels.index(curve.panel)], {"color": curve.colour}
-        end = max(x[-1] for x, _ in found[curve])
-        smoothed = [(x, smooth(x, y, SMOOTHING * end)) for x, y in found[curve]]
+        smoothed = [(x, smooth(x, y)) for x, y in found[curve]]
         for line in smoothed if len(runs) > 1 else found[curve]:
             axes.plot(*line, lw=0.9, alpha=0.4, **look)
-        (legend[curve.label],) = axes.plot(
-            *mean_of(smoothed), curve.dashes, lw=2, **look
-        )
+        look |= {"ls": curve.dashes, "label": curve.label}
+        (legend[curve.label],) = axes.plot(*mean_of(smoothed), lw=2, **look)
     for axes, panel in zip(rest, panels, strict=True):
         axes.grid(axis="y")
         axes.set_title(panel)
-        for axis in (axes.xaxis, axes.yaxis):
-            axis.set_major_formatter(page.NUMBERS)
     rest[-1].set_xlabel("episodes played by both sides")
-    for name, handle in legend.items():
-        handle.set_label(name)
-    page.legend(
-        whole, [*legend.values()], title="bold: running means over 5 % of the episodes"
-    )
+    means = f"bold: running means over {SMOOTHING:.0%} of the episodes"
+    page.legend(whole, [*legend.values()], title=means, handlelength=2.8)
     return whole
 
 
@@ -198,17 +175,14 @@ def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
     """
     whole = page.sheet("Survivors in training, by arm", 11, 5.2)
     axes, lines = whole.subplots(), {}
-    survivors = Curve(SURVIVORS, "robots", SURVIVAL, PEOPLE, "people")
     for name, runs in arms.items():
-        found = [points(run, survivors, "step") for run in runs]
-        lines[name] = mean_of([(x, smooth(x, y, SMOOTHING * x[-1])) for x, y in found])
-    looks = cycle(LINES)
-    for name in sorted(lines, key=lambda name: -lines[name][1][-1]):
-        colour, dashes = next(looks)
+        if found := points(runs, "robots", summaries.SURVIVAL, "step"):
+            lines[name] = mean_of([(x, smooth(x, y)) for x, y in found])
+    order = sorted(lines, key=lambda name: -lines[name][1][-1])
+    for name, (colour, dashes) in zip(order, cycle(LINES), strict=False):
         axes.plot(*lines[name], lw=1.8, color=colour, ls=dashes, label=name)
     axes.grid(axis="y")
-    axes.set(xlabel="decisions of the robots", ylabel=SURVIVORS)
-    axes.set(xlim=(0, None), ylim=(0, 1))
-    axes.xaxis.set_major_formatter(page.NUMBERS)
-    whole.legend(loc="outside right center", handlelength=3)
+    axes.set(xlabel="decisions of the robots", ylabel=SURVIVORS, ylim=(0, 1))
+    axes.set_xlim(left=0)
+    whole.legend(loc="outside right center", handlelength=3.2)
     return whole

@@ -24,17 +24,17 @@ Clauses: E6, F12.
 
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 from pathlib import Path
 from typing import Any
 
-from reference.building import building_of, plan_of
+from reference.building import plan_of
 from reference.learning.settings import SIDES, Side
 from reference.workshop.crossplay.contestants import WORST
-from reference.workshop.crossplay.matches import EPISODES, MOST_RUNS, Arena
+from reference.workshop.crossplay.matches import EPISODES, Arena, Evaluation
 from reference.workshop.files import read_text
 from reference.workshop.maps import load
 from reference.workshop.plain import SettingsError, mapping, record_from, unknown
@@ -65,7 +65,7 @@ class Test:
 class Experiment:
     """A checked file.
 
-    Raises SettingsError, also for what loading the map or a network raises.
+    Raises SettingsError, InputError for what loading the map or a network raises.
 
     settings  rows that differ from the preset's, in all arms
     compare   pairs of arms or robots: the first less the second
@@ -82,22 +82,17 @@ class Experiment:
     test: Test = field(default_factory=Test)
 
     def __post_init__(self) -> None:
-        test, trainings = self.test, len(self.arms) * len(self.seeds)
-        if min(trainings, self.decisions, test.episodes) < 1:
-            raise SettingsError("name at least one arm, seed, decision and episode")
-        if min(test.seed, *self.seeds) < 0:
-            raise SettingsError("seeds are counted upwards from 0")
-        matches = (trainings + len(test.robots)) * (trainings + len(test.fires))
-        if (runs := matches * test.episodes) > MOST_RUNS:
-            raise SettingsError(
-                f"some {runs:,} evacuations in all: ask for {MOST_RUNS:,} at most"
-            )
-        self._refuse_names()
+        if not self.arms or min(self.seeds, default=-1) < 0:
+            raise SettingsError("name at least one arm and one seed, from 0 upwards")
         try:
-            if LEARNED in self.test.fires:
+            self._refuse_names()
+            teams, test = self.trainings, self.test
+            sides = (*teams, *test.robots), (*teams, *test.fires)
+            Evaluation(self.arena, *sides, test.seed, test.episodes)  # not too many
+            if LEARNED in test.fires:
                 self._fixed(LEARNED)
             for name in self.arms:  # each refuses what does not fit
-                Training(self.trainings[f"{name}-{self.seeds[0]}"])
+                Training(teams[f"{name}-{self.seeds[0]}"])
         except OSError as error:  # of the map
             raise SettingsError(str(error)) from None
 
@@ -110,16 +105,12 @@ class Experiment:
                     "letters, digits and _, and no strategy's name"
                 )
         learning = [name for name in self.arms if self.arm(name)[1] is None]
-        for what, words, known in (
-            ("fires", self.test.fires, (*FIXED, WORST, *learning)),
-            ("robots", self.test.robots, tuple(ROBOTS)),
-            ("seeds", self.seeds, self.seeds),
-            *(("compare", p, (*self.arms, *self.test.robots)) for p in self.compare),
-        ):
-            for word in words:
-                _refuse_unknown(what, word, known)
-            if len({*words}) < len(words) or (what == "compare" and len(words) != 2):
-                raise SettingsError(f"{what}: name each once, and in compare two")
+        _refuse_unknown("fires", self.test.fires, (*FIXED, WORST, *learning))
+        _refuse_unknown("robots", self.test.robots, ROBOTS)
+        for pair in self.compare:
+            _refuse_unknown("compare", pair, (*self.arms, *self.test.robots))
+            if len(pair) != 2:
+                raise SettingsError("compare: name two at a time")
 
     @cached_property
     def base(self) -> Settings:
@@ -131,9 +122,9 @@ class Experiment:
         stated = _stated(self.settings, "settings")
         made, n = changed(preset(self.preset), stated, "settings"), self.decisions
         often, saved = max(1, n // ROWS), max(1, n // SAVED)
-        robots = replace(made.robots, summary_freq=often, checkpoint_interval=saved)
-        robots = replace(robots, max_steps=n, keep_checkpoints=1)
         fire = replace(made.fire, max_steps=n, keep_checkpoints=1)
+        robots = replace(made.robots, max_steps=n, keep_checkpoints=1)
+        robots = replace(robots, summary_freq=often, checkpoint_interval=saved)
         return replace(made, robots=robots, fire=fire)
 
     def arm(self, name: str) -> tuple[Settings, str | None]:
@@ -145,7 +136,7 @@ class Experiment:
         rows = _stated(self.arms[name], where)
         fire = rows.pop("fire") if isinstance(rows.get("fire"), str) else None
         if fire is not None:
-            _refuse_unknown(f"{where}: fire", fire, FIXED)
+            _refuse_unknown(f"{where}: fire", (fire,), FIXED)
             if "random_fires" in rows:
                 raise SettingsError(f"{where}: random_fires needs a fire that learns")
         if "scenario" in rows:
@@ -155,19 +146,17 @@ class Experiment:
     @cached_property
     def trainings(self) -> dict[str, Task]:
         """Every training by its team's name."""
-        found = {}
+        found, where = {}, (self.building, self.arena.plan)
         for name in self.arms:
             settings, fire = self.arm(name)
             fixed: dict[Side, Any] = {"fire": self._fixed(fire)} if fire else {}
             for seed in self.seeds:
-                where = self.building, self.arena.plan
                 found[f"{name}-{seed}"] = Task(*where, settings, seed, fixed)
         return found
 
     def _fixed(self, fire: str) -> Any:
         """Find a fire that learns nothing here. Raises CheckpointError."""
-        building = building_of(self.arena.plan)
-        return fixed_player(fire, "fire", building, self.arena.scenario)
+        return fixed_player(fire, "fire", self.arena.drawn, self.arena.scenario)
 
     @cached_property
     def arena(self) -> Arena:
@@ -176,9 +165,12 @@ class Experiment:
         return Arena(self.building, plan_of(load(self.building)), scenario)
 
 
-def _refuse_unknown(what: str, word: Any, known: tuple[Any, ...]) -> None:
-    if word not in known:
-        raise SettingsError(f"{what} {unknown(word, known)}")
+def _refuse_unknown(what: str, words: Collection[str], known: Collection[str]) -> None:
+    for word in words:
+        if word not in known:
+            raise SettingsError(f"{what} {unknown(word, known)}")
+    if len({*words}) < len(words):
+        raise SettingsError(f"{what}: name each once")
 
 
 def _stated(rows: Any, where: str) -> dict[str, Any]:

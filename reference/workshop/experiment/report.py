@@ -6,25 +6,26 @@ arm's trainings, see `of_trainings`.  Robots written by hand count as one traini
     T  trainings of an arm;  N  evacuations, each from a seed of its own
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+import json
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict
 from itertools import product
 from typing import Any
 
 import numpy as np
 
 import reference
-from reference.building import building_of
 from reference.workshop.crossplay.contestants import WORST
 from reference.workshop.crossplay.intervals import of_trainings
 from reference.workshop.crossplay.results import Cell, table
 from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.experiment.design import FIXED, Experiment
 from reference.workshop.experiment.jobs import arm_of
-from reference.workshop.training.shipping import TRAINERS
 
 OWN = "own fire"  # the one that a team has learned with
 ENOUGH = 5  # trainings of an arm; with fewer a result is preliminary
 SHOWN = ("survival", "reward", "difficulty")
+TRAINERS = {"poca": "MA-POCA", "ppo": "PPO"}
 OVER = (
     "interquartile means over an arm's trainings, with 95 % bootstrap intervals over "
     "trainings and evacuations; robots written by hand count as one training"
@@ -61,16 +62,17 @@ class Results:
     def cells(self) -> list[Cell]:
         """List the matrix, row by row."""
         rows = dict.fromkeys(row for row, _ in self.runs)
-        none: dict[str, Any] = dict.fromkeys(Cell.__dataclass_fields__)
-        found = []
-        for place in product(rows, self.columns):
-            if runs := self.runs.get(place):
-                shown = {
-                    name: of_trainings(self.values(*place, name)) for name in SHOWN
-                }
-                named = {"robots": place[0], "fire": place[1], "n": len(runs)}
-                found.append(Cell(**none | named | shown))
-        return found
+        return [
+            self._cell(place)
+            for place in product(rows, self.columns)
+            if place in self.runs
+        ]
+
+    def _cell(self, place: tuple[str, str]) -> Cell:
+        facts: dict[str, Any] = dict.fromkeys(Cell.__dataclass_fields__)
+        facts |= {"robots": place[0], "fire": place[1], "n": len(self.runs[place])}
+        shown = {name: of_trainings(self.values(*place, name)) for name in SHOWN}
+        return Cell(**facts | shown)
 
     def answer(self) -> str:
         """Say what intervals say about each pair; caution about few trainings."""
@@ -98,45 +100,15 @@ class Results:
 
 def page(results: Results, matrix: str, curves: str) -> str:
     """Write the page in Markdown; matrix, curves: the paths of its pictures."""
+    experiment = results.experiment
+    design = json.dumps(asdict(experiment), indent=2, ensure_ascii=False)
+    title, people = experiment.arena.drawn.title, experiment.arena.people
     return (
-        f"# {results.experiment.question}\n\n{results.answer()}\n\n"
-        f"## What was done\n\n{set_up(results.experiment)}\n\n"
+        f"# {experiment.question}\n\n{results.answer()}\n\n"
+        f"## What was done\n\n{title}, people: {people}, version "
+        f"{reference.__version__}; the file's rows and the defaults of others:\n\n"
+        f"```json\n{design}\n```\n\n"
         f"## Who beats whom\n\n![Survivors of all arms under all fires]({matrix})\n\n"
         f"```\n{table(results.cells(), SHOWN)}\n```\n\nFigures: {OVER}.\n\n"
         f"## How they learned\n\n![Survivors in training]({curves})\n"
     )
-
-
-def set_up(experiment: Experiment) -> str:
-    """Describe the experiment in a paragraph."""
-    arms = "; ".join(f"`{name}`: {_arm(experiment, name)}" for name in experiment.arms)
-    arena, test = experiment.arena, experiment.test
-    return (
-        f"{building_of(arena.plan).title}, people: {arena.people}, preset "
-        f"`{experiment.preset}` of version {reference.__version__}"
-        f"{_changes(experiment.settings)}. Decisions of the robots in every training: "
-        f"{experiment.decisions:,}; seeds: {', '.join(map(str, experiment.seeds))}. "
-        f"{arms}. Tests: likeliest actions, evacuations of each team against each "
-        f"fire: {test.episodes}, from seed {test.seed:,} on."
-    )
-
-
-def _arm(experiment: Experiment, name: str) -> str:
-    settings, fire = experiment.arm(name)
-    rows = {k: v for k, v in experiment.arms[name].items() if (k, v) != ("fire", fire)}
-    whom = "a fire that learns" if fire is None else f"the fire `{fire}`"
-    return f"{TRAINERS[settings.robots.trainer_type]} against {whom}{_changes(rows)}"
-
-
-def _changes(rows: Mapping[str, Any]) -> str:
-    """Rows that differ from the preset's, as the file has them."""
-    return f" with {', '.join(_told(rows))}" if rows else ""
-
-
-def _told(rows: Mapping[str, Any], over: str = "") -> Iterator[str]:
-    """Nested rows by their dotted names."""
-    for name, value in rows.items():
-        if isinstance(value, Mapping):
-            yield from _told(value, f"{over}{name}.")
-        else:
-            yield f"`{over}{name} = {value}`"
