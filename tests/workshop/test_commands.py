@@ -61,6 +61,12 @@ def test_check_counts_what_is_in_a_map_that_is_fine(shed, capsys):
     assert (facts["title"], facts["rooms"], facts["exits"]) == ("Shed", [2], 1)
 
 
+def test_check_needs_no_folder_to_write_in(monkeypatch):
+    """As on a read-only disk; only what writes asks for one."""
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    assert main(["check", "tiny"]) == 0
+
+
 CORNER = """building: Corner
 size: 9 x 7
 floor 1:

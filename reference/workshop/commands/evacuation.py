@@ -26,13 +26,14 @@ Pair = tuple[str, str]
 Facts = dict[str, Any]
 
 COMPARED: list[Pair] = [("none", "random"), ("escort", "random"), ("escort", "busiest")]
+FILM = Path("evacuation.html")
 TYPICAL = 3
 """A seed whose three evacuations end near the means over a hundred seeds."""
 
 
 @options.command(
     "--seed 7 --animate film.gif",
-    options.output("--animate", options.FILMS, "the film", "evacuation.html"),
+    options.output("--animate", options.FILMS, "the film", FILM),
     options.SEED,
     options.JSON,
 )
