@@ -8,7 +8,6 @@ A life is drawn as one row of text for each agent, one letter a decision:
 so that `life("###", "#..")` is a group whose second agent finishes early.
 """
 
-import io
 from dataclasses import replace
 from typing import Any
 
@@ -106,11 +105,3 @@ def gradients(module: torch.nn.Module) -> dict[str, Tensor]:
     }
     module.zero_grad()
     return found
-
-
-def through_a_file(state: dict[str, Any]) -> dict[str, Any]:
-    """A learner's state as a checkpoint brings it back: nothing but data."""
-    file = io.BytesIO()
-    torch.save(state, file)
-    file.seek(0)
-    return torch.load(file, weights_only=True)

@@ -19,13 +19,10 @@ from scipy import ndimage
 from scipy.sparse.csgraph import dijkstra
 
 from reference.building import Building, Kind, Landmark
-from reference.game.observations import (
-    from_normalised,
-    to_normalised,
-    vector_layout,
-)
+from reference.game.interface import Interface
+from reference.game.observations import from_normalised
 from reference.navigation import Navigation, navigation_of
-from reference.paper import NEAR_STAIRWELL, SIGHT_RANGE, Scenario
+from reference.paper import NEAR_STAIRWELL, SIGHT_RANGE
 from reference.robots import AT_EXIT, Destination, actual_target, said_on_the_way
 from reference.world import NOBODY
 
@@ -34,50 +31,9 @@ HALFWAY = 5.0  # [C4, chosen] metres on foot that are half as near as none
 FAR = 100.0  # metres: whatever is farther, or unreachable, counts as this far
 PEOPLE = 6  # [C5, chosen] anchors at people
 ASTRAY = 8.0  # [C5, chosen] metres: hardly anybody goes farther between decisions
-EDGE = 1e-3  # metres: a point on the drawing's edge is inside
 
 KEEP, STAY = 0, 1
 """The first anchors: where a robot is headed, and where it stands."""
-
-
-class Frame:
-    """The frame of robots in one building.
-
-    size  V, how many numbers a network reads;  anchors  K: the first 2K numbers are
-    x and y of the anchors, units of UNIT metres from the robot, the next K are 1 for
-    those that may be meant now; STAY always may
-    """
-
-    def __init__(self, building: Building, scenario: Scenario, masks: bool = False):
-        """masks: forbid what helps nobody, see `View.helpful`."""
-        self.building, self.masks = building, masks
-        self.layout = vector_layout(building, scenario)
-        self.time_limit = scenario.time_limit
-        self.map = Map(building)
-        nobody = np.zeros((1, self.layout.size), dtype=np.float32)
-        view = View(self, nobody, np.full((1, 2), np.nan))
-        self.size: int = view.numbers().shape[1]
-        self.anchors: int = view.anchors.shape[1]
-
-    def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
-        """(B, V) float32 of observations (B, V); headed (B, 2): as a `Moment` says."""
-        return View(self, vectors, headed).numbers()
-
-    def spoken(self, vectors: np.ndarray, actions: np.ndarray) -> np.ndarray:
-        """Convert actions (..., 2) to the environment's, normalised [C5].
-
-        A destination is the robot's place + UNIT metres for each unit.
-        """
-        metres = self._own(vectors) + UNIT * actions
-        return to_normalised(self.building, metres).clip(-1, 1).astype(np.float32)
-
-    def actions(self, vectors: np.ndarray, normalised: np.ndarray) -> np.ndarray:
-        """Invert `spoken`; nan, for none, stays nan."""
-        metres = from_normalised(self.building, normalised.astype(np.float64))
-        return ((metres - self._own(vectors)) / UNIT).astype(np.float32)
-
-    def _own(self, vectors: np.ndarray) -> np.ndarray:
-        return self.layout.read(vectors, "robots")[..., 0, :2].astype(np.float64)
 
 
 class View:
@@ -91,17 +47,29 @@ class View:
     anchors  (B, K, 2) units;  way  (B, K) metres;  allowed  (B, K) bool
     """
 
-    def __init__(self, frame: Frame, vectors: np.ndarray, headed: np.ndarray):
-        self.frame, self.map, self.vectors = frame, frame.map, vectors
+    def __init__(
+        self,
+        interface: Interface,
+        vectors: np.ndarray,
+        headed: np.ndarray,
+        masks: bool = False,
+    ):
+        """vectors (B, V) and headed (B, 2): observed, as `Interface.read` takes them.
+
+        masks: forbid what helps nobody, see `helpful`.
+        """
+        self.scenario, building = interface.scenario, interface.building
+        self.map, self.masks = map_of(building), masks
+        blocks = interface.layout.blocks
+        self.seen = {name: interface.layout.read(vectors, name) for name in blocks}
         self.humans, self.robots, self.fires = (
-            frame.layout.read(vectors, name).astype(np.float64)
-            for name in ("humans", "robots", "fires")
+            self.seen[name].astype(np.float64) for name in ("humans", "robots", "fires")
         )
         own = self.robots[:, 0]
         self.me, self.floor = own[:, :2], own[:, 2].round().clip(0).astype(int)
         self.place = self.map.places(own)
         self._sort_people()
-        self.spot = from_normalised(frame.building, headed.astype(np.float64))
+        self.spot = from_normalised(building, headed.astype(np.float64))
         self.outs = self._nearest_first(self.map.outs)
         self.feet = self._nearest_first(self.map.feet)
         self._find_anchors()
@@ -130,7 +98,7 @@ class View:
         self.anchors: np.ndarray = np.nan_to_num((anchors - self.me[:, None]) / UNIT)
         self.way = self._way_to(anchors)
         self.allowed = ~np.isnan(anchors[..., 0])
-        if self.frame.masks:
+        if self.masks:
             self.allowed &= self.helpful()
         self.allowed[:, STAY] = True
 
@@ -151,9 +119,8 @@ class View:
     def numbers(self) -> np.ndarray:
         """(B, V) float32: anchors, people, robots, mates first, fires, counts."""
         people = self._points(self.humans, self.alone)
-        mates, floors = self.robots[:, 1:], np.arange(self.frame.building.floors)
-        layout, vectors = self.frame.layout, self.vectors
-        return _joined(
+        mates, floors = self.robots[:, 1:], np.arange(len(self.map.free))
+        parts = [
             self.anchors,
             self.allowed,
             np.take_along_axis(people, self.order[..., None], axis=1),
@@ -162,14 +129,16 @@ class View:
             near(self.way),
             self.way / UNIT,
             (self.humans[..., 2:].round() == floors).sum(axis=1) / UNIT,
-            layout.read(vectors, "fires_per_floor"),
+            self.seen["fires_per_floor"],
             self.floor[:, None] == floors,
-            layout.read(vectors, "time") / self.frame.time_limit,
+            self.seen["time"] / self.scenario.time_limit,
             self.mine.sum(axis=1) / UNIT,
             self.lost.sum(axis=1) / UNIT,
             ~np.isnan(self.spot[:, 0]),
             self.to_way_out(),
-        )
+        ]
+        rows = [part.reshape(len(part), -1) for part in parts]
+        return np.concatenate(rows, axis=1, dtype=np.float32)
 
     def _points(self, points: np.ndarray, flag: np.ndarray) -> np.ndarray:
         """(B, m, 5): x, y and storeys from me, near, flag; zeros for SENTINEL."""
@@ -185,7 +154,7 @@ class View:
 
     def _way_to(self, metres: np.ndarray) -> np.ndarray:
         """Metres on foot to points (B, m, 2) of my floor; to nan it is FAR."""
-        place = self.map.places_on(self.floor[:, None], np.nan_to_num(metres))
+        place = self.map.places(np.nan_to_num(metres), self.floor[:, None])
         return np.where(np.isnan(metres[..., 0]), FAR, self._way(place))
 
     def _nearest_first(self, marks: np.ndarray) -> np.ndarray:
@@ -198,39 +167,40 @@ class View:
 class Map:
     """What robots know of a building.
 
-    stairs  (places,) bool;  free  (places,) the nearest place where one can stand
+    free    (floors, rows, cols) the nearest place where one can stand
+    stairs  (places,) bool
     outs, feet  (floors, k, 2) metres of ways out and feet of stairs, nan for none
     """
 
     def __init__(self, building: Building):
-        self.nav, free = navigation_of(building), building.walkable
+        self.nav, self.origin = navigation_of(building), building.origin
         self.stairs = building.kind.ravel() == Kind.STAIRS
-        nearest = [
-            ndimage.distance_transform_edt(
-                ~floor, return_distances=False, return_indices=True
-            )
-            for floor in free
-        ]
-        cells = (indices.reshape(2, -1).T for indices in nearest)
-        self.free = np.concatenate([*map(self.nav.places_of, range(len(free)), cells)])
-        (left, top), (right, bottom) = (
-            building.metres(*corner)
-            for corner in ((-0.5, -0.5), np.subtract(free.shape[1:], 0.5))
+        nearest = ndimage.distance_transform_edt(
+            ~building.walkable,
+            sampling=(FAR, 1, 1),
+            return_distances=False,
+            return_indices=True,
         )
-        self.edges = (left + EDGE, bottom + EDGE), (right - EDGE, top - EDGE)
+        self.free = np.ravel_multi_index(nearest, building.walkable.shape)
         floors = [way_marks(building, floor) for floor in range(building.floors)]
         self.outs, self.feet = map(_filled, zip(*floors, strict=True))
 
-    def places(self, points: np.ndarray) -> np.ndarray:
-        """(...) places of points (..., 3); SENTINEL's is on the first floor."""
-        return self.places_on(points[..., 2].round().clip(0).astype(int), points)
+    def places(self, points: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:
+        """(...) places of points (..., 2), or (..., 3) with floors of their own.
 
-    def places_on(self, floor: np.ndarray, points: np.ndarray) -> np.ndarray:
-        """(...) places of points (..., 2 or 3); floor: broadcast to (...)."""
-        shape = points.shape[:-1]
-        inside = points[..., :2].clip(*self.edges).reshape(-1, 2)
-        floor = np.broadcast_to(floor, shape).ravel()
-        return self.free[self.nav.places_at(floor, inside)].reshape(shape)
+        What is outside the drawing counts as on its edge, SENTINEL as on the first
+        floor.
+        """
+        if floor is None:
+            floor = points[..., 2].round().clip(0).astype(int)
+        top, left = self.origin
+        last = np.subtract(self.free.shape[1:], 1)
+        right, up = np.moveaxis(np.floor(points[..., :2]).astype(int), -1, 0)
+        cells = (top - 1 - up).clip(0, last[0]), (left + right).clip(0, last[1])
+        return self.free[floor, *cells]
+
+
+map_of = lru_cache(maxsize=8)(Map)
 
 
 def between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
@@ -347,9 +317,3 @@ def _within(
     """(B,) bool: is any of which points (B, m, 2 or 3) so near to a spot (B, 2)?"""
     off = np.nan_to_num(points[..., :2] - spot[:, None], nan=np.inf)
     return ((np.hypot(off[..., 0], off[..., 1]) <= metres) & which).any(axis=1)
-
-
-def _joined(*parts: np.ndarray) -> np.ndarray:
-    """(B, V) float32 of parts (B, ...)."""
-    rows = [part.reshape(len(part), -1).astype(np.float32) for part in parts]
-    return np.concatenate(rows, axis=1)

@@ -21,11 +21,11 @@ import numpy as np
 
 from reference.building import Building
 from reference.game.interface import AXES, Interface, Sizes
-from reference.game.observations import grid_shape, to_normalised
+from reference.game.observations import from_normalised, grid_shape, to_normalised
 from reference.learning.settings import ATTENTION_HEADS, Row, Side, TrainerSettings
 from reference.navigation import navigation_of
 from reference.paper import HEALTH_SECONDS, Scenario
-from reference.workshop.frame import UNIT, Frame
+from reference.workshop.frame import UNIT, View
 from reference.workshop.plain import SettingsError, check_rows
 from reference.workshop.strategies.fires import places_beside
 
@@ -75,9 +75,7 @@ class SideSettings(TrainerSettings):
     def interface(
         self, side: Side, building: Building, scenario: Scenario
     ) -> Interface:
-        """How this side's networks read and speak; see `refuse_of_robots`."""
-        if side == "fire":
-            refuse_of_robots(self)
+        """How this side's networks read and speak."""
         if self.head == "floor":
             return Interface(side, building, scenario)
         if side == "fire":
@@ -127,11 +125,22 @@ def shaped(gone: int, time: float, seconds: float, gamma: float) -> float:
 
 
 class RobotsFrame(Interface):
-    """Robots read and speak from where they stand [C5, chosen]."""
+    """Robots read and speak from where they stand [C5, chosen].
+
+    size  V, how many numbers a network reads;  anchors  K: the first 2K numbers are
+    x and y of the anchors, units from the robot, the next K are 1 for those that may
+    be meant now
+    """
 
     def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):
         super().__init__("robots", building, scenario)
-        self.frame, self.settings = Frame(building, scenario, settings.masks), settings
+        self.settings, self.mixes = settings, settings.head == "mixture"
+        view = self._view(np.zeros((1, self.layout.size)), np.full((1, 2), np.nan))
+        self.size: int = view.numbers().shape[1]
+        self.anchors: int = view.anchors.shape[1]
+
+    def _view(self, vectors: np.ndarray, headed: np.ndarray) -> View:
+        return View(self, vectors, headed, self.settings.masks)
 
     @property
     def sizes(self) -> Sizes:
@@ -141,34 +150,32 @@ class RobotsFrame(Interface):
         s = self.settings
         head: Callable[[int], Any] = partial(FrameHead, continuous=AXES)
         if self.mixes:
-            head = partial(
-                MixtureHead, self.frame.anchors, AXES, s.spread, s.commitment
-            )
-        return Sizes(self.frame.size, grid_shape(self.building), AXES, head=head)
-
-    @property
-    def mixes(self) -> bool:
-        """Does it speak by a mixture?"""
-        return self.settings.head == "mixture"
+            head = partial(MixtureHead, self.anchors, AXES, s.spread, s.commitment)
+        return Sizes(self.size, grid_shape(self.building), AXES, head=head)
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(N, V) float32, what robots see in their frames."""
-        return self.frame.read(vectors, headed)
+        return self._view(vectors, headed).numbers()
 
     def actions(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
         """The environment's actions (..., 2) of units around the robots (..., 2)."""
-        return self.frame.spoken(vectors, raw)
+        metres = self._own(vectors) + UNIT * raw
+        return to_normalised(self.building, metres).clip(-1, 1).astype(np.float32)
 
     def raw(self, actions: np.ndarray, vectors: np.ndarray) -> np.ndarray:
         """Invert `actions`; nan stays nan."""
-        return self.frame.actions(vectors, actions)
+        metres = from_normalised(self.building, actions.astype(np.float64))
+        return ((metres - self._own(vectors)) / UNIT).astype(np.float32)
+
+    def _own(self, vectors: np.ndarray) -> np.ndarray:
+        return self.layout.read(vectors, "robots")[..., 0, :2].astype(np.float64)
 
     def off_anchors(self, raw: np.ndarray, seen: np.ndarray) -> np.ndarray:
         """(N,) metres from raw actions (N, 2) to the nearest anchor that is allowed.
 
         seen: (N, V), what `read` returned.
         """
-        K = self.frame.anchors
+        K = self.anchors
         off = np.linalg.norm(seen[:, : 2 * K].reshape(-1, K, 2) - raw[:, None], axis=-1)
         allowed = seen[:, 2 * K : 3 * K] > 0
         return UNIT * np.where(allowed, off, np.inf).min(axis=1)

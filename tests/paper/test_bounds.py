@@ -28,13 +28,6 @@ from reference.paper import (
 THIRD = (0, 0, PEOPLE)
 """Everybody starts on the third floor."""
 
-CORRIDOR = """
-#########
-E.......#
-#########
-"""
-
-
 # -- Equations 6 and 7 --------------------------------------------------------------
 
 
@@ -47,20 +40,11 @@ def test_the_worst_reward_is_everybodys_death():
 
 
 @pytest.mark.paper("F6")
-def test_the_mean_way_is_taken_over_all_cells_of_a_floors_rooms():
-    """Seven cells in a row before an exit: 1 to 7 metres, 4 on average."""
-    assert mean_ways(built(CORRIDOR)) == (4.0,)
-
-
-@pytest.mark.paper("F6")
-def test_the_mean_way_leads_to_the_nearer_of_two_ways_out():
-    """1, 2, 2 and 1 metres: Min in Eq. 7."""
-    board = """
-    ######
-    E....E
-    ######
-    """
-    assert mean_ways(built(board)) == (1.5,)
+@pytest.mark.parametrize(("row", "metres"), [("E.......#", 4.0), ("E....E", 1.5)])
+def test_the_mean_way_is_taken_over_all_cells_of_a_floors_rooms(row, metres):
+    """1 to 7 metres before one exit; 1, 2, 2, 1 between two: Min in Eq. 7."""
+    wall = "#" * len(row)
+    assert mean_ways(built(f"{wall}\n{row}\n{wall}")) == (metres,)
 
 
 @pytest.mark.paper("F6", "Eq. 7")
@@ -108,23 +92,18 @@ def test_equation_7_sums_over_as_many_floors_as_there_are(name):
 
 @pytest.mark.paper("F8")
 @pytest.mark.parametrize(
-    ("starters", "best"), [(THIRD, 14_000), ((13, 13, 14), 10_970), ((1, 0, 0), 191.7)]
+    ("losses", "starters", "best"),
+    [
+        ([25 / 3] * 3, THIRD, 14_000),
+        ([25 / 3] * 3, (13, 13, 14), 10_970),
+        ([10, 20, 30], (0, 0, 1), 70 + 50 + 40 + FIXED_REWARD),
+        ([60, 60, 60], (0, 0, 1), 40 + FIXED_REWARD),
+    ],
+    ids=["from the third", "spread", "the own floor costs first", "none below 0"],
 )
-def test_what_is_lost_on_one_floor_is_missing_on_the_next(starters, best):
+def test_what_is_lost_on_one_floor_is_missing_on_the_next(losses, starters, best):
     """40 (3·100 - 6·8.33 + 100) = 14000, when all start on the third floor."""
-    assert best_reward_carried([25 / 3] * 3, starters) == pytest.approx(best, rel=1e-3)
-
-
-@pytest.mark.paper("F8")
-def test_the_floor_that_people_start_on_is_the_first_to_cost():
-    """70, 50 and 40 are left, and then the exit; not 90, 70 and 40."""
-    assert best_reward_carried([10, 20, 30], (0, 0, 1)) == 70 + 50 + 40 + FIXED_REWARD
-
-
-@pytest.mark.paper("F8")
-def test_nobody_has_less_than_no_health():
-    """Floors further down pay nothing to whoever is spent."""
-    assert best_reward_carried([60, 60, 60], (0, 0, 1)) == 40 + FIXED_REWARD
+    assert best_reward_carried(losses, starters) == pytest.approx(best, rel=1e-3)
 
 
 @pytest.mark.paper("F12")

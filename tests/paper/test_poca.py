@@ -115,50 +115,30 @@ def returned(learner, t, part, agent, first, last, follows):
 
 
 @pytest.mark.paper("C8")
-def test_who_finishes_early_is_credited_with_what_the_group_does_next():
-    """V of its own last observation among what its mates observe then."""
-    learner, t = made(), life("##..", "####", "####")
-    part = added(learner, t)
-    follows = after(learner, t, 1, [0, 1, 2])
-    assert returned(learner, t, part, 0, 0, 2, follows)
-    assert not returned(learner, t, part, 0, 0, 2, 0.0)
-    assert not returned(learner, t, part, 0, 0, 2, after(learner, t, 1, [1, 2]))
-
-
-@pytest.mark.paper("C8")
-def test_when_all_are_done_nothing_follows():
-    """Nor for the last of them, alone."""
-    learner, t = made(), life("####", "####")
-    part = added(learner, t)
-    assert all(returned(learner, t, part, agent, 0, 4, 0.0) for agent in (0, 1))
-    learner, t = made(), life("##..", "####")
-    assert returned(learner, t, added(learner, t), 1, 0, 4, 0.0)
-
-
-@pytest.mark.paper("C8")
-def test_two_who_finish_together_are_both_in_the_group_that_goes_on():
-    """Each of them with the other's last observation and the third's next one."""
-    learner, t = made(), life("##..", "##..", "####")
-    part = added(learner, t)
-    follows = after(learner, t, 1, [0, 1, 2])
-    assert all(returned(learner, t, part, agent, 0, 2, follows) for agent in (0, 1))
-
-
-@pytest.mark.paper("C8")
-def test_who_was_gone_before_is_not_in_the_group_that_goes_on():
-    """The second to leave is credited with the group without the first."""
-    learner, t = made(), life("#...", "##..", "####")
-    part = added(learner, t)
-    assert returned(learner, t, part, 1, 0, 2, after(learner, t, 1, [1, 2]))
-
-
 @pytest.mark.paper("E3")
-def test_a_group_whose_time_is_up_goes_on_from_its_value():
-    """Interrupted is not done: bootstrapped; who had left before is not there."""
-    learner, t = made(), life("#...", "####>", "####>")
+@pytest.mark.parametrize(
+    ("drawn", "parts"),
+    [
+        (["##..", "####", "####"], [(0, 0, 2, [0, 1, 2]), (1, 0, 4, None)]),
+        (["####", "####"], [(0, 0, 4, None), (1, 0, 4, None)]),
+        (["##..", "##..", "####"], [(0, 0, 2, [0, 1, 2]), (1, 0, 2, [0, 1, 2])]),
+        (["#...", "##..", "####"], [(0, 0, 1, [0, 1, 2]), (1, 0, 2, [1, 2])]),
+        (["#...", "####>", "####>"], [(1, 0, 4, [1, 2]), (2, 0, 4, [1, 2])]),
+    ],
+    ids=["one early", "together", "two at once", "one by one", "time is up"],
+)
+def test_who_finishes_early_is_credited_with_what_the_group_does_next(drawn, parts):
+    """V of its own last observation among what its mates observe then.
+
+    Who had left before is not in that group; nothing follows when all are done. When
+    time is up, the group goes on from its value.
+    """
+    learner, t = made(), life(*drawn)
     part = added(learner, t)
-    follows = after(learner, t, 3, [1, 2])
-    assert all(returned(learner, t, part, agent, 0, 4, follows) for agent in (1, 2))
+    for agent, first, last, group in parts:
+        follows = after(learner, t, last - 1, group) if group else 0.0
+        assert returned(learner, t, part, agent, first, last, follows)
+    assert not returned(learner, t, part, 0, 0, parts[0][2], 1.0)
 
 
 @pytest.mark.paper("E3")
@@ -198,14 +178,8 @@ def moves(learner, vectors, rng):
 def lived(vectors, alive, actions, log_probs, rewards):
     """A trajectory under an empty sky."""
     grids = np.zeros((len(vectors), *GAME.grid), dtype=np.uint8)
-    return Trajectory(
-        vectors=vectors,
-        grids=grids,
-        alive=alive,
-        actions=actions,
-        log_probs=log_probs,
-        rewards=rewards,
-    )
+    seen = {"vectors": vectors, "grids": grids, "alive": alive}
+    return Trajectory(**seen, actions=actions, log_probs=log_probs, rewards=rewards)
 
 
 def bandit(learner, rng, rounds=128):

@@ -1,5 +1,7 @@
 """The robot's frame: what a robot sees from where it stands, and how it means it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from movies import shipped, stage
@@ -16,13 +18,14 @@ from reference.workshop.frame import (
     KEEP,
     STAY,
     UNIT,
-    Frame,
     between,
     guides,
     near,
     way_marks,
 )
+from reference.workshop.remedies import RobotsFrame
 from reference.workshop.strategies.robots import Sweep
+from reference.workshop.training.presets import preset
 from reference.world import NOBODY, NOWHERE
 
 BUILDINGS = ("paper", "tiny", "museum", "maze", "school", "tower")
@@ -39,9 +42,15 @@ HALL = """
 WIDTH = 5  # numbers of a point
 
 
+def frame_of(sim, masks=False):
+    """How robots read and speak in a simulation."""
+    settings = replace(preset("tiny").robots, masks=masks)
+    return RobotsFrame(sim.building, sim.scenario, settings)
+
+
 def seen(sim, masks=False, going=None):
     """A frame and what all robots of a simulation see; going: where they are headed."""
-    frame = Frame(sim.building, sim.scenario, masks)
+    frame = frame_of(sim, masks)
     vectors = robot_vectors(sim.world, sim.scenario)
     found = frame.read(vectors, headed(sim.world) if going is None else going)
     assert np.isfinite(found).all() and found.shape[1] == frame.size
@@ -87,7 +96,7 @@ def test_what_moves_together_looks_the_same_to_a_robot():
     In the paper's own numbers, all have changed.
     """
     sim = stage(HALL, sources=2)
-    frame = Frame(sim.building, sim.scenario)
+    frame = frame_of(sim)
     layout = vector_layout(sim.building, sim.scenario)
     vectors = robot_vectors(sim.world, sim.scenario)
     layout.read(vectors, "fires")[:] = (3.0, 1.0, 0.0)
@@ -107,17 +116,17 @@ def test_what_moves_together_looks_the_same_to_a_robot():
 
 @pytest.mark.paper("C5", "chosen")
 def test_a_destination_is_the_robot_s_place_and_ten_metres_for_each_unit():
-    """Clipped to the main body; `actions` reads it back."""
+    """Clipped to the main body; `raw` reads it back."""
     sim = stage(HALL)
     frame, _ = seen(sim)
     vectors, robot = robot_vectors(sim.world, sim.scenario)[:1], sim.world.robots[0]
-    said = frame.spoken(vectors, np.array([[0.2, -0.1]]))
+    said = frame.actions(np.array([[0.2, -0.1]]), vectors)
     x, y = robot.position
     assert destination(sim.building, said[0]) == pytest.approx((x + 2, y - 1), abs=1e-3)
-    assert np.allclose(frame.actions(vectors, said), (0.2, -0.1), atol=1e-5)
-    far = frame.spoken(vectors, np.array([[9.0, 9.0]]))
+    assert np.allclose(frame.raw(said, vectors), (0.2, -0.1), atol=1e-5)
+    far = frame.actions(np.array([[9.0, 9.0]]), vectors)
     assert far.tolist() == [[1, 1]]
-    assert np.isnan(frame.actions(vectors, np.full((1, 2), np.nan))).all()
+    assert np.isnan(frame.raw(np.full((1, 2), np.nan), vectors)).all()
 
 
 @pytest.mark.paper("C5", "chosen")
@@ -129,7 +138,7 @@ def test_to_keep_is_to_decide_once_more_what_was_decided(name):
         frame, found = seen(sim)
         vectors = robot_vectors(sim.world, sim.scenario)
         places, allowed = anchors(frame, found)
-        said = frame.spoken(vectors, places[:, KEEP])
+        said = frame.actions(places[:, KEEP], vectors)
         for k, robot in enumerate(sim.world.robots):
             if not robot.active:
                 continue

@@ -92,7 +92,7 @@ def test_a_mixture_is_taught_the_point_that_the_teacher_means():
     assert under_way.any()
     nothing_new = np.full((len(vectors), 2), np.nan, dtype=np.float32)
     told = teacher._recorded(moment, nothing_new)
-    (seen,), K = teacher.read([moment]), teacher.interface.frame.anchors
+    (seen,), K = teacher.read([moment]), teacher.interface.anchors
     anchors = seen[:, : 2 * K].reshape(-1, K, 2)
     keep, stay = anchors[:, KEEP], anchors[:, STAY]
     assert np.allclose(told["actions"], np.where(under_way[:, None], keep, stay))

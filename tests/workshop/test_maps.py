@@ -67,13 +67,11 @@ def drawn(text):
 @pytest.mark.paper("A4")
 @pytest.mark.parametrize("path", [*GOOD, *SHIPPED], ids=named)
 def test_a_good_drawing_is_read_and_drawn_again_as_it_was(path):
-    """Text to plan to text is the identity, up to notes and what is drawn once."""
+    """Text to plan to text is the identity, up to notes and the order of rows."""
     plan = read(path)
-    rows = [row.rstrip() for storey in plan.storeys for row in storey.rows]
+    rows = {row.rstrip() for storey in plan.storeys for row in storey.rows}
     assert parse(to_text(plan)) == plan
-    assert set(drawn(path.read_text())) == set(rows)
-    if "-" not in "".join(re.findall(r"(?i)^floor.*?:", path.read_text(), re.M)):
-        assert drawn(path.read_text()) == rows
+    assert set(drawn(path.read_text())) == rows
 
 
 # -- What is refused ----------------------------------------------------------------
@@ -119,15 +117,6 @@ def test_a_stage_is_silent_until_the_one_before_is_satisfied():
         assert refusal(text)[0].what == what
         text = text.replace(wrong, right)
     parse(text)
-
-
-def test_four_mistakes_are_shown_and_the_rest_counted():
-    """A long page would hide its first line; the error still carries them all."""
-    with pytest.raises(MistakesError) as caught:
-        parse(HOUSE.replace("#", "|"))
-    more = len(caught.value.mistakes) - 4
-    assert str(caught.value).count("hint:") == 4
-    assert more > 0 and str(caught.value).endswith(f"… and {more} more")
 
 
 def test_the_caret_stands_under_its_column():
@@ -198,7 +187,7 @@ def test_refuses_a_huge_text_at_once_and_in_few_words(text):
 def test_says_how_much_it_reads():
     """A file ends where the largest building would, with as many notes as rows."""
     mistake = refusal(HUGE["rows without end"])[0]
-    assert "at most 12000 lines" in mistake.what
+    assert mistake.what.startswith("a file has at most 12000 lines")
     assert mistake.line == 12_001
     parse(HOUSE + 10_000 * "; a note\n")
 
@@ -245,27 +234,20 @@ def test_refuses_a_folder_and_a_missing_file_in_words(tmp_path):
         find(300 * "x")
 
 
-SCRIBBLE = "#.+EABCD abcxyz;:\t|-19XZ\n\r\0é広"
-
-
-@given(
-    st.lists(
-        st.tuples(
-            st.integers(0, len(HOUSE)),
-            st.sampled_from(["put", "type over", "take out", "double"]),
-            st.sampled_from(SCRIBBLE),
-        ),
-        max_size=6,
-    )
+SCRIBBLES = st.tuples(
+    st.integers(0, len(HOUSE)),
+    st.sampled_from([0, 1, 15]),
+    st.text("#.+EABCD abcxyz;:\t|-19XZ\n\r\0é広", max_size=2),
 )
+"""Where, how much is taken out, and what is put there."""
+
+
+@given(st.lists(SCRIBBLES, max_size=6))
 def test_refuses_a_scribbled_drawing_only_in_its_own_words(scribbles):
     """However a drawing is spoilt, it is read or explained, and the place exists."""
     text = HOUSE
-    for place, deed, sign in scribbles:
-        line = text[place:].split("\n")[0] + "\n"
-        new = {"put": sign, "type over": sign, "take out": "", "double": line + line}
-        old = {"put": 0, "type over": 1, "take out": 1, "double": len(line)}
-        text = text[:place] + new[deed] + text[place + old[deed] :]
+    for place, out, sign in scribbles:
+        text = text[:place] + sign + text[place + out :]
     try:
         parse(text)
     except MistakesError as error:

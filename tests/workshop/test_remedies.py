@@ -1,7 +1,6 @@
 """What helps learning: heads, ways to read and speak, a shaped reward."""
 
 import math
-from dataclasses import replace
 from itertools import pairwise
 
 import lives
@@ -11,17 +10,16 @@ import torch
 from torch.distributions import Independent, MixtureSameFamily
 
 from reference.fire import fuel
-from reference.game.environment import destination, fire_decision
-from reference.game.observations import fire_vector, robot_vectors
+from reference.game.environment import fire_decision
+from reference.game.observations import fire_vector
 from reference.learning.networks import REFUSED, GaussianHead
 from reference.navigation import navigation_of
 from reference.paper import HEALTH_SECONDS, Scenario
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots, RandomRobots
+from reference.strategies import NoFire, NoRobots
 from reference.workshop.frame import UNIT
 from reference.workshop.heads import SIGMAS, FrameHead, Mixture, MixtureHead
 from reference.workshop.maps import load
-from reference.workshop.plain import SettingsError
 from reference.workshop.remedies import shaped
 from reference.workshop.training.presets import preset
 from reference.world import Source
@@ -126,24 +124,6 @@ def test_a_gaussian_in_the_robot_s_frame_begins_with_five_metres():
 # -- Interfaces ---------------------------------------------------------------------
 
 
-@pytest.mark.paper("C5", "chosen")
-@pytest.mark.parametrize("head", ["frame", "mixture"])
-def test_robots_in_their_frame_mean_metres_around_themselves(head):
-    """Ten for a unit; `raw` reads it back."""
-    made = replace(preset("tiny").robots, head=head)
-    building, scenario = load("tiny"), preset("tiny").scenario
-    interface = made.interface("robots", building, scenario)
-    sim = Simulation(building, scenario, RandomRobots(), NoFire(), seed=2)
-    vectors = robot_vectors(sim.world, scenario)
-    said = interface.actions(np.float32([[0.1, -0.2]]), vectors)
-    places = [destination(building, action) for action in said]
-    meant = [np.add(robot.position, (1, -2)) for robot in sim.world.robots]
-    low, high = np.reshape(building.body, (2, 2))
-    assert np.abs(places - np.clip(meant, low, high)).max() < 1e-3
-    inside = np.abs(np.subtract(places, meant)).max(axis=1) < 1e-3
-    assert np.allclose(interface.raw(said, vectors)[inside], (0.1, -0.2), atol=1e-4)
-
-
 @pytest.mark.paper("D2", "chosen")
 @pytest.mark.parametrize("name", ["tiny", "paper"])
 def test_the_fires_anchors_stand_beside_all_ways_and_can_burn(name):
@@ -178,22 +158,6 @@ def test_where_a_fire_burns_none_is_lit_again():
     assert allowed().all()
     world.flames.sources.append(Source(int(storey), float(x), float(y), 0.0))
     assert not allowed()[3] and allowed().sum() >= K - 3
-
-
-@pytest.mark.paper("E3")
-@pytest.mark.parametrize(
-    ("rows", "why"),
-    [
-        ({"shaping": 300.0}, "fire: shaping is about robots"),
-        ({"masks": True}, "fire: masks is about robots"),
-        ({"head": "frame"}, "fire: a head 'frame' speaks from where a robot stands"),
-    ],
-)
-def test_refuses_a_fire_that_would_walk(rows, why):
-    """What only robots have."""
-    table = replace(preset("paper").fire, **rows)
-    with pytest.raises(SettingsError, match=why):
-        table.interface("fire", load("tiny"), Scenario())
 
 
 @pytest.mark.paper("E3")

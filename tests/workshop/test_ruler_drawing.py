@@ -91,8 +91,7 @@ def test_every_match_is_a_point_with_its_intervals_and_its_score():
     figure = drawing.contours(PAPER, [match])
     axes = figure.axes[0]
     assert dots(axes).tolist() == [[9000, 2000]]
-    (bars,) = axes.containers
-    across, up = (bar.get_segments()[0].tolist() for bar in bars.lines[2])
+    across, up = (line.get_xydata().tolist() for line in axes.lines[:2])
     assert across == [[8800, 2000], [9100, 2000]]
     assert up == [[9000, 1900], [9000, 2150]]
     assert f"sweep, fire random  {PAPER.score(9000, 2000):.2f}" in writing(figure)
@@ -105,7 +104,7 @@ def test_a_colour_is_a_team_and_a_shape_is_a_fire():
         for k, (robots, fire) in enumerate(product(("none", "sweep"), ("a", "b")))
     ]
     axes = drawing.contours(PAPER, pairs).axes[0]
-    drawn = [bars.lines[0] for bars in axes.containers]
+    drawn = axes.lines[2::3]
     a, b, c, d = ((line.get_markerfacecolor(), line.get_marker()) for line in drawn)
     assert a[0] == b[0] != c[0] == d[0] and a[1] == c[1] != b[1] == d[1]
 

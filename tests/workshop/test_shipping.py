@@ -11,7 +11,7 @@ from reference.__main__ import main
 from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.checkpoints import CheckpointError, load
-from reference.workshop.training.shipping import about, shipped
+from reference.workshop.training.shipping import shipped
 
 
 def test_both_sides_ship_as_weights_alone_in_less_than_five_megabytes():
@@ -27,8 +27,7 @@ def test_both_sides_ship_as_weights_alone_in_less_than_five_megabytes():
         )
         head = "mixture"
         assert contestant(LEARNED, side).learned.settings.head == head
-        made = checkpoint.progress[side]
-        assert f"{made['decisions'][side]:,} decisions" in about(side)
+        assert checkpoint.progress[side]["decisions"][side] > 10_000
 
 
 def test_the_robots_of_one_training_and_the_fire_of_another_ship(tmp_path):
@@ -54,13 +53,6 @@ def test_another_building_gets_a_clear_word(capsys):
     """What was learned on one map is not played on another."""
     assert main(["evacuate", "--robots", LEARNED, "--building", "tiny"]) == 1
     assert "has learned Institute" in capsys.readouterr().err
-
-
-def test_the_summary_says_who_is_who(capsys):
-    """How each of the two was made."""
-    assert main(["evacuate", "--robots", LEARNED, "--fire", LEARNED]) == 0
-    told = capsys.readouterr().out
-    assert "learned robots: " in told and "learned fire: PPO, " in told
 
 
 @pytest.mark.slow

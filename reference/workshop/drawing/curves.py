@@ -161,8 +161,6 @@ def figure(runs: Sequence[Run]) -> Figure:
     for axes, panel in zip(rest, panels, strict=True):
         axes.grid(axis="y")
         axes.set_title(panel)
-        axes.yaxis.set_major_formatter(page.NUMBERS)
-    rest[-1].xaxis.set_major_formatter(page.NUMBERS)
     rest[-1].set_xlabel("episodes played by both sides")
     means = f"bold: running means over {SMOOTHING:.0%} of the episodes"
     page.legend(whole, [*legend.values()], title=means, handlelength=2.8)
@@ -186,6 +184,5 @@ def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
     axes.grid(axis="y")
     axes.set(xlabel="decisions of the robots", ylabel=SURVIVORS, ylim=(0, 1))
     axes.set_xlim(left=0)
-    axes.xaxis.set_major_formatter(page.NUMBERS)
     whole.legend(loc="outside right center", handlelength=3.2)
     return whole

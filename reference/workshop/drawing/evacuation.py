@@ -2,7 +2,7 @@
 
 Clauses: B4 and B7 for people's modes and health, C5 for robots and their destinations,
 D3, D7 and A6 for sources, flames and burnt doors.  Shapes tell things apart as well as
-colours do: disc follower, triangle leader, diamond robot, drop fire source.  A faint
+colours do: disc follower, triangle leader, diamond robot, star fire source.  A faint
 line is where a person walked lately: who walks in circles draws one.
 """
 
@@ -16,7 +16,6 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
-from matplotlib.path import Path
 
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
@@ -25,12 +24,6 @@ from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.page import COLOURS, Style
 from reference.world import Fate, Mode, World
 
-_LEFT_HALF = [(-0.4, -1), (-0.8, -0.9), (-0.8, -0.4), (-0.8, 0.2), (-0.25, 0.5)]
-_RIGHT_HALF = [(-x, y) for x, y in reversed(_LEFT_HALF)]
-DROP = Path(  # a flame, as a marker
-    [(0, 1.1), *_RIGHT_HALF, (0, -1), *_LEFT_HALF, (0, 1.1)],
-    [Path.MOVETO, *[Path.CURVE4] * 12],
-)
 STEPS = ["#101b46", "#2c3a78", "#565a86", "#807c83", "#ada06f", "#dcc64f", "#ffe838"]
 HEALTHS = ListedColormap(STEPS, name="health")
 """Dark at death, bright in full health, for every eye; few steps keep films small."""
@@ -270,7 +263,7 @@ def _looks(metre: float) -> dict[str, Style]:
         TRAIL: {"color": page.FAINT, "lw": 1.0, "alpha": 0.5, "zorder": 4},
         "flames": _marker("s", 0.94 * metre, FLAME, EMBER, 0.6),
         "burnt door": _marker("s", 0.9 * metre, CHAR, FLAME, 1.0),
-        "fire source": _marker(DROP, 1.9 * mark, SOURCE, "white", 0.9),
+        "fire source": _marker("*", 2.6 * mark, SOURCE, "white", 0.9),
         "destination": _marker("+", 1.3 * mark, INK, INK, 1.4) | _SENT,
         "died here": _marker("x", 0.9 * mark, INK, INK, 1.6),
     }

@@ -44,8 +44,6 @@ MEANINGS = {
 TEXT = "#23272e"
 FAINT = "#6b7480"
 BLUE = "#1b5e9e"  # of curves
-NUMBERS = "{x:,.10g}"
-"""How axes write their numbers: 1,234.5 and 0.00004."""
 
 Style = dict[str, Any]
 """Settings of matplotlib, or how one of its artists looks."""

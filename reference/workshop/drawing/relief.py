@@ -18,12 +18,12 @@ from matplotlib.figure import Figure
 from reference.building import Building, Kind
 from reference.workshop.drawing import page
 from reference.workshop.drawing.page import COLOURS, Style
+from reference.workshop.drawing.plans import WAYS
 
 TURN, TILT = np.radians(28), np.radians(34)  # of the view: from south, above the flat
 SLAB = 0.6  # metres of ceiling below a floor
 GAP = 4.0  # metres of page between two storeys, the lower one's walls included
 WINDOW = np.array((12, 15))  # rows and columns that a close-up shows
-LANDMARKS = (Kind.DOOR, Kind.ENTRANCE, Kind.EXIT)
 _LINK: Style = {"color": COLOURS[Kind.ENTRANCE], "lw": 1.4, "ls": (0, (4, 3))}
 
 
@@ -37,7 +37,7 @@ class Look:
 
 
 SOLID = Look(
-    {Kind.OUTSIDE: -SLAB, Kind.WALL: 1.5} | dict.fromkeys(LANDMARKS, 1.2),
+    {Kind.OUTSIDE: -SLAB, Kind.WALL: 1.5} | dict.fromkeys(WAYS, 1.2),
     COLOURS | {Kind.WALL: "#59616d"},
 )
 WALKABLE = Look(
@@ -49,8 +49,7 @@ WALKABLE = Look(
 
 def oblique(building: Building) -> Figure:
     """Draw the whole building, its storeys lifted off each other [A8, Fig. 1]."""
-    title = f"{building.title}, seen from the south-west"
-    figure = _storeys(building, title, SOLID)
+    figure = _storeys(building, f"{building.title}, seen from the south-west", SOLID)
     page.legend(figure, page.swatches(building.kind))
     return figure
 
@@ -59,8 +58,7 @@ def walkable(building: Building) -> Figure:
     """Draw every walkable cell, storey by storey [A8, Fig. 2] [A7]."""
     title = f"{building.title}: where one may walk, {building.walkable.sum()} m²"
     figure = _storeys(building, title, WALKABLE)
-    floor, wall = (WALKABLE.inks[kind] for kind in (Kind.FLOOR, Kind.WALL))
-    inks = {"walkable cell": floor, "wall": wall}
+    inks = {"walkable": WALKABLE.inks[Kind.FLOOR], "wall": WALKABLE.inks[Kind.WALL]}
     page.legend(figure, page.swatches([], **inks))
     return figure
 
@@ -68,7 +66,7 @@ def walkable(building: Building) -> Figure:
 def closeup(building: Building) -> Figure:
     """Draw an exit, a stairwell entrance and a door up close [A8, Fig. 3]."""
     first = {mark.kind: mark for mark in reversed(building.landmarks)}
-    kinds = [kind for kind in LANDMARKS if kind in first]
+    kinds = [kind for kind in WAYS if kind in first]
     figure = page.sheet(f"{building.title}: ways through, up close", 12, 3.8)
     panels = figure.subplots(1, len(kinds), squeeze=False)[0]
     for axes, kind in zip(panels, kinds, strict=True):
@@ -76,8 +74,6 @@ def closeup(building: Building) -> Figure:
         top, left = np.clip(middle - WINDOW // 2, 0, None)
         piece = cells[top : top + WINDOW[0], left : left + WINDOW[1]]
         add_boxes(axes, piece, SOLID)
-        axes.set(aspect="equal")
-        axes.set_axis_off()
         look: Style = {"color": COLOURS[kind], "weight": "bold", "loc": "center"}
         axes.set_title(page.MEANINGS[kind], **look)
     page.legend(figure, page.swatches(list(page.MEANINGS)))
@@ -88,15 +84,9 @@ def _storeys(building: Building, title: str, look: Look) -> Figure:
     """Draw all storeys, joined by dashed lines through their stairwells [A3]."""
     rows, cols = building.kind.shape[1:]
     left, *_, north = page.extent_of(building)
-    ends = [(0, 0, 0), (cols, 0, 0), (0, -rows, 0), (cols, -rows, 0)]
     lift = GAP + np.sin(TILT) * min(cols / np.sin(TURN), rows / np.cos(TURN))
-    size = np.ptp(project(np.array(ends)), axis=0)
-    size[1] += (building.floors - 1) * lift
-    width, height = size * min((8, 7) / size) + 1.5
-    figure = page.sheet(title, max(width, 9), height)
+    figure = page.sheet(title, 9, min(2.5 + 2.2 * building.floors, 9))
     axes = figure.subplots()
-    axes.set(aspect="equal")
-    axes.set_axis_off()
     for floor in range(building.floors):
         add_boxes(axes, building.kind[floor], look, floor * lift)
         name = page.floor_title(building, floor).replace(": ", "\n")
@@ -132,20 +122,20 @@ SHADES = np.array((0.62, 0.8, 1.0))
 def add_boxes(axes: Axes, kind: np.ndarray, look: Look, up: float = 0.0) -> None:
     """Paint (rows, cols) cells as boxes, back to front; up: metres on the page."""
     top = np.array([look.heights.get(each, 0.0) for each in Kind])[kind]
-    stairs = np.arange(len(kind), 0, -1)[:, None] % 5 * 0.25
-    top = np.where(kind == Kind.STAIRS, stairs, top)
+    steps = np.arange(len(kind), 0, -1)[:, None] % 5 * 0.25
+    around = np.pad(np.where(kind == Kind.STAIRS, steps, top), 1, constant_values=-SLAB)
     row, col = np.nonzero(kind[:, ::-1])  # from the north, in a row from the east
     col = kind.shape[1] - 1 - col
-    around = np.pad(top, 1, constant_values=-SLAB)
-    low = np.full((len(row), 3), -SLAB)  # of each side: where its neighbour's top ends
-    low[:, 0], low[:, 1] = around[2:, 1:-1][row, col], around[1:-1, :-2][row, col]
-    rise = top[row, col][:, None] - low
-    ones = np.ones_like(low)
-    start = np.stack([col[:, None] * ones, -row[:, None] * ones, low], axis=2)
-    size = np.stack([ones, ones, rise], axis=2)
-    corners = start[:, :, None] + SIDES * size[:, :, None]  # (k, 3, 4, 3)
+    rise = around[row + 1, col + 1]
+    low = np.stack([around[row + 2, col + 1], around[row + 1, col], 0 * rise - SLAB], 1)
+    rise = rise[:, None] - low  # (k, 3) of each side, above its neighbour's top
+    where = np.stack(np.broadcast_arrays(col[:, None], -row[:, None], low), axis=2)
+    size = np.stack(np.broadcast_arrays(1.0, 1.0, rise), axis=2)
+    corners = where[:, :, None] + SIDES * size[:, :, None]  # (k, 3, 4, 3)
     ink = np.array([to_rgb(look.inks[each]) for each in Kind])[kind[row, col]]
     seen, fill = rise > 0, ink[:, None] * SHADES[:, None]
     line: Style = {"ec": look.edges or fill[seen], "lw": 0.3 if look.edges else 0.5}
     places = project(corners[seen]) + np.array((0.0, up))
     axes.add_collection(PolyCollection(places, fc=fill[seen], zorder=2, **line))
+    axes.set(aspect="equal")
+    axes.set_axis_off()

@@ -19,7 +19,7 @@ from reference.paper import BEST_POINT, WORST_POINT
 from reference.workshop.crossplay.results import Cell
 from reference.workshop.drawing.crossplay import LINES, players
 from reference.workshop.drawing.evacuation import EMBER
-from reference.workshop.drawing.page import BLUE, NUMBERS, TEXT, Style, legend, sheet
+from reference.workshop.drawing.page import BLUE, TEXT, Style, legend, sheet
 
 BEST_REWARD = 15_000.0
 """[F6] R_b as the paper rounds it."""
@@ -60,8 +60,6 @@ def curve(ruler: Ruler = PAPER, best_reward: float = BEST_REWARD) -> Figure:
     score = axes.secondary_yaxis("right", functions=times)
     score.set_ylabel("E = y / β, without fire")
     score.spines["right"].set_visible(True)
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(NUMBERS)
     return figure
 
 
@@ -87,23 +85,16 @@ def contours(ruler: Ruler, cells: Sequence[Cell]) -> Figure:
     shapes = dict(zip(players(shown, "fire"), cycle(MARKERS), strict=False))
     for cell in shown:
         (x, *across), (y, *up) = cell.reward, cell.difficulty
-        bars = [abs(np.subtract(ends, at)) for ends, at in ((across, x), (up, y))]
-        look: Style = {
-            "marker": shapes[cell.fire],
-            "mfc": inks[cell.robots][0],
-            "ms": 8,
-        }
+        axes.plot(across, (y, y), (x, x), up, color=TEXT, lw=1)
         name = fill(f"{cell.robots}, fire {cell.fire}", 30)
-        label = f"{name}  {ruler.score(x, y):.2f}"
-        edges: Style = {"ls": "", "mec": "white", "ecolor": TEXT, "elinewidth": 1}
-        axes.errorbar(
-            x, y, bars[1][:, None], bars[0][:, None], label=label, **edges, **look
-        )
+        look: Style = {
+            "color": inks[cell.robots][0],
+            "label": f"{name}  {ruler.score(x, y):.2f}",
+        }
+        axes.plot(x, y, shapes[cell.fire], mec="white", ms=8, **look)
     axes.set_title("Bold line: E = 1.  Points: means with 95 % intervals, and their E")
     axes.set(xlabel="reward R, health points", ylabel="difficulty h")
     figure.colorbar(shades, pad=0.02, label="score E; 1: as good as the baseline")
-    for axis in (axes.xaxis, axes.yaxis):
-        axis.set_major_formatter(NUMBERS)
     handles, _ = axes.get_legend_handles_labels()
     legend(figure, handles, ncols=4, fontsize=8)
     return figure

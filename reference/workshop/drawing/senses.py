@@ -24,7 +24,7 @@ from reference.game.observations import (
 )
 from reference.paper import Scenario
 from reference.workshop.drawing import page
-from reference.workshop.drawing.evacuation import DROP, FLAME, INK, SOURCE, STEPS
+from reference.workshop.drawing.evacuation import FLAME, INK, SOURCE, STEPS
 from reference.workshop.drawing.page import COLOURS, Style
 from reference.world import World
 
@@ -32,7 +32,7 @@ _LOOKS: dict[str, Style] = {
     "human": {"marker": "o", "ms": 4.5, "mfc": STEPS[-1], "mec": INK, "mew": 0.6},
     "robot": {"marker": "D", "ms": 6, "mfc": "white", "mec": INK, "mew": 1.3},
     "the observer": {"marker": "D", "ms": 6, "mfc": INK, "mec": INK, "mew": 1.3},
-    "fire source": {"marker": DROP, "ms": 9, "mfc": SOURCE, "mec": "white", "mew": 0.6},
+    "fire source": {"marker": "*", "ms": 11, "mfc": SOURCE, "mec": "white", "mew": 0.6},
 }
 for _look in _LOOKS.values():
     _look |= {"ls": "", "clip_on": False}

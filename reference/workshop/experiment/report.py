@@ -25,6 +25,7 @@ from reference.workshop.experiment.jobs import arm_of
 OWN = "own fire"  # the one that a team has learned with
 ENOUGH = 5  # trainings of an arm; with fewer a result is preliminary
 SHOWN = ("survival", "reward", "difficulty")
+TRAINERS = {"poca": "MA-POCA", "ppo": "PPO"}
 OVER = (
     "interquartile means over an arm's trainings, with 95 % bootstrap intervals over "
     "trainings and evacuations; robots written by hand count as one training"

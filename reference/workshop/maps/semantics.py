@@ -114,16 +114,15 @@ def _stairwells(building: Building, drawing: Drawing) -> Iterator[Mistake]:
     signs = _rimmed(building, drawing)
     for letter in STAIRWELLS:
         mine = signs == letter
+        for part in pieces(mine)[1:]:
+            yield drawing.mistake("stairwell-split", part[0] - 1, letter=letter)
         unclosed = ~mine & (signs != "#") & (signs != "+")
         openings = np.argwhere(mine & ndimage.binary_dilation(unclosed))
-        closed = "+" not in signs[ndimage.binary_dilation(mine)]
-        for number, part in enumerate(pieces(mine)):
-            cell, kind = part[0], "stairwell-split" if number else ""
-            if not kind and len(openings):
-                cell, kind = openings[0], "stairwell-open"
-            if kind or closed:
-                kind = kind or "stairwell-closed"
-                yield drawing.mistake(kind, cell - 1, letter=letter)
+        for cell in openings[:1]:
+            yield drawing.mistake("stairwell-open", cell - 1, letter=letter)
+        if not len(openings) and "+" not in signs[ndimage.binary_dilation(mine)]:
+            for cell in np.argwhere(mine)[:1]:
+                yield drawing.mistake("stairwell-closed", cell - 1, letter=letter)
 
 
 def _rooms(building: Building, drawing: Drawing) -> Iterator[Mistake]:

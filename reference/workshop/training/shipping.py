@@ -9,17 +9,14 @@ first and the fire of the second, with how they were made. `--robots learned` an
 `--fire learned` play them.
 """
 
-from argparse import ArgumentParser
+import sys
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
-from reference.learning.settings import SIDES, Side
+from reference.learning.settings import Side
 from reference.workshop.strategies import SHIPPED
 from reference.workshop.training.checkpoints import Checkpoint, load, save
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
-
-TRAINERS = {"poca": "MA-POCA", "ppo": "PPO"}
 
 
 def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
@@ -27,16 +24,14 @@ def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
 
     Raises CheckpointError where a side was not learned, or in another world.
     """
-    policies = LearnedRobots(robots), LearnedFire(fire)
-    policies[1].refuse_elsewhere(policies[0].building, policies[0].scenario)
-    fixed: dict[Any, Any] = {policy.side: policy.learned for policy in policies}
+    guide, foe = LearnedRobots(robots), LearnedFire(fire)
+    foe.refuse_elsewhere(guide.building, guide.scenario)
     settings = replace(robots.task.settings, fire=fire.task.settings.fire)
+    fixed: dict[Side, Any] = {"robots": guide.learned, "fire": foe.learned}
     task = replace(
         robots.task, settings=settings, fixed=fixed, initial={}, imitate=None
     )
-    made: dict[str, Any] = {
-        side: how(each, side) for side, each in zip(SIDES, (robots, fire), strict=True)
-    }
+    made: dict[str, Any] = {"robots": how(robots, "robots"), "fire": how(fire, "fire")}
     return Checkpoint(task, robots.round, {}, made, robots.version)
 
 
@@ -47,39 +42,18 @@ def how(checkpoint: Checkpoint, side: Side) -> dict[str, Any]:
     """
     if side in checkpoint.progress:
         return dict(checkpoint.progress[side])
-    task = checkpoint.task
-    steps = {side: state["steps"] for side, state in checkpoint.learners.items()}
-    named = {side: isinstance(who, str) for side, who in task.fixed.items()}
-    against = {s: task.fixed[s] if named[s] else "a network" for s in named}
+    task, learners = checkpoint.task, checkpoint.learners.items()
+    fixed = task.fixed.items()
     return {
         "preset": task.settings.preset,
         "seed": task.seed,
         "version": checkpoint.version,
-        "decisions": steps,
-        "against": against,
+        "decisions": {side: state["steps"] for side, state in learners},
+        "against": {s: w if isinstance(w, str) else "a network" for s, w in fixed},
         "imitated": task.imitate if side == "robots" else None,
         "initial": side in task.initial,
     }
 
 
-def about(side: Side) -> str:
-    """Tell in a line how the shipped policy of a side was made."""
-    checkpoint = load(SHIPPED)
-    settings, made = getattr(checkpoint.task.settings, side), checkpoint.progress[side]
-    other = made["against"].get("fire" if side == "robots" else "robots", "a learner")
-    first = f"first copied {made['imitated']}, then " if made["imitated"] else ""
-    first += "began as a learned network, then " * made.get("initial", False)
-    return (
-        f"{first}{TRAINERS[settings.trainer_type]}, "
-        f"{made['decisions'][side]:,} decisions against {other}, "
-        f"preset {made['preset']}, seed {made['seed']}, version {made['version']}"
-    )
-
-
 if __name__ == "__main__":
-    parser = ArgumentParser(description=f"Write {SHIPPED.name} anew.")
-    for side in SIDES:
-        parser.add_argument(side, type=Path, help="a checkpoint, or its folder")
-    found = parser.parse_args()
-    save(shipped(load(found.robots), load(found.fire)), SHIPPED)
-    print(SHIPPED, f"{SHIPPED.stat().st_size / 1e6:.1f} MB")
+    save(shipped(*map(load, sys.argv[1:])), SHIPPED)
