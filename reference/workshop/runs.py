@@ -47,8 +47,7 @@ def held(
         yield start()
         return
     if not resume:
-        refuse_used(folder)
-        started = start()
+        started = start()  # what it refuses leaves no folder behind
     ours = not folder.exists()
     make_folder(folder)
     try:
@@ -56,11 +55,11 @@ def held(
             if resume:
                 started = start()
             else:
-                refuse_used(folder)  # another process may have been quicker
+                refuse_used(folder)
             yield started
     finally:
-        with suppress(OSError):
-            if ours:
+        if ours:
+            with suppress(OSError):
                 folder.rmdir()
 
 
@@ -94,8 +93,6 @@ def _lock(folder: Path) -> Iterator[None]:
 
 def refuse_used(folder: Path, instead: str = OR_RESUME) -> None:
     """Raise RunError for a folder that is not empty: a new run needs its own."""
-    if folder.exists() and not folder.is_dir():
-        raise RunError(f"{folder}: is a file. Name a folder.")
     if folder.exists() and any(path.name != LOCK for path in folder.iterdir()):
         raise RunError(f"{folder}: is not empty. {instead}")
 

@@ -83,16 +83,11 @@ def test_a_side_that_a_strategy_plays_is_not_among_the_agents():
 
 
 def test_refuses_a_game_without_agents():
-    """Both sides scripted: that is a simulation."""
+    """Both sides scripted: that is a simulation; nor, at once, what that refuses."""
     with pytest.raises(ValueError, match="nobody acts"):
         game(robots="sweep", fire="random")
-
-
-def test_refuses_what_the_simulation_refuses_at_once():
-    """Not only at the first reset."""
-    building = shipped("tiny")
     with pytest.raises(ValueError, match="people do not fit"):
-        Environment(building, Scenario(people=5000))
+        Environment(shipped("tiny"), Scenario(people=5000))
 
 
 # -- Observations and infos ---------------------------------------------------------
@@ -144,7 +139,7 @@ def test_a_step_is_one_decision():
 def test_a_robot_goes_where_its_action_says():
     """Two floats: (0.25, -0.5) of a body of 40 x 40 m is 5 m east and 10 m south.
 
-    What lies beyond is cut off at the walls.
+    What lies beyond is cut off at the walls. All nan keeps a destination.
     """
     environment = game("paper")
     actions = idle(environment) | {"robot_0": [-7.0, 0.0]}
@@ -153,6 +148,11 @@ def test_a_robot_goes_where_its_action_says():
     assert robots[0].destination.tolist() == [-20.0, 0.0]
     assert robots[3].destination.tolist() == [5.0, -10.0]
     assert all(r.destination is None for k, r in enumerate(robots) if k not in (0, 3))
+    before = robots[3].position
+    environment.step(idle(environment))
+    robot = environment.simulation.world.robots[3]
+    assert robot.destination.tolist() == [5.0, -10.0]
+    assert not np.array_equal(robot.position, before)
 
 
 @pytest.mark.paper("C6")
@@ -166,17 +166,6 @@ def test_an_action_near_a_stairwell_means_the_stairwell():
     robot = environment.simulation.world.robots[2]
     assert robot.destination.tolist() == list(well.centre)
     assert robot.says in well.entrances[1]
-
-
-def test_a_robot_whose_action_is_nan_keeps_its_destination():
-    """And walks on."""
-    environment = game("paper")
-    environment.step(idle(environment) | {"robot_0": [0.25, -0.5]})
-    before = environment.simulation.world.robots[0].position
-    environment.step(idle(environment))
-    robot = environment.simulation.world.robots[0]
-    assert robot.destination.tolist() == [5.0, -10.0]
-    assert not np.array_equal(robot.position, before)
 
 
 class Noted:
@@ -352,10 +341,12 @@ def test_when_time_is_up_all_who_are_there_are_truncated():
 # -- Mistakes -----------------------------------------------------------------------
 
 
-def test_refuses_a_step_before_the_first_reset():
+def test_refuses_a_step_before_the_first_reset_and_a_negative_seed():
     """And says what to do."""
     with pytest.raises(RuntimeError, match=r"call reset\(\)"):
         Environment(shipped("tiny")).step({})
+    with pytest.raises(ValueError, match="a seed is 0 or more, not -1"):
+        game(seed=-1)
 
 
 @pytest.mark.parametrize(
@@ -381,12 +372,6 @@ def test_refuses_a_missing_action_by_the_name_of_the_agent():
     assert environment.decision == 0 and environment.simulation.ticks == 0
 
 
-def test_refuses_a_negative_seed():
-    """In a sentence."""
-    with pytest.raises(ValueError, match="a seed is 0 or more, not -1"):
-        game(seed=-1)
-
-
 # -- Seeds --------------------------------------------------------------------------
 
 
@@ -410,7 +395,10 @@ def test_a_scripted_side_begins_anew_in_every_episode():
 
 
 def test_resets_without_a_seed_follow_from_the_last_one_given():
-    """As gymnasium's environments do: another episode each, the same series again."""
+    """As gymnasium's environments do: another episode each, the same series again.
+
+    Without any seed every environment is another.
+    """
     environment = game()
 
     def series():
@@ -420,10 +408,6 @@ def test_resets_without_a_seed_follow_from_the_last_one_given():
     one, other = series(), series()
     assert same(one, other)
     assert not any(np.array_equal(a, b) for a, b in pairwise(one))
-
-
-def test_without_any_seed_every_environment_is_another():
-    """Fresh randomness."""
-    one, other = (Environment(shipped("tiny")) for _ in range(2))
-    seen = [environment.reset()[0][FIRE]["vector"] for environment in (one, other)]
+    fresh = Environment(shipped("tiny")), Environment(shipped("tiny"))
+    seen = [environment.reset()[0][FIRE]["vector"] for environment in fresh]
     assert not np.array_equal(*seen)

@@ -25,14 +25,9 @@ REFUSED = FireRefused(10.0, 0, 0.5, 0.5, "wall")
 
 
 @pytest.mark.paper("F8")
-def test_whoever_leaves_a_floor_alive_pays_their_health():
-    """Once per floor, with the health of that moment."""
-    assert group_reward(OUT[:2]) == 80 + 60
-
-
-@pytest.mark.paper("F8")
-def test_whoever_passes_the_exit_pays_the_fixed_reward_besides():
+def test_who_leaves_a_floor_alive_pays_their_health_and_at_the_exit_a_fixed_reward():
     """80 and 60 for two floors, 100 for being out."""
+    assert group_reward(OUT[:2]) == 80 + 60
     assert group_reward(OUT) == 80 + 60 + FIXED_REWARD
 
 

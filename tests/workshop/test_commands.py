@@ -295,7 +295,7 @@ def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
         (f"evacuate --seed {10**30}", 2, "is not a whole number from 0 to"),
         ("evaluate --resume", 2, "--resume goes with --out"),
         ("evaluate --resume --out nowhere", 1, "there is no evaluation"),
-        ("evaluate --baseline patrol --workers 0", 2, "Add it to --robots"),
+        ("evaluate --baseline patrol --workers 0", 2, "add it to --robots"),
         ("evaluate --robots swep", 2, "Did you mean 'sweep'?"),
         ("evaluate --sample", 2, "--sample goes with a checkpoint"),
         ("evaluate --people 100000", 1, "fit"),

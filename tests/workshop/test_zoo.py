@@ -2,8 +2,6 @@
 
 import pickle
 import re
-import subprocess
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -190,17 +188,6 @@ def test_flat_rewards_are_shares_of_the_health_that_all_begin_with():
     outcome = environment.environment.simulation.outcome()
     paid = [sum(r[1].get(agent, 0) for r in told) for agent in told[0][0]]
     assert max(paid, key=abs) == pytest.approx(outcome.reward / (100 * SCENE.people))
-
-
-def test_refuses_to_be_imported_without_pettingzoo():
-    """And says how to get it, and how to do without."""
-    code = "import sys; sys.modules['pettingzoo'] = None; import reference.workshop.zoo"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 1
-    message = done.stderr.split("ImportError: ")[-1]
-    assert message.startswith("pettingzoo is not installed, and reference.workshop.zoo")
-    assert "pip install pettingzoo gymnasium" in message
-    assert "reference.game.environment" in message
 
 
 def test_a_picture_is_a_frame_of_the_film():

@@ -77,8 +77,6 @@ def ctrl_c() -> Iterator[Callable[[], bool]]:
     its group.
     """
     pressed, stderr = list[float](), sys.stderr  # a job may redirect it
-    known = {stop: signal.getsignal(stop) for stop in STOPS}
-    before = {s: handler for s, handler in known.items() if handler != signal.SIG_IGN}
 
     def heard(number: int, frame: Any) -> None:
         """Handle a signal."""
@@ -95,8 +93,8 @@ def ctrl_c() -> Iterator[Callable[[], bool]]:
         for stop, handler in before.items():
             signal.signal(stop, handler)
 
-    for stop in before:
-        signal.signal(stop, heard)
+    heeded = [stop for stop in STOPS if signal.getsignal(stop) != signal.SIG_IGN]
+    before = {stop: signal.signal(stop, heard) for stop in heeded}
     try:
         yield lambda: bool(pressed)
     finally:

@@ -4,15 +4,16 @@ Clauses: F9, F12.
 """
 
 from argparse import Namespace
-from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import again, note, tell, workforce
 from reference.workshop.crossplay import matches, results, runs
-from reference.workshop.crossplay.matches import Evaluation
+from reference.workshop.crossplay.matches import Arena, Evaluation
 from reference.workshop.crossplay.results import Cell
 from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.files import write_json
@@ -54,9 +55,7 @@ def evaluate(arguments: Namespace) -> None:
         raise ContradictionError("--resume goes with --out: which folder?")
     with held(out, arguments.resume, partial(_evaluation, arguments)) as evaluation:
         if baseline and baseline not in evaluation.robots:
-            raise ContradictionError(
-                f"--baseline {baseline}: is not among the robots. Add it to --robots."
-            )
+            raise ContradictionError(f"--baseline {baseline}: add it to --robots")
         note(f"{evaluation.about()}; workers {arguments.workers}")
         calibrated = ("--baseline", baseline) if baseline else ()
         resumed = again("evaluate", "--resume", "--out", out, *calibrated)
@@ -86,7 +85,7 @@ def _tell(arguments: Namespace, evaluation: Evaluation, found: list[RunResult]) 
     facts = results.as_json(evaluation, ruler, cells)
     if arguments.out:
         write_json(arguments.out / "cells.json", facts)
-        _draw(arguments, evaluation, ruler, cells, found)
+        _draw(arguments.out, evaluation.arena, ruler, cells, found)
     shown = [name for name in results.HEADINGS if ruler or name != "score"]
     table = results.table(cells, shown)
     below = f"[95 % bootstrap intervals over runs]  {of_ruler}"
@@ -110,25 +109,19 @@ def _ruler(
 
 
 def _draw(
-    arguments: Namespace,
-    evaluation: Evaluation,
-    ruler: Ruler | None,
-    cells: Sequence[Cell],
-    found: Sequence[RunResult],
+    folder: Path, arena: Arena, ruler: Ruler | None, cells: list[Cell], found: Any
 ) -> None:
     """Draw pictures beside the runs; those of a ruler only where there is one."""
     from reference.workshop.drawing import crossplay as charts
     from reference.workshop.drawing import page
     from reference.workshop.drawing import ruler as rulers
 
-    page.save(charts.matrix(cells), arguments.out / "matrix.png")
-    page.save(charts.curves(found), arguments.out / "evacuations.png")
-    curve, contours = arguments.out / "ruler.png", arguments.out / "scores.png"
+    page.save(charts.matrix(cells), folder / "matrix.png")
+    page.save(charts.curves(found), folder / "evacuations.png")
+    for name in ("ruler.png", "scores.png"):  # fewer runs may have yielded a ruler
+        (folder / name).unlink(missing_ok=True)
     if ruler:
-        best = best_reward(evaluation.arena.drawn, evaluation.arena.people)
-        page.save(rulers.curve(ruler, best), curve)
-        page.save(rulers.contours(ruler, cells), contours)
-    else:  # fewer runs may have yielded one
-        curve.unlink(missing_ok=True)
-        contours.unlink(missing_ok=True)
-    note(f"tables and pictures are in {arguments.out}")
+        best = best_reward(arena.drawn, arena.people)
+        page.save(rulers.curve(ruler, best), folder / "ruler.png")
+        page.save(rulers.contours(ruler, cells), folder / "scores.png")
+    note(f"tables and pictures are in {folder}")

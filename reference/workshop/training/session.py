@@ -17,13 +17,13 @@ from reference.learning.players import Learned
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, Side
 from reference.strategies import NoFire, RandomFire
-from reference.workshop.files import naming
 from reference.workshop.maps import load as load_building
 from reference.workshop.plain import SettingsError
 from reference.workshop.runs import RunError, refuse_version
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
+    CheckpointError,
     Task,
     load,
     must_fit,
@@ -39,7 +39,7 @@ from reference.workshop.training.learners import (
     state_of,
 )
 from reference.workshop.training.mlagents import read_yaml
-from reference.workshop.training.policies import fixed_player, initial_networks
+from reference.workshop.training.policies import POLICIES, fixed_player
 from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.summaries import PRETRAINING, Row, Summary
 from reference.workshop.workers import chunks
@@ -160,20 +160,16 @@ class Training:
             learner, summary = self.learners[side], self.summaries[side]
             played = [e.facts for e in episodes if getattr(e, side) is not None]
             update = learn(side, learner, episodes)
-            self._refuse_idle(side)
+            plays = side == "robots" or self.settings.random_fires < 1
+            if plays and not learner.steps:
+                raise SettingsError(
+                    f"{side}: nothing to decide in a whole round. Give the scenario "
+                    "more time, people, robots or sources."
+                )
             summary.add(played or facts, update)
             rows.append(summary.row(learner.steps, when))
         self.round += 1
         return [row for row in rows if row is not None]
-
-    def _refuse_idle(self, side: Side) -> None:
-        """Raise SettingsError for a side that plays but never decides."""
-        plays = side == "robots" or self.settings.random_fires < 1
-        if plays and not self.learners[side].steps:
-            raise SettingsError(
-                f"{side}: nothing to decide in a whole round. Give the scenario more "
-                "time, people, robots or sources."
-            )
 
     def _imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
         """Clone what was demonstrated; return a summary row for each epoch."""
@@ -196,10 +192,10 @@ class Training:
         """Name each side's trainer and head, or its fixed player."""
         names: dict[str, str] = {}
         for side in SIDES:
-            who, settings = self.task.fixed.get(side), getattr(self.settings, side)
+            settings, fixed = getattr(self.settings, side), self.task.fixed.get(side)
             learner = f"{settings.trainer_type} ({settings.head} head)"
-            fixed = who if isinstance(who, str) else "a fixed checkpoint"
-            names[side] = learner if side in self.learners else fixed
+            other = fixed if isinstance(fixed, str) else "a fixed checkpoint"
+            names[side] = other if fixed else learner
         return names
 
     def facts(self) -> dict[str, Any]:
@@ -227,16 +223,14 @@ class Training:
 
     @classmethod
     def resumed(cls, checkpoint: Checkpoint) -> "Training":
-        """Restore a training. Raises CheckpointError if its parts do not fit."""
-        progress = checkpoint.progress
-        with must_fit("parts do not fit each other"):
-            training = cls(checkpoint.task)
-            for side, learner in training.learners.items():
-                restore(learner, checkpoint.learners[side])
-                training.summaries[side].load(progress["summaries"][side])
-            training.round = checkpoint.round
-            for name in PROGRESS:
-                setattr(training, name, progress[name])
+        """Restore a training."""
+        training, progress = cls(checkpoint.task), checkpoint.progress
+        training.round = checkpoint.round
+        for name in PROGRESS:
+            setattr(training, name, progress[name])
+        for side, learner in training.learners.items():
+            restore(learner, checkpoint.learners[side])
+            training.summaries[side].load(progress["summaries"][side])
         return training
 
 
@@ -261,10 +255,14 @@ def begin(asked: Namespace) -> Training:
     named = {side: who for side in SIDES if (who := getattr(asked, side)) is not None}
     fixed = {side: fixed_player(who, side, *where) for side, who in named.items()}
     initial: dict[Side, Learned] = {}
-    if asked.initialize_from is not None:
+    if (path := asked.initialize_from) is not None:
         taken = {*fixed, "robots"} if asked.imitate else {*fixed}
-        learning = [side for side in SIDES if side not in taken]
-        initial = initial_networks(asked.initialize_from, learning, *where)
+        both = {side: load(path).player(side) for side in SIDES if side not in taken}
+        initial = {s: who for s, who in both.items() if isinstance(who, Learned)}
+        for side in initial:
+            POLICIES[side](path).refuse_elsewhere(*where)
+        if not initial:
+            raise CheckpointError(f"{path}: nobody learned there who learns here.")
     seed, plan = asked.seed or 0, plan_of(building)
     return Training(Task(name, plan, settings, seed, fixed, initial, asked.imitate))
 
@@ -293,7 +291,7 @@ def resume(folder: Path) -> Training:
         raise RunError(f"{folder}: there is no checkpoint to go on from.")
     checkpoint = load(path)
     refuse_version(path, checkpoint.version)
-    with naming(path):
+    with must_fit(path, "parts do not fit each other"):
         return Training.resumed(checkpoint)
 
 
