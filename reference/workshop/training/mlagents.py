@@ -61,8 +61,8 @@ def read_yaml(path: str | os.PathLike[str], base: Settings) -> Settings:
     text = read_text(Path(path), MOST_BYTES)
     try:
         top = mapping(_parsed(text), "the file")
-        names = _sides(mapping(top.get("behaviors"), "behaviors"))
-        rows = _stated(top, names)
+        top["behaviors"] = mapping(top.get("behaviors"), "behaviors")
+        rows = _stated(top, names := _sides(top["behaviors"]))
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from None
     for side, name in names.items():
