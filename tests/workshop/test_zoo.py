@@ -21,6 +21,7 @@ from pettingzoo.test import (
     render_test,
     state_test,
 )
+from pettingzoo.utils import parallel_to_aec
 
 from reference.strategies import RandomFire
 from reference.workshop import zoo
@@ -61,14 +62,12 @@ def test_pettingzoos_test_of_states_passes(flat):
     """For learners with a central critic."""
     environment = made(flat=flat)
     environment.reset(seed=1)
-    state_test(zoo.env(shipped("tiny"), SCENE, flat=flat), environment)
+    state_test(parallel_to_aec(made(flat=flat)), environment)
 
 
 def test_pettingzoos_test_of_pictures_passes():
     """Through its conversion to agents that act in turn."""
-    render_test(
-        lambda render_mode: zoo.env(shipped("tiny"), SCENE, None, None, render_mode)
-    )
+    render_test(lambda render_mode: parallel_to_aec(made(render_mode=render_mode)))
 
 
 @pytest.mark.parametrize("sides", SIDES[:3])

@@ -124,7 +124,7 @@ def _training(arguments: Namespace) -> Any:
 @options.command(
     "curves out/tiny -o curves.png",
     options.folder("runs", "trainings", nargs="+"),
-    options.output("-o --output", options.PICTURES, "the picture", "curves.png"),
+    options.output("-o --output", options.PICTURES, "the picture", Path("curves.png")),
 )
 def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or of several that belong together."""
