@@ -14,8 +14,12 @@ from reference.paper import Scenario
 pytest.importorskip("pettingzoo", reason="the extra pettingzoo is not installed")
 
 from pettingzoo import ParallelEnv
-from pettingzoo.test import parallel_api_test, parallel_seed_test
-from pettingzoo.test import render_test, state_test
+from pettingzoo.test import (
+    parallel_api_test,
+    parallel_seed_test,
+    render_test,
+    state_test,
+)
 from pettingzoo.utils import parallel_to_aec
 
 from reference.strategies import RandomFire
