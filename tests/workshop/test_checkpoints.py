@@ -69,7 +69,7 @@ def test_networks_that_are_fixed_or_begun_with_are_in_the_file_too(
 
 
 def test_only_the_newest_checkpoints_are_kept(checkpoint, tmp_path):
-    """Others' files are let alone; a folder stands for its newest, even the millionth."""
+    """Others' files stay; a folder stands for its newest, even the millionth."""
     (tmp_path / "mine.pt").write_text("my own")
     for number in (2, 999_999, 1_000_000):
         keep(replace(checkpoint, round=number), tmp_path, most=2)
