@@ -63,13 +63,10 @@ class Generator:
         floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
         if len(world.flames.sources) >= self.sources:
             return FireRefused(world.time, floor, x, y, "no sources left")
-        occupant = occupied(world, floor, x, y)
-        if occupant and self.training:
-            return FireRefused(world.time, floor, x, y, occupant)
-        if occupant:
+        if occupant := occupied(world, floor, x, y):
             free = free_places(world)[self.order]
-            if not free.any():
-                return FireRefused(world.time, floor, x, y, "no free place left")
+            if self.training or not free.any():
+                return FireRefused(world.time, floor, x, y, occupant)
             floor, x, y = decision_at(world, self.order[free.argmax()])
         return Source(floor, x, y, world.time)
 
@@ -120,7 +117,15 @@ class Spread:
     """
 
     def __init__(self, building: Building, rng: Rng):
-        self.building, self.delays = building, _delays(building, rng)
+        """delays: (places, places) s, of every border between two cells of `fuel`."""
+        self.building, burns = building, fuel(building)
+        east = np.flatnonzero(burns & shifted(burns, 0, 1))
+        south = np.flatnonzero(burns & shifted(burns, 1, 0))
+        one = np.concatenate([east, south])
+        other = np.concatenate([east + 1, south + burns.shape[2]])
+        delay = np.tile(rng.exponential(1 / paper.SPREAD_RATE, len(one)), 2)
+        where = np.concatenate([one, other]), np.concatenate([other, one])
+        self.delays = csr_matrix((delay, where), shape=(burns.size, burns.size))
 
     def ignite(self, flames: Flames, source: Source) -> None:
         """Add a source; each cell's arrival is the earliest over all sources."""
@@ -172,18 +177,3 @@ def cells_beside(building: Building, cells: np.ndarray) -> np.ndarray:
     for step in ((0, 1), (1, 0), (0, -1), (-1, 0)):
         beside |= shifted(cells, *step)
     return beside & building.walkable
-
-
-def _delays(building: Building, rng: Rng) -> csr_matrix:
-    """(places, places) seconds for every border that flames can pass [D7].
-
-    Both cells must be `fuel`.
-    """
-    burns, shape = fuel(building), building.kind.shape
-    east = np.flatnonzero(burns & shifted(burns, 0, 1))
-    south = np.flatnonzero(burns & shifted(burns, 1, 0))
-    one = np.concatenate([east, south])
-    other = np.concatenate([east + 1, south + shape[2]])
-    delay = rng.exponential(1 / paper.SPREAD_RATE, len(one))
-    where = (np.concatenate([one, other]), np.concatenate([other, one]))
-    return csr_matrix((np.tile(delay, 2), where), shape=(burns.size, burns.size))

@@ -53,31 +53,19 @@ class Leader:
         return go_to(fresh)  # 19, 20
 
 
-ALGORITHMS: dict[Mode, Follower | Leader] = {
-    Mode.FOLLOWER: Follower(),
-    Mode.LEADER: Leader(),
-}
+FOLLOWER, LEADER = Follower(), Leader()
 
 
 def think(me: Mind, observe: View) -> None:
     """Let one human decide once where to go, by the algorithm of their mode."""
     remember(me, observe)
-    if _still_crossing(me, observe):
-        return
-    before = me.goal
-    me.goal = ALGORITHMS[me.mode].setoff(me, observe)
+    crossing = me.goal.aim is Aim.THRESHOLD and observe.place != me.goal.place
+    if crossing and not (observe.burns([me.goal.place]) or stuck(me, observe)):
+        return  # on past the door just entered
+    algorithm = LEADER if me.mode is Mode.LEADER else FOLLOWER
+    before, me.goal = me.goal, algorithm.setoff(me, observe)
     if me.goal != before:
         me.facing = observe.towards(me.goal) or me.facing
-
-
-def _still_crossing(me: Mind, observe: View) -> bool:
-    """Is this human still on the way past the door just entered?"""
-    return (
-        me.goal.aim is Aim.THRESHOLD
-        and observe.place != me.goal.place
-        and not observe.burns([me.goal.place])
-        and not stuck(me, observe)
-    )
 
 
 # -- Terms that the algorithms leave open: questions, which change nothing -----------
@@ -162,10 +150,9 @@ def unexplored(me: Mind, observe: View) -> Goal | None:
     taken = me.goal.aim is Aim.DIRECTION and me.goal.which != observe.patch
     if taken and not observe.burns_towards(me.goal.place):
         return me.goal
-    ways = [way for way in observe.open if way.patch not in me.patches]
-    if not ways:
-        return None
     x, y = me.facing
+    if not (ways := [way for way in observe.open if way.patch not in me.patches]):
+        return None
     best = max(ways, key=lambda way: way.unit[0] * x + way.unit[1] * y)
     return Goal(Aim.DIRECTION, best.patch, best.place)
 
@@ -243,28 +230,19 @@ def back_to_last_door(me: Mind, observe: View) -> Goal:
 def remember(me: Mind, observe: View) -> None:
     """Update the memory from the view, before the algorithm asks about it.
 
-    Add patches of floor looked at; count a direction that burns as tried; add doors
-    seen from both sides; drop doors on the way back that are seen destroyed; note where
-    the leader is.
+    Patches of floor looked at, and a direction that burns, count as tried; a door seen
+    from two rooms counts as visited, since it joins rooms that one has been in
+    [B6, chosen]; doors seen destroyed are no way back.
     """
     me.patches |= observe.looked_at
-    _remember_doors(me, observe)
+    for mark in observe.landmarks if observe.room != NOWHERE else ():
+        if me.seen_from.setdefault(mark, observe.room) != observe.room:
+            me.doors.add(mark)
     if me.goal.aim is Aim.DIRECTION and observe.burns_towards(me.goal.place):
         me.patches.add(me.goal.which)
     if burnt := observe.burnt:
         me.trail = [p for p in me.trail if p.door not in burnt]
     _remember_leader(me, observe)
-
-
-def _remember_doors(me: Mind, observe: View) -> None:
-    """Count a door as visited once it was seen from two rooms [B6, chosen].
-
-    It joins rooms that one has been in: nothing new is behind it.
-    """
-    if (room := observe.room) != NOWHERE:
-        for mark in observe.landmarks:
-            if me.seen_from.setdefault(mark, room) != room:
-                me.doors.add(mark)
 
 
 def _remember_leader(me: Mind, observe: View) -> None:

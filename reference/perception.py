@@ -21,38 +21,28 @@ from reference.world import FLOOR_APART, NOWHERE, Aim, Goal, World
 class View:
     """What one human sees at one instant: "observe" in Algorithms 1 and 2.
 
-    time (s), place, rank   of the human who looks
-    halted_since            s, when their body last made headway
-    landmarks               intact doors, ways down and exits that rays meet, by index,
-                            the nearest first
-    bodies                  people and robots in sight: place and metres of each
-    robots                  in sight, the nearest first, and what each says
+    time        s
+    landmarks   intact doors, ways down and exits that rays meet, by index, the nearest
+                first
+    place, patch, room, here  that one stands in; the last is a door, entrance or exit;
+                NOWHERE for none
+    rank        one's own;  halted_since  s, when one's body last made headway
+    bodies      people and robots in sight: place and metres of each
+    robots      in sight, the nearest first, and what each says
     """
 
     _world: World
     _sight: Sight
     time: float
+    landmarks: dict[int, Hit]
     place: int
+    patch: int
+    room: int
+    here: int
     rank: float
     halted_since: float
-    landmarks: dict[int, Hit]
     bodies: dict[int, tuple[int, float]] = field(default_factory=dict)
     robots: dict[int, int] = field(default_factory=dict)
-
-    @property
-    def here(self) -> int:
-        """The door, entrance or exit that one stands in, or NOWHERE."""
-        return int(self._world.building.landmark.flat[self.place])
-
-    @property
-    def room(self) -> int:
-        """The room that one stands in, or NOWHERE."""
-        return int(self._world.building.area.flat[self.place])
-
-    @property
-    def patch(self) -> int:
-        """The patch of floor that one stands in."""
-        return self._sight.patches[self.place]
 
     @property
     def looked_at(self) -> frozenset[int]:
@@ -74,7 +64,7 @@ class View:
     def far_end(self) -> Goal:
         """The goal of walking to the farthest place in sight."""
         place = self._sight.farthest(self.place)
-        return Goal(Aim.DIRECTION, self._sight.patches[place], place)
+        return Goal(Aim.DIRECTION, int(self._sight.patches[place]), place)
 
     def leaders_to(self, landmark: int) -> list[int]:
         """People in sight who lead there and outrank this one, the highest rank first.
@@ -134,12 +124,14 @@ def look(world: World, sight: Sight, who: np.ndarray) -> list[View]:
 def views_of(world: World, sight: Sight, who: np.ndarray) -> list[View]:
     """Return the views of these people, (k,), before they look at others."""
     bodies, burnt, views = world.bodies, world.burnt, []
-    mine = bodies.place[who], bodies.rank[who], bodies.anchor_time[who]
-    for place, rank, since in rows(*mine):
-        met = sight.landmarks(place)
+    maps = sight.patches, world.building.area.ravel(), world.building.landmark.ravel()
+    place = bodies.place[who]
+    where = place, *(each[place] for each in maps)
+    for facts in rows(*where, bodies.rank[who], bodies.anchor_time[who]):
+        met = sight.landmarks(facts[0])
         if not burnt.isdisjoint(met):
             met = {mark: hit for mark, hit in met.items() if mark not in burnt}
-        views.append(View(world, sight, world.time, place, rank, since, met))
+        views.append(View(world, sight, world.time, met, *facts))
     return views
 
 

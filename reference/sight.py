@@ -55,7 +55,7 @@ class Sight:
     sees     StraightLines: does p see q? (centre to centre)
     hits     (RAYS, places) the place a ray stops at, -1 where it returns nothing
     ends     (RAYS, places) the last free place it passes
-    patches  per place, the patch of floor it lies in
+    patches  (places,) the patch of floor each lies in
 
     Once asked for, these are kept:
 
@@ -78,7 +78,9 @@ class Sight:
         self.ends = np.tile(np.arange(clear.size, dtype=np.int32), (RAYS, 1))
         for k in range(RAYS):
             self._cast_everywhere(k, clear)
-        self.patches: list[int] = self._patches()
+        floor, row, col = np.indices(building.kind.shape).reshape(3, -1)
+        _, down, across = np.array(building.kind.shape) // PATCH + 1
+        self.patches = (floor * down + row // PATCH) * across + col // PATCH
         ways = [m for m in building.landmarks if m.leads_out or m.kind is Kind.DOOR]
         self._useful = {way.index for way in ways}
         self._marks: list[int] = building.landmark.ravel().tolist()
@@ -104,12 +106,6 @@ class Sight:
             flying = flying & ~stopped
             self.hits[k, met] = there[met]
             self.ends[k, flying.ravel()] = there[flying.ravel()]
-
-    def _patches(self) -> list[int]:
-        """The patch of floor each place lies in."""
-        floor, row, col = np.indices(self.building.kind.shape).reshape(3, -1)
-        _, down, across = np.array(self.building.kind.shape) // PATCH + 1
-        return ((floor * down + row // PATCH) * across + col // PATCH).tolist()
 
     def cast(self, p: int, k: int) -> Hit | None:
         """Cast the k-th ray from the middle of place p; what it meets, if anything."""
@@ -139,10 +135,11 @@ class Sight:
     def _open_from(self, p: int) -> list[Direction]:
         found: dict[int, Direction] = {}
         for q in dict.fromkeys(self.ends[self.hits[:, p] < 0, p].tolist()):
-            if q != p and self.patches[q] not in found:
+            patch = int(self.patches[q])
+            if q != p and patch not in found:
                 off = self.navigation.centres[q] - self.navigation.centres[p]
                 x, y = (off / np.linalg.norm(off)).tolist()
-                found[self.patches[q]] = Direction(self.patches[q], q, (x, y))
+                found[patch] = Direction(patch, q, (x, y))
         return list(found.values())
 
     def farthest(self, p: int) -> int:
@@ -154,10 +151,8 @@ class Sight:
         return frozenset((*self.sees.reached_from(p).tolist(), *self._stops(p), *ends))
 
     def _looked_at_from(self, p: int) -> frozenset[int]:
-        seen, well = (p, *self.seen(p)), self.reach - DIM
-        return frozenset(
-            self.patches[q] for q in seen if q == p or self._metres(p, q) <= well
-        )
+        well = [q for q in self.seen(p) if self._metres(p, q) <= self.reach - DIM]
+        return frozenset(self.patches[[p, *well]].tolist())
 
     def _line_to(self, p: int, landmark: int) -> tuple[frozenset[int], frozenset[int]]:
         met = sorted(q for q in self._stops(p) if self._marks[q] == landmark)

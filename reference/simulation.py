@@ -176,12 +176,12 @@ class Simulation:
 
         Both see the same world. Returns a destination per robot; None keeps the old.
         """
-        robots = self.world.robots
+        robots, rng = self.world.robots, self.rng["robots"]
         decided: Destinations = [None] * len(robots)
         active = [k for k, robot in enumerate(robots) if robot.active]
         if active and self.ticks % self.decision_ticks == 0:
             team = [robots[k] for k in active]
-            answers = self.robot_strategy.decide(self.world, team, self.rng["robots"])
+            answers = self.robot_strategy.decide(self.world, team, rng)
             for k, answer in zip(active, answers, strict=True):
                 decided[k] = answer
         if self.fire_turn:
@@ -190,14 +190,13 @@ class Simulation:
 
     def _fire_decides(self) -> None:
         """Light the source that the fire decides for, or record why not [D6]."""
-        flames = self.world.flames
-        decision = self.fire_strategy.decide(self.world, self.rng["fire"])
-        if decision is None:
+        world = self.world
+        if (decision := self.fire_strategy.decide(world, self.rng["fire"])) is None:
             return
-        result = self.generator.generate(self.world, decision)
+        result = self.generator.generate(world, decision)
         if isinstance(result, Source):
-            self.spread.ignite(flames, result)
-            self._next_ignition = self.world.time
+            self.spread.ignite(world.flames, result)
+            self._next_ignition = world.time
             self._record(FireLit, result.floor, result.x, result.y)
         else:
             self.events.append(result)
@@ -238,14 +237,12 @@ class Simulation:
 
         A way that became free within the last tick counts from then on.
         """
-        if not touched:
-            return
-        entered = self._marks[self.world.bodies.place[[i for i, _ in touched]]]
-        for mark, count in Counter(entered.tolist()).items():
-            way = self.building.landmarks[mark]
-            entrance = way.kind is Kind.ENTRANCE
-            flow = paper.STAIRS_FLOW if entrance else paper.DOOR_FLOW
-            free, now = float(self.full_until[mark]), self.world.time
+        place, now = self.world.bodies.place, self.world.time
+        entered = Counter(int(self._marks[place[i]]) for i, _ in touched)
+        for mark, count in entered.items():
+            way, free = self.building.landmarks[mark], float(self.full_until[mark])
+            stairs = way.kind is Kind.ENTRANCE
+            flow = paper.STAIRS_FLOW if stairs else paper.DOOR_FLOW
             since = free if free > now - self.tick + 1e-9 else now
             self.full_until[mark] = since + count / (flow * way.width)
 
@@ -253,8 +250,7 @@ class Simulation:
 
     def burn(self) -> None:
         """Advance the clock; spread flames and burn doors [A6] [D7]."""
-        self.ticks += 1
-        world = self.world
+        world, self.ticks = self.world, self.ticks + 1
         world.time = self.ticks * self.tick
         self.person_seconds += self.tick * sum(world.occupancy)
         if world.time >= self._next_ignition and self.ticks % self._flame_ticks == 0:

@@ -6,14 +6,8 @@ from collections.abc import Iterable, Iterator
 
 import pytest
 
-from reference.workshop.annotated.index import (
-    PACKAGE,
-    Citation,
-    code_of,
-    kinds_of,
-    marked_with,
-)
-from reference.workshop.annotated.words import CLAUSES, PLACES, TITLES, named_in
+from reference.workshop.annotated.index import code_of, kinds_of, marked_with
+from reference.workshop.annotated.words import CLAUSES, TITLES, named_in
 from reference.workshop.plain import did_you_mean
 
 WIDTH, INDENT = 80, 10
@@ -31,38 +25,28 @@ def asked_for(text: str) -> list[str]:
             " Write one like B5, A1-A8, Alg. 2:13-15, Eq. 3, Tab. I or Fig. 1"
         )
     whole = {name for name in found if re.fullmatch(r"Alg\. \d", name)}
-    lines = [place for place in PLACES if place.split(":")[0] in whole]
+    lines = [place for place in TITLES if place.split(":")[0] in whole]
     return list(dict.fromkeys([*found, *lines]))
 
 
 def paper_index(keys: Iterable[str] = TITLES) -> Iterator[str]:
     """The lines of the index: each clause or place, its kinds, code and tests."""
     for key in keys:
-        title = f"{key}  {TITLES[key]}"
         kinds = ", ".join(kinds_of(key)) if key in CLAUSES else ""
         yield ""
-        if len(title) + len(kinds) + 2 > WIDTH:
-            yield title
-            title = ""
-        yield f"{title:{WIDTH - len(kinds)}}{kinds}".rstrip()
-        yield from _wrapped("code", "  ".join(_files(code_of(key))))
+        yield from _wrapped(f"{key}  ", f"{TITLES[key]}  {kinds}")
+        code = dict.fromkeys(cited.where for cited in code_of(key))
+        yield from _wrapped("    code  ", "  ".join(code))
         for test in marked_with(key):
-            yield from _wrapped("test", f"{test.where} {test.title}")
+            yield from _wrapped("    test  ", f"{test.where} {test.title}")
 
 
-def _files(found: list[Citation]) -> Iterator[str]:
-    """Files of the package, each with its lines."""
-    for path in dict.fromkeys(cited.symbol.path for cited in found):
-        lines = sorted({cited.line for cited in found if cited.symbol.path == path})
-        yield f"{path.relative_to(PACKAGE)}:{' '.join(map(str, lines))}"
-
-
-def _wrapped(what: str, text: str) -> Iterator[str]:
-    """Breaks only at blanks, so no name or number is cut."""
-    yield from textwrap.wrap(
+def _wrapped(what: str, text: str) -> list[str]:
+    """Break at blanks only, so that no name or number is cut."""
+    return textwrap.wrap(
         text,
         WIDTH,
-        initial_indent=f"    {what:{INDENT - 4}}",
+        initial_indent=what,
         subsequent_indent=" " * INDENT,
         break_long_words=False,
         break_on_hyphens=False,

@@ -1,4 +1,4 @@
-"""Read files up to a size; write files, tables and folders whole or not at all.
+"""Write files, tables and folders whole or not at all; read files up to a size.
 
 Whatever ends a program early, nothing half-written replaces what was there.
 """
@@ -18,9 +18,6 @@ from reference.paper import InputError
 LARGEST = 2.0**64  # limit of numbers in files: larger ones would overflow
 
 
-# -- Messages -----------------------------------------------------------------------
-
-
 @contextmanager
 def naming(what: Path | str) -> Iterator[None]:
     """Turn errors about something, such as a file, into InputErrors that name it."""
@@ -38,6 +35,9 @@ def told(error: Exception) -> str:
     return f"{where}cannot be read or written ({error.strerror})."
 
 
+# -- Writing ------------------------------------------------------------------------
+
+
 @contextmanager
 def _written(path: Path, advice: str) -> Iterator[None]:
     """Reword what the system says of writing; others have words already."""
@@ -50,23 +50,22 @@ def _written(path: Path, advice: str) -> Iterator[None]:
         raise OSError(words) from error
 
 
-# -- Files and folders --------------------------------------------------------------
-
-
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a partial file that replaces the path when the block is done.
+    """Yield a path for a file or folder that replaces this one after the block.
 
-    If the block ends early, even by Ctrl-C, the partial file is removed.
+    A folder replaces none but an empty one. If the block ends early, even by Ctrl-C,
+    what was made is removed. Raises OSError with a message for people.
     """
-    partial = path.with_name(f".{path.stem[:40]}-{os.getpid()}-part{path.suffix}")
-    advice = "What was there is as it was. Make room, or name another folder."
+    whole = path.resolve()
+    partial = whole.with_name(f".{whole.stem[:40]}-{os.getpid()}-part{whole.suffix}")
+    advice = "What was there is as it was. Make room, or name another place."
     try:
         with _written(path, advice):
-            partial.touch()
             yield partial
-            os.replace(partial, path)
+            os.replace(partial, whole)
     finally:
+        rmtree(partial, ignore_errors=True)
         with suppress(OSError):
             partial.unlink()
 
@@ -79,29 +78,19 @@ def write_whole(path: Path, content: bytes | memoryview) -> None:
         os.fsync(file.fileno())
 
 
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write an object for `read_json`, whole or not at all. Raises OSError."""
+    text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
+    write_whole(path, text.encode())
+
+
 def make_folder(folder: Path) -> None:
     """Make the folder, if there is none. Raises OSError with a message for people."""
     with _written(folder, "Name another folder."):
         folder.mkdir(parents=True, exist_ok=True)
 
 
-@contextmanager
-def making_folder(folder: Path) -> Iterator[Path]:
-    """Yield a partial folder that becomes the folder, new or empty, after the block.
-
-    If the block ends early, it is removed. Raises OSError with a message for people.
-    """
-    whole = folder.resolve()
-    partial = whole.with_name(f".{whole.name[:40]}-{os.getpid()}-part")
-    try:
-        with _written(folder, "Name another folder."):
-            partial.mkdir(parents=True, exist_ok=True)
-            yield partial
-            if whole.is_dir():
-                whole.rmdir()
-            os.replace(partial, whole)
-    finally:
-        rmtree(partial, ignore_errors=True)
+# -- Reading ------------------------------------------------------------------------
 
 
 def refuse_no_file(path: Path) -> None:
@@ -131,12 +120,6 @@ def read_json(path: Path) -> dict[str, Any]:
             json.dumps(found, ensure_ascii=False).encode()  # can be written, too
             return found
     raise InputError(f"{path}: is no JSON object, or is damaged. Name another file.")
-
-
-def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write an object for `read_json`, whole or not at all. Raises OSError."""
-    text = json.dumps(content, indent=2, ensure_ascii=False) + "\n"
-    write_whole(path, text.encode())
 
 
 # -- Tables -------------------------------------------------------------------------

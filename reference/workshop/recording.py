@@ -25,7 +25,7 @@ import numpy as np
 
 from reference.building import Building
 from reference.simulation import Simulation
-from reference.workshop.files import making_folder
+from reference.workshop.files import replacing
 from reference.workshop.runs import refuse_used
 
 FORMAT = """
@@ -75,7 +75,8 @@ def recording(simulation: Simulation, folder: Path) -> Iterator[Callable[[], Non
     folder that is not empty, OSError for one that cannot be written.
     """
     refuse_used(folder, "Name another folder.")
-    with making_folder(folder) as partial:
+    with replacing(folder) as partial:
+        partial.mkdir(parents=True)
         recorder = _Recorder(simulation)
         yield recorder.note
         rows = np.concatenate(recorder.rows)

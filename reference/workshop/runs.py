@@ -16,7 +16,7 @@ from reference.workshop.files import make_folder
 
 try:
     import fcntl
-except ImportError:  # no POSIX: nothing is locked
+except ImportError:  # no POSIX
     fcntl = None  # type: ignore[assignment]
 
 
@@ -47,8 +47,7 @@ def held(
         yield start()
         return
     if not resume:
-        refuse_used(folder)
-        started = start()
+        started = start()  # what it refuses leaves no folder behind
     ours = not folder.exists()
     make_folder(folder)
     try:
@@ -56,24 +55,22 @@ def held(
             if resume:
                 started = start()
             else:
-                refuse_used(folder)  # another process may have been quicker
+                refuse_used(folder)
             yield started
     finally:
-        with suppress(OSError):
-            if ours:
+        if ours:
+            with suppress(OSError):
                 folder.rmdir()
 
 
 @contextmanager
 def _lock(folder: Path) -> Iterator[None]:
     """Lock a folder; the lock ends with the process, even if it is killed."""
-    if fcntl is None:
-        yield
-        return
     path = folder / LOCK
     with path.open("a+", errors="replace") as file:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if fcntl:  # else nothing is locked
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             held = os.path.samestat(os.fstat(file.fileno()), path.stat())
         except OSError:
             held = False
@@ -94,8 +91,6 @@ def _lock(folder: Path) -> Iterator[None]:
 
 def refuse_used(folder: Path, instead: str = OR_RESUME) -> None:
     """Raise RunError for a folder that is not empty: a new run needs its own."""
-    if folder.exists() and not folder.is_dir():
-        raise RunError(f"{folder}: is a file. Name a folder.")
     if folder.exists() and any(path.name != LOCK for path in folder.iterdir()):
         raise RunError(f"{folder}: is not empty. {instead}")
 

@@ -1,6 +1,7 @@
 """The environment for others' learners: PettingZoo's class, gymnasium's spaces.
 
-Clauses: C1, C3, C5, D1, D2, E5.  An optional extra; episodes are `Environment`'s.
+Clauses: C1, C3, C5, D1, D2, E5.  It needs the extra `pettingzoo`;
+episodes are those of `Environment`, whose methods are the same.
 
 Agents.  "robot_0", "robot_1", ... are a team with one reward; "fire_0". A side that a
 strategy plays is not among them: `robots=` or `fire=`, by a name that `evacuate` knows
@@ -34,6 +35,8 @@ from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
+from gymnasium import spaces
+from pettingzoo import ParallelEnv
 
 from reference.building import Building
 from reference.game import observations
@@ -45,18 +48,6 @@ from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.drawing.evacuation import Scene, tally
 from reference.workshop.drawing.film import painter
 from reference.workshop.maps import load
-
-try:
-    from gymnasium import spaces
-    from pettingzoo import AECEnv, ParallelEnv
-    from pettingzoo.utils import parallel_to_aec
-except ImportError as missing:
-    raise ImportError(
-        f"{missing.name} is not installed, and reference.workshop.zoo needs it.\n"
-        "hint: pip install pettingzoo gymnasium, or use "
-        "reference.game.environment, which has the same methods."
-    ) from missing
-
 
 SO_FAR = ("evacuated", "died", "inside", "reward", "simulated_seconds")
 
@@ -212,10 +203,8 @@ def _strategy(side: Side, given: Any) -> Any:
 
 
 def parallel_env(*args: Any, flat: bool = False, **chosen: Any) -> ZooEnvironment:
-    """Make the environment whose agents act at once; what to give: `ZooEnvironment`."""
+    """Make the environment; what to give: `ZooEnvironment`.
+
+    For agents that act in turn there is PettingZoo's `parallel_to_aec`.
+    """
     return (FlatEnvironment if flat else ZooEnvironment)(*args, **chosen)
-
-
-def env(*args: Any, **chosen: Any) -> AECEnv:
-    """Make the environment with agents that act in turn."""
-    return parallel_to_aec(parallel_env(*args, **chosen))

@@ -18,13 +18,7 @@ from reference.workshop.annotated.index import (
     marked_with,
 )
 from reference.workshop.annotated.page import anchor, snippet
-from reference.workshop.annotated.words import (
-    KINDS,
-    PLACES,
-    TITLES,
-    WORDS,
-    named_in,
-)
+from reference.workshop.annotated.words import CLAUSES, KINDS, TITLES, WORDS, named_in
 
 LARGEST = 1_500_000  # bytes of the page
 
@@ -52,7 +46,11 @@ def text_of(element):
 # -- The page -----------------------------------------------------------------------
 
 
-SAID = [p for p, text in PLACES.items() if text != "end" and p[:-1] != "Alg. "]
+SAID = [
+    place
+    for place, said in TITLES.items()
+    if place not in CLAUSES and place[:-1] != "Alg. " and said != "end"
+]
 """Lines, equations, tables and figures; "end" says nothing of its own."""
 
 

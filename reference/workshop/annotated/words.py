@@ -16,21 +16,18 @@ KINDS: tuple[str, ...] = tuple(WORDS["kinds"])
 CLAUSES: dict[str, str] = {key: kind for key, (kind, _) in WORDS["clauses"].items()}
 """The kind of each clause, A1 to F12."""
 
-LINES: dict[str, str] = {
-    f"{name}:{number}": line
-    for name, lines in WORDS["lines"].items()
-    for number, line in enumerate(lines.splitlines(), 1)
-}
-"""The lines of the algorithms in our words, indented."""
-
-PLACES: dict[str, str] = {
+TITLES: dict[str, str] = {
+    **{key: title for key, (_, title) in WORDS["clauses"].items()},
     **WORDS["algorithms"],
-    **{place: line.strip() for place, line in LINES.items()},
+    **{
+        f"{name}:{number}": line.strip()
+        for name, lines in WORDS["lines"].items()
+        for number, line in enumerate(lines.splitlines(), 1)
+    },
     **{place: told["title"] for place, told in WORDS["equations"].items()},
     **WORDS["tables"],
     **WORDS["figures"],
 }
-TITLES = {key: title for key, (_, title) in WORDS["clauses"].items()} | PLACES
 """Each clause and each place, in our words."""
 
 _RANGE = (

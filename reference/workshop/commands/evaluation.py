@@ -4,20 +4,20 @@ Clauses: F9, F12.
 """
 
 from argparse import Namespace
-from collections.abc import Sequence
 from functools import partial
+from pathlib import Path
+from typing import Any
 
 from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.commands import options
-from reference.workshop.commands.common import again, note, tell, workforce
+from reference.workshop.commands.common import note, resumable, tell
 from reference.workshop.crossplay import matches, results, runs
-from reference.workshop.crossplay.matches import Evaluation
+from reference.workshop.crossplay.matches import Arena, Evaluation
 from reference.workshop.crossplay.results import Cell
 from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.files import write_json
-from reference.workshop.runs import ContradictionError, held, refuse_options
-from reference.workshop.workers import workers
+from reference.workshop.runs import ContradictionError, refuse_options
 
 ASKED = ("building", "people", "seed", "episodes", "sample")
 
@@ -52,18 +52,15 @@ def evaluate(arguments: Namespace) -> None:
     out, baseline = arguments.out, arguments.baseline
     if arguments.resume and not out:
         raise ContradictionError("--resume goes with --out: which folder?")
-    with held(out, arguments.resume, partial(_evaluation, arguments)) as evaluation:
+    same = ("evaluate", *(("--baseline", baseline) if baseline else ()))
+    with resumable(arguments, out, partial(_evaluation, arguments), *same) as work:
+        evaluation, executor, stop = work
         if baseline and baseline not in evaluation.robots:
-            raise ContradictionError(
-                f"--baseline {baseline}: is not among the robots. Add it to --robots."
-            )
-        note(f"{evaluation.about()}; workers {arguments.workers}")
-        calibrated = ("--baseline", baseline) if baseline else ()
-        resumed = again("evaluate", "--resume", "--out", out, *calibrated)
-        hands = workers(arguments.workers)
-        with workforce(hands, resumed if out else None) as (executor, stop):
-            found = runs.evaluate(evaluation, out, executor, stop)
-        _tell(arguments, evaluation, found)
+            raise ContradictionError(f"--baseline {baseline}: add it to --robots")
+        note(evaluation.about())
+        found = runs.evaluate(evaluation, out, executor, stop)
+        if not stop():
+            _tell(arguments, evaluation, found)
 
 
 def _evaluation(arguments: Namespace) -> Evaluation:
@@ -86,7 +83,7 @@ def _tell(arguments: Namespace, evaluation: Evaluation, found: list[RunResult]) 
     facts = results.as_json(evaluation, ruler, cells)
     if arguments.out:
         write_json(arguments.out / "cells.json", facts)
-        _draw(arguments, evaluation, ruler, cells, found)
+        _draw(arguments.out, evaluation.arena, ruler, cells, found)
     shown = [name for name in results.HEADINGS if ruler or name != "score"]
     table = results.table(cells, shown)
     below = f"[95 % bootstrap intervals over runs]  {of_ruler}"
@@ -110,25 +107,19 @@ def _ruler(
 
 
 def _draw(
-    arguments: Namespace,
-    evaluation: Evaluation,
-    ruler: Ruler | None,
-    cells: Sequence[Cell],
-    found: Sequence[RunResult],
+    folder: Path, arena: Arena, ruler: Ruler | None, cells: list[Cell], found: Any
 ) -> None:
     """Draw pictures beside the runs; those of a ruler only where there is one."""
     from reference.workshop.drawing import crossplay as charts
     from reference.workshop.drawing import page
     from reference.workshop.drawing import ruler as rulers
 
-    page.save(charts.matrix(cells), arguments.out / "matrix.png")
-    page.save(charts.curves(found), arguments.out / "evacuations.png")
-    curve, contours = arguments.out / "ruler.png", arguments.out / "scores.png"
+    page.save(charts.matrix(cells), folder / "matrix.png")
+    page.save(charts.curves(found), folder / "evacuations.png")
+    for name in ("ruler.png", "scores.png"):  # fewer runs may have yielded a ruler
+        (folder / name).unlink(missing_ok=True)
     if ruler:
-        best = best_reward(evaluation.arena.drawn, evaluation.arena.people)
-        page.save(rulers.curve(ruler, best), curve)
-        page.save(rulers.contours(ruler, cells), contours)
-    else:  # fewer runs may have yielded one
-        curve.unlink(missing_ok=True)
-        contours.unlink(missing_ok=True)
-    note(f"tables and pictures are in {arguments.out}")
+        best = best_reward(arena.drawn, arena.people)
+        page.save(rulers.curve(ruler, best), folder / "ruler.png")
+        page.save(rulers.contours(ruler, cells), folder / "scores.png")
+    note(f"tables and pictures are in {folder}")

@@ -1,6 +1,7 @@
 """Commands about the model: validate, how people move; bench, how fast; and paper."""
 
 from argparse import Namespace
+from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
@@ -17,11 +18,7 @@ HEAD = ("verdict", "case", "what", "accepted", "measured")
 @options.command(
     "validate --only corridor doors -o diagram.png",
     options.option(
-        "--only",
-        f"of {', '.join(CASES)}",
-        choices=tuple(CASES),
-        nargs="+",
-        metavar="CASE",
+        "--only", "one case or more; default: all", choices=tuple(CASES), nargs="+"
     ),
     options.output("-o --output", options.PICTURES, "draw the fundamental diagram"),
     options.SEED,
@@ -44,14 +41,12 @@ def validate(arguments: Namespace) -> None:
 
 def _row(case: dict[str, Any]) -> tuple[str, ...]:
     """Write a case in words: its verdict, what was measured, and what to know of it."""
-    verdict, runs = case["verdict"], case["runs"]
-    if case["failed"] and runs > 1:
-        verdict += f" {case['failed']}/{runs}"
-    words = {k: "-" if v is None else f"{v:.3g}" for k, v in case["measured"].items()}
+    runs, words = case["runs"], {k: figure(v) for k, v in case["measured"].items()}
     for name, count in case["never"].items():
         words[name] += f" (never in {count}/{runs})"
     numbers = ", ".join(f"{name}: {word}" for name, word in words.items())
     numbers += f" ({case['note']})" * bool(case["note"])
+    verdict = case["verdict"] + f" {case['failed']}/{runs}" * bool(case["failed"])
     return verdict, case["source"], case["what"], case["accepted"], numbers
 
 
@@ -71,7 +66,7 @@ def bench(arguments: Namespace) -> None:
 
 @options.command(
     "paper -o paper.html",
-    options.output("-o --output", ".html", "the page", "paper.html"),
+    options.output("-o --output", ".html", "the page", Path("paper.html")),
 )
 def paper(arguments: Namespace) -> None:
     """Writes the annotated paper: one page of clauses, code, tests and pictures."""

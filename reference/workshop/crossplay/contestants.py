@@ -38,9 +38,9 @@ def contestant(word: str, side: Side, sample: bool = False) -> Any:
         return SCRIPTS[side][word]()
     if side == "fire" and word == WORST:
         return WorstCase()
-    from reference.workshop.training.policies import policy_of
+    from reference.workshop.training.policies import POLICIES
 
-    return policy_of(word, side, sample)
+    return POLICIES[side](word, sample)
 
 
 def refuse_unknown(word: str, side: Side, known: Sequence[str]) -> None:

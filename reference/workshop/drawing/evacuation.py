@@ -99,17 +99,17 @@ class Scene:
         """headings: of each evacuation; "" is the building's title."""
         headings = [heading or building.title for heading in headings]
         self.title, self.still, count = " | ".join(headings), True, len(headings)
-        moves, size = _places(building)
+        rows, columns = page.arranged(building, building.floors)
+        across, down = columns * building.kind.shape[2], rows * building.kind.shape[1]
         width = 9 + 2 * count
-        high = min(5.2, width / count * size[1] / size[0])
+        high = min(5.2, width / count * down / across)
         self.figure = Figure((width, high + 3), dpi, layout="constrained")
         look: Style = {"height_ratios": (high, 1), "squeeze": False}
         panels, curves = self.figure.subplots(2, count, **look)
         for axes, curve, heading in zip(panels, curves, headings, strict=True):
-            _paint_floors(axes, building, moves)
-            axes.set_title(
-                page.shortened(heading, 72 // count), fontsize=14, weight="bold", pad=38
-            )
+            moves = _paint_floors(axes, building)
+            words = page.shortened(heading, 72 // count)
+            axes.set_title(words, fontsize=14, weight="bold", pad=38)
             curve.set(xlim=(0, 60), ylim=(0, 1.05 * max(people, 1)))
             curve.set(xlabel="seconds", ylabel="people")
             curve.locator_params(axis="y", integer=True)
@@ -139,7 +139,7 @@ class Side:
     """One evacuation on a page: what moves on its floors, and its curves."""
 
     def __init__(self, axes: Axes, curve: Axes, building: Building, moves: np.ndarray):
-        """moves: (floors, 2) metres, see `_places`."""
+        """moves: (floors, 2) metres, see `_paint_floors`."""
         self.axes, self.building, self.moves, self.curve = axes, building, moves, curve
         self.centres = navigation_of(building).centres
         for area in building.areas:
@@ -222,31 +222,25 @@ class Side:
         self.marks[name].set_data(*self.on_page(floor, position))
 
 
-def _places(building: Building) -> tuple[np.ndarray, np.ndarray]:
-    """How far each floor is moved on the axes (floors, 2), and the size of all; metres.
+def _paint_floors(axes: Axes, building: Building) -> np.ndarray:
+    """Paint all floors on the same axes, and a scale; return each one's move.
 
-    Between floors is room for their names.
+    moves: (floors, 2) metres from the building to the axes
     """
-    rows, columns = page.arranged(building, building.floors)
-    high, wide = building.kind.shape[1:]
-    gap = max(rows * high, columns * wide) / 25
-    row, column = np.divmod(np.arange(building.floors), columns)
-    step = np.array((wide + gap, high + gap))
-    return np.stack([column, -row], axis=1) * step, step * (columns, rows)
-
-
-def _paint_floors(axes: Axes, building: Building, moves: np.ndarray) -> None:
-    """Paint all floors on the same axes, and a scale."""
     left, right, low, high = page.extent_of(building)
+    _, columns = page.arranged(building, building.floors)
+    row, column = np.divmod(np.arange(building.floors), columns)
+    step = 1.1 * (right - left), 1.15 * (high - low)  # with room for a floor's name
+    moves = np.stack([column * step[0], -row * step[1]], axis=1)
     for floor, (x, y) in enumerate(moves):
         where = (left + x, right + x, low + y, high + y)
         axes.imshow(page.paint(building.kind[floor]), extent=where)
         name = page.floor_title(building, floor)
         axes.annotate(name, (left + x, high + y), (0, 3), textcoords="offset points")
-    (x, _), (_, y) = moves.max(axis=0), moves.min(axis=0)
-    axes.set(xlim=(left, right + x), ylim=(low + y, high))
+    axes.set(xlim=(left, right + max(moves[:, 0])), ylim=(low + min(moves[:, 1]), high))
     axes.set(yticks=[], xticks=[left, left + 5], xticklabels=["0", "5 m"])
     axes.spines[:].set_visible(False)
+    return moves
 
 
 _SENT: Style = {"ls": (0, (4, 2)), "lw": 0.8, "color": INK, "markevery": (1, 3)}

@@ -6,7 +6,6 @@ where it does not belong.
 """
 
 import os
-import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields, replace
@@ -25,6 +24,7 @@ from reference.paper import InputError
 from reference.workshop.files import refuse_no_file, write_whole
 from reference.workshop.plain import mapping, record_from
 from reference.workshop.remedies import SideSettings
+from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.presets import Settings
 
 KIND = "checkpoint of fire-rescue-reference"
@@ -32,7 +32,6 @@ FORMAT = 6
 """Grows whenever observations, actions or networks come to mean something else."""
 
 PLAYERS = ("fixed", "initial")  # of a task
-NAMED = re.compile(r"checkpoint-(\d{6,})\.pt")
 
 
 class CheckpointError(InputError):
@@ -40,14 +39,12 @@ class CheckpointError(InputError):
 
 
 @contextmanager
-def must_fit(what: str, name: object = "the checkpoint") -> Iterator[None]:
-    """Raise CheckpointError where networks or progress in a checkpoint do not fit."""
+def must_fit(path: object, what: str) -> Iterator[None]:
+    """Raise CheckpointError where the parts of a checkpoint do not fit together."""
     try:
         yield
     except Exception as error:  # torch tells what does not fit in many ways
-        raise CheckpointError(
-            f"{name}: its {what}: it was written by another version, or is damaged."
-        ) from error
+        raise CheckpointError(f"{path}: its {what} ({error!s:.200}).") from error
 
 
 @dataclass(frozen=True)
@@ -111,9 +108,8 @@ def newest(folder: Path) -> Path | None:
 
 def _in(folder: Path) -> list[Path]:
     """The checkpoints of a folder, oldest first."""
-    found = (NAMED.fullmatch(path.name) for path in folder.glob("*.pt"))
-    rounds = {folder / match[0]: int(match[1]) for match in found if match}
-    return sorted(rounds, key=rounds.__getitem__)
+    found = folder.glob("checkpoint-[0-9]*.pt")
+    return sorted(found, key=lambda path: (len(path.name), path.name))
 
 
 def save(checkpoint: Checkpoint, path: Path) -> None:
@@ -129,9 +125,10 @@ def save(checkpoint: Checkpoint, path: Path) -> None:
 def load(path: str | os.PathLike[str]) -> Checkpoint:
     """Read the checkpoint in a file, or the newest one in a training's folder.
 
-    Raises CheckpointError for anything else, OSError for an unreadable file.
+    path: LEARNED stands for what ships. Raises CheckpointError for anything else,
+    OSError for an unreadable file.
     """
-    path = Path(path)
+    path = SHIPPED if path == LEARNED else Path(path)
     if path.is_dir():
         if (found := newest(path)) is None:
             raise CheckpointError(f"{path}: there is no checkpoint in this folder.")
@@ -144,12 +141,8 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
             f"version {version!s:.40}; here they are {reference.GAME} and {FORMAT}. "
             "Use that version, or train anew."
         )
-    try:
+    with must_fit(path, "parts are not those of a checkpoint"):
         return _checkpoint(content)
-    except Exception as why:  # of what nobody has written
-        raise CheckpointError(
-            f"{path}: lacks a part or is damaged ({why!s:.200})."
-        ) from why
 
 
 def _content(path: Path) -> dict[str, Any]:
@@ -157,7 +150,9 @@ def _content(path: Path) -> dict[str, Any]:
     refuse_no_file(path)
     with path.open("rb") as file:
         try:
-            if ZipFile(file).testzip():  # torch does not look at its check sums
+            archive = ZipFile(file)
+            odd = [part for part in archive.infolist() if part.compress_type]
+            if odd or archive.testzip():  # torch compresses nothing, and does not look
                 raise BadZipFile
             file.seek(0)
             content = torch.load(file, map_location="cpu", weights_only=True)
@@ -177,15 +172,7 @@ def _content(path: Path) -> dict[str, Any]:
 def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
     """A checkpoint as dicts, lists, words, numbers and tensors only."""
     head = {"kind": KIND, "format": FORMAT, "game": reference.GAME}
-    task = vars(checkpoint.task) | {"settings": asdict(checkpoint.task.settings)}
-    for name in PLAYERS:
-        task[name] = {
-            side: {"settings": vars(who.settings), "weights": who.weights}
-            if isinstance(who, Learned)
-            else who
-            for side, who in task[name].items()
-        }
-    return _alike({**head, **vars(checkpoint), "task": task})
+    return _alike(head | asdict(checkpoint))
 
 
 def _alike(plain: Any) -> Any:
@@ -212,8 +199,9 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     both = [found.player(side) for side in SIDES]
     networks = [who.weights for who in both if isinstance(who, Learned)]
     networks += [state["critic"] for state in found.learners.values()]
-    if not all(w.isfinite().all() for weights in networks for w in weights.values()):
-        raise ValueError("weights that are no finite numbers")
+    for weight in (weight for weights in networks for weight in weights.values()):
+        if not weight.is_floating_point() or not weight.isfinite().all():
+            raise ValueError("weights that are no finite numbers")
     return found
 
 

@@ -4,8 +4,8 @@ Clauses: C5, C7, D2.  The interface is that of the hand-written ones; the networ
 output, normalised coordinates in [−1, 1], is turned into metres.
 """
 
-import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import Destinations
-from reference.workshop.strategies import LEARNED, SCRIPTS, SHIPPED
+from reference.workshop.strategies import SCRIPTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     CheckpointError,
@@ -28,9 +28,6 @@ from reference.workshop.training.checkpoints import (
     must_fit,
 )
 from reference.world import Robot, World
-
-CheckpointLike = str | os.PathLike[str] | Checkpoint
-"""A checkpoint, its file, or the folder of a training: the newest one in it."""
 
 
 class LearnedPolicy:
@@ -41,9 +38,10 @@ class LearnedPolicy:
 
     side: Side
 
-    def __init__(self, source: CheckpointLike, sample: bool = False):
+    def __init__(self, source: str | Path | Checkpoint, sample: bool = False):
         """Take the mean or most likely action; with `sample`, draw from the policy.
 
+        source: a checkpoint or its file, as `load` takes it.
         Raises CheckpointError for a file that is no checkpoint, or one in which this
         side was not learned; OSError for a file that cannot be read.
         """
@@ -57,8 +55,7 @@ class LearnedPolicy:
                 f"--{self.side} {who}, or name another checkpoint."
             )
         self.learned, self.sample = who, sample
-        name = "the checkpoint" if source is checkpoint else source
-        with must_fit("network is not of the shape its settings tell", name):
+        with must_fit(source, "network is not of the shape its settings tell"):
             self.player = who.player(self.side, self.building, self.scenario)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "LearnedPolicy":
@@ -135,11 +132,6 @@ def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
     }
 
 
-def policy_of(word: str, side: Side, sample: bool = False) -> Any:
-    """Load the policy of a checkpoint's path, or of LEARNED."""
-    return POLICIES[side](SHIPPED if word == LEARNED else word, sample)
-
-
 def fixed_player(
     word: str, side: Side, building: Building, scenario: Scenario
 ) -> Learned | str:
@@ -149,25 +141,6 @@ def fixed_player(
     """
     if word in SCRIPTS[side]:
         return word
-    policy = policy_of(word, side)
+    policy = POLICIES[side](word)
     policy.refuse_elsewhere(building, scenario)
     return policy.learned
-
-
-def initial_networks(
-    word: str, sides: Iterable[Side], building: Building, scenario: Scenario
-) -> dict[Side, Learned]:
-    """Find networks with which these sides can begin: all that a checkpoint holds.
-
-    word: its path, or LEARNED. Raises CheckpointError if none of the sides did, or
-    where they do not fit.
-    """
-    checkpoint = load(SHIPPED if word == LEARNED else word)
-    found: dict[Side, Learned] = {}
-    for side in sides:
-        if isinstance(who := checkpoint.player(side), Learned):
-            POLICIES[side](checkpoint).refuse_elsewhere(building, scenario)
-            found[side] = who
-    if not found:
-        raise CheckpointError(f"{word}: nobody learned there who learns here.")
-    return found

@@ -17,13 +17,13 @@ from reference.learning.players import Learned
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, Side
 from reference.strategies import NoFire, RandomFire
-from reference.workshop.files import naming
 from reference.workshop.maps import load as load_building
 from reference.workshop.plain import SettingsError
 from reference.workshop.runs import RunError, refuse_version
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
+    CheckpointError,
     Task,
     load,
     must_fit,
@@ -39,7 +39,7 @@ from reference.workshop.training.learners import (
     state_of,
 )
 from reference.workshop.training.mlagents import read_yaml
-from reference.workshop.training.policies import fixed_player, initial_networks
+from reference.workshop.training.policies import POLICIES, fixed_player
 from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.summaries import PRETRAINING, Row, Summary
 from reference.workshop.workers import chunks
@@ -101,38 +101,33 @@ class Training:
 
         Before the first round, robots that imitate watch their teacher.
         """
-        s, n = self.settings, self.settings.jobs_per_round
-        if not self.imitated:
-            robots, fire = self._teacher()
-            seeds = seeds_of(self.task.seed, DEMONSTRATIONS, 0, s.imitation_episodes)
-            fires = [fire] * len(seeds)
-        else:
+        s, task = self.settings, self.task
+        if self.imitated:
             robots, fire = (self._player(side) for side in SIDES)
-            count = n * s.episodes_per_job
-            seeds = seeds_of(self.task.seed, ROUNDS, self.round, count)
-            fires = [self._fire(fire, self.round * n + k) for k in range(n)]
-        each = zip(fires, chunks(seeds, s.episodes_per_job), strict=False)
-        return [Job(self.task.plan, s.scenario, robots, *rest) for rest in each]
+            fire = NoFire() if self.calm else fire
+            purpose, count = ROUNDS, s.jobs_per_round * s.episodes_per_job
+        else:
+            name = task.fixed.get("fire")
+            robots = Demonstration(s.robots, {}, str(task.imitate))
+            fire = FIRES[name if isinstance(name, str) else "random"]()
+            purpose, count = DEMONSTRATIONS, s.imitation_episodes
+        seeds = seeds_of(task.seed, purpose, self.round, count)
+        jobs, first = [], self.round * s.jobs_per_round
+        for number, chunk in enumerate(chunks(seeds, s.episodes_per_job), first):
+            other = RandomFire() if self._random_fire(number) else fire
+            jobs.append(Job(task.plan, s.scenario, robots, other, chunk))
+        return jobs
 
-    def _teacher(self) -> tuple[Any, Any]:
-        """Make the players of demonstrations: the teacher, and a scripted fire."""
-        fire = self.task.fixed.get("fire")
-        scripted = FIRES[fire if isinstance(fire, str) else "random"]()
-        return Demonstration(self.settings.robots, {}, str(self.task.imitate)), scripted
+    def _random_fire(self, job: int) -> bool:
+        """Whether random fire stands in for the one that learns [E6, chosen].
 
-    def _fire(self, fire: Any, job: int) -> Any:
-        """Choose the fire of a job [E6, chosen]: nobody, one at random, or this one.
-
-        While the robots learn from a fire that learns, random fire stands in for it in
-        a share `random_fires` of all jobs, evenly spread: from a strong adversary alone
-        they would learn nothing.
+        While the robots learn, it does in a share `random_fires` of all jobs, evenly
+        spread: from a strong adversary alone they would learn nothing.
         """
-        if self.calm:
-            return NoFire()
+        if self.calm or "fire" not in self.learners or "robots" not in self.learning():
+            return False
         share = self.settings.random_fires
-        stands_in = int((job + 1) * share) > int(job * share)
-        both = "fire" in self.learners and "robots" in self.learning()
-        return RandomFire() if both and stands_in else fire
+        return int((job + 1) * share) > int(job * share)
 
     def _player(self, side: Side) -> Any:
         """Make a side's player; networks are arrays, which any process can have."""
@@ -160,20 +155,16 @@ class Training:
             learner, summary = self.learners[side], self.summaries[side]
             played = [e.facts for e in episodes if getattr(e, side) is not None]
             update = learn(side, learner, episodes)
-            self._refuse_idle(side)
+            plays = side == "robots" or self.settings.random_fires < 1
+            if plays and not learner.steps:
+                raise SettingsError(
+                    f"{side}: nothing to decide in a whole round. Give the scenario "
+                    "more time, people, robots or sources."
+                )
             summary.add(played or facts, update)
             rows.append(summary.row(learner.steps, when))
         self.round += 1
         return [row for row in rows if row is not None]
-
-    def _refuse_idle(self, side: Side) -> None:
-        """Raise SettingsError for a side that plays but never decides."""
-        plays = side == "robots" or self.settings.random_fires < 1
-        if plays and not self.learners[side].steps:
-            raise SettingsError(
-                f"{side}: nothing to decide in a whole round. Give the scenario more "
-                "time, people, robots or sources."
-            )
 
     def _imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
         """Clone what was demonstrated; return a summary row for each epoch."""
@@ -196,10 +187,10 @@ class Training:
         """Name each side's trainer and head, or its fixed player."""
         names: dict[str, str] = {}
         for side in SIDES:
-            who, settings = self.task.fixed.get(side), getattr(self.settings, side)
+            settings, fixed = getattr(self.settings, side), self.task.fixed.get(side)
             learner = f"{settings.trainer_type} ({settings.head} head)"
-            fixed = who if isinstance(who, str) else "a fixed checkpoint"
-            names[side] = learner if side in self.learners else fixed
+            other = fixed if isinstance(fixed, str) else "a fixed checkpoint"
+            names[side] = other if fixed else learner
         return names
 
     def facts(self) -> dict[str, Any]:
@@ -227,16 +218,14 @@ class Training:
 
     @classmethod
     def resumed(cls, checkpoint: Checkpoint) -> "Training":
-        """Restore a training. Raises CheckpointError if its parts do not fit."""
-        progress = checkpoint.progress
-        with must_fit("parts do not fit each other"):
-            training = cls(checkpoint.task)
-            for side, learner in training.learners.items():
-                restore(learner, checkpoint.learners[side])
-                training.summaries[side].load(progress["summaries"][side])
-            training.round = checkpoint.round
-            for name in PROGRESS:
-                setattr(training, name, progress[name])
+        """Restore a training."""
+        training, progress = cls(checkpoint.task), checkpoint.progress
+        training.round = checkpoint.round
+        for name in PROGRESS:
+            setattr(training, name, progress[name])
+        for side, learner in training.learners.items():
+            restore(learner, checkpoint.learners[side])
+            training.summaries[side].load(progress["summaries"][side])
         return training
 
 
@@ -261,10 +250,14 @@ def begin(asked: Namespace) -> Training:
     named = {side: who for side in SIDES if (who := getattr(asked, side)) is not None}
     fixed = {side: fixed_player(who, side, *where) for side, who in named.items()}
     initial: dict[Side, Learned] = {}
-    if asked.initialize_from is not None:
+    if (path := asked.initialize_from) is not None:
         taken = {*fixed, "robots"} if asked.imitate else {*fixed}
-        learning = [side for side in SIDES if side not in taken]
-        initial = initial_networks(asked.initialize_from, learning, *where)
+        both = {side: load(path).player(side) for side in SIDES if side not in taken}
+        initial = {s: who for s, who in both.items() if isinstance(who, Learned)}
+        for side in initial:
+            POLICIES[side](path).refuse_elsewhere(*where)
+        if not initial:
+            raise CheckpointError(f"{path}: nobody learned there who learns here.")
     seed, plan = asked.seed or 0, plan_of(building)
     return Training(Task(name, plan, settings, seed, fixed, initial, asked.imitate))
 
@@ -274,12 +267,12 @@ def _settings(asked: Namespace) -> Settings:
     made = preset(asked.preset or "laptop")
     if asked.settings is not None:
         made = read_yaml(asked.settings, made)
-    given = {"trainer_type": asked.trainer, "head": asked.head}
-    rows: Any = {name: word for name, word in given.items() if word is not None}
-    scenario = made.scenario
+    robots, scenario = made.robots, made.scenario
+    trainer, head = asked.trainer or robots.trainer_type, asked.head or robots.head
+    robots = replace(robots, trainer_type=trainer, head=head)
     if asked.robots == "none":
         scenario = replace(scenario, robots_per_floor=0)
-    return replace(made, robots=replace(made.robots, **rows), scenario=scenario)
+    return replace(made, robots=robots, scenario=scenario)
 
 
 def resume(folder: Path) -> Training:
@@ -293,19 +286,12 @@ def resume(folder: Path) -> Training:
         raise RunError(f"{folder}: there is no checkpoint to go on from.")
     checkpoint = load(path)
     refuse_version(path, checkpoint.version)
-    with naming(path):
+    with must_fit(path, "parts do not fit each other"):
         return Training.resumed(checkpoint)
 
 
 def options_of(task: Task) -> dict[str, Any]:
     """The options that began a training, as far as its task tells them."""
-    robots = task.settings.robots
-    return {
-        "preset": task.settings.preset,
-        "building": task.building,
-        "trainer": robots.trainer_type,
-        "head": robots.head,
-        **{side: task.fixed.get(side) for side in SIDES},
-        "imitate": task.imitate,
-        "seed": task.seed,
-    }
+    s = task.settings
+    own = {"preset": s.preset, "trainer": s.robots.trainer_type, "head": s.robots.head}
+    return own | dict(task.fixed) | vars(task)
