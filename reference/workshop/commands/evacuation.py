@@ -15,7 +15,7 @@ from tqdm import tqdm
 from reference.workshop.commands import options
 from reference.workshop.commands.common import figure, note, table, tell
 from reference.workshop.crossplay.matches import Evaluation, begin
-from reference.workshop.crowding import Crowd, together
+from reference.workshop.crowding import Crowding
 from reference.workshop.recording import recording, ticks
 from reference.workshop.runs import ContradictionError
 
@@ -88,15 +88,15 @@ def evacuate(arguments: Namespace) -> None:
         arguments.episodes,
         arguments.sample,
     )
-    crowds, played = list[Crowd]() if arguments.density else None, []
+    crowding, played = Crowding() if arguments.density else None, []
     film, folder = arguments.animate, arguments.record
     for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
-        played.append(_episode(evaluation, pairs, seed, film, folder, crowds))
+        played.append(_episode(evaluation, pairs, seed, film, folder, crowding))
         film = folder = None  # of the first one only
-    if crowds:
+    if crowding:
         from reference.workshop.drawing import crowded, save
 
-        save(crowded(together(crowds), _heading(pairs[0])), arguments.density)
+        save(crowded(crowding, _heading(pairs[0])), arguments.density)
     told = [
         _told(evaluation, pair, runs)
         for pair, runs in zip(pairs, zip(*played, strict=True), strict=True)
@@ -122,20 +122,19 @@ def _episode(
     seed: int,
     film: Path | None = None,
     folder: Path | None = None,
-    crowds: list[Crowd] | None = None,
+    crowding: Crowding | None = None,
 ) -> list[Facts]:
     """Play a seed with each pair, side by side; return what came of each.
 
-    film: gets all;  folder: gets the first one's trajectories;  crowds: gets its crowd
+    film: gets all;  folder: gets the first one's trajectories;  crowding: watches it
     """
     simulations = [evaluation.simulation(*pair, seed) for pair in pairs]
     notes = list[Callable[[], None]]()
     with ExitStack() as stack:
         if folder:
             notes.append(stack.enter_context(recording(simulations[0], folder)))
-        if crowds is not None:
-            crowds.append(Crowd(simulations[0]))
-            notes.append(crowds[-1].note)
+        if crowding:
+            notes.append(crowding.watch(simulations[0]))
         going = ticks(simulations, notes)
         if film:
             from reference.workshop.drawing.film import animate

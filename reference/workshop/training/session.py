@@ -272,12 +272,12 @@ def _settings(asked: Namespace) -> Settings:
     made = preset(asked.preset or "laptop")
     if asked.settings is not None:
         made = read_yaml(asked.settings, made)
-    given = {"trainer_type": asked.trainer, "head": asked.head}
-    rows: Any = {name: word for name, word in given.items() if word is not None}
-    scenario = made.scenario
+    robots, scenario = made.robots, made.scenario
+    trainer, head = asked.trainer or robots.trainer_type, asked.head or robots.head
+    robots = replace(robots, trainer_type=trainer, head=head)
     if asked.robots == "none":
         scenario = replace(scenario, robots_per_floor=0)
-    return replace(made, robots=replace(made.robots, **rows), scenario=scenario)
+    return replace(made, robots=robots, scenario=scenario)
 
 
 def resume(folder: Path) -> Training:
@@ -297,13 +297,6 @@ def resume(folder: Path) -> Training:
 
 def options_of(task: Task) -> dict[str, Any]:
     """The options that began a training, as far as its task tells them."""
-    robots = task.settings.robots
-    return {
-        "preset": task.settings.preset,
-        "building": task.building,
-        "trainer": robots.trainer_type,
-        "head": robots.head,
-        **{side: task.fixed.get(side) for side in SIDES},
-        "imitate": task.imitate,
-        "seed": task.seed,
-    }
+    s = task.settings
+    own = {"preset": s.preset, "trainer": s.robots.trainer_type, "head": s.robots.head}
+    return own | dict(task.fixed) | vars(task)
