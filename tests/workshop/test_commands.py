@@ -71,7 +71,7 @@ CORNER = """building: Corner
 size: 9 x 7
 floor 1:
 #########
-E.one#..#
+E.one+..#
 #....#..#
 #####...#
 #....####
@@ -82,7 +82,7 @@ E.one#..#
 
 def test_check_notes_rooms_that_touch_at_a_corner(tmp_path, capsys):
     """People see through there and cannot pass: no mistake, and rarely meant."""
-    (tmp_path / "corner.txt").write_text(CORNER.replace("#..#", "+..#", 1))
+    (tmp_path / "corner.txt").write_text(CORNER)
     assert main(["check", str(tmp_path / "corner.txt")]) == 0
     notes = capsys.readouterr().err.splitlines()
     assert [note.partition(" touch ")[0] for note in notes] == [
@@ -112,9 +112,6 @@ def test_floors_lists_the_maps_that_ship_or_prints_one(capsys, tmp_path):
     assert main(["floors", "museum"]) == 0
     (tmp_path / "mine.txt").write_text(capsys.readouterr().out)
     assert main(["check", "mine.txt"]) == 0
-
-
-# -- at every save ------------------------------------------------------------------
 
 
 def test_check_watches_a_map_until_ctrl_c(shed, tmp_path, capsys, monkeypatch):
@@ -197,11 +194,8 @@ def test_evacuate_prints_a_table_for_people(capsys):
     assert main(["evacuate", "--building", "tiny", "--episodes", "2"]) == 0
     title, *rows = capsys.readouterr().out.splitlines()
     assert title == "tiny: robots sweep, fire random, seed 0, episodes 2"
-    assert [row.split()[:-1] for row in rows[3:5]] == [
-        ["inside"],
-        ["health", "of", "those", "out"],
-    ]
     assert rows[0].split() == ["people", "40"]
+    assert rows[4].startswith("health of those out ")
 
 
 def test_evacuate_plays_what_it_films_and_records_once(tmp_path, capsys, monkeypatch):
@@ -307,9 +301,10 @@ def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
     ],
 )
 def test_refuses_what_cannot_be(command, status, hint, capsys, tmp_path):
-    """One line with a hint, the right exit status, and nothing is written."""
+    """One message with a hint, the right exit status, and nothing is written."""
     found, message = refusal(capsys, *command.split())
     assert (found, hint in message) == (status, True), message
+    assert message.count("\n") == 1 or command == "check nowhere.txt"  # which hints
     assert "[Errno" not in message
     assert list(tmp_path.iterdir()) == []
 
@@ -421,9 +416,6 @@ def test_a_mistake_of_our_own_is_not_told_as_the_users(monkeypatch):
         main(["check", "tiny"])
 
 
-# -- bench --------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 def test_bench_measures_the_world_both_learners_and_rollouts(capsys, monkeypatch):
     """Each in its unit per second; for people a line for each figure."""
@@ -442,13 +434,6 @@ def test_bench_measures_the_world_both_learners_and_rollouts(capsys, monkeypatch
 
 
 # -- All of them --------------------------------------------------------------------
-
-
-def test_a_wrong_command_line_is_told_in_one_line(capsys):
-    """Without the usage above it, which has scrolled the message away before."""
-    start = "python -m reference evaluate: argument --episodes: 'many' is not"
-    status, message = refusal(capsys, "evaluate", "--episodes", "many")
-    assert (status, message.count("\n"), message.startswith(start)) == (2, 1, True)
 
 
 WITHOUT_NUMBERS = {"draw", "floors", "curves", "paper"}
