@@ -4,8 +4,7 @@ import pytest
 from trainings import begun, tiny
 
 from reference.workshop.crossplay import begin
-from reference.workshop.crossplay.contestants import NAMES, contestant
-from reference.workshop.strategies import SCRIPTS
+from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.training.checkpoints import save
 from reference.workshop.training.policies import POLICIES
 
@@ -16,14 +15,6 @@ def path(tmp_path_factory):
     path = tmp_path_factory.mktemp("run") / "checkpoint-000000.pt"
     save(begun(tiny()).checkpoint(), path)
     return str(path)
-
-
-@pytest.mark.parametrize("side", ["robots", "fire"])
-def test_a_scripts_name_is_the_strategy_of_that_name(side):
-    """A new one each time."""
-    known = SCRIPTS[side]
-    assert [type(contestant(name, side)) for name in known] == list(known.values())
-    assert NAMES[side][: len(known)] == tuple(known)
 
 
 @pytest.mark.parametrize(("side", "kind"), POLICIES.items())

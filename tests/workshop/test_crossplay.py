@@ -87,17 +87,6 @@ NOBODY_OUT |= {"evacuation_time": None, "mean_health": None, "times": ()}
 # -- Runs ---------------------------------------------------------------------------
 
 
-@pytest.mark.paper("F12")
-def test_everybody_meets_everybody_on_the_same_seeds(small):
-    """One result for each, in order."""
-    assert [(r.robots, r.fire, r.seed) for r in small] == [
-        ("none", "random", 0),
-        ("none", "random", 1),
-        ("sweep", "random", 0),
-        ("sweep", "random", 1),
-    ]
-
-
 def test_a_result_tells_what_the_simulation_did(small):
     """Run by hand, from the same seed."""
     scenario = Scenario(people=4)
@@ -145,28 +134,6 @@ def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     assert [run[::2] for run in rest.runs] == [("sweep", 0), ("sweep", 1)]
     evaluate(begin(**SMALL), whole, InProcess())
     assert (folder / "runs.csv").read_bytes() == (whole / "runs.csv").read_bytes()
-
-
-def test_a_row_that_was_half_written_is_played_anew(small):
-    """Whoever pulls the plug loses no more than that run."""
-    folder = Path("out")
-    evaluate(begin(**SMALL), folder, InProcess())
-    runs = folder / "runs.csv"
-    runs.write_text(runs.read_text()[:-3])
-    rest = Counting()
-    assert evaluate(resume(folder), folder, rest) == small
-    assert len(rest.runs) == 1
-
-
-def test_more_robots_can_be_asked_for_later(small):
-    """What is there is not played again."""
-    folder, more = Path("out"), Counting()
-    evaluate(begin(**SMALL | {"robots": ("sweep",)}), folder, InProcess())
-    evaluation = resume(folder, ("none", "sweep"))
-    assert evaluation.robots == ("sweep", "none")
-    assert evaluate(evaluation, folder, more) == [*small[2:], *small[:2]]
-    assert {robots for robots, *_ in more.runs} == {"none"}
-    assert resume(folder) == evaluation
 
 
 NUMBERS = st.floats(-(2.0**60), 2.0**60, width=32)

@@ -117,8 +117,6 @@ def test_every_row_of_table_i_is_read_from_its_section(read):
 
 PAIRS = [  # the robots' name and trainer, the fire's
     ("Robot", "ppo", "Fire", "ppo"),
-    ("robots", "poca", "fire", "ppo"),
-    ("EvacuationRobot", "ppo", "FireSource", "ppo"),
     ("FireRescueRobot", "poca", "FireGenerator", "ppo"),
     ("Guide", "ppo", "WildFire", "ppo"),
     ("1", "poca", "2", "ppo"),
