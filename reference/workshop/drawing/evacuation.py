@@ -115,7 +115,7 @@ class Scene:
             curve.locator_params(axis="y", integer=True)
         health = ScalarMappable(Normalize(0, HEALTH), HEALTHS)
         self.figure.colorbar(health, ax=panels, label="health", aspect=40, pad=0.01)
-        shapes = page.samples(_looks(7.5) | CURVES)
+        shapes = page.samples(looks(7.5) | CURVES)
         cells = page.swatches(building.kind[building.kind != Kind.FLOOR])
         page.legend(self.figure, [*shapes, *cells], ncols=9)
         for _ in range(2):  # to lay out ticks, then the page around them
@@ -144,15 +144,15 @@ class Side:
         self.centres = navigation_of(building).centres
         for area in building.areas:
             plans.write_name(axes, building, area, 7.0, moves[area.floor])
-        looks = _looks(plans.points_per_metre(axes))
+        own = looks(plans.points_per_metre(axes))
         crowd: Style = {"cmap": HEALTHS, "vmin": 0, "vmax": HEALTH, "c": []}
         crowd |= {"ec": INK, "lw": 0.7, "zorder": 5}
         self.people = {}
         for mode in Mode:
-            look = looks.pop(mode.name.lower())
+            look = own.pop(mode.name.lower())
             crowd |= {"marker": look["marker"], "s": look["ms"] ** 2}
             self.people[mode] = axes.scatter([], [], **crowd)
-        self.marks = {k: axes.plot([], [], **look)[0] for k, look in looks.items()}
+        self.marks = {k: axes.plot([], [], **look)[0] for k, look in own.items()}
         self.lines = {
             name: curve.plot([], [], label=name, **look)[0]
             for name, look in CURVES.items()
@@ -247,7 +247,7 @@ _SENT: Style = {"ls": (0, (4, 2)), "lw": 0.8, "color": INK, "markevery": (1, 3)}
 """A line from a robot to its destination, which alone is marked."""
 
 
-def _looks(metre: float) -> dict[str, Style]:
+def looks(metre: float) -> dict[str, Style]:
     """Look of all that moves, the upper later; metre: in points."""
     mark = float(np.clip(metre, 5, 10))
     return {
