@@ -60,14 +60,12 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stdout.flush()
     except KeyboardInterrupt as stopped:  # its text, if any, says what is kept
         return _complain(str(stopped) or STOPPED, 130)
-    except ContradictionError as error:
-        return _complain(str(error), 2)
-    except MemoryError:
-        return _complain("there is not enough memory. Ask for less.", 1)
-    except (InputError, OSError, UnicodeError) as error:  # others: a traceback
+    except (InputError, OSError, UnicodeError, MemoryError) as error:  # not a bug
         _drop_unprinted()
-        is_pipe = isinstance(error, BrokenPipeError)  # as of `| head -1`
-        return 1 if is_pipe else _complain(told(error), 1)
+        if isinstance(error, BrokenPipeError):  # `| head -1` has closed the pipe
+            return 1
+        status = 2 if isinstance(error, ContradictionError) else 1
+        return _complain(told(error) or "there is not enough memory", status)
     return 0
 
 

@@ -8,7 +8,7 @@ than `buffer_size` experiences, use all of it, and empty it.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 
 import numpy as np
 import torch
@@ -123,19 +123,14 @@ def minibatches(
     An epoch has as many as there are whole batches of steps; the tail is dropped. The
     original shuffles single agents' rows; for a group of one this is the same [E3,
     chosen]. A batch smaller than the group still holds one group decision.
-
-    Grids become floats, channels last, for the convolutions. All minibatches reuse one
-    array for them: grids are valid until the next minibatch (allocating costs more).
     """
     steps = int(decisions.alive.sum())
     size = max(1, len(decisions) * batch_size // max(1, steps))
     count = min(steps // batch_size, len(decisions) // size)
-    cells = decisions.grids.permute(0, 2, 3, 1).contiguous()
-    few = replace(decisions, grids=cells)
-    images = torch.empty(size, *cells.shape[1:])
     for _ in range(epochs):
         order = torch.randperm(len(decisions), generator=rng)
         for k in range(count):
-            batch = few.rows(order[k * size : (k + 1) * size])
-            batch.grids = images.copy_(batch.grids).permute(0, 3, 1, 2)
+            batch = decisions.rows(order[k * size : (k + 1) * size])
+            last = torch.channels_last  # in memory, as convolutions are quickest
+            batch.grids = batch.grids.to(torch.float32, memory_format=last)
             yield batch

@@ -110,13 +110,9 @@ class Learner(ppo.Learner):
         self, batch: Decisions, epsilon: float
     ) -> tuple[Tensor, dict[str, Tensor]]:
         """0.5·(value + 0.5·baseline), of the live agents [E1] [E3]."""
-        live = batch.alive
-        values, baselines = self.critic.with_baselines(
-            batch.vectors, batch.grids, live, batch.actions
-        )
-        returns = batch.returns[live]
-        value = value_loss(values[:, None].expand_as(live)[live], returns)
-        old = batch.baselines[live]
+        live, (values, baselines) = batch.alive, self._values(batch)
+        old, returns = batch.baselines[live], batch.returns[live]
+        value = value_loss(values[live], returns)
         baseline = baseline_loss(baselines[live], old, returns, epsilon)
         parts = {"Losses/Value Loss": value, "Losses/Baseline Loss": baseline}
         return 0.5 * (value + 0.5 * baseline), parts
@@ -200,8 +196,10 @@ class SelfAttention(nn.Module):
     def forward(self, entities: Tensor, alive: Tensor) -> Tensor:
         """(B, G, H) and (B, G) bool -> (B, H); absent agents are not asked."""
         x = layer_norm(entities)
-        inner = (self.query, self.key, self.to_value)
-        q, k, v = (self._per_head(project(x)) for project in inner)
+        q, k, v = (  # (B, heads, G, H / heads)
+            project(x).unflatten(-1, (ATTENTION_HEADS, -1)).transpose(1, 2)
+            for project in (self.query, self.key, self.to_value)
+        )
         scores = q @ k.transpose(-2, -1) / sqrt(x.shape[-1])  # (B, heads, G, G)
         scores = scores.masked_fill(~alive[:, None, None], REFUSED)
         attended = (scores.softmax(dim=-1) @ v).transpose(1, 2).flatten(2)
@@ -219,11 +217,6 @@ class SelfAttention(nn.Module):
         sets = torch.where(own, g[:, None], f[:, None])  # (B, j, G, H)
         pooled = self(sets.flatten(0, 1), alive.repeat_interleave(G, dim=0))
         return pooled.view(B, G, H)
-
-    @staticmethod
-    def _per_head(x: Tensor) -> Tensor:
-        """(B, G, H) -> (B, heads, G, H / heads)."""
-        return x.unflatten(-1, (ATTENTION_HEADS, -1)).transpose(1, 2)
 
 
 def layer_norm(x: Tensor) -> Tensor:

@@ -251,7 +251,7 @@ class Learner:
         self, batch: Decisions, epsilon: float
     ) -> tuple[Tensor, dict[str, Tensor]]:
         """The critic's part of the loss, and what to report of it."""
-        values = self.critic(batch.vectors, batch.grids)
+        values, _ = self._values(batch)
         value = value_loss(values[batch.alive], batch.returns[batch.alive])
         return 0.5 * value, {"Losses/Value Loss": value}
 

@@ -4,13 +4,11 @@ Clause: B7 for deaths.  The density at a cell is people per square metre of floo
 square of 3 m around it; on stairs nobody is counted.
 """
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from scipy import ndimage
 
-from reference.building import Building
 from reference.simulation import Simulation
 from reference.workshop.recording import ticks
 from reference.world import Fate
@@ -18,42 +16,44 @@ from reference.world import Fate
 SQUARE = 3  # metres
 
 
-@dataclass(frozen=True)
 class Crowding:
-    """What happened at the cells of a building: arrays (floors, rows, cols).
+    """What happened at the cells of a building in all evacuations watched."""
 
-    density  people per square metre: each evacuation's highest, the mean over all
-    deaths   people who died there, in all evacuations together
-    """
+    def __init__(self) -> None:
+        self.simulations: list[Simulation] = []
+        self._highest: list[np.ndarray] = []  # density in each evacuation
 
-    building: Building
-    evacuations: int
-    density: np.ndarray
-    deaths: np.ndarray
+    def watch(self, simulation: Simulation) -> Callable[[], None]:
+        """Take in one more evacuation; call what is returned as `ticks` does."""
+        walkable = simulation.building.walkable
+        floor = np.where(walkable, _around(walkable), np.inf)  # square metres
+        highest = np.zeros(walkable.shape)
+        self.simulations.append(simulation)
+        self._highest.append(highest)
 
+        def note() -> None:
+            people = _around(_count(simulation, simulation.world.bodies.walking))
+            np.maximum(highest, people / floor, out=highest)
 
-class Crowd:
-    """The highest density at every cell of one evacuation, so far."""
+        return note
 
-    def __init__(self, simulation: Simulation):
-        """Before its first tick; then call `note` after each, as `ticks` does."""
-        self.simulation, walkable = simulation, simulation.building.walkable
-        self._floor = np.where(walkable, _around(walkable), np.inf)  # square metres
-        self.density = np.zeros(walkable.shape)
-
-    def note(self) -> None:
-        """Look at who stands where now."""
-        people = _around(self._count(self.simulation.world.bodies.walking))
-        np.maximum(self.density, people / self._floor, out=self.density)
+    @property
+    def density(self) -> np.ndarray:
+        """Highest people per square metre, the mean over all: (floors, rows, cols)."""
+        return np.mean(self._highest, axis=0)
 
     @property
     def deaths(self) -> np.ndarray:
-        """People who have died at each cell: (floors, rows, cols)."""
-        return self._count(self.simulation.world.bodies.fate == Fate.DEAD)
+        """How many died at each cell, in all together: (floors, rows, cols)."""
+        dead = (_count(s, s.world.bodies.fate == Fate.DEAD) for s in self.simulations)
+        return np.sum(list(dead), axis=0)
 
-    def _count(self, who: np.ndarray) -> np.ndarray:
-        place, shape = self.simulation.world.bodies.place[who], self.density.shape
-        return np.bincount(place, minlength=self.density.size).reshape(shape)
+
+def _count(simulation: Simulation, who: np.ndarray) -> np.ndarray:
+    """How many of these people are at each cell."""
+    cells = simulation.building.walkable
+    place = simulation.world.bodies.place[who]
+    return np.bincount(place, minlength=cells.size).reshape(cells.shape)
 
 
 def _around(cells: np.ndarray) -> np.ndarray:
@@ -64,16 +64,8 @@ def _around(cells: np.ndarray) -> np.ndarray:
 
 def crowding(simulations: Iterable[Simulation]) -> Crowding:
     """Run simulations of one building to their ends; tell where people were dense."""
-    crowds = []
+    seen = Crowding()
     for simulation in simulations:
-        crowds.append(Crowd(simulation))
-        for _ in ticks([simulation], [crowds[-1].note]):
+        for _ in ticks([simulation], [seen.watch(simulation)]):
             pass
-    return together(crowds)
-
-
-def together(crowds: Sequence[Crowd]) -> Crowding:
-    """Put evacuations of one building together."""
-    density = np.mean([crowd.density for crowd in crowds], axis=0)
-    deaths = np.sum([crowd.deaths for crowd in crowds], axis=0)
-    return Crowding(crowds[0].simulation.building, len(crowds), density, deaths)
+    return seen

@@ -16,7 +16,7 @@ from reference.workshop.files import make_folder
 
 try:
     import fcntl
-except ImportError:  # no POSIX: nothing is locked
+except ImportError:  # no POSIX
     fcntl = None  # type: ignore[assignment]
 
 
@@ -66,13 +66,11 @@ def held(
 @contextmanager
 def _lock(folder: Path) -> Iterator[None]:
     """Lock a folder; the lock ends with the process, even if it is killed."""
-    if fcntl is None:
-        yield
-        return
     path = folder / LOCK
     with path.open("a+", errors="replace") as file:
         try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            if fcntl:  # else nothing is locked
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             held = os.path.samestat(os.fstat(file.fileno()), path.stat())
         except OSError:
             held = False

@@ -36,8 +36,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from gymnasium import spaces
-from pettingzoo import AECEnv, ParallelEnv
-from pettingzoo.utils import parallel_to_aec
+from pettingzoo import ParallelEnv
 
 from reference.building import Building
 from reference.game import observations
@@ -204,10 +203,8 @@ def _strategy(side: Side, given: Any) -> Any:
 
 
 def parallel_env(*args: Any, flat: bool = False, **chosen: Any) -> ZooEnvironment:
-    """Make the environment whose agents act at once; what to give: `ZooEnvironment`."""
+    """Make the environment; what to give: `ZooEnvironment`.
+
+    For agents that act in turn there is PettingZoo's `parallel_to_aec`.
+    """
     return (FlatEnvironment if flat else ZooEnvironment)(*args, **chosen)
-
-
-def env(*args: Any, **chosen: Any) -> AECEnv:
-    """Make the environment with agents that act in turn."""
-    return parallel_to_aec(parallel_env(*args, **chosen))

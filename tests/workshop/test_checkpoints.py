@@ -24,7 +24,6 @@ from reference.workshop.training.checkpoints import (
     CheckpointError,
     keep,
     load,
-    newest,
     save,
 )
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
@@ -70,19 +69,12 @@ def test_networks_that_are_fixed_or_begun_with_are_in_the_file_too(
 
 
 def test_only_the_newest_checkpoints_are_kept(checkpoint, tmp_path):
-    """`keep_checkpoints` of them; other files in the folder are let alone."""
+    """Others' files stay; a folder stands for its newest, even the millionth."""
     (tmp_path / "mine.pt").write_text("my own")
-    for number in range(5):
+    for number in (2, 999_999, 1_000_000):
         keep(replace(checkpoint, round=number), tmp_path, most=2)
-    names = ["checkpoint-000003.pt", "checkpoint-000004.pt", "mine.pt"]
+    names = ["checkpoint-1000000.pt", "checkpoint-999999.pt", "mine.pt"]
     assert sorted(p.name for p in tmp_path.iterdir()) == names
-    assert newest(tmp_path) == tmp_path / "checkpoint-000004.pt"
-
-
-def test_a_folder_stands_for_its_newest_checkpoint(checkpoint, tmp_path):
-    """The millionth round, too, comes after the last with six digits."""
-    for number in (999_999, 1_000_000, 2):
-        save(replace(checkpoint, round=number), tmp_path / f"checkpoint-{number:06}.pt")
     assert load(tmp_path).round == 1_000_000
 
 
@@ -98,7 +90,7 @@ def test_a_full_disk_leaves_the_last_good_checkpoint_as_it_was(checkpoint, path)
 # -- Refusals -----------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("part", [0.0, 0.001, 0.5, 0.99])
+@pytest.mark.parametrize("part", [0.0, 0.5, 0.99])
 def test_refuses_a_file_that_was_cut_off(path, part):
     """One sentence with the file's name."""
     content = path.read_bytes()
@@ -107,7 +99,7 @@ def test_refuses_a_file_that_was_cut_off(path, part):
         load(path)
 
 
-@pytest.mark.parametrize("number", [0, 3, 9, 20])
+@pytest.mark.parametrize("number", [0, 20])
 def test_refuses_a_file_in_which_one_bit_of_a_tensor_has_changed(path, number):
     """Torch does not look at the archive's check sums; we do."""
     with ZipFile(path) as archive:
@@ -136,7 +128,6 @@ def test_refuses_weights_that_are_no_numbers(path, network):
     [
         ("round", "third", "round is 'third': it must be a whole number"),
         ("learners", [], "learners: this must be"),
-        ("task seed", 1.5, "seed is 1.5"),
         ("task settings robots batch_size", -1, "batch_size"),
         ("task settings robots gamma", 10**400, "gamma is 10+: it must be a number"),
     ],
@@ -181,7 +172,6 @@ class Mischief:
     [
         ({"format": 9, "version": "9.0"}, "and format 9, written by version 9.0; "),
         ({"game": 1, "version": "0.4.0"}, "is of game 1 and"),
-        ({"game": None}, "is of game None and"),
         ({"task": {}}, "parts are not those of a checkpoint"),
         ({"kind": "something else"}, "no checkpoint"),
     ],
@@ -265,7 +255,6 @@ def test_a_fire_that_learned_against_robots_can_burn_without_any(path, office):
     [
         ({"people": 7}, "learned with 6 people; here it is 7"),
         ({"robots_per_floor": 1}, "learned with 4 robots; here it is 2"),
-        ({"sources": 9}, "learned with 3 fire sources; here it is 9"),
         ({"decision_seconds": 1.0}, "learned with 5.0 seconds between decisions"),
     ],
 )

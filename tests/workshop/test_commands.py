@@ -31,7 +31,7 @@ floor 1:
 """
 
 PROMISED = """building robots fire seed episodes people evacuated died inside
-mean_health reward simulated_seconds person_seconds wall_seconds runs"""
+mean_health reward simulated_seconds person_seconds runs"""
 
 
 @pytest.fixture(autouse=True)
@@ -61,11 +61,17 @@ def test_check_counts_what_is_in_a_map_that_is_fine(shed, capsys):
     assert (facts["title"], facts["rooms"], facts["exits"]) == ("Shed", [2], 1)
 
 
+def test_check_needs_no_folder_to_write_in(monkeypatch):
+    """As on a read-only disk; only what writes asks for one."""
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    assert main(["check", "tiny"]) == 0
+
+
 CORNER = """building: Corner
 size: 9 x 7
 floor 1:
 #########
-E.one#..#
+E.one+..#
 #....#..#
 #####...#
 #....####
@@ -76,7 +82,7 @@ E.one#..#
 
 def test_check_notes_rooms_that_touch_at_a_corner(tmp_path, capsys):
     """People see through there and cannot pass: no mistake, and rarely meant."""
-    (tmp_path / "corner.txt").write_text(CORNER.replace("#..#", "+..#", 1))
+    (tmp_path / "corner.txt").write_text(CORNER)
     assert main(["check", str(tmp_path / "corner.txt")]) == 0
     notes = capsys.readouterr().err.splitlines()
     assert [note.partition(" touch ")[0] for note in notes] == [
@@ -106,9 +112,6 @@ def test_floors_lists_the_maps_that_ship_or_prints_one(capsys, tmp_path):
     assert main(["floors", "museum"]) == 0
     (tmp_path / "mine.txt").write_text(capsys.readouterr().out)
     assert main(["check", "mine.txt"]) == 0
-
-
-# -- at every save ------------------------------------------------------------------
 
 
 def test_check_watches_a_map_until_ctrl_c(shed, tmp_path, capsys, monkeypatch):
@@ -191,11 +194,8 @@ def test_evacuate_prints_a_table_for_people(capsys):
     assert main(["evacuate", "--building", "tiny", "--episodes", "2"]) == 0
     title, *rows = capsys.readouterr().out.splitlines()
     assert title == "tiny: robots sweep, fire random, seed 0, episodes 2"
-    assert [row.split()[:-1] for row in rows[3:5]] == [
-        ["inside"],
-        ["health", "of", "those", "out"],
-    ]
     assert rows[0].split() == ["people", "40"]
+    assert rows[4].startswith("health of those out ")
 
 
 def test_evacuate_plays_what_it_films_and_records_once(tmp_path, capsys, monkeypatch):
@@ -209,8 +209,6 @@ def test_evacuate_plays_what_it_films_and_records_once(tmp_path, capsys, monkeyp
     monkeypatch.setattr(Simulation, "step", counted)
     seen = evacuated(capsys, "--seed=2", "--animate=run.gif", "--record=rows")
     assert len(steps) == round(seen["simulated_seconds"] / steps[0].tick)
-    for facts in (seen, *seen["runs"], unseen, *unseen["runs"]):
-        del facts["wall_seconds"]
     assert seen == unseen
     assert (tmp_path / "run.gif").read_bytes().startswith(b"GIF89a")
     assert sorted(file.name for file in (tmp_path / "rows").iterdir()) == [
@@ -256,9 +254,7 @@ def test_the_first_look_compares_three_evacuations_from_one_seed(capsys, filmed)
     assert filmed == [("evacuation.html", headings)]
     alone = "evacuate --robots escort --fire busiest --seed 5 --json"
     assert main(alone.split()) == 0
-    (found,) = json.loads(capsys.readouterr().out)["runs"]
-    del found["wall_seconds"]
-    assert found.items() <= facts["runs"][2].items()
+    assert json.loads(capsys.readouterr().out)["runs"] == facts["runs"][2:]
 
 
 def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
@@ -286,7 +282,6 @@ def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
         ("evacuate --animate missing/run.gif", 1, "Name a file in a folder that"),
         ("evacuate --animate run.avi", 2, "does not end in one of .gif, .html, .mp4"),
         ("evacuate --robots none sweep patrol", 2, "one pair or two"),
-        ("evacuate --robots none sweep --record rows", 2, "go with one pair"),
         ("evacuate tiny", 2, "unrecognized arguments: tiny; a map is named by --bui"),
         ("evacuate --fire busy", 2, "Did you mean 'busiest'?"),
         ("evacuate --fire nowhere.pt", 2, "'nowhere.pt' is no file"),
@@ -306,9 +301,10 @@ def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
     ],
 )
 def test_refuses_what_cannot_be(command, status, hint, capsys, tmp_path):
-    """One line with a hint, the right exit status, and nothing is written."""
+    """One message with a hint, the right exit status, and nothing is written."""
     found, message = refusal(capsys, *command.split())
     assert (found, hint in message) == (status, True), message
+    assert message.count("\n") == 1 or command == "check nowhere.txt"  # which hints
     assert "[Errno" not in message
     assert list(tmp_path.iterdir()) == []
 
@@ -420,9 +416,6 @@ def test_a_mistake_of_our_own_is_not_told_as_the_users(monkeypatch):
         main(["check", "tiny"])
 
 
-# -- bench --------------------------------------------------------------------------
-
-
 @pytest.mark.slow
 def test_bench_measures_the_world_both_learners_and_rollouts(capsys, monkeypatch):
     """Each in its unit per second; for people a line for each figure."""
@@ -441,13 +434,6 @@ def test_bench_measures_the_world_both_learners_and_rollouts(capsys, monkeypatch
 
 
 # -- All of them --------------------------------------------------------------------
-
-
-def test_a_wrong_command_line_is_told_in_one_line(capsys):
-    """Without the usage above it, which has scrolled the message away before."""
-    start = "python -m reference evaluate: argument --episodes: 'many' is not"
-    status, message = refusal(capsys, "evaluate", "--episodes", "many")
-    assert (status, message.count("\n"), message.startswith(start)) == (2, 1, True)
 
 
 WITHOUT_NUMBERS = {"draw", "floors", "curves", "paper"}

@@ -1,5 +1,7 @@
 """Where people were dense and where they died: counts, and the picture of them."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from movies import shipped, stage
@@ -10,7 +12,7 @@ from reference.building import Kind
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.crowding import Crowd, Crowding, crowding
+from reference.workshop.crowding import Crowding, crowding
 from reference.workshop.drawing import crowded
 from reference.world import Fate
 
@@ -24,9 +26,9 @@ ROOMS = """#########
 def test_density_is_people_per_square_metre_of_floor_around():
     """Three people on the four square metres of a corner; no wall counts as floor."""
     simulation = stage(ROOMS)
-    crowd = Crowd(simulation)
-    crowd.note()
-    (density,), (kind,) = crowd.density, simulation.building.kind
+    seen = Crowding()
+    seen.watch(simulation)()
+    (density,), (kind,) = seen.density, simulation.building.kind
     assert density[1, 1] == 3 / 4
     assert density[1, 3] == 1 / 5  # q, on four cells and a door; r is two metres away
     assert density[3, 7] == 0
@@ -42,7 +44,7 @@ def test_everybody_who_died_is_counted_where_they_lie():
         run.world.bodies.health[:4] = 1.0
     seen = crowding(runs)
     dead = [run.world.bodies.fate == Fate.DEAD for run in runs]
-    assert seen.evacuations == 2
+    assert seen.simulations == runs
     assert seen.deaths.sum() == sum(map(np.sum, dead)) >= 8
     places = [run.world.bodies.place[who] for run, who in zip(runs, dead, strict=True)]
     assert set(np.flatnonzero(seen.deaths)) == set(np.concatenate(places))
@@ -54,7 +56,10 @@ def test_the_picture_says_over_how_many_evacuations_and_how_many_died():
     tiny = shipped("tiny")
     deaths = np.zeros(tiny.kind.shape, dtype=int)
     deaths[0, 3, 5] = 2
-    figure = crowded(Crowding(tiny, 7, np.where(tiny.walkable, 0.5, 0.0), deaths))
+    runs = 7 * [SimpleNamespace(building=tiny)]
+    density = np.where(tiny.walkable, 0.5, 0.0)
+    seen = SimpleNamespace(simulations=runs, density=density, deaths=deaths)
+    figure = crowded(seen)
     assert "Tiny office: 7 evacuations, 2 died" in writing(figure)
     assert "died here" in writing(figure)
     assert overlaps(figure) == []

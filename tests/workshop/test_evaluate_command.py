@@ -1,4 +1,4 @@
-"""The command evaluate: what they print, keep and refuse."""
+"""The command evaluate: what it prints and keeps."""
 
 import csv
 import json
@@ -16,7 +16,8 @@ from reference.evaluation import score
 from reference.workshop.crossplay import runs
 from reference.workshop.drawing import page
 
-SMALL = ["--building", "tiny", "--people", "6"]
+SMALL = "evaluate --building tiny --people 6 --workers 0 "
+AGAIN = "evaluate --resume --out eval --workers 0 "
 FIGURES = ("survival", "reward", "difficulty", "score")
 
 
@@ -26,22 +27,16 @@ def elsewhere(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
 
 
-def evaluated(capsys, *options):
+def evaluated(capsys, options):
     """The JSON object of a small evaluation, in this process."""
-    assert main(["evaluate", *SMALL, "--workers", "0", "--json", *options]) == 0
+    assert main(f"{SMALL} --json {options}".split()) == 0
     return json.loads(capsys.readouterr().out)
-
-
-# -- evaluate -----------------------------------------------------------------------
 
 
 @pytest.mark.paper("F12")
 def test_everybody_meets_everybody_and_every_figure_has_an_interval(capsys):
     """The contract for programs: cells with robots, fire, n and four figures."""
-    facts = evaluated(
-        capsys, "--robots", "none", "sweep", "--fire", "none", "random",
-        "--episodes", "3",
-    )  # fmt: skip
+    facts = evaluated(capsys, "--robots none sweep --fire none random --episodes 3")
     pairs = [(cell["robots"], cell["fire"], cell["n"]) for cell in facts["cells"]]
     assert pairs == [(r, f, 3) for r in ("none", "sweep") for f in ("none", "random")]
     for cell in facts["cells"]:
@@ -55,28 +50,19 @@ def test_everybody_meets_everybody_and_every_figure_has_an_interval(capsys):
 
 def test_the_same_figures_as_evacuate(capsys):
     """Run i uses seed + i in both."""
-    (cell,) = evaluated(capsys, "--episodes", "2", "--seed", "7")["cells"]
-    assert main(["evacuate", *SMALL, "--episodes", "2", "--seed", "7", "--json"]) == 0
+    same = "--building tiny --people 6 --episodes 2 --seed 7 --json"
+    (cell,) = evaluated(capsys, same)["cells"]
+    assert main(f"evacuate {same}".split()) == 0
     alone = json.loads(capsys.readouterr().out)
     assert cell["reward"]["mean"] == pytest.approx(alone["reward"])
 
 
 @pytest.mark.slow
 def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
-    """And a calibrated ruler reads the next evaluation."""
-    crowd = ["--people", "30"]  # six would lose too little to calibrate by
-    robots = ["--robots", "sweep", "--fire", "none", "random", "busiest"]
-    made = evaluated(
-        capsys,
-        *crowd,
-        *robots,
-        "--episodes",
-        "6",
-        "--baseline",
-        "sweep",
-        "--out",
-        "eval",
-    )
+    """On its ruler the baseline scores 1 on average over the fires."""
+    crowd = "--people 30 --episodes 6"  # fewer would lose too little to calibrate by
+    fires = "--fire none random busiest --baseline sweep"
+    made = evaluated(capsys, f"{crowd} {fires} --out eval")
     names = {path.name for path in (tmp_path / "eval").iterdir()}
     assert names == {
         "evaluation.json", "runs.csv", "cells.json",
@@ -92,12 +78,11 @@ def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
 def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
     """What is there is not played again; who is named besides is."""
     monkeypatch.setattr(page, "save", lambda figure, path: path.touch())
-    evaluated(capsys, "--episodes", "2", "--out", "eval")
+    evaluated(capsys, "--episodes 2 --out eval")
     before = (tmp_path / "eval/runs.csv").read_text()
-    more = ["evaluate", "--resume", "--out", "eval", "--workers", "0"]
-    assert main([*more, *SMALL, "--seed", "1"]) == 2
+    assert main(f"{AGAIN} --seed 1".split()) == 2
     assert "--seed: what is resumed goes on as it was" in capsys.readouterr().err
-    assert main([*more, *SMALL, "--episodes", "2", "--fire", "greedy"]) == 0
+    assert main(f"{AGAIN} --people 6 --episodes 2 --fire greedy".split()) == 0
     title, heads, random, greedy, note = capsys.readouterr().out.splitlines()
     assert title.endswith("1 robots x 2 fires x 2 seeds from 0 on, 4 runs")
     assert heads.split()[:3] == ["robots", "fire", "runs"]
@@ -109,18 +94,13 @@ def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
 @pytest.mark.paper("F12")
 def test_a_baseline_that_makes_no_ruler_costs_the_score_alone(tmp_path, capsys):
     """The table stands without E, and a sentence says why; so it is for programs."""
-    small = ["--episodes", "1", "--baseline", "sweep"]
-    facts = evaluated(capsys, *small, "--out", "eval")
+    small = "--episodes 1 --baseline sweep"
+    facts = evaluated(capsys, f"{small} --out eval")
     assert facts["ruler"] is facts["cells"][0]["score"] is None
     ruler = tmp_path / "eval/ruler.png"
-    assert not ruler.exists()
-    ruler.write_text("{}")  # of a table with other runs
-    again = ["evaluate", "--resume", "--out", "eval", "--workers", "0"]
-    assert main([*again, "--baseline", "sweep"]) == 0
-    assert not ruler.exists()
-    capsys.readouterr()
-    assert (tmp_path / "eval/matrix.png").exists()
-    assert main(["evaluate", *SMALL, "--workers", "0", *small]) == 0
+    ruler.touch()  # of a table with other runs
+    assert main(f"{AGAIN} --baseline sweep".split()) == 0
+    assert not ruler.exists() and (tmp_path / "eval/matrix.png").exists()
     _, heads, _, why = capsys.readouterr().out.splitlines()
     assert "reward R" in heads and "score E" not in heads
     assert "no E, since no ruler comes of sweep: 1 runs make no ruler" in why
@@ -134,25 +114,26 @@ def test_who_stops_is_told_how_to_go_on(monkeypatch, capsys):
         return []
 
     monkeypatch.setattr(runs, "evaluate", stopped)
-    kept = ["--out", "eval", "--baseline", "sweep"]
-    assert main(["evaluate", *SMALL, "--workers", "0", *kept]) == 130
-    again = capsys.readouterr().err.splitlines()[-1].split()[3:]
-    assert again == ["evaluate", "--resume", *kept]
+    assert main(f"{SMALL} --out eval --baseline sweep".split()) == 130
+    again = capsys.readouterr().err.splitlines()[-1]
+    assert again.split()[3:] == [
+        "evaluate", "--baseline", "sweep", "--resume", "--out", "eval"
+    ]  # fmt: skip
 
 
 @pytest.mark.slow
 def test_an_evaluation_that_is_killed_goes_on_to_the_same_end(tmp_path):
     """Rows that are there stay, and nothing half-written is in the way."""
-    many = ["evaluate", *SMALL, "--episodes", "40", "--workers", "1", "--out"]
-    command = [sys.executable, "-m", "reference", *many, "killed"]
+    many = f"{SMALL} --episodes 40 --workers 1 --out ".split()
+    command = [sys.executable, "-m", "reference", *many, "eval"]
     process = subprocess.Popen(command, env=os.environ | {"PYTHONPATH": str(ROOT)})
-    runs = tmp_path / "killed/runs.csv"
+    runs = tmp_path / "eval/runs.csv"
     while not runs.exists() or runs.read_text().count("\n") < 2:
         time.sleep(0.02)
     process.kill()
     process.wait()
     begun = runs.read_text()
     assert 2 <= begun.count("\n") < 41
-    assert main(["evaluate", "--resume", "--out", "killed", "--workers", "0"]) == 0
+    assert main(AGAIN.split()) == 0
     assert main([*many, "whole"]) == 0
     assert runs.read_text() == (tmp_path / "whole/runs.csv").read_text()

@@ -185,29 +185,21 @@ def test_refuses_workers_of_another_version(machines, monkeypatch):
 
 @dask
 @pytest.mark.slow
-def test_a_cluster_without_workers_is_waited_for_and_told(machines, capsys):
-    """Until one comes."""
+def test_a_cluster_is_waited_for_and_told_when_it_ends(machines, capsys):
+    """Until a worker comes; then in one message, with how to go on."""
     machines.scale(0)
     while machines.scheduler.workers:
         time.sleep(0.05)
-    with ThreadPoolExecutor(1) as later:
+    with (
+        ThreadPoolExecutor(1) as later,
+        pytest.raises(InputError, match=r"scheduler is gone.* go on with --resume"),
+    ):
         later.submit(lambda: (time.sleep(1), machines.scale(1)))
         with cluster(machines.scheduler_address) as executor:
-            assert executor.submit(len, "abc").result() == 3
+            waits = executor.submit(time.sleep, 600)
+            machines.close()
+            waits.result(60)
     assert "waiting for a worker; start one" in capsys.readouterr().err
-
-
-@dask
-@pytest.mark.slow
-def test_a_scheduler_that_ends_is_told(machines):
-    """In one message, with how to go on."""
-    with (
-        pytest.raises(InputError, match=r"scheduler is gone.* go on with --resume"),
-        cluster(machines.scheduler_address) as executor,
-    ):
-        waits = executor.submit(time.sleep, 600)
-        machines.close()
-        waits.result(60)
 
 
 def test_refuses_a_cluster_that_does_not_answer(monkeypatch):
@@ -359,6 +351,7 @@ def test_the_files_that_ship_can_be_read(file):
             {"test": {"episodes": 10**12}},
             "seed 5000 on: ask for 1 to 1,000,000",
         ),
+        ({"test": {"fires": ["learned"]}}, "has learned Institute"),
         ({"compare": [["learning"]]}, "compare: name two"),
         ({"settings": {"scenario": {"people": 5000}}}, "do not fit"),
     ],
@@ -367,20 +360,3 @@ def test_refuses_what_no_experiment_can_be_made_of(changes, message):
     """With what is wrong, and what may have been meant."""
     with pytest.raises(SettingsError, match=message):
         small(**changes)
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ('fires = ["random"', 'fires = ["learned"', "has learned Institute"),
-        ("decisions = 60", f"decisions = 0x{'f' * 5000}", "x.toml: Exceeds the limit"),
-    ],
-)
-def test_refuses_a_file_in_one_message(tmp_path, capsys, old, new, message):
-    """Before anything is trained or tested."""
-    path, text = tmp_path / "x.toml", (FILES / "tiny.toml").read_text()
-    assert old in text
-    path.write_text(text.replace(old, new))
-    assert main(["experiment", str(path), "--out", str(tmp_path / "out")]) == 1
-    assert message in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()

@@ -6,12 +6,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import stats
 
 from reference.evaluation.score import PAPER
 from reference.workshop.crossplay.intervals import (
     band,
-    iqm,
     of_mean,
     of_means,
     of_trainings,
@@ -69,13 +67,6 @@ def test_equal_values_make_an_interval_without_width(value, runs):
 
 
 # -- Training runs ------------------------------------------------------------------
-
-
-@given(values=st.lists(NUMBERS, min_size=1, max_size=12))
-def test_the_interquartile_mean_is_that_of_the_middle_half(values):
-    """scipy trims the same quarter at either end."""
-    expected = stats.trim_mean(values, 0.25)
-    assert iqm(np.array(values)) == pytest.approx(expected, abs=1e-6)
 
 
 def trainings(rng, number=10, mean=0.5):

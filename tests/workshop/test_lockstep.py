@@ -11,7 +11,7 @@ from reference.learning.adversarial import learner_for, player_of
 from reference.learning.rollouts import Job, play
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.strategies import NoRobots, RandomFire
+from reference.strategies import NoRobots
 from reference.workshop.crossplay.contestants import encounter
 from reference.workshop.lockstep import to_the_end, together
 from reference.workshop.maps import load
@@ -118,16 +118,6 @@ def test_a_fire_plays_where_a_strategy_wants_no_robots():
     fire = learned("fire", settings, plan, settings.scenario)
     (one,) = play(Job(plan, settings.scenario, NoRobots(), fire, seeds=(1,)))
     assert one.robots is None and one.fire.alive[:-1].all()
-
-
-def test_who_has_nothing_to_do_from_the_beginning_decides_nothing():
-    """Robots of an upper floor on which nobody starts; the others' decisions count."""
-    settings, plan = preset("tiny"), to_text(load("tiny").plan)
-    scenario = replace(settings.scenario, people=6, people_per_floor=(6, 0))
-    robots = learned("robots", settings, plan, scenario)
-    (one,) = play(Job(plan, scenario, robots, RandomFire(), seeds=(1,)))
-    below = scenario.robots_per_floor
-    assert one.robots.alive[0, :below].all() and not one.robots.alive[:, below:].any()
 
 
 @pytest.mark.parametrize("head", ["floor", "frame", "mixture"])

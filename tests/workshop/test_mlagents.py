@@ -117,8 +117,6 @@ def test_every_row_of_table_i_is_read_from_its_section(read):
 
 PAIRS = [  # the robots' name and trainer, the fire's
     ("Robot", "ppo", "Fire", "ppo"),
-    ("robots", "poca", "fire", "ppo"),
-    ("EvacuationRobot", "ppo", "FireSource", "ppo"),
     ("FireRescueRobot", "poca", "FireGenerator", "ppo"),
     ("Guide", "ppo", "WildFire", "ppo"),
     ("1", "poca", "2", "ppo"),
@@ -127,14 +125,18 @@ PAIRS = [  # the robots' name and trainer, the fire's
 
 
 @pytest.mark.parametrize("robots, trainer, fire, other", PAIRS)
-def test_behaviours_are_known_by_name_or_trainer(read, robots, trainer, fire, other):
-    """In either order; only a group learns by poca."""
+def test_behaviours_are_known_by_name_or_trainer(
+    read, robots, trainer, fire, other, capsys
+):
+    """In either order; only a group learns by poca. Who was taken for whom is noted."""
     lines = [
         f"  {robots}: {{trainer_type: {trainer}, max_steps: 11}}",
         f"  {fire}: {{trainer_type: {other}, max_steps: 22}}",
     ]
     for order in (lines, lines[::-1]):
         settings = read("\n".join(("behaviors:", *order)))
+        noted = capsys.readouterr().err
+        assert f"'{robots}' is taken for robots" in noted
         assert (settings.robots.max_steps, settings.fire.max_steps) == (11, 22)
         assert settings.robots.trainer_type == trainer
 
@@ -153,16 +155,16 @@ REFUSED = {  # what stands under `Robot`: what the message says
     "hyperparameters: {batch_sise: 4}": "Did you mean 'hyperparameters.batch_size'?",
     "batch_size: 4": "Did you mean 'hyperparameters.batch_size'?",
     "hyperparameters: 5": "Robot: 'hyperparameters' is unknown",
-    "network_settings: {memory: {memory_size: 128}}": "memory is not built",
+    "network_settings: {memory: {memory_size: 128}}": "memory_size is not built",
     "network_settings: {goal_conditioning_type: fancy}": "type is not built",
     "network_settings: {vis_encode_type: resnet}": "'resnet' is unknown",
-    "reward_signals: {curiosity: {strength: 0.02}}": "curiosity is not built",
-    "behavioral_cloning: {demo_path: d}": "--imitate",
-    "self_play: {window: 10}": "the fire is the opponent",
-    "init_path: results/old": "--initialize-from",
+    "reward_signals: {curiosity: {strength: 0.02}}": "strength is not built",
+    "behavioral_cloning: {demo_path: d}": "not built here: leave it out",
+    "self_play: {window: 10}": "self_play.window is not built",
+    "init_path: results/old": "init_path is not built",
     "max_steps: 0.5": "robots: max_steps is 0.5: it must be a whole number",
     "trainer_type: sac": "'sac' is unknown",
-    "hyperparameters: {batch_size: 99999}": "holds no minibatch",
+    "hyperparameters: {batch_size: 99999}": "is less than batch_size",
 }
 
 

@@ -129,15 +129,12 @@ def threshold(building, mark):
 
     They reach a little into the walls: a straight step may cut a corner.
     """
-    floor, ends = np.argwhere(building.kind[mark.floor] == Kind.FLOOR).tolist(), []
-    for row, col in mark.cells.tolist():
-        x, y = building.metres(row, col)
-        for right, up in ((1, 0), (-1, 0), (0, 1), (0, -1)):
-            if [row - up, col + right] in floor:
-                middle = np.array((x + right / 2, y + up / 2))
-                aside = 0.8 * np.array((abs(up), abs(right)))
-                ends += [tuple(middle - aside), tuple(middle + aside)]
-    return min(ends), max(ends)
+    kind = np.pad(building.kind[mark.floor], 1)
+    for step in np.array([(1, 0), (-1, 0), (0, 1), (0, -1)]):
+        if (kind[*(mark.cells + step + 1).T] == Kind.FLOOR).all():
+            along = (mark.width / 2 + 0.3) * step[::-1]
+            middle = mark.cells.mean(axis=0) + step / 2
+            return [building.metres(*(middle + end)) for end in (along, -along)]
 
 
 @pytest.mark.paper("A7")
@@ -155,6 +152,7 @@ def test_pedpy_finds_nobody_outside_the_walls(floor, recorded):
 @pytest.mark.extra
 def test_pedpy_counts_everybody_who_left_on_a_line_just_before_the_way_out(recorded):
     """By each exit and each entrance of stairs down: N of N-t is that of the events."""
+    pedpy = pytest.importorskip("pedpy", reason=NO_PEDPY)
     folder, run = recorded
     left = Counter()
     for event in run.events:
@@ -167,8 +165,6 @@ def test_pedpy_counts_everybody_who_left_on_a_line_just_before_the_way_out(recor
     for index, people in left.items():
         mark = run.building.landmarks[index]
         trajectories, _ = loaded(folder, mark.floor)
-        import pedpy
-
         line = pedpy.MeasurementLine(threshold(run.building, mark))
         n_t, _ = pedpy.compute_n_t(traj_data=trajectories, measurement_line=line)
         assert n_t.cumulative_pedestrians.max() == people

@@ -76,12 +76,6 @@ def status(*command):
         return end.code
 
 
-def write_settings(name, gamma, **rows):
-    """A trainer file that changes the robots' discount, and rows of theirs."""
-    robots = {**rows, "reward_signals": {"extrinsic": {"gamma": gamma}}}
-    Path(name).write_text(json.dumps({"behaviors": {"Robot": robots}}))
-
-
 # -- train --------------------------------------------------------------------------
 
 
@@ -108,7 +102,7 @@ def test_train_tells_people_what_begins_and_how_to_look_at_it(once, capsys):
     first, *_, command = err.splitlines()
     assert first == (
         "Tiny office: robots poca (mixture head), fire random, seed 0; "
-        "40 decisions to go; workers 0"
+        "40 decisions to go"
     )
     assert re.search(r"^reward +-?[\d,.]+$", out, re.MULTILINE)
     assert re.search(r"^survival +0\.\d+$", out, re.MULTILINE)
@@ -143,10 +137,10 @@ def test_trainer_and_head_are_those_of_the_robots(once, capsys):
 def test_train_takes_a_file_of_settings_and_a_checkpoint_as_opponent(run, capsys):
     """ML-Agents' keys; and a folder of a training stands for its newest."""
     pytest.importorskip("yaml")
-    write_settings("mine.yaml", max_steps=40, gamma=0.5)
+    Path("mine.yaml").write_text("behaviors: {Robot: {max_steps: 40}}")
     assert train("--settings", "mine.yaml", "--out", "new", "--fire", run) == 0
     task = load("new").task
-    assert (task.settings.robots.max_steps, task.settings.robots.gamma) == (40, 0.5)
+    assert task.settings.robots.max_steps == 40
     assert equal(task.fixed["fire"].weights, load(run).player("fire").weights)
 
 
@@ -161,9 +155,6 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
     assert resumed("new") == 0
     assert train("--out", "both", "--initialize-from", run) == 0
     assert list(load("both").task.initial) == ["robots", "fire"]
-    copies = ("--imitate", "sweep", "--initialize-from", run)
-    assert train("--out", "copies", *copies) == 0
-    assert list(load("copies").task.initial) == ["fire"]
     capsys.readouterr()
     assert train("--out", "x", "--robots", "sweep", "--initialize-from", "new") == 1
     assert "nobody learned there who learns here" in capsys.readouterr().err
@@ -179,23 +170,6 @@ def test_fire_can_be_trained_in_a_building_without_robots(once, capsys):
     assert status("evacuate", "--robots", "none", "--fire", "new") == 0
     assert status("evacuate", "--robots", "sweep", "--fire", "new") == 1
     assert "here it is 4. Take as many" in capsys.readouterr().err
-
-
-@pytest.mark.slow
-def test_resume_goes_on_to_what_an_uninterrupted_training_comes_to(
-    quick, run, tmp_path, capsys
-):
-    """By the command that Ctrl-C leaves behind."""
-    trained(begun(), tmp_path / "half", rounds=2)
-    assert resumed("half") == 0
-    half = json.loads(capsys.readouterr().out)
-    assert train("--out", "whole", "--json") == 0
-    whole = json.loads(capsys.readouterr().out)
-    paths = {"checkpoint", "summaries"}
-    times = {"wall_seconds", "decisions_per_second"}
-    for name in set(PROMISED.split()) - paths - times:
-        assert half[name] == whole[name]
-    assert equal(load("half").learners, load("whole").learners)
 
 
 def test_resume_of_a_training_that_is_over_tells_what_came_of_it(
@@ -214,7 +188,6 @@ def test_resume_of_a_training_that_is_over_tells_what_came_of_it(
     ("options", "told"),
     [
         (["--head", "floor", "--seed", "5"], "--head, --seed: what is resumed goes on"),
-        (["--fire", "greedy"], "--fire: what is resumed goes on as it was begun"),
         (["--initialize-from", "x"], "--initialize-from: what is resumed goes on"),
     ],
 )
@@ -244,23 +217,16 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
         (["--out", "notes.txt"], 1, "File exists"),
         (["--out", "notes.txt/new"], 1, "notes.txt/new: cannot be written"),
         (["--robots", "sweep", "--fire", "random"], 2, "nobody learns"),
-        (["--preset", "huge"], 2, "invalid choice: 'huge'"),
         (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),
-        (["--imitate", "none"], 2, "invalid choice: 'none'"),
         (["--imitate", "sweep", "--robots", "sweep"], 2, "nobody imitates"),
         (
             ["--initialize-from", "notes.txt"],
             1,
             "notes.txt: is damaged",
         ),
-        (["--initialize-from", ""], 1, "there is no checkpoint in this folder"),
         (["--settings", "alone.yaml"], 1, "robots_per_floor is 0"),
-        (["--settings", "wide.yaml"], 1, "hidden_units is 100000000"),
         (["--fire", "notes.txt"], 1, "notes.txt: is damaged"),
-        (["--settings", "nowhere.yaml"], 1, "nowhere.yaml"),
         (["--building", "nowhere"], 1, "nowhere"),
-        (["--building", ""], 1, "Is a directory"),
-        (["--workers", "-1"], 2, "'-1' is not a whole number from 0 to 1000"),
     ],
 )
 def test_refuses_a_training_that_cannot_be(options, code, hint, capsys, tmp_path):
@@ -268,20 +234,14 @@ def test_refuses_a_training_that_cannot_be(options, code, hint, capsys, tmp_path
     (tmp_path / "full").mkdir()
     (tmp_path / "full" / "mine.txt").touch()
     (tmp_path / "notes.txt").write_text("my notes")
-    write_settings("wide.yaml", 0.9, network_settings={"hidden_units": 10**8})
     empty = {"reference": {"scenario": {"robots_per_floor": 0}}}
     Path("alone.yaml").write_text(json.dumps(empty))
     assert train(*options) == code
     out, err = capsys.readouterr()
     assert out == ""
     assert hint in err
-    assert sorted(path.name for path in tmp_path.rglob("*")) == [
-        "alone.yaml",
-        "full",
-        "mine.txt",
-        "notes.txt",
-        "wide.yaml",
-    ]
+    left = sorted(path.name for path in tmp_path.rglob("*"))
+    assert left == ["alone.yaml", "full", "mine.txt", "notes.txt"]
 
 
 def test_refuses_tensorboard_where_it_is_missing(quick, capsys, monkeypatch, tmp_path):
@@ -381,7 +341,6 @@ def test_evacuate_takes_the_mean_action_unless_asked_for_sampling(run, capsys):
     [
         (["--sample"], 2, "--sample goes with a checkpoint"),
         (["--robots", "notes.txt"], 1, "notes.txt: is damaged"),
-        (["--fire", "."], 1, "there is no checkpoint in this folder"),
         (["--robots", "RUN", "--building", "paper"], 1, "has learned Tiny office"),
         (["--robots", "RUN", "--people", "7"], 1, "learned with 6 people"),
         (["--robots", "run/nowhere.pt"], 2, "is no file and names nobody who plays"),

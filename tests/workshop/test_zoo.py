@@ -1,7 +1,6 @@
 """The wrapper for those who have PettingZoo: its own suites, and whole episodes."""
 
 import pickle
-import re
 from dataclasses import replace
 
 import numpy as np
@@ -21,6 +20,7 @@ from pettingzoo.test import (
     render_test,
     state_test,
 )
+from pettingzoo.utils import parallel_to_aec
 
 from reference.strategies import RandomFire
 from reference.workshop import zoo
@@ -45,30 +45,19 @@ def made(**chosen):
 
 
 @pytest.mark.parametrize("sides", SIDES)
-def test_pettingzoos_test_of_the_parallel_api_passes(sides):
-    """Its warnings are errors here; whole episodes, for it never needs 60 cycles."""
+def test_pettingzoos_tests_of_the_parallel_api_and_of_seeds_pass(sides):
+    """Warnings are errors here; whole episodes, for none needs 60 cycles."""
     parallel_api_test(made(**sides), num_cycles=60)
-
-
-@pytest.mark.parametrize("sides", SIDES)
-def test_pettingzoos_test_of_seeds_passes(sides):
-    """Two environments with the same seeds."""
     parallel_seed_test(lambda: made(**sides), num_cycles=60)
 
 
 @pytest.mark.parametrize("flat", [False, True])
-def test_pettingzoos_test_of_states_passes(flat):
-    """For learners with a central critic."""
+def test_pettingzoos_tests_of_states_and_pictures_pass(flat):
+    """For a central critic; through the conversion to agents that act in turn."""
     environment = made(flat=flat)
     environment.reset(seed=1)
-    state_test(zoo.env(shipped("tiny"), SCENE, flat=flat), environment)
-
-
-def test_pettingzoos_test_of_pictures_passes():
-    """Through its conversion to agents that act in turn."""
-    render_test(
-        lambda render_mode: zoo.env(shipped("tiny"), SCENE, None, None, render_mode)
-    )
+    state_test(parallel_to_aec(made(flat=flat)), environment)
+    render_test(lambda render_mode: parallel_to_aec(made(render_mode=render_mode)))
 
 
 @pytest.mark.parametrize("sides", SIDES[:3])
@@ -138,17 +127,12 @@ def test_a_pickled_environment_goes_on_like_the_original(flat):
     assert same(moved(copied, 1), moved(environment, 1))
 
 
-@pytest.mark.parametrize(
-    ("sides", "error", "hint"),
-    [
-        ({"robots": "sweeep"}, ValueError, "Did you mean 'sweep'?"),
-        ({"fire": 3}, TypeError, "fire=3 has no method `decide`"),
-    ],
-)
-def test_refuses_a_player_who_cannot_decide(sides, error, hint):
-    """At once, not some decisions later."""
-    with pytest.raises(error, match=re.escape(hint)):
-        made(**sides)
+def test_refuses_a_player_who_cannot_decide():
+    """At once, not some decisions later; a slip in a name is told."""
+    with pytest.raises(ValueError, match="Did you mean 'sweep'"):
+        made(robots="sweeep")
+    with pytest.raises(TypeError, match="fire=3 has no method `decide`"):
+        made(fire=3)
 
 
 def flat_episode(**rules):

@@ -7,12 +7,13 @@ import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
+from pathlib import Path
 from time import monotonic
 from typing import Any
 
-from reference.workshop.runs import RunError
-from reference.workshop.workers import STOPS, InProcess
+from reference.workshop.runs import RunError, held
+from reference.workshop.workers import STOPS, InProcess, cluster, workers
 
 TWICE = 1.0  # s from one signal to the next, if they are two
 
@@ -50,22 +51,28 @@ def again(*words: object) -> str:
 
 
 @contextmanager
-def workforce(
-    hands: AbstractContextManager[Executor], resumed: str | None
-) -> Iterator[tuple[Executor, Callable[[], bool]]]:
-    """Yield workers, and a check for Ctrl-C; told to stop, say how to go on.
+def resumable(
+    arguments: Namespace, folder: Path | None, start: Callable[[], Any], *words: object
+) -> Iterator[tuple[Any, Executor, Callable[[], bool]]]:
+    """Start or resume a run in its folder; yield it, workers and a check for Ctrl-C.
 
-    resumed: the command line that does; None: nothing is kept.
+    When it is stopped, or a worker has died, it says how to go on.
+
+    words: of the command line that resumes it, without --resume and --out
     """
-    on = f"Go on with:\n  {resumed}" if resumed else "Nothing is kept without --out."
-    try:
-        with ctrl_c() as stop, hands as executor:
-            yield executor, stop
-    except BrokenExecutor as error:
-        what = "a worker has died, perhaps for want of memory: take fewer"
-        raise RunError(f"{what}. {on}") from error
-    if stop():
-        raise KeyboardInterrupt(f"stopped. {on}")
+    on = f"Go on with:\n  {again(*words, '--resume', '--out', folder)}"
+    on = on if folder else "Nothing is kept without --out."
+    address = getattr(arguments, "cluster", None)
+    with held(folder, arguments.resume, start) as run:
+        hands = cluster(address) if address else workers(arguments.workers)
+        try:
+            with ctrl_c() as stop, hands as executor:
+                yield run, executor, stop
+        except BrokenExecutor as error:
+            what = "a worker has died, perhaps for want of memory: take fewer"
+            raise RunError(f"{what}. {on}") from error
+        if stop():
+            raise KeyboardInterrupt(f"stopped. {on}")
 
 
 @contextmanager

@@ -8,7 +8,6 @@ from dataclasses import asdict
 from math import isnan
 from pathlib import Path
 from statistics import mean
-from time import perf_counter
 from typing import Any
 
 from tqdm import tqdm
@@ -16,7 +15,7 @@ from tqdm import tqdm
 from reference.workshop.commands import options
 from reference.workshop.commands.common import figure, note, table, tell
 from reference.workshop.crossplay.matches import Evaluation, begin
-from reference.workshop.crowding import Crowd, together
+from reference.workshop.crowding import Crowding
 from reference.workshop.recording import recording, ticks
 from reference.workshop.runs import ContradictionError
 
@@ -26,13 +25,14 @@ Pair = tuple[str, str]
 Facts = dict[str, Any]
 
 COMPARED: list[Pair] = [("none", "random"), ("escort", "random"), ("escort", "busiest")]
+FILM = Path("evacuation.html")
 TYPICAL = 3
 """A seed whose three evacuations end near the means over a hundred seeds."""
 
 
 @options.command(
     "--seed 7 --animate film.gif",
-    options.output("--animate", options.FILMS, "the film", "evacuation.html"),
+    options.output("--animate", options.FILMS, "the film", FILM),
     options.SEED,
     options.JSON,
 )
@@ -61,13 +61,11 @@ def first_look(arguments: Namespace) -> None:
     options.player("fire", "default: random", default=["random"], nargs="+"),
     options.number("--episodes", 1, "how many to play; default: 1", default=1),
     options.SAMPLE,
-    options.folder(
-        "--record", "trajectories of the first episode, a file per floor, for PedPy"
-    ),
+    options.folder("--record", "trajectories of the first episode and pair, for PedPy"),
     options.output(
         "--density",
         options.PICTURES,
-        "draw how dense people were and where they died, in all episodes",
+        "how dense people were and where they died, in all episodes of the first pair",
     ),
     options.output(
         "--animate",
@@ -90,15 +88,15 @@ def evacuate(arguments: Namespace) -> None:
         arguments.episodes,
         arguments.sample,
     )
-    crowds, played = list[Crowd]() if arguments.density else None, []
+    crowding, played = Crowding() if arguments.density else None, []
     film, folder = arguments.animate, arguments.record
     for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
-        played.append(_episode(evaluation, pairs, seed, film, folder, crowds))
+        played.append(_episode(evaluation, pairs, seed, film, folder, crowding))
         film = folder = None  # of the first one only
-    if crowds:
+    if crowding:
         from reference.workshop.drawing import crowded, save
 
-        save(crowded(together(crowds), _heading(pairs[0])), arguments.density)
+        save(crowded(crowding, _heading(pairs[0])), arguments.density)
     told = [
         _told(evaluation, pair, runs)
         for pair, runs in zip(pairs, zip(*played, strict=True), strict=True)
@@ -115,8 +113,6 @@ def _pairs(arguments: Namespace) -> list[Pair]:
     count = max(len(robots), len(fires))
     if count > 2:
         raise ContradictionError("evacuate plays one pair or two; evaluate plays more.")
-    if count > 1 and (arguments.record or arguments.density):
-        raise ContradictionError("--record and --density go with one pair.")
     return [(robots[k % len(robots)], fires[k % len(fires)]) for k in range(count)]
 
 
@@ -126,31 +122,29 @@ def _episode(
     seed: int,
     film: Path | None = None,
     folder: Path | None = None,
-    crowds: list[Crowd] | None = None,
+    crowding: Crowding | None = None,
 ) -> list[Facts]:
     """Play a seed with each pair, side by side; return what came of each.
 
-    film: gets all;  folder: gets the first one's trajectories;  crowds: gets its crowd
+    film: gets all;  folder: gets the first one's trajectories;  crowding: watches it
     """
     simulations = [evaluation.simulation(*pair, seed) for pair in pairs]
-    start, notes = perf_counter(), list[Callable[[], None]]()
+    notes = list[Callable[[], None]]()
     with ExitStack() as stack:
         if folder:
             notes.append(stack.enter_context(recording(simulations[0], folder)))
-        if crowds is not None:
-            crowds.append(Crowd(simulations[0]))
-            notes.append(crowds[-1].note)
+        if crowding:
+            notes.append(crowding.watch(simulations[0]))
         going = ticks(simulations, notes)
         if film:
             from reference.workshop.drawing.film import animate
 
             animate(simulations, film, [_heading(pair) for pair in pairs], going)
         deque(going, maxlen=0)
-    took = (perf_counter() - start) / len(pairs)
     found = [asdict(simulation.outcome()) for simulation in simulations]
     known = [{k: None if isnan(v) else v for k, v in one.items()} for one in found]
     return [
-        {"robots": robots, "fire": fire, "seed": seed, **one, "wall_seconds": took}
+        {"robots": robots, "fire": fire, "seed": seed, **one}
         for (robots, fire), one in zip(pairs, known, strict=True)
     ]
 

@@ -11,14 +11,13 @@ from typing import Any
 from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.commands import options
-from reference.workshop.commands.common import again, note, tell, workforce
+from reference.workshop.commands.common import note, resumable, tell
 from reference.workshop.crossplay import matches, results, runs
 from reference.workshop.crossplay.matches import Arena, Evaluation
 from reference.workshop.crossplay.results import Cell
 from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.files import write_json
-from reference.workshop.runs import ContradictionError, held, refuse_options
-from reference.workshop.workers import workers
+from reference.workshop.runs import ContradictionError, refuse_options
 
 ASKED = ("building", "people", "seed", "episodes", "sample")
 
@@ -53,16 +52,15 @@ def evaluate(arguments: Namespace) -> None:
     out, baseline = arguments.out, arguments.baseline
     if arguments.resume and not out:
         raise ContradictionError("--resume goes with --out: which folder?")
-    with held(out, arguments.resume, partial(_evaluation, arguments)) as evaluation:
+    same = ("evaluate", *(("--baseline", baseline) if baseline else ()))
+    with resumable(arguments, out, partial(_evaluation, arguments), *same) as work:
+        evaluation, executor, stop = work
         if baseline and baseline not in evaluation.robots:
             raise ContradictionError(f"--baseline {baseline}: add it to --robots")
-        note(f"{evaluation.about()}; workers {arguments.workers}")
-        calibrated = ("--baseline", baseline) if baseline else ()
-        resumed = again("evaluate", "--resume", "--out", out, *calibrated)
-        hands = workers(arguments.workers)
-        with workforce(hands, resumed if out else None) as (executor, stop):
-            found = runs.evaluate(evaluation, out, executor, stop)
-        _tell(arguments, evaluation, found)
+        note(evaluation.about())
+        found = runs.evaluate(evaluation, out, executor, stop)
+        if not stop():
+            _tell(arguments, evaluation, found)
 
 
 def _evaluation(arguments: Namespace) -> Evaluation:

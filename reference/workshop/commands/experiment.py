@@ -10,10 +10,9 @@ from textwrap import fill
 from typing import Any
 
 from reference.workshop.commands import options
-from reference.workshop.commands.common import again, note, tell, workforce
+from reference.workshop.commands.common import note, resumable, tell
 from reference.workshop.files import write_whole
-from reference.workshop.runs import RunError, held
-from reference.workshop.workers import cluster, workers
+from reference.workshop.runs import RunError
 
 
 @options.command(
@@ -35,18 +34,14 @@ def experiment(arguments: Namespace) -> None:
     """Trains and tests the arms of an experiment's file, and writes a page about it."""
     from reference.workshop.experiment import design, jobs
 
-    file, folder = arguments.file, arguments.out or Path("out") / arguments.file.stem
-    address, count = arguments.cluster, arguments.workers
-    with held(folder, arguments.resume, partial(design.read, file)) as asked:
-        note(
-            f"trainings {len(asked.trainings)}, then tests; workers {address or count}"
-        )
-        hands = cluster(address) if address else workers(count)
-        resumed = again("experiment", file, "--resume", "--out", folder)
-        with workforce(hands, resumed) as (executor, stop):
-            failed = jobs.train_teams(asked, folder, executor, stop)
-            found = [] if stop() else jobs.play_tests(asked, folder, executor, stop)
-        if found:
+    folder = arguments.out or Path("out") / arguments.file.stem
+    read = partial(design.read, arguments.file)
+    with resumable(arguments, folder, read, "experiment", arguments.file) as work:
+        asked, executor, stop = work
+        note(f"trainings: {len(asked.trainings)}, then tests")
+        failed = jobs.train_teams(asked, folder, executor, stop)
+        found = [] if stop() else jobs.play_tests(asked, folder, executor, stop)
+        if found and not stop():
             _tell(arguments, asked, found, folder)
     if failed:
         raise RunError("\n".join(f"{team}: {why}" for team, why in failed.items()))

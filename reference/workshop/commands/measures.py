@@ -1,6 +1,7 @@
 """Commands about the model: validate, how people move; bench, how fast; and paper."""
 
 from argparse import Namespace
+from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
@@ -65,7 +66,7 @@ def bench(arguments: Namespace) -> None:
 
 @options.command(
     "paper -o paper.html",
-    options.output("-o --output", ".html", "the page", "paper.html"),
+    options.output("-o --output", ".html", "the page", Path("paper.html")),
 )
 def paper(arguments: Namespace) -> None:
     """Writes the annotated paper: one page of clauses, code, tests and pictures."""

@@ -53,20 +53,17 @@ def number(name: str, least: int, note: str, most: int = 10**6, **told: Any) -> 
         with suppress(ValueError):
             if least <= int(text) <= most:
                 return int(text)
-        bounds = f"from {least} to {most}"
-        raise ArgumentTypeError(f"'{text}' is not a whole number {bounds}")
+        wanted = f"a whole number from {least} to {most}"
+        raise ArgumentTypeError(f"'{text}' is not {wanted}")
 
     return option(name, note, type=whole, metavar="N", **told)
 
 
-def output(names: str, ends: str, note: str, default: str | None = None) -> Option:
-    """Declare an option that names a file to write.
-
-    ends: suffixes that it may have, such as ".png, .pdf"
-    """
+def output(names: str, ends: str, note: str, default: Path | None = None) -> Option:
+    """Declare an option that names a file to write; ends: such as ".png, .pdf"."""
 
     def writable(text: str) -> Path:
-        """Refuse a file that cannot be written, before there is anything to write."""
+        """Refuse what cannot be written before there is anything to write."""
         path = Path(text)
         if path.suffix.lower() not in ends.split(", "):
             raise ArgumentTypeError(f"'{text}' does not end in one of {ends}")
@@ -111,18 +108,8 @@ PEOPLE = number("--people", 1, f"default: the checkpoint's, else {paper.PEOPLE}"
 SAMPLE = flag(
     "--sample", "draw a learned policy's actions, not the likeliest", default=None
 )
-WORKERS = number(
-    "--workers",
-    0,
-    "processes that play, results are the same; 0: none but this one; default: cores",
-    most=1000,
-    default=CORES,
-)
-SEED = number(
-    "--seed",
-    0,
-    "same seed, same run",
-    most=2**53,  # JSON carries those exactly
-    default=SUPPRESS,
-)
+PLAY = "processes that play, results are the same; 0: this one; default: all cores"
+WORKERS = number("--workers", 0, PLAY, most=1000, default=CORES)
+LARGEST = 2**53  # as a whole number in JSON
+SEED = number("--seed", 0, "same seed, same run", most=LARGEST, default=SUPPRESS)
 JSON = flag("--json", "print one JSON object", default=SUPPRESS)

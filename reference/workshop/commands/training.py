@@ -14,18 +14,17 @@ from reference.workshop.commands.common import (
     again,
     figure,
     note,
+    resumable,
     table,
     tell,
-    workforce,
 )
 from reference.workshop.crossplay.contestants import NAMES, WORST
 from reference.workshop.plain import rows_of
 from reference.workshop.remedies import SideSettings
-from reference.workshop.runs import ContradictionError, held, refuse_options
+from reference.workshop.runs import ContradictionError, refuse_options
 from reference.workshop.strategies import GUIDES, LEARNED
 from reference.workshop.training.presets import PRESETS
 from reference.workshop.training.summaries import SUMMARIES
-from reference.workshop.workers import workers
 
 FIXED = "if given, this side does not learn"
 FIRES = tuple(name for name in NAMES["fire"] if name != WORST)
@@ -77,16 +76,14 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
 )
 def train(arguments: Namespace) -> None:
     """Trains robots and fire against each other, into a folder one can go on from."""
-    out, count = arguments.out, arguments.workers
-    with held(out, arguments.resume, partial(_training, arguments)) as training:
+    out, same = arguments.out, ["train"] + ["--tensorboard"] * arguments.tensorboard
+    with resumable(arguments, out, partial(_training, arguments), *same) as work:
         from reference.workshop.training import loop
 
-        note(f"{training.about()}; workers {count}")
+        training, executor, stop = work
+        note(training.about())
         before, begin = training.left, perf_counter()
-        also = ["--tensorboard"] * arguments.tensorboard
-        resumed = again("train", "--resume", "--out", out, *also)
-        with workforce(workers(count), resumed) as work:
-            path = loop.train(training, out, *work, arguments.tensorboard)
+        path = loop.train(training, out, executor, stop, arguments.tensorboard)
     seconds = perf_counter() - begin
     facts = {
         "building": training.task.building,
@@ -124,7 +121,7 @@ def _training(arguments: Namespace) -> Any:
 @options.command(
     "curves out/tiny -o curves.png",
     options.folder("runs", "trainings", nargs="+"),
-    options.output("-o --output", options.PICTURES, "the picture", "curves.png"),
+    options.output("-o --output", options.PICTURES, "the picture", Path("curves.png")),
 )
 def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or of several that belong together."""

@@ -144,10 +144,17 @@ def begin(
     learned = _learned(robots, fires, files)
     if sample and not learned:
         raise ContradictionError("--sample goes with a checkpoint. Leave it out here.")
-    arena = _arena(building, people, next(iter(learned.values()), None))
-    if not arena.scenario.robots_per_floor and {*robots} != {"none"}:
-        scenario = replace(arena.scenario, robots_per_floor=ROBOTS_PER_FLOOR)
-        arena = replace(arena, scenario=scenario)
+    policy = next(iter(learned.values()), None)
+    scenario = replace(policy.scenario, training=False) if policy else Scenario()
+    if people is not None:
+        scenario = replace(scenario, people=people, people_per_floor=None)
+    if not scenario.robots_per_floor and {*robots} != {"none"}:
+        scenario = replace(scenario, robots_per_floor=ROBOTS_PER_FLOOR)
+    if policy and building is None:
+        arena = Arena(policy.task.building, policy.task.plan, scenario)
+    else:
+        name = "paper" if building is None else building
+        arena = Arena(name, plan_of(load(name)), scenario)
     _refuse_misfits(learned, arena)
     words = _once(robots), _once(fires)
     return Evaluation(arena, *words, seed, episodes, sample, files)
@@ -179,17 +186,6 @@ def _once(words: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(words))
 
 
-def _arena(building: str | None, people: int | None, policy: Any) -> Arena:
-    """The arena of a learned policy, if any, else the paper's; or as asked for."""
-    scenario = replace(policy.scenario, training=False) if policy else Scenario()
-    if people is not None:
-        scenario = replace(scenario, people=people, people_per_floor=None)
-    if policy and building is None:
-        return Arena(policy.task.building, policy.task.plan, scenario)
-    name = "paper" if building is None else building
-    return Arena(name, plan_of(load(name)), scenario)
-
-
 def _path(word: str, files: Mapping[str, Pinned]) -> str:
     return files[word].path if word in files else word
 
@@ -198,12 +194,10 @@ def _learned(
     robots: Iterable[str], fires: Iterable[str], files: dict[str, Pinned]
 ) -> dict[str, Any]:
     """Load the learned policies, by the options that name them; pin their files."""
-    found = {}
-    sides: tuple[tuple[Side, Iterable[str]], ...] = (
-        ("robots", robots),
-        ("fire", fires),
-    )
-    for side, word in [(side, word) for side, words in sides for word in words]:
+    found = dict[str, Any]()
+    players: list[tuple[Side, str]] = [("robots", word) for word in robots]
+    players += [("fire", word) for word in fires]
+    for side, word in players:
         with naming(option := f"--{side} {word}"):
             made = contestant(_path(word, files), side)
             if hasattr(made, "refuse_elsewhere"):

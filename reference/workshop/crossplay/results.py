@@ -41,6 +41,9 @@ class Cell:
     mean_health: Interval | None
 
 
+MEASURED = ("survival", "reward", "difficulty", "evacuation_time", "mean_health")
+
+
 def cells(
     results: Iterable[RunResult], ruler: Ruler | None, baseline: str | None = None
 ) -> list[Cell]:
@@ -48,46 +51,42 @@ def cells(
 
     baseline: the robots that others are compared with, seed by seed.
     """
-    matches: dict[tuple[str, str], list[RunResult]] = {}
-    for result in results:
-        matches.setdefault((result.robots, result.fire), []).append(result)
+    matches: dict[tuple[str, str], dict[int, RunResult]] = {}
+    for run in results:
+        matches.setdefault((run.robots, run.fire), {})[run.seed] = run
     return [
-        _cell(match, runs, matches.get((baseline or "", match[1]), []), ruler)
+        _cell(match, runs, matches.get((baseline or "", match[1]), {}), ruler)
         for match, runs in matches.items()
     ]
 
 
 def _cell(
     match: tuple[str, str],
-    runs: list[RunResult],
-    others: list[RunResult],
+    runs: dict[int, RunResult],
+    others: dict[int, RunResult],
     ruler: Ruler | None,
 ) -> Cell:
-    theirs = {run.seed: run.survival for run in others}
-    gains = [run.survival - theirs[run.seed] for run in runs if run.seed in theirs]
-    rows = np.array([(run.reward, run.difficulty) for run in runs])
-    return Cell(
-        *match,
-        n=len(runs),
-        survival=of_mean([run.survival for run in runs]),
-        gain=_mean_if_any(gains),
-        reward=of_mean(rows[:, 0]),
-        difficulty=of_mean(rows[:, 1]),
-        score=_score(rows, ruler) if ruler else None,
-        evacuation_time=_mean_if_any(run.evacuation_time for run in runs),
-        mean_health=_mean_if_any(run.mean_health for run in runs),
-    )
+    """Average one match; runs, others: by seed."""
+    figures: dict[str, Any] = {
+        name: _interval(getattr(run, name) for run in runs.values())
+        for name in MEASURED
+    }
+    shared = runs.keys() & others.keys()
+    gain = _interval(runs[k].survival - others[k].survival for k in sorted(shared))
+    score = _score(list(runs.values()), ruler) if ruler else None
+    return Cell(*match, len(runs), gain=gain, score=score, **figures)
 
 
-def _score(rows: np.ndarray, ruler: Ruler) -> Interval | None:
-    """E of the means of (n, 2) rewards and difficulties [F9, chosen]."""
+def _score(runs: Sequence[RunResult], ruler: Ruler) -> Interval | None:
+    """E of mean reward and mean difficulty [F9, chosen]."""
     try:
+        rows = np.array([(run.reward, run.difficulty) for run in runs])
         return of_means(ruler.score, rows)
     except RulerError:
         return None
 
 
-def _mean_if_any(values: Iterable[float | None]) -> Interval | None:
+def _interval(values: Iterable[float | None]) -> Interval | None:
     known = [value for value in values if value is not None]
     return of_mean(known) if known else None
 

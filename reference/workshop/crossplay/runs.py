@@ -107,24 +107,16 @@ def play(job: tuple[Evaluation, tuple[Run, ...]]) -> list[RunResult]:
 
 def _result(run: Run, simulation: Simulation, people: Any) -> RunResult:
     """Sum up a run that is over; people: those who were there at its beginning."""
-    outcome = simulation.outcome()
     h = difficulty(simulation.building, arrival_of(simulation), people)
     out = [event.time for event in simulation.events if isinstance(event, Evacuated)]
+    facts: dict[str, Any] = {"difficulty": h, **vars(simulation.outcome())}
+    facts = {name: round(value, DIGITS) for name, value in facts.items()}
+    del facts["person_seconds"]
+    survival = facts["evacuated"] / max(1, facts["people"])
     times = tuple(round(time, DIGITS) for time in sorted(out))
-    return RunResult(
-        *run,
-        people=outcome.people,
-        evacuated=outcome.evacuated,
-        died=outcome.died,
-        inside=outcome.inside,
-        survival=outcome.evacuated / max(1, outcome.people),
-        reward=round(outcome.reward, DIGITS),
-        difficulty=round(h, DIGITS),
-        evacuation_time=times[-1] if times else None,
-        mean_health=round(outcome.mean_health, DIGITS) if times else None,
-        simulated_seconds=round(outcome.simulated_seconds, DIGITS),
-        times=times,
-    )
+    last, health = (times[-1], facts["mean_health"]) if times else (None, None)
+    facts |= {"evacuation_time": last, "mean_health": health}
+    return RunResult(*run, survival=survival, times=times, **facts)
 
 
 # -- The table ----------------------------------------------------------------------

@@ -13,6 +13,7 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from matplotlib.path import Path
 from matplotlib.textpath import TextPath
+from matplotlib.transforms import Affine2D
 from PIL import Image
 
 from reference.fire import snapped
@@ -20,7 +21,7 @@ from reference.workshop.drawing import page
 
 INKS = 64  # colours of an inline picture: flat areas need no more
 DOTS = 110  # of it, per inch
-_PEN = {Path.MOVETO: "M", Path.LINETO: "L", Path.CURVE3: "Q", Path.CURVE4: "C"}
+_PEN = dict(zip(range(1, 5), "MLQC", strict=True)) | {Path.CLOSEPOLY: "Z"}
 
 
 def formula(tex: str, size: float = 16.0) -> str:
@@ -29,18 +30,15 @@ def formula(tex: str, size: float = 16.0) -> str:
     Raises ValueError for what mathtext does not know.
     """
     with rc_context({"text.parse_math": True, "mathtext.fontset": "stix"}):
-        path = TextPath((0, 0), f"${tex}$", size=size)
-    drawn = []
-    for points, code in path.iter_segments():
-        numbers = (points.reshape(-1, 2) * (1, -1)).ravel().tolist()
-        ends = code == Path.CLOSEPOLY
-        drawn.append(
-            "Z" if ends else _PEN[code] + " ".join(f"{v:.1f}" for v in numbers)
-        )
-    (left, low), (right, high) = path.vertices.min(axis=0), path.vertices.max(axis=0)
-    wide, tall = right - left + 2, high - low + 2
+        text = TextPath((0, 0), f"${tex}$", size=size)
+    path = text.transformed(Affine2D().scale(1, -1))  # SVG counts downwards
+    drawn = [
+        _PEN[code] + " ".join(f"{v:.1f}" for v in points if code != Path.CLOSEPOLY)
+        for points, code in path.iter_segments()
+    ]
+    left, top, wide, tall = path.get_extents().padded(1).bounds
     return (
-        f'<svg viewBox="{left - 1:.1f} {-high - 1:.1f} {wide:.1f} {tall:.1f}" '
+        f'<svg viewBox="{left:.1f} {top:.1f} {wide:.1f} {tall:.1f}" '
         f'width="{wide:.0f}" height="{tall:.0f}"><path d="{"".join(drawn)}"/></svg>'
     )
 

@@ -24,19 +24,20 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
 
     heading: instead of the building's title
     """
-    building, runs = crowding.building, crowding.evacuations
+    building, runs = crowding.simulations[0].building, len(crowding.simulations)
+    density, deaths = crowding.density, crowding.deaths
     over = f"{runs} evacuations" if runs > 1 else "one evacuation"
-    title = f"{heading or building.title}: {over}, {crowding.deaths.sum():.0f} died"
+    title = f"{heading or building.title}: {over}, {deaths.sum():.0f} died"
     figure, panels = page.floor_page(building, title)
-    look: Style = {"vmin": 0, "vmax": max(1.0, crowding.density.max())}
+    look: Style = {"vmin": 0, "vmax": max(1.0, density.max())}
     look |= {"cmap": DENSITIES, "extent": page.extent_of(building)}
     for floor, axes in panels.items():
         apart = building.kind[floor] != Kind.FLOOR  # doors keep their colours
-        seen = np.ma.masked_where(apart, crowding.density[floor])
+        seen = np.ma.masked_where(apart, density[floor])
         image = axes.imshow(seen, **look)
-        cells = np.argwhere(crowding.deaths[floor])
+        cells = np.argwhere(deaths[floor])
         x, y = building.metres(*cells.T)
-        sizes = 22 * crowding.deaths[floor][tuple(cells.T)] / runs**0.5
+        sizes = 22 * deaths[floor][tuple(cells.T)] / runs**0.5
         axes.scatter(x, y, np.clip(sizes, 4, None), color=INK, marker="x", zorder=3)
     label = f"highest people per m², in {SQUARE} m x {SQUARE} m"
     figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)

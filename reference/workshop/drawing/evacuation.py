@@ -99,23 +99,23 @@ class Scene:
         """headings: of each evacuation; "" is the building's title."""
         headings = [heading or building.title for heading in headings]
         self.title, self.still, count = " | ".join(headings), True, len(headings)
-        moves, size = _places(building)
+        rows, columns = page.arranged(building, building.floors)
+        across, down = columns * building.kind.shape[2], rows * building.kind.shape[1]
         width = 9 + 2 * count
-        high = min(5.2, width / count * size[1] / size[0])
+        high = min(5.2, width / count * down / across)
         self.figure = Figure((width, high + 3), dpi, layout="constrained")
         look: Style = {"height_ratios": (high, 1), "squeeze": False}
         panels, curves = self.figure.subplots(2, count, **look)
         for axes, curve, heading in zip(panels, curves, headings, strict=True):
-            _paint_floors(axes, building, moves)
-            axes.set_title(
-                page.shortened(heading, 72 // count), fontsize=14, weight="bold", pad=38
-            )
+            moves = _paint_floors(axes, building)
+            words = page.shortened(heading, 72 // count)
+            axes.set_title(words, fontsize=14, weight="bold", pad=38)
             curve.set(xlim=(0, 60), ylim=(0, 1.05 * max(people, 1)))
             curve.set(xlabel="seconds", ylabel="people")
             curve.locator_params(axis="y", integer=True)
         health = ScalarMappable(Normalize(0, HEALTH), HEALTHS)
         self.figure.colorbar(health, ax=panels, label="health", aspect=40, pad=0.01)
-        shapes = page.samples(_looks(7.5) | CURVES)
+        shapes = page.samples(looks(7.5) | CURVES)
         cells = page.swatches(building.kind[building.kind != Kind.FLOOR])
         page.legend(self.figure, [*shapes, *cells], ncols=9)
         for _ in range(2):  # to lay out ticks, then the page around them
@@ -139,20 +139,20 @@ class Side:
     """One evacuation on a page: what moves on its floors, and its curves."""
 
     def __init__(self, axes: Axes, curve: Axes, building: Building, moves: np.ndarray):
-        """moves: (floors, 2) metres, see `_places`."""
+        """moves: (floors, 2) metres, see `_paint_floors`."""
         self.axes, self.building, self.moves, self.curve = axes, building, moves, curve
         self.centres = navigation_of(building).centres
         for area in building.areas:
             plans.write_name(axes, building, area, 7.0, moves[area.floor])
-        looks = _looks(plans.points_per_metre(axes))
+        own = looks(plans.points_per_metre(axes))
         crowd: Style = {"cmap": HEALTHS, "vmin": 0, "vmax": HEALTH, "c": []}
         crowd |= {"ec": INK, "lw": 0.7, "zorder": 5}
         self.people = {}
         for mode in Mode:
-            look = looks.pop(mode.name.lower())
+            look = own.pop(mode.name.lower())
             crowd |= {"marker": look["marker"], "s": look["ms"] ** 2}
             self.people[mode] = axes.scatter([], [], **crowd)
-        self.marks = {k: axes.plot([], [], **look)[0] for k, look in looks.items()}
+        self.marks = {k: axes.plot([], [], **look)[0] for k, look in own.items()}
         self.lines = {
             name: curve.plot([], [], label=name, **look)[0]
             for name, look in CURVES.items()
@@ -222,38 +222,32 @@ class Side:
         self.marks[name].set_data(*self.on_page(floor, position))
 
 
-def _places(building: Building) -> tuple[np.ndarray, np.ndarray]:
-    """How far each floor is moved on the axes (floors, 2), and the size of all; metres.
+def _paint_floors(axes: Axes, building: Building) -> np.ndarray:
+    """Paint all floors on the same axes, and a scale; return each one's move.
 
-    Between floors is room for their names.
+    moves: (floors, 2) metres from the building to the axes
     """
-    rows, columns = page.arranged(building, building.floors)
-    high, wide = building.kind.shape[1:]
-    gap = max(rows * high, columns * wide) / 25
-    row, column = np.divmod(np.arange(building.floors), columns)
-    step = np.array((wide + gap, high + gap))
-    return np.stack([column, -row], axis=1) * step, step * (columns, rows)
-
-
-def _paint_floors(axes: Axes, building: Building, moves: np.ndarray) -> None:
-    """Paint all floors on the same axes, and a scale."""
     left, right, low, high = page.extent_of(building)
+    _, columns = page.arranged(building, building.floors)
+    row, column = np.divmod(np.arange(building.floors), columns)
+    step = 1.1 * (right - left), 1.15 * (high - low)  # with room for a floor's name
+    moves = np.stack([column * step[0], -row * step[1]], axis=1)
     for floor, (x, y) in enumerate(moves):
         where = (left + x, right + x, low + y, high + y)
         axes.imshow(page.paint(building.kind[floor]), extent=where)
         name = page.floor_title(building, floor)
         axes.annotate(name, (left + x, high + y), (0, 3), textcoords="offset points")
-    (x, _), (_, y) = moves.max(axis=0), moves.min(axis=0)
-    axes.set(xlim=(left, right + x), ylim=(low + y, high))
+    axes.set(xlim=(left, right + max(moves[:, 0])), ylim=(low + min(moves[:, 1]), high))
     axes.set(yticks=[], xticks=[left, left + 5], xticklabels=["0", "5 m"])
     axes.spines[:].set_visible(False)
+    return moves
 
 
 _SENT: Style = {"ls": (0, (4, 2)), "lw": 0.8, "color": INK, "markevery": (1, 3)}
 """A line from a robot to its destination, which alone is marked."""
 
 
-def _looks(metre: float) -> dict[str, Style]:
+def looks(metre: float) -> dict[str, Style]:
     """Look of all that moves, the upper later; metre: in points."""
     mark = float(np.clip(metre, 5, 10))
     return {

@@ -57,8 +57,7 @@ def animate(
     write = FORMATS[target.suffix.lower()]
     if write is _mp4 and which("ffmpeg") is None:
         raise InputError(
-            f"{target}: an MP4 needs ffmpeg; install it, or end the name in .gif or "
-            ".html."
+            f"{target}: needs ffmpeg; install it, or write a .gif or .html"
         )
     first = simulations[0]
     scene = Scene(first.building, len(first.world.bodies), headings)
@@ -80,12 +79,10 @@ def _frames(
             if tick % every and not over:
                 continue
             for side, (run, history) in enumerate(zip(runs, histories, strict=True)):
-                if not history or history[-1].time < run.world.time:
-                    history.append(tally(run.world))
-                    scene.show(run.world, history, side)
+                history.append(tally(run.world))
+                scene.show(run.world, history, side)
             bar.update(int(max(run.world.time for run in runs)) - bar.n)
             yield pixels(), HOLD if over else PACE
-        bar.total = bar.n
 
 
 def painter(scene: Scene) -> Callable[[], np.ndarray]:

@@ -20,13 +20,14 @@ _SMALL_TEXT, _SMALLEST_TEXT = 6.0, 4.0
 _LETTER = 0.62  # width of a letter, in heights
 
 WAYS: dict[Kind, Style] = {
-    Kind.DOOR: {"marker": "s", "ms": 4},
-    Kind.ENTRANCE: {"marker": "s", "ms": 4},
-    Kind.EXIT: {"marker": "*", "ms": 11},
+    kind: {"color": COLOURS[kind], "lw": 1.8, "marker": marker, "ms": size}
+    for kind, marker, size in (
+        (Kind.DOOR, "s", 4),
+        (Kind.ENTRANCE, "s", 4),
+        (Kind.EXIT, "*", 11),
+    )
 }
 """Edges of the graph: a mark at the door, lines to the rooms on its sides."""
-for _kind, _look in WAYS.items():
-    _look |= {"color": COLOURS[_kind], "lw": 1.8}
 
 NODES: dict[str, Style] = {
     "room": {"ls": "", "marker": "o", "ms": 7, "color": page.TEXT, "mfc": "white"},
@@ -108,7 +109,6 @@ def write_name(
     """Write a room's name, if the map has one and it fits; upright in a narrow room.
 
     largest: font size, points;  move: of the building on the axes, metres
-    look: by default so that one can draw beneath
     """
     if area.name.startswith("room-"):
         return

@@ -23,23 +23,17 @@ from reference.game.observations import (
     vector_layout,
 )
 from reference.paper import Scenario
-from reference.workshop.drawing import page
-from reference.workshop.drawing.evacuation import FLAME, INK, SOURCE, STEPS
+from reference.workshop.drawing import evacuation, page
 from reference.workshop.drawing.page import COLOURS, Style
 from reference.world import World
 
-_LOOKS: dict[str, Style] = {
-    "human": {"marker": "o", "ms": 4.5, "mfc": STEPS[-1], "mec": INK, "mew": 0.6},
-    "robot": {"marker": "D", "ms": 6, "mfc": "white", "mec": INK, "mew": 1.3},
-    "the observer": {"marker": "D", "ms": 6, "mfc": INK, "mec": INK, "mew": 1.3},
-    "fire source": {"marker": "*", "ms": 11, "mfc": SOURCE, "mec": "white", "mew": 0.6},
-}
-for _look in _LOOKS.values():
-    _look |= {"ls": "", "clip_on": False}
+_LOOKS = evacuation.looks(5.0)
+_LOOKS["human"] = _LOOKS["follower"]
+_LOOKS["the observer"] = _LOOKS["robot"] | {"mfc": evacuation.INK}
 
 _INKS = {
     "wall": COLOURS[Kind.WALL],
-    "in flames": FLAME,
+    "in flames": evacuation.FLAME,
     "exit, or entrance where there is none": COLOURS[Kind.EXIT],
 }
 
@@ -89,7 +83,7 @@ def _page(
         for name, spots in points.items():
             here = spots[spots[:, 2] == floor, :2]
             if len(here):  # the layout makes room for no points, unless clipped
-                first.plot(*here.T, **_LOOKS[name], label=name)
+                first.plot(*here.T, **_LOOKS[name], clip_on=False, label=name)
         for kind, (axes, ink) in enumerate(zip(others, _INKS.values(), strict=True)):
             channel = kind * floors + floor
             axes.imshow(cells[channel], ListedColormap(["white", ink]), vmax=1)

@@ -6,7 +6,7 @@ Clauses: A7.
 import numpy as np
 from matplotlib.figure import Figure
 
-from reference.workshop.drawing.page import FAINT, TEXT, Style, legend, sheet
+from reference.workshop.drawing.page import FAINT, TEXT, Style, sheet
 from reference.workshop.validation import cases
 
 OURS: Style = {"color": "#0072b2", "marker": "o", "lw": 1.9}
@@ -30,10 +30,8 @@ def diagram(seed: int) -> Figure:
     for name, (speeds, marker) in real.items():
         look = REAL | {"marker": marker, "label": f"real people, {name}"}
         axes.plot([*speeds], [*speeds.values()], **look)
-    axes.set(xlim=(0, curve[-1]), xlabel="people per square metre", ylabel="m/s")
-    axes.set_ylim(bottom=0)
+    axes.set(xlim=(0, curve[-1]), xlabel="people per square metre")
+    axes.set(ylim=(0, 2), ylabel="m/s")
     axes.grid()
-    handles, _ = axes.get_legend_handles_labels()
-    look = {"ncols": 3, "title": f"Real people: {cases.MEASURED}", "title_fontsize": 8}
-    legend(page, handles, **look)
+    axes.legend(title=f"Real people: {cases.MEASURED}", title_fontsize=8)
     return page

@@ -174,19 +174,22 @@ def _headings(page: Page) -> Iterator[Mistake]:
     """Headings that nobody can read, and rows without one."""
     floor = 1
     for drawing in page.drawings:
-        line = drawing.heading
         if drawing.numbers:
             floor = drawing.numbers[-1] + 1
-            continue
-        word = re.sub(r"[^a-z].*", "", line.code[:20].lstrip().lower())
-        meant = get_close_matches(word, _READS, 1, 0.75)
-        kind = "-".join(
-            ["heading", *meant] if _HEADING.match(line.code) else ["no-heading"]
-        )
-        yield line.mistake(kind, floor=floor, above=floor + 1, **page.drawn)
-        floor += bool(drawing.rows)
+        else:
+            kind, facts = _meant(drawing.heading), {"floor": floor, "above": floor + 1}
+            yield drawing.heading.mistake(kind, **facts, **page.drawn)
+            floor += bool(drawing.rows)
     if not page.drawings:
         yield page.lines[-1].mistake("no-floor")
+
+
+def _meant(line: Line) -> str:
+    """The kind of a mistake in a heading, by what it was meant to be."""
+    if not _HEADING.match(line.code):
+        return "no-heading"
+    word = re.sub(r"[^a-z].*", "", line.code[:20].lstrip().lower())
+    return "-".join(["heading", *get_close_matches(word, _READS, 1, 0.75)])
 
 
 def _settings(page: Page) -> Iterator[Mistake]:
@@ -197,8 +200,9 @@ def _settings(page: Page) -> Iterator[Mistake]:
         for line in lines:
             if line is not lines[0] or line.number > top:
                 yield line.mistake("setting-again", key=key)
-            elif key == "size" and not (
-                min(page.size) and max(page.size) <= MOST_CELLS
+            elif (
+                key == "size"
+                and not 1 <= min(page.size) <= max(page.size) <= MOST_CELLS
             ):
                 yield line.mistake("size-limit", most=MOST_CELLS)
 

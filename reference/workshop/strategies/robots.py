@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from math import dist, inf
-from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator as Rng
@@ -85,15 +84,15 @@ class Sweep:
         )
         way, on, here = self._way_out(world, robot, d, led)
         best, most = None, led / (TRIP + here)
-        for fetch in fetches(world, robot, d, lost) if led < FULL else ():
-            more, out = int(fetch.people.sum()), float(on[fetch.place])
-            rate = (led + more) / (TRIP + fetch.metres + out)
-            extra = fetch.metres + out - here
+        for people, place, to, metres in fetches(world, robot, d, lost, led):
+            more, out = int(people.sum()), float(on[place])
+            rate, extra = (led + more) / (TRIP + metres + out), metres + out - here
             if rate > most and (not led or led * extra <= self.DETOUR * more):
-                best, most = fetch, rate
+                best, most = (people, to), rate
         if best is not None:
-            lost[best.people] = False
-            return best.to
+            people, to = best
+            lost[people] = False
+            return to
         return world.building.landmarks[way].position if led else station(world, robot)
 
     def _lost(self, world: World) -> np.ndarray:
@@ -152,26 +151,23 @@ class Observer(Escort):
         return super().decide(as_observed(world), robots, rng)
 
 
-class Fetch(NamedTuple):
-    """A group to fetch, (n,) bool; where it is; metres till a robot has it."""
-
-    people: np.ndarray
-    place: int
-    to: Destination
-    metres: float
-
-
 def fetches(
-    world: World, robot: Robot, d: np.ndarray, lost: np.ndarray
-) -> Iterator[Fetch]:
-    """Yield groups of lost people on a robot's floor, and on the stairs down to it."""
+    world: World, robot: Robot, d: np.ndarray, lost: np.ndarray, led: int
+) -> Iterator[tuple[np.ndarray, int, Destination, float]]:
+    """Yield groups of lost people on a robot's floor, and on the stairs down to it.
+
+    Of each: people (n,) bool, their place and position, metres till the robot has them.
+    None if it leads as many as it can.
+    """
+    if led >= FULL:
+        return
     nav, bodies, floor = navigation_of(world.building), world.bodies, robot.floor
     here = lost & bodies.walking & (bodies.floor == floor)
     for head in np.flatnonzero(here & (bodies.leader == NOBODY)).tolist():
         p, (x, y) = int(bodies.place[head]), bodies.position[head].tolist()
         if d[p] >= AT_HAND:
             metres = np.hypot(*(bodies.position - (x, y)).T)
-            yield Fetch(here & (metres < GROUP_RADIUS), p, (x, y), float(d[p]))
+            yield here & (metres < GROUP_RADIUS), p, (x, y), float(d[p])
     storeys = bodies.floor - floor - 1
     seconds = bodies.stairs_until - world.time + storeys * STAIRS_SECONDS
     for k in stairs_that_end(world.building, floor):
@@ -179,7 +175,7 @@ def fetches(
         p, coming = nav.place(floor, *to), lost & (bodies.stairwell == k)
         for last in np.unique(seconds[coming]).tolist():
             until = max(float(d[p]), last * ROBOT_SPEED)
-            yield Fetch(coming & (seconds <= last), p, to, until)
+            yield coming & (seconds <= last), p, to, until
 
 
 def risk(world: World) -> np.ndarray | None:

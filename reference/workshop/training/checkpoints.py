@@ -150,7 +150,9 @@ def _content(path: Path) -> dict[str, Any]:
     refuse_no_file(path)
     with path.open("rb") as file:
         try:
-            if ZipFile(file).testzip():  # torch does not look at its check sums
+            archive = ZipFile(file)
+            odd = [part for part in archive.infolist() if part.compress_type]
+            if odd or archive.testzip():  # torch compresses nothing, and does not look
                 raise BadZipFile
             file.seek(0)
             content = torch.load(file, map_location="cpu", weights_only=True)
@@ -170,15 +172,7 @@ def _content(path: Path) -> dict[str, Any]:
 def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
     """A checkpoint as dicts, lists, words, numbers and tensors only."""
     head = {"kind": KIND, "format": FORMAT, "game": reference.GAME}
-    task = vars(checkpoint.task) | {"settings": asdict(checkpoint.task.settings)}
-    for name in PLAYERS:
-        task[name] = {
-            side: {"settings": vars(who.settings), "weights": who.weights}
-            if isinstance(who, Learned)
-            else who
-            for side, who in task[name].items()
-        }
-    return _alike({**head, **vars(checkpoint), "task": task})
+    return _alike(head | asdict(checkpoint))
 
 
 def _alike(plain: Any) -> Any:
@@ -205,8 +199,9 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     both = [found.player(side) for side in SIDES]
     networks = [who.weights for who in both if isinstance(who, Learned)]
     networks += [state["critic"] for state in found.learners.values()]
-    if not all(w.isfinite().all() for weights in networks for w in weights.values()):
-        raise ValueError("weights that are no finite numbers")
+    for weight in (weight for weights in networks for weight in weights.values()):
+        if not weight.is_floating_point() or not weight.isfinite().all():
+            raise ValueError("weights that are no finite numbers")
     return found
 
 

@@ -18,6 +18,7 @@ program or the machine; others are refused.
 """
 
 import os
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -37,19 +38,12 @@ PLACES = {
 }
 """Rows of the tables by where ML-Agents keeps them, as in hyperparameters.beta."""
 
-OFF = {  # keys of a behaviour that are not built, and what is here instead
-    "init_path": "--initialize-from on the command line",
-    "even_checkpoints": "checkpoint_interval",
-    "self_play": "the fire is the opponent, and both learn at once",
-    "behavioral_cloning": "--imitate on the command line",
-    "hyperparameters.shared_critic": "separate networks",
-    "network_settings.memory": "none",
-    "network_settings.deterministic": "evaluation takes the mean",
-    "network_settings.goal_conditioning_type": "none",
-    "reward_signals.curiosity": "the paper's reward",
-    "reward_signals.gail": "the paper's reward",
-    "reward_signals.rnd": "the paper's reward",
-}
+OFF = (  # keys of a behaviour that are not built
+    *("init_path", "even_checkpoints", "self_play", "behavioral_cloning"),
+    *("hyperparameters.shared_critic", "network_settings.memory"),
+    *("network_settings.deterministic", "network_settings.goal_conditioning_type"),
+    *("reward_signals.curiosity", "reward_signals.gail", "reward_signals.rnd"),
+)
 PASS = (False, "hyper", "none")  # the last two of goal_conditioning_type
 NO_EFFECT = ("threaded", "reward_signals.extrinsic.network_settings")
 OF_UNITY = ("env_settings", "engine_settings", "torch_settings", "debug")
@@ -61,13 +55,18 @@ MOST_BYTES = 1 << 16  # of a file
 def read_yaml(path: str | os.PathLike[str], base: Settings) -> Settings:
     """Replace in `base` what a trainer file of ML-Agents, or one of ours, states.
 
-    Raises SettingsError, also without PyYAML, and OSError for an unreadable file.
+    Notes on stderr which behaviour is taken for which side. Raises SettingsError, also
+    without PyYAML, and OSError for an unreadable file.
     """
     text = read_text(Path(path), MOST_BYTES)
     try:
-        rows = _stated(_parsed(text))
+        top = mapping(_parsed(text), "the file")
+        top["behaviors"] = mapping(top.get("behaviors"), "behaviors")
+        rows = _stated(top, names := _sides(top["behaviors"]))
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from None
+    for side, name in names.items():
+        print(f"note: {path}: '{name}' is taken for {side}", file=sys.stderr)
     return changed(base, rows, str(path))
 
 
@@ -88,13 +87,11 @@ def _parsed(text: str) -> Any:
         raise SettingsError(f"this is no YAML: {words}") from None
 
 
-def _stated(content: Any) -> dict[str, Any]:
-    """Collect the rows of whole settings that a file states."""
-    top = mapping(content, "the file")
+def _stated(top: dict[str, Any], names: Mapping[Side, str]) -> dict[str, Any]:
+    """Collect the rows of whole settings that a file states; names: of behaviours."""
     for key in {key for key, value in top.items() if value is not None} - {*TOP}:
         raise SettingsError(unknown(key, TOP))
-    behaviours = mapping(top.get("behaviors"), "behaviors")
-    names, ours = _sides(behaviours), mapping(top.get("reference"), "reference")
+    ours = mapping(top.get("reference"), "reference")
     for key in ours.keys() & {*SIDES, "preset"}:
         raise SettingsError(f"reference: {unknown(key, [*NAMES.values(), 'scenario'])}")
     for side, name in NAMES.items():
@@ -104,7 +101,7 @@ def _stated(content: Any) -> dict[str, Any]:
             raise SettingsError(f"reference: {name}: {unknown(row, OWN_ROWS)}")
         rows = _rows(top.get("default_settings"), "default_settings")
         if side in names:
-            rows |= _rows(behaviours[names[side]], names[side])
+            rows |= _rows(top["behaviors"][names[side]], names[side])
         if "learning_rate_schedule" in rows:  # as ML-Agents documents
             both = ("beta_schedule", "epsilon_schedule")
             rows = dict.fromkeys(both, rows["learning_rate_schedule"]) | rows
@@ -116,14 +113,11 @@ def _rows(section: Any, where: str) -> dict[str, Any]:
     """Collect the rows of a behaviour from its sections."""
     rows = {}
     for path, value in _flat(mapping(section, where)).items():
-        off = [key for key in OFF if f"{path}.".startswith(f"{key}.")]
         if path in PLACES:
             rows[PLACES[path]] = _number(value)
-        elif off and value not in PASS:
-            raise SettingsError(
-                f"{where}: {off[0]} is not built; leave it out. Here: {OFF[off[0]]}"
-            )
-        elif not off and not path.startswith(NO_EFFECT):
+        elif path.startswith(OFF) and value not in PASS:
+            raise SettingsError(f"{where}: {path} is not built here: leave it out")
+        elif not path.startswith((*OFF, *NO_EFFECT)):
             raise SettingsError(f"{where}: {unknown(path, PLACES)}")
     return rows
 
@@ -149,22 +143,26 @@ def _number(value: Any) -> Any:
 
 
 def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
-    """Match sides to behaviours; one of two without a sign gets the side left."""
-    found = {name: _sign(name, rows) for name, rows in behaviours.items()}
-    left = [side for side in SIDES if side not in found.values()]
-    if len(found) == 2 and len(left) == 1:
-        found = {name: side or left[0] for name, side in found.items()}
-    names = {side: name for name, side in found.items() if side}
-    if len(names) < len(found):
+    """Match sides to behaviours: the robots' is poca, or named so, the fire's is not.
+
+    One of two without a sign gets the side left.
+    """
+
+    def robotic(name: str) -> int:
+        rows = behaviours[name]
+        if isinstance(rows, Mapping) and rows.get("trainer_type") == "poca":
+            return 1
+        return -1 if "fire" in name.lower() else int("robot" in name.lower())
+
+    ranked = sorted(behaviours, key=robotic, reverse=True)
+    signs = [robotic(name) for name in ranked]
+    if len(ranked) == 2 and signs[0] > signs[1]:
+        return dict(zip(SIDES, ranked, strict=True))
+    if len(ranked) == 1 and signs[0]:
+        return {"robots" if signs[0] > 0 else "fire": ranked[0]}
+    if ranked:
         raise SettingsError(
-            f"behaviors: this file has {', '.join(found)}: name them Robot and Fire"
+            f"behaviors: this file has {', '.join(behaviours)}: name them Robot and "
+            "Fire"
         )
-    return names
-
-
-def _sign(name: str, rows: Any) -> Side | None:
-    """Infer a behaviour's side from poca, for the fire is alone, or from its name."""
-    if isinstance(rows, dict) and rows.get("trainer_type") == "poca":
-        return "robots"
-    shown: list[Side] = [side for side in SIDES if NAMES[side].lower() in name.lower()]
-    return shown[-1] if shown else None
+    return {}

@@ -101,38 +101,33 @@ class Training:
 
         Before the first round, robots that imitate watch their teacher.
         """
-        s, n = self.settings, self.settings.jobs_per_round
-        if not self.imitated:
-            robots, fire = self._teacher()
-            seeds = seeds_of(self.task.seed, DEMONSTRATIONS, 0, s.imitation_episodes)
-            fires = [fire] * len(seeds)
-        else:
+        s, task = self.settings, self.task
+        if self.imitated:
             robots, fire = (self._player(side) for side in SIDES)
-            count = n * s.episodes_per_job
-            seeds = seeds_of(self.task.seed, ROUNDS, self.round, count)
-            fires = [self._fire(fire, self.round * n + k) for k in range(n)]
-        each = zip(fires, chunks(seeds, s.episodes_per_job), strict=False)
-        return [Job(self.task.plan, s.scenario, robots, *rest) for rest in each]
+            fire = NoFire() if self.calm else fire
+            purpose, count = ROUNDS, s.jobs_per_round * s.episodes_per_job
+        else:
+            name = task.fixed.get("fire")
+            robots = Demonstration(s.robots, {}, str(task.imitate))
+            fire = FIRES[name if isinstance(name, str) else "random"]()
+            purpose, count = DEMONSTRATIONS, s.imitation_episodes
+        seeds = seeds_of(task.seed, purpose, self.round, count)
+        jobs, first = [], self.round * s.jobs_per_round
+        for number, chunk in enumerate(chunks(seeds, s.episodes_per_job), first):
+            other = RandomFire() if self._random_fire(number) else fire
+            jobs.append(Job(task.plan, s.scenario, robots, other, chunk))
+        return jobs
 
-    def _teacher(self) -> tuple[Any, Any]:
-        """Make the players of demonstrations: the teacher, and a scripted fire."""
-        fire = self.task.fixed.get("fire")
-        scripted = FIRES[fire if isinstance(fire, str) else "random"]()
-        return Demonstration(self.settings.robots, {}, str(self.task.imitate)), scripted
+    def _random_fire(self, job: int) -> bool:
+        """Whether random fire stands in for the one that learns [E6, chosen].
 
-    def _fire(self, fire: Any, job: int) -> Any:
-        """Choose the fire of a job [E6, chosen]: nobody, one at random, or this one.
-
-        While the robots learn from a fire that learns, random fire stands in for it in
-        a share `random_fires` of all jobs, evenly spread: from a strong adversary alone
-        they would learn nothing.
+        While the robots learn, it does in a share `random_fires` of all jobs, evenly
+        spread: from a strong adversary alone they would learn nothing.
         """
-        if self.calm:
-            return NoFire()
+        if self.calm or "fire" not in self.learners or "robots" not in self.learning():
+            return False
         share = self.settings.random_fires
-        stands_in = int((job + 1) * share) > int(job * share)
-        both = "fire" in self.learners and "robots" in self.learning()
-        return RandomFire() if both and stands_in else fire
+        return int((job + 1) * share) > int(job * share)
 
     def _player(self, side: Side) -> Any:
         """Make a side's player; networks are arrays, which any process can have."""
@@ -272,12 +267,12 @@ def _settings(asked: Namespace) -> Settings:
     made = preset(asked.preset or "laptop")
     if asked.settings is not None:
         made = read_yaml(asked.settings, made)
-    given = {"trainer_type": asked.trainer, "head": asked.head}
-    rows: Any = {name: word for name, word in given.items() if word is not None}
-    scenario = made.scenario
+    robots, scenario = made.robots, made.scenario
+    trainer, head = asked.trainer or robots.trainer_type, asked.head or robots.head
+    robots = replace(robots, trainer_type=trainer, head=head)
     if asked.robots == "none":
         scenario = replace(scenario, robots_per_floor=0)
-    return replace(made, robots=replace(made.robots, **rows), scenario=scenario)
+    return replace(made, robots=robots, scenario=scenario)
 
 
 def resume(folder: Path) -> Training:
@@ -297,13 +292,6 @@ def resume(folder: Path) -> Training:
 
 def options_of(task: Task) -> dict[str, Any]:
     """The options that began a training, as far as its task tells them."""
-    robots = task.settings.robots
-    return {
-        "preset": task.settings.preset,
-        "building": task.building,
-        "trainer": robots.trainer_type,
-        "head": robots.head,
-        **{side: task.fixed.get(side) for side in SIDES},
-        "imitate": task.imitate,
-        "seed": task.seed,
-    }
+    s = task.settings
+    own = {"preset": s.preset, "trainer": s.robots.trainer_type, "head": s.robots.head}
+    return own | dict(task.fixed) | vars(task)

@@ -56,6 +56,10 @@ wide, in the middle of 0.5 to 1 and of 1 to 1.5 people."""
 MEASURED = "PedPy's demonstration data, trajectories of the Jülich data archive"
 """The source of both, and of real people's flow through exits, 1.9 to 2.4."""
 
+CASES["fundamental-diagram"]["note"] = "real people: " + ", ".join(
+    f"{speed} at {density}" for density, speed in ONE_WAY.items()
+)
+
 Found = dict[str, float]
 Measured = tuple[bool, Found]
 """Does a case pass, and what came out; a measure's docstring says what that is."""
