@@ -177,11 +177,11 @@ def _free(building: Building, arrival: np.ndarray) -> np.ndarray:
 
 def _shut(building: Building, arrival: np.ndarray) -> np.ndarray:
     """Find landmarks that are shut, (MOMENTS, nodes) bool."""
-    shut_at = [inf] * len(building.areas)
+    at = [inf] * len(building.areas)
     for places, all_of_them in _passages(building):
         burns = arrival.flat[places] if len(places) else [inf]
-        shut_at.append(max(burns) if all_of_them else min(burns))
-    return SECONDS[:, None] >= shut_at
+        at.append(max(burns) if all_of_them else min(burns))
+    return SECONDS[:, None] >= at
 
 
 @lru_cache(maxsize=8)

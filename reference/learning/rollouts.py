@@ -172,8 +172,20 @@ class _Run:
 
     def episode(self) -> Episode:
         """Make the whole episode, once it is over."""
+        outcome, events = self.simulation.outcome(), self.simulation.events
+        facts = {
+            "group_reward": outcome.reward,
+            "fire_reward": fire_reward(events),
+            "survival": outcome.evacuated / max(1, outcome.people),
+            "evacuated": outcome.evacuated,
+            "died": outcome.died,
+            "refused": sum(isinstance(e, FireRefused) for e in events),
+            "sources": len(self.simulation.world.flames.sources),
+            "seconds": outcome.simulated_seconds,
+            "length": self.environment.decision,
+        }
         sides = {side: self._trajectory(side) for side in SIDES}
-        return Episode(seed=self.seed, facts=_facts(self.environment), **sides)
+        return Episode(seed=self.seed, facts=facts, **sides)
 
     def _trajectory(self, side: Side) -> Trajectory | None:
         """Stack a side's records, and row T, observed after the last of them."""
@@ -195,20 +207,3 @@ class _Run:
             return robots_at_work(world)
         left = len(world.flames.sources) < self.simulation.scenario.sources
         return left and any(world.occupancy)
-
-
-def _facts(environment: Environment) -> dict[str, float]:
-    """Collect the outcome of an episode in numbers."""
-    simulation = environment.simulation
-    outcome, events = simulation.outcome(), simulation.events
-    return {
-        "group_reward": outcome.reward,
-        "fire_reward": fire_reward(events),
-        "survival": outcome.evacuated / max(1, outcome.people),
-        "evacuated": outcome.evacuated,
-        "died": outcome.died,
-        "refused": sum(isinstance(e, FireRefused) for e in events),
-        "sources": len(simulation.world.flames.sources),
-        "seconds": outcome.simulated_seconds,
-        "length": environment.decision,
-    }
