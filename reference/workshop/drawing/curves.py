@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
 
 from reference.building import Kind
 from reference.paper import InputError
@@ -174,7 +175,8 @@ def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
     for name, runs in arms.items():
         if found := points(runs, "robots", summaries.SURVIVAL, "step"):
             lines[name] = mean_of([(x, smooth(x, y)) for x, y in found])
-    axes.set_prop_cycle(LINES)
+    colours = cycler(color=LINES.by_key()["color"])
+    axes.set_prop_cycle(cycler(linestyle=["-", "--", ":"]) * colours)
     for name in sorted(lines, key=lambda name: -lines[name][1][-1]):
         axes.plot(*lines[name], lw=1.8, label=name)
     axes.grid(axis="y")
