@@ -30,8 +30,10 @@ def note(words: str) -> None:
     print(words, file=sys.stderr)
 
 
-def figure(value: float | None) -> str:
-    """Write a figure with two decimals if it has any; "-" if there is none."""
+def figure(value: float | str | None) -> str:
+    """Write a figure with two decimals if it has any, a word as it is, "-" for None."""
+    if isinstance(value, str):
+        return value
     return "-" if value is None else f"{value:,.2f}".removesuffix(".00")
 
 

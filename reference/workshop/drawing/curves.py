@@ -7,7 +7,7 @@ differ in number.
 """
 
 from collections.abc import Mapping, Sequence
-from itertools import cycle
+from itertools import cycle, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -179,7 +179,8 @@ def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
         if found := points(runs, "robots", summaries.SURVIVAL, "step"):
             lines[name] = mean_of([(x, smooth(x, y)) for x, y in found])
     order = sorted(lines, key=lambda name: -lines[name][1][-1])
-    for name, (colour, dashes) in zip(order, cycle(LINES), strict=False):
+    looks = cycle(product(("-", "--", ":"), (colour for colour, _ in LINES)))
+    for name, (dashes, colour) in zip(order, looks, strict=False):
         axes.plot(*lines[name], lw=1.8, color=colour, ls=dashes, label=name)
     axes.grid(axis="y")
     axes.set(xlabel="decisions of the robots", ylabel=SURVIVORS, ylim=(0, 1))
