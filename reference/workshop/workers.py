@@ -194,15 +194,13 @@ def cluster(address: str) -> Iterator[Executor]:
     """
     try:
         from distributed import Client, KilledWorker
-    except ImportError as error:
-        raise InputError(
-            "Dask is not installed: pip install dask distributed, or leave --cluster "
-            "out."
-        ) from error
-    try:
+
         client = Client(address, timeout=ANSWER)
-    except (OSError, ValueError, TypeError) as error:
-        raise InputError(f"{address}: no Dask scheduler answers. Start one.") from error
+    except (ImportError, OSError, ValueError, TypeError) as error:
+        raise InputError(
+            f"{address}: no Dask scheduler answers ({error!s:.99}). Start one there, "
+            "and here pip install dask distributed."
+        ) from error
     with client:
         _refuse_other_workers(client, address)
         executor = client.get_executor(pure=False)

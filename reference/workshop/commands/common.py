@@ -62,8 +62,9 @@ def resumable(
 
     words: of the command line that resumes it, without --resume and --out
     """
-    on = f"Go on with:\n  {again(*words, '--resume', '--out', folder)}"
-    on = on if folder else "Nothing is kept without --out."
+    on = "Nothing is kept without --out."
+    if folder:
+        on = f"Go on with:\n  {again(*words, '--resume', '--out', folder)}"
     address = getattr(arguments, "cluster", None)
     with held(folder, arguments.resume, start) as run:
         hands = cluster(address) if address else workers(arguments.workers)
