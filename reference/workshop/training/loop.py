@@ -26,7 +26,7 @@ from reference.workshop.training.summaries import (
     Row,
     table_until,
 )
-from reference.workshop.workers import in_order, shares
+from reference.workshop.workers import in_order
 
 
 def train(
@@ -55,11 +55,11 @@ def train(
     with _bar(training) as bar:
         while not training.over and not stop():
             # PLAY
-            jobs = shares(training.jobs(), executor)
-            if (played := in_order(executor, _play, jobs, stop)) is None:
+            episodes = in_order(executor, _play, training.jobs(), stop)
+            if episodes is None:
                 break
             # LEARN
-            rows = training.learn([e for job in played for e in job])
+            rows = training.learn(episodes)
             # TELL
             for table in tables:
                 table.append(rows)
