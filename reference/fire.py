@@ -52,7 +52,7 @@ class Generator:
     """
 
     def __init__(self, building: Building, scenario: Scenario, rng: Rng):
-        self.sources, self.training = scenario.sources, scenario.training
+        self.training = scenario.training
         self.order = rng.permutation(building.kind.size)
 
     def generate(self, world: World, decision: Decision) -> Source | FireRefused:
@@ -61,8 +61,6 @@ class Generator:
         In training an occupied place yields no fire; otherwise another free one burns.
         """
         floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
-        if len(world.flames.sources) >= self.sources:
-            return FireRefused(world.time, floor, x, y, "no sources left")
         if occupant := occupied(world, floor, x, y):
             free = free_places(world)[self.order]
             if self.training or not free.any():

@@ -84,11 +84,13 @@ class View:
 
     def passable(self, landmark: int) -> bool:
         """Is there no flame in sight on the straight way to a landmark in view?"""
-        return not self.burns(self._sight.line(self.place, landmark)[0])
+        fire, line = self._world.flames.alight, self._sight.line
+        return not fire or not self.burns(line(self.place, landmark)[0])
 
     def safe(self, landmark: int) -> bool:
         """Is there no flame in sight on or beside the straight way to a landmark?"""
-        return not self.burns(self._sight.line(self.place, landmark)[1])
+        fire, line = self._world.flames.alight, self._sight.line
+        return not fire or not self.burns(line(self.place, landmark)[1])
 
     def burns(self, places: Iterable[int]) -> bool:
         """Is there a flame in sight in any of these places?"""
@@ -97,8 +99,8 @@ class View:
 
     def burns_towards(self, place: int) -> bool:
         """Is there a flame in sight on the straight way to a place of this floor?"""
-        fire, nav = self._world.flames.alight, self._sight.navigation
-        return bool(fire) and self.burns(nav.straight(self.place, place))
+        fire, straight = self._world.flames.alight, self._sight.navigation.straight
+        return bool(fire) and self.burns(straight(self.place, place))
 
     def towards(self, goal: Goal) -> tuple[float, float] | None:
         """Unit vector to a goal in sight or remembered, None when one is there."""

@@ -12,7 +12,10 @@ robots are headed.
     lost   people whom nobody leads, on a robot's own floor
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
+from itertools import zip_longest
+from typing import Any
 
 import numpy as np
 from scipy import ndimage
@@ -253,9 +256,8 @@ def guides(
     return np.where(led, way.argmin(axis=-2), NOBODY)
 
 
-@lru_cache(maxsize=64)
-def way_marks(building: Building, floor: int) -> tuple[np.ndarray, np.ndarray]:
-    """Find a floor's ways out and the feet of its stairs, (k, 2) metres each [C6].
+def way_marks(building: Building, floor: int) -> tuple[list[Any], list[Any]]:
+    """Find a floor's ways out and the feet of its stairs, points in metres [C6].
 
     Where stairs lead down, the nearest point of the main body: Eq. 1 leads inside;
     where they end, before them, where people come out.
@@ -263,11 +265,10 @@ def way_marks(building: Building, floor: int) -> tuple[np.ndarray, np.ndarray]:
     low, high = np.reshape(building.body, (2, 2))
     marks, wells = building.landmarks, building.stairwells
     outs = [np.clip(w.centre, low, high) for w in wells if w.leads_down(floor)]
-    exits = (m for m in marks if m.kind is Kind.EXIT and m.floor == floor)
-    ends = (k for k, well in enumerate(wells) if well.lowest == floor)
+    exits = [m for m in marks if m.kind is Kind.EXIT and m.floor == floor]
+    ends = [k for k, well in enumerate(wells) if well.lowest == floor]
     outs += [np.array(at_exit(building, mark)) for mark in exits]
-    feet = [before_stairwell(building, floor, k) for k in ends]
-    return np.reshape(outs, (-1, 2)), np.reshape(feet, (-1, 2))
+    return outs, [before_stairwell(building, floor, k) for k in ends]
 
 
 @lru_cache(maxsize=64)
@@ -298,12 +299,10 @@ def at_exit(building: Building, exit_: Landmark) -> Destination:
     return exit_.position
 
 
-def _filled(floors: tuple[np.ndarray, ...]) -> np.ndarray:
-    """(floors, most, 2) of points (k, 2) on each floor; nan where there are fewer."""
-    filled = np.full((len(floors), max(map(len, floors)), 2), np.nan)
-    for floor, points in zip(filled, floors, strict=True):
-        floor[: len(points)] = points
-    return filled
+def _filled(floors: Sequence[Any]) -> np.ndarray:
+    """(floors, most, 2) of points on each floor; nan where there are fewer."""
+    rows = list(zip_longest(*floors, fillvalue=(np.nan, np.nan)))
+    return np.reshape(rows, (-1, len(floors), 2)).swapaxes(0, 1)
 
 
 def _there(points: np.ndarray) -> np.ndarray:

@@ -40,8 +40,6 @@ LIT = 2.0
 class SideSettings(TrainerSettings):
     """A table with remedies; all are off in Tables I and II [C5, C7, E3, chosen].
 
-    Raises SettingsError.
-
     head        how policies read and speak: see this module
     spread      metres, standard deviation of a mixture around each anchor
 
@@ -50,7 +48,7 @@ class SideSettings(TrainerSettings):
     commitment  logit bonus of the anchor "where I am headed"; without it a new policy
                 would turn round before it arrives anywhere
     masks       a mixture may not mean what helps nobody, `workshop.frame`
-    shaping     weight, health points per human inside, of `shaped`
+    shaping     weight, health points per human inside, of `extra_reward`
     """
 
     head: Annotated[str, Row(None, ("floor", "frame", "mixture"))] = "floor"
@@ -63,13 +61,13 @@ class SideSettings(TrainerSettings):
         check_rows(self)
         if self.buffer_size < self.batch_size:
             raise SettingsError(
-                f"buffer_size {self.buffer_size} holds no minibatch of batch_size "
-                f"{self.batch_size}: make it a few times as large"
+                f"buffer_size {self.buffer_size} is less than batch_size "
+                f"{self.batch_size}"
             )
         if self.trainer_type == "poca" and self.hidden_units % ATTENTION_HEADS:
             raise SettingsError(
-                f"hidden_units {self.hidden_units} cannot be shared among the "
-                f"{ATTENTION_HEADS} attention heads of poca: take a multiple of them"
+                f"hidden_units {self.hidden_units} is no multiple of poca's "
+                f"{ATTENTION_HEADS} attention heads"
             )
 
     def interface(
@@ -83,42 +81,15 @@ class SideSettings(TrainerSettings):
         return RobotsFrame(building, scenario, self)
 
     def extra_reward(self, gone: int, time: float, seconds: float) -> float:
-        """The shaped reward of a decision, health points."""
-        return self.shaping * shaped(gone, time, seconds, self.gamma)
+        """Shape a decision's reward by a potential, health points: γΦ' − Φ.
 
-
-OF_ROBOTS = ("commitment", "masks", "shaping")
-"""Rows that only robots have."""
-
-
-def refuse_of_robots(settings: SideSettings) -> None:
-    """Raise SettingsError if a fire's settings have what only robots can have."""
-    for name in OF_ROBOTS:
-        if getattr(settings, name):
-            raise SettingsError(
-                f"fire: {name} is about robots, which walk between two decisions and "
-                "see the clock; leave it out"
-            )
-    if settings.head == "frame":
-        raise SettingsError(
-            "fire: a head 'frame' speaks from where a robot stands; write floor or "
-            "mixture"
-        )
-
-
-def shaped(gone: int, time: float, seconds: float, gamma: float) -> float:
-    """Shape one decision's reward by a potential of weight 1: γΦ' − Φ [E3].
-
-    gone: people who left or died during the decision, which began at `time` and lasts
-    `seconds`; gamma: the discount γ.
-
-    [E3, chosen] Φ = −γ^k·(people inside), k decisions before health ends: the deaths
-    that time alone will cause. Potential-based shaping (Ng, Harada and Russell 1999)
-    does not change the optimal policy, but these deaths no longer hide the effect of a
-    decision.
-    """
-    k = max(0.0, (HEALTH_SECONDS - time) / seconds)
-    return gone * gamma**k
+        [E3, chosen] Φ = −shaping·γ^k·(people inside), k decisions before health ends:
+        the deaths that time alone will cause. Potential-based shaping (Ng, Harada and
+        Russell 1999) does not change the optimal policy, but these deaths no longer
+        hide the effect of a decision.
+        """
+        k = max(0.0, (HEALTH_SECONDS - time) / seconds)
+        return self.shaping * gone * self.gamma**k
 
 
 # -- Interfaces ---------------------------------------------------------------------

@@ -40,28 +40,17 @@ def test_shortest_ways_are_as_long_as_networkx_says(rows):
 
 @given(GRIDS)
 def test_a_way_pulled_straight_never_cuts_a_corner(rows):
-    """A body of two centimetres passes everywhere along it."""
+    """A body of two centimetres passes everywhere along it; it is none the longer."""
     building = walled(rows)
     nav = navigation_of(building)
     start = building.kind.shape[2] + 1
     for goal in np.flatnonzero(nav.walkable).tolist():
-        corners = nav.way(start, goal)
-        assert bool(corners) == np.isfinite(nav.distances([goal])[start])
-        for here, there in pairwise([start, *corners]):
-            assert passable(nav, nav.centres[here], nav.centres[there])
-
-
-@given(GRIDS)
-def test_a_way_pulled_straight_is_no_longer_than_the_grids(rows):
-    """And no shorter than the beeline."""
-    nav = navigation_of(walled(rows))
-    start = nav.cols + 1
-    for goal in np.flatnonzero(nav.walkable).tolist():
-        length = nav.distances([goal])[start]
-        if corners := nav.way(start, goal):
-            line = nav.centres[[start, *corners]]
-            pulled = np.hypot(*np.diff(line, axis=0).T).sum()
-            assert np.hypot(*(line[-1] - line[0])) - 1e-9 <= pulled <= length + 1e-9
+        length, corners = nav.distances([goal])[start], nav.way(start, goal)
+        assert bool(corners) == np.isfinite(length)
+        line = nav.centres[[start, *corners]]
+        assert np.hypot(*np.diff(line, axis=0).T).sum() <= length + 1e-9
+        for here, there in pairwise(line):
+            assert passable(nav, here, there)
 
 
 def passable(nav, here, there):

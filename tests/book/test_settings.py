@@ -8,8 +8,7 @@ import pytest
 
 from reference.paper import TABLE_I, TABLE_II, Scenario
 from reference.workshop.plain import SettingsError, record_from
-from reference.workshop.remedies import OF_ROBOTS
-from reference.workshop.training.presets import PRESETS, Settings, preset
+from reference.workshop.training.presets import OF_ROBOTS, PRESETS, Settings, preset
 
 ROBOTS, FIRE = preset("paper").robots, preset("paper").fire
 
@@ -48,7 +47,7 @@ def test_what_is_about_robots_is_refused_for_the_fire():
         fire = replace(settings.fire, **{name: getattr(settings.robots, name)})
         with pytest.raises(SettingsError, match=f"fire: {name} is about robots"):
             replace(settings, fire=fire)
-    with pytest.raises(SettingsError, match="fire: a head 'frame' speaks from where"):
+    with pytest.raises(SettingsError, match="fire: frame is about robots"):
         replace(settings, fire=replace(settings.fire, head="frame"))
 
 

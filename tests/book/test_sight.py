@@ -92,14 +92,6 @@ def cells_apart(sim, i, j):
     return np.hypot(*(centres[place[i]] - centres[place[j]]))
 
 
-def test_what_is_in_sight_are_places_of_the_same_floor():
-    """Rays that return nothing end in sight too, and nowhere else."""
-    sim = stage(f"#{'#' * 20}#\n#p{'.' * 19}E\n#{'#' * 20}#", sight_range=5.0)
-    (place,) = sim.world.bodies.place.tolist()
-    seen = sim.sight.seen(place)
-    assert place in seen and min(seen) >= 0 and max(seen) < sim.navigation.places
-
-
 @pytest.mark.paper("B2")
 @pytest.mark.parametrize(("metres", "seen"), [(4, True), (6, False)])
 def test_sight_is_limited_to_its_range(metres, seen):
@@ -107,14 +99,6 @@ def test_sight_is_limited_to_its_range(metres, seen):
     gap = "." * (metres - 1)
     board = f"#########{'#' * metres}\n#p{gap}q......E\n#########{'#' * metres}"
     assert (body("q") in view(stage(board, sight_range=5), "p").bodies) is seen
-
-
-@pytest.mark.paper("B2")
-def test_who_sees_far_sees_from_corner_to_corner():
-    """In clear air: a hall's diagonal is longer than its sides."""
-    rows = ["#" * 22, "#p" + "." * 19 + "#", *["#" + "." * 20 + "#"] * 18]
-    board = "\n".join([*rows, "#" + "." * 19 + "qE", "#" * 22])
-    assert body("q") in view(stage(board, sight_range=100.0), "p").bodies
 
 
 @pytest.mark.paper("B1", "chosen")

@@ -33,7 +33,6 @@ from reference.paper import (
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import FIRES
-from reference.workshop.strategies.robots import Sweep
 from reference.world import DoorBurnt, Fate, FireLit, FireRefused, Source
 
 COORDINATES = st.floats(-1e6, 1e6)
@@ -169,20 +168,6 @@ def test_other_places_come_in_one_order_for_a_whole_run():
     assert generator.generate(sim.world, wall) != first
     sim.world.flames.burning[:] = False
     assert generator.generate(sim.world, wall) == first
-
-
-@pytest.mark.paper("D6", "chosen")
-def test_random_fires_of_one_seed_are_the_same_for_all_robots():
-    """The same sources, where the same places are free."""
-    sparse = Scenario(people=4, time_limit=100)  # nobody stands in a fire's way
-    one, other = (
-        Simulation(shipped("paper"), sparse, robots, RandomFire(), seed=3)
-        for robots in (NoRobots(), Sweep())
-    )
-    one.run(), other.run()
-    mine, its = one.world.flames.sources, other.world.flames.sources
-    few = min(len(mine), len(its))
-    assert few >= 2 and mine[:few] == its[:few]
 
 
 @pytest.mark.paper("D6")
@@ -400,15 +385,6 @@ def test_there_are_never_more_sources_than_the_scenario_allows(training):
     assert not [
         e for e in sim.events if isinstance(e, FireRefused) and e.time > lit[-1].time
     ]
-
-
-@pytest.mark.paper("C2")
-def test_refuses_another_source_when_none_is_left():
-    """Also outside training, and whoever asks."""
-    sim = stage("#######\n#*p...E\n#######", sources=1)
-    decision = (0, *sim.building.metres(1, 4))
-    result = generated(sim, decision, sim.rng["fire"])
-    assert isinstance(result, FireRefused) and result.reason == "no sources left"
 
 
 @pytest.mark.paper("D2")

@@ -268,33 +268,6 @@ def test_of_two_stairwells_nearby_the_nearer_one_is_meant():
 
 
 @pytest.mark.paper("C7", "Alg. 3:5, chosen")
-def test_of_two_stairwells_over_the_same_cells_the_one_that_leads_down_is_meant():
-    """A joins floors 1 and 2, B floors 3 and 4; robots of floor 4 mean B."""
-    floors = """
-        ##########
-        #AA+.....E
-        ##########
-
-        ##########
-        #AA+.....#
-        ##########
-
-        ##########
-        #BB+.....E
-        ##########
-
-        ##########
-        #BB+.....#
-        ##########
-        """
-    building = built(floors)
-    a, b = building.stairwells
-    assert a.centre == b.centre
-    assert (said_on_the_way(building, 3, b.centre),) == b.entrances[3]
-    assert said_on_the_way(building, 2, b.centre) == NOWHERE
-
-
-@pytest.mark.paper("C7", "Alg. 3:5, chosen")
 @pytest.mark.parametrize(
     ("floor", "where", "leads_out"),
     [

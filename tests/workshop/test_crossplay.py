@@ -1,4 +1,4 @@
-"""Robots × fires × seeds: paired runs, what is kept of them, and what they come to."""
+"""Robots × fires × seeds: who plays, paired runs, and what they come to."""
 
 import json
 import shutil
@@ -8,8 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from trainings import begun, room_for, tiny, trained
 
 from reference.evaluation.difficulty import arrival_of, difficulty, people_in
@@ -28,10 +26,12 @@ from reference.workshop.crossplay import (
     runs,
     table,
 )
+from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.crossplay.intervals import of_mean
 from reference.workshop.crossplay.results import as_json
 from reference.workshop.maps import load
 from reference.workshop.strategies.robots import Sweep
+from reference.workshop.training.policies import POLICIES
 from reference.workshop.workers import InProcess, workers
 
 SMALL = {"robots": ("none", "sweep"), "fires": ("random",), "building": "tiny"}
@@ -136,29 +136,6 @@ def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     assert (folder / "runs.csv").read_bytes() == (whole / "runs.csv").read_bytes()
 
 
-NUMBERS = st.floats(-(2.0**60), 2.0**60, width=32)
-WORDS = st.text(st.characters(codec="utf-8", exclude_categories=["Cc"]), min_size=1)
-
-
-@settings(max_examples=25)
-@given(
-    numbers=st.tuples(*[NUMBERS] * 6),
-    times=st.lists(NUMBERS, max_size=3),
-    counts=st.tuples(*[st.integers(0, 400)] * 5),
-    words=st.tuples(WORDS, WORDS),
-)
-def test_a_table_is_read_as_it_was_written(
-    numbers, times, counts, words, tmp_path_factory
-):
-    """Every number to its last bit, whatever the words are."""
-    known = [n if n > 0 else None for n in numbers[3:5]]
-    result = RunResult(*words, *counts, *numbers[:3], *known, numbers[5], tuple(times))
-    path = tmp_path_factory.mktemp("table") / "runs.csv"
-    written = runs.table_of(path, [result])
-    written.append([runs.row_of(result)])
-    assert runs.read(path) == [result, result]
-
-
 def test_a_disk_that_fills_up_in_the_middle_of_a_row_keeps_the_rows_before(small):
     """What was written of the new one is not read; the message says how to go on."""
     path, row = Path("runs.csv"), runs.row_of(small[0])
@@ -192,6 +169,23 @@ def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp
     again = resume(folder, fires=("random",))
     assert (again.robots, again.files[word].path) == ((word,), first)
     assert {r.robots for r in evaluate(again, folder, InProcess())} == {word}
+
+
+@pytest.mark.parametrize(("side", "kind"), POLICIES.items())
+def test_a_file_is_the_policy_that_was_learned_for_a_side(run, side, kind):
+    """And so is the folder it is in."""
+    for named in (run, run / "checkpoint-000001.pt"):
+        assert type(contestant(str(named), side)) is kind
+
+
+def test_each_run_has_strategies_of_its_own_and_the_worst_case_knows_whom_it_meets():
+    """They begin as they were made, though they are made once."""
+    evaluation = begin(("patrol",), ("worst-case",), "tiny", people=2)
+    runs = [evaluation.simulation(*run) for run in evaluation.runs[:2]]
+    one, other = (run.robot_strategy for run in runs)
+    assert one is not other and vars(one) == vars(other)
+    assert all(run.fire_strategy.robots is run.robot_strategy for run in runs)
+    assert runs[0].fire_strategy.scenario == evaluation.arena.scenario
 
 
 # -- What it comes to ---------------------------------------------------------------
@@ -261,25 +255,19 @@ def test_the_baseline_scores_one_on_the_ruler_made_of_its_runs():
 
 
 @pytest.mark.parametrize(
-    ("file", "text", "message"),
+    ("file", "old", "new", "message"),
     [
-        ("evaluation.json", None, "was written by version 0.0.1"),
-        ("evaluation.json", "game 1", "was written by version .* of game 1, this is"),
-        ("runs.csv", "robots,fire\n", "is no table of these runs"),
-        ("runs.csv", None, "row is damaged"),
+        ("evaluation.json", '"version": "', '"version": "0.0.', "by version 0.0."),
+        ("evaluation.json", '"game": ', '"game": 1', "version .* of game 1., this is"),
+        ("runs.csv", "robots,fire,", "fire,", "is no table of these runs"),
+        ("runs.csv", "times\n", "times\nsweep,random\n", "row is damaged"),
     ],
 )
-def test_refuses_files_that_are_not_its_own(file, text, message):
-    """Or that a later version wrote, in which runs may end otherwise."""
+def test_refuses_files_that_are_not_its_own(file, old, new, message):
+    """Or that another version wrote, in which runs may end otherwise."""
     path = Path("out") / file
     evaluate(begin(**SMALL), Path("out"), InProcess(), lambda: True)
-    if text is None:
-        text = path.read_text() + "sweep,random\n" * (file == "runs.csv")
-        version = json.loads(Path("out/evaluation.json").read_text())["version"]
-        text = text.replace(f'"{version}"', '"0.0.1"')
-    if text == "game 1":
-        text = json.dumps(json.loads(path.read_text()) | {"game": 1})
-    path.write_text(text)
+    path.write_text(path.read_text().replace(old, new))
     with pytest.raises(ValueError, match=message):
         evaluate(resume(Path("out")), Path("out"), InProcess())
 
@@ -296,3 +284,18 @@ def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
     mine.unlink()
     with pytest.raises(InputError, match="is not here, or"):
         resume(Path("out"))
+
+
+@pytest.mark.parametrize(
+    ("word", "side", "message"),
+    [
+        ("swep", "robots", "names nobody who plays the robots.*mean 'sweep'"),
+        ("worst_case", "fire", "mean 'worst-case'"),
+        ("worst-case", "robots", "names nobody who plays the robots: none, random"),
+        ("sweep", "fire", "'sweep' is no file"),
+    ],
+)
+def test_refuses_a_word_that_means_nothing(word, side, message):
+    """With the nearest that does."""
+    with pytest.raises(ValueError, match=message):
+        contestant(word, side)

@@ -164,7 +164,7 @@ REFUSED = {  # what stands under `Robot`: what the message says
     "init_path: results/old": "init_path is not built",
     "max_steps: 0.5": "robots: max_steps is 0.5: it must be a whole number",
     "trainer_type: sac": "'sac' is unknown",
-    "hyperparameters: {batch_size: 99999}": "holds no minibatch",
+    "hyperparameters: {batch_size: 99999}": "is less than batch_size",
 }
 
 

@@ -1,6 +1,7 @@
 """What helps learning: heads, ways to read and speak, a shaped reward."""
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import lives
@@ -20,7 +21,6 @@ from reference.strategies import NoFire, NoRobots
 from reference.workshop.frame import UNIT
 from reference.workshop.heads import SIGMAS, FrameHead, Mixture, MixtureHead
 from reference.workshop.maps import load
-from reference.workshop.remedies import shaped
 from reference.workshop.training.presets import preset
 from reference.world import Source
 
@@ -164,9 +164,10 @@ def test_where_a_fire_burns_none_is_lit_again():
 def test_shaping_changes_every_discounted_return_by_the_same():
     """By what the potential was at the beginning, whoever leaves or dies when."""
     gamma, seconds = 0.97, 5.0
+    settings = replace(preset("laptop").robots, gamma=gamma, shaping=1.0)
     for inside in ([40, 40, 31, 7, 0], [40, 12, 12, 12, 0], [40, 40, 40, 40, 0]):
         paid = [
-            gamma**k * shaped(before - after, k * seconds, seconds, gamma)
+            gamma**k * settings.extra_reward(before - after, k * seconds, seconds)
             for k, (before, after) in enumerate(pairwise(inside))
         ]
         assert sum(paid) == pytest.approx(40 * gamma ** (HEALTH_SECONDS / seconds))

@@ -18,10 +18,11 @@ from reference.workshop.plain import (
     record_from,
     unknown,
 )
-from reference.workshop.remedies import SideSettings, refuse_of_robots
+from reference.workshop.remedies import SideSettings
 
 SMALLER = tomllib.loads(Path(__file__).with_name("presets.toml").read_text("utf-8"))
 PRESETS = ("tiny", "laptop", "paper")
+OF_ROBOTS = ("commitment", "masks", "shaping")  # rows that the fire cannot have
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,9 @@ class Settings:
         check_rows(self)
         if self.fire.trainer_type != "ppo":
             raise SettingsError("fire: trainer_type must be ppo: one fire is no group")
-        refuse_of_robots(self.fire)
+        odd = [name for name in OF_ROBOTS if getattr(self.fire, name)]
+        if odd or self.fire.head == "frame":
+            raise SettingsError(f"fire: {[*odd, 'frame'][0]} is about robots that walk")
         if not self.scenario.training:
             raise SettingsError("scenario: training must be true [D6]")
 
