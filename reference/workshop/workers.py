@@ -42,27 +42,22 @@ def chunks(items: Sequence[Given], size: int) -> list[tuple[Given, ...]]:
     return [tuple(items[k : k + size]) for k in range(0, len(items), size)]
 
 
-def shares(items: Sequence[Given], executor: Executor) -> list[tuple[Given, ...]]:
-    """Split what there is to do evenly among workers, in order.
-
-    Where their number is unknown, each job is a share.
-    """
-    workers = getattr(executor, "workers", len(items))
-    return chunks(items, -(-len(items) // max(1, workers)))
-
-
 def in_order(
     executor: Executor,
-    work: Callable[[Given], Made],
-    jobs: Sequence[Given],
+    work: Callable[[Sequence[Given]], Sequence[Made]],
+    items: Sequence[Given],
     stop: Callable[[], bool],
 ) -> list[Made] | None:
-    """Do all jobs; return results in their order, or None if stopped before the last.
+    """Give each worker an even share; return results in order, or None if stopped.
 
-    Raises as `as_done` does.
+    Where the number of workers is unknown, each item is a share. Raises as `as_done`.
     """
-    made = dict(as_done(executor, work, jobs, stop))
-    return [made[k] for k in range(len(jobs))] if len(made) == len(jobs) else None
+    size = -(-len(items) // getattr(executor, "workers", len(items)))
+    shares = chunks(items, size)
+    made = dict(as_done(executor, work, shares, stop))
+    if len(made) < len(shares):
+        return None
+    return [one for k in range(len(shares)) for one in made[k]]
 
 
 def as_done(
@@ -199,15 +194,13 @@ def cluster(address: str) -> Iterator[Executor]:
     """
     try:
         from distributed import Client, KilledWorker
-    except ImportError as error:
-        raise InputError(
-            "Dask is not installed: pip install dask distributed, or leave --cluster "
-            "out."
-        ) from error
-    try:
+
         client = Client(address, timeout=ANSWER)
-    except (OSError, ValueError, TypeError) as error:
-        raise InputError(f"{address}: no Dask scheduler answers. Start one.") from error
+    except (ImportError, OSError, ValueError, TypeError) as error:
+        raise InputError(
+            f"{address}: no Dask scheduler answers ({error!s:.99}). Start one there, "
+            "and here pip install dask distributed."
+        ) from error
     with client:
         _refuse_other_workers(client, address)
         executor = client.get_executor(pure=False)

@@ -190,12 +190,13 @@ def test_evacuate_prints_one_object_with_means_over_episodes(capsys):
 
 
 def test_evacuate_prints_a_table_for_people(capsys):
-    """One figure a row; over several episodes their means."""
-    assert main(["evacuate", "--building", "tiny", "--episodes", "2"]) == 0
-    title, *rows = capsys.readouterr().out.splitlines()
-    assert title == "tiny: robots sweep, fire random, seed 0, episodes 2"
-    assert rows[0].split() == ["people", "40"]
-    assert rows[4].startswith("health of those out ")
+    """One figure a row, means over episodes; one pair a column."""
+    command = "evacuate --building tiny --people 6 --robots none sweep --episodes 2"
+    assert main(command.split()) == 0
+    rows = [row.rsplit(maxsplit=2) for row in capsys.readouterr().out.splitlines()]
+    assert rows[1] == ["robots", "none", "sweep"]
+    assert rows[5] == ["people", "6", "6"]
+    assert rows[9][0] == "mean health of those out"
 
 
 def test_evacuate_plays_what_it_films_and_records_once(tmp_path, capsys, monkeypatch):

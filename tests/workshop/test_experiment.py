@@ -206,7 +206,7 @@ def test_refuses_a_cluster_that_does_not_answer(monkeypatch):
     """Or Dask that is not there; in one message."""
     monkeypatch.setattr(workforce, "ANSWER", 0.2)
     with (
-        pytest.raises(InputError, match=r"no Dask scheduler answers|is not installed"),
+        pytest.raises(InputError, match="no Dask scheduler answers"),
         cluster("tcp://127.0.0.1:9"),
     ):
         pytest.fail("it answered")

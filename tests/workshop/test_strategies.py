@@ -242,9 +242,6 @@ def test_a_fixed_fire_lights_the_same_places_whoever_is_there():
         assert nearest[p] == nearest[fuel(sim.building).ravel()].min()
         sim.world.flames.sources.append(Source(floor, x, y, 0.0))
     assert fire.decide(sim.world, rng) is None
-    named = FixedFire([(0, 1.5, 2.5)])
-    sim.world.flames.sources.clear()
-    assert named.decide(sim.world, rng) == (0, 1.5, 2.5)
 
 
 @pytest.mark.paper("D2", "chosen")
@@ -253,15 +250,11 @@ def test_a_closer_fire_closes_exits_first_then_entrances():
     sim = stage(
         """
            ####################
-        ####..................#
         #AA+..................E
-        ####..................#
            ####################
 
            ####################
-        ####..................#
         #AA+..................#
-        ####..................#
            ####################
         """
     )

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from movies import built, found, robots_named, shipped, stage
+from movies import built, found, robots_named, shipped
 from scipy.stats import ks_2samp
 
 from reference.beginning import with_people_at
@@ -17,7 +17,7 @@ from reference.strategies import NoFire, NoRobots
 from reference.workshop.crossplay.contestants import encounter
 from reference.workshop.strategies.fires import APART, busiest
 from reference.workshop.worst_case import FirstAt, WorstCase, another_future
-from reference.world import FireLit, Source
+from reference.world import Source
 
 BRIEF = {"people": 8, "sources": 2, "time_limit": 50.0}
 
@@ -27,11 +27,6 @@ def against(robots="sweep", seed=0, **scenario):
     scene = Scenario(**{"people": 12, **scenario})
     plan = shipped("tiny")
     return encounter(plan, scene, robots_named(robots), WorstCase(), seed)
-
-
-def lit(sim):
-    """Where fires broke out."""
-    return [e for e in sim.events if isinstance(e, FireLit)]
 
 
 # -- What it chooses among ----------------------------------------------------------
@@ -70,27 +65,6 @@ def test_it_takes_the_cell_that_leaves_least_reward_to_the_end():
         future.run()
         left[place] = group_reward(future.events)
     assert len(left) == 4 and left[taken] == min(left.values()) < max(left.values())
-
-
-@pytest.mark.paper("F4", "Eq. 5")
-def test_it_burns_the_only_way_out():
-    """One source against four people behind a door: before the way, not behind them."""
-    sim = stage(
-        """
-        #################
-        #......#........#
-        #.pq...#........#
-        #......+........E
-        #.rs...#........#
-        #......#........#
-        #################
-        """,
-        fire=WorstCase(),
-        sources=1,
-    )
-    sim.run()
-    (source,) = lit(sim)
-    assert sim.building.cell(source.x, source.y)[1] > 3
 
 
 def test_it_asks_copies_of_the_robots():

@@ -30,8 +30,10 @@ def note(words: str) -> None:
     print(words, file=sys.stderr)
 
 
-def figure(value: float | None) -> str:
-    """Write a figure with two decimals if it has any; "-" if there is none."""
+def figure(value: float | str | None) -> str:
+    """Write a figure with two decimals if it has any, a word as it is, "-" for None."""
+    if isinstance(value, str):
+        return value
     return "-" if value is None else f"{value:,.2f}".removesuffix(".00")
 
 
@@ -60,8 +62,9 @@ def resumable(
 
     words: of the command line that resumes it, without --resume and --out
     """
-    on = f"Go on with:\n  {again(*words, '--resume', '--out', folder)}"
-    on = on if folder else "Nothing is kept without --out."
+    on = "Nothing is kept without --out."
+    if folder:
+        on = f"Go on with:\n  {again(*words, '--resume', '--out', folder)}"
     address = getattr(arguments, "cluster", None)
     with held(folder, arguments.resume, start) as run:
         hands = cluster(address) if address else workers(arguments.workers)

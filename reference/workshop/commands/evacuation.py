@@ -97,12 +97,13 @@ def evacuate(arguments: Namespace) -> None:
         from reference.workshop.drawing import crowded, save
 
         save(crowded(crowding, _heading(pairs[0])), arguments.density)
-    told = [
-        _told(evaluation, pair, runs)
-        for pair, runs in zip(pairs, zip(*played, strict=True), strict=True)
-    ]
+    told = [_told(evaluation, runs) for runs in zip(*played, strict=True)]
+    rows = []
+    for name in list(told[0])[:-1]:
+        words = name.replace("health", "health_of_those_out").replace("_", " ")
+        rows.append((words, *(figure(facts[name]) for facts in told)))
     facts = {"pairs": told} if len(told) > 1 else told[0]
-    tell(arguments, facts, "\n\n".join(map(_summary, told)))
+    tell(arguments, facts, table(rows, "<" + ">" * len(told)))
     for path in filter(None, (arguments.animate, arguments.record, arguments.density)):
         note(f"written: {path}")
 
@@ -155,22 +156,16 @@ def _heading(pair: Pair) -> str:
     return f"{guides}, {'no fire' if fire == 'none' else f'fire {fire}'}"
 
 
-def _told(evaluation: Evaluation, pair: Pair, runs: Sequence[Facts]) -> Facts:
-    """Say what was played, the mean of every figure, and all runs."""
+def _told(evaluation: Evaluation, runs: Sequence[Facts]) -> Facts:
+    """Say what a pair played, the mean of every figure, and all runs."""
     means = {}
     for name in list(runs[0])[3:]:
         known = [run[name] for run in runs if run[name] is not None]
         means[name] = mean(known) if known else None
-    what = {"building": evaluation.arena.building, "robots": pair[0], "fire": pair[1]}
-    seeds = {"seed": evaluation.seed, "episodes": evaluation.episodes}
-    return {**what, **seeds, **means, "runs": runs}
-
-
-def _summary(facts: Facts) -> str:
-    """Lay out what was played and its mean figures, one a row."""
-    title = "{building}: robots {robots}, fire {fire}, seed {seed}, episodes {episodes}"
-    rows = []
-    for name in list(facts)[5:-1]:
-        words = name.replace("mean_health", "health_of_those_out").replace("_", " ")
-        rows.append((words, figure(facts[name])))
-    return f"{title.format(**facts)}\n{table(rows, '<>')}"
+    return {
+        "building": evaluation.arena.building,
+        **{name: runs[0][name] for name in ("robots", "fire", "seed")},
+        "episodes": len(runs),
+        **means,
+        "runs": runs,
+    }

@@ -6,7 +6,6 @@ Clauses: E1, E2.
 from argparse import Namespace
 from functools import partial
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 from reference.workshop.commands import options
@@ -82,14 +81,10 @@ def train(arguments: Namespace) -> None:
 
         training, executor, stop = work
         note(training.about())
-        before, begin = training.left, perf_counter()
         path = loop.train(training, out, executor, stop, arguments.tensorboard)
-    seconds = perf_counter() - begin
     facts = {
         "building": training.task.building,
         **training.facts(),
-        "wall_seconds": seconds,
-        "decisions_per_second": (before - training.left) / seconds,
         "checkpoint": str(path),
         "summaries": str(out / SUMMARIES),
     }
