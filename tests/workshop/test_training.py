@@ -13,9 +13,8 @@ from reference.learning.settings import SIDES
 from reference.strategies import NoFire, RandomFire, RandomRobots
 from reference.workshop.plain import SettingsError
 from reference.workshop.training.checkpoints import load, newest
-from reference.workshop.training.learners import seeds_of
 from reference.workshop.training.loop import train
-from reference.workshop.training.session import Training
+from reference.workshop.training.session import Training, seeds_of
 from reference.workshop.training.summaries import (
     COLUMNS,
     OF_EPISODES,
