@@ -7,12 +7,12 @@ differ in number.
 """
 
 from collections.abc import Mapping, Sequence
-from itertools import cycle, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
 
 from reference.building import Kind
 from reference.paper import InputError
@@ -53,8 +53,7 @@ def read(path: str | Path) -> Run:
             f"{file}: there is no such table. Name the folder of a training, or the "
             f"{summaries.SUMMARIES} in it."
         )
-    rows = read_table(file, summaries.COLUMNS, _numbers)
-    names = summaries.COLUMNS
+    rows = read_table(file, names := summaries.COLUMNS, _numbers)
     return Run(
         path.name, {name: np.array([row[name] for row in rows]) for name in names}
     )
@@ -62,10 +61,8 @@ def read(path: str | Path) -> Run:
 
 def _numbers(row: dict[str, str]) -> dict[str, Any]:
     """Turn cells into numbers, empty ones into nan."""
-    return {
-        name: cell if name in ("side", "phase") else number(cell) if cell else np.nan
-        for name, cell in row.items()
-    }
+    words = {name: row.pop(name) for name in ("side", "phase")}
+    return words | {k: number(cell) if cell else np.nan for k, cell in row.items()}
 
 
 class Curve(NamedTuple):
@@ -178,10 +175,10 @@ def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
     for name, runs in arms.items():
         if found := points(runs, "robots", summaries.SURVIVAL, "step"):
             lines[name] = mean_of([(x, smooth(x, y)) for x, y in found])
-    order = sorted(lines, key=lambda name: -lines[name][1][-1])
-    looks = cycle(product(("-", "--", ":"), (colour for colour, _ in LINES)))
-    for name, (dashes, colour) in zip(order, looks, strict=False):
-        axes.plot(*lines[name], lw=1.8, color=colour, ls=dashes, label=name)
+    colours = cycler(color=LINES.by_key()["color"])
+    axes.set_prop_cycle(cycler(linestyle=["-", "--", ":"]) * colours)
+    for name in sorted(lines, key=lambda name: -lines[name][1][-1]):
+        axes.plot(*lines[name], lw=1.8, label=name)
     axes.grid(axis="y")
     axes.set(xlabel="decisions of the robots", ylabel=SURVIVORS, ylim=(0, 1))
     axes.set_xlim(left=0)

@@ -7,8 +7,7 @@ line is where a person walked lately: who walks in circles draws one.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -41,8 +40,7 @@ CURVES: dict[str, Style] = {
 DPI = 100  # of a film
 
 
-@dataclass(frozen=True)
-class Tally:
+class Tally(NamedTuple):
     """How many people were where at a time (seconds).
 
     spots: (n, 3) each one's floor, and x and y in metres, NaN for who does not walk
@@ -52,14 +50,16 @@ class Tally:
     out: int
     inside: int
     dead: int
-    spots: np.ndarray | None = field(default=None, compare=False, repr=False)
+    spots: np.ndarray | None = None
 
 
 def tally(world: World) -> Tally:
     """Count the people of a world."""
     bodies = world.bodies
-    count = np.bincount(bodies.fate, minlength=len(Fate)).tolist()
-    out, inside, dead = (count[f] for f in (Fate.EVACUATED, Fate.INSIDE, Fate.DEAD))
+    out, inside, dead = (
+        int(np.sum(bodies.fate == fate))
+        for fate in (Fate.EVACUATED, Fate.INSIDE, Fate.DEAD)
+    )
     walked = np.where(bodies.walking[:, None], bodies.position, np.nan)
     spots = np.column_stack([bodies.floor, walked])
     return Tally(world.time, out, inside, dead, spots)
@@ -153,10 +153,7 @@ class Side:
             crowd |= {"marker": look["marker"], "s": look["ms"] ** 2}
             self.people[mode] = axes.scatter([], [], **crowd)
         self.marks = {k: axes.plot([], [], **look)[0] for k, look in own.items()}
-        self.lines = {
-            name: curve.plot([], [], label=name, **look)[0]
-            for name, look in CURVES.items()
-        }
+        self.lines = {k: curve.plot([], [], **look)[0] for k, look in CURVES.items()}
         place: Style = {"xycoords": "axes fraction", "textcoords": "offset points"}
         self.counts = axes.annotate("", (0, 1), (0, 20), fontsize=12, **place)
         there: list[Artist] = [*self.marks.values(), *self.people.values()]
