@@ -322,7 +322,7 @@ def resume(folder: Path) -> Training:
     """
     checkpoint = load(folder)
     refuse_version(folder, checkpoint.version)
-    with must_fit(folder, "parts do not fit each other"):
+    with must_fit(folder, "its parts do not fit each other"):
         return Training.resumed(checkpoint)
 
 
