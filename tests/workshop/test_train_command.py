@@ -257,7 +257,7 @@ def test_a_full_disk_ends_the_training_with_one_message(
     last, quick, capsys, monkeypatch
 ):
     """The checkpoint before stays, and can be gone on from; without one, nothing."""
-    kept = loop.checkpoints.save
+    kept = save
 
     def full(checkpoint, path):
         if checkpoint.round == last:

@@ -13,9 +13,8 @@ from reference.learning.settings import SIDES
 from reference.strategies import NoFire, RandomFire, RandomRobots
 from reference.workshop.plain import SettingsError
 from reference.workshop.training.checkpoints import load, newest
-from reference.workshop.training.learners import seeds_of
 from reference.workshop.training.loop import train
-from reference.workshop.training.session import Training
+from reference.workshop.training.session import Training, seeds_of
 from reference.workshop.training.summaries import (
     COLUMNS,
     OF_EPISODES,
@@ -307,11 +306,10 @@ def test_tensorboard_gets_the_same_names(tmp_path):
     pytest.importorskip("tensorboard")
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-    board = Board(tmp_path, {"robots": 0})
+    board = Board(tmp_path, begun(fixed={"fire": "none"}).learners)
     summary = Summary("robots", every=10)
     summary.add([FACTS], {"Policy/Entropy": 2.0})
     board.append([summary.row(10, {"round": 1, "phase": "together"})])
-    board.close()
     events = EventAccumulator(str(tmp_path / "robots")).Reload()
     assert "Environment/Group Cumulative Reward" in events.Tags()["scalars"]
     (entropy,) = events.Scalars("Policy/Entropy")

@@ -15,10 +15,14 @@ from sys import intern
 from typing import Any
 from zipfile import BadZipFile, ZipFile
 
+import numpy as np
 import torch
+from torch import Tensor
 
 import reference
+from reference.learning.experience import Decisions
 from reference.learning.players import Learned
+from reference.learning.ppo import Learner
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError
 from reference.workshop.files import refuse_no_file, write_whole
@@ -210,3 +214,44 @@ def _player(plain: Any) -> Learned | str:
         return plain
     settings = record_from(SideSettings, plain["settings"], "settings of a network")
     return Learned(settings, plain["weights"])
+
+
+# -- A learner as plain data ------------------------------------------------------
+
+NETWORKS = ("actor", "critic", "optimiser")
+
+
+def state_of(learner: Learner) -> dict[str, Any]:
+    """Collect all that a learner needs to resume, as plain data and its own tensors."""
+    parts = learner.buffer
+    return {
+        **{name: getattr(learner, name).state_dict() for name in NETWORKS},
+        "buffer": [part.columns() | {"grids": _packed(part.grids)} for part in parts],
+        "rng": learner.rng.get_state(),
+        "steps": learner.steps,
+    }
+
+
+def restore(learner: Learner, state: dict[str, Any]) -> None:
+    """Load what `state_of` gave."""
+    for name in NETWORKS:
+        getattr(learner, name).load_state_dict(state[name])
+    learner.buffer = [
+        Decisions(**part | {"grids": _unpacked(part["grids"])})
+        for part in state["buffer"]
+    ]
+    learner.rng.set_state(state["rng"])
+    learner.steps = state["steps"]
+
+
+def _packed(grids: Tensor) -> dict[str, Any]:
+    """Pack cells of 0 and 1 into bits."""
+    bits = np.packbits(grids.numpy().reshape(len(grids), -1), axis=1)
+    return {"bits": torch.from_numpy(bits), "shape": list(grids.shape)}
+
+
+def _unpacked(packed: dict[str, Any]) -> Tensor:
+    shape = packed["shape"]
+    count = int(np.prod(shape[1:]))
+    bits = np.unpackbits(packed["bits"].numpy(), axis=1, count=count)
+    return torch.from_numpy(bits.reshape(shape))

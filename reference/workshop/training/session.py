@@ -11,11 +11,15 @@ from pathlib import Path
 from statistics import mean
 from typing import Any
 
+import numpy as np
+
 from reference.building import building_of, plan_of
-from reference.learning.adversarial import learn, player_of
+from reference.learning.adversarial import learn, learner_for, player_of
 from reference.learning.players import Learned
+from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, Side
+from reference.simulation import Simulation
 from reference.strategies import NoFire, RandomFire
 from reference.workshop.maps import load as load_building
 from reference.workshop.plain import SettingsError
@@ -28,21 +32,19 @@ from reference.workshop.training.checkpoints import (
     load,
     must_fit,
     newest,
-)
-from reference.workshop.training.imitation import Demonstration, clone
-from reference.workshop.training.learners import (
-    DEMONSTRATIONS,
-    ROUNDS,
-    learners_of,
     restore,
-    seeds_of,
     state_of,
 )
+from reference.workshop.training.imitation import Demonstration, clone
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import POLICIES, fixed_player
 from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.summaries import PRETRAINING, Row, Summary
 from reference.workshop.workers import chunks
+
+OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
+OF_NETWORK = ("head", "hidden_units", "num_layers", "normalize", "commitment", "spread")
+"""Rows of settings on which the meaning of a network's weights depends."""
 
 PROGRESS = ("episodes", "imitated", "latest")  # of a training, plain data
 
@@ -225,8 +227,58 @@ class Training:
             setattr(training, name, progress[name])
         for side, learner in training.learners.items():
             restore(learner, checkpoint.learners[side])
-            training.summaries[side].load(progress["summaries"][side])
+            vars(training.summaries[side]).update(progress["summaries"][side])
         return training
+
+
+# -- Learners -----------------------------------------------------------------------
+
+
+def learners_of(task: Task) -> dict[Side, Learner]:
+    """Make a learner for each side that nobody else plays.
+
+    Raises SettingsError if there is nothing to learn, or if a network to begin with
+    means something else, and ValueError for more people than fit into the building.
+    """
+    building, scenario = building_of(task.plan), task.settings.scenario
+    if not sum(scenario.start_counts(building.floors)):
+        raise SettingsError("there is nobody to evacuate: raise people")
+    Simulation(building, scenario)
+    return {side: _learner(task, side) for side in SIDES if side not in task.fixed}
+
+
+def _learner(task: Task, side: Side) -> Learner:
+    """Make a side's learner, with random networks or one to begin with."""
+    settings, scenario = getattr(task.settings, side), task.settings.scenario
+    row = "robots_per_floor" if side == "robots" else "sources"
+    if not getattr(scenario, row):
+        raise SettingsError(
+            f"{side}: nobody learns where {row} is 0. Raise it, or let --{side} none "
+            "play."
+        )
+    (seed,) = seeds_of(task.seed, OF_LEARNERS, SIDES.index(side), 1)
+    learner = learner_for(side, task.plan, scenario, settings, seed)
+    if side in task.initial:
+        _begin_with(learner, task.initial[side], side)
+    return learner
+
+
+def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
+    """Give a learner a policy. Raises SettingsError if it means something else here."""
+    for name in OF_NETWORK:
+        theirs, own = (getattr(s, name) for s in (who.settings, learner.settings))
+        if theirs != own:
+            raise SettingsError(
+                f"{side}: the network to begin with has {name} {theirs}, here it is "
+                f"{own}. Write its own into the settings."
+            )
+    learner.actor.load_state_dict(dict(who.weights))
+
+
+def seeds_of(run: int, purpose: int, number: int, count: int) -> tuple[int, ...]:
+    """Derive seeds from a run's seed, a purpose and a number."""
+    sequence = np.random.SeedSequence(run, spawn_key=(purpose, number))
+    return tuple(sequence.generate_state(count, np.uint64).tolist())
 
 
 # -- By the options of `train` ------------------------------------------------------
