@@ -55,10 +55,7 @@ class Tally(NamedTuple):
 def tally(world: World) -> Tally:
     """Count the people of a world."""
     bodies = world.bodies
-    out, inside, dead = (
-        int(np.sum(bodies.fate == fate))
-        for fate in (Fate.EVACUATED, Fate.INSIDE, Fate.DEAD)
-    )
+    inside, out, dead = np.bincount(bodies.fate, minlength=len(Fate)).tolist()
     walked = np.where(bodies.walking[:, None], bodies.position, np.nan)
     spots = np.column_stack([bodies.floor, walked])
     return Tally(world.time, out, inside, dead, spots)
@@ -101,7 +98,7 @@ class Scene:
         panels, curves = self.figure.subplots(2, count, **look)
         for axes, curve, heading in zip(panels, curves, headings, strict=True):
             moves = _paint_floors(axes, building)
-            words = page.shortened(heading, 72 // count)
+            words = page.shortened(heading, 66 // count)
             axes.set_title(words, fontsize=14, weight="bold", pad=38)
             curve.set(xlim=(0, 60), ylim=(0, 1.05 * max(people, 1)))
             curve.set(xlabel="seconds", ylabel="people")
