@@ -23,7 +23,7 @@ from reference.simulation import Simulation
 from reference.strategies import NoFire, RandomFire
 from reference.workshop.maps import load as load_building
 from reference.workshop.plain import SettingsError
-from reference.workshop.runs import RunError, refuse_version
+from reference.workshop.runs import refuse_version
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
@@ -31,7 +31,6 @@ from reference.workshop.training.checkpoints import (
     Task,
     load,
     must_fit,
-    newest,
     restore,
     state_of,
 )
@@ -60,10 +59,8 @@ class Training:
         """Make the learners. Raises what `learners_of` does."""
         self.task, self.settings = task, task.settings
         self.learners = learners_of(task)
-        self.summaries = {
-            side: Summary(side, learner.settings.summary_freq)
-            for side, learner in self.learners.items()
-        }
+        both = self.learners.items()
+        self.summaries = {s: Summary(s, who.settings.summary_freq) for s, who in both}
         self.round = self.episodes = 0
         self.imitated = task.imitate is None
         self.latest: dict[str, float] = {}
@@ -197,7 +194,7 @@ class Training:
 
     def facts(self) -> dict[str, Any]:
         """Report players, progress, and the means of the last round's episodes."""
-        names = ("fire_reward", "survival", "evacuated", "died")
+        told = ("fire_reward", "survival", "evacuated", "died")
         return {
             "preset": self.settings.preset,
             **self._who(),
@@ -206,7 +203,7 @@ class Training:
             "episodes": self.episodes,
             "steps": {side: learner.steps for side, learner in self.learners.items()},
             "reward": self.latest.get("group_reward"),
-            **{name: self.latest.get(name) for name in names},
+            **{name: self.latest.get(name) for name in told},
         }
 
     # -- Checkpoints ----------------------------------------------------------------
@@ -252,27 +249,18 @@ def _learner(task: Task, side: Side) -> Learner:
     settings, scenario = getattr(task.settings, side), task.settings.scenario
     row = "robots_per_floor" if side == "robots" else "sources"
     if not getattr(scenario, row):
-        raise SettingsError(
-            f"{side}: nobody learns where {row} is 0. Raise it, or let --{side} none "
-            "play."
-        )
+        raise SettingsError(f"{side}: nobody learns where {row} is 0")
     (seed,) = seeds_of(task.seed, OF_LEARNERS, SIDES.index(side), 1)
     learner = learner_for(side, task.plan, scenario, settings, seed)
-    if side in task.initial:
-        _begin_with(learner, task.initial[side], side)
+    if (who := task.initial.get(side)) is not None:
+        for name in OF_NETWORK:
+            if (theirs := getattr(who.settings, name)) != getattr(settings, name):
+                raise SettingsError(
+                    f"{side}: the network to begin with has {name} {theirs}. Write it "
+                    "into the settings."
+                )
+        learner.actor.load_state_dict(dict(who.weights))
     return learner
-
-
-def _begin_with(learner: Learner, who: Learned, side: Side) -> None:
-    """Give a learner a policy. Raises SettingsError if it means something else here."""
-    for name in OF_NETWORK:
-        theirs, own = (getattr(s, name) for s in (who.settings, learner.settings))
-        if theirs != own:
-            raise SettingsError(
-                f"{side}: the network to begin with has {name} {theirs}, here it is "
-                f"{own}. Write its own into the settings."
-            )
-    learner.actor.load_state_dict(dict(who.weights))
 
 
 def seeds_of(run: int, purpose: int, number: int, count: int) -> tuple[int, ...]:
@@ -295,8 +283,7 @@ def begin(asked: Namespace) -> Training:
     for the map, OSError for an unreadable file.
     """
     settings = _settings(asked)
-    tiny = settings.preset == "tiny"
-    name = asked.building if asked.building is not None else "tiny" if tiny else "paper"
+    name = asked.building or ("tiny" if settings.preset == "tiny" else "paper")
     building = load_building(name)
     where = building, settings.scenario
     named = {side: who for side in SIDES if (who := getattr(asked, side)) is not None}
@@ -330,15 +317,12 @@ def _settings(asked: Namespace) -> Settings:
 def resume(folder: Path) -> Training:
     """Resume from the newest checkpoint in a folder.
 
-    Raises RunError if there is none or if it is another version's, InputError for one
-    that is damaged.
+    Raises RunError if it is another version's, CheckpointError if there is none or if
+    it is damaged.
     """
-    path = newest(folder)
-    if path is None:
-        raise RunError(f"{folder}: there is no checkpoint to go on from.")
-    checkpoint = load(path)
-    refuse_version(path, checkpoint.version)
-    with must_fit(path, "parts do not fit each other"):
+    checkpoint = load(folder)
+    refuse_version(folder, checkpoint.version)
+    with must_fit(folder, "parts do not fit each other"):
         return Training.resumed(checkpoint)
 
 
