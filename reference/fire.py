@@ -141,6 +141,7 @@ def fuel(building: Building) -> np.ndarray:
     return np.isin(building.kind, (Kind.FLOOR, Kind.DOOR)) & unprotected
 
 
+@lru_cache(maxsize=512)
 def rim(building: Building, landmark: int) -> np.ndarray:
     """Find what can burn around a protected landmark's clearance, (k,) places.
 

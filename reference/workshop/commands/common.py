@@ -17,8 +17,6 @@ from reference.workshop.workers import STOPS, InProcess, cluster, workers
 
 TWICE = 1.0  # s from one signal to the next, if they are two
 
-# -- What is told -------------------------------------------------------------------
-
 
 def tell(arguments: Namespace, facts: dict[str, Any], text: str) -> None:
     """Print facts as JSON where that is asked for, else as text."""
@@ -42,9 +40,6 @@ def table(rows: Sequence[Sequence[str]], align: str) -> str:
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     form = "  ".join(f"{{:{a}{width}}}" for a, width in zip(align, widths, strict=True))
     return "\n".join(form.format(*row).rstrip() for row in rows)
-
-
-# -- Workers and Ctrl-C -------------------------------------------------------------
 
 
 def again(*words: object) -> str:

@@ -21,7 +21,7 @@ from reference.workshop.crossplay.contestants import NAMES, WORST
 from reference.workshop.plain import rows_of
 from reference.workshop.remedies import SideSettings
 from reference.workshop.runs import ContradictionError, refuse_options
-from reference.workshop.strategies import GUIDES, LEARNED
+from reference.workshop.strategies import GUIDES
 from reference.workshop.training.presets import PRESETS
 from reference.workshop.training.summaries import SUMMARIES
 
@@ -61,10 +61,7 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
         "--imitate", "robots imitate this first (behavioural cloning)", choices=GUIDES
     ),
     options.option(
-        "--initialize-from",
-        f"sides that learn begin with the policy of a checkpoint, or of '{LEARNED}'; "
-        "robots that --imitate do not",
-        metavar="FILE",
+        "--initialize-from", "learn on from a checkpoint or 'learned'", metavar="FILE"
     ),
     options.WORKERS,
     options.folder("--out", "default: out/train", default=Path("out/train")),

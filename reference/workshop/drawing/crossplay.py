@@ -80,11 +80,12 @@ def curves(results: Sequence[RunResult]) -> Figure:
     rows = ceil(len(fires) / columns)
     size = max(7.5, 3.5 * columns), 2.5 * rows + 1.5
     page = sheet("Evacuation curves, with 95 % intervals", *size)
-    panels = page.subplots(rows, columns, sharey=True, squeeze=False)
     t = np.arange(0, max(run.evacuation_time or 0 for run in results) + 2)
-    for axes, fire in zip(panels.flat, fires, strict=False):
-        axes.set(xlim=(0, t[-1]), ylim=(0, 102), xlabel="seconds")
+    for place, fire in enumerate(fires, 1):
+        axes = page.add_subplot(rows, columns, place, xlim=(0, t[-1]), ylim=(0, 102))
+        axes.set(xlabel="seconds", ylabel="people out, %")
         axes.set_title(fill(f"fire: {fire}", 40))
+        axes.label_outer()
         axes.grid(axis="y")
         axes.set_prop_cycle(LINES)
         for name in robots:
@@ -92,11 +93,7 @@ def curves(results: Sequence[RunResult]) -> Figure:
             mean, low, high = (100 * line for line in band(shares(runs, t)))
             (line,) = axes.plot(t, mean, lw=1.9, label=fill(name, 24))
             axes.fill_between(t, low, high, color=line.get_color(), alpha=0.16, lw=0)
-    for axes in panels[:, 0]:
-        axes.set_ylabel("people out, %")
-    for axes in panels.flat[len(fires) :]:
-        axes.remove()
-    handles, _ = panels[0, 0].get_legend_handles_labels()
+    handles, _ = axes.get_legend_handles_labels()
     legend(page, handles, ncols=4, handlelength=3.6)
     return page
 

@@ -37,7 +37,6 @@ CURVES: dict[str, Style] = {
     "inside": {"color": page.FAINT, "lw": 2, "ls": (0, (4, 1.5))},
     "dead": {"color": INK, "lw": 2, "ls": (0, (1, 1))},
 }
-DPI = 100  # of a film
 
 
 class Tally(NamedTuple):
@@ -56,24 +55,19 @@ class Tally(NamedTuple):
 def tally(world: World) -> Tally:
     """Count the people of a world."""
     bodies = world.bodies
-    out, inside, dead = (
-        int(np.sum(bodies.fate == fate))
-        for fate in (Fate.EVACUATED, Fate.INSIDE, Fate.DEAD)
-    )
+    inside, out, dead = np.bincount(bodies.fate, minlength=len(Fate)).tolist()
     walked = np.where(bodies.walking[:, None], bodies.position, np.nan)
     spots = np.column_stack([bodies.floor, walked])
     return Tally(world.time, out, inside, dead, spots)
 
 
-def frame(
-    world: World, history: Sequence[Tally] | None = None, heading: str = ""
-) -> Figure:
+def frame(world: World, history: Sequence[Tally] | None = None) -> Figure:
     """Draw people, robots and fire on all floors at one instant.
 
     history: the tallies up to now, oldest first, for the curve of who is out and for
-    people's trails.  heading: instead of the building's title.
+    people's trails
     """
-    scene = Scene(world.building, len(world.bodies), [heading], dpi=150)
+    scene = Scene(world.building, len(world.bodies))
     scene.show(world, history or [tally(world)])
     return scene.figure
 
@@ -90,11 +84,7 @@ class Scene:
     """
 
     def __init__(
-        self,
-        building: Building,
-        people: int,
-        headings: Sequence[str] = ("",),
-        dpi: int = DPI,
+        self, building: Building, people: int, headings: Sequence[str] = ("",)
     ):
         """headings: of each evacuation; "" is the building's title."""
         headings = [heading or building.title for heading in headings]
@@ -103,12 +93,12 @@ class Scene:
         across, down = columns * building.kind.shape[2], rows * building.kind.shape[1]
         width = 9 + 2 * count
         high = min(5.2, width / count * down / across)
-        self.figure = Figure((width, high + 3), dpi, layout="constrained")
+        self.figure = Figure((width, high + 3), layout="constrained")
         look: Style = {"height_ratios": (high, 1), "squeeze": False}
         panels, curves = self.figure.subplots(2, count, **look)
         for axes, curve, heading in zip(panels, curves, headings, strict=True):
             moves = _paint_floors(axes, building)
-            words = page.shortened(heading, 72 // count)
+            words = page.shortened(heading, 66 // count)
             axes.set_title(words, fontsize=14, weight="bold", pad=38)
             curve.set(xlim=(0, 60), ylim=(0, 1.05 * max(people, 1)))
             curve.set(xlabel="seconds", ylabel="people")

@@ -86,8 +86,8 @@ def contours(ruler: Ruler, cells: Sequence[Cell]) -> Figure:
         axes.plot(across, (y, y), (x, x), up, color=TEXT, lw=1)
         marker = MARKERS[fires.index(cell.fire) % len(MARKERS)]
         name = fill(f"{cell.robots}, fire {cell.fire}", 30)
-        look: Style = {"ls": "", "marker": marker, "ms": 8, "mec": "white"}
-        look |= {"color": f"C{robots.index(cell.robots)}"}
+        look: Style = {"color": f"C{robots.index(cell.robots)}", "mec": "white"}
+        look |= {"ls": "", "marker": marker, "ms": 8, "clip_on": False}
         axes.plot(x, y, label=f"{name}  {ruler.score(x, y):.2f}", **look)
     axes.set_title("Bold line: E = 1.  Points: means with 95 % intervals, and their E")
     axes.set(xlabel="reward R, health points", ylabel="difficulty h")

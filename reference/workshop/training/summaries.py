@@ -85,11 +85,6 @@ class Summary:
         """Return the sums so far as plain numbers, for a checkpoint."""
         return {"last": self.last, "sums": self.sums, "counts": self.counts}
 
-    def load(self, state: Mapping[str, Any]) -> None:
-        """Go on from what `state` gave."""
-        self.last = state["last"]
-        self.sums, self.counts = dict(state["sums"]), dict(state["counts"])
-
 
 def table_until(folder: Path, rounds: int) -> Table:
     """Go on with a training's table, without its rows of later rounds than `rounds`.
