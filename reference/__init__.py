@@ -61,7 +61,6 @@ WORKSHOP = (
     "workshop.training.imitation",  # an option: copy a strategy first
     "workshop.training.checkpoints",  # files to resume from
     "workshop.training.policies",  # a learned policy is a strategy
-    "workshop.training.learners",  # made anew, or restored
     "workshop.training.summaries",  # what a training writes down as it runs
     "workshop.training.session",  # begun or resumed; who learns, and from what
     "workshop.training.shipping",  # the policies that ship

@@ -63,7 +63,8 @@ def with_people_at(
 
     They begin as followers without a leader: Alg. 1:3 makes them leaders at once.
     """
-    bodies = _bodies(building, place, position, rng)
+    bodies, shape = _bodies(building, place, position, rng), building.kind.shape
+    never, nowhere, zero = np.full(shape, inf), np.zeros(shape, bool), np.zeros(shape)
     world = World(
         building=building,
         time=0.0,
@@ -71,18 +72,12 @@ def with_people_at(
         bodies=bodies,
         minds=[Mind(Mode.FOLLOWER) for _ in place],
         robots=_robots(building, scenario.robots_per_floor, len(bodies)),
-        flames=_no_flames(building.kind.shape),
+        flames=Flames(never, nowhere, frozenset(), zero, np.ones(shape), []),
         burnt=set(),
     )
     for robot in world.robots:
         robot.active = world.anybody_at_or_above(robot.floor)
     return world
-
-
-def _no_flames(shape: tuple[int, ...]) -> Flames:
-    """Nothing burns, and nothing ever will."""
-    never, nowhere = np.full(shape, inf), np.zeros(shape, bool)
-    return Flames(never, nowhere, frozenset(), np.zeros(shape), np.ones(shape), [])
 
 
 def occupancy(bodies: Bodies, floors: int) -> list[int]:
@@ -129,11 +124,9 @@ def _starting_places(building: Building, scenario: Scenario, rng: Rng) -> np.nda
         counts = scenario.start_counts(building.floors)
     chosen = []
     for (where, places), count in zip(free.items(), counts, strict=True):
-        if count > len(places):
-            raise InputError(
-                f"{count} people do not fit {where}, which has room for "
-                f"{len(places)}. Ask for fewer people."
-            )
+        if count > (most := len(places)):
+            what = f"{count} people do not fit {where}, which has room for {most}"
+            raise InputError(f"{what}. Ask for fewer people.")
         chosen.append(rng.choice(places, count, replace=False))
     return np.concatenate(chosen)
 
@@ -143,10 +136,8 @@ def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
     known = {a.id: a.index for a in building.areas if a.kind == "room"}
     for room in rooms:
         if room not in known:
-            there = ", ".join(known)
-            raise InputError(
-                f"no room {room!r} in {building.title!r}. There is: {there}"
-            )
+            what = f"no room {room!r} in {building.title!r}. There is: "
+            raise InputError(what + ", ".join(known))
     return np.flatnonzero(np.isin(building.area.ravel(), [known[r] for r in rooms]))
 
 

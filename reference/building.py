@@ -135,7 +135,12 @@ class Building:
         self.landmarks = self._find_landmarks()
         self.landmark_of = {mark.id: mark for mark in self.landmarks}
         self.landmark = self._indices(self.landmarks)
-        self.kind: np.ndarray = self._kinds()
+        self.kind: np.ndarray = np.full(self.signs.shape, Kind.STAIRS, np.uint8)
+        self.kind[self.signs == " "] = Kind.OUTSIDE
+        self.kind[self.signs == "#"] = Kind.WALL
+        self.kind[is_room(self.signs)] = Kind.FLOOR
+        for mark in self.landmarks:
+            self.kind[mark.floor, *mark.cells.T] = mark.kind
         self.walkable = self.kind >= Kind.FLOOR
         self.stairwells = self._find_stairwells()
         self.exits = frozenset(m.index for m in self.landmarks if m.kind is Kind.EXIT)
@@ -143,15 +148,6 @@ class Building:
     def __reduce__(self) -> tuple[Any, tuple[str]]:
         """Travel between processes as text."""
         return building_of, (plan_of(self),)
-
-    def _kinds(self) -> np.ndarray:
-        signs = self.signs
-        kind = np.full(signs.shape, Kind.STAIRS, np.uint8)
-        kind[signs == " "], kind[signs == "#"] = Kind.OUTSIDE, Kind.WALL
-        kind[is_room(signs)] = Kind.FLOOR
-        for mark in self.landmarks:
-            kind[mark.floor, *mark.cells.T] = mark.kind
-        return kind
 
     # -- Cells and metres -----------------------------------------------------------
 
@@ -316,10 +312,8 @@ def is_room(signs: np.ndarray) -> np.ndarray:
 
 def pieces(mask: np.ndarray) -> list[np.ndarray]:
     """Find the (k, 2) cells of each connected part of a mask, in reading order."""
-    labels = ndimage.label(mask)[0]
-    cells, label = np.argwhere(labels), labels[labels > 0]
-    ends = np.cumsum(np.bincount(label)[1:])
-    return np.split(cells[np.argsort(label, kind="stable")], ends)[:-1]
+    labels, count = ndimage.label(mask)
+    return [np.argwhere(labels == k) for k in range(1, count + 1)]
 
 
 @lru_cache(maxsize=4)

@@ -56,36 +56,20 @@ class Generator:
         self.order = rng.permutation(building.kind.size)
 
     def generate(self, world: World, decision: Decision) -> Source | FireRefused:
-        """Turn a decision into a source, or say why there is none [D6].
+        """Turn a decision into a source, or refuse it [D6].
 
         In training an occupied place yields no fire; otherwise another free one burns.
         """
         floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
-        if occupant := occupied(world, floor, x, y):
-            free = free_places(world)[self.order]
-            if self.training or not free.any():
-                return FireRefused(world.time, floor, x, y, occupant)
-            floor, x, y = decision_at(world, self.order[free.argmax()])
+        where, free = (floor, *world.building.cell(x, y)), free_places(world)
+        shape = world.building.kind.shape
+        inside = all(0 <= k < size for k, size in zip(where, shape, strict=True))
+        if not inside or not free.reshape(shape)[where]:
+            others = free[self.order]
+            if self.training or not others.any():
+                return FireRefused(world.time, floor, x, y)
+            floor, x, y = decision_at(world, self.order[others.argmax()])
         return Source(floor, x, y, world.time)
-
-
-def occupied(world: World, floor: int, x: float, y: float) -> str:
-    """What occupies a position, in one word; empty when it is free [D6, chosen]."""
-    row, col = world.building.cell(x, y)
-    floors, rows, cols = world.building.kind.shape
-    if not (0 <= floor < floors and 0 <= row < rows and 0 <= col < cols):
-        return "outside"
-    kind = Kind(int(world.building.kind[floor, row, col]))
-    if kind is not Kind.FLOOR:
-        return kind.name.lower()
-    if not fuel(world.building)[floor, row, col]:
-        return "protected"
-    if world.flames.burning[floor, row, col]:
-        return "fire"
-    p = navigation_of(world.building).place(floor, x, y)
-    if any(robot.place == p for robot in world.robots):
-        return "robot"
-    return "human" if (world.bodies.place[world.bodies.walking] == p).any() else ""
 
 
 def free_places(world: World) -> np.ndarray:
@@ -157,6 +141,7 @@ def fuel(building: Building) -> np.ndarray:
     return np.isin(building.kind, (Kind.FLOOR, Kind.DOOR)) & unprotected
 
 
+@lru_cache(maxsize=512)
 def rim(building: Building, landmark: int) -> np.ndarray:
     """Find what can burn around a protected landmark's clearance, (k,) places.
 

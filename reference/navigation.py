@@ -59,8 +59,7 @@ def shifted(grid: np.ndarray, d_row: int, d_col: int) -> np.ndarray:
     down, right = abs(d_row), abs(d_col)
     wide = np.zeros((len(grid), rows + 2 * down, cols + 2 * right), dtype=grid.dtype)
     wide[:, down : down + rows, right : right + cols] = grid
-    down, right = down + d_row, right + d_col
-    return wide[:, down : down + rows, right : right + cols]
+    return wide[:, down + d_row :, right + d_col :][:, :rows, :cols]
 
 
 class StraightLines:

@@ -185,12 +185,10 @@ class Scenario:
 
     def start_counts(self, floors: int) -> tuple[int, ...]:
         """How many people start on each of so many floors, lowest first."""
-        if self.people_per_floor is None:
+        if (counts := self.people_per_floor) is None:
             share, rest = divmod(self.people, floors)
             return tuple(share + (floor < rest) for floor in range(floors))
-        if len(self.people_per_floor) != floors:
-            raise InputError(
-                f"people_per_floor names {len(self.people_per_floor)} floors, "
-                f"the building has {floors}"
-            )
-        return self.people_per_floor
+        if (n := len(counts)) != floors:
+            what = f"people_per_floor names {n} floors, the building has {floors}"
+            raise InputError(what)
+        return counts

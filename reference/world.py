@@ -262,4 +262,3 @@ class FireRefused(Event):
     floor: int
     x: float
     y: float
-    reason: str

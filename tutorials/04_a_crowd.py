@@ -60,8 +60,8 @@ while world.time < 120:
 # %% The picture
 # One minute after the start: triangles lead, discs follow. A faint line is where a
 # person walked in the last ten seconds. The colour is their health. It falls without a
-# fire too [B7]: after 200 s those who are still inside are dead. The curve at the lower
-# right shows that most of the fourteen who are out left in the last twenty seconds.
+# fire too [B7]: after 200 s those who are still inside are dead. The curve below the
+# floors shows that most of the fourteen who are out left in the last twenty seconds.
 
 Path("out").mkdir(exist_ok=True)
 print(drawing.save(figure, "out/04_a_crowd.png"))

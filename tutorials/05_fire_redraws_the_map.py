@@ -52,7 +52,7 @@ for training in (True, False):
     scenario = Scenario(sources=1, training=training)
     generator = Generator(museum, scenario, night.rng["elsewhere"])
     print(generator.generate(night.world, place))
-#> FireRefused(time=0.0, floor=0, x=-10.5, y=8.5, reason='human')
+#> FireRefused(time=0.0, floor=0, x=-10.5, y=8.5)
 #> Source(floor=0, x=7.5, y=-6.5, time=0.0)
 
 # %% First passage

@@ -1,4 +1,1 @@
-"""Evaluate robots: bounds of the reward, difficulty of the fire, and the score E.
-
-Clauses: F1-F12.
-"""
+"""Evaluate robots: bounds of the reward, difficulty of the fire, and the score E."""

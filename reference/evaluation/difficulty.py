@@ -178,17 +178,10 @@ def _free(building: Building, arrival: np.ndarray) -> np.ndarray:
 def _shut(building: Building, arrival: np.ndarray) -> np.ndarray:
     """Find landmarks that are shut, (MOMENTS, nodes) bool."""
     at = [inf] * len(building.areas)
-    for places, all_of_them in _passages(building):
-        burns = arrival.flat[places] if len(places) else [inf]
-        at.append(max(burns) if all_of_them else min(burns))
-    return SECONDS[:, None] >= at
-
-
-@lru_cache(maxsize=8)
-def _passages(building: Building) -> list[tuple[np.ndarray, bool]]:
-    """List the places that shut each landmark by burning, and whether all must burn."""
-    found = []
     for mark in building.landmarks:
-        own = np.flatnonzero((building.landmark == mark.index) & fuel(building))
-        found.append((own, False) if len(own) else (rim(building, mark.index), True))
-    return found
+        own = (building.landmark == mark.index) & fuel(building)
+        if own.any():
+            at.append(min(arrival[own]))
+        else:
+            at.append(max(arrival.flat[rim(building, mark.index)], default=inf))
+    return SECONDS[:, None] >= at

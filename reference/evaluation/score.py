@@ -28,7 +28,7 @@ Point = tuple[float, float]
 
 
 class RulerError(InputError):
-    """Cases that make no ruler, or a reward outside its range."""
+    """Runs that make no ruler, or a reward outside its range."""
 
 
 class Case(NamedTuple):
@@ -94,13 +94,9 @@ class Ruler:
 def base_and_control(worst: Point, best: Point) -> tuple[float, float]:
     """Solve Eq. 4 for b and c through two critical points, (reward, y) each [F2].
 
-    b = (y₂/y₁)^(α/(R₂−R₁)), c = b^(R₁/α)/y₁. Raises RulerError unless R₁ < R₂.
+    b = (y₂/y₁)^(α/(R₂−R₁)), c = b^(R₁/α)/y₁.
     """
     (R_1, y_1), (R_2, y_2), α = worst, best, ALPHA
-    if not R_1 < R_2:
-        raise RulerError(
-            f"Critical Points {worst}, {best}: the second needs more reward"
-        )
     b = (y_2 / y_1) ** (α / (R_2 - R_1))
     return b, b ** (R_1 / α) / y_1
 
@@ -113,19 +109,12 @@ def calibrated(
     worst, best  the critical points, (reward, y) each: b and c
     equal        two cases that are to score alike: k = (h₂² − h₁²) / (α²(y₁ − y₂))
     baseline     the cases that are to score 1 on average: β, their mean e′
-
-    Raises RulerError unless the equal case with more reward has less difficulty.
     """
     b, c = base_and_control(worst, best)
     unit = Ruler(ALPHA, b, c, k=1.0, beta=1.0)
     (R_1, h_1), (R_2, h_2) = sorted(equal, reverse=True)
     harder = unit.difficulty_part(h_2) - unit.difficulty_part(h_1)
     richer = unit.reward_part(R_1) - unit.reward_part(R_2)
-    if not (harder > 0 and richer > 0):
-        raise RulerError(
-            f"rewards {R_1:g} and {R_2:g} at difficulties {h_1:g} and {h_2:g}: more "
-            "reward must be the easier case, so take fires that differ more"
-        )
     ruler = replace(unit, k=harder / richer)
     return replace(
         ruler, beta=float(np.mean([ruler.score(*case) for case in baseline]))
@@ -159,16 +148,15 @@ def from_runs(
 
     ranked, third = np.sort(h), len(h) // 3
     easy, hard = h <= ranked[third - 1], h >= ranked[-third]  # with ties
-    of_fires = [mean(np.array(fires) == name) for name in np.unique(fires)]
-    ruler = calibrated(worst, best, (mean(easy), mean(hard)), of_fires)
     error = np.sqrt(sum(R[part].var(ddof=1) / part.sum() for part in (easy, hard)))
-    if R[easy].mean() - R[hard].mean() < CLEARLY * error:
+    if not R[easy].mean() - R[hard].mean() > CLEARLY * error:
         raise RulerError(
             f"the baseline earned {R[easy].mean():.0f} in the easiest third of the "
             f"fires, {R[hard].mean():.0f} in the hardest, give or take {error:.0f}: "
             "run more seeds, or weak and strong fires alike"
         )
-    return ruler
+    of_fires = [mean(np.array(fires) == name) for name in np.unique(fires)]
+    return calibrated(worst, best, (mean(easy), mean(hard)), of_fires)
 
 
 # -- The paper's --------------------------------------------------------------------

@@ -14,8 +14,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
+RECORDED = ("vectors", "grids", "alive", "actions", "log_probs")
+"""Columns of a `Trajectory` and of `Decisions`."""
+
 Record = dict[str, np.ndarray]
-"""One decision of a side: a row of its `Trajectory`, by the names of the columns."""
+"""One decision of a side: a row of these columns."""
 
 
 @dataclass(kw_only=True)
@@ -93,10 +96,9 @@ class Decisions:
 
 def decisions_of(t: Trajectory) -> Decisions:
     """Convert a trajectory to decisions; values, advantages and so on are still 0."""
-    seen = ("vectors", "grids", "alive", "actions", "log_probs")
     targets = ("values", "baselines", "returns", "advantages")
     return Decisions(
-        **{name: torch.from_numpy(getattr(t, name)[: len(t)]) for name in seen},
+        **{name: torch.from_numpy(getattr(t, name)[: len(t)]) for name in RECORDED},
         **{name: torch.zeros(t.alive[:-1].shape) for name in targets},
     )
 

@@ -17,7 +17,7 @@ from torch import Tensor
 from reference.building import Building
 from reference.game.interface import Moment
 from reference.game.observations import grid, headed
-from reference.learning.experience import Record
+from reference.learning.experience import RECORDED, Record
 from reference.learning.networks import Actor, Policy
 from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
@@ -56,10 +56,9 @@ class Player:
         policy = self.actor(torch.from_numpy(seen), torch.from_numpy(grids))
         raw = policy.act(_noise(moments, policy))
         actions, log_probs = raw.numpy(), policy.log_probs(raw).numpy()
-        names = ("vectors", "grids", "alive", "actions", "log_probs")
         columns = seen, grids, [m.alive for m in moments], actions, log_probs
         records = [
-            dict(zip(names, row, strict=True)) for row in zip(*columns, strict=True)
+            dict(zip(RECORDED, row, strict=True)) for row in zip(*columns, strict=True)
         ]
         vectors = np.stack([m.vectors for m in moments])
         return self.interface.actions(actions, vectors), records

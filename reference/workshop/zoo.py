@@ -151,11 +151,10 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
 class FlatEnvironment(ZooEnvironment):
     """One box of numbers in [-1, 1]; every agent stays to the end of the episode.
 
-    Observations are the vector, scaled, without the grid: walls and exits never change,
-    and of flames only the sources are told. Rewards are divided by the health with
-    which all people begin. An agent that has left observes zeros, is paid nothing and
-    its actions are not read; all end together. A learner that wants all agents alike
-    needs a strategy on one side, as `fire="random"`.
+    Observations are the scaled vector without the grid; rewards are shares of the
+    health with which all people begin. An agent that has left observes zeros and is
+    paid nothing; all end together. Where all agents must be alike, a strategy plays
+    one side, as `fire="random"`.
     """
 
     def __init__(self, *args: Any, **chosen: Any):

@@ -81,11 +81,10 @@ def made(seed=1, sizes=SIZES, **changes):
 def added(learner, t):
     """What the learner makes of a life, and what a naive critic thinks of it."""
     learner.add([t])
-    part, p = learner.buffer[-1], oracle.parameters(learner.critic)
-    with torch.no_grad():
-        values, baselines = oracle.group_worth(
-            p, part.vectors, part.grids, part.alive, part.actions
-        )
+    part = learner.buffer[-1]
+    values, baselines = oracle.group_worth(
+        learner.critic, part.vectors, part.grids, part.alive, part.actions
+    )
     live = part.alive
     assert torch.allclose(part.values[live], values[live], atol=1e-5)
     assert torch.allclose(part.baselines[live], baselines[live], atol=1e-5)
@@ -97,13 +96,13 @@ def added(learner, t):
 
 def after(learner, t, at, who):
     """What the group `who` is worth in what was observed after decision `at`."""
-    p, alive = oracle.parameters(learner.critic), torch.zeros(1, t.alive.shape[1])
-    alive[0, who] = 1
+    alive = torch.zeros(1, t.alive.shape[1], dtype=torch.bool)
+    alive[0, who] = True
     vectors = torch.from_numpy(t.vectors[[at + 1]])
     grids = torch.from_numpy(t.grids[[at + 1]])
     none = torch.zeros(*alive.shape, SIZES.continuous)
-    with torch.no_grad():
-        return oracle.group_worth(p, vectors, grids, alive.bool(), none)[0][0, who[0]]
+    values, _ = oracle.group_worth(learner.critic, vectors, grids, alive, none)
+    return values[0, who[0]]
 
 
 def returned(learner, t, part, agent, first, last, follows):

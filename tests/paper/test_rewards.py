@@ -21,7 +21,7 @@ OUT = [
     LeftFloor(30.0, 0, 0, 60.0),
     Evacuated(30.0, 0, 0, 60.0, 5),
 ]
-REFUSED = FireRefused(10.0, 0, 0.5, 0.5, "wall")
+REFUSED = FireRefused(10.0, 0, 0.5, 0.5)
 
 
 @pytest.mark.paper("F8")

@@ -172,7 +172,7 @@ class Mischief:
     [
         ({"format": 9, "version": "9.0"}, "and format 9, written by version 9.0; "),
         ({"game": 1, "version": "0.4.0"}, "is of game 1 and"),
-        ({"task": {}}, "parts are not those of a checkpoint"),
+        ({"task": {}}, "lacks a part"),
         ({"kind": "something else"}, "no checkpoint"),
     ],
 )

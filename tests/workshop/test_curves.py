@@ -9,6 +9,8 @@ from matplotlib.colors import to_hex
 from pages import overlaps
 
 from reference.workshop.drawing import curves
+from reference.workshop.drawing.evacuation import EMBER
+from reference.workshop.drawing.page import BLUE
 from reference.workshop.training import summaries
 
 VALUE = "Losses/Value Loss"
@@ -148,7 +150,7 @@ def test_both_sides_share_the_axis_of_episodes(run):
     """In their colours, up to the same episode; rows are wider apart than a mean."""
     one = run("a", TOGETHER)
     axes = panel(curves.figure([one]), "entropy of the policies")
-    for side, colour in (("robots", curves.ROBOTS), ("fire", curves.FIRE)):
+    for side, colour in (("robots", BLUE), ("fire", EMBER)):
         ((x, y),) = bold(axes, colour)
         assert x.tolist() == [10, 20, 30, 40, 50, 60]
         rows = one.columns["side"] == side
@@ -159,7 +161,7 @@ def test_several_seeds_are_thin_lines_with_their_mean_in_bold(run):
     """One bold line for three runs."""
     runs = [run(str(seed), TOGETHER, seed) for seed in range(3)]
     axes = panel(curves.figure(runs), "entropy of the policies")
-    blue = [line for line in axes.lines if to_hex(line.get_color()) == curves.ROBOTS]
+    blue = [line for line in axes.lines if to_hex(line.get_color()) == BLUE]
     lines = [line.get_linewidth() for line in blue if len(line.get_xdata())]
     assert sorted(lines) == [0.9, 0.9, 0.9, 2]
 

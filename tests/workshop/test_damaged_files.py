@@ -160,7 +160,7 @@ KINDS = {
         "run/checkpoint-000002.pt", _played, _from_torch, torch.save, cases=50
     ),
     "checkpoint resumed": Kind(
-        "run/checkpoint-000002.pt", _resumed, _from_torch, torch.save, cases=50
+        "run/checkpoint-000002.pt", _resumed, _from_torch, torch.save, "run", 50
     ),
     "experiment": Kind("tiny.toml", design.read, cases=50),
     "experiment's parts": Kind("tiny.json", _parts, _from_json, _json, cases=50),

@@ -13,8 +13,8 @@ from clauses import ROOT
 
 from reference.__main__ import main
 from reference.evaluation import score
+from reference.workshop import drawing
 from reference.workshop.crossplay import runs
-from reference.workshop.drawing import page
 
 SMALL = "evaluate --building tiny --people 6 --workers 0 "
 AGAIN = "evaluate --resume --out eval --workers 0 "
@@ -77,7 +77,7 @@ def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
 @pytest.mark.slow
 def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
     """What is there is not played again; who is named besides is."""
-    monkeypatch.setattr(page, "save", lambda figure, path: path.touch())
+    monkeypatch.setattr(drawing, "save", lambda figure, path: path.touch())
     evaluated(capsys, "--episodes 2 --out eval")
     before = (tmp_path / "eval/runs.csv").read_text()
     assert main(f"{AGAIN} --seed 1".split()) == 2

@@ -213,5 +213,5 @@ def test_our_own_rows_stand_in_a_block_of_their_own(read, refusal):
     assert "scenario: 'peple' is unknown" in refusal(
         "reference: {scenario: {peple: 1}}"
     )
-    assert "'robots' is unknown" in refusal("reference: {robots: {}}")
+    assert "preset is an option" in refusal("reference: {preset: tiny}")
     assert "people is 'x'" in refusal("reference: {scenario: {people: x}}")

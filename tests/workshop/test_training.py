@@ -13,9 +13,8 @@ from reference.learning.settings import SIDES
 from reference.strategies import NoFire, RandomFire, RandomRobots
 from reference.workshop.plain import SettingsError
 from reference.workshop.training.checkpoints import load, newest
-from reference.workshop.training.learners import seeds_of
 from reference.workshop.training.loop import train
-from reference.workshop.training.session import Training
+from reference.workshop.training.session import Training, seeds_of
 from reference.workshop.training.summaries import (
     COLUMNS,
     OF_EPISODES,
@@ -229,8 +228,8 @@ def test_refuses_a_network_to_begin_with_that_means_something_else(whole):
     """Layers, heads, or what it observes: by name, what it has and what is here."""
     robots = load(whole[1]).player("robots")
     for changes, word in (
-        ({"hidden_units": 16}, "hidden_units 8, here it is 16"),
-        ({"commitment": 0.0}, "commitment 5.0, here it is 0.0"),
+        ({"hidden_units": 16}, "hidden_units 8"),
+        ({"commitment": 0.0}, "commitment 5.0"),
     ):
         with pytest.raises(SettingsError, match=word):
             begun(tiny(robots=changes), initial={"robots": robots})
@@ -307,11 +306,10 @@ def test_tensorboard_gets_the_same_names(tmp_path):
     pytest.importorskip("tensorboard")
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-    board = Board(tmp_path, {"robots": 0})
+    board = Board(tmp_path, begun(fixed={"fire": "none"}).learners)
     summary = Summary("robots", every=10)
     summary.add([FACTS], {"Policy/Entropy": 2.0})
     board.append([summary.row(10, {"round": 1, "phase": "together"})])
-    board.close()
     events = EventAccumulator(str(tmp_path / "robots")).Reload()
     assert "Environment/Group Cumulative Reward" in events.Tags()["scalars"]
     (entropy,) = events.Scalars("Policy/Entropy")

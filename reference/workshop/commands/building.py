@@ -7,6 +7,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from time import sleep
 
@@ -31,7 +32,7 @@ AGAIN = "again at every save of the file"
 )
 def check(arguments: Namespace) -> None:
     """Says that a map is fine and what is in it, or explains its mistakes."""
-    _at_every_save(arguments, _check, sleep)
+    _at_every_save(arguments, partial(_check, arguments), sleep)
 
 
 def _check(arguments: Namespace) -> None:
@@ -65,35 +66,31 @@ def draw(arguments: Namespace) -> None:
     """Draws a map: the counterparts of the paper's six figures [A8], and its graph."""
     from reference.workshop import drawing
 
-    _at_every_save(arguments, _draw, drawing.pause)
+    def work() -> None:
+        """Draw the map as it is now."""
+        name = f"{find(arguments.file).stem}-{arguments.view}.png"
+        picture = getattr(drawing, arguments.view)(load(arguments.file))
+        path = drawing.save(picture, arguments.output or Path(name))
+        print(path)
+        if arguments.watch:
+            drawing.show(path)
 
-
-def _draw(arguments: Namespace) -> None:
-    from reference.workshop import drawing
-
-    name = f"{find(arguments.file).stem}-{arguments.view}.png"
-    figure = getattr(drawing, arguments.view)(load(arguments.file))
-    path = drawing.save(figure, arguments.output or Path(name))
-    print(path)
-    if arguments.watch:
-        drawing.show(path)
+    _at_every_save(arguments, work, drawing.pause)
 
 
 def _at_every_save(
-    arguments: Namespace,
-    work: Callable[[Namespace], None],
-    wait: Callable[[float], None],
+    arguments: Namespace, work: Callable[[], None], wait: Callable[[float], None]
 ) -> None:
     """Do the work once; with --watch again after each change, until Ctrl-C."""
     if not arguments.watch:
-        work(arguments)
+        work()
         return
     done, path = 0, find(arguments.file)
     with suppress(KeyboardInterrupt):
         while True:
             try:  # some editors remove a file to write it anew
                 if path.exists() and done != (done := path.stat().st_mtime_ns):
-                    work(arguments)
+                    work()
             except (InputError, OSError) as error:
                 note(told(error))
             sys.stdout.flush()

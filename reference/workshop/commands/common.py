@@ -17,8 +17,6 @@ from reference.workshop.workers import STOPS, InProcess, cluster, workers
 
 TWICE = 1.0  # s from one signal to the next, if they are two
 
-# -- What is told -------------------------------------------------------------------
-
 
 def tell(arguments: Namespace, facts: dict[str, Any], text: str) -> None:
     """Print facts as JSON where that is asked for, else as text."""
@@ -44,9 +42,6 @@ def table(rows: Sequence[Sequence[str]], align: str) -> str:
     return "\n".join(form.format(*row).rstrip() for row in rows)
 
 
-# -- Workers and Ctrl-C -------------------------------------------------------------
-
-
 def again(*words: object) -> str:
     """Write a command line that can be typed into a shell."""
     return shlex.join(["python", "-m", "reference", *map(str, words)])
@@ -62,8 +57,9 @@ def resumable(
 
     words: of the command line that resumes it, without --resume and --out
     """
-    on = f"Go on with:\n  {again(*words, '--resume', '--out', folder)}"
-    on = on if folder else "Nothing is kept without --out."
+    on = "Nothing is kept without --out."
+    if folder:
+        on = f"Go on with:\n  {again(*words, '--resume', '--out', folder)}"
     address = getattr(arguments, "cluster", None)
     with held(folder, arguments.resume, start) as run:
         hands = cluster(address) if address else workers(arguments.workers)

@@ -29,20 +29,13 @@ ASKED = ("building", "people", "seed", "episodes", "sample")
     options.player("fire", "default: random", nargs="+"),
     options.BUILDING,
     options.PEOPLE,
-    options.number(
-        "--episodes",
-        1,
-        f"of each pair, number i with seed + i; default: {matches.EPISODES}",
-    ),
+    options.number("--episodes", 1, f"of each pair; default: {matches.EPISODES}"),
     options.SAMPLE,
     options.WORKERS,
     options.folder("--out", "keep runs, tables and pictures there"),
     options.flag("--resume", "go on in DIR, also with further --robots and --fire"),
     options.option(
-        "--baseline",
-        "compare all with these robots, seed by seed, and calibrate the ruler: they "
-        "score 1 on average over the fires; give weak and strong fires",
-        metavar="S",
+        "--baseline", "robots to compare with; E is 1 for them on average", metavar="S"
     ),
     options.SEED,
     options.JSON,
@@ -110,16 +103,15 @@ def _draw(
     folder: Path, arena: Arena, ruler: Ruler | None, cells: list[Cell], found: Any
 ) -> None:
     """Draw pictures beside the runs; those of a ruler only where there is one."""
-    from reference.workshop.drawing import crossplay as charts
-    from reference.workshop.drawing import page
-    from reference.workshop.drawing import ruler as rulers
+    from reference.workshop.drawing import crossplay, save
+    from reference.workshop.drawing.ruler import contours, curve
 
-    page.save(charts.matrix(cells), folder / "matrix.png")
-    page.save(charts.curves(found), folder / "evacuations.png")
+    save(crossplay.matrix(cells), folder / "matrix.png")
+    save(crossplay.curves(found), folder / "evacuations.png")
     for name in ("ruler.png", "scores.png"):  # fewer runs may have yielded a ruler
         (folder / name).unlink(missing_ok=True)
     if ruler:
         best = best_reward(arena.drawn, arena.people)
-        page.save(rulers.curve(ruler, best), folder / "ruler.png")
-        page.save(rulers.contours(ruler, cells), folder / "scores.png")
+        save(curve(ruler, best), folder / "ruler.png")
+        save(contours(ruler, cells), folder / "scores.png")
     note(f"tables and pictures are in {folder}")

@@ -22,8 +22,7 @@ from reference.workshop.runs import RunError
     options.WORKERS,
     options.option(
         "--cluster",
-        "a Dask scheduler whose workers do it instead, such as tcp://10.0.0.1:8786; "
-        "they must share DIR",
+        "a Dask scheduler whose workers do it and share DIR, as tcp://10.0.0.1:8786",
         metavar="ADDRESS",
     ),
     options.folder("--out", "default: out/NAME for NAME.toml"),
@@ -50,18 +49,16 @@ def experiment(arguments: Namespace) -> None:
 def _tell(arguments: Namespace, asked: Any, found: list[Any], folder: Path) -> None:
     """Write the page and its pictures; print the table and the answer."""
     from reference.workshop.crossplay.results import as_plain, table
-    from reference.workshop.drawing import crossplay as charts
-    from reference.workshop.drawing import curves
-    from reference.workshop.drawing import page as pictures
+    from reference.workshop.drawing import crossplay, curves, save
     from reference.workshop.experiment import jobs, report
 
     results = report.Results(asked, found)
     cells, answer = results.cells(), results.answer()
-    pictures.save(charts.matrix(cells, fill(report.OVER, 80)), folder / "matrix.png")
+    save(crossplay.matrix(cells, fill(report.OVER, 80)), folder / "matrix.png")
     arms: dict[str, list[curves.Run]] = {}
     for team, made in jobs.over(asked, folder).items():
         arms.setdefault(jobs.arm_of(team), []).append(curves.read(made))
-    pictures.save(curves.of_arms(arms), folder / "curves.png")
+    save(curves.of_arms(arms), folder / "curves.png")
     page = report.page(results, "matrix.png", "curves.png")
     write_whole(folder / "page.md", page.encode())
     facts = {"answer": answer, "cells": [as_plain(cell) for cell in cells]}

@@ -12,8 +12,6 @@ from reference.workshop.files import write_whole
 from reference.workshop.maps import load
 from reference.workshop.validation.cases import CASES, NOT_MODELLED, measured
 
-HEAD = ("verdict", "case", "what", "accepted", "measured")
-
 
 @options.command(
     "validate --only corridor doors -o diagram.png",
@@ -29,7 +27,7 @@ def validate(arguments: Namespace) -> None:
     seed, names = arguments.seed or 0, arguments.only or list(CASES)
     progress = tqdm(names, unit="case", disable=None, leave=False)
     cases = [measured(name, seed) for name in progress]
-    rows = [HEAD, *map(_row, cases)]
+    rows = [("verdict", "case", "what", "accepted", "measured"), *map(_row, cases)]
     rows += [("not modelled", k, *reason, "") for k, reason in NOT_MODELLED.items()]
     facts = {"seed": seed, "cases": cases, "not_modelled": NOT_MODELLED}
     tell(arguments, facts, table(rows, "<<<<<"))

@@ -100,9 +100,7 @@ CORES = len(getattr(os, "sched_getaffinity", lambda _: range(os.cpu_count() or 1
 
 FILE = option("file", "a map, by path or by the name of one that ships")
 BUILDING = option(
-    "--building",
-    "by path or name; default: the checkpoint's or the preset's, else paper",
-    metavar="MAP",
+    "--building", "default: the checkpoint's or the preset's, else paper", metavar="MAP"
 )
 PEOPLE = number("--people", 1, f"default: the checkpoint's, else {paper.PEOPLE}")
 SAMPLE = flag(

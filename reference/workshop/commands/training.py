@@ -6,7 +6,6 @@ Clauses: E1, E2.
 from argparse import Namespace
 from functools import partial
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
 from reference.workshop.commands import options
@@ -22,7 +21,7 @@ from reference.workshop.crossplay.contestants import NAMES, WORST
 from reference.workshop.plain import rows_of
 from reference.workshop.remedies import SideSettings
 from reference.workshop.runs import ContradictionError, refuse_options
-from reference.workshop.strategies import GUIDES, LEARNED
+from reference.workshop.strategies import GUIDES
 from reference.workshop.training.presets import PRESETS
 from reference.workshop.training.summaries import SUMMARIES
 
@@ -62,10 +61,7 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
         "--imitate", "robots imitate this first (behavioural cloning)", choices=GUIDES
     ),
     options.option(
-        "--initialize-from",
-        f"sides that learn begin with the policy of a checkpoint, or of '{LEARNED}'; "
-        "robots that --imitate do not",
-        metavar="FILE",
+        "--initialize-from", "learn on from a checkpoint or 'learned'", metavar="FILE"
     ),
     options.WORKERS,
     options.folder("--out", "default: out/train", default=Path("out/train")),
@@ -82,14 +78,10 @@ def train(arguments: Namespace) -> None:
 
         training, executor, stop = work
         note(training.about())
-        before, begin = training.left, perf_counter()
         path = loop.train(training, out, executor, stop, arguments.tensorboard)
-    seconds = perf_counter() - begin
     facts = {
         "building": training.task.building,
         **training.facts(),
-        "wall_seconds": seconds,
-        "decisions_per_second": (before - training.left) / seconds,
         "checkpoint": str(path),
         "summaries": str(out / SUMMARIES),
     }

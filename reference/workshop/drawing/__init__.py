@@ -1,10 +1,8 @@
 """Pictures of buildings, evacuations and results: figures, and films.
 
 Clause: A8, each of the paper's figures has a counterpart here; none needs a display.
-Read `page` (style, legends, labels) first, then `plans` and `relief` (buildings),
-`evacuation` (one instant), `film` (all of them), `crowding` (what they leave), `senses`
-(what an agent observes) and `curves` (how a training went).  In a notebook, `%load_ext
-reference.workshop.drawing` shows buildings and simulations as pictures.
+Read `page` first, then `plans` and `relief` (buildings), `evacuation` and `film`.  In a
+notebook, `%load_ext reference.workshop.drawing` shows buildings and simulations.
 """
 
 from io import BytesIO

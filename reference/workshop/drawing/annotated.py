@@ -19,8 +19,6 @@ from PIL import Image
 from reference.fire import snapped
 from reference.workshop.drawing import page
 
-INKS = 64  # colours of an inline picture: flat areas need no more
-DOTS = 110  # of it, per inch
 _PEN = dict(zip(range(1, 5), "MLQC", strict=True)) | {Path.CLOSEPOLY: "Z"}
 
 
@@ -44,10 +42,10 @@ def formula(tex: str, size: float = 16.0) -> str:
 
 
 def inline(figure: Figure) -> str:
-    """Write a figure into a data URI: a PNG of few colours."""
+    """Write a figure into a data URI: a PNG of 64 colours, enough for flat areas."""
     drawn, small = BytesIO(), BytesIO()
-    figure.savefig(drawn, format="png", dpi=DOTS)
-    picture = Image.open(drawn).convert("RGB").quantize(INKS, Image.Quantize.FASTOCTREE)
+    figure.savefig(drawn, format="png", dpi=110)
+    picture = Image.open(drawn).convert("RGB").quantize(64, Image.Quantize.FASTOCTREE)
     picture.save(small, "png", optimize=True)
     return f"data:image/png;base64,{b64encode(small.getvalue()).decode()}"
 

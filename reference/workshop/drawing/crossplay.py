@@ -7,14 +7,13 @@ are 95 % bootstrap intervals of the mean over runs.
 """
 
 from collections.abc import Sequence
-from itertools import cycle
 from math import ceil
 from textwrap import fill
-from typing import Any
 
 import numpy as np
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
 from matplotlib.ticker import PercentFormatter
 
 from reference.workshop.crossplay.intervals import band
@@ -25,15 +24,18 @@ from reference.workshop.drawing.page import legend, sheet
 EVEN = LinearSegmentedColormap.from_list("even", ["#dc7d33", "#fbf7ef", "#62a0d8"])
 """Survival: orange where the fire wins, blue where the robots do, for every eye."""
 
-LINES: tuple[tuple[str, Any], ...] = (
-    ("#0072b2", "-"),
-    ("#d55e00", (0, (5, 1.5))),
-    ("#009e73", (0, (1, 1))),
-    ("#cc79a7", (0, (6, 1.5, 1, 1.5))),
-    ("#16191d", (0, (10, 2))),
-    ("#e69f00", (0, (3, 1, 1, 1, 1, 1))),
-    ("#56b4e9", (0, (2, 2))),
-    ("#8a6d3b", (0, (8, 1.5, 3, 1.5))),
+_OKABE = (
+    "0072b2",
+    "d55e00",
+    "009e73",
+    "cc79a7",
+    "16191d",
+    "e69f00",
+    "56b4e9",
+    "8a6d3b",
+)
+LINES = cycler(
+    color=[f"#{ink}" for ink in _OKABE], linestyle=2 * ["-", "--", ":", "-."]
 )
 """Colours of Okabe and Ito, which every eye tells apart, each with its dashes."""
 
@@ -78,23 +80,20 @@ def curves(results: Sequence[RunResult]) -> Figure:
     rows = ceil(len(fires) / columns)
     size = max(7.5, 3.5 * columns), 2.5 * rows + 1.5
     page = sheet("Evacuation curves, with 95 % intervals", *size)
-    panels = page.subplots(rows, columns, sharey=True, squeeze=False)
     t = np.arange(0, max(run.evacuation_time or 0 for run in results) + 2)
-    for axes, fire in zip(panels.flat, fires, strict=False):
-        axes.set(xlim=(0, t[-1]), ylim=(0, 102), xlabel="seconds")
+    for place, fire in enumerate(fires, 1):
+        axes = page.add_subplot(rows, columns, place, xlim=(0, t[-1]), ylim=(0, 102))
+        axes.set(xlabel="seconds", ylabel="people out, %")
         axes.set_title(fill(f"fire: {fire}", 40))
+        axes.label_outer()
         axes.grid(axis="y")
-        for name, (colour, dashes) in zip(robots, cycle(LINES), strict=False):
+        axes.set_prop_cycle(LINES)
+        for name in robots:
             runs = [run for run in results if run.run[:2] == (name, fire)]
             mean, low, high = (100 * line for line in band(shares(runs, t)))
-            look = {"color": colour, "ls": dashes, "label": fill(name, 24)}
-            axes.fill_between(t, low, high, color=colour, alpha=0.16, lw=0)
-            axes.plot(t, mean, lw=1.9, **look)
-    for axes in panels[:, 0]:
-        axes.set_ylabel("people out, %")
-    for axes in panels.flat[len(fires) :]:
-        axes.remove()
-    handles, _ = panels[0, 0].get_legend_handles_labels()
+            (line,) = axes.plot(t, mean, lw=1.9, label=fill(name, 24))
+            axes.fill_between(t, low, high, color=line.get_color(), alpha=0.16, lw=0)
+    handles, _ = axes.get_legend_handles_labels()
     legend(page, handles, ncols=4, handlelength=3.6)
     return page
 

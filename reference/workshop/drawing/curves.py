@@ -7,19 +7,19 @@ differ in number.
 """
 
 from collections.abc import Mapping, Sequence
-from itertools import cycle, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.rcsetup import cycler
 
 from reference.building import Kind
 from reference.paper import InputError
 from reference.workshop.drawing import page
 from reference.workshop.drawing.crossplay import LINES
 from reference.workshop.drawing.evacuation import EMBER
-from reference.workshop.drawing.page import BLUE, COLOURS
+from reference.workshop.drawing.page import BLUE, COLOURS, Style
 from reference.workshop.files import number, read_table
 from reference.workshop.training import summaries
 
@@ -53,8 +53,7 @@ def read(path: str | Path) -> Run:
             f"{file}: there is no such table. Name the folder of a training, or the "
             f"{summaries.SUMMARIES} in it."
         )
-    rows = read_table(file, summaries.COLUMNS, _numbers)
-    names = summaries.COLUMNS
+    rows = read_table(file, names := summaries.COLUMNS, _numbers)
     return Run(
         path.name, {name: np.array([row[name] for row in rows]) for name in names}
     )
@@ -62,44 +61,34 @@ def read(path: str | Path) -> Run:
 
 def _numbers(row: dict[str, str]) -> dict[str, Any]:
     """Turn cells into numbers, empty ones into nan."""
-    return {
-        name: cell if name in ("side", "phase") else number(cell) if cell else np.nan
-        for name, cell in row.items()
-    }
+    words = {name: row.pop(name) for name in ("side", "phase")}
+    return words | {k: number(cell) if cell else np.nan for k, cell in row.items()}
 
 
-class Curve(NamedTuple):
-    """A line of a chart: its panel, its rows and column of the table, and its look.
-
-    side  "robots" or "fire", or "" for the rows of both
-    """
-
-    panel: str
-    side: str
-    column: str
-    colour: str
-    label: str
-    dashes: str = "-"
-
-
-ROBOTS, FIRE, PEOPLE = BLUE, EMBER, COLOURS[Kind.EXIT]
-REWARDS, SURVIVORS = (
-    "reward of an episode, health points",
-    "share of people who survive",
-)
-ENTROPIES = "entropy of the policies, nats"
-LOSSES = "losses of the critics, (scaled return)²"
-
-CURVES = (
-    Curve(REWARDS, "", summaries.GROUP_REWARD, ROBOTS, "robots"),
-    Curve(REWARDS, "fire", summaries.OWN_REWARD, FIRE, "fire", "-."),
-    Curve(SURVIVORS, "", summaries.SURVIVAL, PEOPLE, "people"),
-    Curve(ENTROPIES, "robots", "Policy/Entropy", ROBOTS, "robots"),
-    Curve(ENTROPIES, "fire", "Policy/Entropy", FIRE, "fire", "-."),
-    Curve(LOSSES, "robots", "Losses/Value Loss", ROBOTS, "robots"),
-    Curve(LOSSES, "robots", "Losses/Baseline Loss", ROBOTS, "robots' baseline", "--"),
-    Curve(LOSSES, "fire", "Losses/Value Loss", FIRE, "fire", "-."),
-)
+LOOKS: dict[str, Style] = {
+    "robots": {"color": BLUE, "ls": "-"},
+    "robots' baseline": {"color": BLUE, "ls": "--"},
+    "fire": {"color": EMBER, "ls": "-."},
+    "people": {"color": COLOURS[Kind.EXIT], "ls": "-"},
+}
+SURVIVORS = "share of people who survive"
+PANELS = {
+    "reward of an episode, health points": (
+        ("robots", "", summaries.GROUP_REWARD),
+        ("fire", "fire", summaries.OWN_REWARD),
+    ),
+    SURVIVORS: (("people", "", summaries.SURVIVAL),),
+    "entropy of the policies, nats": (
+        ("robots", "robots", "Policy/Entropy"),
+        ("fire", "fire", "Policy/Entropy"),
+    ),
+    "losses of the critics, (scaled return)²": (
+        ("robots", "robots", "Losses/Value Loss"),
+        ("robots' baseline", "robots", "Losses/Baseline Loss"),
+        ("fire", "fire", "Losses/Value Loss"),
+    ),
+}
+"""Lines of each panel: a label, whose rows ("" for both sides') and which column."""
 
 
 def points(
@@ -143,27 +132,29 @@ def figure(runs: Sequence[Run]) -> Figure:
     Faint: a run as recorded, or the running means of several. Bold: the mean of running
     means. Raises ValueError where there is nothing to draw.
     """
-    found = {curve: points(runs, curve.side, curve.column) for curve in CURVES}
-    panels = list(dict.fromkeys(curve.panel for curve in CURVES if found[curve]))
+    found = {
+        panel: {k: xy for k, *which in curves if (xy := points(runs, *which))}
+        for panel, curves in PANELS.items()
+    }
+    panels = [panel for panel in found if found[panel]]
     if not panels:
         raise InputError("too few rows to draw: train for longer first.")
     names = ", ".join(run.name for run in runs)
     whole = page.sheet(f"Learning curves: {names}", 11, 1.9 * len(panels) + 1.5)
     rest = whole.subplots(len(panels), sharex=True, squeeze=False)[:, 0]
     legend = {}
-    for curve in (curve for curve in CURVES if found[curve]):
-        axes, look = rest[panels.index(curve.panel)], {"color": curve.colour}
-        smoothed = [(x, smooth(x, y)) for x, y in found[curve]]
-        for line in smoothed if len(runs) > 1 else found[curve]:
-            axes.plot(*line, lw=0.9, alpha=0.4, **look)
-        look |= {"ls": curve.dashes, "label": curve.label}
-        (legend[curve.label],) = axes.plot(*mean_of(smoothed), lw=2, **look)
     for axes, panel in zip(rest, panels, strict=True):
         axes.grid(axis="y")
         axes.set_title(panel)
+        for label, lines in found[panel].items():
+            means = [(x, smooth(x, y)) for x, y in lines]
+            for line in means if len(runs) > 1 else lines:
+                axes.plot(*line, lw=0.9, alpha=0.4, color=LOOKS[label]["color"])
+            (bold,) = axes.plot(*mean_of(means), lw=2, label=label, **LOOKS[label])
+            legend[label] = bold
     rest[-1].set_xlabel("episodes played by both sides")
-    means = f"bold: running means over {SMOOTHING:.0%} of the episodes"
-    page.legend(whole, [*legend.values()], title=means, handlelength=2.8)
+    words = f"bold: running means over {SMOOTHING:.0%} of the episodes"
+    page.legend(whole, [*legend.values()], title=words, handlelength=2.8)
     return whole
 
 
@@ -178,10 +169,10 @@ def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
     for name, runs in arms.items():
         if found := points(runs, "robots", summaries.SURVIVAL, "step"):
             lines[name] = mean_of([(x, smooth(x, y)) for x, y in found])
-    order = sorted(lines, key=lambda name: -lines[name][1][-1])
-    looks = cycle(product(("-", "--", ":"), (colour for colour, _ in LINES)))
-    for name, (dashes, colour) in zip(order, looks, strict=False):
-        axes.plot(*lines[name], lw=1.8, color=colour, ls=dashes, label=name)
+    colours = cycler(color=LINES.by_key()["color"])
+    axes.set_prop_cycle(cycler(linestyle=["-", "--", ":"]) * colours)
+    for name in sorted(lines, key=lambda name: -lines[name][1][-1]):
+        axes.plot(*lines[name], lw=1.8, label=name)
     axes.grid(axis="y")
     axes.set(xlabel="decisions of the robots", ylabel=SURVIVORS, ylim=(0, 1))
     axes.set_xlim(left=0)

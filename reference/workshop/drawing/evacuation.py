@@ -7,8 +7,7 @@ line is where a person walked lately: who walks in circles draws one.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -38,11 +37,9 @@ CURVES: dict[str, Style] = {
     "inside": {"color": page.FAINT, "lw": 2, "ls": (0, (4, 1.5))},
     "dead": {"color": INK, "lw": 2, "ls": (0, (1, 1))},
 }
-DPI = 100  # of a film
 
 
-@dataclass(frozen=True)
-class Tally:
+class Tally(NamedTuple):
     """How many people were where at a time (seconds).
 
     spots: (n, 3) each one's floor, and x and y in metres, NaN for who does not walk
@@ -52,28 +49,25 @@ class Tally:
     out: int
     inside: int
     dead: int
-    spots: np.ndarray | None = field(default=None, compare=False, repr=False)
+    spots: np.ndarray | None = None
 
 
 def tally(world: World) -> Tally:
     """Count the people of a world."""
     bodies = world.bodies
-    count = np.bincount(bodies.fate, minlength=len(Fate)).tolist()
-    out, inside, dead = (count[f] for f in (Fate.EVACUATED, Fate.INSIDE, Fate.DEAD))
+    inside, out, dead = np.bincount(bodies.fate, minlength=len(Fate)).tolist()
     walked = np.where(bodies.walking[:, None], bodies.position, np.nan)
     spots = np.column_stack([bodies.floor, walked])
     return Tally(world.time, out, inside, dead, spots)
 
 
-def frame(
-    world: World, history: Sequence[Tally] | None = None, heading: str = ""
-) -> Figure:
+def frame(world: World, history: Sequence[Tally] | None = None) -> Figure:
     """Draw people, robots and fire on all floors at one instant.
 
     history: the tallies up to now, oldest first, for the curve of who is out and for
-    people's trails.  heading: instead of the building's title.
+    people's trails
     """
-    scene = Scene(world.building, len(world.bodies), [heading], dpi=150)
+    scene = Scene(world.building, len(world.bodies))
     scene.show(world, history or [tally(world)])
     return scene.figure
 
@@ -90,11 +84,7 @@ class Scene:
     """
 
     def __init__(
-        self,
-        building: Building,
-        people: int,
-        headings: Sequence[str] = ("",),
-        dpi: int = DPI,
+        self, building: Building, people: int, headings: Sequence[str] = ("",)
     ):
         """headings: of each evacuation; "" is the building's title."""
         headings = [heading or building.title for heading in headings]
@@ -103,12 +93,12 @@ class Scene:
         across, down = columns * building.kind.shape[2], rows * building.kind.shape[1]
         width = 9 + 2 * count
         high = min(5.2, width / count * down / across)
-        self.figure = Figure((width, high + 3), dpi, layout="constrained")
+        self.figure = Figure((width, high + 3), layout="constrained")
         look: Style = {"height_ratios": (high, 1), "squeeze": False}
         panels, curves = self.figure.subplots(2, count, **look)
         for axes, curve, heading in zip(panels, curves, headings, strict=True):
             moves = _paint_floors(axes, building)
-            words = page.shortened(heading, 72 // count)
+            words = page.shortened(heading, 66 // count)
             axes.set_title(words, fontsize=14, weight="bold", pad=38)
             curve.set(xlim=(0, 60), ylim=(0, 1.05 * max(people, 1)))
             curve.set(xlabel="seconds", ylabel="people")
@@ -153,10 +143,7 @@ class Side:
             crowd |= {"marker": look["marker"], "s": look["ms"] ** 2}
             self.people[mode] = axes.scatter([], [], **crowd)
         self.marks = {k: axes.plot([], [], **look)[0] for k, look in own.items()}
-        self.lines = {
-            name: curve.plot([], [], label=name, **look)[0]
-            for name, look in CURVES.items()
-        }
+        self.lines = {k: curve.plot([], [], **look)[0] for k, look in CURVES.items()}
         place: Style = {"xycoords": "axes fraction", "textcoords": "offset points"}
         self.counts = axes.annotate("", (0, 1), (0, 20), fontsize=12, **place)
         there: list[Artist] = [*self.marks.values(), *self.people.values()]

@@ -56,9 +56,7 @@ def animate(
     target = Path(path)
     write = FORMATS[target.suffix.lower()]
     if write is _mp4 and which("ffmpeg") is None:
-        raise InputError(
-            f"{target}: needs ffmpeg; install it, or write a .gif or .html"
-        )
+        raise InputError(f"{target}: needs ffmpeg; install it or write a .gif or .html")
     first = simulations[0]
     scene = Scene(first.building, len(first.world.bodies), headings)
     frames = _frames(scene, simulations, going or ticks(simulations))

@@ -8,7 +8,6 @@ it evaluated strategies stand.
 
 from collections.abc import Sequence
 from functools import partial
-from itertools import cycle
 from textwrap import fill
 
 import numpy as np
@@ -17,7 +16,7 @@ from matplotlib.figure import Figure
 from reference.evaluation.score import PAPER, Ruler
 from reference.paper import BEST_POINT, WORST_POINT
 from reference.workshop.crossplay.results import Cell
-from reference.workshop.drawing.crossplay import LINES, players
+from reference.workshop.drawing.crossplay import players
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import BLUE, TEXT, Style, legend, sheet
 
@@ -81,17 +80,15 @@ def contours(ruler: Ruler, cells: Sequence[Cell]) -> Figure:
     E = ruler.score(*np.meshgrid(wide, high))
     shades = axes.contourf(wide, high, E, LEVELS, cmap="BrBG", alpha=0.6, extend="max")
     axes.contour(wide, high, E, [1], colors=TEXT, linewidths=2.4)
-    inks = dict(zip(players(shown, "robots"), cycle(LINES), strict=False))
-    shapes = dict(zip(players(shown, "fire"), cycle(MARKERS), strict=False))
+    robots, fires = players(shown, "robots"), players(shown, "fire")
     for cell in shown:
         (x, *across), (y, *up) = cell.reward, cell.difficulty
         axes.plot(across, (y, y), (x, x), up, color=TEXT, lw=1)
+        marker = MARKERS[fires.index(cell.fire) % len(MARKERS)]
         name = fill(f"{cell.robots}, fire {cell.fire}", 30)
-        look: Style = {
-            "color": inks[cell.robots][0],
-            "label": f"{name}  {ruler.score(x, y):.2f}",
-        }
-        axes.plot(x, y, shapes[cell.fire], mec="white", ms=8, **look)
+        look: Style = {"color": f"C{robots.index(cell.robots)}", "mec": "white"}
+        look |= {"ls": "", "marker": marker, "ms": 8, "clip_on": False}
+        axes.plot(x, y, label=f"{name}  {ruler.score(x, y):.2f}", **look)
     axes.set_title("Bold line: E = 1.  Points: means with 95 % intervals, and their E")
     axes.set(xlabel="reward R, health points", ylabel="difficulty h")
     figure.colorbar(shades, pad=0.02, label="score E; 1: as good as the baseline")

@@ -15,10 +15,14 @@ from sys import intern
 from typing import Any
 from zipfile import BadZipFile, ZipFile
 
+import numpy as np
 import torch
+from torch import Tensor
 
 import reference
+from reference.learning.experience import Decisions
 from reference.learning.players import Learned
+from reference.learning.ppo import Learner
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError
 from reference.workshop.files import refuse_no_file, write_whole
@@ -43,8 +47,9 @@ def must_fit(path: object, what: str) -> Iterator[None]:
     """Raise CheckpointError where the parts of a checkpoint do not fit together."""
     try:
         yield
-    except Exception as error:  # torch tells what does not fit in many ways
-        raise CheckpointError(f"{path}: its {what} ({error!s:.200}).") from error
+    except Exception as error:  # torch tells damage in many ways
+        why = f" ({error!s:.200})" if isinstance(error, ValueError) else ""
+        raise CheckpointError(f"{path}: {what}{why}.") from error
 
 
 @dataclass(frozen=True)
@@ -117,8 +122,9 @@ def save(checkpoint: Checkpoint, path: Path) -> None:
 
     Raises OSError, with a message for people.
     """
+    head = {"kind": KIND, "format": FORMAT, "game": reference.GAME}
     memory = BytesIO()
-    torch.save(_plain(checkpoint), memory)
+    torch.save(_alike(head | asdict(checkpoint)), memory)
     write_whole(path, memory.getbuffer())
 
 
@@ -141,38 +147,26 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
             f"version {version!s:.40}; here they are {reference.GAME} and {FORMAT}. "
             "Use that version, or train anew."
         )
-    with must_fit(path, "parts are not those of a checkpoint"):
+    with must_fit(path, "lacks a part, or is damaged"):
         return _checkpoint(content)
 
 
 def _content(path: Path) -> dict[str, Any]:
     """Read what torch saved, without executing it. Raises CheckpointError, OSError."""
     refuse_no_file(path)
-    with path.open("rb") as file:
-        try:
-            archive = ZipFile(file)
-            odd = [part for part in archive.infolist() if part.compress_type]
-            if odd or archive.testzip():  # torch compresses nothing, and does not look
-                raise BadZipFile
-            file.seek(0)
-            content = torch.load(file, map_location="cpu", weights_only=True)
-            if content["kind"] != KIND:
-                raise ValueError
-        except Exception as error:  # torch tells damage in many ways
-            raise CheckpointError(
-                f"{path}: is damaged, or is no checkpoint. If train made it, remove it "
-                "to go on from the one before."
-            ) from error
-    return dict(content)
+    with path.open("rb") as file, must_fit(path, "is damaged, or is no checkpoint"):
+        archive = ZipFile(file)
+        odd = [part for part in archive.infolist() if part.compress_type]
+        if odd or archive.testzip():  # torch compresses nothing, and does not look
+            raise BadZipFile
+        file.seek(0)
+        content = torch.load(file, map_location="cpu", weights_only=True)
+        if content["kind"] != KIND:
+            raise ValueError("of another program")
+        return dict(content)
 
 
 # -- As plain data ------------------------------------------------------------------
-
-
-def _plain(checkpoint: Checkpoint) -> dict[str, Any]:
-    """A checkpoint as dicts, lists, words, numbers and tensors only."""
-    head = {"kind": KIND, "format": FORMAT, "game": reference.GAME}
-    return _alike(head | asdict(checkpoint))
 
 
 def _alike(plain: Any) -> Any:
@@ -210,3 +204,42 @@ def _player(plain: Any) -> Learned | str:
         return plain
     settings = record_from(SideSettings, plain["settings"], "settings of a network")
     return Learned(settings, plain["weights"])
+
+
+NETWORKS = ("actor", "critic", "optimiser")
+
+
+def state_of(learner: Learner) -> dict[str, Any]:
+    """Collect all that a learner needs to resume, as plain data and its own tensors."""
+    parts = learner.buffer
+    return {
+        **{name: getattr(learner, name).state_dict() for name in NETWORKS},
+        "buffer": [part.columns() | {"grids": _packed(part.grids)} for part in parts],
+        "rng": learner.rng.get_state(),
+        "steps": learner.steps,
+    }
+
+
+def restore(learner: Learner, state: dict[str, Any]) -> None:
+    """Load what `state_of` gave."""
+    for name in NETWORKS:
+        getattr(learner, name).load_state_dict(state[name])
+    learner.buffer = [
+        Decisions(**part | {"grids": _unpacked(part["grids"])})
+        for part in state["buffer"]
+    ]
+    learner.rng.set_state(state["rng"])
+    learner.steps = state["steps"]
+
+
+def _packed(grids: Tensor) -> dict[str, Any]:
+    """Pack cells of 0 and 1 into bits."""
+    bits = np.packbits(grids.numpy().reshape(len(grids), -1), axis=1)
+    return {"bits": torch.from_numpy(bits), "shape": list(grids.shape)}
+
+
+def _unpacked(packed: dict[str, Any]) -> Tensor:
+    shape = packed["shape"]
+    count = int(np.prod(shape[1:]))
+    bits = np.unpackbits(packed["bits"].numpy(), axis=1, count=count)
+    return torch.from_numpy(bits.reshape(shape))

@@ -7,8 +7,8 @@ workers nor an interruption between two rounds changes the result.
 import sys
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from contextlib import ExitStack, closing
 from pathlib import Path
+from typing import NoReturn
 
 from tqdm import tqdm
 
@@ -16,7 +16,7 @@ from reference.learning.networks import one_thread
 from reference.learning.rollouts import Episode, Job, play_all
 from reference.workshop.files import Table, make_folder
 from reference.workshop.lockstep import together
-from reference.workshop.training import checkpoints
+from reference.workshop.training.checkpoints import keep, newest
 from reference.workshop.training.session import Training
 from reference.workshop.training.summaries import (
     OWN_REWARD,
@@ -38,13 +38,21 @@ def train(
 ) -> Path:
     """Train until every side is past its max_steps, or until told to stop.
 
-    The folder gets checkpoints and summaries.csv. When `stop` says so, a round that is
-    being played is dropped, one that is being learned from is finished.
+    The folder gets checkpoints, the first before anything else, and summaries.csv; rows
+    that an interruption has left of later rounds are dropped. When `stop` says so, a
+    round that is being played is dropped, one that is being learned from is finished.
     Returns the last checkpoint's path. Raises OSError where nothing can be written;
     the checkpoints that are there stay whole.
     """
-    with ExitStack() as stack:
-        log = Log(training, folder, tensorboard, stack)
+    tables: list[Table | Board] = []
+    if tensorboard:
+        tables.append(Board(folder / "tensorboard", training.learners))
+    make_folder(folder)
+    if newest(folder) is None:
+        _save(training, folder)
+    tables.append(table_until(folder, training.round if training.imitated else -1))
+    kept = _intervals(training)
+    with _bar(training) as bar:
         while not training.over and not stop():
             # PLAY
             episodes = in_order(executor, _play, training.jobs(), stop)
@@ -53,11 +61,14 @@ def train(
             # LEARN
             rows = training.learn(episodes)
             # TELL
-            log.tell(rows)
+            for table in tables:
+                table.append(rows)
+            _show(bar, training, rows)
             # KEEP
-            if log.due():
-                log.keep()
-        return log.keep()
+            if _intervals(training) != kept:
+                kept = _intervals(training)
+                _save(training, folder)
+    return _save(training, folder)
 
 
 def _play(jobs: Sequence[Job]) -> list[Episode]:
@@ -66,62 +77,34 @@ def _play(jobs: Sequence[Job]) -> list[Episode]:
         return [e for job in play_all(jobs, together) for e in job]
 
 
-class Log:
-    """The folder of a training: checkpoints and summaries; and the progress."""
+def _save(training: Training, folder: Path) -> Path:
+    most = max(who.settings.keep_checkpoints for who in training.learners.values())
+    return keep(training.checkpoint(), folder, most)
 
-    def __init__(
-        self, training: Training, folder: Path, tensorboard: bool, stack: ExitStack
-    ):
-        """Save where it begins; drop later rows, which an interruption may have left.
 
-        The checkpoint comes first: where it does not fit, the folder stays empty.
-        """
-        self.training, self.folder, learners = training, folder, training.learners
-        self.summaries: list[Table | Board] = []
-        if tensorboard:
-            steps = {side: who.steps for side, who in learners.items()}
-            board = closing(Board(folder / "tensorboard", steps))
-            self.summaries.append(stack.enter_context(board))
-        make_folder(folder)
-        self.kept = self._marks()
-        if checkpoints.newest(folder) is None:
-            self.keep()
-        over = training.round if training.imitated else -1
-        self.summaries.append(table_until(folder, over))
-        total = sum(who.settings.max_steps for who in learners.values())
-        done = total - training.left
-        bar = tqdm(
-            total=total, initial=done, unit=" decisions", unit_scale=True, disable=None
-        )
-        self.bar = stack.enter_context(bar)
+def _intervals(training: Training) -> list[int]:
+    """How many checkpoint_intervals are over; imitation is one more."""
+    both = training.learners.values()
+    over = [who.steps // who.settings.checkpoint_interval for who in both]
+    return [training.imitated, *over]
 
-    def tell(self, rows: Sequence[Row]) -> None:
-        """Write the summaries that are due; show the progress."""
-        for summaries in self.summaries:
-            summaries.append(rows)
-        self.bar.update(self.bar.total - self.training.left - self.bar.n)
-        if latest := self.training.latest:
-            reward, share = latest["group_reward"], latest["survival"]
-            self.bar.set_postfix(reward=f"{reward:,.0f}", survivors=f"{share:.0%}")
-        if self.bar.disable:
-            for row in rows:
-                print(_line(row), file=sys.stderr)
 
-    def due(self) -> bool:
-        """Whether a side is past another multiple of its checkpoint_interval."""
-        return self._marks() != self.kept
+def _bar(training: Training) -> "tqdm[NoReturn]":
+    total = sum(who.settings.max_steps for who in training.learners.values())
+    done = total - training.left
+    return tqdm(
+        total=total, initial=done, unit=" decisions", unit_scale=True, disable=None
+    )
 
-    def keep(self) -> Path:
-        """Save a checkpoint of now; return its path."""
-        self.kept, both = self._marks(), self.training.learners.values()
-        most = max(who.settings.keep_checkpoints for who in both)
-        return checkpoints.keep(self.training.checkpoint(), self.folder, most)
 
-    def _marks(self) -> list[int]:
-        """How many intervals are over; robots that imitate have one more."""
-        both = self.training.learners.values()
-        over = [who.steps // who.settings.checkpoint_interval for who in both]
-        return [self.training.imitated, *over]
+def _show(bar: "tqdm[NoReturn]", training: Training, rows: Sequence[Row]) -> None:
+    """Show the progress; where there is no terminal, print the rows."""
+    bar.update(bar.total - training.left - bar.n)
+    if latest := training.latest:
+        reward, share = latest["group_reward"], latest["survival"]
+        bar.set_postfix(reward=f"{reward:,.0f}", survivors=f"{share:.0%}")
+    for row in rows if bar.disable else ():
+        print(_line(row), file=sys.stderr)
 
 
 def _line(row: Row) -> str:

@@ -29,12 +29,10 @@ from reference.workshop.plain import SettingsError, mapping, rows_of, unknown
 from reference.workshop.remedies import SideSettings
 from reference.workshop.training.presets import Settings, changed
 
-SECTIONS = {name: row.section for name, row in rows_of(SideSettings).items()}
-OWN_ROWS = tuple(name for name, section in SECTIONS.items() if section is None)
 PLACES = {
-    ".".join((*section, name)): name
-    for name, section in SECTIONS.items()
-    if section is not None
+    ".".join((*row.section, name)): name
+    for name, row in rows_of(SideSettings).items()
+    if row.section is not None
 }
 """Rows of the tables by where ML-Agents keeps them, as in hyperparameters.beta."""
 
@@ -92,13 +90,11 @@ def _stated(top: dict[str, Any], names: Mapping[Side, str]) -> dict[str, Any]:
     for key in {key for key, value in top.items() if value is not None} - {*TOP}:
         raise SettingsError(unknown(key, TOP))
     ours = mapping(top.get("reference"), "reference")
-    for key in ours.keys() & {*SIDES, "preset"}:
-        raise SettingsError(f"reference: {unknown(key, [*NAMES.values(), 'scenario'])}")
+    if "preset" in ours:
+        raise SettingsError("reference: preset is an option of the command line")
     for side, name in NAMES.items():
-        stated = mapping(ours.pop(name, None), f"reference: {name}")
-        own = {row: _number(value) for row, value in stated.items()}
-        for row in own.keys() - {*OWN_ROWS}:
-            raise SettingsError(f"reference: {name}: {unknown(row, OWN_ROWS)}")
+        own = mapping(ours.pop(name, ours.get(side)), f"reference: {name}")
+        own = {row: _number(value) for row, value in own.items()}
         rows = _rows(top.get("default_settings"), "default_settings")
         if side in names:
             rows |= _rows(top["behaviors"][names[side]], names[side])
@@ -147,22 +143,23 @@ def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
 
     One of two without a sign gets the side left.
     """
-
-    def robotic(name: str) -> int:
-        rows = behaviours[name]
-        if isinstance(rows, Mapping) and rows.get("trainer_type") == "poca":
-            return 1
-        return -1 if "fire" in name.lower() else int("robot" in name.lower())
-
-    ranked = sorted(behaviours, key=robotic, reverse=True)
-    signs = [robotic(name) for name in ranked]
-    if len(ranked) == 2 and signs[0] > signs[1]:
+    signs = {name: _sign(name, rows) for name, rows in behaviours.items()}
+    ranked = sorted(signs, key=signs.__getitem__, reverse=True)
+    values = sorted(signs.values(), reverse=True)
+    if len(ranked) == 2 and values[0] > values[1]:
         return dict(zip(SIDES, ranked, strict=True))
-    if len(ranked) == 1 and signs[0]:
-        return {"robots" if signs[0] > 0 else "fire": ranked[0]}
+    if len(ranked) == 1 and values[0]:
+        return {"robots" if values[0] > 0 else "fire": ranked[0]}
     if ranked:
+        names = ", ".join(behaviours)
         raise SettingsError(
-            f"behaviors: this file has {', '.join(behaviours)}: name them Robot and "
-            "Fire"
+            f"behaviors: this file has {names}: name them Robot and Fire"
         )
     return {}
+
+
+def _sign(name: str, rows: Any) -> int:
+    """1 for the robots' behaviour, -1 for the fire's, 0 for either's."""
+    if isinstance(rows, Mapping) and rows.get("trainer_type") == "poca":
+        return 1
+    return -1 if "fire" in name.lower() else int("robot" in name.lower())

@@ -55,7 +55,8 @@ class LearnedPolicy:
                 f"--{self.side} {who}, or name another checkpoint."
             )
         self.learned, self.sample = who, sample
-        with must_fit(source, "network is not of the shape its settings tell"):
+        name = "the checkpoint" if source is checkpoint else source
+        with must_fit(name, "its network is not of the shape its settings tell"):
             self.player = who.player(self.side, self.building, self.scenario)
 
     def __deepcopy__(self, memo: dict[int, Any]) -> "LearnedPolicy":
@@ -75,12 +76,11 @@ class LearnedPolicy:
                 f"the checkpoint has learned {own.title}, not this drawing of "
                 f"{building.title}. Leave the building out, or name its own."
             )
-        trained = _facts(own, self.scenario)
         for what, number in _facts(building, scenario).items():
-            if number != trained[what]:
+            if number != (trained := _facts(own, self.scenario)[what]):
                 raise CheckpointError(
-                    f"the checkpoint's {self.side} learned with {trained[what]} {what};"
-                    f" here it is {number}. Take as many, or train for it."
+                    f"the checkpoint's {self.side} learned with {trained} {what}; here "
+                    f"it is {number}. Take as many, or train for it."
                 )
 
     def _emitted(

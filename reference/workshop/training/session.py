@@ -11,15 +11,19 @@ from pathlib import Path
 from statistics import mean
 from typing import Any
 
+import numpy as np
+
 from reference.building import building_of, plan_of
-from reference.learning.adversarial import learn, player_of
+from reference.learning.adversarial import learn, learner_for, player_of
 from reference.learning.players import Learned
+from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, Side
+from reference.simulation import Simulation
 from reference.strategies import NoFire, RandomFire
 from reference.workshop.maps import load as load_building
 from reference.workshop.plain import SettingsError
-from reference.workshop.runs import RunError, refuse_version
+from reference.workshop.runs import refuse_version
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
@@ -27,22 +31,19 @@ from reference.workshop.training.checkpoints import (
     Task,
     load,
     must_fit,
-    newest,
-)
-from reference.workshop.training.imitation import Demonstration, clone
-from reference.workshop.training.learners import (
-    DEMONSTRATIONS,
-    ROUNDS,
-    learners_of,
     restore,
-    seeds_of,
     state_of,
 )
+from reference.workshop.training.imitation import Demonstration, clone
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import POLICIES, fixed_player
 from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.summaries import PRETRAINING, Row, Summary
 from reference.workshop.workers import chunks
+
+OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
+OF_NETWORK = ("head", "hidden_units", "num_layers", "normalize", "commitment", "spread")
+"""Rows of settings on which the meaning of a network's weights depends."""
 
 PROGRESS = ("episodes", "imitated", "latest")  # of a training, plain data
 
@@ -58,10 +59,8 @@ class Training:
         """Make the learners. Raises what `learners_of` does."""
         self.task, self.settings = task, task.settings
         self.learners = learners_of(task)
-        self.summaries = {
-            side: Summary(side, learner.settings.summary_freq)
-            for side, learner in self.learners.items()
-        }
+        both = self.learners.items()
+        self.summaries = {s: Summary(s, who.settings.summary_freq) for s, who in both}
         self.round = self.episodes = 0
         self.imitated = task.imitate is None
         self.latest: dict[str, float] = {}
@@ -195,7 +194,7 @@ class Training:
 
     def facts(self) -> dict[str, Any]:
         """Report players, progress, and the means of the last round's episodes."""
-        names = ("fire_reward", "survival", "evacuated", "died")
+        told = ("fire_reward", "survival", "evacuated", "died")
         return {
             "preset": self.settings.preset,
             **self._who(),
@@ -204,7 +203,7 @@ class Training:
             "episodes": self.episodes,
             "steps": {side: learner.steps for side, learner in self.learners.items()},
             "reward": self.latest.get("group_reward"),
-            **{name: self.latest.get(name) for name in names},
+            **{name: self.latest.get(name) for name in told},
         }
 
     # -- Checkpoints ----------------------------------------------------------------
@@ -225,8 +224,49 @@ class Training:
             setattr(training, name, progress[name])
         for side, learner in training.learners.items():
             restore(learner, checkpoint.learners[side])
-            training.summaries[side].load(progress["summaries"][side])
+            vars(training.summaries[side]).update(progress["summaries"][side])
         return training
+
+
+# -- Learners -----------------------------------------------------------------------
+
+
+def learners_of(task: Task) -> dict[Side, Learner]:
+    """Make a learner for each side that nobody else plays.
+
+    Raises SettingsError if there is nothing to learn, or if a network to begin with
+    means something else, and ValueError for more people than fit into the building.
+    """
+    building, scenario = building_of(task.plan), task.settings.scenario
+    if not sum(scenario.start_counts(building.floors)):
+        raise SettingsError("there is nobody to evacuate: raise people")
+    Simulation(building, scenario)
+    return {side: _learner(task, side) for side in SIDES if side not in task.fixed}
+
+
+def _learner(task: Task, side: Side) -> Learner:
+    """Make a side's learner, with random networks or one to begin with."""
+    settings, scenario = getattr(task.settings, side), task.settings.scenario
+    row = "robots_per_floor" if side == "robots" else "sources"
+    if not getattr(scenario, row):
+        raise SettingsError(f"{side}: nobody learns where {row} is 0")
+    (seed,) = seeds_of(task.seed, OF_LEARNERS, SIDES.index(side), 1)
+    learner = learner_for(side, task.plan, scenario, settings, seed)
+    if (who := task.initial.get(side)) is not None:
+        for name in OF_NETWORK:
+            if (theirs := getattr(who.settings, name)) != getattr(settings, name):
+                raise SettingsError(
+                    f"{side}: the network to begin with has {name} {theirs}. Write it "
+                    "into the settings."
+                )
+        learner.actor.load_state_dict(dict(who.weights))
+    return learner
+
+
+def seeds_of(run: int, purpose: int, number: int, count: int) -> tuple[int, ...]:
+    """Derive seeds from a run's seed, a purpose and a number."""
+    sequence = np.random.SeedSequence(run, spawn_key=(purpose, number))
+    return tuple(sequence.generate_state(count, np.uint64).tolist())
 
 
 # -- By the options of `train` ------------------------------------------------------
@@ -243,8 +283,7 @@ def begin(asked: Namespace) -> Training:
     for the map, OSError for an unreadable file.
     """
     settings = _settings(asked)
-    tiny = settings.preset == "tiny"
-    name = asked.building if asked.building is not None else "tiny" if tiny else "paper"
+    name = asked.building or ("tiny" if settings.preset == "tiny" else "paper")
     building = load_building(name)
     where = building, settings.scenario
     named = {side: who for side in SIDES if (who := getattr(asked, side)) is not None}
@@ -278,15 +317,12 @@ def _settings(asked: Namespace) -> Settings:
 def resume(folder: Path) -> Training:
     """Resume from the newest checkpoint in a folder.
 
-    Raises RunError if there is none or if it is another version's, InputError for one
-    that is damaged.
+    Raises RunError if it is another version's, CheckpointError if there is none or if
+    it is damaged.
     """
-    path = newest(folder)
-    if path is None:
-        raise RunError(f"{folder}: there is no checkpoint to go on from.")
-    checkpoint = load(path)
-    refuse_version(path, checkpoint.version)
-    with must_fit(path, "parts do not fit each other"):
+    checkpoint = load(folder)
+    refuse_version(folder, checkpoint.version)
+    with must_fit(folder, "its parts do not fit each other"):
         return Training.resumed(checkpoint)
 
 

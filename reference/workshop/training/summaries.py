@@ -85,11 +85,6 @@ class Summary:
         """Return the sums so far as plain numbers, for a checkpoint."""
         return {"last": self.last, "sums": self.sums, "counts": self.counts}
 
-    def load(self, state: Mapping[str, Any]) -> None:
-        """Go on from what `state` gave."""
-        self.last = state["last"]
-        self.sums, self.counts = dict(state["sums"]), dict(state["counts"])
-
 
 def table_until(folder: Path, rounds: int) -> Table:
     """Go on with a training's table, without its rows of later rounds than `rounds`.
@@ -104,8 +99,8 @@ def table_until(folder: Path, rounds: int) -> Table:
 class Board:
     """Summaries for TensorBoard, a folder for each side; needs its extra."""
 
-    def __init__(self, folder: Path, steps: Mapping[Side, int]):
-        """steps: of each side so far; later entries in the folder are hidden.
+    def __init__(self, folder: Path, learners: Mapping[Side, Any]):
+        """Go on after the learners' steps; later entries in the folder are hidden.
 
         Raises SettingsError without the extra `tensorboard`.
         """
@@ -117,8 +112,8 @@ class Board:
                 "--tensorboard out."
             ) from error
         self.writers = {
-            side: SummaryWriter(str(folder / side), purge_step=step + 1)
-            for side, step in steps.items()
+            side: SummaryWriter(str(folder / side), purge_step=learner.steps + 1)
+            for side, learner in learners.items()
         }
 
     def append(self, rows: Sequence[Row]) -> None:
@@ -128,8 +123,3 @@ class Board:
             for name in row.keys() - {*WHEN}:
                 writer.add_scalar(name, row[name], row["step"])
             writer.flush()
-
-    def close(self) -> None:
-        """Close the files."""
-        for writer in self.writers.values():
-            writer.close()
