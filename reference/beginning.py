@@ -63,7 +63,8 @@ def with_people_at(
 
     They begin as followers without a leader: Alg. 1:3 makes them leaders at once.
     """
-    bodies = _bodies(building, place, position, rng)
+    bodies, shape = _bodies(building, place, position, rng), building.kind.shape
+    never, nowhere, zero = np.full(shape, inf), np.zeros(shape, bool), np.zeros(shape)
     world = World(
         building=building,
         time=0.0,
@@ -71,18 +72,12 @@ def with_people_at(
         bodies=bodies,
         minds=[Mind(Mode.FOLLOWER) for _ in place],
         robots=_robots(building, scenario.robots_per_floor, len(bodies)),
-        flames=_no_flames(building.kind.shape),
+        flames=Flames(never, nowhere, frozenset(), zero, np.ones(shape), []),
         burnt=set(),
     )
     for robot in world.robots:
         robot.active = world.anybody_at_or_above(robot.floor)
     return world
-
-
-def _no_flames(shape: tuple[int, ...]) -> Flames:
-    """Nothing burns, and nothing ever will."""
-    never, nowhere = np.full(shape, inf), np.zeros(shape, bool)
-    return Flames(never, nowhere, frozenset(), np.zeros(shape), np.ones(shape), [])
 
 
 def occupancy(bodies: Bodies, floors: int) -> list[int]:

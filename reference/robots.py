@@ -43,13 +43,15 @@ class RobotAlgorithm:
         robot.active = world.anybody_at_or_above(robot.floor)  # 1
         if not robot.active:
             return
+        nav = navigation_of(world.building)
         speed = speed_while_leading(robot, world)  # 2
         if decision is not None:  # 3
             target = actual_target(world.building, robot.floor, *decision)
             robot.destination = np.array(target)  # 4
             robot.says = said_on_the_way(world.building, robot.floor, target)  # 5
-            robot.way = planned_way(robot, world, target)
-        self._move(robot, navigation_of(world.building), speed * seconds)  # 7
+            goal = nav.nearest_free(robot.floor, *target)
+            robot.way = nav.way(robot.place, goal, flame_cost(world, robot.floor))
+        self._move(robot, nav, speed * seconds)  # 7
 
     @staticmethod
     def _move(robot: Robot, nav: Navigation, metres: float) -> None:
@@ -119,13 +121,6 @@ def said_on_the_way(building: Building, floor: int, target: Destination) -> int:
     else:
         return NOWHERE
     return min(marks, key=lambda mark: dist(mark.position, target)).index
-
-
-def planned_way(robot: Robot, world: World, target: Destination) -> list[int]:
-    """Places on the cheapest way to a robot's target, given the flames [C5]."""
-    nav = navigation_of(world.building)
-    goal = nav.nearest_free(robot.floor, *target)
-    return nav.way(robot.place, goal, flame_cost(world, robot.floor))
 
 
 def flame_cost(world: World, floor: int) -> np.ndarray | None:

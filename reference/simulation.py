@@ -269,13 +269,12 @@ class Simulation:
 
     def _burn_doors(self) -> None:
         """Destroy the regular doors that have flames beside them [A6]."""
-        burning = self.world.flames.burning
+        burning, burnt = self.world.flames.burning, self.world.burnt
         touched = burning | cells_beside(self.building, burning)
         doors = self._marks[(touched & (self.building.kind == Kind.DOOR)).ravel()]
-        for mark in np.unique(doors).tolist():
-            if mark not in self.world.burnt:
-                self.world.burnt.add(mark)
-                self._record(DoorBurnt, mark)
+        for mark in sorted(set(doors.tolist()) - burnt):
+            burnt.add(mark)
+            self._record(DoorBurnt, mark)
 
     # -- SETTLE ---------------------------------------------------------------------
 

@@ -10,10 +10,9 @@ People walk at WALKING_SPEED, robots stand still unless a strategy is given, and
 is left to chance.
 """
 
-from functools import cache, partial
+from functools import cache
 from inspect import cleandoc
 from math import ceil
-from unittest.mock import patch
 
 import numpy as np
 from hypothesis import strategies as st
@@ -50,15 +49,11 @@ def stage(board, robots=None, fire="none", **scenario):
     """A simulation that begins as drawn; scenario: what else differs from the paper."""
     floors = split(board)
     people = tuple(len(found([rows], PEOPLE)) for rows in floors)
-    scene = Scenario(
-        people_per_floor=people,
-        robots_per_floor=len(found(floors[:1], "R")),
-        **scenario,
-    )
-    with patch("reference.simulation.beginning", partial(as_drawn, floors)):
-        return Simulation(
-            built(board), scene, robots_named(robots or Idle()), fire_named(fire)
-        )
+    guides = len(found(floors[:1], "R"))
+    scene = Scenario(people_per_floor=people, robots_per_floor=guides, **scenario)
+    world = as_drawn(floors, built(board), scene, np.random.default_rng(0))
+    sides = robots_named(robots or Idle()), fire_named(fire)
+    return Simulation(world.building, scene, *sides, world=world)
 
 
 def robots_named(who):

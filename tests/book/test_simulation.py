@@ -261,21 +261,6 @@ def test_another_seed_gives_other_people_and_flames_and_other_robots_do_not():
         assert np.array_equal(one, same) and not np.array_equal(one, other)
 
 
-@pytest.mark.parametrize("robots", ["sweep", "patrol", "random"])
-def test_a_copy_runs_on_like_the_original_and_leaves_it_alone(robots):
-    """Copied at 12 s, in the middle of everything."""
-    sim = run("paper", robots=robots, seed=3)
-    for _ in range(60):
-        sim.step()
-    frozen, events = bodies(sim), list(sim.events)
-    ahead = sim.copy()
-    ahead_outcome = ahead.run()
-    assert equal(bodies(sim), frozen) and sim.events == events
-    sim_outcome = sim.run()
-    assert equal(bodies(sim), bodies(ahead)) and sim.events == ahead.events
-    assert str(sim_outcome) == str(ahead_outcome)
-
-
 # -- A world that exists already ----------------------------------------------------
 
 
@@ -350,19 +335,6 @@ def test_an_empty_building_is_done_at_once():
     """Nobody gets out, nobody dies, and there is no mean health."""
     outcome = run(people=0).run()
     assert outcome.simulated_seconds == 0 and isnan(outcome.mean_health)
-
-
-@pytest.mark.parametrize("frames", [2, 5, 10])
-def test_the_length_of_a_tick_does_not_change_the_time_things_take(frames):
-    """Twelve metres to the exit at walking speed."""
-    sim = stage(
-        "###############\n#p............E\n###############",
-        frames_per_tick=frames,
-        sight_range=14,
-    )
-    lead(sim, "p")
-    seconds = sim.run().simulated_seconds
-    assert seconds == pytest.approx(12.5 / WALKING_SPEED, abs=1.5)
 
 
 # -- The beginning ------------------------------------------------------------------

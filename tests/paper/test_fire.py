@@ -145,16 +145,6 @@ def test_an_occupied_place_yields_another_free_one_outside_training(what):
         assert free_places(sim.world)[sim.navigation.place(*result[:3])]
 
 
-@pytest.mark.paper("D6")
-def test_the_other_free_place_may_be_anywhere_in_the_building():
-    """On any floor: of many runs, some have it on each, and hardly two in one place."""
-    sim = stage(BOARD, training=False)
-    wall, rng = spot(sim, "wall"), np.random.default_rng(0)
-    draws = [generated(sim, wall, rng)[:3] for _ in range(60)]
-    assert {floor for floor, _, _ in draws} == {0, 1}
-    assert len(set(draws)) > 25
-
-
 @pytest.mark.paper("D6", "chosen")
 def test_other_places_come_in_one_order_for_a_whole_run():
     """The first that is free: when one burns it is the next one's turn."""

@@ -159,11 +159,11 @@ INSTRUCTED = """
     """
 
 
-def say(sim, robot, kind, which=0):
+def say(sim, robot, kind):
     """Let a robot say "this stairwell", "this exit", or for None "follow me"."""
     marks = [m for m in sim.building.landmarks if m.floor == robot.floor]
     ways = [m.index for m in marks if m.kind is kind]
-    robot.says = ways[which] if kind else NOWHERE
+    robot.says = ways[0] if kind else NOWHERE
 
 
 @pytest.mark.paper("B5", "Alg. 1:7-8")
@@ -183,18 +183,6 @@ def test_a_follower_acts_on_the_robots_instruction(this, row):
     say(sim, robot, this)
     follow(sim, "p", robot.body)
     assert play(sim, 1.6).splitlines()[-3] == row
-
-
-@pytest.mark.paper("C7", "chosen")
-@pytest.mark.paper("B5", "Alg. 1:8")
-@pytest.mark.parametrize(("which", "nearer"), [(0, True), (1, False)])
-def test_this_exit_means_the_one_the_robot_goes_to(which, nearer):
-    """Of two exits only the nearer is in view. If the other is meant, p follows on."""
-    sim = stage("##################\nE..pR............E\n##################")
-    robot = sim.world.robots[0]
-    say(sim, robot, Kind.EXIT, which)
-    follow(sim, "p", robot.body)
-    assert (decide(sim, "p").aim is Aim.LANDMARK) is nearer
 
 
 @pytest.mark.paper("B5", "Alg. 1:8")
@@ -932,22 +920,6 @@ def test_people_walk_down_past_the_middle_floor_without_entering_it():
     play_until(sim, out)
     assert (1, True) not in met
     assert [event.floor for event in events_of(sim, LeftFloor)] == [2, 1, 0]
-
-
-@pytest.mark.paper("A3", "chosen")
-def test_the_second_flight_of_stairs_takes_as_long_as_the_first():
-    """From the third floor to the landing, and from there to the first floor."""
-    sim = stage(TOWER.replace("p", "."))
-    bodies, times = sim.world.bodies, []
-    reached = {
-        "the stairs": lambda: bodies.stairwell[0] >= 0,
-        "the landing": lambda: bodies.floor[0] == 1,
-        "the first floor": lambda: bodies.walking[0],
-    }
-    for where in reached.values():
-        play_until(sim, where)
-        times.append(sim.world.time)
-    assert np.diff(times) == pytest.approx([STAIRS_SECONDS] * 2, abs=sim.tick)
 
 
 @pytest.mark.paper("A3", "chosen")

@@ -54,7 +54,7 @@ CHANGES = [
     (RobotAlgorithm, "Alg. 3:2", "speed_while_leading(robot, world)", "ROBOT_SPEED"),
     (RobotAlgorithm, "Alg. 3:3", "decision is not None", "False"),
     (RobotAlgorithm, "Alg. 3:4", "robot.destination = np.array(target)", "pass"),
-    (RobotAlgorithm, "Alg. 3:4", "planned_way(robot, world, target)", "[]"),
+    (RobotAlgorithm, "Alg. 3:4", "goal, flame_cost", "robot.place, flame_cost"),
     (RobotAlgorithm, "Alg. 3:5", "robot.says = said_on_the_way", "said_on_the_way"),
     (RobotAlgorithm, "Alg. 3:7", "speed * seconds", "0.0"),
 ]
