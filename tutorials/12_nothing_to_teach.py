@@ -8,13 +8,13 @@ which something better can be done under attack. It takes 15 seconds.
 from collections import Counter
 
 from reference.evaluation.difficulty import arrival_of, ways_lost
-from reference.learning.networks import one_thread
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
 from reference.workshop.strategies.fires import FixedFire
+from reference.workshop.workers import one_thread
 from reference.world import Evacuated
 
 # %% The strongest fire

@@ -8,8 +8,7 @@ with one difference: whatever the agents of a group share is computed once [E3, 
     H    hidden units
 """
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from math import sqrt
 
 import torch
@@ -24,17 +23,6 @@ MOST_DEVIATIONS = 5.0  # [E4] normalised inputs are clipped there
 RELU_GAIN = 1.41  # [E3] of the layer after the convolutions
 MEAN_GAIN, BRANCH_GAIN = 0.2, 0.1  # [E3] a new policy hardly prefers anything
 REFUSED = -1e9  # the score of what may not be chosen
-
-
-@contextmanager
-def one_thread() -> Iterator[None]:
-    """Run torch on one thread: quickest for small networks, and sums in one order."""
-    before = torch.get_num_threads()
-    torch.set_num_threads(1)
-    try:
-        yield
-    finally:
-        torch.set_num_threads(before)
 
 
 # -- Inputs -------------------------------------------------------------------------

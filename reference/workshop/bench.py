@@ -15,7 +15,6 @@ from tqdm import tqdm
 from reference.building import Building, plan_of
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.experience import Trajectory
-from reference.learning.networks import one_thread
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES, Side
@@ -26,6 +25,7 @@ from reference.workshop.lockstep import together
 from reference.workshop.maps import find, read
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.training.presets import preset
+from reference.workshop.workers import one_thread
 
 RUNS = 5  # seeds of a crowd
 CASES = {

@@ -70,9 +70,6 @@ class Lockstep:
             run.due, run.full_until = self.due[a:b], self.full_until[k]
         numbers = np.split(np.arange(len(minds) + len(robots)), [len(minds)])
         self._in_world = np.hstack([some.reshape(len(runs), -1) for some in numbers])
-        self._fires = [world.flames.burning for world in worlds]
-        self._burning = np.stack([w.flames.burning.ravel() for w in worlds])
-        self._harm = np.stack([w.flames.harm.ravel() for w in worlds])
 
     @property
     def done(self) -> bool:
@@ -154,7 +151,8 @@ class Lockstep:
         return moved
 
     def _free(self, who: np.ndarray) -> motion.Free:
-        world, burning = who // self.n, self._burning
+        world = who // self.n
+        burning = np.stack([run.world.flames.burning.ravel() for run in self.runs])
         full = self.full_until > self.world.time + 1e-9
         return walking.free_for(
             self.world,
@@ -164,18 +162,14 @@ class Lockstep:
         )
 
     def _lose_health(self) -> None:
-        for k, run in enumerate(self.runs):
-            flames = run.world.flames
-            if flames.burning is not self._fires[k]:  # they have spread
-                self._fires[k] = flames.burning
-                self._burning[k] = flames.burning.ravel()
-                self._harm[k] = flames.harm.ravel()
         bodies = self.world.bodies
         rate = paper.HEALTH_RATE * self.runs[0].scenario.frames_per_tick
         bodies.health -= rate * bodies.inside
         who = np.flatnonzero(bodies.walking)
-        harm = self._harm[who // self.n, bodies.place[who]]
-        bodies.health[who] -= harm * self.tick
+        place = bodies.place[who]
+        for run, (a, b) in zip(self.runs, self._parts(who), strict=True):
+            harm = run.world.flames.harm.ravel()[place[a:b]]
+            bodies.health[who[a:b]] -= harm * self.tick
 
     def _settle(self, touched: Touched, ticks: int) -> None:
         bodies, own = self.world.bodies, dict(self._by_world(touched))

@@ -42,6 +42,19 @@ def chunks(items: Sequence[Given], size: int) -> list[tuple[Given, ...]]:
     return [tuple(items[k : k + size]) for k in range(0, len(items), size)]
 
 
+@contextmanager
+def one_thread() -> Iterator[None]:
+    """Run torch on one thread: quickest for small networks, and sums in one order."""
+    import torch  # late: commands that do not learn start at once
+
+    before = torch.get_num_threads()
+    torch.set_num_threads(1)
+    try:
+        yield
+    finally:
+        torch.set_num_threads(before)
+
+
 def in_order(
     executor: Executor,
     work: Callable[[Sequence[Given]], Sequence[Made]],

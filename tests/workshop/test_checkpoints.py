@@ -2,10 +2,8 @@
 
 import os
 import pickle
-import struct
 from copy import deepcopy
 from dataclasses import replace
-from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -91,49 +89,37 @@ def test_a_full_disk_leaves_the_last_good_checkpoint_as_it_was(checkpoint, path)
 
 
 @pytest.mark.parametrize("part", [0.0, 0.5, 0.99])
-def test_refuses_a_file_that_was_cut_off(path, part):
-    """One sentence with the file's name."""
-    content = path.read_bytes()
-    path.write_bytes(content[: int(len(content) * part)])
-    with pytest.raises(CheckpointError, match=r"own\.pt: is damaged"):
-        load(path)
-
-
-@pytest.mark.parametrize("number", [0, 20])
-def test_refuses_a_file_in_which_one_bit_of_a_tensor_has_changed(path, number):
+def test_refuses_a_file_that_was_cut_off_or_has_a_wrong_bit(path, part):
     """Torch does not look at the archive's check sums; we do."""
-    with ZipFile(path) as archive:
-        tensors = [part for part in archive.infolist() if "/data/" in part.filename]
-    content = bytearray(path.read_bytes())
-    start = tensors[number].header_offset + 26  # of the lengths of a name and a rest
-    name, rest = struct.unpack("<HH", content[start : start + 4])
-    content[start + 4 + name + rest] ^= 16
-    path.write_bytes(content)
-    with pytest.raises(CheckpointError, match=r"own\.pt: is damaged"):
-        load(path)
+    content = path.read_bytes()
+    end = int(len(content) * part)
+    odd = bytearray(content)
+    odd[end // 2] ^= 16
+    for damaged in (content[:end], odd):
+        path.write_bytes(damaged)
+        with pytest.raises(CheckpointError, match=r"own\.pt: is damaged"):
+            load(path)
 
 
-@pytest.mark.parametrize("network", ["actor", "critic"])
-def test_refuses_weights_that_are_no_numbers(path, network):
-    """A training that went astray is not gone on with, nor played."""
-    content = torch.load(path, weights_only=True)
-    next(iter(content["learners"]["robots"][network].values())).view(-1)[0] = torch.nan
-    torch.save(content, path)
-    with pytest.raises(CheckpointError, match="no finite numbers"):
-        load(path)
+NAN = {"weight": torch.tensor([0.0, torch.nan])}
 
 
 @pytest.mark.parametrize(
     ("place", "value", "message"),
     [
+        ("kind", "something else", "is no checkpoint"),
+        ("format", 9, "and format 9, written by version .*; here they are"),
+        ("game", 1, "is of game 1 and"),
+        ("task", {}, "lacks a part"),
         ("round", "third", "round is 'third': it must be a whole number"),
-        ("learners", [], "learners: this must be"),
         ("task settings robots batch_size", -1, "batch_size"),
         ("task settings robots gamma", 10**400, "gamma is 10+: it must be a number"),
+        ("learners robots actor", NAN, "no finite numbers"),
+        ("learners fire critic", NAN, "no finite numbers"),
     ],
 )
-def test_refuses_a_field_of_a_wrong_type(path, place, value, message):
-    """By its name; nothing of torch or Python shows."""
+def test_refuses_content_that_is_not_a_checkpoint_s(path, place, value, message):
+    """By what is odd; nothing of torch or Python shows."""
     content = torch.load(path, weights_only=True)
     *names, last = place.split()
     inner = content
@@ -165,23 +151,6 @@ class Mischief:
 
     def __reduce__(self):
         return os.mkdir, (str(self.folder / "mischief"),)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"format": 9, "version": "9.0"}, "and format 9, written by version 9.0; "),
-        ({"game": 1, "version": "0.4.0"}, "is of game 1 and"),
-        ({"task": {}}, "lacks a part"),
-        ({"kind": "something else"}, "no checkpoint"),
-    ],
-)
-def test_refuses_a_newer_format_and_one_that_lacks_a_part(path, change, message):
-    """One sentence, and what to do."""
-    content = torch.load(path, weights_only=True)
-    torch.save(content | change, path)
-    with pytest.raises(CheckpointError, match=message):
-        load(path)
 
 
 def test_refuses_networks_of_another_shape(checkpoint):
@@ -268,12 +237,6 @@ def test_refuses_a_scenario_that_its_network_cannot_read(
         with pytest.raises(CheckpointError, match=message):
             policy.refuse_elsewhere(office, other)
         policy.refuse_elsewhere(office, elsewhere)  # the network reads the same
-
-
-def test_refuses_another_building_than_it_has_learned(path):
-    """By the title of its own."""
-    with pytest.raises(CheckpointError, match="has learned Tiny office"):
-        LearnedRobots(path).refuse_elsewhere(load_building("paper"), SMALL)
 
 
 def test_refuses_a_side_that_nobody_learned(tmp_path):

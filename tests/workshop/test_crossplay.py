@@ -12,7 +12,6 @@ from trainings import begun, room_for, tiny, trained
 
 from reference.evaluation.difficulty import arrival_of, difficulty, people_in
 from reference.evaluation.score import PAPER
-from reference.learning.networks import one_thread
 from reference.paper import BEST_POINT, WORST_POINT, InputError, Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
@@ -32,7 +31,7 @@ from reference.workshop.crossplay.results import as_json
 from reference.workshop.maps import load
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.training.policies import POLICIES
-from reference.workshop.workers import InProcess, workers
+from reference.workshop.workers import InProcess, one_thread, workers
 
 SMALL = {"robots": ("none", "sweep"), "fires": ("random",), "building": "tiny"}
 SMALL |= {"people": 4, "episodes": 2}

@@ -15,7 +15,6 @@ import yaml
 from clauses import ROOT
 from trainings import begun, tiny, trained
 
-from reference.learning.networks import one_thread
 from reference.paper import InputError
 from reference.workshop.crossplay import begin, evaluate, resume
 from reference.workshop.drawing.curves import read as read_summaries
@@ -28,7 +27,7 @@ from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import LearnedRobots
 from reference.workshop.training.presets import preset
 from reference.workshop.training.session import resume as resume_training
-from reference.workshop.workers import InProcess
+from reference.workshop.workers import InProcess, one_thread
 
 ODD = (
     *(None, True, -1, 0, 1, 2, 0.5, 10**9, 10**30, -(10**400), 1e18, 1e-300),

@@ -18,7 +18,6 @@ from reference.workshop.frame import (
     KEEP,
     STAY,
     UNIT,
-    between,
     guides,
     near,
     way_marks,
@@ -208,14 +207,3 @@ def test_the_nearest_robot_in_sight_on_foot_is_the_guide():
     assert (found != NOBODY).any()
     nobody = np.zeros((3, 0), dtype=int)
     assert (guides(nav, nobody, nobody > 0, folk, walking) == NOBODY).all()
-
-
-def test_ways_between_many_places_are_those_of_one_search_each():
-    """Of several floors at once; there is no way from one floor to another."""
-    nav, rng = navigation_of(shipped("tower")), np.random.default_rng(0)
-    p, q = rng.choice(np.flatnonzero(nav.walkable), (2, 5, 7))
-    for _ in range(2):  # the second time from the table
-        found = between(nav, p, q)
-        for start, end, metres in zip(p.ravel(), q.ravel(), found.ravel(), strict=True):
-            assert metres == pytest.approx(nav.distances([start])[end])
-        assert np.isinf(found[p // nav.floor_size != q // nav.floor_size]).all()

@@ -45,17 +45,6 @@ def test_a_mixture_s_log_probability_is_torch_s():
 
 
 @pytest.mark.paper("C5", "chosen")
-def test_a_mixture_s_gradient_is_that_of_finite_differences():
-    """In its weights, in float64."""
-    anchors, actions = lives.random(0, 3, 4, 2), lives.random(2, 3, 2)
-
-    def log_probs(logits):
-        return Mixture(anchors, 0.5, logits).log_probs(actions)
-
-    assert torch.autograd.gradcheck(log_probs, lives.random(1, 3, 4).requires_grad_())
-
-
-@pytest.mark.paper("C5", "chosen")
 def test_a_mixture_s_entropy_is_that_of_its_choice_and_of_one_gaussian():
     """Two equally likely anchors: log 2, and log sigma + log(2 pi e) / 2."""
     policy = Mixture(torch.zeros(1, 2, 2), 0.3, torch.zeros(1, 2))

@@ -16,9 +16,9 @@ from clauses import ROOT
 from trainings import begun, equal, tiny, trained
 
 from reference.__main__ import main
-from reference.learning.networks import one_thread
 from reference.workshop.training import loop
 from reference.workshop.training.checkpoints import load, newest, save
+from reference.workshop.workers import one_thread
 
 PROMISED = """building preset robots fire seed rounds episodes steps reward fire_reward
 survival evacuated died checkpoint summaries"""
@@ -219,11 +219,7 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
         (["--robots", "sweep", "--fire", "random"], 2, "nobody learns"),
         (["--robots", "sweeep"], 2, "Did you mean 'sweep'?"),
         (["--imitate", "sweep", "--robots", "sweep"], 2, "nobody imitates"),
-        (
-            ["--initialize-from", "notes.txt"],
-            1,
-            "notes.txt: is damaged",
-        ),
+        (["--initialize-from", "notes.txt"], 1, "notes.txt: is damaged"),
         (["--settings", "alone.yaml"], 1, "robots_per_floor is 0"),
         (["--fire", "notes.txt"], 1, "notes.txt: is damaged"),
         (["--building", "nowhere"], 1, "nowhere"),

@@ -7,7 +7,6 @@ import pytest
 from trainings import TINY, begun, equal, tiny, trained
 
 from reference.learning.adversarial import learner_for, player_of
-from reference.learning.networks import one_thread
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
 from reference.strategies import NoFire, RandomFire, RandomRobots
@@ -23,7 +22,7 @@ from reference.workshop.training.summaries import (
     Summary,
     table_until,
 )
-from reference.workshop.workers import InProcess, workers
+from reference.workshop.workers import InProcess, one_thread, workers
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -14,7 +14,6 @@ from itertools import zip_longest
 
 import numpy as np
 
-from reference.learning.networks import one_thread
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.crossplay.contestants import contestant
@@ -22,6 +21,7 @@ from reference.workshop.crossplay.intervals import of_mean
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
 from reference.workshop.strategies.fires import FixedFire
+from reference.workshop.workers import one_thread
 
 
 def evacuations(robots, fire, seeds):

@@ -16,7 +16,6 @@ from unittest.mock import patch
 
 import numpy as np
 
-from reference.learning.networks import one_thread
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.crossplay.contestants import contestant
@@ -25,6 +24,7 @@ from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
 from reference.workshop.strategies import robots
 from reference.workshop.strategies.robots import Observer, Sweep, as_observed
+from reference.workshop.workers import one_thread
 
 
 class SweepAsObserved(Sweep):

@@ -12,7 +12,6 @@ from copy import deepcopy
 
 import numpy as np
 
-from reference.learning.networks import one_thread
 from reference.paper import Scenario
 from reference.robots import actual_target, followers_of, said_on_the_way
 from reference.simulation import Simulation
@@ -20,6 +19,7 @@ from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.crossplay.intervals import of_mean
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
+from reference.workshop.workers import one_thread
 from reference.world import NOWHERE
 
 KINDS = {

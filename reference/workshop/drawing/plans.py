@@ -35,14 +35,13 @@ NODES: dict[str, Style] = {
 }
 
 
-def top(building: Building, floor: int | None = None) -> Figure:
-    """Draw all floors from above, or one (0 is the first) [A8, Figs. 4-6]."""
-    figure, panels = page.floor_page(building, building.title, floor)
-    page.legend(figure, page.swatches(building.kind[[*panels]]))
+def top(building: Building) -> Figure:
+    """Draw all floors from above [A8, Figs. 4-6]."""
+    figure, panels = page.floor_page(building, building.title)
+    page.legend(figure, page.swatches(building.kind))
     figure.draw_without_rendering()
     for area in building.areas:
-        if area.floor in panels:
-            write_name(panels[area.floor], building, area)
+        write_name(panels[area.floor], building, area)
     return figure
 
 

@@ -21,7 +21,6 @@ from typing import Any
 from tqdm import tqdm
 
 import reference
-from reference.learning.networks import one_thread
 from reference.workshop.crossplay.matches import Evaluation, Pinned
 from reference.workshop.crossplay.runs import RunResult, evaluate
 from reference.workshop.experiment.design import Experiment
@@ -31,7 +30,7 @@ from reference.workshop.strategies import SHIPPED
 from reference.workshop.training.checkpoints import Task, load, newest
 from reference.workshop.training.loop import train
 from reference.workshop.training.session import Training
-from reference.workshop.workers import InProcess, as_done
+from reference.workshop.workers import InProcess, as_done, one_thread
 
 LOG, DONE = "log.txt", "training.json"
 

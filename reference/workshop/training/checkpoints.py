@@ -49,7 +49,7 @@ def must_fit(path: object, what: str) -> Iterator[None]:
         yield
     except Exception as error:  # torch tells damage in many ways
         why = f" ({error!s:.200})" if isinstance(error, ValueError) else ""
-        raise CheckpointError(f"{path}: {what}{why}.") from error
+        raise CheckpointError(f"{path}: {what}{why}. Name another.") from error
 
 
 @dataclass(frozen=True)

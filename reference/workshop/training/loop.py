@@ -12,7 +12,6 @@ from typing import NoReturn
 
 from tqdm import tqdm
 
-from reference.learning.networks import one_thread
 from reference.learning.rollouts import Episode, Job, play_all
 from reference.workshop.files import Table, make_folder
 from reference.workshop.lockstep import together
@@ -26,7 +25,7 @@ from reference.workshop.training.summaries import (
     Row,
     table_until,
 )
-from reference.workshop.workers import in_order
+from reference.workshop.workers import in_order, one_thread
 
 
 def train(

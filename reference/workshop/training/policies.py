@@ -15,7 +15,6 @@ from reference.fire import Decision
 from reference.game.environment import destination, fire_decision
 from reference.game.interface import Moment
 from reference.game.observations import fire_vector, robot_vectors
-from reference.learning.networks import one_thread
 from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
@@ -27,6 +26,7 @@ from reference.workshop.training.checkpoints import (
     load,
     must_fit,
 )
+from reference.workshop.workers import one_thread
 from reference.world import Robot, World
 
 
