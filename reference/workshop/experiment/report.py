@@ -25,7 +25,6 @@ from reference.workshop.experiment.jobs import arm_of
 OWN = "own fire"  # the one that a team has learned with
 ENOUGH = 5  # trainings of an arm; with fewer a result is preliminary
 SHOWN = ("survival", "reward", "difficulty")
-TRAINERS = {"poca": "MA-POCA", "ppo": "PPO"}
 OVER = (
     "interquartile means over an arm's trainings, with 95 % bootstrap intervals over "
     "trainings and evacuations; robots written by hand count as one training"
@@ -101,13 +100,14 @@ class Results:
 def page(results: Results, matrix: str, curves: str) -> str:
     """Write the page in Markdown; matrix, curves: the paths of its pictures."""
     experiment = results.experiment
-    design = json.dumps(asdict(experiment), indent=2, ensure_ascii=False)
+    rows = [f"{name} = {json.dumps(v)}" for name, v in asdict(experiment).items()]
+    design = "\n".join(rows)
     title, people = experiment.arena.drawn.title, experiment.arena.people
     return (
         f"# {experiment.question}\n\n{results.answer()}\n\n"
         f"## What was done\n\n{title}, people: {people}, version "
-        f"{reference.__version__}; the file's rows and the defaults of others:\n\n"
-        f"```json\n{design}\n```\n\n"
+        f"{reference.__version__}; the file's rows, and the defaults of the others:\n\n"
+        f"```\n{design}\n```\n\n"
         f"## Who beats whom\n\n![Survivors of all arms under all fires]({matrix})\n\n"
         f"```\n{table(results.cells(), SHOWN)}\n```\n\nFigures: {OVER}.\n\n"
         f"## How they learned\n\n![Survivors in training]({curves})\n"
