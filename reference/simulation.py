@@ -7,7 +7,7 @@ a world, through the modules before it.
 """
 
 from collections import Counter
-from copy import copy, deepcopy
+from copy import deepcopy
 from dataclasses import dataclass, replace
 from math import inf, nan
 
@@ -153,14 +153,8 @@ class Simulation:
 
     def copy(self) -> "Simulation":
         """Copy the simulation; the copy runs on like this one, which stays as it is."""
-        other = copy(self)
-        other.world = self.world.copy()
-        other.events = self.events.copy()
-        other.due, other.full_until = self.due.copy(), self.full_until.copy()
-        other.rng, other.robot_strategy, other.fire_strategy = deepcopy(
-            (self.rng, self.robot_strategy, self.fire_strategy)
-        )
-        return other
+        shared = self.building, self.navigation, self.sight, self.spread, self.generator
+        return deepcopy(self, {id(one): one for one in shared})
 
     # -- SENSE and DECIDE -----------------------------------------------------------
 

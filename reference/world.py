@@ -7,9 +7,10 @@ in arrays and move all at once; minds are small objects that think one at a time
     i   a body: people are 0 .. n-1, robots n .. n+R-1
 """
 
-from dataclasses import dataclass, field, fields, replace
+from copy import deepcopy
+from dataclasses import dataclass, field
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -59,13 +60,6 @@ class Goal(NamedTuple):
 STAY = Goal(Aim.NOTHING)
 
 
-def _copied(record: Any) -> Any:
-    """A copy of a record with arrays and lists of its own."""
-    values = {f.name: getattr(record, f.name) for f in fields(record)}
-    own = {name: v.copy() for name, v in values.items() if hasattr(v, "copy")}
-    return replace(record, **own)
-
-
 @dataclass
 class Bodies:
     """The bodies of n people: arrays (n,), points (n, 2) in metres."""
@@ -86,8 +80,6 @@ class Bodies:
     anchor: np.ndarray  # metres: where the body last made headway [B5]
     anchor_time: np.ndarray  # s: when it was there
     reckless_until: np.ndarray  # s: until then the body ignores flames [B5]
-
-    copy = _copied
 
     def __len__(self) -> int:
         return len(self.health)
@@ -128,8 +120,6 @@ class Mind:
     patches: set[int] = field(default_factory=set)  # of floor explored [B2]
     facing: tuple[float, float] = (0.0, 0.0)  # unit vector, to the last goal
 
-    copy = _copied
-
 
 @dataclass
 class Robot:
@@ -144,8 +134,6 @@ class Robot:
     says: int = NOWHERE  # "this exit", "this stairwell": a landmark; else "follow me"
     way: list[int] = field(default_factory=list)  # places on the way there
     active: bool = True  # False once its level and all above are empty [C8]
-
-    copy = _copied
 
 
 class Source(NamedTuple):
@@ -168,8 +156,6 @@ class Flames:
     cost: np.ndarray  # metres that a metre there counts as, when a way is planned
     sources: list[Source]  # in order of time
 
-    copy = _copied
-
 
 @dataclass
 class World:
@@ -186,10 +172,7 @@ class World:
 
     def copy(self) -> "World":
         """Copy the world; changing the copy leaves this one as it is."""
-        other: World = _copied(self)
-        other.minds = [mind.copy() for mind in self.minds]
-        other.robots = [robot.copy() for robot in self.robots]
-        return other
+        return deepcopy(self, {id(self.building): self.building})
 
     @property
     def graph(self) -> Graph:
