@@ -117,7 +117,7 @@ def floor_page(
     building: Building, title: str, alpha: float = 1.0
 ) -> tuple[Figure, list[Axes]]:
     """Make a titled figure with a panel in metres for each floor."""
-    rows, columns = arranged(building, building.floors)
+    rows, columns = arranged(building)
     down, across = np.multiply((rows, columns), building.kind.shape[1:])
     width, height = min(12, 6 * across / down) + 0.7, min(6, 12 * down / across) + 1.5
     figure = sheet(title, max(width, 9), height, "compressed")
@@ -128,9 +128,9 @@ def floor_page(
     return figure, panels
 
 
-def arranged(building: Building, floors: int) -> tuple[int, int]:
+def arranged(building: Building) -> tuple[int, int]:
     """Rows and columns of floors that make a page about twice as wide as high."""
-    high, wide = building.kind.shape[1:]
+    floors, high, wide = building.kind.shape
     pairs = [(ceil(floors / k), k) for k in range(1, floors + 1)]
     return min(pairs, key=lambda pair: abs(log(pair[1] * wide / (pair[0] * high) / 2)))
 
