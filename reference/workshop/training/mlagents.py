@@ -23,7 +23,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from reference.learning.settings import SIDES, Side
+from reference.learning.settings import Side
 from reference.workshop.files import read_text
 from reference.workshop.plain import SettingsError, mapping, rows_of, unknown
 from reference.workshop.remedies import SideSettings
@@ -139,27 +139,15 @@ def _number(value: Any) -> Any:
 
 
 def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
-    """Match sides to behaviours: the robots' is poca, or named so, the fire's is not.
-
-    One of two without a sign gets the side left.
-    """
-    signs = {name: _sign(name, rows) for name, rows in behaviours.items()}
-    ranked = sorted(signs, key=signs.__getitem__, reverse=True)
-    values = sorted(signs.values(), reverse=True)
-    if len(ranked) == 2 and values[0] > values[1]:
-        return dict(zip(SIDES, ranked, strict=True))
-    if len(ranked) == 1 and values[0]:
-        return {"robots" if values[0] > 0 else "fire": ranked[0]}
-    if ranked:
+    """Match sides to behaviours: the robots' is poca, or named so; the other is not."""
+    found: dict[Side, list[str]] = {"robots": [], "fire": []}
+    clear = not behaviours
+    for name, rows in behaviours.items():
+        poca = isinstance(rows, Mapping) and rows.get("trainer_type") == "poca"
+        fire, robot = "fire" in name.lower(), "robot" in name.lower()
+        found["robots" if poca or (robot and not fire) else "fire"].append(name)
+        clear |= poca or fire or robot
+    if not clear or max(map(len, found.values())) > 1:
         names = ", ".join(behaviours)
-        raise SettingsError(
-            f"behaviors: this file has {names}: name them Robot and Fire"
-        )
-    return {}
-
-
-def _sign(name: str, rows: Any) -> int:
-    """1 for the robots' behaviour, -1 for the fire's, 0 for either's."""
-    if isinstance(rows, Mapping) and rows.get("trainer_type") == "poca":
-        return 1
-    return -1 if "fire" in name.lower() else int("robot" in name.lower())
+        raise SettingsError(f"behaviors: name {names} Robot and Fire")
+    return {side: names[0] for side, names in found.items() if names}
