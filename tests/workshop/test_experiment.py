@@ -23,7 +23,6 @@ from reference.workshop.experiment.design import Experiment, read
 from reference.workshop.experiment.jobs import arm_of, folders, play_tests, train_teams
 from reference.workshop.experiment.report import OWN, Results
 from reference.workshop.plain import SettingsError, record_from
-from reference.workshop.runs import RunError
 from reference.workshop.training.checkpoints import load
 from reference.workshop.training.session import Training
 from reference.workshop.workers import InProcess, cluster
@@ -115,8 +114,8 @@ def test_a_worker_that_trains_elsewhere_is_told(tmp_path, monkeypatch):
     assert "learning-3" in why and "Name one that all share" in why
 
 
-def test_damage_is_told_with_what_to_remove(whole, tmp_path):
-    """A checkpoint; what is removed is made anew, to the same end."""
+def test_damage_is_told_and_what_is_removed_is_made_anew(whole, tmp_path):
+    """A checkpoint, and its training, to the same end."""
     copytree(whole, tmp_path, dirs_exist_ok=True)
     folder = folders(small(), tmp_path)["learning-3"]
     rmtree(next(tmp_path.glob("tests-*")))
@@ -125,9 +124,6 @@ def test_damage_is_told_with_what_to_remove(whole, tmp_path):
     with pytest.raises(InputError, match=rf"{path}: is damaged"):
         play_tests(small(), tmp_path, InProcess())
     path.unlink()
-    with pytest.raises(RunError, match=rf"{folder}: its checkpoint is gone\. Remove"):
-        play_tests(small(), tmp_path, InProcess())
-    rmtree(folder)
     performed(small(), tmp_path)
     assert {*tables(whole).values()} == {*tables(tmp_path).values()}
 
