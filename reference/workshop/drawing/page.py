@@ -55,11 +55,9 @@ def show(path: Path) -> None:
     """Show a PNG file in a window, always the same; without a display do nothing."""
     from matplotlib import pyplot
 
-    window = pyplot.figure("floor map", figsize=(11, 7))
+    window = pyplot.figure("floor map", figsize=(11, 7), clear=True)
     if window.canvas.required_interactive_framework and path.suffix == ".png":
-        window.clear()
         window.add_axes((0, 0, 1, 1)).imshow(pyplot.imread(path))
-        window.canvas.draw_idle()
     else:
         pyplot.close(window)
 
