@@ -70,12 +70,12 @@ while simulation.world.time < 30:
 for robot in simulation.world.robots:
     led = len(followers_of(simulation.world, robot))
     print(f"floor {robot.floor + 1}: leads {led}, says {words(robot.says)}")
-#> floor 1: leads 3, says THIS_EXIT
-#> floor 1: leads 1, says FOLLOW_ME
-#> floor 2: leads 2, says FOLLOW_ME
-#> floor 2: leads 1, says THIS_STAIRWELL
-#> floor 3: leads 1, says FOLLOW_ME
-#> floor 3: leads 1, says FOLLOW_ME
+#> floor 1: leads 3, says 1/exit-1
+#> floor 1: leads 1, says follow me
+#> floor 2: leads 2, says follow me
+#> floor 2: leads 1, says 2/entrance-1
+#> floor 3: leads 1, says follow me
+#> floor 3: leads 1, says follow me
 
 Path("out").mkdir(exist_ok=True)
 figure = drawing.frame(simulation.world, history)
@@ -108,8 +108,8 @@ for robot in simulation.world.robots[:2]:
     metres, led = dist(robot.position, exit_2), followers_of(simulation.world, robot)
     says = words(robot.says)
     print(f"{metres:.0f} m from the exit, leads {len(led)}, says {says}")
-#> 5 m from the exit, leads 1, says FOLLOW_ME
-#> 7 m from the exit, leads 2, says FOLLOW_ME
+#> 5 m from the exit, leads 1, says follow me
+#> 7 m from the exit, leads 2, says follow me
 
 # They stand beside an exit with people, and walk away from it to fetch a third person.
 # Of the thirteen who die in this evacuation, eleven die after more than two minutes, on
