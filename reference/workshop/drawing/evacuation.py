@@ -89,7 +89,7 @@ class Scene:
         """headings: of each evacuation; "" is the building's title."""
         headings = [heading or building.title for heading in headings]
         self.title, self.still, count = " | ".join(headings), True, len(headings)
-        rows, columns = page.arranged(building)
+        rows, columns = page.arranged(building, building.floors)
         across, down = columns * building.kind.shape[2], rows * building.kind.shape[1]
         width = 9 + 2 * count
         high = min(5.2, width / count * down / across)
@@ -215,7 +215,7 @@ def _paint_floors(axes: Axes, building: Building) -> np.ndarray:
     moves: (floors, 2) metres from the building to the axes
     """
     left, right, low, high = page.extent_of(building)
-    _, columns = page.arranged(building)
+    _, columns = page.arranged(building, building.floors)
     row, column = np.divmod(np.arange(building.floors), columns)
     step = 1.1 * (right - left), 1.15 * (high - low)  # with room for a floor's name
     moves = np.stack([column * step[0], -row * step[1]], axis=1)
