@@ -11,7 +11,7 @@ paper's; `calibrated` makes one as the paper did, `from_runs` from a baseline's 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import log
-from typing import NamedTuple, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -24,18 +24,12 @@ FEWEST_RUNS = 6  # [F12, chosen] two in each third
 CLEARLY = 2.0  # [F12, chosen] standard errors between easy and hard thirds: 95 %
 
 Number = TypeVar("Number", float, np.ndarray)
-Point = tuple[float, float]
+Point = tuple[float, float]  # a reward, health points, and its y
+Case = tuple[float, float]  # a reward, and the difficulty at which it was earned
 
 
 class RulerError(InputError):
     """Runs that make no ruler, or a reward outside its range."""
-
-
-class Case(NamedTuple):
-    """A reward, health points, earned at a difficulty, on the scale of F10."""
-
-    reward: float
-    difficulty: float
 
 
 @dataclass(frozen=True)
@@ -144,7 +138,7 @@ def from_runs(
     R, h = np.array(rewards, dtype=float), np.array(difficulties, dtype=float)
 
     def mean(part: np.ndarray) -> Case:
-        return Case(float(R[part].mean()), float(h[part].mean()))
+        return float(R[part].mean()), float(h[part].mean())
 
     ranked, third = np.sort(h), len(h) // 3
     easy, hard = h <= ranked[third - 1], h >= ranked[-third]  # with ties

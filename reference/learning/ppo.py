@@ -271,34 +271,31 @@ class Learner:
 
 # -- Deliberate differences from ML-Agents, here and in `poca` [E3, chosen] ----------
 #
-# * minibatches shuffle whole group decisions, not single agents' rows, because a group
-#   is encoded once; mates' targets are alike, so the critic's gradient is noisier (6.7
+# * minibatches shuffle whole group decisions, not single agents' rows: a group is
+#   encoded once; mates' targets are alike, so the critic's gradient is noisier (6.7
 #   times, measured on one buffer); for the fire there is no difference;
-# * normalisers, of both networks of a side, take in all trajectories that arrive
-#   together before their values are computed (the original: trajectory by trajectory);
+# * normalisers of both networks take in all trajectories that arrive together before
+#   their values are computed (the original: trajectory by trajectory), in float64;
 # * an agent that finishes early is bootstrapped with what its mates observe after it
 #   has gone, and its last decision is valued with what they saw and did just then; in
 #   the original both are one decision older;
 # * log-probabilities and entropies are exact; the original adds 1e-7 within logarithms
 #   and to 2σ², less than 1e-5 of difference for options above 1 % and σ above 0.2;
-# * the normaliser's sums are float64, the original's float32;
-# * "Losses/Policy Loss" keeps its sign (the original drops it), and "Policy/Entropy" is
-#   measured on the minibatches (the original: when agents act);
-# * value and baseline estimates are means over decisions, in scaled reward (the
-#   original: means over trajectories of their means);
-# * whole rounds arrive before the buffer is checked, so an update uses more steps than
-#   the original's: with preset `paper` less than 10 % more;
+# * "Losses/Policy Loss" keeps its sign (the original drops it); "Policy/Entropy" is
+#   measured on the minibatches (the original: when agents act); estimates are means
+#   over decisions, in scaled reward (the original: of trajectories' means);
+# * whole rounds arrive before the buffer is checked: an update uses more steps than the
+#   original's, with preset `paper` less than 10 %; training stops at `max_steps`, the
+#   original at the first step beyond;
 # * agents cut off by time are bootstrapped, as in the original, but not a fire that has
 #   lit its last source: it has nothing left to do, and no value was learned for that;
-# * training stops at `max_steps`, the original at the first step beyond;
 # * beta_schedule and epsilon_schedule that a file leaves unset are the learning rate's,
 #   as the original documents (its code takes "linear", unless `trainer_type` stands
 #   before the hyperparameters in the file);
 # * an episode's length counts the robots' decisions, for the fire too (the original:
-#   each agent's own), and a summary's row stands at the step where its round ended (the
+#   each agent's own); a summary's row stands at the step where its round ended (the
 #   original: at multiples of `summary_freq`);
 # * a training that begins with a policy learned before takes the actor alone (the
-#   original: critic and optimiser too, and whatever fits); one `keep_checkpoints`
-#   counts for both sides;
+#   original: whatever fits); one `keep_checkpoints` counts for both sides;
 # * rewards are scaled by `reward_scale` before anything is learned from them (the
 #   original's own scale is `strength`, which multiplies it here).

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 from reference.evaluation import score
 from reference.evaluation.score import (
     PAPER,
-    Case,
     RulerError,
     base_and_control,
     calibrated,
@@ -17,7 +16,7 @@ from reference.evaluation.score import (
 from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
 
 POINTS = (WORST_POINT, BEST_POINT)
-EASY, HARD = Case(14_000.0, 2418.0), Case(10_000.0, 3559.0)
+EASY, HARD = (14_000.0, 2418.0), (10_000.0, 3559.0)
 """Two cases on the paper's line E = 1 [F10]."""
 
 REWARDS = st.floats(-1e9, PAPER.reward_at(score.LARGEST) - 1)
