@@ -19,17 +19,11 @@ from scipy.sparse.csgraph import dijkstra
 from reference import paper
 from reference.building import Building, Kind
 from reference.navigation import navigation_of, shifted
-from reference.paper import FIRE_EVERY_DECISIONS, FIRE_FIRST_DECISION, Scenario
+from reference.paper import Scenario
 from reference.world import FireRefused, Flames, Source, World
 
 Decision = tuple[int, float, float]
 """What the fire agent decides: floor, X, Y [D2]."""
-
-
-def fire_acts(number: int) -> bool:
-    """Is the fire's action read at the robots' decision of this number, from 0? [D2]"""
-    since_first = number - FIRE_FIRST_DECISION
-    return since_first >= 0 and since_first % FIRE_EVERY_DECISIONS == 0
 
 
 def snapped(x: float) -> float:

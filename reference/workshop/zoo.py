@@ -27,7 +27,8 @@ lose, less 10 for a place that is refused.
 Infos.  `acts`, and the outcome so far: the fields SO_FAR of `Outcome`.
 
 `state()` is the vector from nobody's point of view, for a central critic. `flat=True`
-makes what common wrappers and learners expect, see `FlatEnvironment`.
+makes what common wrappers and learners expect, see `FlatEnvironment`. For agents that
+act in turn there is PettingZoo's `parallel_to_aec`.
 """
 
 from collections.abc import Callable, Mapping
@@ -202,8 +203,5 @@ def _strategy(side: Side, given: Any) -> Any:
 
 
 def parallel_env(*args: Any, flat: bool = False, **chosen: Any) -> ZooEnvironment:
-    """Make the environment; what to give: `ZooEnvironment`.
-
-    For agents that act in turn there is PettingZoo's `parallel_to_aec`.
-    """
+    """Make an environment of these; arguments are those of `ZooEnvironment`."""
     return (FlatEnvironment if flat else ZooEnvironment)(*args, **chosen)

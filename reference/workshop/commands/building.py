@@ -21,15 +21,10 @@ from reference.workshop.maps.semantics import touching
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
 POLL = 0.3  # seconds between two looks at a watched file
-AGAIN = "again at every save of the file"
+WATCH = options.flag("--watch", "again at every save of the file; Ctrl-C ends")
 
 
-@options.command(
-    "check paper",
-    options.FILE,
-    options.flag("--watch", f"{AGAIN}; Ctrl-C ends"),
-    options.JSON,
-)
+@options.command("check paper", options.FILE, WATCH, options.JSON)
 def check(arguments: Namespace) -> None:
     """Says that a map is fine and what is in it, or explains its mistakes."""
     _at_every_save(arguments, partial(_check, arguments), sleep)
@@ -56,9 +51,7 @@ def _check(arguments: Namespace) -> None:
 @options.command(
     "draw paper --view oblique -o paper.png",
     options.FILE,
-    options.flag(
-        "--watch", f"{AGAIN}, also in a window where there is one; Ctrl-C ends"
-    ),
+    WATCH,
     options.option("--view", "default: top", choices=VIEWS, default="top"),
     options.output("-o --output", options.PICTURES, "default: NAME-VIEW.png here"),
 )

@@ -35,8 +35,9 @@ def figure(value: float | str | None) -> str:
     return "-" if value is None else f"{value:,.2f}".removesuffix(".00")
 
 
-def table(rows: Sequence[Sequence[str]], align: str) -> str:
+def table(values: Sequence[Sequence[float | str | None]], align: str) -> str:
     """Lay out rows in columns as wide as their words; align: < or > for each column."""
+    rows = [[figure(value) for value in row] for row in values]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     form = "  ".join(f"{{:{a}{width}}}" for a, width in zip(align, widths, strict=True))
     return "\n".join(form.format(*row).rstrip() for row in rows)

@@ -13,7 +13,7 @@ from typing import Any
 from tqdm import tqdm
 
 from reference.workshop.commands import options
-from reference.workshop.commands.common import figure, note, table, tell
+from reference.workshop.commands.common import note, table, tell
 from reference.workshop.crossplay.matches import Evaluation, begin
 from reference.workshop.crowding import Crowding
 from reference.workshop.recording import recording, ticks
@@ -101,7 +101,7 @@ def evacuate(arguments: Namespace) -> None:
     rows = []
     for name in list(told[0])[:-1]:
         words = name.replace("health", "health_of_those_out").replace("_", " ")
-        rows.append((words, *(figure(facts[name]) for facts in told)))
+        rows.append((words, *(facts[name] for facts in told)))
     facts = {"pairs": told} if len(told) > 1 else told[0]
     tell(arguments, facts, table(rows, "<" + ">" * len(told)))
     for path in filter(None, (arguments.animate, arguments.record, arguments.density)):

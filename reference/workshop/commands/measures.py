@@ -55,7 +55,7 @@ def bench(arguments: Namespace) -> None:
 
     facts = measure(arguments.building or "paper", arguments.seed or 0)
     rows = [
-        (name.replace("_", " "), str(case), figure(value))
+        (name.replace("_", " "), case, value)
         for name, found in facts.items()
         for case, value in found.items()
     ]

@@ -9,14 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from reference.workshop.commands import options
-from reference.workshop.commands.common import (
-    again,
-    figure,
-    note,
-    resumable,
-    table,
-    tell,
-)
+from reference.workshop.commands.common import again, note, resumable, table, tell
 from reference.workshop.crossplay.contestants import NAMES, WORST
 from reference.workshop.plain import rows_of
 from reference.workshop.remedies import SideSettings
@@ -85,8 +78,8 @@ def train(arguments: Namespace) -> None:
         "checkpoint": str(path),
         "summaries": str(out / SUMMARIES),
     }
-    figures = {k: v for k, v in facts.items() if isinstance(v, int | float)}
-    rows = [(name.replace("_", " "), figure(v)) for name, v in figures.items()]
+    figures = ((k, v) for k, v in facts.items() if isinstance(v, int | float))
+    rows = [(name.replace("_", " "), value) for name, value in figures]
     tell(arguments, facts, table(rows, "<>"))
     if facts["preset"] == "tiny":
         note(TINY)
