@@ -28,10 +28,10 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
     density, deaths = crowding.density, crowding.deaths
     over = f"{runs} evacuations" if runs > 1 else "one evacuation"
     title = f"{heading or building.title}: {over}, {deaths.sum():.0f} died"
-    figure, panels = page.floor_page(building, title)
+    figure, panels = page.floor_page(building, title, range(building.floors))
     look: Style = {"vmin": 0, "vmax": max(1.0, density.max())}
     look |= {"cmap": DENSITIES, "extent": page.extent_of(building)}
-    for floor, axes in enumerate(panels):
+    for floor, axes in panels.items():
         apart = building.kind[floor] != Kind.FLOOR  # doors keep their colours
         seen = np.ma.masked_where(apart, density[floor])
         image = axes.imshow(seen, **look)
@@ -40,7 +40,7 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
         sizes = 22 * deaths[floor][tuple(cells.T)] / runs**0.5
         axes.scatter(x, y, np.clip(sizes, 4, None), color=INK, marker="x", zorder=3)
     label = f"highest people per m², in {SQUARE} m x {SQUARE} m"
-    figure.colorbar(image, ax=panels, shrink=0.7, aspect=40, label=label)
+    figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)
     died = page.samples({"died here": {"ls": "", "marker": "x", "color": INK}})
     page.legend(figure, [*page.swatches(building.kind), *died])
     return figure
