@@ -2,8 +2,6 @@
 
 Clause: F12.  Curves are told apart by dashes as well as by colours; brackets and bands
 are 95 % bootstrap intervals of the mean over runs.
-
-    t  seconds since the evacuation began;  n  runs
 """
 
 from collections.abc import Sequence
@@ -39,19 +37,18 @@ LINES = cycler(
 )
 """Colours of Okabe and Ito, which every eye tells apart, each with its dashes."""
 
-OVER = "means over a match's runs; in brackets 95 % bootstrap intervals"
-
 
 def players(found: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]:
     """All robots or fires, in the order of first appearance."""
     return list(dict.fromkeys(getattr(each, side) for each in found))
 
 
-def matrix(cells: Sequence[Cell], caption: str = OVER) -> Figure:
+def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
     """Draw every match's mean survival and interval, as a map of robots × fires [F12].
 
     caption: what means and intervals are over
     """
+    over = caption or "means over a match's runs, with 95 % bootstrap intervals"
     robots, fires = players(cells, "robots"), players(cells, "fire")
     means = np.full((len(robots), len(fires)), np.nan)
     page = sheet("Who beats whom", 3 + 1.7 * len(fires), 2.2 + 0.8 * len(robots))
@@ -66,7 +63,7 @@ def matrix(cells: Sequence[Cell], caption: str = OVER) -> Figure:
     axes.set_xticks(range(len(fires)), [fill(name, 22) for name in fires])
     axes.set_yticks(range(len(robots)), [fill(name, 22) for name in robots])
     page.colorbar(image, format=PercentFormatter(1), label="survivors")
-    page.supxlabel(fill(caption, 28 + 16 * len(fires)), fontsize=8)
+    page.supxlabel(fill(over, 28 + 16 * len(fires)), fontsize=8)
     return page
 
 
@@ -99,7 +96,7 @@ def curves(results: Sequence[RunResult]) -> Figure:
 
 
 def shares(results: Sequence[RunResult], t: np.ndarray) -> np.ndarray:
-    """(n, T) shares of all people who are out by each of (T,) times, run by run."""
+    """(n, T) shares of all people who are out by each of (T,) seconds, run by run."""
     out = [np.searchsorted(run.times, t, side="right") for run in results]
     people = np.array([run.people for run in results])
     return np.stack(out) / people[:, None]
