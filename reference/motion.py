@@ -49,7 +49,6 @@ crowds that meet sort themselves into lanes."""
 Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k, 2) positions of (k,) bodies -> (k,) bool: may they stand there?"""
 
-
 Turns = Callable[[np.ndarray], np.ndarray]
 """(k,) bodies -> (k,) radians, drawn by chance, up to SHUFFLE_TURN."""
 

@@ -1,7 +1,7 @@
 """One run of an evacuation, tick by tick: SENSE, DECIDE, MOVE, BURN, SETTLE.
 
-Clauses: A4, A5, A6, B4, B5, B7, B8, C7, C8, D6, D7.  Only this module changes
-a world, through the modules before it.
+Clauses: A4-A6, B4, B5, B7, B8, C7, C8, D2, D6, D7.  Only this module changes a world,
+through the modules before it.
 
     i   a human;  mark  index of a landmark
 """
@@ -16,7 +16,7 @@ import numpy as np
 from reference import motion, paper, walking
 from reference.beginning import beginning, generators, occupancy
 from reference.building import Building, Kind
-from reference.fire import Generator, Spread, cells_beside, fire_acts
+from reference.fire import Generator, Spread, cells_beside
 from reference.game.rewards import group_reward
 from reference.humans import pass_landmark
 from reference.navigation import Navigation, navigation_of
@@ -36,7 +36,6 @@ from reference.world import (
     Fate,
     FireLit,
     LeftFloor,
-    Source,
     World,
 )
 
@@ -160,10 +159,14 @@ class Simulation:
 
     @property
     def fire_turn(self) -> bool:
-        """Does the fire decide in this tick? Only while it has sources left [D6]."""
+        """Does the fire decide in this tick? At every k-th decision of robots [D2].
+
+        And only while it has sources left [D6].
+        """
         number, between = divmod(self.ticks, self.decision_ticks)
-        left = len(self.world.flames.sources) < self.scenario.sources
-        return left and not between and fire_acts(number)
+        since = number - paper.FIRE_FIRST_DECISION
+        due = since >= 0 and since % paper.FIRE_EVERY_DECISIONS == 0 and not between
+        return due and len(self.world.flames.sources) < self.scenario.sources
 
     def strategies_decide(self) -> Destinations:
         """Ask the robots' strategy at each decision, the fire's at every k-th.
@@ -187,13 +190,11 @@ class Simulation:
         world = self.world
         if (decision := self.fire_strategy.decide(world, self.rng["fire"])) is None:
             return
-        result = self.generator.generate(world, decision)
-        if isinstance(result, Source):
-            self.spread.ignite(world.flames, result)
+        event = self.generator.generate(world, decision)
+        self.events.append(event)
+        if isinstance(event, FireLit):
+            self.spread.ignite(world.flames, event)
             self._next_ignition = world.time
-            self._record(FireLit, result.floor, result.x, result.y)
-        else:
-            self.events.append(result)
 
     # -- MOVE -----------------------------------------------------------------------
 

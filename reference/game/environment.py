@@ -108,7 +108,7 @@ class Environment:
     """One building and one scenario, episode after episode.
 
     simulation  what runs now;  decision  decisions taken in this episode
-    agents      who has not left, of possible_agents; their infos say who acts
+    agents      who has not left, of possible_agents
 
     An observation has a "vector" (`observations.vector_layout`) and the "grid", both
     float32.  An action is clipped to [-1, 1]: a robot's is (2,) x, y, or all nan to

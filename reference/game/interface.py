@@ -1,7 +1,7 @@
 """How a network reads what a side observes, and speaks what it does: as the paper does.
 
 Clauses: C1, C3, C5, D1, D2, E3, E4.  The environment's actions are coordinates of the
-whole floor, in [-1, 1].  A subclass may read and speak otherwise, `workshop.frame`.
+whole floor, in [-1, 1].  A subclass may read and speak otherwise, `workshop.remedies`.
 
     G    agents of a side;  R  robots, the fire's G is 1
     V    numbers a network reads;  K  of its action;  A  of the environment's action

@@ -102,10 +102,8 @@ def vector_layout(building: Building, scenario: Scenario) -> Layout:
     right, bottom = building.metres(rows - 0.5, cols - 0.5)
     floors, most = building.floors, scenario.sources
     corners = (left, bottom, SENTINEL[2]), (right, top, float(floors - 1))
-    people, robots = (
-        sum(scenario.start_counts(floors)),
-        scenario.robots_per_floor * floors,
-    )
+    people = sum(scenario.start_counts(floors))
+    robots = scenario.robots_per_floor * floors
     zero, end = (0.0,), scenario.time_limit + scenario.tick
 
     def points(what: str, count: int) -> Block:

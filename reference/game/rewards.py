@@ -5,11 +5,7 @@ Clauses: B7, D6, E3, E5, F5, F8.
 
 from collections.abc import Iterable
 
-from reference.paper import (
-    FIRE_REFUSED_PENALTY,
-    FIXED_PENALTY,
-    FIXED_REWARD,
-)
+from reference.paper import FIRE_REFUSED_PENALTY, FIXED_PENALTY, FIXED_REWARD
 from reference.world import Died, Evacuated, Event, FireRefused, LeftFloor
 
 

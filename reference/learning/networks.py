@@ -135,9 +135,8 @@ class Body(nn.Module):
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
         self.encoder = Encoder(sizes, settings)
-        self.layers = layers(
-            self.encoder.size, settings.hidden_units, settings.num_layers
-        )
+        hidden, count = settings.hidden_units, settings.num_layers
+        self.layers = layers(self.encoder.size, hidden, count)
 
     def forward(self, vectors: Tensor, grids: Tensor) -> Tensor:
         """(B, [G,] V) and (B, channels, height, width) -> (B, [G,] H)."""
@@ -155,9 +154,8 @@ class Policy:
 
     def __init__(self, mean: Tensor, log_sigma: Tensor, branches: Sequence[Tensor]):
         """mean (..., C), log_sigma (..., C), and each branch's logits (..., n)."""
-        self.gaussian = Normal(
-            mean, log_sigma.exp().expand_as(mean), validate_args=False
-        )
+        sigma = log_sigma.exp().expand_as(mean)
+        self.gaussian = Normal(mean, sigma, validate_args=False)
         self.branches = [Categorical(logits=b, validate_args=False) for b in branches]
 
     def log_probs(self, actions: Tensor) -> Tensor:

@@ -27,9 +27,6 @@ from reference.simulation import Simulation
 from reference.strategies import FireStrategy, RobotStrategy
 from reference.world import FireRefused
 
-PLAYER_STREAM: dict[Side, int] = {"robots": 1, "fire": 2}
-"""Each side's actions have a generator of their own, beside the simulation's."""
-
 Advance = Callable[[Sequence[Simulation]], None]
 """Runs simulations up to their next decision or their end, in whatever order."""
 
@@ -135,7 +132,8 @@ class _Run:
             "robots": [agent for agent in seen if agent != FIRE],
             "fire": [agent for agent in seen if agent == FIRE],
         }
-        self.rngs = {s: np.random.default_rng([seed, PLAYER_STREAM[s]]) for s in SIDES}
+        streams = enumerate(SIDES, 1)  # beside the simulation's own
+        self.rngs = {side: np.random.default_rng([seed, k]) for k, side in streams}
         self.records: dict[Side, list[Record]] = {side: [] for side in players}
         self.rewards: dict[Side, list[float]] = {side: [] for side in players}
 

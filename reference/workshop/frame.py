@@ -292,7 +292,7 @@ def at_exit(building: Building, exit_: Landmark) -> Destination:
     points = navigation_of(building).centres[: building.kind[0].size]
     off = np.hypot(*(points - exit_.position).T)
     near = points[np.argsort(off, kind="stable")[: int((off <= AT_EXIT).sum())]]
-    for point in [exit_.position, *((float(x), float(y)) for x, y in near)]:
+    for point in [exit_.position, *map(tuple, near.tolist())]:
         target = actual_target(building, exit_.floor, *point)
         if said_on_the_way(building, exit_.floor, target) in building.exits:
             return point

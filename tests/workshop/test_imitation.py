@@ -7,58 +7,25 @@ import pytest
 from trainings import TINY, begun, tiny
 
 from reference.building import building_of
-from reference.game.environment import destination
 from reference.game.interface import Moment
-from reference.game.observations import headed, robot_vectors, to_normalised
-from reference.learning.adversarial import player_of
+from reference.game.observations import headed, robot_vectors
+from reference.learning.experience import Decisions, decisions_of
 from reference.learning.rollouts import play
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.frame import KEEP, STAY
-from reference.workshop.strategies.robots import GROUP_RADIUS, Sweep
+from reference.workshop.frame import KEEP, STAY, UNIT
+from reference.workshop.strategies.robots import Sweep
 from reference.workshop.training.imitation import Demonstration
 
 
-class Observed(Sweep):
-    """`sweep`, and how far from each destination a player would most likely go.
-
-    Where an option is near it: the player is not offered a way out if it leads nobody.
-    """
-
-    def __init__(self, player):
-        super().__init__()
-        self.player, self.metres = player, []
-
-    def decide(self, world, robots, rng):
-        """As always; the player sees the same."""
-        decided = super().decide(world, robots, rng)
-        vectors = robot_vectors(world, self.player.interface.scenario)
-        everybody = np.ones(len(vectors), dtype=bool)
-        moment = Moment(vectors, everybody, world)
-        (emitted,), _ = self.player.act([moment])
-        (seen,) = self.player.read([moment])
-        row = {robot.body: k for k, robot in enumerate(world.robots)}
-        for robot, spot in zip(robots, decided, strict=True):
-            if spot is None:
-                continue
-            k, interface = row[robot.body], self.player.interface
-            aim = to_normalised(world.building, np.array([spot]))
-            raw = interface.raw(aim, vectors[k : k + 1])
-            if interface.off_anchors(raw, seen[k : k + 1]) <= GROUP_RADIUS:
-                end = destination(world.building, emitted[k])
-                self.metres.append(float(np.hypot(*np.subtract(spot, end))))
-        return decided
-
-
-def off_course(training):
-    """Metres from where `sweep` goes to where the robots would, time by time."""
-    learner, scenario = training.learners["robots"], training.settings.scenario
-    learned = player_of(learner)
-    building = building_of(TINY)
-    guide = Observed(learned.player("robots", building, scenario))
-    for seed in range(1, 5):
-        Simulation(building, scenario, guide, RandomFire(), seed).run()
-    return np.array(guide.metres)
+def off_course(training, seed=5):
+    """Metres from where the teacher goes to where robots would, time by time."""
+    jobs = begun(training.settings, imitate="sweep", seed=seed).jobs()
+    played = [episode.robots for job in jobs for episode in play(job)]
+    seen = Decisions.joined([decisions_of(trajectory) for trajectory in played])
+    policy = training.learners["robots"].actor(seen.vectors, seen.grids)
+    off = (policy.act() - seen.actions).norm(dim=-1)
+    return UNIT * off[seen.alive].detach()
 
 
 @pytest.mark.paper("C7", "chosen")
@@ -72,7 +39,7 @@ def test_robots_that_copied_sweep_go_where_it_would():
     training.learn([e for job in training.jobs() for e in play(job)])
     after = off_course(training)
     assert len(after) == len(before) > 60
-    assert np.mean(after < 1) > np.mean(before < 1) + 0.15
+    assert (after < 1).float().mean() > (before < 1).float().mean() + 0.15
     assert after.mean() < 0.75 * before.mean()
 
 

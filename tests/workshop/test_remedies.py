@@ -22,7 +22,7 @@ from reference.workshop.frame import UNIT
 from reference.workshop.heads import SIGMAS, FrameHead, Mixture, MixtureHead
 from reference.workshop.maps import load
 from reference.workshop.training.presets import preset
-from reference.world import Source
+from reference.world import FireLit
 
 # -- Heads --------------------------------------------------------------------------
 
@@ -145,7 +145,7 @@ def test_where_a_fire_burns_none_is_lit_again():
         return fire.read(vectors, np.zeros((0, 2)))[0, 3 * K : 4 * K]
 
     assert allowed().all()
-    world.flames.sources.append(Source(int(storey), float(x), float(y), 0.0))
+    world.flames.sources.append(FireLit(0.0, int(storey), float(x), float(y)))
     assert not allowed()[3] and allowed().sum() >= K - 3
 
 

@@ -254,29 +254,21 @@ FACTS = dict.fromkeys(OF_EPISODES.values(), 1.0)
 FACTS |= {"group_reward": 100.0, "fire_reward": -90.0, "survival": 0.5}
 
 
-@pytest.mark.paper("E5")
-@pytest.mark.parametrize(("side", "own"), [("robots", 100.0), ("fire", -90.0)])
-def test_cumulative_reward_has_the_reward_of_the_group_in_it(side, own):
-    """In ML-Agents' logs it has not; a common complaint."""
-    summary = Summary(side, every=10)
-    summary.add([FACTS], {})
-    row = summary.row(10, {})
-    assert row["Environment/Cumulative Reward"] == own
-    assert row["Environment/Group Cumulative Reward"] == 100.0
-
-
 @pytest.mark.paper("E1")
 @pytest.mark.paper("E2")
-def test_a_row_is_due_every_summary_freq_steps():
-    """It has the means of all episodes and updates since the one before."""
-    summary = Summary("robots", every=10)
+@pytest.mark.paper("E5")
+@pytest.mark.parametrize(("side", "own"), [("robots", 100.0), ("fire", -90.0)])
+def test_a_row_of_means_is_due_every_summary_freq_steps(side, own):
+    """Over all episodes and updates since the one before; the group's reward counts."""
+    summary = Summary(side, every=10)
     summary.add([FACTS, FACTS | {"survival": 1.0}], {"Losses/Value Loss": 4.0})
     assert summary.row(9, {}) is None
     summary.add([FACTS | {"survival": 0.0}], {"Losses/Value Loss": 2.0})
     row = summary.row(25, {"round": 2})
     assert row["Environment/Survival"] == 0.5
     assert row["Losses/Value Loss"] == 3.0
-    assert (row["side"], row["step"], row["round"]) == ("robots", 25, 2)
+    assert (row["side"], row["step"], row["round"]) == (side, 25, 2)
+    assert row["Environment/Cumulative Reward"] == own
     assert summary.row(29, {}) is None
 
 
@@ -327,16 +319,11 @@ def test_time_cuts_off_a_fire_only_while_it_has_sources_left(sources, follows):
     assert cut and all(e.fire.alive[-1].item() is follows for e in cut)
 
 
-def first_round(**robots):
-    """The first job's episodes, played by robots with these rows."""
-    job = begun(tiny(robots=robots)).jobs()[0]
-    return play(job)
-
-
 @pytest.mark.paper("E3")
 def test_shaping_pays_learners_and_changes_no_episode():
     """What is learned from differs, what is told of the episode does not."""
-    plain, shaped = first_round(shaping=0.0), first_round(shaping=300.0)
+    rows = {"shaping": 0.0}, {"shaping": 300.0}
+    plain, shaped = (play(begun(tiny(robots=row)).jobs()[0]) for row in rows)
     for one, other in zip(plain, shaped, strict=True):
         assert one.facts == other.facts and one.robots.steps == other.robots.steps
         more = other.robots.rewards - one.robots.rewards

@@ -13,10 +13,8 @@ from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import INK
 from reference.workshop.drawing.page import COLOURS, Style
 
-DENSITIES = LinearSegmentedColormap.from_list(
-    "density", [COLOURS[Kind.FLOOR], "#e5a9c6", "#b3437f", "#5e1150"]
-)
-"""From the floor's own colour to one that nothing else in a plan has."""
+_INKS = COLOURS[Kind.FLOOR], "#e5a9c6", "#b3437f", "#5e1150"
+DENSITIES = LinearSegmentedColormap.from_list("density", _INKS)
 
 
 def crowded(crowding: Crowding, heading: str = "") -> Figure:
@@ -28,10 +26,10 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
     density, deaths = crowding.density, crowding.deaths
     over = f"{runs} evacuations" if runs > 1 else "one evacuation"
     title = f"{heading or building.title}: {over}, {deaths.sum():.0f} died"
-    figure, panels = page.floor_page(building, title)
+    figure, panels = page.floor_page(building, title, range(building.floors))
     look: Style = {"vmin": 0, "vmax": max(1.0, density.max())}
     look |= {"cmap": DENSITIES, "extent": page.extent_of(building)}
-    for floor, axes in enumerate(panels):
+    for floor, axes in panels.items():
         apart = building.kind[floor] != Kind.FLOOR  # doors keep their colours
         seen = np.ma.masked_where(apart, density[floor])
         image = axes.imshow(seen, **look)
@@ -40,7 +38,7 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
         sizes = 22 * deaths[floor][tuple(cells.T)] / runs**0.5
         axes.scatter(x, y, np.clip(sizes, 4, None), color=INK, marker="x", zorder=3)
     label = f"highest people per m², in {SQUARE} m x {SQUARE} m"
-    figure.colorbar(image, ax=panels, shrink=0.7, aspect=40, label=label)
+    figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)
     died = page.samples({"died here": {"ls": "", "marker": "x", "color": INK}})
     page.legend(figure, [*page.swatches(building.kind), *died])
     return figure

@@ -114,17 +114,17 @@ def samples(looks: Mapping[str, Style]) -> list[Artist]:
 
 
 def floor_page(
-    building: Building, title: str, alpha: float = 1.0
-) -> tuple[Figure, list[Axes]]:
-    """Make a titled figure with a panel in metres for each floor."""
-    rows, columns = arranged(building, building.floors)
+    building: Building, title: str, floors: Sequence[int], alpha: float = 1.0
+) -> tuple[Figure, dict[int, Axes]]:
+    """Make a titled figure with a panel in metres for each of the floors."""
+    rows, columns = arranged(building, len(floors))
     down, across = np.multiply((rows, columns), building.kind.shape[1:])
     width, height = min(12, 6 * across / down) + 0.7, min(6, 12 * down / across) + 1.5
-    figure = sheet(title, max(width, 9), height, "compressed")
-    panels = [figure.add_subplot(rows, columns, k + 1) for k in range(building.floors)]
-    for floor, axes in enumerate(panels):
-        paint_floor(axes, building, floor, alpha)
-        axes.label_outer()
+    figure, panels = sheet(title, max(width, 9), height, "compressed"), {}
+    for place, floor in enumerate(floors, 1):
+        panels[floor] = figure.add_subplot(rows, columns, place)
+        paint_floor(panels[floor], building, floor, alpha)
+        panels[floor].label_outer()
     return figure, panels
 
 

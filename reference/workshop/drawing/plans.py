@@ -35,12 +35,13 @@ NODES: dict[str, Style] = {
 }
 
 
-def top(building: Building) -> Figure:
-    """Draw all floors from above [A8, Figs. 4-6]."""
-    figure, panels = page.floor_page(building, building.title)
-    page.legend(figure, page.swatches(building.kind))
+def top(building: Building, floor: int | None = None) -> Figure:
+    """Draw all floors from above, or one (0 is the first) [A8, Figs. 4-6]."""
+    floors = [*range(building.floors)] if floor is None else [floor]
+    figure, panels = page.floor_page(building, building.title, floors)
+    page.legend(figure, page.swatches(building.kind[floors]))
     figure.draw_without_rendering()
-    for area in building.areas:
+    for area in (area for area in building.areas if area.floor in panels):
         write_name(panels[area.floor], building, area)
     return figure
 
@@ -51,7 +52,7 @@ def graph(building: Building) -> Figure:
     A node stands in the widest part of its room; straight lines lead to its doors.
     """
     title = f"{building.title}: the graph"
-    figure, panels = page.floor_page(building, title, alpha=0.28)
+    figure, panels = page.floor_page(building, title, range(building.floors), 0.28)
     there = {page.MEANINGS[kind]: look for kind, look in WAYS.items()}
     page.legend(figure, page.samples(NODES | there))
     figure.draw_without_rendering()

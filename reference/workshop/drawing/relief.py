@@ -76,7 +76,7 @@ def closeup(building: Building) -> Figure:
         add_boxes(axes, piece, SOLID)
         look: Style = {"color": COLOURS[kind], "weight": "bold", "loc": "center"}
         axes.set_title(page.MEANINGS[kind], **look)
-    page.legend(figure, page.swatches(list(page.MEANINGS)))
+    page.legend(figure, page.swatches(building.kind))
     return figure
 
 

@@ -19,7 +19,6 @@ from reference.workshop.training.checkpoints import keep, newest
 from reference.workshop.training.session import Training
 from reference.workshop.training.summaries import (
     OWN_REWARD,
-    PRETRAINING,
     SURVIVAL,
     Board,
     Row,
@@ -103,14 +102,7 @@ def _show(bar: "tqdm[NoReturn]", training: Training, rows: Sequence[Row]) -> Non
         reward, share = latest["group_reward"], latest["survival"]
         bar.set_postfix(reward=f"{reward:,.0f}", survivors=f"{share:.0%}")
     for row in rows if bar.disable else ():
-        print(_line(row), file=sys.stderr)
-
-
-def _line(row: Row) -> str:
-    """Put a summary row into words, for people who read a log."""
-    if PRETRAINING in row:
-        return f"{row['side']}: {row['phase']}, loss {row[PRETRAINING]:.3f}"
-    return (
-        f"{row['side']}: step {row['step']:,}, round {row['round']}, "
-        f"reward {row[OWN_REWARD]:,.0f}, survival {row[SURVIVAL]:.0%}"
-    )
+        told = f"{row['side']}: {row['phase']}, step {row['step']:,}"
+        if OWN_REWARD in row:
+            told += f", reward {row[OWN_REWARD]:,.0f}, survival {row[SURVIVAL]:.0%}"
+        print(told, file=sys.stderr)

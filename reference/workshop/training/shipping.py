@@ -36,10 +36,7 @@ def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
 
 
 def how(checkpoint: Checkpoint, side: Side) -> dict[str, Any]:
-    """Describe how a side learned: settings, decisions, opponents, and beginning.
-
-    Of policies that ship already, it is what was said when they were combined.
-    """
+    """Describe how a side learned; of what ships already, as it was said before."""
     if side in checkpoint.progress:
         return dict(checkpoint.progress[side])
     task, learners = checkpoint.task, checkpoint.learners.items()
