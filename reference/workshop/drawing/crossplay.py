@@ -9,6 +9,7 @@ from math import ceil
 from textwrap import fill
 
 import numpy as np
+from matplotlib import color_sequences
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
@@ -22,20 +23,8 @@ from reference.workshop.drawing.page import legend, sheet
 EVEN = LinearSegmentedColormap.from_list("even", ["#dc7d33", "#fbf7ef", "#62a0d8"])
 """Survival: orange where the fire wins, blue where the robots do, for every eye."""
 
-_OKABE = (
-    "0072b2",
-    "d55e00",
-    "009e73",
-    "cc79a7",
-    "16191d",
-    "e69f00",
-    "56b4e9",
-    "8a6d3b",
-)
-LINES = cycler(
-    color=[f"#{ink}" for ink in _OKABE], linestyle=2 * ["-", "--", ":", "-."]
-)
-"""Colours of Okabe and Ito, which every eye tells apart, each with its dashes."""
+LINES = cycler(color=color_sequences["petroff8"], linestyle=2 * ["-", "--", ":", "-."])
+"""Petroff's eight colours, which every eye tells apart, each with its dashes."""
 
 
 def players(found: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]:
