@@ -20,7 +20,7 @@ from reference import paper
 from reference.building import Building, Kind
 from reference.navigation import navigation_of, shifted
 from reference.paper import Scenario
-from reference.world import FireRefused, Flames, Source, World
+from reference.world import FireLit, FireRefused, Flames, World
 
 Decision = tuple[int, float, float]
 """What the fire agent decides: floor, X, Y [D2]."""
@@ -49,7 +49,7 @@ class Generator:
         self.training = scenario.training
         self.order = rng.permutation(building.kind.size)
 
-    def generate(self, world: World, decision: Decision) -> Source | FireRefused:
+    def generate(self, world: World, decision: Decision) -> FireLit | FireRefused:
         """Turn a decision into a source, or refuse it [D6].
 
         In training an occupied place yields no fire; otherwise another free one burns.
@@ -63,7 +63,7 @@ class Generator:
             if self.training or not others.any():
                 return FireRefused(world.time, floor, x, y)
             floor, x, y = decision_at(world, self.order[others.argmax()])
-        return Source(floor, x, y, world.time)
+        return FireLit(world.time, floor, x, y)
 
 
 def free_places(world: World) -> np.ndarray:
@@ -103,7 +103,7 @@ class Spread:
         where = np.concatenate([one, other]), np.concatenate([other, one])
         self.delays = csr_matrix((delay, where), shape=(burns.size, burns.size))
 
-    def ignite(self, flames: Flames, source: Source) -> None:
+    def ignite(self, flames: Flames, source: FireLit) -> None:
         """Add a source; each cell's arrival is the earliest over all sources."""
         p = navigation_of(self.building).place(source.floor, source.x, source.y)
         delay = dijkstra(self.delays, indices=p).reshape(flames.arrival.shape)

@@ -36,7 +36,6 @@ from reference.world import (
     Fate,
     FireLit,
     LeftFloor,
-    Source,
     World,
 )
 
@@ -191,13 +190,11 @@ class Simulation:
         world = self.world
         if (decision := self.fire_strategy.decide(world, self.rng["fire"])) is None:
             return
-        result = self.generator.generate(world, decision)
-        if isinstance(result, Source):
-            self.spread.ignite(world.flames, result)
+        event = self.generator.generate(world, decision)
+        self.events.append(event)
+        if isinstance(event, FireLit):
+            self.spread.ignite(world.flames, event)
             self._next_ignition = world.time
-            self._record(FireLit, result.floor, result.x, result.y)
-        else:
-            self.events.append(result)
 
     # -- MOVE -----------------------------------------------------------------------
 

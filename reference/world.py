@@ -136,15 +136,6 @@ class Robot:
     active: bool = True  # False once its level and all above are empty [C8]
 
 
-class Source(NamedTuple):
-    """A fire source: where (metres) and since when (s)."""
-
-    floor: int
-    x: float
-    y: float
-    time: float
-
-
 @dataclass
 class Flames:
     """The fire; arrays are (floors, rows, cols)."""
@@ -154,7 +145,7 @@ class Flames:
     alight: frozenset[int]  # the places that burn
     harm: np.ndarray  # health lost per second there, heat and flames [B7]
     cost: np.ndarray  # metres that a metre there counts as, when a way is planned
-    sources: list[Source]  # in order of time
+    sources: list["FireLit"]  # in order of time
 
 
 @dataclass
@@ -231,7 +222,7 @@ class DoorBurnt(Event):
 
 @dataclass(frozen=True)
 class FireLit(Event):
-    """A fire source appeared [D3]."""
+    """A fire source appeared [D3], at x, y metres."""
 
     floor: int
     x: float

@@ -28,7 +28,7 @@ from reference.perception import look
 from reference.simulation import Simulation
 from reference.workshop.maps import load
 from reference.workshop.strategies import FIRES, ROBOTS
-from reference.world import Mode, Source
+from reference.world import FireLit, Mode
 
 PEOPLE = "pqrstuvwxyz"
 
@@ -267,6 +267,6 @@ def as_drawn(floors, building, scenario, rng):
         robot.position = nav.centres[robot.place]
     for floor, row, col in found(floors, "*"):
         world.flames.arrival[floor, row, col] = 0.0
-        world.flames.sources.append(Source(floor, *building.metres(row, col), 0.0))
+        world.flames.sources.append(FireLit(0.0, floor, *building.metres(row, col)))
     Spread(building, rng).advance(world.flames, 0.0)
     return world

@@ -53,7 +53,7 @@ for training in (True, False):
     generator = Generator(museum, scenario, night.rng["elsewhere"])
     print(generator.generate(night.world, place))
 #> FireRefused(time=0.0, floor=0, x=-10.5, y=8.5)
-#> Source(floor=0, x=7.5, y=-6.5, time=0.0)
+#> FireLit(time=0.0, floor=0, x=7.5, y=-6.5)
 
 # %% First passage
 # Flames take a random time from a cell to its neighbour. These times are drawn once. A

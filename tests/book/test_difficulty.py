@@ -26,7 +26,7 @@ from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.walking import enter_stairs
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import Sweep
-from reference.world import Source
+from reference.world import FireLit
 
 TWO_ROOMS = """
     #########
@@ -112,7 +112,7 @@ def fires(draw):
     places = draw(st.lists(st.integers(0, len(cells) - 1), min_size=1, max_size=5))
     sources = []
     for floor, row, col in cells[places].tolist():
-        sources.append(Source(floor, *building.metres(row, col), draw(SECONDS)))
+        sources.append(FireLit(draw(SECONDS), floor, *building.metres(row, col)))
     return spread, sources
 
 

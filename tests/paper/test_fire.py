@@ -32,7 +32,7 @@ from reference.paper import (
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import FIRES
-from reference.world import DoorBurnt, Fate, FireLit, FireRefused, Source
+from reference.world import DoorBurnt, Fate, FireLit, FireRefused
 
 COORDINATES = st.floats(-1e6, 1e6)
 
@@ -76,7 +76,7 @@ def test_equation_3_snaps_y_as_equation_2_snaps_x():
     world = Simulation(building, Scenario(people=0), NoRobots(), NoFire()).world
     generator = Generator(building, Scenario(), np.random.default_rng(0))
     source = generator.generate(world, (2, -9.2, -10.8))
-    assert source == Source(2, -9.5, -10.5, 0.0)
+    assert source == FireLit(0.0, 2, -9.5, -10.5)
 
 
 # -- Rule D6 ------------------------------------------------------------------------
@@ -141,8 +141,9 @@ def test_an_occupied_place_yields_another_free_one_outside_training(what):
     rng = np.random.default_rng(list(what.encode()))
     for _ in range(20):
         result = generated(sim, spot(sim, what), rng)
-        assert isinstance(result, Source)
-        assert free_places(sim.world)[sim.navigation.place(*result[:3])]
+        assert isinstance(result, FireLit)
+        place = sim.navigation.place(result.floor, result.x, result.y)
+        assert free_places(sim.world)[place]
 
 
 @pytest.mark.paper("D6", "chosen")
@@ -152,7 +153,7 @@ def test_other_places_come_in_one_order_for_a_whole_run():
     wall, generator = spot(sim, "wall"), sim.generator
     first = generator.generate(sim.world, wall)
     assert generator.generate(sim.world, wall) == first
-    sim.world.flames.burning[first.floor, *sim.building.cell(*first[1:3])] = True
+    sim.world.flames.burning[first.floor, *sim.building.cell(first.x, first.y)] = True
     assert generator.generate(sim.world, wall) != first
     sim.world.flames.burning[:] = False
     assert generator.generate(sim.world, wall) == first
@@ -166,7 +167,7 @@ def test_a_free_place_is_taken_as_it_is(training):
     sim = stage("#######\n#p....E\n#######", training=training)
     x, y = sim.building.metres(1, 4)
     result = generated(sim, (0, x + 0.3, y), sim.rng["fire"])
-    assert result == Source(0, x, y, 0.0)
+    assert result == FireLit(0.0, 0, x, y)
 
 
 @pytest.mark.paper("D6")
@@ -176,7 +177,7 @@ def test_a_place_where_somebody_died_is_free(fate):
     sim = stage(BOARD, training=True)
     sim.world.bodies.fate[body("p")] = fate
     where = spot(sim, "human")
-    assert generated(sim, where, sim.rng["fire"]) == Source(*where, 0.0)
+    assert generated(sim, where, sim.rng["fire"]) == FireLit(0.0, *where)
     assert free_places(sim.world)[sim.world.bodies.place[body("p")]]
 
 
@@ -218,7 +219,7 @@ def flames(spread, *sources):
     return world.flames
 
 
-ONE, OTHER = Source(0, -10.5, 5.5, 0.0), Source(0, 3.5, -8.5, 20.0)
+ONE, OTHER = FireLit(0.0, 0, -10.5, 5.5), FireLit(20.0, 0, 3.5, -8.5)
 
 
 @pytest.mark.paper("D7")
@@ -227,7 +228,7 @@ def test_arrival_is_a_shortest_sum_of_delays(spread):
     graph = nx.from_scipy_sparse_array(spread.delays)
     p = Simulation(
         spread.building, Scenario(people=0), NoRobots(), NoFire()
-    ).navigation.place(*ONE[:3])
+    ).navigation.place(ONE.floor, ONE.x, ONE.y)
     expected = np.full(spread.building.kind.size, inf)
     for q, seconds in nx.single_source_dijkstra_path_length(graph, p).items():
         expected[q] = seconds

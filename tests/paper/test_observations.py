@@ -13,7 +13,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.strategies.robots import Sweep
-from reference.world import Fate, Source
+from reference.world import Fate, FireLit
 
 BUILDINGS = ["paper", "tiny", "museum", "school", "tower"]
 
@@ -147,7 +147,7 @@ def test_a_change_in_the_world_changes_exactly_its_numbers():
         world.bodies.position[nearest, 1] += 1e-3
 
     def light(world):
-        world.flames.sources.append(Source(1, 2.5, -3.5, 0.0))
+        world.flames.sources.append(FireLit(0.0, 1, 2.5, -3.5))
 
     def wait(world):
         world.time += 5.0
@@ -163,7 +163,7 @@ def test_a_change_in_the_world_changes_exactly_its_numbers():
 def test_fire_sources_come_in_the_order_of_lighting():
     """Wherever they are: the first one lit is on the floor above the second."""
     sim = scene()
-    lit = [Source(1, 2.5, -3.5, 10.0), Source(0, -8.5, 15.5, 35.0)]
+    lit = [FireLit(10.0, 1, 2.5, -3.5), FireLit(35.0, 0, -8.5, 15.5)]
     sim.world.flames.sources.extend(lit)
     fires = decoded(sim).fires
     assert fires[:2].tolist() == [[2.5, -3.5, 1], [-8.5, 15.5, 0]]

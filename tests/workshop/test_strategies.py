@@ -24,7 +24,7 @@ from reference.workshop.strategies.robots import (
     Sweep,
     as_observed,
 )
-from reference.world import NOBODY, Source
+from reference.world import NOBODY, FireLit
 
 
 def decided(robots, sim):
@@ -240,7 +240,7 @@ def test_a_fixed_fire_lights_the_same_places_whoever_is_there():
         nearest = sim.navigation.distance_to(way.index)
         p = sim.navigation.place(floor, x, y)
         assert nearest[p] == nearest[fuel(sim.building).ravel()].min()
-        sim.world.flames.sources.append(Source(floor, x, y, 0.0))
+        sim.world.flames.sources.append(FireLit(0.0, floor, x, y))
     assert fire.decide(sim.world, rng) is None
 
 
@@ -262,4 +262,4 @@ def test_a_closer_fire_closes_exits_first_then_entrances():
     for way in (way_out, upstairs, way_out):
         decision = CloserFire().decide(sim.world, np.random.default_rng(0))
         assert sim.navigation.place(*decision) in rim(sim.building, way)
-        sim.world.flames.sources.append(Source(*decision, 0.0))
+        sim.world.flames.sources.append(FireLit(0.0, *decision))

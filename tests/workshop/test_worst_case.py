@@ -17,7 +17,7 @@ from reference.strategies import NoFire, NoRobots
 from reference.workshop.crossplay.contestants import encounter
 from reference.workshop.strategies.fires import APART, busiest
 from reference.workshop.worst_case import FirstAt, WorstCase, another_future
-from reference.world import Source
+from reference.world import FireLit
 
 BRIEF = {"people": 8, "sources": 2, "time_limit": 50.0}
 
@@ -124,7 +124,7 @@ def test_fresh_delays_are_distributed_like_what_is_left_of_the_old(lane):
     """A delay that is not over forgets how long it has lasted, a door's too."""
     building = built(f"{'#' * len(lane)}\n{lane}\n{'#' * len(lane)}")
     (_, _, p), (_, _, q) = found([[lane]], "pq")
-    source, rng = Source(0, *building.metres(1, p), 0.0), np.random.default_rng(0)
+    source, rng = FireLit(0.0, 0, *building.metres(1, p)), np.random.default_rng(0)
     scenario, came, comes = Scenario(people=0), [], []
     empty = np.zeros(0, dtype=int), np.zeros((0, 2))
     while len(came) < 200:
