@@ -139,7 +139,7 @@ learner = learner_for("fire", PLAN, evening, table, seed=0)
 def evenings(seeds: range) -> list[Episode]:
     """Play against `sweep`; the learner's policy decides, with sampled actions."""
     job = Job(PLAN, evening, Sweep(), player_of(learner), tuple(seeds))
-    return play(job, together)
+    return play(job, advance=together)
 
 
 def total(episodes: list[Episode], fact: str) -> int:

@@ -60,15 +60,8 @@ class Episode:
     facts: dict[str, float]
 
 
-def play(job: Job, advance: Advance = until_next_decision) -> list[Episode]:
-    """Play all episodes of a job; return them in the order of their seeds."""
-    return play_all([job], advance)[0]
-
-
-def play_all(
-    jobs: Sequence[Job], advance: Advance = until_next_decision
-) -> list[list[Episode]]:
-    """Play several jobs in one lockstep; each job's episodes are as if played alone.
+def play(*jobs: Job, advance: Advance = until_next_decision) -> list[Episode]:
+    """Play the episodes of jobs in one lockstep; each is as if played alone.
 
     Only `advance` sees the simulations of all: a job's networks decide for its own.
     """
@@ -82,7 +75,7 @@ def play_all(
         advance([run.simulation for run in running])
         for run in running:
             run.see()
-    return [[run.episode() for run in game] for game in games]
+    return [run.episode() for run in every]
 
 
 def _begun(job: Job) -> "list[_Run]":

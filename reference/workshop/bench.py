@@ -91,9 +91,9 @@ def _learning(
     players: Any = {side: player_of(learner) for side, learner in learners.items()}
     job = Job(plan, scenario, **players, seeds=tuple(range(seed, seed + EPISODES)))
     with one_thread():
-        play(replace(job, seeds=job.seeds[:1]), together)  # warm up
+        play(replace(job, seeds=job.seeds[:1]), advance=together)  # warm up
         start = perf_counter()
-        episodes = play(job, together)
+        episodes = play(job, advance=together)
         seconds = perf_counter() - start
     lives = {side: [t for e in episodes if (t := getattr(e, side))] for side in SIDES}
     decisions = sum(life.steps for life in lives["robots"])

@@ -76,17 +76,12 @@ class MixtureHead(nn.Module):
     """
 
     def __init__(
-        self,
-        anchors: int,
-        continuous: int,
-        spread: float,
-        commitment: float,
-        hidden: int,
+        self, shape: tuple[int, int], spread: float, commitment: float, hidden: int
     ):
+        """shape: (K, C)."""
         super().__init__()
-        self.shape, self.sigma = (anchors, continuous), spread / UNIT
-        self.commitment = commitment
-        self.weights = linear(hidden, anchors, BRANCH_GAIN / sqrt(hidden))
+        self.shape, self.sigma, self.commitment = shape, spread / UNIT, commitment
+        self.weights = linear(hidden, shape[0], BRANCH_GAIN / sqrt(hidden))
 
     def forward(self, x: Tensor, vectors: Tensor) -> Mixture:
         """Mixture from the body's (..., H) and the numbers read (..., V)."""

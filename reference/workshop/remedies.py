@@ -121,7 +121,7 @@ class RobotsFrame(Interface):
         s = self.settings
         head: Callable[[int], Any] = partial(FrameHead, continuous=AXES)
         if self.mixes:
-            head = partial(MixtureHead, self.anchors, AXES, s.spread, s.commitment)
+            head = partial(MixtureHead, (self.anchors, AXES), s.spread, s.commitment)
         return Sizes(self.size, grid_shape(self.building), AXES, head=head)
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
@@ -168,7 +168,7 @@ class MixtureOfFire(Interface):
         from reference.workshop.heads import MixtureHead  # torch
 
         K, C = self.anchors.shape
-        head = partial(MixtureHead, K, C, self.settings.spread, 0.0)
+        head = partial(MixtureHead, (K, C), self.settings.spread, 0.0)
         return Sizes(
             self.layout.size + (C + 1) * K, grid_shape(self.building), C, (), head
         )

@@ -16,7 +16,7 @@ from reference.game.environment import (
 from reference.game.interface import Interface
 from reference.game.observations import robots_at_work, vector_layout
 from reference.learning.adversarial import adversarial, learner_for, player_of
-from reference.learning.rollouts import Episode, Job, play, play_all
+from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import SIDES
 from reference.paper import Scenario
 from reference.strategies import NoFire, RandomFire
@@ -108,10 +108,10 @@ def test_jobs_played_at_once_are_as_if_played_alone():
         Job(TINY, scene, one, RandomFire(), seeds=(1, 2)),
         Job(TINY, scene, other, NoFire(), seeds=(3,)),
     ]
-    for job, episodes in zip(jobs, play_all(jobs, together), strict=True):
-        for alone, episode in zip(play(job), episodes, strict=True):
-            assert alone.facts == episode.facts
-            assert same(vars(alone.robots), vars(episode.robots))
+    alone = [episode for job in jobs for episode in play(job)]
+    for one, other in zip(alone, play(*jobs, advance=together), strict=True):
+        assert one.facts == other.facts
+        assert same(vars(one.robots), vars(other.robots))
 
 
 @pytest.mark.paper("E6")

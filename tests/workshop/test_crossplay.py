@@ -258,6 +258,7 @@ def test_the_baseline_scores_one_on_the_ruler_made_of_its_runs():
     [
         ("evaluation.json", '"version": "', '"version": "0.0.', "by version 0.0."),
         ("evaluation.json", '"game": ', '"game": 1', "version .* of game 1., this is"),
+        ("evaluation.json", '"people": 4', '"people": 5', "was edited since its runs"),
         ("runs.csv", "robots,fire,", "fire,", "is no table of these runs"),
         ("runs.csv", "times\n", "times\nsweep,random\n", "row is damaged"),
     ],

@@ -22,10 +22,8 @@ IMITATED = [("critic", 5), ("together", 25)]
 
 def table(phases, seed=0, imitation=0):
     """The text of a table: 10 episodes a round, for (name, rounds) each."""
-    rng, rows, episodes = np.random.default_rng(seed), [], 0
-    rows += [{"side": "robots", "step": 0, "episodes": 0, "phase": "imitation"}] * (
-        imitation
-    )
+    first = {"side": "robots", "step": 0, "episodes": 0, "phase": "imitation"}
+    rng, rows, episodes = np.random.default_rng(seed), [first] * imitation, 0
     for phase, rounds in phases:
         learning = {"robots": ["robots"], "critic": ["robots"], "fire": ["fire"]}
         for _ in range(rounds):
@@ -56,9 +54,7 @@ def run(tmp_path):
 
 def panel(figure, title):
     """The axes of a panel."""
-    return next(
-        axes for axes in figure.axes if axes.get_title("left").startswith(title)
-    )
+    return next(axes for axes in figure.axes if title in axes.get_title("left"))
 
 
 def bold(axes, colour):
@@ -132,12 +128,8 @@ def test_a_running_mean_agrees_with_the_sum_written_out():
 
 def test_the_mean_of_runs_is_drawn_where_all_of_them_are():
     """From 1 to 3 here, at half way between the two."""
-    x, y = curves.mean_of(
-        [
-            (np.array([0.0, 3.0]), np.array([0.0, 3.0])),
-            (np.array([1.0, 4.0]), np.array([3.0, 6.0])),
-        ]
-    )
+    ramp = np.array([0.0, 3.0])
+    x, y = curves.mean_of([(ramp, ramp), (ramp + 1, ramp + 3)])
     assert (x[0], x[-1]) == (1, 3)
     np.testing.assert_allclose(y, x + 1)
 

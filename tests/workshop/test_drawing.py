@@ -84,13 +84,6 @@ def player(tmp_path_factory):
     return path.read_text(encoding="utf-8"), run
 
 
-def pixels(figure):
-    """(rows, cols, 3) colours from 0 to 1, row 0 at the top."""
-    canvas = FigureCanvasAgg(figure)
-    canvas.draw()
-    return np.asarray(canvas.buffer_rgba())[..., :3] / 255
-
-
 def assert_on_page(figure):
     """Nothing of a figure is clipped by the edges of its page."""
     figure.draw_without_rendering()
@@ -102,9 +95,11 @@ def assert_on_page(figure):
 
 def colour_at(axes, x, y):
     """The colour of the page at a place of some axes."""
-    image = pixels(axes.figure)
-    across, up = axes.transData.transform((x, y))
-    return image[len(image) - 1 - int(up), int(across)]
+    canvas = FigureCanvasAgg(axes.figure)
+    canvas.draw()
+    image = np.asarray(canvas.buffer_rgba())[::-1, :, :3] / 255
+    across, up = axes.transData.transform((x, y)).astype(int)
+    return image[up, across]
 
 
 # -- Buildings ----------------------------------------------------------------------
@@ -222,7 +217,7 @@ def test_health_is_a_colour_that_darkens(simulation):
     world.bodies.mode[:] = Mode.FOLLOWER
     world.bodies.health[:] = np.linspace(99, 1, 8)
     scene = scene_of(world)
-    pixels(scene.figure)
+    scene.figure.draw_without_rendering()
     light = scene.sides[0].people[Mode.FOLLOWER].get_facecolors()[:, :3].sum(axis=1)
     assert (np.diff(light) <= 0).all()
     assert light[0] > 2 * light[-1]
@@ -277,9 +272,7 @@ def walked(world, *spots, seconds=1.0):
     ways = np.transpose(scene.sides[0].marks[TRAIL].get_data())
     cuts = np.flatnonzero(np.isnan(ways).any(axis=1))
     runs = [run[np.isfinite(run).all(axis=1)] for run in np.split(ways, cuts)]
-    return [
-        (run - scene.sides[0].moves[0]).round(6).tolist() for run in runs if len(run)
-    ]
+    return [run.round(6).tolist() for run in runs if len(run)]
 
 
 def test_a_trail_is_where_a_person_walked_lately(simulation):

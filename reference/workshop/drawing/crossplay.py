@@ -2,8 +2,6 @@
 
 Clause: F12.  Curves are told apart by dashes as well as by colours; brackets and bands
 are 95 % bootstrap intervals of the mean over runs.
-
-    t  seconds since the evacuation began;  n  runs
 """
 
 from collections.abc import Sequence
@@ -11,6 +9,7 @@ from math import ceil
 from textwrap import fill
 
 import numpy as np
+from matplotlib import color_sequences
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
@@ -24,22 +23,8 @@ from reference.workshop.drawing.page import legend, sheet
 EVEN = LinearSegmentedColormap.from_list("even", ["#dc7d33", "#fbf7ef", "#62a0d8"])
 """Survival: orange where the fire wins, blue where the robots do, for every eye."""
 
-_OKABE = (
-    "0072b2",
-    "d55e00",
-    "009e73",
-    "cc79a7",
-    "16191d",
-    "e69f00",
-    "56b4e9",
-    "8a6d3b",
-)
-LINES = cycler(
-    color=[f"#{ink}" for ink in _OKABE], linestyle=2 * ["-", "--", ":", "-."]
-)
-"""Colours of Okabe and Ito, which every eye tells apart, each with its dashes."""
-
-OVER = "means over a match's runs; in brackets 95 % bootstrap intervals"
+LINES = cycler(color=color_sequences["petroff8"], linestyle=2 * ["-", "--", ":", "-."])
+"""Petroff's eight colours, which every eye tells apart, each with its dashes."""
 
 
 def players(found: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]:
@@ -47,11 +32,12 @@ def players(found: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]
     return list(dict.fromkeys(getattr(each, side) for each in found))
 
 
-def matrix(cells: Sequence[Cell], caption: str = OVER) -> Figure:
+def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
     """Draw every match's mean survival and interval, as a map of robots × fires [F12].
 
     caption: what means and intervals are over
     """
+    over = caption or "means over a match's runs, with 95 % bootstrap intervals"
     robots, fires = players(cells, "robots"), players(cells, "fire")
     means = np.full((len(robots), len(fires)), np.nan)
     page = sheet("Who beats whom", 3 + 1.7 * len(fires), 2.2 + 0.8 * len(robots))
@@ -66,7 +52,7 @@ def matrix(cells: Sequence[Cell], caption: str = OVER) -> Figure:
     axes.set_xticks(range(len(fires)), [fill(name, 22) for name in fires])
     axes.set_yticks(range(len(robots)), [fill(name, 22) for name in robots])
     page.colorbar(image, format=PercentFormatter(1), label="survivors")
-    page.supxlabel(fill(caption, 28 + 16 * len(fires)), fontsize=8)
+    page.supxlabel(fill(over, 28 + 16 * len(fires)), fontsize=8)
     return page
 
 
@@ -99,7 +85,7 @@ def curves(results: Sequence[RunResult]) -> Figure:
 
 
 def shares(results: Sequence[RunResult], t: np.ndarray) -> np.ndarray:
-    """(n, T) shares of all people who are out by each of (T,) times, run by run."""
+    """(n, T) shares of all people who are out by each of (T,) seconds, run by run."""
     out = [np.searchsorted(run.times, t, side="right") for run in results]
     people = np.array([run.people for run in results])
     return np.stack(out) / people[:, None]

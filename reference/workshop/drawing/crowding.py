@@ -13,10 +13,8 @@ from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import INK
 from reference.workshop.drawing.page import COLOURS, Style
 
-DENSITIES = LinearSegmentedColormap.from_list(
-    "density", [COLOURS[Kind.FLOOR], "#e5a9c6", "#b3437f", "#5e1150"]
-)
-"""From the floor's own colour to one that nothing else in a plan has."""
+_INKS = COLOURS[Kind.FLOOR], "#e5a9c6", "#b3437f", "#5e1150"
+DENSITIES = LinearSegmentedColormap.from_list("density", _INKS)
 
 
 def crowded(crowding: Crowding, heading: str = "") -> Figure:

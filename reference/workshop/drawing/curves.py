@@ -23,11 +23,8 @@ from reference.workshop.drawing.page import BLUE, COLOURS, Style
 from reference.workshop.files import number, read_table
 from reference.workshop.training import summaries
 
-SMOOTHING = 0.05
-"""Share of the time axis that a running mean covers."""
-
-Line = tuple[np.ndarray, np.ndarray]
-"""x and y of a line, (k,) each; x ascends."""
+SMOOTHING = 0.05  # share of the time axis that a running mean covers
+Line = tuple[np.ndarray, np.ndarray]  # x and y, (k,) each; x ascends
 
 
 class Run(NamedTuple):

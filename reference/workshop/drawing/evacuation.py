@@ -29,7 +29,6 @@ HEALTHS = ListedColormap(STEPS, name="health")
 
 TRAIL_SECONDS = 10
 TRAIL = f"walked in {TRAIL_SECONDS} s"
-
 INK = "#16191d"
 FLAME, EMBER, SOURCE, CHAR = "#f47b20", "#c43c00", "#d11a1a", "#1d120c"
 CURVES: dict[str, Style] = {
@@ -230,13 +229,10 @@ def _paint_floors(axes: Axes, building: Building) -> np.ndarray:
     return moves
 
 
-_SENT: Style = {"ls": (0, (4, 2)), "lw": 0.8, "color": INK, "markevery": (1, 3)}
-"""A line from a robot to its destination, which alone is marked."""
-
-
 def looks(metre: float) -> dict[str, Style]:
     """Look of all that moves, the upper later; metre: in points."""
     mark = float(np.clip(metre, 5, 10))
+    line: Style = {"ls": (0, (4, 2)), "lw": 0.8, "color": INK, "markevery": (1, 3)}
     return {
         "follower": _marker("o", 0.9 * mark, STEPS[-1], INK, 0.7),
         "leader": _marker("^", 1.1 * mark, STEPS[-1], INK, 0.7),
@@ -245,7 +241,7 @@ def looks(metre: float) -> dict[str, Style]:
         "flames": _marker("s", 0.94 * metre, FLAME, EMBER, 0.6),
         "burnt door": _marker("s", 0.9 * metre, CHAR, FLAME, 1.0),
         "fire source": _marker("*", 2.6 * mark, SOURCE, "white", 0.9),
-        "destination": _marker("+", 1.3 * mark, INK, INK, 1.4) | _SENT,
+        "destination": _marker("+", 1.3 * mark, INK, INK, 1.4) | line,
         "died here": _marker("x", 0.9 * mark, INK, INK, 1.6),
     }
 

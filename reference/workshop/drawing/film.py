@@ -35,8 +35,7 @@ KEY_FRAMES = 25  # of the player: how far it goes back to jump to a place
 PLAYER = Path(__file__).with_name("player.html")
 CLEAR = 255  # the palette's last place: a pixel that did not change
 
-Frame = tuple[np.ndarray, float]
-"""Pixels (rows, cols, 4), valid until the next frame, and seconds they are seen."""
+Frame = tuple[np.ndarray, float]  # pixels (rows, cols, 4), and seconds they are seen
 
 
 def animate(
@@ -84,10 +83,7 @@ def _frames(
 
 
 def painter(scene: Scene) -> Callable[[], np.ndarray]:
-    """Make a function that paints the scene as it is: (rows, cols, 4) pixels.
-
-    They are valid until its next call.
-    """
+    """Make a function that paints pixels of the scene, valid until its next call."""
     canvas, page = FigureCanvasAgg(scene.figure), None
     for artist in scene.moving:
         artist.set_animated(True)

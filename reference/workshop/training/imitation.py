@@ -44,7 +44,7 @@ class Demonstration(Learned):
     settings  of the learner;  teacher  the strategy's name
     """
 
-    teacher: str = ""
+    teacher: str
 
     def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
         """Make the player that records the teacher."""

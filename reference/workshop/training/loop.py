@@ -12,7 +12,7 @@ from typing import NoReturn
 
 from tqdm import tqdm
 
-from reference.learning.rollouts import Episode, Job, play_all
+from reference.learning.rollouts import Episode, Job, play
 from reference.workshop.files import Table, make_folder
 from reference.workshop.lockstep import together
 from reference.workshop.training.checkpoints import keep, newest
@@ -72,7 +72,7 @@ def train(
 def _play(jobs: Sequence[Job]) -> list[Episode]:
     """Play a worker's share, with sums in the same order in a worker as here."""
     with one_thread():
-        return [e for job in play_all(jobs, together) for e in job]
+        return play(*jobs, advance=together)
 
 
 def _save(training: Training, folder: Path) -> Path:

@@ -41,7 +41,6 @@ class LearnedPolicy:
     def __init__(self, source: str | Path | Checkpoint, sample: bool = False):
         """Take the mean or most likely action; with `sample`, draw from the policy.
 
-        source: a checkpoint or its file, as `load` takes it.
         Raises CheckpointError for a file that is no checkpoint, or one in which this
         side was not learned; OSError for a file that cannot be read.
         """
@@ -135,10 +134,7 @@ def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
 def fixed_player(
     word: str, side: Side, building: Building, scenario: Scenario
 ) -> Learned | str:
-    """Find who does not learn: a strategy's name, or the network of a checkpoint.
-
-    Raises CheckpointError for a network that does not fit here.
-    """
+    """A strategy's name, or the network of a checkpoint; refuses one that misfits."""
     if word in SCRIPTS[side]:
         return word
     policy = POLICIES[side](word)
