@@ -81,7 +81,7 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
-__version__ = "0.12.0"
+__version__ = "0.13.0"
 
 GAME = 5
 """Increases when rules or numbers of the game change: policies learned in another game

@@ -86,14 +86,10 @@ def decision_at(world: World, p: int) -> Decision:
 
 
 class Spread:
-    """How flames spread in one run: first passage [D7, chosen].
-
-    Every border between two cells has a fixed, seeded delay; a cell burns from the
-    earliest time that a chain of delays from any source reaches it.
-    """
+    """How flames spread in one run: by first passage [D7, chosen]."""
 
     def __init__(self, building: Building, rng: Rng):
-        """delays: (places, places) s, of every border between two cells of `fuel`."""
+        """delays: (places, places) s, fixed, of each border of two cells of `fuel`."""
         self.building, burns = building, fuel(building)
         east = np.flatnonzero(burns & shifted(burns, 0, 1))
         south = np.flatnonzero(burns & shifted(burns, 1, 0))

@@ -49,12 +49,9 @@ crowds that meet sort themselves into lanes."""
 Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k, 2) positions of (k,) bodies -> (k,) bool: may they stand there?"""
 
-Turns = Callable[[np.ndarray], np.ndarray]
-"""(k,) bodies -> (k,) radians, drawn by chance, up to SHUFFLE_TURN."""
 
-
-def turns(rng: np.random.Generator) -> Turns:
-    """Draw all bodies' turns from one generator."""
+def turns(rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
+    """Make a function that draws for (k,) bodies (k,) angles up to SHUFFLE_TURN."""
     return lambda who: rng.uniform(-SHUFFLE_TURN, SHUFFLE_TURN, len(who))
 
 
@@ -65,11 +62,12 @@ def step(
     seconds: float,
     free: Free,
     pairs: np.ndarray,
-    turns: Turns,
+    turns: Callable[[np.ndarray], np.ndarray],
 ) -> np.ndarray:
     """Move n bodies by one tick; return their new positions, (n, 2) metres.
 
-    position, target: (n, 2) metres; pace: (n,) m/s; pairs: (2, k), see `neighbours`.
+    position, target: (n, 2) metres; pace: (n,) m/s; pairs, turns: see `neighbours` and
+    `turns`.
     """
     e, far, v = _heading(position, target, pace, seconds)
     if not pairs.size:

@@ -272,8 +272,8 @@ class Navigation:
         steps = self.steps[floor]
         if price is not None:  # weigh each step by the higher cost of its two ends
             steps, cost = steps.copy(), np.frombuffer(price)
-            left = np.repeat(here, np.diff(steps.indptr))
-            steps.data *= np.maximum(cost[left], cost[steps.indices])
+            left = np.repeat(cost, np.diff(steps.indptr))
+            steps.data *= np.maximum(left, cost[steps.indices])
         d, before, _ = dijkstra(
             steps,
             indices=np.subtract(goals, start),
