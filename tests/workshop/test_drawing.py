@@ -148,14 +148,19 @@ def test_every_name_lies_inside_its_room():
 
 
 @pytest.mark.paper("A2")
-def test_the_drawn_graph_has_all_nodes_and_edges():
-    """An edge is a line from a door to each room on its sides."""
+def test_the_drawn_graph_has_all_nodes_and_its_edges_never_cross_a_wall():
+    """An edge leads from a door round the corners of a room to its node."""
     institute, figure = house("paper"), drawn("graph", "paper")
     assert {area.name for area in institute.areas} <= set(writing(figure))
-    lines = [line.get_xydata() for axes in figure.axes for line in axes.lines]
-    starts = Counter(tuple(line[0]) for line in lines if len(line) == 2)
+    starts = Counter[tuple[float, float]]()
+    for floor, axes in enumerate(figure.axes):
+        for way in (line.get_xydata() for line in axes.lines):
+            starts[tuple(way[0])] += len(way) > 1
+            for start, end in pairwise(way):
+                for x, y in np.linspace(start, end, 40):
+                    assert institute.kind[(floor, *institute.cell(x, y))] >= Kind.FLOOR
     exits = sum(mark.kind is Kind.EXIT for mark in institute.landmarks)
-    assert set(starts) == {mark.position for mark in institute.landmarks}
+    assert set(+starts) == {mark.position for mark in institute.landmarks}
     assert starts.total() == 2 * len(institute.landmarks) - exits
 
 
@@ -248,7 +253,7 @@ def test_the_title_and_the_curve_count_the_same_people(simulation):
 @pytest.mark.paper("C5")
 @pytest.mark.paper("D3")
 def test_robots_destinations_flames_and_burnt_doors_have_marks_of_their_own(simulation):
-    """A line and a cross to a destination, a drop at a source, a box on a door."""
+    """A line and a cross to a destination, a star at a source, a box on a door."""
     simulation.run()
     world = simulation.world
     world.burnt |= {0, 1}

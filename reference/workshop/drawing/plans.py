@@ -3,14 +3,15 @@
 Clauses: A2 for the graph, A8 (Figs. 4-6).  Every panel is in metres, north is up.
 """
 
-from itertools import combinations_with_replacement
+from itertools import combinations_with_replacement, pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 
-from reference.building import Area, Building, Kind
+from reference.building import Area, Building, Kind, Landmark
+from reference.navigation import navigation_of
 from reference.workshop.drawing import page
 from reference.workshop.drawing.page import COLOURS, Style
 
@@ -49,7 +50,7 @@ def top(building: Building, floor: int | None = None) -> Figure:
 def graph(building: Building) -> Figure:
     """Draw the graph over the floors: rooms are nodes, ways through are edges [A2].
 
-    A node stands in the widest part of its room; straight lines lead to its doors.
+    A node stands in the widest part of its room; lines lead to its doors as one walks.
     """
     title = f"{building.title}: the graph"
     figure, panels = page.floor_page(building, title, range(building.floors), 0.28)
@@ -60,15 +61,26 @@ def graph(building: Building) -> Figure:
         if key in building.landmark_of:  # stairs are none
             mark = building.landmark_of[key]
             for side in (side for side in sides if side in building.area_of):
-                node = node_of(building, building.area_of[side])
-                ends = np.transpose([mark.position, node])
-                panels[mark.floor].plot(*ends, **WAYS[mark.kind], markevery=[0])
+                way = _way_from(mark, building.area_of[side], building)
+                panels[mark.floor].plot(*way, **WAYS[mark.kind], markevery=[0])
     for area in building.areas:
         axes = panels[area.floor]
         axes.plot(*node_of(building, area), **NODES[area.kind])
         look: Style = {"bbox": _BOX} if area.kind == "room" else {"color": "white"}
         write_name(axes, building, area, 8.0, look=look)
     return figure
+
+
+def _way_from(mark: Landmark, area: Area, building: Building) -> np.ndarray:
+    """(2, k) metres: corners of the way from a door through a room to its node."""
+    nav, node = navigation_of(building), node_of(building, area)
+    inside = (building.area == area.index) | (building.landmark == mark.index)
+    door, goal = int(nav.goals[mark.index][0]), nav.place(area.floor, *node)
+    corners = [door]
+    for here, there in pairwise(nav.way(door, goal, np.where(inside, 1.0, np.inf))):
+        if not nav.clear.reaches(corners[-1], there):
+            corners.append(here)
+    return np.vstack([mark.position, nav.centres[corners[1:]], node]).T
 
 
 # -- Names that fit into their rooms ------------------------------------------------
