@@ -143,8 +143,7 @@ def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
     """
     robots, work = _robots(world), robots_at_work(world)
     robots[~work] = SENTINEL
-    if not len(robots):
-        robots = np.array(SENTINEL)
+    robots = robots if len(robots) else np.array(SENTINEL)
     return _written(world, scenario, _humans(world)[None], robots[None], work.sum())[0]
 
 

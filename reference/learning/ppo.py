@@ -148,8 +148,7 @@ class Learner:
     @property
     def full(self) -> bool:
         """More than `buffer_size` steps wait for an update [E3]."""
-        steps = sum(int(part.alive.sum()) for part in self.buffer)
-        return steps > self.settings.buffer_size
+        return sum(int(p.alive.sum()) for p in self.buffer) > self.settings.buffer_size
 
     def update_normalisers(self, trajectories: Sequence[Trajectory]) -> None:
         """Show both networks' normalisers what agents observed when they decided."""

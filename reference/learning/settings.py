@@ -6,7 +6,6 @@ allowed values; its value stands in `paper`, or in one of the smaller presets.
 """
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -16,8 +15,6 @@ from reference.paper import Scenario
 
 Side = Literal["robots", "fire"]
 SIDES: tuple[Side, ...] = ("robots", "fire")
-
-Rows = Mapping[str, Any]
 
 ATTENTION_HEADS = 4
 """[E3] of MA-POCA's critic: its width, `hidden_units`, is divided among them."""
