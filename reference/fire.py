@@ -1,7 +1,6 @@
 """The fire: where it starts, Eqs. 2-3 and rule D6, and how flames spread.
 
-Clauses: A6, B7, C5, D2-D7.  Flames spread by first passage: a cell burns when the
-fastest chain of delays from any source reaches it.
+Clauses: A6, B7, C5, D2-D7.
 
     p       place
     X, Y    what the fire agent decides, metres;  X', Y'  where the source appears
@@ -86,10 +85,14 @@ def decision_at(world: World, p: int) -> Decision:
 
 
 class Spread:
-    """How flames spread in one run: by first passage [D7, chosen]."""
+    """How flames spread in one run: first passage [D7, chosen].
+
+    Every border between two cells has a fixed, seeded delay; a cell burns from the
+    earliest time that a chain of delays from any source reaches it.
+    """
 
     def __init__(self, building: Building, rng: Rng):
-        """delays: (places, places) s, fixed, of each border of two cells of `fuel`."""
+        """delays: (places, places) s, of each border between two cells of `fuel`."""
         self.building, burns = building, fuel(building)
         east = np.flatnonzero(burns & shifted(burns, 0, 1))
         south = np.flatnonzero(burns & shifted(burns, 1, 0))
