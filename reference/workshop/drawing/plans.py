@@ -75,12 +75,13 @@ def _way_from(mark: Landmark, area: Area, building: Building) -> np.ndarray:
     """(2, k) metres: corners of the way from a door through a room to its node."""
     nav, node = navigation_of(building), node_of(building, area)
     inside = (building.area == area.index) | (building.landmark == mark.index)
-    door, goal = int(nav.goals[mark.index][0]), nav.place(area.floor, *node)
-    corners = [door]
-    for here, there in pairwise(nav.way(door, goal, np.where(inside, 1.0, np.inf))):
+    start, door = nav.place(area.floor, *node), int(nav.goals[mark.index][0])
+    chain = [start, *nav.way(start, door, np.where(inside, 1.0, np.inf))]
+    corners = [start]
+    for here, there in pairwise(chain):
         if not nav.clear.reaches(corners[-1], there):
             corners.append(here)
-    return np.vstack([mark.position, nav.centres[corners[1:]], node]).T
+    return np.vstack([node, nav.centres[corners[1:]], mark.position])[::-1].T
 
 
 # -- Names that fit into their rooms ------------------------------------------------
