@@ -101,6 +101,14 @@ def test_sight_is_limited_to_its_range(metres, seen):
     assert (body("q") in view(stage(board, sight_range=5), "p").bodies) is seen
 
 
+@pytest.mark.paper("B2")
+def test_who_sees_far_sees_from_corner_to_corner():
+    """In clear air: a hall's diagonal is longer than its sides."""
+    rows = ["#" * 22, "#p" + "." * 19 + "#", *["#" + "." * 20 + "#"] * 18]
+    board = "\n".join([*rows, "#" + "." * 19 + "qE", "#" * 22])
+    assert body("q") in view(stage(board, sight_range=100.0), "p").bodies
+
+
 @pytest.mark.paper("B1", "chosen")
 @pytest.mark.parametrize(("between", "seen"), [("+", []), (".", [1])])
 def test_nobody_sees_through_a_door(between, seen):

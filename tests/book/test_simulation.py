@@ -250,6 +250,21 @@ def test_the_same_seed_gives_the_same_run_bit_for_bit(robots, fire):
     assert np.array_equal(one.world.flames.arrival, other.world.flames.arrival)
 
 
+@pytest.mark.parametrize("robots", ["sweep", "patrol", "random"])
+def test_a_copy_runs_on_like_the_original_and_leaves_it_alone(robots):
+    """Copied at 12 s, in the middle of everything."""
+    sim = run("paper", robots=robots, seed=3)
+    for _ in range(60):
+        sim.step()
+    frozen, events = bodies(sim), list(sim.events)
+    ahead = sim.copy()
+    ahead_outcome = ahead.run()
+    assert equal(bodies(sim), frozen) and sim.events == events
+    sim_outcome = sim.run()
+    assert equal(bodies(sim), bodies(ahead)) and sim.events == ahead.events
+    assert str(sim_outcome) == str(ahead_outcome)
+
+
 def test_another_seed_gives_other_people_and_flames_and_other_robots_do_not():
     """So that strategies are compared on the same emergencies."""
     begun = [run(robots=r, seed=k) for r, k in (("sweep", 0), ("none", 0), ("none", 1))]
@@ -303,6 +318,18 @@ def test_health_falls_with_every_frame(frames):
 
 
 @pytest.mark.paper("B7")
+def test_health_falls_on_the_stairs_too():
+    """Half a point a second, as everywhere."""
+    sim = stage(LANDING.replace("p", "."))
+    people = sim.world.bodies
+    play_until(sim, lambda: people.stairwell[0] >= 0)
+    before = people.health[0]
+    play(sim, 10)
+    assert people.stairwell[0] >= 0
+    assert before - people.health[0] == pytest.approx(5)
+
+
+@pytest.mark.paper("B7")
 def test_the_dead_stand_in_nobodys_way():
     """Where q has died p walks as if nobody had ever been there."""
     ways = []
@@ -335,6 +362,19 @@ def test_an_empty_building_is_done_at_once():
     """Nobody gets out, nobody dies, and there is no mean health."""
     outcome = run(people=0).run()
     assert outcome.simulated_seconds == 0 and isnan(outcome.mean_health)
+
+
+@pytest.mark.parametrize("frames", [2, 5, 10])
+def test_the_length_of_a_tick_does_not_change_the_time_things_take(frames):
+    """Twelve metres to the exit at walking speed."""
+    sim = stage(
+        "###############\n#p............E\n###############",
+        frames_per_tick=frames,
+        sight_range=14,
+    )
+    lead(sim, "p")
+    seconds = sim.run().simulated_seconds
+    assert seconds == pytest.approx(12.5 / WALKING_SPEED, abs=1.5)
 
 
 # -- The beginning ------------------------------------------------------------------
@@ -390,6 +430,15 @@ def test_a_door_is_no_obstacle():
         sim = stage(f"############\n#p...{middle}.....E\n############", sight_range=12)
         times.append(sim.run().simulated_seconds)
     assert times[0] == pytest.approx(times[1], abs=1.2)
+
+
+@pytest.mark.paper("A5")
+def test_a_trigger_fires_when_somebody_touches_it():
+    """A door is remembered, a stairwell entered, an exit passed."""
+    sim = stage("#########\n#p.+..q.E\n#########")
+    play(sim, 12)
+    assert len(sim.world.minds[0].doors) == 1
+    assert [type(event) for event in sim.events] == [LeftFloor, Evacuated] * 2
 
 
 LANDING = """

@@ -32,6 +32,7 @@ from reference.paper import (
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import FIRES
+from reference.workshop.strategies.robots import Sweep
 from reference.world import DoorBurnt, Fate, FireLit, FireRefused
 
 COORDINATES = st.floats(-1e6, 1e6)
@@ -146,6 +147,16 @@ def test_an_occupied_place_yields_another_free_one_outside_training(what):
         assert free_places(sim.world)[place]
 
 
+@pytest.mark.paper("D6")
+def test_the_other_free_place_may_be_anywhere_in_the_building():
+    """On any floor: of many runs, some have it on each, and hardly two in one place."""
+    sim = stage(BOARD, training=False)
+    wall, rng = spot(sim, "wall"), np.random.default_rng(0)
+    lit = [generated(sim, wall, rng) for _ in range(60)]
+    assert {source.floor for source in lit} == {0, 1}
+    assert len({(source.floor, source.x, source.y) for source in lit}) > 25
+
+
 @pytest.mark.paper("D6", "chosen")
 def test_other_places_come_in_one_order_for_a_whole_run():
     """The first that is free: when one burns it is the next one's turn."""
@@ -157,6 +168,20 @@ def test_other_places_come_in_one_order_for_a_whole_run():
     assert generator.generate(sim.world, wall) != first
     sim.world.flames.burning[:] = False
     assert generator.generate(sim.world, wall) == first
+
+
+@pytest.mark.paper("D6", "chosen")
+def test_random_fires_of_one_seed_are_the_same_for_all_robots():
+    """The same sources, where the same places are free."""
+    sparse = Scenario(people=4, time_limit=100)  # nobody stands in a fire's way
+    one, other = (
+        Simulation(shipped("paper"), sparse, robots, RandomFire(), seed=3)
+        for robots in (NoRobots(), Sweep())
+    )
+    one.run(), other.run()
+    mine, its = one.world.flames.sources, other.world.flames.sources
+    few = min(len(mine), len(its))
+    assert few >= 2 and mine[:few] == its[:few]
 
 
 @pytest.mark.paper("D6")

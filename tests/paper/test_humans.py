@@ -40,6 +40,7 @@ from reference.paper import (
 from reference.perception import look
 from reference.robots import followers_of
 from reference.simulation import Simulation
+from reference.workshop.lockstep import to_the_end
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.robots import Sweep
 from reference.world import (
@@ -185,6 +186,18 @@ def test_a_follower_acts_on_the_robots_instruction(this, row):
     assert play(sim, 1.6).splitlines()[-3] == row
 
 
+@pytest.mark.paper("C7", "chosen")
+@pytest.mark.paper("B5", "Alg. 1:8")
+@pytest.mark.parametrize(("which", "nearer"), [(0, True), (1, False)])
+def test_this_exit_means_the_one_the_robot_goes_to(which, nearer):
+    """Of two exits only the nearer is in view. If the other is meant, p follows on."""
+    sim = stage("##################\nE..pR............E\n##################")
+    robot = sim.world.robots[0]
+    robot.says = sorted(sim.building.exits)[which]
+    follow(sim, "p", robot.body)
+    assert (decide(sim, "p").aim is Aim.LANDMARK) is nearer
+
+
 @pytest.mark.paper("B5", "Alg. 1:8")
 @pytest.mark.paper("B3")
 @pytest.mark.parametrize("heard", [False, True])
@@ -263,6 +276,27 @@ def test_where_the_leader_was_seen_last_and_is_not_the_search_ends():
     mind(sim, "p").seen_place = int(sim.world.bodies.place[body("p")])
     decide(sim, "p")
     assert mind(sim, "p").mode is Mode.LEADER
+
+
+@pytest.mark.paper("B5", "Alg. 1:5")
+def test_a_follower_comes_along_through_a_door():
+    """The leader goes first and is out of sight for a moment, but not let go of."""
+    sim = stage(
+        """
+        ##############
+        #.....#......#
+        #.p.q.+......#
+        #.....#......E
+        ##############
+        """
+    )
+    lead(sim, "q")
+    follow(sim, "p", body("q"))
+    play_until(sim, lambda: mind(sim, "p").doors)
+    assert mind(sim, "p").leader == body("q")
+    play(sim, 8)
+    first, second = events_of(sim, Evacuated)
+    assert (first.person, second.person) == (body("q"), body("p"))
 
 
 # -- Algorithm 2: the leader --------------------------------------------------------
@@ -401,6 +435,34 @@ def test_a_leader_goes_to_an_unvisited_door_that_is_not_desired():
     decide(sim, "q")
     assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.DOOR))
     assert mind(sim, "p").mode is Mode.LEADER
+
+
+@pytest.mark.paper("B6", "Alg. 2:19-20, chosen")
+@pytest.mark.parametrize(("row", "nth"), [("+..p...+", 1), ("+...p..+", 2)])
+def test_of_two_unvisited_doors_the_nearest_is_gone_to(row, nth):
+    """A flame beside either way: neither door is desired."""
+    sim = leading(f"##############\n#..#.*..*.#..#\n#..{row}..E\n##############")
+    doors = [mark(sim, Kind.DOOR), mark(sim, Kind.DOOR, 2)]
+    seen = view(sim, "p")
+    assert set(seen.landmarks) == set(doors) and not any(map(seen.safe, doors))
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, doors[nth - 1])
+
+
+DOOR_OR_DIRECTION = """
+    ####################
+    #...........*.#....#
+    #..........p..+....E
+    #.............#....#
+    ####################
+    """
+
+
+@pytest.mark.paper("B6", "Alg. 2:13-14")
+def test_an_unvisited_door_comes_before_an_unexplored_direction():
+    """The door is not desired, beside a flame as it is; and the west lies open."""
+    sim = leading(DOOR_OR_DIRECTION)
+    assert view(sim, "p").open and not view(sim, "p").safe(mark(sim, Kind.DOOR))
+    assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.DOOR))
 
 
 @pytest.mark.paper("B6", "Alg. 2:2")
@@ -817,6 +879,21 @@ def test_a_patch_of_floor_already_seen_is_no_unexplored_direction(seen):
 
 
 @pytest.mark.paper("B2")
+def test_every_patch_walked_over_counts_as_explored():
+    """Where p has been it need not look again."""
+    sim = stage(CROSSROADS)
+    walked = set()
+
+    def far():
+        walked.add(sim.sight.patches[int(sim.world.bodies.place[0])])
+        return len(walked) == 3
+
+    play_until(sim, far)
+    play(sim, SOON)
+    assert walked <= mind(sim, "p").patches
+
+
+@pytest.mark.paper("B2")
 def test_a_direction_that_begins_to_burn_is_given_up():
     """For the other one; and it counts as tried."""
     sim = leading(CROSSROADS)
@@ -885,6 +962,15 @@ def test_a_threshold_is_crossed_unless_it_burns_or_one_is_stuck(change):
     assert (decide(sim, "p") == goal) is (change == "nothing")
 
 
+@pytest.mark.paper("B6", "Alg. 2:17, chosen")
+def test_beyond_a_threshold_one_looks_again():
+    """From there p goes to the door round the corner."""
+    sim = stage(CORNER)
+    next_door = Goal(Aim.LANDMARK, mark(sim, Kind.DOOR, 2))
+    play_until(sim, lambda: mind(sim, "p").goal == next_door)
+    assert sim.world.bodies.position[0, 0] > sim.building.metres(0, 4)[0]
+
+
 @pytest.mark.paper("B6", "Alg. 2:15, chosen")
 def test_of_several_unexplored_directions_the_straightest_is_taken():
     """p comes from the east to a crossing, and goes on westwards."""
@@ -920,6 +1006,22 @@ def test_people_walk_down_past_the_middle_floor_without_entering_it():
     play_until(sim, out)
     assert (1, True) not in met
     assert [event.floor for event in events_of(sim, LeftFloor)] == [2, 1, 0]
+
+
+@pytest.mark.paper("A3", "chosen")
+def test_the_second_flight_of_stairs_takes_as_long_as_the_first():
+    """From the third floor to the landing, and from there to the first floor."""
+    sim = stage(TOWER.replace("p", "."))
+    bodies, times = sim.world.bodies, []
+    reached = {
+        "the stairs": lambda: bodies.stairwell[0] >= 0,
+        "the landing": lambda: bodies.floor[0] == 1,
+        "the first floor": lambda: bodies.walking[0],
+    }
+    for where in reached.values():
+        play_until(sim, where)
+        times.append(sim.world.time)
+    assert np.diff(times) == pytest.approx([STAIRS_SECONDS] * 2, abs=sim.tick)
 
 
 @pytest.mark.paper("A3", "chosen")
@@ -1012,6 +1114,20 @@ def alter_elsewhere(sim, i, rng):
     for robot in world.robots:
         if hidden[robot.place]:
             say(sim, robot, Kind.EXIT)
+
+
+@pytest.mark.slow
+@pytest.mark.paper("B2", "chosen")
+def test_who_sees_farther_gets_out_no_less():
+    """In the paper's building, 40 evacuations; up to five points are left to chance."""
+    saved = []
+    for metres in (5, 6.5, 8, 10, 12):
+        rule, seeds = Scenario(sight_range=metres), range(91_001, 91_041)
+        runs = [Simulation(shipped("paper"), rule, seed=seed) for seed in seeds]
+        to_the_end(runs)
+        out = np.mean([run.outcome().evacuated / len(run.world.bodies) for run in runs])
+        assert out > max(saved, default=0) - 0.05
+        saved.append(out)
 
 
 # -- How well one sees --------------------------------------------------------------

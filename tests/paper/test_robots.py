@@ -1,5 +1,7 @@
 """Robots: Algorithm 3 line by line, Eq. 1, instructions, and the strategies."""
 
+from math import dist
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -238,6 +240,60 @@ def test_a_stairwell_attracts_on_its_own_floors_only():
     x, y = building.stairwells[0].centre
     assert actual_target(building, 1, x + 1, y) == (x, y)
     assert actual_target(building, 2, x + 1, y) == (x + 1, y)
+
+
+@pytest.mark.paper("C6", "Eq. 1")
+@pytest.mark.paper("C7", "Alg. 3:5, chosen")
+def test_of_two_stairwells_nearby_the_nearer_one_is_meant():
+    """And its own entrance: B's is nearer to A's middle, but leads up only."""
+    both = """
+        ##############
+        #AA###.......#
+        #AA###.......#
+        #AA#BB+......#
+        #AA###.......#
+        #AA###.......#
+        #AA+.........#
+        ##############
+        """
+    below = both.replace("BB+", "###").replace("##############", "########E#####")
+    above = both.replace("AA+", "###").replace("AA", "##")
+    building = built(below + both + above)
+    a, b = building.stairwells
+    assert dist(a.centre, b.centre) < NEAR_STAIRWELL
+    for well in (a, b):
+        assert actual_target(building, 1, *well.centre) == well.centre
+    assert said_on_the_way(building, 1, b.centre) == NOWHERE
+    said = said_on_the_way(building, 1, a.centre)
+    assert said == a.entrances[1][0]
+
+
+@pytest.mark.paper("C7", "Alg. 3:5, chosen")
+def test_of_two_stairwells_over_the_same_cells_the_one_that_leads_down_is_meant():
+    """A joins floors 1 and 2, B floors 3 and 4; robots of floor 4 mean B."""
+    floors = """
+        ##########
+        #AA+.....E
+        ##########
+
+        ##########
+        #AA+.....#
+        ##########
+
+        ##########
+        #BB+.....E
+        ##########
+
+        ##########
+        #BB+.....#
+        ##########
+        """
+    building = built(floors)
+    a, b = building.stairwells
+    assert a.centre == b.centre
+    said = said_on_the_way(building, 3, b.centre)
+    assert said == b.entrances[3][0]
+    assert said_on_the_way(building, 2, b.centre) == NOWHERE
 
 
 @pytest.mark.paper("C7", "Alg. 3:5, chosen")

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from movies import built, found, robots_named, shipped
+from movies import built, found, robots_named, shipped, stage
 from scipy.stats import ks_2samp
 
 from reference.beginning import with_people_at
@@ -65,6 +65,27 @@ def test_it_takes_the_cell_that_leaves_least_reward_to_the_end():
         future.run()
         left[place] = group_reward(future.events)
     assert len(left) == 4 and left[taken] == min(left.values()) < max(left.values())
+
+
+@pytest.mark.paper("F4", "Eq. 5")
+def test_it_burns_the_only_way_out():
+    """One source against four people behind a door: before the way, not behind them."""
+    sim = stage(
+        """
+        #################
+        #......#........#
+        #.pq...#........#
+        #......+........E
+        #.rs...#........#
+        #......#........#
+        #################
+        """,
+        fire=WorstCase(),
+        sources=1,
+    )
+    sim.run()
+    (source,) = sim.world.flames.sources
+    assert sim.building.cell(source.x, source.y)[1] > 3
 
 
 def test_it_asks_copies_of_the_robots():
