@@ -8,6 +8,7 @@ clause and each line, and which tests hold it; `--paper-index=B5` prints one.
 import os
 import signal
 from contextlib import contextmanager
+from pathlib import Path
 
 import hypothesis
 import pytest
@@ -15,6 +16,8 @@ from paper_index import asked_for, paper_index
 
 from reference.workshop.annotated.index import marked_tests
 from reference.workshop.workers import STOPS
+
+ROOT = Path(__file__).resolve().parent.parent
 
 os.environ.setdefault("OMP_NUM_THREADS", "1")  # torch: small networks want no more
 os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")

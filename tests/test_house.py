@@ -12,8 +12,7 @@ from pathlib import Path
 from time import sleep
 
 import pytest
-from clauses import ROOT
-from conftest import at_most
+from conftest import ROOT, at_most
 from paper_index import paper_index
 
 from reference import BOOK, READING_ORDER, __version__

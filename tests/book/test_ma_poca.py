@@ -9,7 +9,7 @@ import importlib.util
 
 import pytest
 import torch
-from clauses import ROOT
+from conftest import ROOT
 from lives import SIZES, batch, doubled, life, settings
 
 from reference.learning.poca import LEARNERS

@@ -3,7 +3,7 @@
 import networkx as nx
 import numpy as np
 import pytest
-from clauses import ROOT
+from conftest import ROOT
 
 from reference.building import OUTSIDE, Building, Kind, building_of, burn, plan_of
 from reference.floorplan import parse

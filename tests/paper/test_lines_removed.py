@@ -10,7 +10,7 @@ import inspect
 import sys
 
 import pytest
-from clauses import ROOT
+from conftest import ROOT
 
 from reference.humans import Follower, Leader
 from reference.robots import RobotAlgorithm

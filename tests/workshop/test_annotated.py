@@ -5,7 +5,7 @@ from html import unescape
 from xml.etree import ElementTree
 
 import pytest
-from clauses import ROOT
+from conftest import ROOT
 from paper_index import asked_for
 
 from reference.__main__ import main

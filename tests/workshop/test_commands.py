@@ -9,7 +9,7 @@ import sys
 import time
 
 import pytest
-from clauses import ROOT
+from conftest import ROOT
 from matplotlib import pyplot
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from refusals import refusal

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import pytest
 import torch
 import yaml
-from clauses import ROOT
+from conftest import ROOT
 from trainings import begun, tiny, trained
 
 from reference.paper import InputError

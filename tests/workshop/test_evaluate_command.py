@@ -9,7 +9,7 @@ import sys
 import time
 
 import pytest
-from clauses import ROOT
+from conftest import ROOT
 
 from reference.__main__ import main
 from reference.evaluation import score

@@ -11,7 +11,7 @@ from pathlib import Path
 from shutil import copytree, rmtree
 
 import pytest
-from clauses import ROOT
+from conftest import ROOT
 
 import reference
 from reference.__main__ import main

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from clauses import ROOT
+from conftest import ROOT
 
 from reference.paper import TABLE_I
 from reference.workshop.plain import SettingsError

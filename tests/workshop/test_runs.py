@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 import pytest
-from clauses import ROOT
+from conftest import ROOT
 
 from reference.__main__ import main
 from reference.workshop.runs import RunError, held

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from clauses import ROOT
+from conftest import ROOT
 from trainings import begun, equal, tiny, trained
 
 from reference.__main__ import main

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from clauses import ROOT
+from conftest import ROOT
 
 TUTORIALS = sorted((ROOT / "tutorials").glob("[0-9][0-9]_*.py"))
 ANSWERS = sorted((ROOT / "tutorials" / "answers").glob("*.py"))

@@ -9,7 +9,7 @@ import time
 from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
 
 import pytest
-from clauses import ROOT
+from conftest import ROOT
 
 from reference.paper import InputError
 from reference.workshop.commands import common
