@@ -151,7 +151,7 @@ def _ascii(char: str) -> str:
     return plain if " " <= plain <= "~" else ""
 
 
-_WORD = re.compile(r"[A-Za-z0-9]+(?:[_-]+[A-Za-z0-9]+)*+|([^ #.+])\1*+")
+_WORD = re.compile(r"[A-Za-z0-9]+(?:[_-]+[A-Za-z0-9]+)*|([^ #.+])\1*")
 _MEANS = re.compile(r"E*([A-D]*|[a-z][a-z0-9]*)E*")
 
 
