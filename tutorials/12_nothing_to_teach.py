@@ -48,7 +48,7 @@ print("random fire:", saved(random), " learned fire:", saved(learned))
 # %% It repeats itself
 # Where did it light its fires? Count the first, the second, and so on.
 
-lit = [[source[:3] for source in run.world.flames.sources] for run in learned]
+lit = [[(s.floor, s.x, s.y) for s in run.world.flames.sources] for run in learned]
 sequence = []
 for number, places in enumerate(zip(*lit, strict=False), 1):
     (place, often), *_ = Counter(places).most_common()

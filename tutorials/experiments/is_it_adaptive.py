@@ -37,7 +37,7 @@ def evacuations(robots, fire, seeds):
 
 def most_frequent(runs):
     """The place lit most often first, second, ...; and the share of runs in which."""
-    lit = ([source[:3] for source in run.world.flames.sources] for run in runs)
+    lit = ([(s.floor, s.x, s.y) for s in run.world.flames.sources] for run in runs)
     steps = [Counter(filter(None, step)) for step in zip_longest(*lit)]
     places, counts = zip(*(step.most_common(1)[0] for step in steps), strict=True)
     return places, [count / len(runs) for count in counts]
