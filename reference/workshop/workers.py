@@ -147,15 +147,18 @@ def workers(count: int) -> Iterator[Executor]:
             f"no worker can be started ({error.strerror}; on Linux they need to write "
             "to /dev/shm). Make that possible, or take --workers 0."
         ) from error
-    pool.workers, processes, results = count, pool._processes, pool._result_queue
+    pool.workers, processes = count, pool._processes
+    calls: Any = pool._call_queue  # type: ignore[attr-defined]
+    results: Any = pool._result_queue
     try:
         yield pool
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
+        # Else the pool waits for somebody to read a job, or for half a result's rest.
+        calls._reader.close()
         for worker in [*processes.values()]:
             worker.kill()
-        # Else the pool awaits the rest of half a result.
-        results._writer.close()  # type: ignore[attr-defined]
+        results._writer.close()
 
 
 class _Pool(ProcessPoolExecutor):

@@ -119,6 +119,23 @@ def test_a_worker_has_one_thread_and_ends_with_a_process_that_is_killed(tmp_path
     running.communicate(timeout=120)
 
 
+LARGE = """
+from time import sleep
+from reference.workshop.workers import workers
+with workers(1) as pool:
+    job = pool.submit(len, bytes(10**6))
+    while not job.running():
+        sleep(0.01)
+"""
+
+
+def test_a_job_that_no_worker_has_read_is_not_waited_for():
+    """The worker is still being started, and a large job waits in a pipe."""
+    surroundings = os.environ | {"PYTHONPATH": str(ROOT)}
+    command = [sys.executable, "-c", LARGE]
+    assert subprocess.call(command, env=surroundings, timeout=120) == 0
+
+
 def test_refuses_workers_where_there_is_no_shared_memory(monkeypatch):
     """As in a container without /dev/shm: what to do is told."""
 
