@@ -16,7 +16,7 @@ from concurrent.futures import (
     ProcessPoolExecutor,
 )
 from concurrent.futures import wait as wait_for
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from multiprocessing import get_context, parent_process
 from threading import RLock, Thread
 from typing import Any, TypeVar
@@ -153,12 +153,21 @@ def workers(count: int) -> Iterator[Executor]:
     try:
         yield pool
     finally:
+        manager: Any = pool._executor_manager_thread
         pool.shutdown(wait=False, cancel_futures=True)
-        # Else the pool waits for somebody to read a job, or for half a result's rest.
-        calls._reader.close()
         for worker in [*processes.values()]:
             worker.kill()
-        results._writer.close()
+        results._writer.close()  # else the pool awaits the rest of half a result
+        while manager and manager.is_alive():
+            _drain(calls._reader)
+            manager.join(0.01)
+
+
+def _drain(reader: Any) -> None:
+    """Read jobs that no worker will: until somebody does, the pool waits."""
+    with suppress(OSError):  # it may be closed by now
+        while reader.poll():
+            os.read(reader.fileno(), 1 << 16)
 
 
 class _Pool(ProcessPoolExecutor):
