@@ -254,8 +254,8 @@ class Building:
 
         An edge is a door, entrance, exit or storey of stairs. Its `length` goes, as the
         crow flies, from the middle of one side through the middle of the door to the
-        middle of the other (metres). Nobody walks up: stairs are left by the entrances
-        of the lowest floor only.
+        middle of the other (metres). Nobody walks up [A3, chosen]: stairs are left by
+        the entrances of the lowest floor only.
         """
         ways = nx.MultiDiGraph()
         for area in self.areas:

@@ -1,9 +1,9 @@
 """Pedestrian dynamics: bodies walk to their targets, not into walls or each other.
 
-Clauses: A7, F8.  Speed falls with the gap ahead, as in the collision-free speed model
-of Tordeux, Chraibi and Seyfried (2016); people keep to the right of oncoming people
-and turn their shoulders; a body that is held up, or that stands in the way of others
-and cannot make room, tries a small random step.
+Clause: A9.  The collision-free speed model of Tordeux, Chraibi and Seyfried (2016), as
+in JuPedSim: speed falls with the gap ahead.  Ours besides: people keep to the right of
+oncoming people and turn their shoulders; a body that is held up, or that stands in the
+way of others and cannot make room, tries a small random step.
 
     n      bodies;  k  pairs of neighbours, each counted both ways (i looks at j)
     e_i    unit vector i means to walk along;  v_i  its speed, m/s
@@ -22,28 +22,28 @@ from reference.paper import BODY_RADIUS
 from reference.world import FLOOR_APART
 
 DIAMETER = 2 * BODY_RADIUS
-SHOULDERS = 0.25  # [A7, chosen] metres: people who meet turn sideways, as deep as that
-NEAR = 1.6  # [A7, chosen] metres: neighbours farther away are ignored
-GAP_SECONDS = 0.6  # [A7, chosen] the time gap T: v = s / T
-PUSH, PUSH_RANGE = 1.5, 0.2  # [A7, chosen] how strongly and from how far others repel
+SHOULDERS = 0.25  # [A9, chosen] metres: people who meet turn sideways, as deep as that
+NEAR = 1.6  # [A9, chosen] metres: neighbours farther away are ignored
+GAP_SECONDS = 0.6  # [A9, chosen] the model's time gap T: v = s / T
+PUSH, PUSH_RANGE = 1.5, 0.2  # [A9, chosen] strength and range (m) of repulsion
 ASIDE = 0.3
-"""[A7, chosen] metres right of the target that people aim: two streams fit a door."""
+"""[A9, chosen] metres right of the target that people aim: two streams fit a door."""
 
-KEEP_RIGHT = 0.6  # [A7, chosen] sideways pull while somebody comes towards me
-THERE = 0.05  # [A7, chosen] metres: whoever is this near their target is there
-IDLE = 0.05  # [A7, chosen] m/s: bodies that mean to walk more slowly stand ...
-GIVE_WAY = 0.6  # [A7, chosen] m/s: ... and step aside for people who walk at them
+KEEP_RIGHT = 0.6  # [A9, chosen] sideways pull while somebody comes towards me
+THERE = 0.05  # [A9, chosen] metres: whoever is this near their target is there
+IDLE = 0.05  # [A9, chosen] m/s: bodies that mean to walk more slowly stand ...
+GIVE_WAY = 0.6  # [A9, chosen] m/s: ... and step aside for people who walk at them
 
-PUSHES = 3  # [A7, chosen] rounds in which a crowd passes pushes on
+PUSHES = 3  # [A9, chosen] rounds in which a crowd passes pushes on
 
-HELD_UP = 0.1  # [A7, chosen] m/s: a body that advances more slowly is held up ...
-SHUFFLE = 0.3  # [A7, chosen] m/s: ... and tries a step at this speed ...
+HELD_UP = 0.1  # [A9, chosen] m/s: a body that advances more slowly is held up ...
+SHUFFLE = 0.3  # [A9, chosen] m/s: ... and tries a step at this speed ...
 SHUFFLE_TURN = 2.2
-"""[A7, chosen] ... at most so many radians off the way: a little backwards too, since
+"""[A9, chosen] ... at most so many radians off the way: a little backwards too, since
 arches of people before a door dissolve only if somebody makes room ..."""
 
 SHUFFLE_RIGHT = 1.0
-"""[A7, chosen] ... turned to the right by so much if somebody comes towards them: two
+"""[A9, chosen] ... turned to the right by so much if somebody comes towards them: two
 crowds that meet sort themselves into lanes."""
 
 Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -186,7 +186,7 @@ def _off(points: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
 def _not_into_walls(position: np.ndarray, wished: np.ndarray, free: Free) -> np.ndarray:
     """Slide along what is in the way: both coordinates, then one, then none.
 
-    Only where a step ends is looked at [A7, chosen]: where two barred cells meet at a
+    Only where a step ends is looked at [A9, chosen]: where two barred cells meet at a
     corner, a body may slip through between them.
     """
     everybody = np.arange(len(position))

@@ -1,6 +1,6 @@
 """The numbers of the paper's appendix, stated, derived or ours, with their clauses.
 
-Clauses: A1, A3, A5, A7, B1, B2, B4-B8, C2, C5, C6, D2, D6, D7, E1, E2, E4, E5, F1, F2,
+Clauses: A1, A3, A5, A9, B1, B2, B4-B8, C2, C5, C6, D2, D6, D7, E1, E2, E4, E5, F1, F2,
 F4-F10.
 Stated numbers carry only their clause; chosen ones and deviations say why they are
 what they are.
@@ -16,7 +16,7 @@ from typing import Any
 FLOORS = 3  # [A1]
 BODY_SIZE = 40  # [A1] cells on each side of the main body seen from above
 FLIGHT = 12.0  # [A3, chosen] metres of stairs and landing: a storey of 4 m, 30 degrees
-STAIRS_SPEED = 0.8  # [A3, chosen] m/s, mean; IMO MSC.1/Circ.1533: 0.64 to 1.07
+STAIRS_SPEED = 0.8  # [A9, chosen] m/s, mean; IMO MSC.1/Circ.1533: 0.64 to 1.07
 STAIRS_SECONDS = FLIGHT / STAIRS_SPEED  # of a mean walker; F8 does not count them
 
 DOOR_FLOW, STAIRS_FLOW = 1.3, 1.1
@@ -42,10 +42,10 @@ one stands fills 2 degrees; with fewer rays, people in corners see no way out.""
 LOSS_PER_SECOND = HEALTH_RATE * FRAMES_PER_SECOND  # [F7] rate and framesp of Eq. 7
 NO_HEALTH = 1e-9  # [B7, chosen] less is rounding: 1000 ticks of 0.1 leave 1e-12
 HEALTH_SECONDS = HEALTH / LOSS_PER_SECOND  # [B7] 200 s: then everybody inside is dead
-WALKING_SPEED = 1.34  # [F8, chosen] m/s, the mean over people: Weidmann (1993)
+WALKING_SPEED = 1.34  # [A9, F8, chosen] m/s, mean free speed: Weidmann (1993)
 STAIRS_METRES = STAIRS_SECONDS * WALKING_SPEED  # that one storey adds to a way
-WALKING_SPREAD = 0.26  # [F8, chosen] m/s, their standard deviation: Weidmann, too
-BODY_RADIUS = 0.2  # [A7, chosen] metres: two people can pass each other in a door
+WALKING_SPREAD = 0.26  # [A9, chosen] m/s, their standard deviation: Weidmann, too
+BODY_RADIUS = 0.2  # [A9, chosen] metres: two people can pass each other in a door
 STUCK_METRES = 1.0  # [B5, chosen] stuck: moved less than this ...
 STUCK_SECONDS = 8.0  # [B5, chosen] ... in this long, though meaning to move
 RECKLESS_SECONDS = 4.0  # [B5, chosen] the stuck then ignore flames for this long

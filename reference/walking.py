@@ -4,9 +4,9 @@ Clauses: A3, A5, B3, B5, F8.  Those who walk may be of one world, or of several 
 of one building that share a clock and have their bodies in common arrays.
 
 On the stairs nobody is seen and nobody is in the way; the bottleneck is the entrance at
-either end [A3, chosen].  Nobody walks up.  The paper's entrances join a floor's
-platform and its staircases; ours stand between room and stairwell, and the platform is
-part of the stairs: who enters is on the stairs [A3, deviation].
+either end [A3, chosen].  The paper's entrances join a floor's platform and its
+staircases; ours stand between room and stairwell, and the platform is part of the
+stairs: who enters is on the stairs [A3, deviation].
 
     who  (k,) numbers of those who walk;  i  a person;  mark  index of a landmark
     p    place;  k  stairwell

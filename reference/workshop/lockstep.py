@@ -1,6 +1,6 @@
 """Lockstep: tick many simulations of one building together, each as if alone.
 
-Clauses: A5, A7, B3, B7, C7.  The people of all worlds are one crowd in shared arrays,
+Clauses: A5, A9, B3, B7, C7.  The people of all worlds are one crowd in shared arrays,
 so that one look-up serves them all; minds, robots' ways, flames and events stay with
 each simulation.  Results equal those of running each alone, to the last bit.
 

@@ -85,6 +85,7 @@ def test_of_two_in_each_others_way_only_one_waits():
     assert steps == pytest.approx([STRIDE, gap / motion.GAP_SECONDS * TICK], rel=1e-3)
 
 
+@pytest.mark.paper("A9", "chosen")
 def test_speed_falls_with_the_gap_ahead():
     """Behind somebody slow one walks no faster, and touches nobody."""
     pace = np.array([WALKING_SPEED, 0.5])
@@ -108,6 +109,7 @@ def test_people_on_different_floors_do_not_meet():
 # -- Crowds -------------------------------------------------------------------------
 
 
+@pytest.mark.paper("A9", "chosen")
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=10)
 def test_nobody_ever_overlaps_anybody(seed):
@@ -166,7 +168,7 @@ def test_chance_moves_only_who_is_held_up():
     assert not np.array_equal(ends[0][1], ends[1][1])
 
 
-@pytest.mark.paper("A7", "chosen")
+@pytest.mark.paper("A9", "chosen")
 def test_two_crowds_pass_each_other_in_a_door():
     """Twenty each way through one metre, in less time than a minute and a half."""
     room, wall = "......", "###############"

@@ -44,7 +44,7 @@ def runs(name: str, robots: str, fire: str, **settings: Any) -> list[Simulation]
 
 
 @pytest.mark.paper("A5")
-@pytest.mark.paper("A7")
+@pytest.mark.paper("A9")
 @pytest.mark.paper("B3")
 @pytest.mark.paper("B7")
 @pytest.mark.paper("C7")

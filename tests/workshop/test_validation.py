@@ -28,7 +28,7 @@ ROOM = built(["#######", "#.....E", "#######"])
 
 @pytest.mark.paper("A3")
 @pytest.mark.paper("A5")
-@pytest.mark.paper("A7")
+@pytest.mark.paper("A9")
 @pytest.mark.paper("F8")
 @pytest.mark.parametrize(
     "name", [*FAST, *(pytest.param(name, marks=pytest.mark.slow) for name in LONG)]

@@ -1,6 +1,6 @@
 """Chart of one standard case: the fundamental diagram, beside real people's.
 
-Clauses: A7.
+Clause: A9.
 """
 
 import numpy as np

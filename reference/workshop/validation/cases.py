@@ -1,6 +1,6 @@
 """Standard cases of pedestrian dynamics: what each expects, and what is measured.
 
-Clauses: A3, A7, F8.  Cases and what they accept are those of the guidelines of RiMEA
+Clauses: A3, A9, F8.  Cases and what they accept are those of the guidelines of RiMEA
 (2016), IMO (MSC.1/Circ.1533) and ISO 20414; what these leave open is marked [chosen].
 In all but `ghosts` everybody knows the nearest way out and nobody thinks.
 
@@ -45,8 +45,8 @@ CASES: dict[str, dict[str, Any]] = WORDS["cases"]
 NOT_MODELLED: dict[str, list[str]] = WORDS["not_modelled"]
 """Cases that need what the model does not have, by source: what, why not."""
 
-BESIDE = 0.2  # m/s [A7, chosen]: other published curves are as far from Weidmann's
-CROWDING = 28  # points [A7, chosen]: half of what bodies cost before they made room
+BESIDE = 0.2  # m/s [A9, chosen]: other published curves are as far from Weidmann's
+CROWDING = 28  # points [A9, chosen]: half of what bodies cost before they made room
 DENSITIES = (0.5, 1.0, 2.0, 3.0, 4.0, 5.0)  # people per square metre
 
 ONE_WAY = {0.6: 1.35, 1.1: 1.21, 1.6: 1.0, 2.05: 0.65, 2.5: 0.41, 3.05: 0.31}

@@ -1,6 +1,6 @@
 """People who know the way and do not think, on small maps, and what to measure of them.
 
-Clauses: A3, A7, F8.
+Clauses: A3, A9, F8.
 
     n   people;  rows, cols  of a floor's drawing, walls included
 """
