@@ -106,7 +106,11 @@ def refuse_version(path: Path, version: object, game: object = reference.GAME) -
         )
 
 
-def refuse_options(given: Mapping[str, Any], begun: Mapping[str, Any]) -> None:
+def refuse_options(
+    given: Mapping[str, Any],
+    begun: Mapping[str, Any],
+    instead: str = "begin anew in another folder",
+) -> None:
     """Raise ContradictionError for options that differ from those of a resumed run.
 
     given: by name, None where nothing was asked for;  begun: what is known of the run
@@ -115,5 +119,5 @@ def refuse_options(given: Mapping[str, Any], begun: Mapping[str, Any]) -> None:
     if named:
         raise ContradictionError(
             f"{', '.join(named).replace('_', '-')}: what is resumed goes on as it was "
-            "begun. Leave this out, or begin anew in another folder."
+            f"begun. Leave this out, or {instead}."
         )

@@ -24,10 +24,10 @@ ROBOT = "behaviors:\n  Robot:\n"
 def read(tmp_path):
     """Reads a text as a trainer file onto a preset."""
 
-    def read(text, base=LAPTOP):
+    def read(text, base=LAPTOP, head=None):
         path = tmp_path / "trainer.yaml"
         path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return read_yaml(path, base)
+        return read_yaml(path, base, head)
 
     return read
 
@@ -145,24 +145,47 @@ def test_refuses_behaviours_that_show_no_side_and_lists_them(refusal, names):
     """Nothing is guessed."""
     rows = ", ".join(f"{name}: {{max_steps: 5}}" for name in names.split(", "))
     message = refusal(f"behaviors: {{{rows}}}")
-    assert f"name {names} Robot and Fire" in message
+    assert f"who are {names}? Name the robots' Robot, the fire's Fire" in message
+
+
+@pytest.mark.paper("E1", "E2")
+def test_one_group_learns_by_poca_and_it_is_the_robots(refusal):
+    """A second one is named; a fire called so is no group, whatever its trainer."""
+    both = "behaviors: {Keeper: {trainer_type: poca}, Forward: {trainer_type: poca}}"
+    assert "Keeper and Forward are poca; one group learns here" in refusal(both)
+    fire = refusal("behaviors: {Fire: {trainer_type: poca}}")
+    assert "trainer_type must be ppo: one fire is no group" in fire
+
+
+@pytest.mark.paper("E3", "C5")
+def test_a_user_s_file_trains_ml_agents_own_head(read, capsys):
+    """One Gaussian for a side that it names, unless it or the command names another."""
+    settings = read(f"{ROBOT}    trainer_type: poca\n")
+    assert (settings.robots.head, settings.fire.head) == ("floor", LAPTOP.fire.head)
+    assert "robots, with head 'floor', ML-Agents' own: one G" in capsys.readouterr().err
+    own = "reference: {Robot: {head: mixture}}"
+    assert read(f"{ROBOT}    trainer_type: poca\n{own}\n").robots.head == "mixture"
+    assert read(f"{ROBOT}    trainer_type: poca\n", head="frame").robots.head == "frame"
+    assert "robots, with head 'frame'\n" in capsys.readouterr().err
 
 
 # -- Refusing -----------------------------------------------------------------------
 
 REFUSED = {  # what stands under `Robot`: what the message says
     "hyperparameters: {batch_sise: 4}": "Did you mean 'hyperparameters.batch_size'?",
-    "batch_size: 4": "Did you mean 'hyperparameters.batch_size'?",
     "hyperparameters: 5": "Robot: 'hyperparameters' is unknown",
-    "network_settings: {memory: {memory_size: 128}}": "memory_size is not built",
-    "network_settings: {goal_conditioning_type: fancy}": "type is not built",
-    "network_settings: {vis_encode_type: resnet}": "'resnet' is unknown",
-    "reward_signals: {curiosity: {strength: 0.02}}": "strength is not built",
-    "behavioral_cloning: {demo_path: d}": "not built here: leave it out",
-    "self_play: {window: 10}": "self_play.window is not built",
-    "init_path: results/old": "init_path is not built",
+    "network_settings: {memory: {memory_size: 128}}": "Robot: network_settings.memory",
+    "network_settings: {goal_conditioning_type: fancy}": "goal_conditioning_type",
+    "network_settings: {vis_encode_type: resnet}": "resnet is not built here: write s",
+    "network_settings: {vis_encode_type: fancy}": "'fancy' is unknown",
+    "reward_signals: {curiosity: {strength: 0.02}}": "Robot: reward_signals.curiosity",
+    "behavioral_cloning: {demo_path: d}": "not built here, leave it out: Robot: behav",
+    "self_play: {window: 10}": "Robot: self_play",
+    "init_path: results/old": "Robot: init_path",
     "max_steps: 0.5": "robots: max_steps is 0.5: it must be a whole number",
-    "trainer_type: sac": "'sac' is unknown",
+    "max_steps: 5\n    max_steps: 6": "line 4: 'max_steps' is there already",
+    "hyperparameters: {beta: .nan}": "beta is nan: it must be a number from 0 up to 1",
+    "trainer_type: sac": "sac is not built here: write poca or ppo",
     "hyperparameters: {batch_size: 99999}": "is less than batch_size",
 }
 
@@ -178,7 +201,6 @@ def test_refuses_by_name_what_cannot_be_meant_or_is_not_built(refusal, rows):
     ("text", "why"),
     [
         ("behaviours: {}", "Did you mean 'behaviors'?"),
-        ("environment_parameters: {people: {curriculum: []}}", "is unknown"),
         ("- Robot\n- Fire\n", "the file: this must be"),
         (f"{ROBOT}    a: [1,\n", "no YAML: .* line 4, column 1"),
         ("a: !!python/object/apply:os.getcwd []", "no YAML: could not determine"),
@@ -190,6 +212,39 @@ def test_refuses_by_name_what_cannot_be_meant_or_is_not_built(refusal, rows):
 def test_refuses_what_is_no_trainer_file(refusal, text, why):
     """In a line, with the place."""
     assert re.search(why, refusal(text))
+
+
+@pytest.mark.paper("E3")
+def test_names_all_sections_that_are_not_built_at_once(refusal):
+    """By their own names, and not leaf by leaf: one round mends the file."""
+    assert refusal(
+        "environment_parameters: {height: {curriculum: []}}\n"
+        "behaviors:\n"
+        "  Robot: {trainer_type: poca, self_play: {window: 10, save_steps: 5}}\n"
+        "  Fire:\n"
+        "    reward_signals: {gail: {strength: 1, demo_path: d}, rnd: {gamma: 0.9}}\n"
+        "    self_play: null\n"
+    ) == (
+        "this is not built here, leave it out: environment_parameters; Robot: "
+        "self_play; Fire: reward_signals.gail, reward_signals.rnd"
+    )
+
+
+@pytest.mark.paper("E3")
+def test_refuses_another_trainer_before_what_belongs_to_it(refusal):
+    """The cause before its consequences."""
+    rows = "{trainer_type: sac, hyperparameters: {tau: 0.005}, self_play: {window: 1}}"
+    message = refusal(f"behaviors: {{Ball: {rows}}}")
+    assert message == "Ball: trainer_type sac is not built here: write poca or ppo"
+
+
+@pytest.mark.parametrize("over", ["default:", "behaviors:\n  Robot:"])
+def test_says_where_the_rows_of_old_releases_stand_now(refusal, over):
+    """In one sentence, wherever they stood."""
+    rows = "{trainer: ppo, batch_size: 9, beta: 0.1, normalize: true, memory_size: 8}"
+    message = refusal(f"{over} {rows}")
+    assert "as in ML-Agents' releases 1 and 2" in message
+    assert "batch_size, beta in hyperparameters; normalize in network_sett" in message
 
 
 def test_says_what_to_install_where_there_is_no_pyyaml(monkeypatch, refusal):

@@ -189,6 +189,7 @@ def test_resume_of_a_training_that_is_over_tells_what_came_of_it(
     [
         (["--head", "floor", "--seed", "5"], "--head, --seed: what is resumed goes on"),
         (["--initialize-from", "x"], "--initialize-from: what is resumed goes on"),
+        (["--settings", "my.yaml"], "take --initialize-from "),
     ],
 )
 def test_refuses_to_resume_as_something_else(run, options, told, capsys):

@@ -98,7 +98,8 @@ def _training(arguments: Namespace) -> Any:
     if arguments.resume:
         training = session.resume(arguments.out)
         asked = {name: getattr(arguments, name) for name in session.OPTIONS}
-        refuse_options(asked, session.options_of(training.task))
+        instead = f"take --initialize-from {arguments.out} into another folder"
+        refuse_options(asked, session.options_of(training.task), instead)
         return training
     return session.begin(arguments)
 

@@ -12,14 +12,15 @@ Clauses: E3 (ML-Agents 0.29.0), E1, E2 (its keys are the rows of Tables I and II
                               Fire: ..., scenario: {...}, episodes_per_job, ...}
 
 [E3, chosen] What the file leaves out stays as in the preset, not as ML-Agents would
-have it: files of a few lines can then vary one of the tables.  Keys without a
-counterpart here pass if their value switches them off, or if they are about Unity's
-program or the machine; others are refused.
+have it: files of a few lines can then vary one of the tables.  The head alone is
+ML-Agents' own, one Gaussian, unless `reference` or the command line names another.
+Keys without a counterpart here pass if their value switches them off, or if they are
+about Unity's program or the machine; others are refused, all sections at once.
 """
 
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -29,20 +30,26 @@ from reference.workshop.plain import SettingsError, mapping, rows_of, unknown
 from reference.workshop.remedies import SideSettings
 from reference.workshop.training.presets import Settings, changed
 
+ROWS = rows_of(SideSettings)
 PLACES = {
     ".".join((*row.section, name)): name
-    for name, row in rows_of(SideSettings).items()
+    for name, row in ROWS.items()
     if row.section is not None
 }
 """Rows of the tables by where ML-Agents keeps them, as in hyperparameters.beta."""
 
-OFF = (  # keys of a behaviour that are not built
+OTHERS = {  # what ML-Agents has besides the choices of a row
+    "trainer_type": ("sac",),
+    "network_settings.vis_encode_type": ("nature_cnn", "resnet", "match3"),
+}
+OFF = (  # sections and keys of a behaviour that are not built
     *("init_path", "even_checkpoints", "self_play", "behavioral_cloning"),
     *("hyperparameters.shared_critic", "network_settings.memory"),
     *("network_settings.deterministic", "network_settings.goal_conditioning_type"),
     *("reward_signals.curiosity", "reward_signals.gail", "reward_signals.rnd"),
 )
 PASS = (False, "hyper", "none")  # the last two of goal_conditioning_type
+LESSONS = "environment_parameters"  # what Unity's environment varies: not built
 NO_EFFECT = ("threaded", "reward_signals.extrinsic.network_settings")
 OF_UNITY = ("env_settings", "engine_settings", "torch_settings", "debug")
 TOP = ("behaviors", "default_settings", "reference", "checkpoint_settings", *OF_UNITY)
@@ -50,22 +57,33 @@ NAMES: dict[Side, str] = {"robots": "Robot", "fire": "Fire"}  # of behaviours
 MOST_BYTES = 1 << 16  # of a file
 
 
-def read_yaml(path: str | os.PathLike[str], base: Settings) -> Settings:
+def read_yaml(
+    path: str | os.PathLike[str], base: Settings, head: str | None = None
+) -> Settings:
     """Replace in `base` what a trainer file of ML-Agents, or one of ours, states.
 
-    Notes on stderr which behaviour is taken for which side. Raises SettingsError, also
-    without PyYAML, and OSError for an unreadable file.
+    head: of the robots, if the command line names one.  Notes on stderr which behaviour
+    is taken for which side, and with which head. Raises SettingsError, also without
+    PyYAML, and OSError for an unreadable file.
     """
     text = read_text(Path(path), MOST_BYTES)
     try:
         top = mapping(_parsed(text), "the file")
+        _refuse_old(top)
         top["behaviors"] = mapping(top.get("behaviors"), "behaviors")
+        _refuse_not_built(top)
         rows = _stated(top, names := _sides(top["behaviors"]))
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from None
+    if head:
+        rows["robots"]["head"] = head
+    made = changed(base, rows, str(path))
     for side, name in names.items():
-        print(f"note: {path}: '{name}' is taken for {side}", file=sys.stderr)
-    return changed(base, rows, str(path))
+        word = getattr(made, side).head
+        own = ", ML-Agents' own: one Gaussian" * (word == "floor")
+        note = f"'{name}' is taken for {side}, with head '{word}'{own}"
+        print(f"note: {path}: {note}", file=sys.stderr)
+    return made
 
 
 def _parsed(text: str) -> Any:
@@ -79,15 +97,78 @@ def _parsed(text: str) -> Any:
     try:
         if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
             raise ValueError("write out what *aliases stand for")
+        for line, name in _twice(yaml.compose(text, yaml.SafeLoader)):
+            raise ValueError(f"line {line}: '{name}' is there already")
         return yaml.safe_load(text)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         words = " ".join(str(error).split())
         raise SettingsError(f"this is no YAML: {words}") from None
 
 
+def _twice(node: Any) -> Iterator[tuple[int, str]]:
+    """Lines and names of keys that a mapping has already; YAML would take the last."""
+    seen = set[str]()
+    for part in node.value if node is not None and node.id != "scalar" else ():
+        key, value = part if isinstance(part, tuple) else (None, part)
+        if key is not None:
+            if (name := str(key.value)) in seen:
+                yield key.start_mark.line + 1, name
+            seen.add(name)
+        yield from _twice(value)
+
+
+# -- What is not built --------------------------------------------------------------
+
+
+def _refuse_old(top: Mapping[str, Any]) -> None:
+    """Raise SettingsError for rows without sections, as in ML-Agents' releases 1, 2."""
+    for rows in (*top.values(), *mapping(top.get("behaviors"), "behaviors").values()):
+        flat = _flat(rows) if isinstance(rows, Mapping) else {}
+        lost = [place for place in PLACES if "." in place and _last(place) in flat]
+        if lost:
+            homes = dict.fromkeys(place.rpartition(".")[0] for place in lost)
+            under = "; ".join(
+                f"{', '.join(_last(p) for p in lost if p.startswith(home))} in {home}"
+                for home in homes
+            )
+            raise SettingsError(
+                "this is laid out as in ML-Agents' releases 1 and 2. Write all "
+                f"behaviours under `behaviors:`, and in each of them {under}"
+            )
+
+
+def _last(path: str) -> str:
+    return path.rpartition(".")[2]
+
+
+def _refuse_not_built(top: Mapping[str, Any]) -> None:
+    """Raise SettingsError for what is not built: a trainer first, then all sections."""
+    found = [LESSONS] if top.get(LESSONS) else []
+    parts = {"default_settings": top.get("default_settings"), **top["behaviors"]}
+    flat = {name: _flat(mapping(rows, name)) for name, rows in parts.items()}
+    for name, rows in flat.items():
+        for path, others in OTHERS.items():
+            if (word := rows.get(path)) in others:
+                instead = " or ".join(ROWS[PLACES[path]].choices)
+                what = f"{name}: {_last(path)} {word} is not built here: write"
+                raise SettingsError(f"{what} {instead}")
+        off = {key for path in rows if rows[path] not in PASS if (key := _off(path))}
+        found += [f"{name}: {', '.join(sorted(off))}"] if off else []
+    if found:
+        raise SettingsError(f"this is not built here, leave it out: {'; '.join(found)}")
+
+
+def _off(path: str) -> str:
+    """The section or key that is not built and that a path is in, if any."""
+    return next((key for key in OFF if f"{path}.".startswith(f"{key}.")), "")
+
+
+# -- What is read -------------------------------------------------------------------
+
+
 def _stated(top: dict[str, Any], names: Mapping[Side, str]) -> dict[str, Any]:
     """Collect the rows of whole settings that a file states; names: of behaviours."""
-    for key in {key for key, value in top.items() if value is not None} - {*TOP}:
+    for key in {k for k, value in top.items() if value is not None} - {*TOP, LESSONS}:
         raise SettingsError(unknown(key, TOP))
     ours = mapping(top.get("reference"), "reference")
     if "preset" in ours:
@@ -97,7 +178,9 @@ def _stated(top: dict[str, Any], names: Mapping[Side, str]) -> dict[str, Any]:
         own = {row: _number(value) for row, value in own.items()}
         rows = _rows(top.get("default_settings"), "default_settings")
         if side in names:
-            rows |= _rows(top["behaviors"][names[side]], names[side])
+            rows |= {"head": "floor"} | _rows(
+                top["behaviors"][names[side]], names[side]
+            )
         if "learning_rate_schedule" in rows:  # as ML-Agents documents
             both = ("beta_schedule", "epsilon_schedule")
             rows = dict.fromkeys(both, rows["learning_rate_schedule"]) | rows
@@ -111,9 +194,7 @@ def _rows(section: Any, where: str) -> dict[str, Any]:
     for path, value in _flat(mapping(section, where)).items():
         if path in PLACES:
             rows[PLACES[path]] = _number(value)
-        elif path.startswith(OFF) and value not in PASS:
-            raise SettingsError(f"{where}: {path} is not built here: leave it out")
-        elif not path.startswith((*OFF, *NO_EFFECT)):
+        elif not _off(path) and not path.startswith(NO_EFFECT):
             raise SettingsError(f"{where}: {unknown(path, PLACES)}")
     return rows
 
@@ -139,15 +220,26 @@ def _number(value: Any) -> Any:
 
 
 def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
-    """Match sides to behaviours: the robots' is poca, or named so; the other is not."""
+    """Match sides to behaviours: by name, or as a poca, which is the robots'."""
     found: dict[Side, list[str]] = {"robots": [], "fire": []}
-    clear = not behaviours
+    clear, pocas = not behaviours, list[str]()
     for name, rows in behaviours.items():
         poca = isinstance(rows, Mapping) and rows.get("trainer_type") == "poca"
         fire, robot = "fire" in name.lower(), "robot" in name.lower()
-        found["robots" if poca or (robot and not fire) else "fire"].append(name)
+        robots = robot if fire != robot else poca
+        found["robots" if robots else "fire"].append(name)
         clear |= poca or fire or robot
+        pocas += [name] * poca
+    if len(pocas) > 1:
+        names = " and ".join(pocas)
+        raise SettingsError(
+            f"behaviors: {names} are poca; one group learns here, the robots. "
+            "Leave all but one out"
+        )
     if not clear or max(map(len, found.values())) > 1:
         names = ", ".join(behaviours)
-        raise SettingsError(f"behaviors: name {names} Robot and Fire")
+        raise SettingsError(
+            f"behaviors: who are {names}? Name the robots' Robot, the fire's Fire, and "
+            "leave others out"
+        )
     return {side: names[0] for side, names in found.items() if names}
