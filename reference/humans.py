@@ -39,7 +39,7 @@ class Leader:
         """One pass of lines 2-22."""
         if (found := exit_in_view(observe)) is not None:  # 2
             return go_to(found)  # 3, which ends the pass [B6, chosen]
-        if observe.robots:  # 6, 7: a robot in view leads, door or no door [B6, chosen]
+        if observe.robots:  # 6, 7: robots lead, door or no door [B6, deviation]
             return follow(me, next(iter(observe.robots)), observe)  # the nearest
         if (wanted := desired(me, observe)) is not None:  # 5
             if (leader := suitable_leader(me, observe, wanted)) is not None:  # 6
@@ -133,7 +133,7 @@ def leader_in_sight(me: Mind, observe: View) -> bool:
     """Is the leader in line of sight, or was it a moment ago? [B5, Alg. 1:5]
 
     A leader who turns a corner or passes a door is not lost for LEADER_GRACE_SECONDS:
-    followers walk to where they saw them last [B5, chosen].
+    followers walk to where they saw them last [B5, deviation].
     """
     if me.leader in observe.bodies:
         return True

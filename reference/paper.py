@@ -52,7 +52,7 @@ RECKLESS_SECONDS = 4.0  # [B5, chosen] the stuck then ignore flames for this lon
 STUCK_WAIT_SECONDS = 2.0  # [B5, chosen] a stuck follower waits before Alg. 1:11
 MOST_FOLLOWERS = 5  # [B6, chosen] of one human: more would only stand in the way
 FOLLOW_DISTANCE = 0.6  # [B5, chosen] metres: followers stop this far from a leader
-LEADER_GRACE_SECONDS = 3.0  # [B5, chosen] a leader out of sight is kept this long
+LEADER_GRACE_SECONDS = 3.0  # [B5, deviation] a leader out of sight is kept so long
 LEADER_PAUSE_SECONDS = 5.0  # [B5, chosen] from losing one to the next human leader
 RECONSIDER_TICKS = 3  # [B4, chosen] a mind thinks at least once in this many ticks
 GOAL_HYSTERESIS = 3.0  # [B6, chosen] metres that a new goal must be nearer
@@ -71,9 +71,10 @@ FIRE_FIRST_DECISION = 2  # [D2, chosen] the first source appears at 10 s ...
 FIRE_EVERY_DECISIONS = 5  # [D2, chosen] ... 25 s apart: 8 last as long as health
 FIRE_REFUSED_PENALTY = 10.0  # [D6, chosen] "a certain reward" deducted, health points
 PROTECTED_METRES = 4.0
-"""[D6, D7, chosen] nothing burns this near, on foot, to exits and stairwell entrances:
-codes keep ways out free of fuel. It delays what two fires beside two exits do to
-people, until flames have walked round the clearance; it does not prevent it."""
+"""[D7, chosen] nothing burns this near, on foot, to exits and stairwell entrances; a
+source there is refused though nothing stands there [D6, deviation]: codes keep ways out
+free of fuel. It delays what two fires beside two exits do to people, until flames have
+walked round the clearance; it does not prevent it."""
 
 SPREAD_RATE = 0.12  # [D7, chosen] ignitions per second and border between two cells
 FLAME_SECONDS = 1.0  # [D7, chosen] flames spread, and new ones appear, this often

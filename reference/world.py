@@ -123,7 +123,10 @@ class Mind:
 
 @dataclass
 class Robot:
-    """A rescue robot; it stays on its floor, hinders nobody and does not burn [C5]."""
+    """A rescue robot; it stays on its floor.
+
+    It hinders nobody and does not burn [C5, chosen]: people, not robots, are at risk.
+    """
 
     body: int  # its index among all bodies
     floor: int

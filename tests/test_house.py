@@ -17,7 +17,12 @@ from paper_index import paper_index
 
 from reference import BOOK, READING_ORDER, __version__
 from reference.__main__ import main
-from reference.workshop.annotated.index import citations, kinds_of, marked_tests
+from reference.workshop.annotated.index import (
+    citations,
+    clauses_with,
+    kinds_of,
+    marked_tests,
+)
 from reference.workshop.annotated.words import CLAUSES, KINDS
 
 PACKAGE = ROOT / "reference"
@@ -176,6 +181,14 @@ def test_a_module_names_at_its_head_every_clause_that_it_cites():
         assert {clause for clause, where in CITED if where == path} <= head, path.name
 
 
+def test_what_ml_agents_computes_is_cited_with_its_module():
+    """So that one can look it up; a bare E3 says nothing."""
+    named = r"\[E3, (([a-z_]+/)?[a-z_]+\.py|chosen|deviation)\b"
+    for path in sorted({path for clause, path in CITED if clause == "E3"}):
+        for found in re.findall(r"\[E3[^]]*", path.read_text("utf-8")):
+            assert re.match(named, found), f"{path.name}: {found}"
+
+
 def test_every_citation_and_every_mark_names_a_real_clause():
     """A slip such as C9 or B12 is found here."""
     assert {clause for clause, _ in CITED} <= set(CLAUSES)
@@ -188,6 +201,17 @@ def test_the_index_tells_the_kinds_that_the_code_tags():
     assert set(CLAUSES.values()) <= set(KINDS)
     assert kinds_of("A4") == ["stated"]
     assert kinds_of("A3") == ["stated", "deviation", "chosen"]
+    assert clauses_with("deviation") == [
+        "A3",
+        "A5",
+        "B5",
+        "B6",
+        "C4",
+        "D2",
+        "D6",
+        "E3",
+        "E4",
+    ]
     index = {line[:2]: line.split("  ")[-1].strip() for line in paper_index()}
     assert (index["A5"], index["C8"]) == ("stated, deviation", "chosen")
 

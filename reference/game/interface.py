@@ -19,7 +19,7 @@ from reference.paper import Scenario
 from reference.world import World
 
 AXES = 2  # [C5] [D2] continuous numbers: x and y
-RAW_LIMIT = 3.0  # [E3] a raw continuous action is clipped to ±this, then divided by it
+RAW_LIMIT = 3.0  # [E3, torch/action_model.py] a raw action is clipped, then divided
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ class Interface:
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(N, V) float32, what a network reads of observations (N, V).
 
-        The fire's numbers are scaled: Table II does not normalise them [E4, chosen].
+        The fire's numbers are scaled: Table II does not [E4, deviation].
         headed: (R, 2), where robots go; the paper's policies do not read it.
         """
         return self.layout.scaled(vectors) if self.side == "fire" else vectors
@@ -80,7 +80,7 @@ class Interface:
     def actions(self, raw: np.ndarray, vectors: np.ndarray) -> np.ndarray:
         """The environment's actions (..., A) in [-1, 1] of a network's (..., K).
 
-        clamp(a, -3, 3)/3 [E3]; the fire's floor, a branch, comes first.
+        clamp(a, -3, 3)/3; the fire's floor, a branch, comes first.
         vectors: (..., V), observed.
         """
         axes = raw[..., :AXES].clip(-RAW_LIMIT, RAW_LIMIT) / RAW_LIMIT

@@ -84,7 +84,7 @@ class Layout:
 def vector_layout(building: Building, scenario: Scenario) -> Layout:
     """Lay out an agent's vector; 167 numbers for the paper [C1] [C2] [D1].
 
-    In the order of C1, and as C4 says for the observer; for the paper:
+    In the order of C1, rows ordered for the observer; for the paper:
 
           0-119  humans: own floor first, then above, then below; nearest first
         120-137  robots: the observer, its team, those elsewhere; by number
@@ -191,8 +191,10 @@ def robots_at_work(world: World) -> np.ndarray:
 
 
 def _nearest_first(robots: np.ndarray, humans: np.ndarray, floors: int) -> np.ndarray:
-    """Sort people for each robot, (R, n) indices [C4, chosen].
+    """Sort people for each robot, (R, n) indices.
 
+    [C4, deviation] The paper's agents of a floor observe the same; ours the same in an
+    order of their own, since identical inputs could not tell two mates apart.
     First its own floor, then those above, whose people will come through, then those
     below; nearer floors first, SENTINEL last. Within a floor by distance in metres.
     """

@@ -1,6 +1,6 @@
 """Rewards of the robots and of the fire: sums over events, in health points.
 
-Clauses: B7, D6, E3, E5, F5, F8.
+Clauses: B7, D2, D6, E5, F5, F8.
 """
 
 from collections.abc import Iterable
@@ -28,7 +28,7 @@ def group_reward(events: Iterable[Event]) -> float:
 
 
 def fire_reward(events: Iterable[Event]) -> float:
-    """Reward of the fire: what the robots lose, less a penalty per refusal [D6]."""
+    """Minus the group's reward [D2, chosen], less a penalty per refusal [D6]."""
     events = list(events)
     refused = sum(isinstance(event, FireRefused) for event in events)
     return -group_reward(events) - FIRE_REFUSED_PENALTY * refused

@@ -51,7 +51,7 @@ class Trajectory:
 
     @property
     def steps(self) -> int:
-        """Agents' decisions [E3]."""
+        """Agents' decisions [E3, trainer/rl_trainer.py]."""
         return int(self.alive[:-1].sum())
 
 
@@ -104,10 +104,10 @@ def decisions_of(t: Trajectory) -> Decisions:
 
 
 def segments(alive: np.ndarray, horizon: int) -> Iterator[tuple[int, int, list[int]]]:
-    """Cut each agent's decisions into segments of at most `horizon` [E3].
+    """Cut each agent's decisions into segments [E3, agent_processor.py].
 
-    alive: (T + 1, G). Yields a segment's first decision, the one after its last, and
-    all agents that share this segment.
+    alive: (T + 1, G). Yields a segment's first decision, the one after its last, at
+    most `horizon` later, and all agents that share this segment.
     """
     lives = alive[:-1].sum(axis=0)
     for first in range(0, int(lives.max(initial=0)), horizon):
@@ -122,9 +122,11 @@ def minibatches(
 ) -> Iterator[Decisions]:
     """Shuffle group decisions into minibatches of about batch_size steps each.
 
-    An epoch has as many as there are whole batches of steps; the tail is dropped. The
-    original shuffles single agents' rows; for a group of one this is the same [E3,
-    chosen]. A batch smaller than the group still holds one group decision.
+    An epoch has as many as there are whole batches of steps; the tail is dropped. A
+    batch smaller than the group still holds one group decision.
+
+    [E3, deviation] ML-Agents shuffles single agents' rows; ours keep a group together,
+    since it is encoded once. For a group of one this is the same.
     """
     steps = int(decisions.alive.sum())
     size = max(1, len(decisions) * batch_size // max(1, steps))

@@ -20,8 +20,9 @@ from reference.game.interface import Sizes
 from reference.learning.settings import TrainerSettings
 
 MOST_DEVIATIONS = 5.0  # [E4] normalised inputs are clipped there
-RELU_GAIN = 1.41  # [E3] of the layer after the convolutions
-MEAN_GAIN, BRANCH_GAIN = 0.2, 0.1  # [E3] a new policy hardly prefers anything
+RELU_GAIN = 1.41  # [E3, torch/encoders.py] of the layer after the convolutions
+MEAN_GAIN, BRANCH_GAIN = 0.2, 0.1  # [E3, torch/distributions.py] hardly a preference
+
 REFUSED = -1e9  # the score of what may not be chosen
 
 
@@ -84,7 +85,12 @@ class GridEncoder(nn.Module):
 
 
 class Encoder(nn.Module):
-    """Concatenate the vector, normalised or not, and the encoded grid [E4]."""
+    """Concatenate the vector, normalised or not, and the encoded grid [E4].
+
+    [E4, erratum] Printed: "we apply normalization ... to form residual connections".
+    Normalised inputs are no residual connections; of what the tables configure only
+    MA-POCA's attention has one, `poca.SelfAttention` [E3, torch/attention.py].
+    """
 
     def __init__(self, sizes: Sizes, settings: TrainerSettings):
         super().__init__()
@@ -106,7 +112,7 @@ class Encoder(nn.Module):
 
 
 def linear(size: int, out: int, deviation: float) -> nn.Linear:
-    """A layer with normal weights of this standard deviation and zero biases [E3]."""
+    """A layer of normal weights and zero biases [E3, torch/layers.py]."""
     layer = nn.Linear(size, out)
     nn.init.normal_(layer.weight, std=deviation)
     nn.init.zeros_(layer.bias)
@@ -114,7 +120,7 @@ def linear(size: int, out: int, deviation: float) -> nn.Linear:
 
 
 def value_head(size: int) -> nn.Linear:
-    """A linear layer to one number, Glorot's uniform weights and zero bias [E3]."""
+    """To one number: Glorot's uniform weights, zero bias [E3, torch/layers.py]."""
     layer = nn.Linear(size, 1)
     nn.init.xavier_uniform_(layer.weight)
     nn.init.zeros_(layer.bias)
@@ -122,7 +128,7 @@ def value_head(size: int) -> nn.Linear:
 
 
 def layers(size: int, hidden: int, count: int, gain: float = 1.0) -> nn.Sequential:
-    """Linear layers, each followed by swish, the last one too [E3]."""
+    """Linear layers, each followed by swish, the last one too [E3, torch/layers.py]."""
     stack: list[nn.Module] = []
     for fan_in in [size] + [hidden] * (count - 1):
         stack += [linear(fan_in, hidden, gain / sqrt(fan_in)), nn.SiLU()]
@@ -159,7 +165,7 @@ class Policy:
         self.branches = [Categorical(logits=b, validate_args=False) for b in branches]
 
     def log_probs(self, actions: Tensor) -> Tensor:
-        """(..., C + D), one log-probability for every component [E3]."""
+        """(..., C + D), one for every component [E3, torch/distributions.py]."""
         C = self.gaussian.mean.shape[-1]
         parts = [self.gaussian.log_prob(actions[..., :C])]
         for k, branch in enumerate(self.branches, start=C):
@@ -167,7 +173,7 @@ class Policy:
         return torch.cat(parts, dim=-1)
 
     def entropy(self) -> Tensor:
-        """(...): mean over the continuous dimensions + sum over the branches [E3]."""
+        """(...): mean of Gaussians + sum of branches [E3, torch/action_model.py]."""
         total = self.gaussian.entropy().mean(dim=-1)
         for branch in self.branches:
             total = total + branch.entropy()

@@ -30,8 +30,8 @@ from reference.learning.networks import (
 from reference.learning.ppo import Summary, value_loss
 from reference.learning.settings import ATTENTION_HEADS, TrainerSettings
 
-NORM_EPSILON = 1e-5  # [E3] under the root of a layer norm
-POOLING_EPSILON = 1e-7  # [E3] added to the number of live agents
+NORM_EPSILON = 1e-5  # [E3, torch/layers.py] under the root of a layer norm
+POOLING_EPSILON = 1e-7  # [E3, torch/attention.py] added to the number of live agents
 
 # -- Formulas -----------------------------------------------------------------------
 
@@ -56,9 +56,10 @@ def lambda_returns(
 def baseline_loss(
     baselines: Tensor, old_baselines: Tensor, returns: Tensor, epsilon: float
 ) -> Tensor:
-    """Mean max((b − R)², (b_old + clip(b − b_old, ±ε) − R)²) [E3]; all (M,).
+    """Mean max((b − R)², (b_old + clip(b − b_old, ±ε) − R)²); all (M,).
 
-    Unlike the value loss, it is clipped around the old baseline, with the policy's ε.
+    Unlike the value loss, it is clipped around the old baseline, with the policy's ε
+    [E3, torch/utils.py].
     """
     clipped = old_baselines + (baselines - old_baselines).clamp(-epsilon, epsilon)
     losses = (baselines - returns).square(), (clipped - returns).square()
@@ -109,7 +110,7 @@ class Learner(ppo.Learner):
     def critic_terms(
         self, batch: Decisions, epsilon: float
     ) -> tuple[Tensor, dict[str, Tensor]]:
-        """0.5·(value + 0.5·baseline), of the live agents [E1] [E3]."""
+        """0.5·value + 0.25·baseline, live agents [E1] [E3, poca/optimizer_torch.py]."""
         live, (values, baselines) = batch.alive, self._values(batch)
         old, returns = batch.baselines[live], batch.returns[live]
         value = value_loss(values[live], returns)
@@ -183,7 +184,7 @@ class SelfAttention(nn.Module):
     """Residual self-attention over a set, pooled to the mean of live agents [E1].
 
     Scores are divided by the root of H, norms have no parameters, and the residual
-    adds the normalised input [E3].
+    adds the normalised input [E3, torch/attention.py].
     """
 
     def __init__(self, hidden: int):
@@ -220,7 +221,7 @@ class SelfAttention(nn.Module):
 
 
 def layer_norm(x: Tensor) -> Tensor:
-    """(..., H) with mean 0 and variance 1 along H, without parameters [E3]."""
+    """(..., H), mean 0 and variance 1, no parameters [E3, torch/layers.py]."""
     return functional.layer_norm(x, x.shape[-1:], eps=NORM_EPSILON)
 
 

@@ -7,7 +7,8 @@ the learner, whose `update` reads from top to bottom.
     γ    discount (gamma);  λ  (lambd);  ε  clip range (epsilon);  β  weight of entropy
     T    decisions;  M  rows of a minibatch;  K  components of an action
 
-Where this differs from ML-Agents on purpose is listed at the end of the file.
+Where this differs from ML-Agents on purpose is listed at the end of the file.  A file
+beside E3, such as torch/utils.py, is one of its package `mlagents.trainers`.
 """
 
 from collections import defaultdict
@@ -28,11 +29,11 @@ from reference.learning.experience import (
 from reference.learning.networks import Actor, Body, Normaliser, Sizes, value_head
 from reference.learning.settings import TrainerSettings
 
-LEAST_RATE = 1e-10  # [E3] floors of the linear schedules
+LEAST_RATE = 1e-10  # [E3, ppo/optimizer_torch.py] floors of the linear schedules
 LEAST_EPSILON = 0.1
 LEAST_BETA = 1e-5
-ADVANTAGE_EPSILON = 1e-10  # [E3] added to the standard deviation
-ADAM_EPSILON = 1e-8  # [E3]
+ADVANTAGE_EPSILON = 1e-10  # [E3, ppo/trainer.py] added to the standard deviation
+ADAM_EPSILON = 1e-8  # [E3, ppo/optimizer_torch.py]
 
 Summary = dict[str, float]
 """Means by ML-Agents' summary names."""
@@ -44,9 +45,9 @@ Summary = dict[str, float]
 def scheduled(
     start: float, floor: float, step: int, max_steps: int, schedule: str = "linear"
 ) -> float:
-    """A setting at a step: (start − floor)·(1 − min(step, max)/max) + floor [E3].
+    """A setting at a step: (start − floor)·(1 − min(step, max)/max) + floor.
 
-    `constant` stays at its start.
+    `constant` stays at its start [E3, torch/utils.py].
     """
     if schedule == "constant":
         return start
@@ -73,7 +74,7 @@ def gae(
 
 
 def normalised(advantages: Tensor) -> Tensor:
-    """(N,) with mean 0 and deviation 1, once over the whole buffer [E3]."""
+    """(N,), mean 0 and deviation 1 over the whole buffer [E3, ppo/trainer.py]."""
     deviation = advantages.std(correction=0)
     return (advantages - advantages.mean()) / (deviation + ADVANTAGE_EPSILON)
 
@@ -81,7 +82,7 @@ def normalised(advantages: Tensor) -> Tensor:
 def policy_loss(
     log_probs: Tensor, old_log_probs: Tensor, advantages: Tensor, epsilon: float
 ) -> Tensor:
-    """−mean min(ρA, clip(ρ, 1 ± ε)A), per component of the action [E3].
+    """−mean min(ρA, clip(ρ, 1 ± ε)A), per component [E3, torch/utils.py].
 
     log_probs, old_log_probs: (M, K); advantages: (M,), the same for a row's components.
     """
@@ -94,9 +95,9 @@ def policy_loss(
 def value_loss(values: Tensor, returns: Tensor) -> Tensor:
     """Mean (V − R)²; both (M,).
 
-    [E3] ML-Agents clips a value's change, but 0.29.0 reads the old value from the
-    field of the returns, so its clip does nothing. A baseline has its own field, see
-    `poca.baseline_loss`.
+    [E3, torch/utils.py] ML-Agents clips a value's change, but 0.29.0 reads the old
+    value from the field of the returns, so its clip does nothing. A baseline has its
+    own field, see `poca.baseline_loss`.
     """
     return (values - returns).square().mean()
 
@@ -147,7 +148,7 @@ class Learner:
 
     @property
     def full(self) -> bool:
-        """More than `buffer_size` steps wait for an update [E3]."""
+        """More than `buffer_size` steps wait for an update [E3, ppo/trainer.py]."""
         return sum(int(p.alive.sum()) for p in self.buffer) > self.settings.buffer_size
 
     def update_normalisers(self, trajectories: Sequence[Trajectory]) -> None:
@@ -235,7 +236,7 @@ class Learner:
     ) -> tuple[Tensor, dict[str, Tensor]]:
         """The summed loss of a minibatch, and its parts by their summary names.
 
-        policy + 0.5·value − β·entropy, over the agents that are there [E2] [E3].
+        policy + 0.5·value − β·entropy, live agents [E2] [E3, ppo/optimizer_torch.py].
         """
         live, said = batch.alive, self.actor(batch.vectors, batch.grids)
         old, advantages = batch.log_probs[live], batch.advantages[live]
@@ -255,7 +256,7 @@ class Learner:
         return 0.5 * value, {"Losses/Value Loss": value}
 
     def schedules(self) -> tuple[float, float, float]:
-        """Learning rate, ε and β at this step [E3]."""
+        """Learning rate, ε and β at this step [E3, ppo/optimizer_torch.py]."""
         s, at, end = self.settings, self.steps, self.settings.max_steps
         return (
             scheduled(s.learning_rate, LEAST_RATE, at, end, s.learning_rate_schedule),
@@ -268,7 +269,7 @@ class Learner:
         return {"Policy/Extrinsic Value Estimate": float(values.mean())}
 
 
-# -- Deliberate differences from ML-Agents, here and in `poca` [E3, chosen] ----------
+# -- Deliberate differences from ML-Agents, here and in `poca` [E3, deviation] -------
 #
 # * minibatches shuffle whole group decisions, not single agents' rows: a group is
 #   encoded once; mates' targets are alike, so the critic's gradient is noisier (6.7

@@ -17,10 +17,10 @@ Side = Literal["robots", "fire"]
 SIDES: tuple[Side, ...] = ("robots", "fire")
 
 ATTENTION_HEADS = 4
-"""[E3] of MA-POCA's critic: its width, `hidden_units`, is divided among them."""
+"""[E3, torch/attention.py] `hidden_units` is divided among them."""
 
 REWARD_SCALE = 0.001
-"""[E3, chosen] an episode is worth thousands of health points; scaled returns are of
+"""[E4, deviation] an episode is worth thousands of health points; scaled returns are of
 order one, since the baseline's clip (epsilon) is in units of return."""
 
 HYPER, NETWORK = ("hyperparameters",), ("network_settings",)

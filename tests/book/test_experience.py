@@ -88,7 +88,7 @@ def test_there_are_as_many_minibatches_as_whole_batches_of_steps(T, G, size, see
     assert len(rows) == len(set(rows))
 
 
-@pytest.mark.paper("E3")
+@pytest.mark.paper("E3", "deviation")
 def test_a_batch_smaller_than_the_group_is_one_decision_of_it():
     """Nothing would be the mean of no rows, which is no number."""
     assert [len(b) for b in drawn(numbered("##", "##", "##"), 2)] == [1, 1]

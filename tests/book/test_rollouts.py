@@ -65,7 +65,7 @@ def replayed(episode: Episode, environment: Environment):
 @pytest.mark.paper("C8")
 @pytest.mark.paper("D6")
 @pytest.mark.paper("E3")
-@pytest.mark.paper("E4", "chosen")
+@pytest.mark.paper("E4", "deviation")
 @pytest.mark.parametrize(
     ("seconds", "robots_go_on", "fire_goes_on"),
     [(30, 4, True), (95, 2, False), (200, 0, False)],

@@ -95,7 +95,7 @@ def test_equation_7_sums_over_as_many_floors_as_there_are(name):
     ("losses", "starters", "best"),
     [
         ([25 / 3] * 3, THIRD, 14_000),
-        ([25 / 3] * 3, (13, 13, 14), 10_970),
+        ([25 / 3] * 3, (14, 13, 13), 10_808),
         ([10, 20, 30], (0, 0, 1), 70 + 50 + 40 + FIXED_REWARD),
         ([60, 60, 60], (0, 0, 1), 40 + FIXED_REWARD),
     ],
@@ -103,7 +103,7 @@ def test_equation_7_sums_over_as_many_floors_as_there_are(name):
 )
 def test_what_is_lost_on_one_floor_is_missing_on_the_next(losses, starters, best):
     """40 (3·100 - 6·8.33 + 100) = 14000, when all start on the third floor."""
-    assert best_reward_carried(losses, starters) == pytest.approx(best, rel=1e-3)
+    assert best_reward_carried(losses, starters) == pytest.approx(best, abs=1)
 
 
 @pytest.mark.paper("F12")

@@ -242,7 +242,7 @@ def test_the_fires_action_is_read_at_every_fifth_decision():
     assert all(isinstance(event, FireRefused) for event in others)  # it burns there
 
 
-@pytest.mark.paper("D2")
+@pytest.mark.paper("D2", "deviation")
 @pytest.mark.parametrize(
     ("number", "floor"), [(-1, 0), (-0.34, 0), (-0.3, 1), (0.3, 1), (0.34, 2), (1, 2)]
 )
@@ -281,6 +281,7 @@ def test_every_robot_is_paid_what_the_group_earns():
     assert total == pytest.approx(group_reward(environment.simulation.events))
 
 
+@pytest.mark.paper("D2", "chosen")
 @pytest.mark.paper("D6")
 def test_the_fire_is_paid_what_the_robots_lose_less_its_penalties():
     """A refused fire costs it something, in training."""

@@ -254,7 +254,7 @@ def test_a_stuck_follower_without_leader_waits_before_leading():
     assert 0 <= sim.world.time - STUCK_WAIT_SECONDS <= SOON
 
 
-@pytest.mark.paper("B5", "chosen")
+@pytest.mark.paper("B5", "Alg. 1:10-11", "deviation")
 @pytest.mark.parametrize(
     ("after", "mode"), [(-0.5, Mode.FOLLOWER), (SOON, Mode.LEADER)]
 )
@@ -710,7 +710,7 @@ def test_a_robot_in_view_is_always_suitable():
     assert mind(sim, "p").leader == sim.world.robots[0].body
 
 
-@pytest.mark.paper("B6", "Alg. 2:6-7, chosen")
+@pytest.mark.paper("B6", "Alg. 2:5-7", "deviation")
 def test_a_robot_in_view_is_followed_though_a_door_is_wanted():
     """The door is nearer, and without the robot p would go there."""
     sim = leading("############\n#..+p..R...E\n############")

@@ -231,7 +231,7 @@ def test_who_walks_down_the_stairs_is_seen_there():
 # -- The order of the observer ------------------------------------------------------
 
 
-@pytest.mark.paper("C4")
+@pytest.mark.paper("C4", "deviation")
 def test_of_the_robots_the_observer_comes_first():
     """Else team mates would have the same observation and do the same."""
     sim = scene(seconds=60, seed=2)
@@ -251,7 +251,7 @@ def test_after_the_observer_come_its_team_and_then_the_others():
     assert decoded(sim, 3).robots[0].tolist() == decoded(sim, 2).robots[1].tolist()
 
 
-@pytest.mark.paper("C4")
+@pytest.mark.paper("C4", "deviation")
 def test_people_of_the_own_floor_come_nearest_first():
     """p is 3 m from the robot of its floor, q is 4 m; then those upstairs."""
     sim = stage(TWO_FLOORS)
@@ -304,7 +304,7 @@ def test_robots_and_the_fire_are_told_the_same(name):
     assert (fire.fires != SENTINEL).any() and fire.time.item() == pytest.approx(40)
 
 
-@pytest.mark.paper("E4", "chosen")
+@pytest.mark.paper("E4", "deviation")
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_a_scaled_vector_lies_between_its_bounds(name):
     """-1 is a number's lower bound, 1 its upper one, 0 halfway, from end to end."""

@@ -155,7 +155,7 @@ def test_a_trajectory_goes_on_from_a_value_unless_the_agent_is_done(
         assert torch.allclose(found[first:last, agent], expected, atol=1e-6)
 
 
-@pytest.mark.paper("E3")
+@pytest.mark.paper("E4", "deviation")
 def test_rewards_are_scaled_before_anything_is_learnt_from_them():
     """By `reward_scale`, ours, and `strength`, the original's."""
     t = life("#", sizes=MIXED, rewards=np.array([300.0]))

@@ -51,6 +51,7 @@ def test_nothing_else_is_worth_anything_to_the_robots():
     assert group_reward([DoorBurnt(1.0, 3), FireLit(1.0, 0, 0.5, 0.5), REFUSED]) == 0
 
 
+@pytest.mark.paper("D2", "chosen")
 @pytest.mark.paper("D6")
 def test_the_fire_gains_what_the_robots_lose_and_pays_for_refusals():
     """A certain reward is deducted for each."""

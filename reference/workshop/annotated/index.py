@@ -216,6 +216,11 @@ def kinds_of(clause: str) -> list[str]:
     return [kind, *(each for each in KINDS if each in tagged - {kind})]
 
 
+def clauses_with(kind: str) -> list[str]:
+    """The clauses that are of a kind, or that the code tags with it."""
+    return [clause for clause in CLAUSES if kind in kinds_of(clause)]
+
+
 # -- Tests --------------------------------------------------------------------------
 
 

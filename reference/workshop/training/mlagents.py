@@ -211,7 +211,7 @@ def _flat(section: Mapping[Any, Any], over: str = "") -> dict[str, Any]:
 
 
 def _number(value: Any) -> Any:
-    """Read 1e-4, a word to YAML, and 5.0e6, no whole number to it, as numbers [E3]."""
+    """Read 1e-4, a word to YAML, and 5.0e6, none whole [E3, settings.py]."""
     try:
         real = float(value) if isinstance(value, str | float) else value
     except ValueError:
