@@ -296,6 +296,6 @@ class Learner:
 #   each agent's own); a summary's row stands at the step where its round ended (the
 #   original: at multiples of `summary_freq`);
 # * a training that begins with a policy learned before takes the actor alone (the
-#   original: whatever fits); one `keep_checkpoints` counts for both sides;
+#   original: whatever fits);
 # * rewards are scaled by `reward_scale` before anything is learned from them (the
 #   original's own scale is `strength`, which multiplies it here).

@@ -80,6 +80,36 @@ def test_a_checkpoint_is_kept_every_checkpoint_interval_steps(side, interval, tm
     assert kept == [f"checkpoint-{number:06}.pt" for number in (0, 2, 3)]
 
 
+class Counted(Training):
+    """Learns nothing: a round is ten decisions of the robots and one of the fire."""
+
+    def learn(self, episodes):
+        """Count the steps."""
+        self.round += 1
+        self.learners["robots"].steps += 10
+        self.learners["fire"].steps += 1
+        return []
+
+
+@pytest.mark.paper("E1", "Tab. I")
+@pytest.mark.paper("E2", "Tab. II")
+def test_each_side_keeps_as_many_checkpoints_as_its_table_says(tmp_path, monkeypatch):
+    """Robots two, every third round; the fire three, every second; both the last one.
+
+    What a stop leaves is nobody's and goes when another one comes: 11.
+    """
+    robots = {"checkpoint_interval": 30, "keep_checkpoints": 2, "max_steps": 130}
+    fire = {"checkpoint_interval": 2, "keep_checkpoints": 3, "max_steps": 13}
+    monkeypatch.setattr("reference.workshop.training.loop._play", lambda jobs: [])
+    training = Counted(begun(tiny(robots=robots, fire=fire)).task)
+    kept = []
+    for rounds in (8, 3, None):
+        trained(training, tmp_path, rounds)
+        kept.append([int(path.stem[-6:]) for path in sorted(tmp_path.glob("*.pt"))])
+        training = Counted.resumed(load(tmp_path))
+    assert kept == [[3, 4, 6, 8], [6, 8, 9, 10, 11], [10, 12, 13]]
+
+
 @pytest.mark.paper("E6")
 def test_both_sides_learn_from_the_same_episodes(whole):
     """Their rows tell of the same episodes, at their own decision rates."""

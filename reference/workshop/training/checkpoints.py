@@ -6,7 +6,7 @@ where it does not belong.
 """
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields, replace
 from io import BytesIO
@@ -97,11 +97,12 @@ class Checkpoint:
 # -- Files --------------------------------------------------------------------------
 
 
-def keep(checkpoint: Checkpoint, folder: Path, most: int) -> Path:
-    """Write a checkpoint into a folder, keep the `most` newest; return its path."""
-    path = folder / f"checkpoint-{checkpoint.round:06}.pt"
+def keep(checkpoint: Checkpoint, folder: Path, rounds: Iterable[int] = ()) -> Path:
+    """Write a checkpoint; delete the folder's others but for these rounds'."""
+    numbers = checkpoint.round, *rounds
+    path, *kept = (folder / f"checkpoint-{number:06}.pt" for number in numbers)
     save(checkpoint, path)
-    for old in _in(folder)[:-most]:
+    for old in {*_in(folder)} - {path, *kept}:
         old.unlink(missing_ok=True)
     return path
 

@@ -5,14 +5,16 @@ workers nor an interruption between two rounds changes the result.
 """
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
+from itertools import chain
 from pathlib import Path
 from typing import NoReturn
 
 from tqdm import tqdm
 
 from reference.learning.rollouts import Episode, Job, play
+from reference.learning.settings import Side
 from reference.workshop.files import Table, make_folder
 from reference.workshop.lockstep import together
 from reference.workshop.training.checkpoints import keep, newest
@@ -47,9 +49,9 @@ def train(
         tables.append(Board(folder / "tensorboard", training.learners))
     make_folder(folder)
     if newest(folder) is None:
-        _save(training, folder)
+        _save(training, folder, training.learners)
     tables.append(table_until(folder, training.round if training.imitated else -1))
-    kept = _intervals(training)
+    over = _intervals(training)
     with _bar(training) as bar:
         while not training.over and not stop():
             # PLAY
@@ -63,10 +65,10 @@ def train(
                 table.append(rows)
             _show(bar, training, rows)
             # KEEP
-            if _intervals(training) != kept:
-                kept = _intervals(training)
-                _save(training, folder)
-    return _save(training, folder)
+            before, over = over, _intervals(training)
+            if due := [side for side in over if over[side] != before[side]]:
+                _save(training, folder, due)
+    return _save(training, folder, training.learners if training.over else ())
 
 
 def _play(jobs: Sequence[Job]) -> list[Episode]:
@@ -75,16 +77,23 @@ def _play(jobs: Sequence[Job]) -> list[Episode]:
         return play(*jobs, advance=together)
 
 
-def _save(training: Training, folder: Path) -> Path:
-    most = max(who.settings.keep_checkpoints for who in training.learners.values())
-    return keep(training.checkpoint(), folder, most)
+def _save(training: Training, folder: Path, due: Iterable[Side]) -> Path:
+    """Write a checkpoint; each side keeps its newest `keep_checkpoints` [E1] [E2].
+
+    due: whose it is; one that a stop leaves is nobody's, and goes when another comes
+    """
+    for side in due:
+        most = training.learners[side].settings.keep_checkpoints
+        rounds = dict.fromkeys([*training.kept[side], training.round])
+        training.kept = training.kept | {side: [*rounds][-most:]}
+    return keep(training.checkpoint(), folder, chain(*training.kept.values()))
 
 
-def _intervals(training: Training) -> list[int]:
-    """How many checkpoint_intervals are over; imitation is one more."""
-    both = training.learners.values()
-    over = [who.steps // who.settings.checkpoint_interval for who in both]
-    return [training.imitated, *over]
+def _intervals(training: Training) -> dict[Side, int]:
+    """How many checkpoint_intervals of each side are over; imitation is one more."""
+    both = training.learners.items()
+    over = {side: who.steps // who.settings.checkpoint_interval for side, who in both}
+    return {side: number + training.imitated for side, number in over.items()}
 
 
 def _bar(training: Training) -> "tqdm[NoReturn]":

@@ -45,7 +45,7 @@ OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
 OF_NETWORK = ("head", "hidden_units", "num_layers", "normalize", "commitment", "spread")
 """Rows of settings on which the meaning of a network's weights depends."""
 
-PROGRESS = ("episodes", "imitated", "latest")  # of a training, plain data
+PROGRESS = ("episodes", "imitated", "kept", "latest")  # of a training, plain data
 
 
 class Training:
@@ -53,6 +53,7 @@ class Training:
 
     round  rounds that are over;  episodes  that were learned from;  latest  means of
     the last round's facts;  imitated  whether copying, if asked for, is over
+    kept   rounds of the checkpoints that each side keeps, oldest first
     """
 
     def __init__(self, task: Task):
@@ -64,6 +65,7 @@ class Training:
         self.round = self.episodes = 0
         self.imitated = task.imitate is None
         self.latest: dict[str, float] = {}
+        self.kept: dict[Side, list[int]] = {side: [] for side in self.learners}
 
     # -- Whose turn it is -----------------------------------------------------------
 
