@@ -54,7 +54,7 @@ WORKSHOP = (
     "workshop.frame",  # how a robot's policy reads and speaks: from where it stands
     "workshop.strategies",  # hand-written robots and fires, by name
     "workshop.heads",  # other heads than the paper's
-    "workshop.remedies",  # what helps learning: other frames, other rewards
+    "workshop.remedies",  # what helps learning: other frames, heads, credit
     "workshop.training",  # trainings, kept in files:
     "workshop.training.presets",  # whole settings: tiny, laptop, paper
     "workshop.training.mlagents",  # ML-Agents' trainer files

@@ -19,12 +19,12 @@ import numpy as np
 from reference.building import Building
 from reference.fire import Decision
 from reference.game import observations
-from reference.game.rewards import fire_reward, group_reward
+from reference.game.rewards import fire_reward, robot_reward
 from reference.paper import Scenario
 from reference.robots import Destination, Destinations
 from reference.simulation import Simulation
 from reference.strategies import FireStrategy, RobotStrategy
-from reference.world import Robot, World
+from reference.world import Event, Robot, World
 
 FIRE = "fire_0"
 
@@ -114,8 +114,8 @@ class Environment:
     An observation has a "vector" (`observations.vector_layout`) and the "grid", both
     float32.  An action is clipped to [-1, 1]: a robot's is (2,) x, y, or all nan to
     keep the old destination; the fire's is (3,) a floor, x, y.  Robots are paid the
-    group's reward, the fire its own [E5] [D6].  An agent's info `acts` is 1 if its next
-    action is read and else 0.
+    group's reward, or by `credit`, the fire its own [E5] [D6].  An agent's info `acts`
+    is 1 if its next action is read and else 0.
     """
 
     def __init__(
@@ -124,13 +124,16 @@ class Environment:
         scenario: Scenario | None = None,
         robots: RobotStrategy | None = None,
         fire: FireStrategy | None = None,
+        credit: str = "group",
     ):
         """robots, fire: None for agents, or the strategy that plays this side.
+
+        credit: what robots are paid, see `robot_reward`.
 
         Raises ValueError for more people than fit, and if there is nobody to act.
         """
         self.building, self._asked = building, scenario or Scenario()
-        self._robots, self._fire = robots, fire
+        self._robots, self._fire, self._credit = robots, fire, credit
         self._begin(seed=0)
         count = len(self.simulation.world.robots) if robots is None else 0
         self._robot_agents = [f"robot_{k}" for k in range(count)]
@@ -150,6 +153,7 @@ class Environment:
             self._agent_fire if self._fire is None else deepcopy(self._fire),
             seed,
         )
+        self._began = self.simulation.world.bodies.floor.tolist()
         self.decision = 0
 
     def reset(
@@ -206,9 +210,15 @@ class Environment:
         cut = dict.fromkeys(there, done and inside)
         self.agents = [a for a in there if not (ended[a] or cut[a])]
         events = self.simulation.events[self._already :]
-        group, fire = group_reward(events), fire_reward(events)  # [E5] [D6]
-        rewards = {agent: fire if agent == FIRE else group for agent in there}
+        rewards = {agent: self._reward(agent, events) for agent in there}
         return self._observed(there), rewards, ended, cut, self._infos(there)
+
+    def _reward(self, agent: str, events: Sequence[Event]) -> float:
+        """What an agent is paid for the events of a step [E5] [D6]."""
+        if agent == FIRE:
+            return fire_reward(events)
+        robot = self.simulation.world.robots[self._robot_agents.index(agent)]
+        return robot_reward(events, self._credit, robot.floor, self._began)
 
     def _at_work(self) -> dict[str, bool]:
         """Tell which agents have something to do; the fire always has."""

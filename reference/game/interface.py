@@ -1,6 +1,6 @@
 """How a network reads what a side observes, and speaks what it does: as the paper does.
 
-Clauses: C1, C3, C5, D1, D2, E3, E4.  The environment's actions are coordinates of the
+Clauses: C1, C3, C5, D1, D2, E3-E5.  The environment's actions are coordinates of the
 whole floor, in [-1, 1].  A subclass may read and speak otherwise, `workshop.remedies`.
 
     G    agents of a side;  R  robots, the fire's G is 1
@@ -47,6 +47,7 @@ class Sizes:
     vector      V;  grid  (channels, height, width)
     continuous  Gaussian components;  branches  options of each discrete branch
     head        makes another head than the paper's, given the hidden units
+    kinds       (G,) which of several rewards each agent is paid; (): all the same
     """
 
     vector: int
@@ -54,20 +55,32 @@ class Sizes:
     continuous: int = 0
     branches: tuple[int, ...] = ()
     head: Callable[[int], Any] | None = None
+    kinds: tuple[int, ...] = ()
 
 
 class Interface:
     """Between the environment and one side's network."""
 
-    def __init__(self, side: str, building: Building, scenario: Scenario):
+    def __init__(
+        self, side: str, building: Building, scenario: Scenario, credit: str = "group"
+    ):
+        """credit: what agents are paid, see `robot_reward`."""
         self.side, self.building, self.scenario = side, building, scenario
-        self.layout = vector_layout(building, scenario)
+        self.layout, self.credit = vector_layout(building, scenario), credit
 
     @property
     def sizes(self) -> Sizes:
         """What goes in and comes out [C1] [C3] [C5] [D2]."""
         branches = (self.building.floors,) if self.side == "fire" else ()
-        return Sizes(self.layout.size, grid_shape(self.building), AXES, branches)
+        shape = self.layout.size, grid_shape(self.building)
+        return Sizes(*shape, AXES, branches, kinds=self.kinds)
+
+    @property
+    def kinds(self) -> tuple[int, ...]:
+        """Which reward each robot is paid: its floor's, or all the group's [E5]."""
+        floors, team = range(self.building.floors), self.scenario.robots_per_floor
+        each = tuple(floor for floor in floors for _ in range(team))
+        return each if self.credit == "floor" else ()
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(N, V) float32, what a network reads of observations (N, V).

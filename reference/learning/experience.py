@@ -35,7 +35,7 @@ class Trajectory:
     actions    (T, G, K) float32, as a `Policy` stores them
     log_probs  (T, G, K) float32, of the actions when they were sampled; a head may
                have one for all components
-    rewards    (T,) of the group, or of the only agent; health points
+    rewards    (T, G) of each agent, or (T,) of all alike; health points
     """
 
     vectors: np.ndarray

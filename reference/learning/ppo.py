@@ -163,6 +163,7 @@ class Learner:
         """Compute a trajectory's values, advantages and returns."""
         decisions = decisions_of(t)
         rewards = torch.from_numpy(t.rewards).float() * self.reward_scale
+        rewards = rewards.reshape(len(t), -1).expand_as(decisions.alive)
         spans = list(segments(t.alive, self.settings.time_horizon))
         ends = sorted({last - 1 for _, last, _ in spans})
         decisions.values, decisions.baselines = self._values(decisions)
@@ -171,7 +172,7 @@ class Learner:
         for first, last, agents in spans:
             span = slice(first, last)
             A, R = self._targets(
-                rewards[span, None].expand(-1, len(agents)),
+                rewards[span, agents],
                 decisions.values[span, agents],
                 decisions.baselines[span, agents],
                 next_values[last - 1, agents],
@@ -285,7 +286,7 @@ class Learner:
 #   measured on the minibatches (the original: when agents act); estimates are means
 #   over decisions, in scaled reward (the original: of trajectories' means);
 # * whole rounds arrive before the buffer is checked: an update uses more steps than the
-#   original's, with preset `paper` less than 10 %; training stops at `max_steps`, the
+#   original's, with preset `paper` less than 15 %; training stops at `max_steps`, the
 #   original at the first step beyond;
 # * agents cut off by time are bootstrapped, as in the original, but not a fire that has
 #   lit its last source: it has nothing left to do, and no value was learned for that;

@@ -6,6 +6,7 @@ a network serves all of them; an episode's randomness depends on its own seed al
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -87,9 +88,11 @@ def _begun(job: Job) -> "list[_Run]":
         for side, who in sides.items()
         if isinstance(who, Learned)
     }
-    scripts = [None if side in players else who for side, who in sides.items()]
+    scripts: Any = {s: None if s in players else who for s, who in sides.items()}
+    if "robots" in players:
+        scripts["credit"] = players["robots"].interface.credit
     return [
-        _Run(Environment(building, job.scenario, *scripts), seed, players)
+        _Run(Environment(building, job.scenario, **scripts), seed, players)
         for seed in job.seeds
     ]
 
@@ -109,7 +112,6 @@ class _Run:
     """One running episode: what its recorded sides see, do and are paid.
 
     vectors, actions  by agent, the last ones;  agents, records, rewards  by side
-    now               seconds, and how many people are inside
     """
 
     def __init__(
@@ -118,7 +120,6 @@ class _Run:
         self.environment, self.seed, self.players = environment, seed, players
         seen, self.infos = environment.reset(seed)
         self.simulation = environment.simulation
-        self.now = self._now()
         self.vectors = {agent: found["vector"] for agent, found in seen.items()}
         self.actions = {agent: np.zeros(action_size(agent)) for agent in seen}
         self.agents: dict[Side, list[str]] = {
@@ -128,7 +129,7 @@ class _Run:
         streams = enumerate(SIDES, 1)  # beside the simulation's own
         self.rngs = {side: np.random.default_rng([seed, k]) for k, side in streams}
         self.records: dict[Side, list[Record]] = {side: [] for side in players}
-        self.rewards: dict[Side, list[float]] = {side: [] for side in players}
+        self.rewards: dict[Side, list[np.ndarray]] = {side: [] for side in players}
 
     def moment(self, side: Side) -> Moment:
         """Collect what the side's player needs; alive: whose actions are read now."""
@@ -142,24 +143,19 @@ class _Run:
         """Record a decision, with no reward yet."""
         self.actions.update(zip(self.agents[side], actions, strict=True))
         self.records[side].append(record)
-        self.rewards[side].append(0.0)
-
-    def _now(self) -> tuple[float, int]:
-        return self.simulation.world.time, sum(self.simulation.world.occupancy)
+        self.rewards[side].append(np.zeros(len(self.agents[side])))
 
     def see(self) -> None:
         """End the step; add its rewards to a side's last decision.
 
-        What happens before its first decision is not learned from.
+        What happens before its first decision is not learned from, nor is what an agent
+        that has left would be paid.
         """
         seen, rewards, _, _, self.infos = self.environment.end_step()
         self.vectors |= {agent: found["vector"] for agent, found in seen.items()}
-        (time, before), self.now = self.now, self._now()
-        step = before - self.now[1], time, self.simulation.scenario.decision_seconds
         for side, paid in self.rewards.items():
-            mine = [rewards[a] for a in self.agents[side] if a in rewards]
-            if mine and paid:
-                paid[-1] += mine[0] + self.players[side].settings.extra_reward(*step)
+            if paid:
+                paid[-1] += [rewards.get(agent, 0.0) for agent in self.agents[side]]
 
     def episode(self) -> Episode:
         """Make the whole episode, once it is over."""
@@ -189,7 +185,7 @@ class _Run:
             name: np.stack([row[name] for row in [*records, last] if name in row])
             for name in records[0]
         }
-        return Trajectory(rewards=np.array(self.rewards[side]), **columns)
+        return Trajectory(rewards=np.stack(self.rewards[side]), **columns)
 
     def _cut_off(self, side: Side) -> np.ndarray | bool:
         """(G,) bool, or one for all: has time left them with something to decide?"""

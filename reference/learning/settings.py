@@ -81,11 +81,3 @@ class TrainerSettings:
     ) -> Interface:
         """How this side's networks read and speak: as the paper does."""
         return Interface(side, building, scenario)
-
-    def extra_reward(self, gone: int, time: float, seconds: float) -> float:
-        """A reward beside the game's; the paper has none.
-
-        gone: people who left or died during a decision of so many seconds that began
-        at `time`.
-        """
-        return 0.0

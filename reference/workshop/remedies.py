@@ -1,7 +1,7 @@
-"""What helps learning, beside the paper: other ways to read and speak, other rewards.
+"""What helps learning, beside the paper: other ways to read and speak, other credit.
 
-Clauses: C5, C7, D2, E3.  The trainers compute what ML-Agents computes; settings with
-remedies give them another `Interface`, with another head, and shape the reward.
+Clauses: C5, C7, D2, E3, E5.  The trainers compute what ML-Agents computes; settings
+with remedies give them another `Interface`, with another head, and other credit.
 
     floor    the paper's Gaussian: coordinates of the whole floor
     frame    one Gaussian in a robot's own frame, `workshop.frame`
@@ -22,9 +22,10 @@ import numpy as np
 from reference.building import Building
 from reference.game.interface import AXES, Interface, Sizes
 from reference.game.observations import from_normalised, grid_shape, to_normalised
+from reference.game.rewards import CREDITS
 from reference.learning.settings import ATTENTION_HEADS, Row, Side, TrainerSettings
 from reference.navigation import navigation_of
-from reference.paper import HEALTH_SECONDS, Scenario
+from reference.paper import Scenario
 from reference.workshop.frame import UNIT, View
 from reference.workshop.plain import SettingsError, check_rows
 from reference.workshop.strategies.fires import places_beside
@@ -38,7 +39,7 @@ LIT = 2.0
 
 @dataclass(frozen=True)
 class SideSettings(TrainerSettings):
-    """A table with remedies; all are off in Tables I and II [C5, C7, E3, chosen].
+    """A table with remedies; all are off in Tables I and II [C5, C7, E5, chosen].
 
     head        how policies read and speak: see this module
     spread      metres, standard deviation of a mixture around each anchor
@@ -48,14 +49,15 @@ class SideSettings(TrainerSettings):
     commitment  logit bonus of the anchor "where I am headed"; without it a new policy
                 would turn round before it arrives anywhere
     masks       a mixture may not mean what helps nobody, `workshop.frame`
-    shaping     weight, health points per human inside, of `extra_reward`
+    credit      group: robots are paid the group's reward, as in the paper; floor: each
+                the part of it that it can touch, see `robot_reward`
     """
 
     head: Annotated[str, Row(None, ("floor", "frame", "mixture"))] = "floor"
     spread: Annotated[float, Row(None, low=0.01)] = 0.4
     commitment: Annotated[float, Row(None, low=0)] = 0.0
     masks: Annotated[bool, Row(None)] = False
-    shaping: Annotated[float, Row(None, low=0)] = 0.0
+    credit: Annotated[str, Row(None, CREDITS)] = "group"
 
     def __post_init__(self) -> None:
         check_rows(self)
@@ -75,21 +77,10 @@ class SideSettings(TrainerSettings):
     ) -> Interface:
         """How this side's networks read and speak."""
         if self.head == "floor":
-            return Interface(side, building, scenario)
+            return Interface(side, building, scenario, self.credit)
         if side == "fire":
             return MixtureOfFire(building, scenario, self)
         return RobotsFrame(building, scenario, self)
-
-    def extra_reward(self, gone: int, time: float, seconds: float) -> float:
-        """Shape a decision's reward by a potential, health points: γΦ' − Φ.
-
-        [E3, chosen] Φ = −shaping·γ^k·(people inside), k decisions before health ends:
-        the deaths that time alone will cause. Potential-based shaping (Ng, Harada and
-        Russell 1999) does not change the optimal policy, but these deaths no longer
-        hide the effect of a decision.
-        """
-        k = max(0.0, (HEALTH_SECONDS - time) / seconds)
-        return self.shaping * gone * self.gamma**k
 
 
 # -- Interfaces ---------------------------------------------------------------------
@@ -104,7 +95,7 @@ class RobotsFrame(Interface):
     """
 
     def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):
-        super().__init__("robots", building, scenario)
+        super().__init__("robots", building, scenario, settings.credit)
         self.settings, self.mixes = settings, settings.head == "mixture"
         view = self._view(np.zeros((1, self.layout.size)), np.full((1, 2), np.nan))
         self.size: int = view.numbers().shape[1]
@@ -122,7 +113,8 @@ class RobotsFrame(Interface):
         head: Callable[[int], Any] = partial(FrameHead, continuous=AXES)
         if self.mixes:
             head = partial(MixtureHead, (self.anchors, AXES), s.spread, s.commitment)
-        return Sizes(self.size, grid_shape(self.building), AXES, head=head)
+        shape = self.size, grid_shape(self.building)
+        return Sizes(*shape, AXES, head=head, kinds=self.kinds)
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(N, V) float32, what robots see in their frames."""

@@ -9,7 +9,7 @@ from movies import fire_named, robots_named, shipped, turns
 
 from reference.game import observations
 from reference.game.environment import FIRE, Environment, action_size
-from reference.game.rewards import fire_reward, group_reward
+from reference.game.rewards import fire_reward, group_reward, robot_reward
 from reference.paper import DECISION_SECONDS, Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
@@ -279,6 +279,24 @@ def test_every_robot_is_paid_what_the_group_earns():
         total, seen = total + sum(paid), seen + 1
     assert seen == environment.decision
     assert total == pytest.approx(group_reward(environment.simulation.events))
+
+
+@pytest.mark.paper("E5", "chosen")
+def test_by_floor_a_robot_is_paid_the_part_that_it_can_touch():
+    """Until it leaves, step by step; two of a floor alike, and others otherwise."""
+    world = shipped("paper"), Scenario(people=20, training=True)
+    environment = Environment(*world, credit="floor")
+    began = environment.simulation.world.bodies.floor.tolist()
+    paid = dict.fromkeys(environment.possible_agents, 0.0)
+    for _, rewards, *_ in episode(environment, seed=0)[1:]:
+        for agent, reward in rewards.items():
+            paid[agent] += reward
+    events = environment.simulation.events
+    whole = [robot_reward(events, "floor", k, began) for k in range(3)]
+    assert paid["robot_0"] == paid["robot_1"] == pytest.approx(whole[0])
+    assert paid["robot_4"] == paid["robot_5"] == pytest.approx(whole[2])
+    assert len({*whole, group_reward(events)}) == 4
+    assert paid[FIRE] == pytest.approx(fire_reward(events))
 
 
 @pytest.mark.paper("D2", "chosen")

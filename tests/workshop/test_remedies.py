@@ -1,8 +1,6 @@
-"""What helps learning: heads, ways to read and speak, a shaped reward."""
+"""What helps learning: heads, ways to read and speak."""
 
 import math
-from dataclasses import replace
-from itertools import pairwise
 
 import lives
 import numpy as np
@@ -15,7 +13,7 @@ from reference.game.environment import fire_decision
 from reference.game.observations import fire_vector
 from reference.learning.networks import REFUSED, GaussianHead
 from reference.navigation import navigation_of
-from reference.paper import HEALTH_SECONDS, Scenario
+from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots
 from reference.workshop.frame import UNIT
@@ -147,16 +145,3 @@ def test_where_a_fire_burns_none_is_lit_again():
     assert allowed().all()
     world.flames.sources.append(FireLit(0.0, int(storey), float(x), float(y)))
     assert not allowed()[3] and allowed().sum() >= K - 3
-
-
-@pytest.mark.paper("E3")
-def test_shaping_changes_every_discounted_return_by_the_same():
-    """By what the potential was at the beginning, whoever leaves or dies when."""
-    gamma, seconds = 0.97, 5.0
-    settings = replace(preset("laptop").robots, gamma=gamma, shaping=1.0)
-    for inside in ([40, 40, 31, 7, 0], [40, 12, 12, 12, 0], [40, 40, 40, 40, 0]):
-        paid = [
-            gamma**k * settings.extra_reward(before - after, k * seconds, seconds)
-            for k, (before, after) in enumerate(pairwise(inside))
-        ]
-        assert sum(paid) == pytest.approx(40 * gamma ** (HEALTH_SECONDS / seconds))

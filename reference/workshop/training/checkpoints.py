@@ -32,7 +32,7 @@ from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.presets import Settings
 
 KIND = "checkpoint of fire-rescue-reference"
-FORMAT = 6
+FORMAT = 7
 """Grows whenever observations, actions or networks come to mean something else."""
 
 PLAYERS = ("fixed", "initial")  # of a task

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
+from reference.game.rewards import CREDITS
 from reference.learning.settings import Row
 from reference.paper import TABLE_I, TABLE_II, Scenario
 from reference.workshop.plain import (
@@ -22,7 +23,7 @@ from reference.workshop.remedies import SideSettings
 
 SMALLER = tomllib.loads(Path(__file__).with_name("presets.toml").read_text("utf-8"))
 PRESETS = ("tiny", "laptop", "paper")
-OF_ROBOTS = ("commitment", "masks", "shaping")  # rows that the fire cannot have
+OF_ROBOTS = ("commitment", "masks", "credit")  # rows that the fire cannot have
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class Settings:
         check_rows(self)
         if self.fire.trainer_type != "ppo":
             raise SettingsError("fire: trainer_type must be ppo: one fire is no group")
-        odd = [name for name in OF_ROBOTS if getattr(self.fire, name)]
+        odd = [n for n in OF_ROBOTS if getattr(self.fire, n) not in (0, CREDITS[0])]
         if odd or self.fire.head == "frame":
             raise SettingsError(f"fire: {[*odd, 'frame'][0]} is about robots that walk")
         if not self.scenario.training:
@@ -84,7 +85,7 @@ def preset(name: str) -> Settings:
         robots=record_from(SideSettings, TABLE_I, "Table I"),  # [E1, Tab. I]
         fire=record_from(SideSettings, TABLE_II, "Table II"),  # [E2, Tab. II]
         scenario=Scenario(training=True),  # [D6]
-        episodes_per_job=2,
-        jobs_per_round=4,  # [E1, chosen] a round fills under 10 % of Table I's buffer
+        episodes_per_job=8,
+        jobs_per_round=2,  # [E1, chosen] a round fills under 15 % of Table I's buffer
     )
     return changed(paper, {"preset": name} | SMALLER.get(name, {}), name)
