@@ -68,7 +68,6 @@ def with_people_at(
     world = World(
         building=building,
         time=0.0,
-        occupancy=occupancy(bodies, building.floors),
         bodies=bodies,
         minds=[Mind(Mode.FOLLOWER) for _ in place],
         robots=_robots(building, scenario.robots_per_floor, len(bodies)),
@@ -78,11 +77,6 @@ def with_people_at(
     for robot in world.robots:
         robot.active = world.anybody_at_or_above(robot.floor)
     return world
-
-
-def occupancy(bodies: Bodies, floors: int) -> list[int]:
-    """People inside on each floor."""
-    return np.bincount(bodies.floor[bodies.inside], minlength=floors).tolist()
 
 
 def _bodies(

@@ -14,7 +14,7 @@ from math import inf, nan
 import numpy as np
 
 from reference import motion, paper, walking
-from reference.beginning import beginning, generators, occupancy
+from reference.beginning import beginning, generators
 from reference.building import Building, Kind
 from reference.fire import Generator, Spread, cells_beside
 from reference.game.rewards import group_reward
@@ -290,8 +290,6 @@ class Simulation:
             if (passed := walking.descend(self.world, i)) is not None:
                 self._record(LeftFloor, i, passed, float(bodies.health[i]))
             self.due[i] = bodies.walking[i]
-        if len(dead) or touched or landing:
-            self.world.occupancy = occupancy(bodies, self.building.floors)
 
     def _touch(self, i: int, before: int, mark: int) -> None:
         """Fire the trigger of the door, entrance or exit a body has come upon [A5]."""

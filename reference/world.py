@@ -10,6 +10,7 @@ in arrays and move all at once; minds are small objects that think one at a time
 from copy import deepcopy
 from dataclasses import dataclass, field
 from enum import IntEnum
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -157,7 +158,6 @@ class World:
 
     building: Building
     time: float  # seconds since the evacuation began
-    occupancy: list[int]  # people inside on each floor, those on the stairs included
     bodies: Bodies
     minds: list[Mind]
     robots: list[Robot]
@@ -174,9 +174,23 @@ class World:
         marks = self.building.landmarks
         return burn(self.building.graph, [marks[k].id for k in self.burnt])
 
+    @property
+    def occupancy(self) -> list[int]:
+        """People inside on each floor, those on the stairs included."""
+        fate, floor = self.bodies.fate.tobytes(), self.bodies.floor.tobytes()
+        return list(_counted(fate, floor, self.building.floors))
+
     def anybody_at_or_above(self, floor: int) -> bool:
         """Is anybody inside on a floor, or above, to come through it? [C8, chosen]"""
         return any(self.occupancy[floor:])
+
+
+@lru_cache(maxsize=64)
+def _counted(fate: bytes, floor: bytes, floors: int) -> tuple[int, ...]:
+    """Count who is inside on each floor; kept, since it seldom changes."""
+    inside = np.frombuffer(fate, np.int8) == INSIDE
+    on = np.frombuffer(floor, np.int64)[inside]
+    return tuple(np.bincount(on, minlength=floors).tolist())
 
 
 # -- Events -------------------------------------------------------------------------

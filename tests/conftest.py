@@ -13,6 +13,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 from paper_index import asked_for, paper_index
+from rules import Board, drawn, keys_of, rules, side_by_side
 
 from reference.workshop.annotated.index import marked_tests
 from reference.workshop.workers import STOPS
@@ -68,6 +69,25 @@ def pytest_runtest_call(item):
 
 
 pytest_runtest_setup = pytest_runtest_call  # and so have its fixtures
+
+
+def pytest_assertrepr_compare(config, op, left, right):
+    """Two boards that differ are shown below the test, under the rule."""
+    if op == "==" and Board in (type(left), type(right)):
+        config.boards = list(side_by_side(drawn(left), drawn(right)))
+        return ["the board differs, see below"]
+    return None
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item, call):
+    """A test that fails tells the rule: clause, line and code, then both boards."""
+    report = yield
+    if report.failed and (keys := keys_of(item)):
+        told = [*rules(keys), "", *getattr(item.config, "boards", ())]
+        report.sections.append(("The rule", "\n".join(told)))
+        item.config.boards = ()
+    return report
 
 
 def pytest_addoption(parser):

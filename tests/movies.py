@@ -1,34 +1,52 @@
-"""Boards as tests: draw a scene, let seconds pass, and read the board again.
+"""Boards as tests: draw a scene, let people think or seconds pass, read it again.
 
     # . + E A-D   the building, as in a floor file but without names of rooms
     p q r ...     people, in this order; a later letter outranks an earlier one
     R             robots, in reading order, equally many on every floor
     *             flames that stay as they are drawn
+    x             who died there
+    _             floor that p has explored before
+    !             where somebody sets off to: a door, stair, exit, patch or leader
+    ?             where an unexplored direction leads that somebody sets off in
+    1 2 ...       where the first, the second ... robot goes
 
-Floors are drawn one below the other, the first floor first, with a blank line between.
-People walk at WALKING_SPEED, robots stand still unless a strategy is given, and nothing
-is left to chance.
+Floors are drawn one below the other, the first floor first, with a blank line between;
+a floor of one row stands between two walls.  A line "then" parts one board from the
+next.  People walk at WALKING_SPEED, robots stand still unless a strategy is given, and
+nothing is left to chance.  What no board shows is said in words of a scene:
+
+    leads="pq"              these lead; all others follow nobody yet
+    follows="pq rR2"        p follows q, r the second robot, seen where it is just now
+    lost="pq"               the same, but p has not seen q for ten seconds
+    visited="+2 q+1"        p has passed the second `+` of the board, q the first
+    says="R2E"              the second robot sends to the exit; "R" says "follow me"
+    stuck="p"  still="q"    p made no headway for too long; q stands still for good
+    burnt="+2"              this door has burnt
+    time=7.0                seconds since the evacuation began
+    health={"p": 5}         of 100
 """
 
+import re
 from functools import cache
-from inspect import cleandoc
 from math import ceil
 
 import numpy as np
 from hypothesis import strategies as st
+from rules import Board, drawn
 
-from reference import walking
+from reference import paper, walking
 from reference.beginning import beginning
-from reference.building import Building
+from reference.building import Building, Kind
 from reference.fire import Spread
 from reference.floorplan import Plan, Storey, parse
 from reference.navigation import navigation_of
-from reference.paper import WALKING_SPEED, Scenario
+from reference.paper import STUCK_SECONDS, WALKING_SPEED, Scenario
 from reference.perception import look
+from reference.sight import sight_of
 from reference.simulation import Simulation
 from reference.workshop.maps import load
 from reference.workshop.strategies import FIRES, ROBOTS
-from reference.world import FireLit, Mode
+from reference.world import NOBODY, NOWHERE, Aim, Fate, FireLit, Mode, Passed
 
 PEOPLE = "pqrstuvwxyz"
 
@@ -45,15 +63,60 @@ GRIDS = st.integers(3, 9).flatmap(
 # -- A scene, and what becomes of it ------------------------------------------------
 
 
-def stage(board, robots=None, fire="none", **scenario):
-    """A simulation that begins as drawn; scenario: what else differs from the paper."""
+def stage(board, robots=None, fire="none", **said):
+    """A simulation that begins as drawn and as said, in words of scene or scenario."""
+    words = {word: said.pop(word) for word in WORDS if word in said}
     floors = split(board)
     people = tuple(len(found([rows], PEOPLE)) for rows in floors)
     guides = len(found(floors[:1], "R"))
-    scene = Scenario(people_per_floor=people, robots_per_floor=guides, **scenario)
+    scene = Scenario(people_per_floor=people, robots_per_floor=guides, **said)
     world = as_drawn(floors, built(board), scene, np.random.default_rng(0))
+    for word in sorted(words, key=list(WORDS).index):
+        WORDS[word](world, words[word])
     sides = robots_named(robots or Idle()), fire_named(fire)
     return Simulation(world.building, scene, *sides, world=world)
+
+
+def sets_off(board, who="p", passes=1, **said):
+    """The board, with where somebody sets off to: `!`, in an unexplored direction `?`.
+
+    who leads if nothing else is said.  Before, all others who lead think, the highest
+    rank first.  Nobody walks: more passes are more boards.
+    """
+    if who not in said.get("follows", "")[:1] + said.get("lost", "")[:1]:
+        said.setdefault("leads", who)
+    sim = stage(board, **said)
+    for other in sorted(set(said.get("leads", "")) - {who}, reverse=True):
+        decide(sim, other)
+    return Board("\nthen\n".join(thinks(sim, who) for _ in range(passes)))
+
+
+def thinks(sim, who="p"):
+    """Let somebody think once, and nothing else: the board with `!` or `?`."""
+    goal = decide(sim, who)
+    floors = canvas(sim)
+    cells = [goal.place] if goal.place != NOWHERE else []
+    if goal.aim is Aim.LANDMARK:
+        cells = sim.navigation.goals[goal.which].tolist()
+    for p in cells:
+        floor, row, col = np.unravel_index(p, sim.building.kind.shape)
+        floors[floor][row][col] = "?" if goal.aim is Aim.DIRECTION else "!"
+    return framed(sim, floors)
+
+
+def later(board, seconds, robots=None, fire="none", **said):
+    """The board some seconds later."""
+    return play(stage(board, robots, fire, **said), seconds)
+
+
+def goes(sim):
+    """The board with each robot's destination: `1` of the first in reading order."""
+    floors = canvas(sim)
+    for number, robot in enumerate(sim.world.robots, 1):
+        if robot.destination is not None:
+            row, col = sim.building.cell(*robot.destination)
+            floors[robot.floor][row][col] = str(number)
+    return framed(sim, floors)
 
 
 def robots_named(who):
@@ -119,6 +182,11 @@ def play_until(sim, happened, seconds=240):
 
 def show(sim):
     """The board now: people before robots before flames before the building."""
+    return framed(sim, canvas(sim))
+
+
+def canvas(sim):
+    """The signs of the board now, floor by floor and row by row."""
     floors = [[list(row) for row in s.rows] for s in sim.building.plan.storeys]
     bodies, cell = sim.world.bodies, sim.building.cell
     for floor, row, col in np.argwhere(sim.world.flames.burning):
@@ -126,28 +194,41 @@ def show(sim):
     for robot in sim.world.robots:
         row, col = cell(*robot.position)
         floors[robot.floor][row][col] = "R"
-    for i in np.flatnonzero(bodies.inside)[::-1]:
+    dead = np.flatnonzero(bodies.fate == Fate.DEAD)
+    for i in [*dead, *np.flatnonzero(bodies.inside)[::-1]]:
         row, col = cell(*bodies.position[i])
-        floors[bodies.floor[i]][row][col] = PEOPLE[i]
-    return joined(["".join(row).rstrip() for row in rows] for rows in floors)
+        floors[bodies.floor[i]][row][col] = PEOPLE[i] if bodies.inside[i] else "x"
+    return floors
 
 
-def drawn(board):
-    """A board as `show` draws it, however it is indented in a test."""
-    return joined(split(board))
+def framed(sim, floors):
+    """A board from signs, without the walls that no row draws."""
+    drawn_rows = slice(1, 2) if sim.building.title == CORRIDOR else slice(None)
+    return Board(
+        joined(["".join(row).rstrip() for row in rows[drawn_rows]] for rows in floors)
+    )
 
 
 # -- Who is on the board ------------------------------------------------------------
 
 
-def body(letter):
-    """The body that a letter marks."""
-    return PEOPLE.index(letter)
+def body(sign, people=0):
+    """The number of a body: "p" of the first human, "R2" of the second robot."""
+    return people + int(sign[1:] or 1) - 1 if sign[0] == "R" else PEOPLE.index(sign)
 
 
 def mind(sim, letter):
     """What the human with a letter remembers."""
     return sim.world.minds[body(letter)]
+
+
+def mode(sim, letter="p"):
+    """LEADER or FOLLOWER, and the sign of who is followed, as in "FOLLOWER of q"."""
+    me, n = mind(sim, letter), len(sim.world.minds)
+    if me.leader == NOBODY:
+        return me.mode.name
+    who = PEOPLE[me.leader] if me.leader < n else f"R{me.leader - n + 1}"
+    return f"{me.mode.name} of {who}"
 
 
 def view(sim, letter):
@@ -170,24 +251,116 @@ def decide(sim, letter):
 
 def lead(sim, *letters):
     """Let these people be leaders."""
-    for letter in letters:
-        mind(sim, letter).mode = Mode.LEADER
-        sim.world.bodies.mode[body(letter)] = Mode.LEADER
+    leads(sim.world, letters)
 
 
 def follow(sim, letter, leader):
     """Let one human follow a body, as if it had seen it a moment ago where it is."""
-    me, bodies, n = mind(sim, letter), sim.world.bodies, len(sim.world.minds)
+    follows_body(sim.world, body(letter), leader)
+
+
+def mark(sim, sign, nth=1):
+    """The landmark of a sign, "+2" the second `+` in reading order, the first floor
+    first; or the nth of a Kind."""
+    return landmark(sim.building, sign, nth)
+
+
+def landmark(building, sign, nth=1):
+    """The same without a simulation."""
+    if isinstance(sign, str):
+        exits, nth = sign[0] == "E", int(sign[1:] or 1)
+        fit = [m for m in building.landmarks if (m.kind is Kind.EXIT) == exits]
+    else:
+        fit = [m for m in building.landmarks if m.kind is sign]
+    fit.sort(key=lambda m: (m.floor, *m.cells[0].tolist()))
+    return fit[nth - 1].index
+
+
+# -- The words of a scene -----------------------------------------------------------
+
+
+def named(text):
+    """Who is named, p if nobody is, and the signs that follow: "q+1E", "+2", "pR2"."""
+    for word in text.split():
+        signs = re.findall(r"[p-zR+E]\d*", word)
+        yield ("p", signs) if signs[0][0] in "+E" else (signs[0], signs[1:])
+
+
+def leads(world, letters):
+    """These lead."""
+    for letter in letters:
+        world.minds[body(letter)].mode = Mode.LEADER
+        world.bodies.mode[body(letter)] = Mode.LEADER
+
+
+def follows(world, text, ago=0.0):
+    """One follows another, whom it saw so many seconds ago where it is now."""
+    for letter, (sign,) in named(text):
+        follows_body(world, body(letter), body(sign, len(world.minds)), ago)
+
+
+def follows_body(world, i, leader, ago=0.0):
+    """The same by the numbers of their bodies."""
+    me, bodies, n = world.minds[i], world.bodies, len(world.minds)
     me.mode, me.leader = Mode.FOLLOWER, leader
-    bodies.mode[body(letter)], bodies.leader[body(letter)] = me.mode, leader
-    robot = sim.world.robots[leader - n] if leader >= n else None
-    me.seen_at, me.told = sim.world.time, robot and robot.says
+    bodies.mode[i], bodies.leader[i] = me.mode, leader
+    robot = world.robots[leader - n] if leader >= n else None
+    me.seen_at, me.told = world.time - ago, robot and robot.says
     me.seen_place = robot.place if robot else int(bodies.place[leader])
 
 
-def mark(sim, kind, nth=1):
-    """The nth landmark of a kind in reading order, the first floor first."""
-    return [m.index for m in sim.building.landmarks if m.kind is kind][nth - 1]
+def lost(world, text):
+    """One follows another whom it has not seen for long."""
+    follows(world, text, ago=10.0)
+
+
+def visited(world, text):
+    """One has passed doors, the last one last."""
+    for letter, doors in named(text):
+        marks = [landmark(world.building, door) for door in doors]
+        world.minds[body(letter)].doors.update(marks)
+        world.minds[body(letter)].trail.extend(Passed(m, NOWHERE) for m in marks)
+
+
+def says(world, text):
+    """A robot sends people to a landmark, or says "follow me"."""
+    for robot, signs in named(text):
+        told = [landmark(world.building, sign) for sign in signs]
+        world.robots[body(robot)].says = told[0] if told else NOWHERE
+
+
+def stuck(world, letters):
+    """These have made no headway for longer than STUCK_SECONDS."""
+    for letter in letters:
+        world.bodies.anchor_time[body(letter)] = world.time - STUCK_SECONDS - 0.1
+
+
+def still(world, letters):
+    """These stand still for good."""
+    world.bodies.pace[[body(letter) for letter in letters]] = 0.0
+
+
+def burnt(world, text):
+    """These doors have burnt."""
+    for _, doors in named(text):
+        world.burnt.update(landmark(world.building, door) for door in doors)
+
+
+def clock(world, seconds):
+    """So many seconds have passed; everybody made headway just now."""
+    world.time = world.bodies.anchor_time[:] = seconds
+
+
+def health(world, points):
+    """Some have lost health."""
+    for letter, left in points.items():
+        world.bodies.health[body(letter)] = left
+
+
+WORDS = {"time": clock, "burnt": burnt, "says": says, "visited": visited}
+WORDS |= {"leads": leads, "follows": follows, "lost": lost}
+WORDS |= {"stuck": stuck, "still": still, "health": health}
+"""What is said of a scene, in the order in which it comes true."""
 
 
 class Send:
@@ -204,10 +377,16 @@ class Send:
 # -- From text to world -------------------------------------------------------------
 
 
+CORRIDOR = "a row between two walls"
+
+
 def split(board):
-    """The rows of each floor of a board."""
-    floors = cleandoc(board).split("\n\n")
-    return [[row.rstrip() for row in floor.splitlines()] for floor in floors]
+    """The rows of each floor of a board, with walls around a single one."""
+    floors = [floor.splitlines() for floor in drawn(board).split("\n\n")]
+    return [
+        ["#" * len(rows[0]), *rows, "#" * len(rows[0])] if len(rows) == 1 else rows
+        for rows in floors
+    ]
 
 
 def joined(floors):
@@ -217,12 +396,19 @@ def joined(floors):
 
 def built(board):
     """The building under a board, without people, robots and flames."""
+    bare = str.maketrans(dict.fromkeys(PEOPLE + "R*_", "."))
+    return built_once(drawn(board).translate(bare), paper.PROTECTED_METRES)
+
+
+@cache
+def built_once(board, _):
+    """The same building for the same walls, as long as nothing else changes it."""
     floors = split(board)
     width = max(len(row) for rows in floors for row in rows)
-    text = f"building: board\nsize: {width} x {len(floors[0])}\n"
-    bare = str.maketrans(dict.fromkeys(PEOPLE + "R*", "."))
+    title = CORRIDOR if "\n" not in board.replace("\n\n", "") else "board"
+    text = f"building: {title}\nsize: {width} x {len(floors[0])}\n"
     for number, rows in enumerate(floors, 1):
-        text += f"floor {number}:\n" + "\n".join(rows).translate(bare) + "\n"
+        text += f"floor {number}:\n" + "\n".join(rows) + "\n"
     return Building(parse(text))
 
 
@@ -255,16 +441,19 @@ def found(floors, letters):
 def as_drawn(floors, building, scenario, rng):
     """The world at 0 s, with everybody and every flame where the board has them."""
     world = beginning(building, scenario, rng)
-    nav, bodies = navigation_of(building), world.bodies
+    nav, bodies, shape = navigation_of(building), world.bodies, building.kind.shape
     for i, cell in enumerate(found(floors, PEOPLE)):
-        p = int(np.ravel_multi_index(cell, building.kind.shape))
+        p = int(np.ravel_multi_index(cell, shape))
         bodies.place[i], bodies.floor[i], bodies.pace[i] = p, cell[0], WALKING_SPEED
         for array in (bodies.position, bodies.target, bodies.anchor):
             array[i] = nav.centres[p]
         bodies.rank[i] = i / len(bodies)
     for robot, cell in zip(world.robots, found(floors, "R"), strict=True):
-        robot.place = int(np.ravel_multi_index(cell, building.kind.shape))
+        robot.place = int(np.ravel_multi_index(cell, shape))
         robot.position = nav.centres[robot.place]
+    patches = sight_of(building, scenario.sight_range).patches.reshape(shape)
+    for cell in found(floors, "_"):
+        world.minds[0].patches.add(int(patches[cell]))
     for floor, row, col in found(floors, "*"):
         world.flames.arrival[floor, row, col] = 0.0
         world.flames.sources.append(FireLit(0.0, floor, *building.metres(row, col)))

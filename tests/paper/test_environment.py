@@ -57,8 +57,6 @@ def gone(environment, *floors):
     """Let everybody on these floors be out."""
     world = environment.simulation.world
     world.bodies.fate[np.isin(world.bodies.floor, floors)] = Fate.EVACUATED
-    for floor in floors:
-        world.occupancy[floor] = 0
 
 
 # -- Who acts -----------------------------------------------------------------------

@@ -176,7 +176,7 @@ def test_the_number_of_robots_at_work_in_the_team_is_there():
     sim = scene(robots_per_floor=3)
     place = blocks(sim)["team"].start
     assert (vectors(sim)[:, place] == 3).all() and fire_vector(sim)[place] == 9
-    sim.world.occupancy[2] = 0
+    sim.world.bodies.fate[sim.world.bodies.floor == 2] = Fate.EVACUATED
     assert vectors(sim)[:, place].tolist() == [3] * 6 + [0] * 3
     assert fire_vector(sim)[place] == 6
 
@@ -209,7 +209,6 @@ def test_a_robot_whose_work_is_done_is_below_the_ground():
     sim = stage(TWO_FLOORS)
     bodies = sim.world.bodies
     bodies.fate[bodies.floor == 1] = Fate.EVACUATED
-    sim.world.occupancy = [2, 0]
     below = (decoded(sim, k=0).robots == SENTINEL).all(axis=1)
     assert below.tolist() == [False, True]
     below = (fire_decoded(sim).robots == SENTINEL).all(axis=1)
