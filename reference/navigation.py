@@ -89,10 +89,10 @@ class StraightLines:
         Of one pair of whole numbers, one bool.
         """
         d_row = q // self.cols - p // self.cols
-        d_col = q % self.cols - p % self.cols
+        d_col = q - p - d_row * self.cols
         near = (abs(d_row) <= self.reach) & (abs(d_col) <= self.reach)
         k = (d_row + self.reach) * self.side + d_col + self.reach
-        return near & self.table[p, near * k]
+        return near & self.table.ravel()[p * self.side**2 + near * k]
 
     def reached_from(self, p: int) -> np.ndarray:
         """(k,) places that a straight line from p reaches, p among them."""
@@ -122,8 +122,9 @@ class Navigation:
     steps     of each floor, (floor_size, floor_size) metres
     clear     StraightLines: can a body walk straight from p to q?
     goals     of each landmark, (k,) places of its cells
-    metres    (landmarks, places) to each landmark; inf from other floors
-    waypoint  (landmarks, places) where to walk straight at on the way there
+    metres    (landmarks, floor_size) to each landmark from p % floor_size, where p is
+              a place of its floor
+    waypoint  (landmarks, floor_size) where to walk straight at on the way there
     to_landmarks  (places,) metres to the nearest landmark
     """
 
@@ -139,7 +140,7 @@ class Navigation:
         self.steps = [self._steps_of(floor) for floor in range(self.floors)]
         self._search = lru_cache(KEPT_WAYS)(self._search_floor)
         self.goals = [self.places_of(m.floor, m.cells) for m in building.landmarks]
-        self.metres = np.zeros((len(self.goals), self.places))
+        self.metres = np.zeros((len(self.goals), self.floor_size))
         self.waypoint = np.zeros(self.metres.shape, dtype=np.int32)
         for mark, goal in enumerate(self.goals):
             self.metres[mark], self.waypoint[mark] = self._to_landmark(goal)
@@ -208,18 +209,25 @@ class Navigation:
 
     def distance_to(self, *landmarks: int) -> np.ndarray:
         """(places,) metres to the nearest of some landmarks; inf on other floors."""
-        return self.metres[list(landmarks)].min(axis=0, initial=np.inf)
+        d = np.full((self.floors, self.floor_size), np.inf)
+        for mark in landmarks:
+            here = d[self.building.landmarks[mark].floor]
+            np.minimum(here, self.metres[mark], out=here)
+        return d.ravel()
 
     def _to_landmark(self, goals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(places,) metres to the nearest goal, and the place to walk at."""
-        d, after = self.shortest(goals)
-        waypoint, here = after.copy(), np.flatnonzero(np.isfinite(d))
-        while True:  # pull every way straight by one more step
-            further = after[waypoint[here]]
-            longer = (further != waypoint[here]) & self.clear.reaches(here, further)
-            if not longer.any():
-                return d, waypoint
-            waypoint[here[longer]] = further[longer]
+        """(floor_size,) metres to the nearest goal, and the place to walk at."""
+        floor = int(goals[0]) // self.floor_size
+        start = floor * self.floor_size
+        d, after = self._search_floor(floor, None, tuple(goals.tolist()))
+        waypoint, here = after.copy(), start + np.flatnonzero(np.isfinite(d))
+        at = after[here - start]
+        while len(here):  # pull ways straight by one more step, as long as it works
+            further = after[at - start]
+            longer = (further != at) & self.clear.reaches(here, further)
+            here, at = here[longer], further[longer]
+            waypoint[here - start] = at
+        return d, waypoint
 
     def way(self, start: int, goal: int, cost: np.ndarray | None = None) -> list[int]:
         """Corners of the shortest way, the goal last; with cost: all places on it.

@@ -50,7 +50,8 @@ def targets(world: World, who: np.ndarray) -> np.ndarray:
     bodies, nav = world.bodies, navigation_of(world.building)
     marks, target = bodies.landmark[who], bodies.target[who]
     guided = np.flatnonzero(marks >= 0)
-    waypoint = nav.waypoint[marks[guided], bodies.place[who[guided]]]
+    cells = bodies.place[who[guided]] % nav.floor_size
+    waypoint = nav.waypoint[marks[guided], cells]
     target[guided] = nav.centres[waypoint]
     return target
 

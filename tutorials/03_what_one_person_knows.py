@@ -75,7 +75,7 @@ print("got out" if simulation.outcome().evacuated else "did not get out")
 #> got out
 print(f"walked {walked:.0f} m")
 #> walked 63 m
-print(f"shortest way {simulation.navigation.metres[way_out, place]:.0f} m")
+print(f"shortest way {simulation.navigation.distance_to(way_out)[place]:.0f} m")
 #> shortest way 47 m
 print(f"saw {len(known) / museum.walkable.sum():.0%} of the floor")
 #> saw 50% of the floor

@@ -50,9 +50,9 @@ def traffic(
 
 def walk(nav: Navigation, p: int, landmark: int) -> list[int]:
     """List the places on the way from p to a landmark, without p."""
-    chain: list[int] = []
-    while 0 < nav.metres[landmark, p] < np.inf:
-        waypoint = int(nav.waypoint[landmark, p])
+    chain, d = list[int](), nav.distance_to(landmark)
+    while 0 < d[p] < np.inf:
+        waypoint = int(nav.waypoint[landmark, p % nav.floor_size])
         chain += nav.straight(p, waypoint)
         p = waypoint
     return chain

@@ -82,6 +82,16 @@ def test_a_way_to_a_landmark_stays_on_its_floor():
     assert np.isinf(np.array(exits)[:, above]).all()
 
 
+def test_tables_hold_each_landmarks_own_floor_alone():
+    """Six floors take six times as much as one, not 36 times; several are merged."""
+    nav = navigation_of(shipped("tower"))
+    assert nav.metres.size * nav.floors == len(nav.goals) * nav.places
+    assert nav.waypoint.shape == nav.metres.shape
+    each = [nav.distances(goals) for goals in nav.goals]
+    assert np.array_equal(nav.to_landmarks, np.min(each, axis=0))
+    assert np.isinf(nav.distance_to()).all()
+
+
 def test_a_dear_place_is_walked_around():
     """Cost is a factor per metre: a detour is taken as soon as it is cheaper."""
     nav = navigation_of(

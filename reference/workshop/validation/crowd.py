@@ -51,7 +51,8 @@ class Crowd(Simulation):
         for floor in range(self.building.floors) if self._anywhere else ():
             marks = np.array(self.building.ways_out(floor))
             who = np.flatnonzero(bodies.walking & (bodies.floor == floor))
-            far = self.navigation.metres[marks[:, None], bodies.place[who]]
+            cells = bodies.place[who] % self.navigation.floor_size
+            far = self.navigation.metres[marks[:, None], cells]
             bodies.landmark[who] = marks[far.argmin(axis=0)]
         return super().step()
 
