@@ -125,7 +125,26 @@ def test_check_watches_a_map_until_ctrl_c(shed, tmp_path, capsys, monkeypatch):
     assert main(["check", shed, "--watch"]) == 0
     told = capsys.readouterr()
     assert told.out.count("ok: Shed") == 2
-    assert told.err.startswith(f"{shed}:7:5: ")
+    line = r"-{40} \d\d:\d\d:\d\d\n"
+    assert re.match(f"{line}{line}{re.escape(shed)}:7:5: ", told.err)
+    assert re.search(f"\n{line}$", told.err)
+
+
+def test_check_tells_programs_what_is_wrong(shed, tmp_path, capsys):
+    """All mistakes of a stage as JSON, each with its place, beside the page."""
+    (tmp_path / "shed.txt").write_text(SHED.replace("+", "|"))
+    assert main(["check", shed, "--json"]) == 1
+    told = capsys.readouterr()
+    mistake = {"line": 7, "column": 5, "hint": "Type '#' instead."}
+    mistake["message"] = "'|' has no meaning in a drawing"
+    assert json.loads(told.out) == {"file": shed, "mistakes": [mistake]}
+    assert told.err.startswith(f"{shed}:7:5: {mistake['message']}\n")
+
+
+def test_refuses_to_print_what_may_never_end(capsys):
+    """A device is no map that one copies."""
+    status, message = refusal(capsys, "floors", "/dev/zero")
+    assert (status, message[:23]) == (1, "/dev/zero: is a folder,")
 
 
 # -- draw ---------------------------------------------------------------------------
@@ -138,6 +157,13 @@ def test_draw_writes_a_picture_and_says_where(shed, view, tmp_path, capsys):
     assert main(["draw", shed, "--view", view]) == 0
     assert capsys.readouterr().out == f"shed-{view}.png\n"
     assert (tmp_path / f"shed-{view}.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_picture_takes_the_place_of_a_link_to_itself(shed, tmp_path):
+    """Such a link leads nowhere; what it stands for is the name alone."""
+    (tmp_path / "loop.png").symlink_to("loop.png")
+    assert main(["draw", shed, "-o", "loop.png"]) == 0
+    assert (tmp_path / "loop.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize(("framework", "windows"), [("tk", 1), (None, 0)])

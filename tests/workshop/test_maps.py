@@ -8,13 +8,16 @@ with the stage: page, characters, shape, floor, building.
 import os
 import pickle
 import re
+from contextlib import suppress
 from pathlib import Path
 from threading import Thread
 from time import process_time
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import ndimage
 
 from reference.floorplan import to_text
 from reference.workshop.maps import MistakesError, find, parse, read
@@ -104,8 +107,9 @@ def test_every_mistake_has_a_map_and_one_thing_to_do(kind):
 
 def test_a_stage_is_silent_until_the_one_before_is_satisfied():
     """Causes come before consequences: each repair brings the next stage's mistakes."""
+    heading = "this heading cannot be read"
     repairs = (
-        ("floor 4", "floor 2", "floor 4 stands where floor 2 is expected"),
+        ("flour 2", "floor 2", f"{heading}; did you mean 'floor NUMBER: NAME'?"),
         ("lab|", "lab#", "'|' has no meaning in a drawing"),
         (".hall..+", ".hall+", "this row has 16 columns, the size says 14"),
         ("###########", "####E######", "the building has no exit"),
@@ -208,12 +212,13 @@ def test_refuses_a_building_whose_tables_would_not_fit_into_memory():
     parse(text.format(5))
 
 
-def test_reads_a_pipe_to_its_end(tmp_path):
-    """So `cat map.txt | python -m reference check /dev/stdin` works."""
+def test_reads_a_pipe_to_its_end(tmp_path, capsys):
+    """So `cat map.txt | python -m reference check /dev/stdin` works; it says so."""
     path = tmp_path / "map.txt"
     os.mkfifo(path)
     Thread(target=path.write_text, args=(HOUSE,), daemon=True).start()
     assert read(path) == parse(HOUSE)
+    assert "map.txt: waiting until somebody writes" in capsys.readouterr().err
 
 
 def test_refuses_an_endless_device(tmp_path):
@@ -254,6 +259,54 @@ def test_refuses_a_scribbled_drawing_only_in_its_own_words(scribbles):
         lines = re.split(r"\r\n?|\n", text)
         assert all(m.written == lines[m.line - 1] for m in error.mistakes)
         assert all(m.column >= 1 for m in error.mistakes) and str(error)
+
+
+# -- Plans of other programs --------------------------------------------------------
+
+PLANS = sorted((HERE / "maps" / "plans").glob("*.txt"))
+
+
+def follow(lines, mistake):
+    """The lines of a drawing after somebody has done what a hint says, and no more."""
+    at, column, hint = mistake.line - 1, mistake.column - 1, mistake.hint
+    signs = re.findall(r"'(.)'", f"{mistake.what} {hint.partition(', or')[0]}")
+    if hint.startswith("Write"):
+        lines[at:at] = re.findall(r"'([^']+)'", hint)
+    elif hint.startswith("Type ';'"):
+        lines[at] = f";{lines[at]}"
+    elif hint.startswith("Type small"):
+        lines[at] = lines[at].lower()
+    elif "no meaning" in mistake.what:
+        new = "#" if "#" in signs else "."
+        old = str.maketrans(dict.fromkeys(signs, new))
+        lines = [line if line[:1] == ";" else line.translate(old) for line in lines]
+    elif "a blank is outside" in mistake.what:
+        cells = np.array([[*f" {line}".ljust(99)] for line in ["", *lines, ""]])
+        cells[ndimage.label(cells == " ")[0] > 1] = "."
+        lines = ["".join(row)[1:].rstrip() for row in cells[1:-1]]
+    elif hint.startswith("Type 'E'"):  # in the first wall below that is an outer one
+        row = at if "no way" in mistake.what else len(lines) - 2
+        column = column or lines[row].index(".")
+        while lines[row][column] != "#":
+            row += 1
+        lines[row] = f"{lines[row][:column]}E{lines[row][column + 1 :]}"
+    else:
+        sign = "#" if "'#'" in hint else "."
+        lines[at] = lines[at][:column] + sign + lines[at][column + 1 :]
+    return lines
+
+
+@pytest.mark.parametrize("path", PLANS, ids=named)
+def test_a_plan_of_another_program_is_mended_by_the_hints_alone(path):
+    """As games and gridworlds draw them, in at most three rounds."""
+    lines = path.read_text().splitlines()
+    for _ in range(3):
+        with suppress(MistakesError):
+            parse("\n".join(lines))
+            return
+        for mistake in reversed(refusal("\n".join(lines))):
+            lines = follow(lines, mistake)
+    parse("\n".join(lines))
 
 
 # -- Where floors are found ---------------------------------------------------------

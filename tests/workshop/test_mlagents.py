@@ -244,7 +244,7 @@ def test_says_where_the_rows_of_old_releases_stand_now(refusal, over):
     rows = "{trainer: ppo, batch_size: 9, beta: 0.1, normalize: true, memory_size: 8}"
     message = refusal(f"{over} {rows}")
     assert "as in ML-Agents' releases 1 and 2" in message
-    assert "batch_size, beta in hyperparameters; normalize in network_sett" in message
+    assert "hyperparameters.beta, network_settings.normalize" in message
 
 
 def test_says_what_to_install_where_there_is_no_pyyaml(monkeypatch, refusal):

@@ -224,6 +224,7 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
         (["--settings", "alone.yaml"], 1, "robots_per_floor is 0"),
         (["--fire", "notes.txt"], 1, "notes.txt: is damaged"),
         (["--building", "nowhere"], 1, "nowhere"),
+        (["--building", ""], 1, "cannot read .: Is a directory"),
     ],
 )
 def test_refuses_a_training_that_cannot_be(options, code, hint, capsys, tmp_path):

@@ -3,20 +3,21 @@
 Clauses: A8 (draw).
 """
 
+import json
 import sys
 from argparse import Namespace
 from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from time import sleep
+from time import sleep, strftime
 
 from reference.building import Kind
 from reference.paper import InputError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import note, tell
-from reference.workshop.files import told
-from reference.workshop.maps import find, load, shipped_floors
+from reference.workshop.files import read_text, told
+from reference.workshop.maps import MistakesError, find, load, shipped_floors
 from reference.workshop.maps.semantics import touching
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
@@ -31,7 +32,16 @@ def check(arguments: Namespace) -> None:
 
 
 def _check(arguments: Namespace) -> None:
-    building = load(arguments.file)
+    try:
+        building = load(arguments.file)
+    except MistakesError as error:
+        found = [
+            {"line": m.line, "column": m.column, "message": m.what, "hint": m.hint}
+            for m in error.mistakes
+        ]
+        if arguments.json:
+            print(json.dumps({"file": error.path, "mistakes": found}))
+        raise
     for one, other in dict.fromkeys(touching(building)):
         where = f"{one.id} and {other.id} touch at a corner; nobody passes there."
         note(f"note: {where} Draw a wall, or a door.")
@@ -83,6 +93,7 @@ def _at_every_save(
         while True:
             try:  # some editors remove a file to write it anew
                 if path.exists() and done != (done := path.stat().st_mtime_ns):
+                    note(strftime(f"{'':-<40} %H:%M:%S"))
                     work()
             except (InputError, OSError) as error:
                 note(told(error))
@@ -97,7 +108,7 @@ def _at_every_save(
 def floors(arguments: Namespace) -> None:
     """Lists the maps that ship, or prints one, to be copied and changed."""
     if arguments.name is not None:
-        print(find(arguments.name).read_text("utf-8"), end="")
+        print(read_text(find(arguments.name)), end="")
         return
     for name in shipped_floors():
         building = load(name)

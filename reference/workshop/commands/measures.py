@@ -53,7 +53,8 @@ def bench(arguments: Namespace) -> None:
     """Measures what one second computes: person-seconds, decisions, samples."""
     from reference.workshop.bench import measure
 
-    facts = measure(arguments.building or "paper", arguments.seed or 0)
+    name = "paper" if arguments.building is None else arguments.building
+    facts = measure(name, arguments.seed or 0)
     rows = [
         (name.replace("_", " "), case, value)
         for name, found in facts.items()

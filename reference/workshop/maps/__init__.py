@@ -7,6 +7,7 @@ looks like), `syntax` (how a drawing is written) and `semantics` (what is drawn)
 """
 
 import re
+import sys
 from collections.abc import Iterable
 from itertools import islice
 from os import PathLike
@@ -35,6 +36,8 @@ def read(path: str | PathLike[str]) -> Plan:
 
     Reads no more than the largest drawing, even from a device without end.
     """
+    if Path(path).is_fifo() and not str(path).startswith("/dev/"):
+        print(f"{path}: waiting until somebody writes into this pipe", file=sys.stderr)
     try:
         with Path(path).open("rb") as text:
             raw = text.read(MOST_SIGNS + 4)  # with a byte order mark
@@ -61,7 +64,8 @@ def parse(text: str, path: str = "<text>") -> Plan:
 
 def _refuse(found: Iterable[Mistake], path: str) -> None:
     """Raise MistakesError with all that a stage has found, if anything."""
-    if mistakes := sorted(set(islice(found, MOST))):
+    first = dict.fromkeys(islice(found, MOST))  # the head's before those of its rows
+    if mistakes := sorted(first, key=lambda mistake: (mistake.line, mistake.column)):
         raise MistakesError(path, mistakes)
 
 

@@ -19,7 +19,8 @@ from reference.floorplan import FloorPlanError
 WORDS: dict[str, tuple[str, str]] = tomllib.loads(
     Path(__file__).with_name("mistakes.toml").read_text("utf-8")
 )
-SHOWN = 4  # mistakes shown at once: more would hide the first
+SHOWN = 4  # mistakes shown at once, those with one hint as one: more would hide it
+MORE = 9  # places of one hint
 MOST = 1000  # mistakes looked for: with so many, only the first help
 LONGEST = 400  # characters of a line that are shown, the mistake among them
 
@@ -33,6 +34,12 @@ class Mistake:
     what: str
     hint: str
     written: str
+
+    @property
+    def place(self) -> str:
+        """Where it is, after the sign or name that it is about, if it begins so."""
+        about = self.what.split()[0] + " at " if self.what.startswith("'") else ""
+        return f"{about}{self.line}:{self.column}"
 
     def __str__(self) -> str:
         """`line:column: what`, the line as written, a caret, the hint."""
@@ -52,8 +59,18 @@ class MistakesError(FloorPlanError):
         self.path, self.mistakes = path, mistakes
 
     def __str__(self) -> str:
-        page = [f"{self.path}:{mistake}" for mistake in self.mistakes[:SHOWN]]
-        if (more := len(self.mistakes) - SHOWN) > 0:
+        alike: dict[str, list[Mistake]] = {}
+        for mistake in self.mistakes:
+            alike.setdefault(mistake.hint, []).append(mistake)
+        page = []
+        for same in [*alike.values()][:SHOWN]:
+            page.append(f"{self.path}:{same[0]}")
+            each = {m.place.partition(" at")[0]: m.place for m in reversed(same)}
+            places = [p for p in reversed(each.values()) if p != same[0].place][:MORE]
+            if more := len(same) - 1 - len(places):
+                places.append(f"{more} more")
+            page += [f"    also: {', '.join(places)}"] if places else []
+        if (more := len(alike) - SHOWN) > 0:
             page.append(f"… and {more} more")
         return "\n".join(page)
 

@@ -34,11 +34,11 @@ def stages(plan: Plan, page: Page) -> Iterator[Iterable[Mistake]]:
     """
     yield _too_large(plan, page)
     building = Building(plan)
-    for checks in ((_outer_wall,), (_gates, _stairwells, _rooms)):
-        yield chain.from_iterable(
-            check(building, drawing) for drawing in page.drawings for check in checks
-        )
-    yield chain(_some_exit(building, page), _shafts(building, page))
+    yield chain.from_iterable(_outer_wall(building, d) for d in page.drawings)
+    checks = [_gates, _stairwells, _rooms]
+    found = (check(building, d) for d in page.drawings for check in checks)
+    yield chain(_some_exit(building, page), *found)
+    yield _shafts(building, page)
     yield _ways_out(building, page)
 
 
@@ -103,7 +103,9 @@ def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
     kinds = [building.area_of[side].kind for side in gate.sides if side != OUTSIDE]
     rooms, stairs = kinds.count("room"), kinds.count("stairwell")
     if gate.kind is Kind.EXIT:
-        return "" if leads_outside and rooms else "exit-indoors"
+        if not leads_outside:
+            return "exit-indoors"
+        return "" if rooms else "exit-corner"
     if leads_outside:
         return "door-outside"
     return "" if rooms and stairs < 2 <= rooms + stairs else "door-nowhere"

@@ -3,7 +3,8 @@
 Clauses: A1 (how many floors, rows and columns one may draw).
 
     code     a line without its note and the blanks at its end
-    heading  a line with a word and a colon, or one that was meant to be so
+    heading  a line with a word and a colon, or with a heading's key word
+    prose    before a drawing's first row, any other line that begins with a word
     row      any other line with code: one row of a drawing
 """
 
@@ -17,6 +18,9 @@ from itertools import chain, pairwise
 from math import inf
 from typing import Any
 
+import numpy as np
+from scipy import ndimage
+
 from reference.workshop.maps.mistakes import WORDS, Mistake
 
 MOST_FLOORS = 30  # [A1, chosen] ten times the paper's
@@ -26,7 +30,8 @@ MOST_SIGNS = MOST_LINES * MOST_CELLS  # [A1, chosen] in a file: no more is read
 
 # -- A file, sorted -----------------------------------------------------------------
 
-_HEADING = re.compile(r"\s*(\w[^#.+:]*:|[A-Za-z][a-z]{3,}[\s0-9-][^#]*$)")
+_HEADING = re.compile(r"\s*(\w[^#.+:]*:|(?i:building|size|floor)\b)")
+_PROSE = re.compile(r"\s*([A-Za-z])(?!\1)[A-Za-z](?!.*\.\.)[^#+|=_]*$")
 _READS = {
     "building": re.compile(r"(?i)\s*building\s*:\s*\S.*"),
     "size": re.compile(r"(?i)\s*size\s*:\s*0*(\d{1,4})\s*x\s*0*(\d{1,4})"),
@@ -57,10 +62,17 @@ class Line:
 
 @dataclass(frozen=True)
 class Drawing:
-    """A floor's heading and rows; its numbers are empty where nobody can read them."""
+    """A floor's heading and rows; its numbers are empty where nobody can read them.
+
+    Rows before any heading are a drawing too; the first one stands for its heading.
+    """
 
     heading: Line
     rows: list[Line] = field(default_factory=list)
+
+    @property
+    def headless(self) -> bool:
+        return self.heading in self.rows[:1]
 
     @cached_property
     def numbers(self) -> range:
@@ -80,21 +92,24 @@ class Drawing:
 
 
 class Page:
-    """The lines of a file, sorted, whatever is wrong with them: settings by key word.
-
-    Rows before any heading are a drawing too; the first one stands for its heading.
-    """
+    """The lines of a file, sorted, whatever is wrong with them."""
 
     def __init__(self, written: Iterable[str]) -> None:
         self.lines = [Line(number, text) for number, text in enumerate(written, 1)]
         self.settings: dict[str, list[Line]] = {"building": [], "size": []}
         self.drawings: list[Drawing] = []
+        self.prose: list[Line] = []
         for line in filter(lambda line: line.code, self.lines):
             if said := next(filter(line.reads, self.settings), ""):
                 self.settings[said].append(line)
-            elif _HEADING.match(line.code) or not self.drawings:
+            elif _HEADING.match(line.code) or _meant(line) != "heading":
                 self.drawings.append(Drawing(line))
+            elif _PROSE.match(line.code) and not any(
+                d.rows for d in self.drawings[-1:]
+            ):
+                self.prose.append(line)
             else:
+                self.drawings = self.drawings or [Drawing(line)]
                 self.drawings[-1].rows.append(line)
 
     @property
@@ -123,8 +138,9 @@ class Page:
 # -- Characters ---------------------------------------------------------------------
 
 _PLAIN = str.maketrans("\u2013\u2014\u2212\u00d7\u00b7\u2022", "---x..")
-_LOOKS_LIKE = dict.fromkeys("|-_=/\\*%@", "#") | dict.fromkeys(",:'", ".")
-_LOOKS_LIKE["\t"] = " "
+THIN = 2  # blanks: so few are a hole in a wall
+_LINES = "|-=\\"  # signs to draw walls with
+_NO_SIGN = {"\t": ("sign-alike", " "), "`": ("sign", "")}  # the last: of a listing
 
 
 def _foreign_signs(page: Page) -> Iterator[Mistake]:
@@ -137,7 +153,7 @@ def _foreign_signs(page: Page) -> Iterator[Mistake]:
             if sign in "\0\ufffd":
                 yield line.mistake("not-text", place)
             elif plain := _ascii(sign):
-                plain = _LOOKS_LIKE.get(plain, plain) if line.number in rows else plain
+                plain = "#" if plain in _LINES and line.number in rows else plain
                 yield line.mistake("foreign-alike", place, name=name, plain=plain)
             else:
                 yield line.mistake("foreign", place, name=name)
@@ -151,31 +167,61 @@ def _ascii(char: str) -> str:
     return plain if " " <= plain <= "~" else ""
 
 
-_WORD = re.compile(r"[A-Za-z0-9]+(?:[_-]+[A-Za-z0-9]+)*|([^ #.+])\1*")
+_WORD = re.compile(r"[a-z]+(?:[_-][a-z0-9]+)+|[A-Za-z0-9]+|([^ #.+])\1*")
 _MEANS = re.compile(r"E*([A-D]*|[a-z][a-z0-9]*)E*")
 
 
 def _signs(page: Page) -> Iterator[Mistake]:
-    """Signs without a meaning, and words that are no room's name."""
+    """Signs without a meaning, and words that are no room's name.
+
+    A sign at an end of any row is a wall, whatever it is; inside, it is floor.
+    """
+    rim = {sign for row in page.rows for sign in row.code.lstrip()[0] + row.code[-1]}
     for row in page.rows:
         for found in _WORD.finditer(row.code):
-            if not _MEANS.fullmatch(found[0]):
-                word, place = found[1] or found[0][:80], found.start() + 1
-                sign = "a tab" if word == "\t" else repr(word)
-                plain = _LOOKS_LIKE.get(word)
-                kind = "sign-alike" if plain else "sign"
-                yield row.mistake(kind, place, sign=sign, plain=plain)
+            word = found[0]
+            one = word[0] if len({*word}) == 1 else ""
+            if _MEANS.fullmatch(word) and not (one.islower() and one in rim):
+                continue
+            plain = "#" if one in rim or one in _LINES else "."
+            kind = "sign-alike"
+            if word.isalpha() and plain == ".":
+                kind = "sign-capital"
+            if not one:
+                plain = word.lower()
+                kind = "sign-name" if _MEANS.fullmatch(plain) else "sign"
+            if one in _NO_SIGN:
+                kind, plain = _NO_SIGN[one]
+            sign = "a tab" if one == "\t" else repr((one or word)[:80])
+            yield row.mistake(kind, found.start() + 1, sign=sign, plain=plain)
+
+
+def _closed_blanks(page: Page) -> Iterator[Mistake]:
+    """Find blanks with walls all around: floor if no other is drawn, or beside it."""
+    width = max((len(row.code) for row in page.rows), default=0)
+    for drawing in page.drawings:
+        rows = ["", *(f" {row.code}" for row in drawing.rows), ""]
+        signs = np.array([[*row.ljust(width + 2)] for row in rows])
+        room = np.char.islower(signs) | (signs == ".")
+        closed, outside = ndimage.label(signs == " ")[0], 1
+        beside = closed[ndimage.binary_dilation(room)] if room.any() else closed
+        sizes = np.bincount(closed.ravel())
+        meant = [k for k in np.unique(beside) if k > outside and sizes[k] > THIN]
+        for row, column in np.argwhere(np.isin(closed, meant))[:1] - 1:
+            yield drawing.rows[row].mistake("blank", int(column) + 1)
 
 
 # -- Headings and settings ----------------------------------------------------------
 
 
 def _headings(page: Page) -> Iterator[Mistake]:
-    """Headings that nobody can read, and rows without one."""
+    """Headings that nobody can read."""
     floor = 1
     for drawing in page.drawings:
         if drawing.numbers:
             floor = drawing.numbers[-1] + 1
+        elif drawing.headless:
+            floor += 1
         else:
             kind, facts = _meant(drawing.heading), {"floor": floor, "above": floor + 1}
             yield drawing.heading.mistake(kind, **facts, **page.drawn)
@@ -184,10 +230,26 @@ def _headings(page: Page) -> Iterator[Mistake]:
         yield page.lines[-1].mistake("no-floor")
 
 
+def _head(page: Page) -> Iterator[Mistake]:
+    """All that is missing above the first row, at once; and what is no row of it."""
+    first, drawn = page.drawings[0], page.drawn
+    lines = {
+        "building": "building: NAME",
+        "size": "size: {columns} x {rows}".format(**drawn),
+        "floor": "floor 1:",
+    }
+    found = [key for key, said in page.settings.items() if said]
+    found += [] if first.headless else ["floor"]
+    if missing := [lines[key] for key in lines if key not in found]:
+        told = ", ".join(f"'{line.partition(':')[0]}:'" for line in missing)
+        write = ", ".join(f"'{line}'" for line in missing)
+        yield first.heading.mistake("no-head", told=told, write=write)
+    for line in page.prose:
+        yield line.mistake("prose")
+
+
 def _meant(line: Line) -> str:
     """The kind of a mistake in a heading, by what it was meant to be."""
-    if not _HEADING.match(line.code):
-        return "no-heading"
     word = re.sub(r"[^a-z].*", "", line.code[:20].lstrip().lower())
     return "-".join(["heading", *get_close_matches(word, _READS, 1, 0.75)])
 
@@ -195,8 +257,6 @@ def _meant(line: Line) -> str:
 def _settings(page: Page) -> Iterator[Mistake]:
     top = min((d.heading.number for d in page.drawings), default=inf)
     for key, lines in page.settings.items():
-        if not lines:
-            yield page.lines[0].mistake(f"no-{key}", **page.drawn)
         for line in lines:
             if line is not lines[0] or line.number > top:
                 yield line.mistake("setting-again", key=key)
@@ -211,10 +271,13 @@ def _floor_numbers(page: Page) -> Iterator[Mistake]:
     """Report the first only: what follows may well be right once it is mended."""
     follows = 1
     for drawing in page.drawings:
-        if (first := drawing.numbers[0]) != follows:
+        if drawing.headless:
+            follows = 2
+        elif (first := drawing.numbers[0]) != follows:
             yield drawing.heading.mistake("floor-order", first=first, follows=follows)
             return
-        follows = drawing.numbers[-1] + 1
+        else:
+            follows = drawing.numbers[-1] + 1
     if follows > MOST_FLOORS + 1:
         yield page.drawings[-1].heading.mistake("floor-limit", most=MOST_FLOORS)
 
@@ -249,6 +312,6 @@ def stages(page: Page) -> Iterator[Iterable[Mistake]]:
     """What each stage of checks finds, once the stages before find nothing."""
     yield _foreign_signs(page)
     yield _headings(page)
-    yield chain(_settings(page), _floor_numbers(page), _blanks(page))
-    yield _signs(page)
+    orders = _settings(page), _floor_numbers(page), _blanks(page)
+    yield chain(_head(page), *orders, _signs(page), _closed_blanks(page))
     yield _shape(page)

@@ -124,16 +124,10 @@ def _refuse_old(top: Mapping[str, Any]) -> None:
     """Raise SettingsError for rows without sections, as in ML-Agents' releases 1, 2."""
     for rows in (*top.values(), *mapping(top.get("behaviors"), "behaviors").values()):
         flat = _flat(rows) if isinstance(rows, Mapping) else {}
-        lost = [place for place in PLACES if "." in place and _last(place) in flat]
-        if lost:
-            homes = dict.fromkeys(place.rpartition(".")[0] for place in lost)
-            under = "; ".join(
-                f"{', '.join(_last(p) for p in lost if p.startswith(home))} in {home}"
-                for home in homes
-            )
+        if lost := [place for place in PLACES if "." in place and _last(place) in flat]:
             raise SettingsError(
                 "this is laid out as in ML-Agents' releases 1 and 2. Write all "
-                f"behaviours under `behaviors:`, and in each of them {under}"
+                f"behaviours under `behaviors:`, and there {', '.join(lost)}"
             )
 
 

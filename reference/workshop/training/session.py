@@ -285,7 +285,9 @@ def begin(asked: Namespace) -> Training:
     for the map, OSError for an unreadable file.
     """
     settings = _settings(asked)
-    name = asked.building or ("tiny" if settings.preset == "tiny" else "paper")
+    name = "tiny" if settings.preset == "tiny" else "paper"
+    if asked.building is not None:
+        name = asked.building
     building = load_building(name)
     where = building, settings.scenario
     named = {side: who for side in SIDES if (who := getattr(asked, side)) is not None}
