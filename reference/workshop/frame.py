@@ -1,6 +1,6 @@
 """The robot's frame: how a policy reads the 167 numbers and speaks a destination.
 
-Clauses: C1, C4-C7.  [C5, chosen] The environment keeps the paper's interface,
+Clauses: C1, C4-C7, D6.  [C5, chosen] The environment keeps the paper's interface,
 coordinates of the whole floor.  A policy reads and speaks from where its robot stands:
 points relative to it, those people first whom nobody leads, and a destination that may
 mean one of a few anchors.  All of it follows from the observation, the map, and where
@@ -22,6 +22,7 @@ from scipy import ndimage
 from scipy.sparse.csgraph import dijkstra
 
 from reference.building import Building, Kind, Landmark
+from reference.fire import fuel
 from reference.game.interface import Interface
 from reference.game.observations import from_normalised
 from reference.navigation import Navigation, navigation_of
@@ -45,8 +46,8 @@ class View:
     me     (B, 2) metres, floor (B,), place (B,): where they stand
     alone, lost, mine  (B, n) bool, people whom nobody leads, those on my floor, and
            those I lead, in the order of the vector;  order  (B, n), the frame's
-    spot   (B, 2) metres, where robots are headed;  outs, feet  (B, k, 2) metres, ways
-           out and feet of stairs, nearest first; nan for none
+    spot   (B, 2) metres, where robots are headed;  outs, feet, rims  (B, k, 2) metres,
+           ways out, feet of stairs and where to guard, nearest first; nan for none
     anchors  (B, K, 2) units;  way  (B, K) metres;  allowed  (B, K) bool
     """
 
@@ -75,6 +76,7 @@ class View:
         self.spot = from_normalised(building, headed.astype(np.float64))
         self.outs = self._nearest_first(self.map.outs)
         self.feet = self._nearest_first(self.map.feet)
+        self.rims = self._nearest_first(self.map.rims)
         self._find_anchors()
 
     def _sort_people(self) -> None:
@@ -92,11 +94,12 @@ class View:
         self.order = np.lexsort((way, group), axis=1)
 
     def _find_anchors(self) -> None:
-        """Keep, stay, ways out, feet of stairs, the nearest lost people [C5]."""
+        """Keep, stay, ways out, feet of stairs, rims, the nearest lost people [C5]."""
         first = self.order[:, :PEOPLE]
         people = np.take_along_axis(self.humans[..., :2], first[..., None], axis=1)
         people[~np.take_along_axis(self.lost, first, axis=1)] = np.nan
-        parts = [self.spot[:, None], self.me[:, None], self.outs, self.feet, people]
+        own, marks = [self.spot, self.me], [self.outs, self.feet, self.rims]
+        parts = [*(point[:, None] for point in own), *marks, people]
         anchors = np.concatenate(parts, axis=1)
         self.anchors: np.ndarray = np.nan_to_num((anchors - self.me[:, None]) / UNIT)
         self.way = self._way_to(anchors)
@@ -106,13 +109,17 @@ class View:
         self.allowed[:, STAY] = True
 
     def helpful(self) -> np.ndarray:
-        """(B, K) bool: leading nobody no way out, nor on to where nobody is lost."""
+        """(B, K) bool: leading nobody no way out, nor on to where nobody is lost.
+
+        A rim may always be meant, and kept: who guards a way out leads nobody.
+        """
         leads = self.mine.any(axis=1)
         near_lost = _within(ASTRAY, self.spot, self.humans, self.lost)
         helps = np.ones_like(self.allowed)
         helps[:, STAY + 1 : STAY + 1 + self.outs.shape[1]] = leads[:, None]
         to_foot = _within(AT_EXIT, self.spot, self.feet)
-        helps[:, KEEP] = np.where(self.to_way_out(), leads, to_foot | near_lost)
+        keeps = np.where(self.to_way_out(), leads, to_foot | near_lost)
+        helps[:, KEEP] = keeps | _within(AT_EXIT, self.spot, self.rims)
         return helps
 
     def to_way_out(self) -> np.ndarray:
@@ -172,7 +179,8 @@ class Map:
 
     free    (floors, rows, cols) the nearest place where one can stand
     stairs  (places,) bool
-    outs, feet  (floors, k, 2) metres of ways out and feet of stairs, nan for none
+    outs, feet, rims  (floors, k, 2) metres of ways out, feet of stairs and cells to
+            guard, nan for none
     """
 
     def __init__(self, building: Building):
@@ -185,8 +193,9 @@ class Map:
             return_indices=True,
         )
         self.free = np.ravel_multi_index(nearest, building.walkable.shape)
-        floors = [way_marks(building, floor) for floor in range(building.floors)]
-        self.outs, self.feet = map(_filled, zip(*floors, strict=True))
+        floors = range(building.floors)
+        marks = [(*way_marks(building, f), rims(building, f)) for f in floors]
+        self.outs, self.feet, self.rims = map(_filled, zip(*marks, strict=True))
 
     def places(self, points: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:
         """(...) places of points (..., 2), or (..., 3) with floors of their own.
@@ -269,6 +278,23 @@ def way_marks(building: Building, floor: int) -> tuple[list[Any], list[Any]]:
     ends = [k for k, well in enumerate(wells) if well.lowest == floor]
     outs += [np.array(at_exit(building, mark)) for mark in exits]
     return outs, [before_stairwell(building, floor, k) for k in ends]
+
+
+def rims(building: Building, floor: int) -> list[Any]:
+    """Find where one guards a floor's exits and entrances, points in metres [D6].
+
+    [C5, chosen] Of the cells that flames may enter and that Eq. 1 leaves alone, the
+    nearest on foot to each.
+    """
+    nav = navigation_of(building)
+    guarded = (fuel(building) & (building.kind == Kind.FLOOR)).ravel()
+    for well in (well for well in building.stairwells if floor in well.areas):
+        off = nav.centres - well.centre
+        guarded &= np.hypot(off[:, 0], off[:, 1]) > NEAR_STAIRWELL
+    marks = [m for m in building.landmarks if m.floor == floor]
+    ways = [m.index for m in marks if m.kind is not Kind.DOOR]
+    metres = [np.where(guarded, nav.distance_to(way), np.inf) for way in ways]
+    return [nav.centres[d.argmin()] for d in metres if np.isfinite(d).any()]
 
 
 @lru_cache(maxsize=64)

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from movies import shipped, stage
 
+from reference.building import Kind
+from reference.fire import fuel
 from reference.game.environment import destination
 from reference.game.observations import headed, robot_vectors, vector_layout
 from reference.navigation import navigation_of
@@ -20,9 +22,11 @@ from reference.workshop.frame import (
     UNIT,
     guides,
     near,
+    rims,
     way_marks,
 )
 from reference.workshop.remedies import RobotsFrame
+from reference.workshop.strategies.fires import places_beside
 from reference.workshop.strategies.robots import Sweep
 from reference.workshop.training.presets import preset
 from reference.world import NOBODY, NOWHERE
@@ -108,9 +112,9 @@ def test_what_moves_together_looks_the_same_to_a_robot():
     same = slice(first, first + (4 + 1 + 2) * WIDTH)  # people, a mate, fires
     assert np.allclose(one[:, same], other[:, same], atol=1e-6)
     off = anchors(frame, other)[0] - anchors(frame, one)[0]
-    exit_ = STAY + 1
-    assert np.allclose(off[:, exit_], (-2 / UNIT, 0), atol=1e-6)
-    assert np.allclose(np.delete(off, exit_, axis=1), 0, atol=1e-6)
+    still = STAY + 1, STAY + 2  # the exit, and where to guard it
+    assert np.allclose(off[:, still], (-2 / UNIT, 0), atol=1e-6)
+    assert np.allclose(np.delete(off, still, axis=1), 0, atol=1e-6)
 
 
 @pytest.mark.paper("C5", "chosen")
@@ -165,11 +169,42 @@ def test_an_anchor_at_a_way_out_tells_people_to_take_it(name):
                 assert (said != NOWHERE) == leads_out
 
 
+@pytest.mark.paper("D6")
+@pytest.mark.parametrize("name", BUILDINGS)
+def test_a_rim_is_the_nearest_cell_to_a_way_that_flames_may_enter(name):
+    """Or the nearest at which a robot can stand, by Eq. 1: there no source is lit."""
+    building = shipped(name)
+    nav = navigation_of(building)
+    for floor in range(building.floors):
+        marks = [m for m in building.landmarks if m.floor == floor]
+        ways = [m.index for m in marks if m.kind is not Kind.DOOR]
+        found = rims(building, floor)
+        assert len(found) == len(ways)
+        for point, way in zip(found, ways, strict=True):
+            assert actual_target(building, floor, *point) == tuple(point)
+            (place,) = nav.places_at(np.array([floor]), point[None])
+            assert fuel(building).ravel()[place]
+            (first,) = places_beside(building, [way])
+            at = tuple(nav.centres[first].tolist())
+            assert place == first or actual_target(building, floor, *at) != at
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_masks_never_forbid_to_guard():
+    """To a rim or on the way to one, though nobody is lost there and nobody led."""
+    sim = stage(HALL.replace("q", ".").replace("p", ".").replace("r", "."))
+    (rim,) = rims(sim.building, 0)
+    for going, keeps in ((rim, True), (rim - (5, 0), False)):
+        metres = np.tile(going, (2, 1)) / np.array(sim.building.body[2:])
+        _, allowed = anchors(*seen(sim, masks=True, going=metres.astype(np.float32)))
+        assert allowed[0, [KEEP, STAY + 1, STAY + 2]].tolist() == [keeps, False, True]
+
+
 @pytest.mark.paper("C5", "chosen")
 def test_without_masks_a_robot_may_mean_whatever_is_there():
-    """The way out, q and r, whom nobody leads; no other people; no old destination."""
+    """The way out, its rim, q and r, whom nobody leads; no old destination."""
     _, allowed = anchors(*seen(stage(HALL)))
-    assert allowed.tolist() == [[False, True, True, True, True, False, False]] * 2
+    assert allowed.tolist() == [[False, *[True] * 5, False, False]] * 2
 
 
 @pytest.mark.paper("C5", "chosen")
