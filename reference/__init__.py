@@ -83,7 +83,7 @@ READING_ORDER = BOOK + WORKSHOP
 
 __version__ = "0.13.0"
 
-GAME = 5
+GAME = 6
 """Increases when rules or numbers of the game change: policies learned in another game
 are refused, and runs begun in it are not resumed."""
 

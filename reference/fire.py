@@ -66,9 +66,9 @@ class Generator:
 
 
 def free_places(world: World) -> np.ndarray:
-    """(places,) bool: unprotected room cells without flames, human or robot [D6]."""
-    room = world.building.kind == Kind.FLOOR
-    free = (room & fuel(world.building) & ~world.flames.burning).ravel()
+    """(places,) bool: unburnt, unprotected room cells without human or robot [D6]."""
+    room, flames = world.building.kind == Kind.FLOOR, world.flames
+    free = (room & fuel(world.building) & ~flames.burning & ~flames.ash).ravel()
     free[world.bodies.place[world.bodies.walking]] = False
     free[[robot.place for robot in world.robots]] = False
     return free
@@ -85,20 +85,23 @@ def decision_at(world: World, p: int) -> Decision:
 
 
 class Spread:
-    """How flames spread in one run: first passage [D7, chosen].
+    """How flames spread and burn out in one run: first passage [D7, chosen].
 
     Every border between two cells has a fixed, seeded delay; a cell burns from the
-    earliest time that a chain of delays from any source reaches it.
+    earliest time that a chain of delays from any source reaches it, for BURN_SECONDS.
+    What is left of the borders is bond percolation: a longer delay carries no flames.
     """
 
     def __init__(self, building: Building, rng: Rng):
-        """delays: (places, places) s, of each border between two cells of `fuel`."""
+        """delays: (places, places) s, of each border that flames of `fuel` pass."""
         self.building, burns = building, fuel(building)
         east = np.flatnonzero(burns & shifted(burns, 0, 1))
         south = np.flatnonzero(burns & shifted(burns, 1, 0))
         one = np.concatenate([east, south])
         other = np.concatenate([east + 1, south + burns.shape[2]])
-        delay = np.tile(rng.exponential(1 / paper.SPREAD_RATE, len(one)), 2)
+        delay = rng.exponential(1 / paper.SPREAD_RATE, len(one))
+        passes = delay < paper.BURN_SECONDS
+        one, other, delay = one[passes], other[passes], np.tile(delay[passes], 2)
         where = np.concatenate([one, other]), np.concatenate([other, one])
         self.delays = csr_matrix((delay, where), shape=(burns.size, burns.size))
 
@@ -110,15 +113,21 @@ class Spread:
         flames.sources.append(source)
 
     def advance(self, flames: Flames, time: float) -> float:
-        """Burn every cell whose time has come; return when the next one will (s)."""
-        flames.burning = flames.arrival <= time
+        """Burn every cell whose time has come, till its time is over: then it is ash.
+
+        Returns when the next cell will begin or end to burn (s).
+        """
+        ends = flames.arrival + paper.BURN_SECONDS
+        flames.ash = ends <= time
+        flames.burning = (flames.arrival <= time) & ~flames.ash
         flames.alight = frozenset(np.flatnonzero(flames.burning).tolist())
         burning, beside = flames.burning, cells_beside(self.building, flames.burning)
         heat = np.where(beside, paper.HEAT_LOSS, 0.0)
         flames.harm = np.where(burning, paper.BURN_LOSS, heat)
         detour = np.where(beside, paper.HEAT_COST, 1.0)
         flames.cost = np.where(burning, paper.BURN_COST, detour)
-        return float(flames.arrival[~flames.burning].min(initial=inf))
+        coming = np.where(flames.burning, ends, flames.arrival)
+        return float(coming[~flames.ash].min(initial=inf))
 
 
 @lru_cache(maxsize=8)

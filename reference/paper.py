@@ -76,7 +76,12 @@ source there is refused though nothing stands there [D6, deviation]: codes keep 
 free of fuel. It delays what two fires beside two exits do to people, until flames have
 walked round the clearance; it does not prevent it."""
 
-SPREAD_RATE = 0.12  # [D7, chosen] ignitions per second and border between two cells
+SPREAD_RATE = 0.06  # [D7, chosen] ignitions per second and border between two cells
+BURN_SECONDS = 40.0
+"""[D7, chosen] a cell burns so long, and is ash then: dark, passable, without heat,
+never lit again. A border whose delay is longer carries no flames, so one in eleven;
+a fire may die out. With flames that never ended, two fires beside two exits decided."""
+
 FLAME_SECONDS = 1.0  # [D7, chosen] flames spread, and new ones appear, this often
 BURN_LOSS = 10.0  # [B7, chosen] health lost per second inside flames
 HEAT_LOSS = 2.0  # [B7, chosen] health lost per second beside flames

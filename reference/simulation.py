@@ -97,7 +97,7 @@ class Simulation:
         self.walked_to = np.empty((0, 2))
         self.decision_ticks = round(self.scenario.decision_seconds / self.tick)
         self._flame_ticks = max(1, round(paper.FLAME_SECONDS / self.tick))
-        self._next_ignition = self.world.time if self.world.flames.sources else inf
+        self._flames_change = self.world.time if self.world.flames.sources else inf
         self.full_until = np.zeros(len(building.landmarks) + 1)
         self.turn = np.arange(len(self.world.bodies)) % paper.RECONSIDER_TICKS
         self.due = np.ones(len(self.world.bodies), dtype=bool)
@@ -194,7 +194,7 @@ class Simulation:
         self.events.append(event)
         if isinstance(event, FireLit):
             self.spread.ignite(world.flames, event)
-            self._next_ignition = world.time
+            self._flames_change = world.time
 
     # -- MOVE -----------------------------------------------------------------------
 
@@ -248,8 +248,8 @@ class Simulation:
         world, self.ticks = self.world, self.ticks + 1
         world.time = self.ticks * self.tick
         self.person_seconds += self.tick * sum(world.occupancy)
-        if world.time >= self._next_ignition and self.ticks % self._flame_ticks == 0:
-            self._next_ignition = self.spread.advance(world.flames, world.time)
+        if world.time >= self._flames_change and self.ticks % self._flame_ticks == 0:
+            self._flames_change = self.spread.advance(world.flames, world.time)
             self._burn_doors()
 
     def _lose_health(self) -> None:

@@ -146,6 +146,7 @@ class Flames:
 
     arrival: np.ndarray  # s, when each cell begins to burn; inf: never, so far
     burning: np.ndarray  # bool
+    ash: np.ndarray  # bool: burnt out [D7]
     alight: frozenset[int]  # the places that burn
     harm: np.ndarray  # health lost per second there, heat and flames [B7]
     cost: np.ndarray  # metres that a metre there counts as, when a way is planned

@@ -3,7 +3,7 @@
     # . + E A-D   the building, as in a floor file but without names of rooms
     p q r ...     people, in this order; a later letter outranks an earlier one
     R             robots, in reading order, equally many on every floor
-    *             flames that stay as they are drawn
+    * ,           flames that do not spread, and the ash that is left of them
     x             who died there
     _             floor that p has explored before
     !             where somebody sets off to: a door, stair, exit, patch or leader
@@ -189,8 +189,9 @@ def canvas(sim):
     """The signs of the board now, floor by floor and row by row."""
     floors = [[list(row) for row in s.rows] for s in sim.building.plan.storeys]
     bodies, cell = sim.world.bodies, sim.building.cell
-    for floor, row, col in np.argwhere(sim.world.flames.burning):
-        floors[floor][row][col] = "*"
+    for sign, cells in (("*", sim.world.flames.burning), (",", sim.world.flames.ash)):
+        for floor, row, col in np.argwhere(cells):
+            floors[floor][row][col] = sign
     for robot in sim.world.robots:
         row, col = cell(*robot.position)
         floors[robot.floor][row][col] = "R"

@@ -17,7 +17,14 @@ from scipy.sparse.csgraph import dijkstra
 
 from reference.building import Building
 from reference.fire import fuel, rim
-from reference.paper import ALPHA, BETA, FLAME_SECONDS, HEALTH_SECONDS, K
+from reference.paper import (
+    ALPHA,
+    BETA,
+    BURN_SECONDS,
+    FLAME_SECONDS,
+    HEALTH_SECONDS,
+    K,
+)
 from reference.simulation import Simulation
 from reference.world import World
 
@@ -40,9 +47,11 @@ def difficulty(building: Building, arrival: np.ndarray, people: np.ndarray) -> f
 
     * people, and each metre of the way from where they start;
     * the time from 0 to T, each moment weighted by the health left then: if all ways
-      are cut at once at t, h is HARDEST · (1 - t/T).
+      are cut for good at t, that makes x = (1 - t/T)².
 
-    Without fire x = 0; if no way is ever open x = 1. More or earlier fire never
+    Without fire x = 0; if no way is ever open x = 1. A way counts as open again when
+    what closed it has burnt out [D7], so all of a building burning at once is worth
+    0.36 only, h = 2312: for more, fires must take turns. What burns besides never
     lowers h. The root is there because Eq. 8 squares h: on the paper's ruler the fire's
     part of E is x itself.
     """
@@ -60,8 +69,8 @@ def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
     A way that grows from d0 to d has lost 1 - d0/d: nothing if it is as before, half
     if it is twice as long, all if it is cut. Flames take ways as follows [F11, chosen]:
 
-    * a door is shut once a cell of it burns [A6];
-    * a protected exit, entrance or door is shut once everything that can burn around
+    * a door is shut while a cell of it burns [A6], and a hole in the wall later;
+    * a protected exit, entrance or door is shut while everything that can burn around
       its clearance burns, but never for a room wholly inside a clearance;
     * the way from a room's middle to its doors grows as the room's free area shrinks:
       it is twice as long when half of the room burns.
@@ -168,20 +177,24 @@ def _passed(building: Building) -> np.ndarray:
 
 def _free(building: Building, arrival: np.ndarray) -> np.ndarray:
     """Share of each area's cells that do not burn, (MOMENTS, areas)."""
-    alight = [
-        np.sort(arrival[area.floor, *area.cells.T]).searchsorted(SECONDS, "right")
-        for area in building.areas
-    ]
-    return 1 - np.stack(alight, axis=1) / [area.size for area in building.areas]
+    cells = (arrival[area.floor, *area.cells.T] for area in building.areas)
+    return np.stack([1 - _burning(some).mean(axis=1) for some in cells], axis=1)
 
 
 def _shut(building: Building, arrival: np.ndarray) -> np.ndarray:
     """Find landmarks that are shut, (MOMENTS, nodes) bool."""
-    at = [inf] * len(building.areas)
+    shut = [np.zeros(MOMENTS, dtype=bool)] * len(building.areas)
     for mark in building.landmarks:
         own = (building.landmark == mark.index) & fuel(building)
+        around = rim(building, mark.index)
         if own.any():
-            at.append(min(arrival[own]))
+            shut.append(_burning(arrival[own]).any(axis=1))
         else:
-            at.append(max(arrival.flat[rim(building, mark.index)], default=inf))
-    return SECONDS[:, None] >= at
+            shut.append(_burning(arrival.flat[around]).all(axis=1) & (around.size > 0))
+    return np.stack(shut, axis=1)
+
+
+def _burning(arrival: np.ndarray) -> np.ndarray:
+    """Find which of k cells burn, (MOMENTS, k) bool; arrival: (k,) s [D7]."""
+    since = SECONDS[:, None] - arrival
+    return (since >= 0) & (since < BURN_SECONDS)

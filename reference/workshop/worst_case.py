@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from reference.fire import Decision
 from reference.game.rewards import group_reward
-from reference.paper import Scenario
+from reference.paper import BURN_SECONDS, Scenario
 from reference.simulation import Simulation
 from reference.strategies import FireStrategy, NoRobots, RandomFire, RobotStrategy
 from reference.workshop.lockstep import to_the_end
@@ -65,15 +65,19 @@ def another_future(
     """Continue copies of a world and of who plays in it, with fresh chances.
 
     [D7, chosen] Exponential delays have no memory: what is left of one is distributed
-    like a new one. So flames spread anew from all that burns now.
+    like a new one. So flames spread anew from all that burns now, each cell for as long
+    as it burns.
     """
     robots, fire, world = deepcopy(robots), deepcopy(fire), world.copy()
     after = Simulation(world.building, scenario, robots, fire, seed, world)
-    flames, alight = world.flames, world.flames.arrival <= world.time
-    if alight.any():
-        edges, lit = after.spread.delays, np.flatnonzero(alight)
-        delay = dijkstra(edges, indices=lit, min_only=True).reshape(alight.shape)
-        flames.arrival = np.where(alight, flames.arrival, world.time + delay)
+    flames, begun = world.flames, world.flames.arrival <= world.time
+    if begun.any():
+        borders, lit = after.spread.delays, np.flatnonzero(begun)
+        left = np.where(begun, flames.arrival - world.time, 0) + BURN_SECONDS
+        too_late = borders.data >= left.ravel().repeat(np.diff(borders.indptr))
+        borders.data[too_late] = np.inf
+        delay = dijkstra(borders, indices=lit, min_only=True).reshape(begun.shape)
+        flames.arrival = np.where(begun, flames.arrival, world.time + delay)
     return after
 
 

@@ -1,13 +1,13 @@
 """The fire: Eqs. 2-3, rule D6 in both modes, first passage, scripted strategies."""
 
-from math import floor, inf, trunc
+from math import exp, floor, inf, trunc
 
 import networkx as nx
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from movies import body, built, found, mark, play, shipped, split, stage
+from movies import body, built, found, mark, play, shipped, split, stage, wait
 
 from reference.building import Kind
 from reference.fire import (
@@ -21,12 +21,15 @@ from reference.fire import (
 )
 from reference.paper import (
     BURN_LOSS,
+    BURN_SECONDS,
     DECISION_SECONDS,
     FIRE_EVERY_DECISIONS,
     FIRE_FIRST_DECISION,
     FLAME_SECONDS,
     HEAT_LOSS,
     PROTECTED_METRES,
+    SPREAD_RATE,
+    WALKING_SPEED,
     Scenario,
 )
 from reference.simulation import Simulation
@@ -248,8 +251,9 @@ ONE, OTHER = FireLit(0.0, 0, -10.5, 5.5), FireLit(20.0, 0, 3.5, -8.5)
 
 
 @pytest.mark.paper("D7")
-def test_arrival_is_a_shortest_sum_of_delays(spread):
-    """As networkx's Dijkstra finds it over the same delays."""
+def test_arrival_is_a_shortest_sum_of_delays_shorter_than_a_cell_burns(spread):
+    """As networkx's Dijkstra finds it over the same delays; so a fire may die out."""
+    assert spread.delays.data.max() < BURN_SECONDS
     graph = nx.from_scipy_sparse_array(spread.delays)
     p = Simulation(
         spread.building, Scenario(people=0), NoRobots(), NoFire()
@@ -270,10 +274,12 @@ def test_each_cell_burns_from_the_earlier_of_what_two_sources_do_alone(spread):
 
 @pytest.mark.paper("D7")
 def test_flames_enter_neither_walls_nor_stairwells_nor_protected_cells(spread):
-    """They reach all the rest of their floor, and never leave it."""
+    """They reach most of the rest of their floor, and never leave it."""
     building = spread.building
     reached = np.isfinite(flames(spread, ONE).arrival)
-    assert np.array_equal(reached[0], fuel(building)[0])
+    burns = fuel(building)[0]
+    assert not (reached[0] & ~burns).any()
+    assert reached[0].sum() > 0.9 * burns.sum()
     assert set(building.kind[reached].tolist()) == {Kind.FLOOR, Kind.DOOR}
     assert not reached[1:].any()
 
@@ -325,12 +331,54 @@ def test_delays_are_the_same_both_ways_and_differ_by_seed(spread):
 
 
 @pytest.mark.paper("D7")
-def test_what_burns_is_what_the_flames_have_reached(spread):
-    """And `advance` tells when the next cell will."""
-    burning = flames(spread, ONE, OTHER)
-    next_time = spread.advance(burning, 30.0)
-    assert np.array_equal(burning.burning, burning.arrival <= 30)
-    assert next_time == burning.arrival[burning.arrival > 30].min()
+@pytest.mark.parametrize("now", [30.0, 70.0])
+def test_what_burns_is_what_the_flames_have_reached_lately(spread, now):
+    """The rest is ash; `advance` tells when the next cell begins or ends to burn."""
+    fire = flames(spread, ONE, OTHER)
+    next_time = spread.advance(fire, now)
+    begin, end = fire.arrival, fire.arrival + BURN_SECONDS
+    assert np.array_equal(fire.burning, (begin <= now) & (now < end))
+    assert np.array_equal(fire.ash, end <= now)
+    assert fire.ash.any() == (now > BURN_SECONDS)
+    coming = np.concatenate([begin.ravel(), end.ravel()])
+    assert next_time == coming[coming > now].min()
+
+
+@pytest.mark.paper("D7", "chosen")
+def test_a_cell_burns_for_40_s_and_is_ash_then():
+    """It hurts nobody any more, and people walk over it."""
+    sim = stage("########\n#p.*...E\n########")
+    sim.world.bodies.pace[:] = 0
+    assert play(sim, BURN_SECONDS - 1) == "########\n#p.*...E\n########"
+    assert play(sim, 2) == "########\n#p.,...E\n########"
+    assert sim.world.flames.ash.sum() == 1 and not sim.world.flames.harm.any()
+    sim.world.bodies.pace[:] = WALKING_SPEED
+    assert play(sim, 3) == "########\n#..,.p.E\n########"
+
+
+@pytest.mark.paper("D7", "chosen")
+def test_one_border_in_eleven_carries_no_flames(spread):
+    """Those whose delay is longer than a cell burns: bond percolation."""
+    burns = fuel(spread.building)
+    borders = (burns[:, 1:] & burns[:, :-1]).sum() + (
+        burns[..., 1:] & burns[..., :-1]
+    ).sum()
+    carried = spread.delays.nnz / 2 / borders
+    assert carried == pytest.approx(1 - exp(-SPREAD_RATE * BURN_SECONDS), abs=0.02)
+
+
+@pytest.mark.paper("D7", "chosen")
+def test_ash_is_never_lit_again():
+    """Neither by flames beside it nor by a source [D6]."""
+    sim = stage("########\n#.*...pE\n########")
+    sim.world.bodies.pace[:] = 0
+    wait(sim, BURN_SECONDS + 1)
+    place = (0, *sim.building.metres(1, 2))
+    refusing = Generator(sim.building, Scenario(training=True), np.random.default_rng())
+    assert isinstance(refusing.generate(sim.world, place), FireRefused)
+    was = sim.world.flames.arrival.flat[sim.navigation.place(*place)]
+    sim.spread.ignite(sim.world.flames, FireLit(sim.world.time, *place))
+    assert sim.world.flames.arrival.flat[sim.navigation.place(*place)] == was
 
 
 @pytest.mark.paper("B7")
@@ -354,7 +402,7 @@ def test_a_door_is_destroyed_as_soon_as_flames_burn_beside_it():
     (cell,) = np.flatnonzero(sim.building.landmark == door)
     arrival = sim.world.flames.arrival.ravel()
     arrival[cell - 2], arrival[cell - 1], arrival[cell] = 0.9, 1.9, 50.0
-    sim._next_ignition = 0.9
+    sim._flames_change = 0.9
     play(sim, 1.4)
     assert not sim.world.burnt
     play(sim, 1)

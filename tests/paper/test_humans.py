@@ -545,7 +545,7 @@ def test_recklessness_lasts_as_long_whenever_it_begins():
     for begun in (0, 13, 26, 39):
         sim = stage(BLOCKED, sight_range=10)
         halt(sim, "p")
-        sim.ticks = begun * 7
+        sim.ticks = begun * 3
         sim.world.time = sim.ticks * sim.tick
         sim.world.bodies.anchor_time[:] = sim.world.time
         flame = sim.navigation.centres[sim.world.flames.burning.ravel()][:1]

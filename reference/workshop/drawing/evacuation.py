@@ -31,6 +31,7 @@ TRAIL_SECONDS = 10
 TRAIL = f"walked in {TRAIL_SECONDS} s"
 INK = "#16191d"
 FLAME, EMBER, SOURCE, CHAR = "#f47b20", "#c43c00", "#d11a1a", "#1d120c"
+ASH = "#8d8782"
 CURVES: dict[str, Style] = {
     "out": {"color": COLOURS[Kind.EXIT], "lw": 2},
     "inside": {"color": page.FAINT, "lw": 2, "ls": (0, (4, 1.5))},
@@ -197,7 +198,9 @@ class Side:
 
     def _show_fire(self, world: World) -> None:
         burnt = np.isin(self.building.landmark, [*world.burnt])
-        for name, cells in (("flames", world.flames.burning), ("burnt door", burnt)):
+        flames = world.flames
+        fire = {"flames": flames.burning, "ash": flames.ash, "burnt door": burnt}
+        for name, cells in fire.items():
             place = np.flatnonzero(cells)
             self._put(name, place // cells[0].size, self.centres[place])
         sources = world.flames.sources
@@ -239,6 +242,7 @@ def looks(metre: float) -> dict[str, Style]:
         "robot": _marker("D", 1.05 * mark, "white", INK, 1.8) | {"zorder": 6},
         TRAIL: {"color": page.FAINT, "lw": 1.0, "alpha": 0.5, "zorder": 4},
         "flames": _marker("s", 0.94 * metre, FLAME, EMBER, 0.6),
+        "ash": _marker("s", 0.94 * metre, ASH, ASH, 0.6) | {"zorder": 3},
         "burnt door": _marker("s", 0.9 * metre, CHAR, FLAME, 1.0),
         "fire source": _marker("*", 2.6 * mark, SOURCE, "white", 0.9),
         "destination": _marker("+", 1.3 * mark, INK, INK, 1.4) | line,

@@ -1,7 +1,7 @@
 """Strategies of robots and fires by name.
 
 Clauses: C7, D2.  To add one, write a class with a `decide` as `reference.strategies`
-describes it, in `robots.py` or `fires.py` here, and name it in the table below: then
+describes it, in a module here, and name it in the table below: then
 every command knows it.
 """
 
@@ -24,6 +24,7 @@ from reference.workshop.strategies.fires import (
     FixedFire,
     GreedyFire,
 )
+from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.robots import Escort, Observer, Patrol, Sweep
 
 ROBOTS: dict[str, type[RobotStrategy]] = {
@@ -33,6 +34,7 @@ ROBOTS: dict[str, type[RobotStrategy]] = {
     "sweep": Sweep,
     "escort": Escort,
     "observer": Observer,
+    "guard": Guard,
 }
 GUIDES = tuple(name for name in ROBOTS if name != "none")  # who can be copied
 FIRES: dict[str, type[FireStrategy]] = {

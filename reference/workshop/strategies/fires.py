@@ -67,18 +67,21 @@ class FixedFire:
     """
 
     def __init__(self, places: Sequence[Decision] | None = None):
-        """places: what to light, in order; by default the cells nearest to the exits,
-        then to the stairwell entrances, lowest floors first."""
+        """places: what to light, in order; by default `beside_ways_out`."""
         self.places = places
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Choose by the number of sources so far; nothing after the last place."""
         if self.places is None:
-            ways = [way.index for way in exits_first(world.building)]
-            beside = places_beside(world.building, ways)
-            self.places = [decision_at(world, place) for place in beside]
+            self.places = beside_ways_out(world)
         lit = len(world.flames.sources)
         return self.places[lit] if lit < len(self.places) else None
+
+
+def beside_ways_out(world: World) -> list[Decision]:
+    """Find the cells nearest to exits, then to entrances, lowest floors first."""
+    ways = [way.index for way in exits_first(world.building)]
+    return [decision_at(world, p) for p in places_beside(world.building, ways)]
 
 
 def exits_first(building: Building) -> list[Landmark]:
