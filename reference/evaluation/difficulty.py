@@ -1,6 +1,6 @@
 """Difficulty h of a fire: how much of people's ways out it takes, and how early.
 
-Clauses: A3, A6, D6, F10, F11.  The main text, which defines h, was not at hand; ours
+Clauses: A3, A6, D6, D7, F10, F11.  The main text, which defines h, was not at hand; ours
 uses the graph of rooms, doors and stairwells, and when each cell begins to burn.
 
     h   difficulty, from 0 to HARDEST

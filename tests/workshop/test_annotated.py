@@ -133,7 +133,7 @@ def test_a_test_is_shown_with_the_board_it_names():
     ("clause", "code", "reason"),
     [
         ("B2", "SIGHT_RANGE = ", "metres, in smoke"),
-        ("D7", "", "How flames spread in one run: first passage. Every border"),
+        ("D7", "", "How flames spread and burn out in one run: first passage."),
         ("A7", "", "The paper's NavMesh becomes a grid of 1 m cells"),
     ],
 )
