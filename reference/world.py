@@ -1,7 +1,7 @@
 """The state of the world at one instant, and what can happen in it: records.
 
-Clauses: A4, A6, B2-B7, C5, C7, C8, D3, D6, D7.  A human is a body and a mind.  Bodies live
-in arrays and move all at once; minds are small objects that think one at a time.
+Clauses: A4, A6, B2-B7, C5, C7, C8, D3, D6, D7.  A human is a body and a mind.  Bodies
+live in arrays and move all at once; minds are small objects that think one at a time.
 
     n   number of people;  R  number of robots
     i   a body: people are 0 .. n-1, robots n .. n+R-1

@@ -1,7 +1,7 @@
 """Difficulty h of a fire: how much of people's ways out it takes, and how early.
 
-Clauses: A3, A6, D6, D7, F10, F11.  The main text, which defines h, was not at hand; ours
-uses the graph of rooms, doors and stairwells, and when each cell begins to burn.
+Clauses: A3, A6, D6, D7, F10, F11.  The main text, which defines h, was not at hand;
+ours uses the graph of rooms, doors and stairwells, and when each cell begins to burn.
 
     h   difficulty, from 0 to HARDEST
     d   shortest way out, metres, inf where there is none;  d0  the same without fire
@@ -183,15 +183,15 @@ def _free(building: Building, arrival: np.ndarray) -> np.ndarray:
 
 def _shut(building: Building, arrival: np.ndarray) -> np.ndarray:
     """Find landmarks that are shut, (MOMENTS, nodes) bool."""
-    shut = [np.zeros(MOMENTS, dtype=bool)] * len(building.areas)
-    for mark in building.landmarks:
+    areas, marks = len(building.areas), building.landmarks
+    shut = np.zeros((MOMENTS, areas + len(marks)), dtype=bool)
+    for node, mark in enumerate(marks, areas):
         own = (building.landmark == mark.index) & fuel(building)
-        around = rim(building, mark.index)
         if own.any():
-            shut.append(_burning(arrival[own]).any(axis=1))
-        else:
-            shut.append(_burning(arrival.flat[around]).all(axis=1) & (around.size > 0))
-    return np.stack(shut, axis=1)
+            shut[:, node] = _burning(arrival[own]).any(axis=1)
+        elif len(around := rim(building, mark.index)):
+            shut[:, node] = _burning(arrival.flat[around]).all(axis=1)
+    return shut
 
 
 def _burning(arrival: np.ndarray) -> np.ndarray:
