@@ -16,6 +16,7 @@ from reference.workshop.annotated.index import (
     code_of,
     marked_tests,
     marked_with,
+    passes_of,
 )
 from reference.workshop.annotated.page import anchor, snippet
 from reference.workshop.annotated.words import CLAUSES, KINDS, TITLES, WORDS, named_in
@@ -24,11 +25,17 @@ LARGEST = 1_500_000  # bytes of the page
 
 
 @pytest.fixture(scope="module")
-def html(tmp_path_factory):
-    """The page, written by the command."""
+def page(tmp_path_factory):
+    """The file of the page, written by the command."""
     path = tmp_path_factory.mktemp("paper") / "paper.html"
     assert main(["paper", "-o", str(path)]) == 0
-    return path.read_text(encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="module")
+def html(page):
+    """The page."""
+    return page.read_text(encoding="utf-8")
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +94,7 @@ def test_the_page_shows_every_clause_with_its_kinds(elements):
     for clause, (kind, title) in WORDS["clauses"].items():
         shown = text_of(named[anchor(clause)])
         assert kind in shown and title in shown
+        assert WORDS["statements"][clause] in shown
     legend = text_of(next(e for e in everything if e.get("class") == "legend"))
     for kind in KINDS:
         count = sum(f" {kind}" in e.get("class", "") for e in everything if e.get("id"))
@@ -108,25 +116,47 @@ def test_the_page_is_small_and_needs_no_network(html, elements):
     loaded = [element.get("src") for element in elements[1] if element.get("src")]
     assert loaded and all(value.startswith("data:") for value in loaded)
     assert {"script", "link", "iframe"}.isdisjoint(e.tag for e in elements[1])
-    assert "http" not in html.split("</style>")[0]
+    links = {e.get("href") for e in elements[1] if e.get("href", "").startswith("http")}
+    assert links == {"https://doi.org/10.1109/TCSS.2024.3502420"}
     assert "@import" not in html and "url(" not in html
 
 
-def test_every_link_leads_to_one_place_on_the_page(elements):
-    """No id is there twice, and none is missing."""
+def test_every_link_leads_to_one_place_on_the_page_or_to_a_file(elements, page):
+    """No id is there twice, and none is missing; files are found from the page."""
     named, everything = elements
-    links = {element.get("href", "#").removeprefix("#") for element in everything}
+    links = {e.get("href") for e in everything if e.get("href")}
+    here = {link[1:] for link in links if link[0] == "#"}
     assert len(named) == sum("id" in element.attrib for element in everything)
-    assert links - {""} | set(map(anchor, TITLES)) <= named.keys()
+    assert here | set(map(anchor, TITLES)) <= named.keys()
+    files = {link for link in links if link[0] not in "#h"}
+    assert len(files) > 40 and all((page.parent / link).exists() for link in files)
 
 
 # -- What it is made of -------------------------------------------------------------
 
 
-def test_a_test_is_shown_with_the_board_it_names():
-    """Boards that several tests share stand above them in the file."""
+def test_a_test_is_shown_with_its_boards(elements):
+    """Those that it names, which stand above it in the file, then those within it.
+
+    One that is on the page already is used again.
+    """
     (found,) = [t for t in marked_tests() if "takes_an_unexplored_dir" in t.name]
-    assert [board.name for board in boards_of(found)] == ["AROUND"]
+    assert boards_of(found)[0].startswith("################\n#p")
+    shown = [e for e in elements[1] if e.tag == "figure" and e.find("svg") is not None]
+    again = {e.get("href", "#")[1:] for e in elements[1] if e.tag == "use"}
+    assert len(shown) > 100 and again <= elements[0].keys()
+
+
+def test_a_text_is_parted_into_its_passes():
+    """By "then", or by a caption."""
+    film = "0.2 s: lines 2, 3\n#p..E\nthen\n#..!E"
+    assert passes_of(film) == [("0.2 s: lines 2, 3", ["#p..E"]), ("then", ["#..!E"])]
+
+
+def test_a_module_s_mark_is_each_of_its_tests_mark():
+    """`pytestmark` at the head of test_navigation files them all under A7."""
+    ways = [test for test in marked_with("A7") if test.path.stem == "test_navigation"]
+    assert len(ways) > 9
 
 
 @pytest.mark.parametrize(

@@ -11,6 +11,7 @@ import ast
 import re
 from collections.abc import Iterator
 from functools import cache
+from inspect import cleandoc
 from pathlib import Path
 from textwrap import dedent
 from typing import NamedTuple
@@ -20,6 +21,9 @@ from reference.workshop.annotated.words import CLAUSES, KINDS, TITLES, named_in
 
 PACKAGE = Path(__file__).resolve().parents[2]
 ROOT = PACKAGE.parent
+
+Marks = tuple[tuple[str, ...], ...]
+SIGNS = re.compile(r"[#.+EA-DR*,o-z!?_1-9 ]*")  # a row of a board, as in tests/movies
 
 # -- What stands in a file ----------------------------------------------------------
 
@@ -36,7 +40,7 @@ class Symbol(NamedTuple):
     last: int
     name: str
     doc: str
-    marks: tuple[tuple[str, ...], ...] = ()
+    marks: Marks = ()
 
     @property
     def title(self) -> str:
@@ -77,18 +81,26 @@ def symbols(path: Path) -> tuple[Symbol, ...]:
     """All symbols of a file, each before those within it."""
     tree = ast.parse("\n".join(lines_of(path)))
     module = Symbol(path, 1, len(lines_of(path)), "", ast.get_docstring(tree) or "")
-    return module, *_within(tree, path, "")
+    marks = [
+        node.value
+        for node in tree.body
+        if isinstance(node, ast.Assign) and "pytestmark" in ast.unparse(node.targets[0])
+    ]
+    return module, *_within(tree, path, "", _marks(marks))
 
 
 def _within(
-    parent: ast.Module | ast.ClassDef, path: Path, prefix: str
+    parent: ast.Module | ast.ClassDef, path: Path, prefix: str, marks: Marks = ()
 ) -> Iterator[Symbol]:
+    """All symbols of a module or class; marks: what marks each of its tests."""
     for node, after in zip(parent.body, [*parent.body[1:], ast.Pass()], strict=True):
         last = node.end_lineno or node.lineno
         if isinstance(node, ast.ClassDef | ast.FunctionDef):
             name, doc = prefix + node.name, ast.get_docstring(node) or ""
             first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
-            yield Symbol(path, first, last, name, doc, _marks(node))
+            shared = marks if node.name.startswith("test_") else ()
+            own = _marks(node.decorator_list)
+            yield Symbol(path, first, last, name, doc, own + shared)
             if isinstance(node, ast.ClassDef):
                 yield from _within(node, path, f"{name}.")
         elif isinstance(node, ast.Assign | ast.AnnAssign):
@@ -99,10 +111,10 @@ def _within(
             yield Symbol(path, node.lineno, last, name, doc)
 
 
-def _marks(node: ast.ClassDef | ast.FunctionDef) -> tuple[tuple[str, ...], ...]:
+def _marks(calls: list[ast.expr]) -> Marks:
     return tuple(
         tuple(key for text in call.args for key in named_in(ast.literal_eval(text)))
-        for call in node.decorator_list
+        for call in calls
         if isinstance(call, ast.Call) and ast.unparse(call.func) == "pytest.mark.paper"
     )
 
@@ -152,6 +164,9 @@ class Citation(NamedTuple):
     @property
     def reason(self) -> str:
         """What is said there: a comment or a paragraph; after a first one the next."""
+        if self.text.startswith("# --"):  # a heading: the comment below it
+            below = lines_of(self.symbol.path)[self.line :]
+            return uncited(" ".join(line.strip("# ") for line in below))
         if "#" in self.text:
             return uncited(self.text.split("#", 1)[1]).lstrip(": ")
         told = self.symbol.doc.split("\n\n")
@@ -242,7 +257,35 @@ def marked_with(key: str) -> list[Symbol]:
     return [test for test in marked_tests() if key in test.keys]
 
 
-def boards_of(test: Symbol) -> list[Symbol]:
-    """The boards that a test names: texts of several lines in its file."""
+def boards_of(test: Symbol) -> list[str]:
+    """The boards that a test draws or names: texts of its file with walls or floor."""
     named = re.findall(r"\b[A-Z]\w+\b", test.source)
-    return [s for s in symbols(test.path) if s.name in named and '"""' in s.source]
+    constants = (s for s in symbols(test.path) if s.name in named)
+    values = (
+        node.value
+        for each in (*constants, test)
+        for node in ast.walk(ast.parse(each.source))
+        if isinstance(node, ast.Constant)
+    )
+    texts = (cleandoc(value) for value in values if isinstance(value, str))
+    return list(dict.fromkeys(text for text in texts if is_board(text)))
+
+
+def is_board(text: str) -> bool:
+    """Has its first row signs of a board, walls or floor among them?"""
+    first = text.split("\n")[0]
+    return bool(SIGNS.fullmatch(first) and re.search(r"##|\.\.", first))
+
+
+def passes_of(board: str) -> list[tuple[str, list[str]]]:
+    """The boards of a text: each its caption, if it has one, and its rows.
+
+    A line that is no row parts two: "then", or a film's caption.
+    """
+    found: list[tuple[str, list[str]]] = [("", [])]
+    for row in board.split("\n"):
+        if SIGNS.fullmatch(row):
+            found[-1][1].append(row)
+        else:
+            found.append((row, []))
+    return [(caption, rows) for caption, rows in found if any(rows)]

@@ -6,8 +6,11 @@ place  "Alg. 2:13", "Eq. 3", "Tab. I", "Fig. 4";  key  a place or a clause
 """
 
 import re
+import tomllib
+from collections.abc import Callable
 from html import escape
 from keyword import kwlist
+from os.path import relpath
 from pathlib import Path
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
@@ -18,14 +21,17 @@ from reference.paper import TABLE_I, TABLE_II
 from reference.workshop import drawing
 from reference.workshop.annotated import index
 from reference.workshop.annotated.words import TITLES, WORDS
-from reference.workshop.drawing.annotated import formula, inline, snapping
+from reference.workshop.drawing.annotated import board, formula, inline, snapping
 from reference.workshop.drawing.ruler import curve
 
 LONGEST = 45  # lines of code that are shown together
 
 
-def page(building: Building) -> str:
-    """Write the page; the figures show a building. Raises InputError without tests."""
+def page(building: Building, folder: Path) -> str:
+    """Write the page for a folder, from where its links lead to the files.
+
+    The figures show a building. Raises InputError without tests.
+    """
     index.marked_tests()
     shelf = Environment(
         loader=FileSystemLoader(Path(__file__).parent),
@@ -34,8 +40,9 @@ def page(building: Building) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    for make in (anchor, prose, snippet, formula):
+    for make in (anchor, prose, snippet, formula, pictures_of_boards()):
         shelf.filters[make.__name__] = make
+    presets = index.PACKAGE / "workshop" / "training" / "presets.toml"
     return shelf.get_template("page.html").render(
         index=index,
         words=WORDS,
@@ -44,6 +51,8 @@ def page(building: Building) -> str:
         read_at=read_at,
         pictures=_pictures(building),
         version=reference.__version__,
+        laptop=tomllib.loads(presets.read_text("utf-8"))["laptop"],
+        root=relpath(index.ROOT, folder.resolve()),
     )
 
 
@@ -81,6 +90,28 @@ def prose(text: str) -> str:
     html = re.sub(r"`([^`]+)`", r"<code>\1</code>", escape(text, quote=False))
     place = r"\b(Alg\. \d:\d+|Eq\. \d|Tab\. I+|Fig\. \d)\b"
     return re.sub(place, lambda m: f'<a href="#{anchor(m[0])}">{m[0]}</a>', html)
+
+
+def pictures_of_boards() -> Callable[[str], str]:
+    """Make the filter that draws a text's boards; one drawn before is used again."""
+    known: dict[str, str] = {}
+
+    def pictured(text: str) -> str:
+        """The boards of a text as pictures, each with its caption."""
+        html = ""
+        for caption, rows in index.passes_of(text):
+            shapes, wide = board(rows), max(map(len, rows))
+            if (name := known.get(shapes)) is not None:
+                inner = f'<use href="#{name}"/>'
+            else:
+                name = known[shapes] = f"board-{len(known)}"
+                inner = f'<g id="{name}">{shapes}</g>'
+            size = f'viewBox="0 0 {wide} {len(rows)}" width="{15 * wide}"'
+            said = f"<figcaption>{escape(caption)}</figcaption>" * bool(caption)
+            html += f"<figure><svg {size}>{inner}</svg>{said}</figure>"
+        return html
+
+    return pictured
 
 
 _TOKENS = re.compile(

@@ -71,5 +71,5 @@ def paper(arguments: Namespace) -> None:
     """Writes the annotated paper: one page of clauses, code, tests and pictures."""
     from reference.workshop.annotated.page import page
 
-    write_whole(arguments.output, page(load("paper")).encode())
+    write_whole(arguments.output, page(load("paper"), arguments.output.parent).encode())
     print(arguments.output)

@@ -50,6 +50,38 @@ def inline(figure: Figure) -> str:
     return f"data:image/png;base64,{b64encode(small.getvalue()).decode()}"
 
 
+TILES = {"#": "wall", "E": "exit", ",": "ash"} | dict.fromkeys("ABCD", "stairs")
+DISCS = {"R": "robot", "!": "goal", "?": "goal"} | dict.fromkeys(
+    "pqrstuvwxyz", "person"
+)
+
+
+def board(rows: list[str]) -> str:
+    """Draw a board of a test as shapes of SVG, a unit a cell; page.css colours them."""
+    tiles, flames, signs = dict.fromkeys(["floor", *TILES.values()], ""), "", ""
+    for y, row in enumerate(rows):
+        for x, sign in enumerate(row):
+            kind = TILES.get(sign, "floor")
+            if sign == "+":
+                near = [
+                    line[max(x - 1, 0) : x + 2] for line in rows[max(y - 1, 0) : y + 2]
+                ]
+                kind = "entrance" if set("ABCD") & set("".join(near)) else "door"
+            if sign != " ":
+                tiles[kind] = tiles.get(kind, "") + f"M{x} {y}h1v1h-1z"
+            if sign in DISCS:
+                disc = f'class="b-{DISCS[sign]}" cx="{x}.5" cy="{y}.5" r=".46"'
+                signs += f"<circle {disc}/>"
+            if sign in DISCS or sign.isdigit() or sign == "_":
+                of = DISCS.get(sign, "note")
+                signs += f'<text class="b-{of}" x="{x}.5" y="{y}.8">{sign}</text>'
+            if sign == "*":
+                flames += f"M{x}.1 {y}.9l.4-.8.4.8z"
+    drawn = (tiles | {"flame": flames}).items()
+    paths = (f'<path class="b-{kind}" d="{d}"/>' for kind, d in drawn if d)
+    return "".join(paths) + signs
+
+
 def snapping() -> Figure:
     """Draw X′ over X: each coordinate becomes the middle of its cell [D3, Eq. 2]."""
     figure = page.sheet("The middle of the nearest cell", 4.6, 4.6)
