@@ -17,6 +17,7 @@ from reference.workshop.strategies.fires import (
     FixedFire,
     GreedyFire,
 )
+from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.robots import (
     Escort,
     Observer,
@@ -24,7 +25,7 @@ from reference.workshop.strategies.robots import (
     Sweep,
     as_observed,
 )
-from reference.world import NOBODY, FireLit
+from reference.world import NOBODY, FireLit, FireRefused
 
 
 def decided(robots, sim):
@@ -185,6 +186,28 @@ def test_an_observer_decides_the_same_whatever_people_have_in_mind():
 
 
 # -- Fires --------------------------------------------------------------------------
+
+
+@pytest.mark.paper("D6", "stated")
+def test_a_guard_stands_where_the_next_fire_is_due():
+    """It comes at 10 s, and in training not at all while the robot stands there."""
+    sim = stage("#p#.R.........E", "guard", "fixed", training=True)
+    assert play(sim, 10) == "#p#......R....E"
+    assert not sim.events
+    wait(sim, 1)
+    assert [type(event) for event in sim.events] == [FireRefused]
+
+
+@pytest.mark.parametrize(
+    ("board", "goes"),
+    [("#R.................E", True), ("#R..................E", False)],
+)
+def test_a_guard_goes_only_if_it_is_in_time(board, goes):
+    """Before the first fire, at 10 s, it walks 13.5 m at most: else it stays to lead."""
+    sim = stage(f"{'#' * len(board)}\n{board}\n{'#' * len(board)}", people=0)
+    (robot,) = sim.world.robots
+    (decided,) = Guard().decide(sim.world, [robot], np.random.default_rng(0))
+    assert (decided == sim.building.metres(1, len(board) - 6)) == goes
 
 
 def test_a_greedy_fire_strikes_on_the_way_of_people():

@@ -5,7 +5,7 @@
 The value of adaptation: how much the guide that is best under a fire saves more there
 than the guide that is best under random fire, on the same evacuations. Where it is
 nothing, no adversary can teach, however well one learns. All guides know only what a
-robot observes.
+robot observes, and `guard` one sequence of fires.
 """
 
 from argparse import ArgumentParser
@@ -23,6 +23,7 @@ from reference.workshop.crossplay.intervals import of_mean
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
 from reference.workshop.strategies import robots
+from reference.workshop.strategies.guard import Guard
 from reference.workshop.strategies.robots import Observer, Sweep, as_observed
 from reference.workshop.workers import one_thread
 
@@ -54,10 +55,11 @@ FAMILY = {
     "careful": (Observer, {"SOON": 10.0, "SOON_COST": 8.0}),
     "a way out each": (OneWayOutEach, {}),
     "sweep as observed": (SweepAsObserved, {}),
+    "guard": (Guard, {}),
 }
 """A class, and what is different in it or in its module."""
 
-UNDER = ("random", "busiest", "fixed", "closer", "greedy", "learned")
+UNDER = ("random", "busiest", "fixed", "closer", "greedy")
 
 
 def saved(name, fire, seeds):

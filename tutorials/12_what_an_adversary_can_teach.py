@@ -1,0 +1,109 @@
+"""Tutorial 12: what an adversary can teach.
+
+The paper lets a fire attack robots so that they become robust. That needs a game in
+which something better can be done under attack. You meet a fire that repeats itself,
+and robots that know it, stand in its way, and pay for that elsewhere. It takes
+20 seconds.
+"""
+
+from collections import Counter
+from pathlib import Path
+
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.workshop import drawing
+from reference.workshop.lockstep import to_the_end
+from reference.workshop.maps import load
+from reference.workshop.strategies import FIRES
+from reference.workshop.strategies.fires import FixedFire, beside_ways_out
+from reference.workshop.strategies.guard import Guard
+from reference.workshop.strategies.robots import Observer
+from reference.workshop.workers import one_thread
+from reference.world import FireLit
+
+# %% A fire that repeats itself
+# `fixed` lights the cells nearest to the exits, then to the stairwell entrances that
+# flames may enter, in the same order, whatever people do.
+
+institute, SEEDS = load("paper"), range(8)
+
+
+def played(robots, fire):
+    """Play eight evacuations; robots, fire: functions that make a strategy."""
+    runs = [
+        Simulation(institute, Scenario(), robots(), fire(), seed) for seed in SEEDS
+    ]
+    with one_thread():
+        to_the_end(runs)
+    return runs
+
+
+def saved(runs):
+    """Share of people who got out alive."""
+    return f"{sum(run.outcome().evacuated for run in runs) / (40 * len(runs)):.0%}"
+
+
+sequence = beside_ways_out(Simulation(institute).world)
+for number, (floor, x, y) in enumerate(sequence[:3], 1):
+    print(f"fire {number}: floor {floor + 1}, ({x}, {y})")
+leads = played(Observer, FixedFire)
+print("`observer` saves", saved(leads))
+
+# %% Stand in its way
+# Rule D6: no fire starts where a robot stands. It starts in another, random place, and
+# in training not at all. `guard` leads as `observer` does, but has one robot step onto
+# the next cell of the sequence just before its time, if one gets there.
+
+guards = played(Guard, FixedFire)
+print("`guard` saves", saved(guards))
+for name, runs in (("observer", leads), ("guard", guards)):
+    lit = Counter(
+        (event.floor, event.x, event.y) in sequence
+        for run in runs
+        for event in run.events
+        if isinstance(event, FireLit)
+    )
+    print(f"{name}: {lit[True]} of {lit.total()} fires in a cell of the sequence")
+
+# Look at it: half a minute after the start a robot stands in the second cell.
+
+watched = Simulation(institute, Scenario(), Guard(), FixedFire(), seed=3)
+while watched.world.time < 34:
+    watched.step()
+Path("out").mkdir(exist_ok=True)
+drawing.save(drawing.frame(watched.world), Path("out/12_guard.png"))
+
+# %% What it costs elsewhere
+# Under other fires the robot that stands guard is a robot that does not lead.
+
+for fire in ("none", "random", "busiest"):
+    both = (saved(played(robots, FIRES[fire])) for robots in (Observer, Guard))
+    print("{}: `observer` saves {}, `guard` {}".format(fire, *both))
+
+# %% A fire that looks
+# `busiest` lights the cell that most people will cross. Does looking help it? Count its
+# first, second, ... choices, and let that sequence burn without looking.
+
+busy = played(Observer, FIRES["busiest"])
+steps = zip(*(run.world.flames.sources for run in busy), strict=False)
+own = []
+for number, sources in enumerate(steps, 1):
+    places = Counter((source.floor, source.x, source.y) for source in sources)
+    (place, often), *_ = places.most_common()
+    own.append(place)
+    print(f"fire {number}: its usual place in {often} of {len(busy)} evacuations")
+blind = played(Observer, lambda: FixedFire(own))
+print("survivors of `busiest`:", saved(busy), " of its sequence:", saved(blind))
+
+# A fire is adaptive only if it does more harm than its own most frequent sequence. Then
+# no guard can wait for it, and robots have to learn something else than a place.
+# `tutorials/experiments/is_it_adaptive.py` asks it of any fire.
+#
+# So there is something to teach: whoever knows the attack saves more under it, and less
+# elsewhere. RESULTS.md has the long version: eleven guides under six fires.
+
+# %% Exercise
+# `closer` lights the free cell nearest to each way out in turn. Read its sequence from
+# one evacuation without robots, give it to `Guard(places)`, and compare with
+# `observer`. Guess first: how much does the guard gain?
+# Hint: `world.flames.sources` has what was lit, with `floor`, `x` and `y`.
