@@ -35,7 +35,7 @@ from typing import NoReturn
 import reference
 from reference.paper import InputError
 from reference.workshop.commands.building import check, draw, floors
-from reference.workshop.commands.evacuation import evacuate, first_look
+from reference.workshop.commands.evacuation import evacuate, first_look, strategies
 from reference.workshop.commands.evaluation import evaluate
 from reference.workshop.commands.experiment import experiment
 from reference.workshop.commands.measures import bench, paper, validate
@@ -44,7 +44,10 @@ from reference.workshop.commands.training import curves, train
 from reference.workshop.files import told
 from reference.workshop.runs import ContradictionError
 
-MAPS, RUNS = (check, draw, floors), (evacuate, evaluate, train, curves, experiment)
+MAPS, RUNS = (
+    (check, draw, floors),
+    (strategies, evacuate, evaluate, train, curves, experiment),
+)
 COMMANDS = {c.run.__name__: c for c in (*MAPS, *RUNS, validate, bench, paper)}
 STOPPED = "stopped; nothing half-written is left"
 
@@ -110,7 +113,7 @@ def _parser() -> ArgumentParser:
 def _describe(parser: ArgumentParser, command: Command) -> None:
     """Give a parser what a command does and takes."""
     parser.description = command.run.__doc__
-    parser.epilog = f"example:\n  python -m reference {command.example}"
+    parser.epilog = command.end
     for names, asked in command.options:
         parser.add_argument(*names, **asked)
     parser.set_defaults(run=command.run)

@@ -30,7 +30,7 @@ class FireStrategy(Protocol):
 
 
 class NoRobots:
-    """No robots at all."""
+    """Nobody guides."""
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Decide nothing."""
@@ -38,7 +38,7 @@ class NoRobots:
 
 
 class RandomRobots:
-    """Each robot walks to a random room cell of its floor."""
+    """Walk to random places, each on its floor."""
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Draw uniformly from the floor's room cells."""
@@ -55,7 +55,7 @@ class NoFire:
 
 
 class RandomFire:
-    """A fire breaks out in a random unprotected room cell of a random floor."""
+    """Lights a random cell that may burn, on a random floor."""
 
     def decide(self, world: World, rng: Rng) -> Decision | None:
         """Draw the floor first, then one of its cells; None where nothing can burn."""

@@ -24,6 +24,7 @@ from reference.workshop.annotated.index import (
     marked_tests,
 )
 from reference.workshop.annotated.words import CLAUSES, KINDS
+from reference.workshop.crossplay.contestants import ABOUT
 
 PACKAGE = ROOT / "reference"
 MODULES = {
@@ -295,6 +296,16 @@ def test_the_readme_begins_with_two_commands_that_do_it_all():
 def test_the_readme_lists_the_modules_in_reading_order():
     """So that the book's table of contents is the book's."""
     assert tuple(table("module")) == BOOK
+
+
+def test_the_readme_says_what_everybody_in_its_table_of_results_does():
+    """In the words of the docstrings, which `strategies` prints."""
+    said = dict(re.findall(r"^\* `(\S+)`: (.+)$", README, re.MULTILINE))
+    heads = re.search(r"^\| (robots .*) \|$", README, re.MULTILINE)[1]
+    robots, fires = table(heads), ["random", *re.findall(r"`(\w+)`", heads)]
+    about = [ABOUT["robots"][word] for word in robots]
+    assert [*said] == [*robots, *dict.fromkeys(fires)]
+    assert [*said.values()] == about + [ABOUT["fire"][word] for word in fires]
 
 
 LEARNING = ("settings", "networks", "experience", "ppo", "poca")

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import is_dataclass
 from difflib import get_close_matches
-from inspect import signature
+from inspect import getdoc, signature
 from types import NoneType
 from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
@@ -128,6 +128,11 @@ def unknown(name: object, known: Iterable[str]) -> str:
     return (
         f"'{name}' is unknown.{did_you_mean(name, known)} There is: {', '.join(known)}"
     )
+
+
+def first_line(thing: object) -> str:
+    """The first line of a docstring: what a thing does."""
+    return (getdoc(thing) or "").partition("\n")[0]
 
 
 def did_you_mean(name: object, known: Iterable[str]) -> str:

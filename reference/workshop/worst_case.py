@@ -26,7 +26,7 @@ evacuation of the paper's building."""
 
 
 class WorstCase:
-    """A fire that tries out the busiest cells, each to the end, and takes the worst.
+    """Simulates the busiest cells, each to the end, and lights the worst.
 
     [F4, Eq. 5, chosen] The robots play by their own strategy. Later fires act as
     `BusiestFire`: without them this one would never take the first of two exits. All

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from inspect import getdoc
 
 import pytest
 from conftest import ROOT
@@ -17,6 +18,9 @@ from refusals import refusal
 from reference.__main__ import COMMANDS, main
 from reference.simulation import Simulation
 from reference.workshop import bench
+from reference.workshop.crossplay.contestants import NAMES
+from reference.workshop.strategies.fires import BusiestFire
+from reference.workshop.strategies.robots import Escort
 
 SHED = """\
 building: Shed
@@ -192,6 +196,26 @@ def test_draw_watches_in_a_window_where_there_is_one(
         assert (one != other).any()
 
 
+# -- strategies -----------------------------------------------------------------------
+
+
+def test_strategies_says_of_everybody_what_they_do(capsys):
+    """The first lines of their docstrings; `evacuate` and `evaluate` end with them."""
+    assert main(["strategies"]) == 0
+    listed = capsys.readouterr().out
+    assert f"  escort      {getdoc(Escort).splitlines()[0]}\n" in listed
+    assert f"  busiest     {getdoc(BusiestFire).splitlines()[0]}\n" in listed
+    assert main(["strategies", "--json"]) == 0
+    about = json.loads(capsys.readouterr().out)
+    assert {side: (*words,) for side, words in about.items()} == NAMES
+    lines = [line for words in about.values() for line in words.values()]
+    assert all(line.endswith(".") and len(line) <= 74 for line in lines)
+    for command in ("evacuate", "evaluate"):
+        with pytest.raises(SystemExit, match="0"):
+            main([command, "--help"])
+        assert capsys.readouterr().out.endswith(listed)
+
+
 # -- evacuate -----------------------------------------------------------------------
 
 
@@ -245,7 +269,9 @@ def filmed(monkeypatch):
     films = []
     monkeypatch.setattr(
         "reference.workshop.drawing.film.animate",
-        lambda simulations, path, headings, _: films.append((path.name, headings)),
+        lambda simulations, path, headings, _: films.append(
+            (path.name, [heading.split("\n") for heading in headings])
+        ),
     )
     return films
 
@@ -257,8 +283,16 @@ def test_evacuate_plays_two_pairs_and_films_them_side_by_side(capsys, filmed):
     assert [pair["fire"] for pair in both["pairs"]] == ["random", "random"]
     alone = evacuated(capsys, "--robots", "none")
     assert both["pairs"][0]["reward"] == alone["reward"]
-    headings = ["nobody guides, fire random", "guided by sweep, fire random"]
-    assert filmed == [("both.html", headings)]
+    ((path, headings),) = filmed
+    assert path == "both.html"
+    assert headings[0][:2] == [
+        "nobody guides, fire random",
+        "robots: none, nobody guides",
+    ]
+    heading, robots, fire = headings[1]
+    assert heading == "guided by sweep, fire random"
+    assert robots.startswith("robots: sweep, fetch groups of people")
+    assert fire.startswith("fire: random, lights a random cell")
 
 
 def test_the_first_look_compares_three_evacuations_from_one_seed(capsys, filmed):
@@ -267,8 +301,12 @@ def test_the_first_look_compares_three_evacuations_from_one_seed(capsys, filmed)
     runs = json.loads(capsys.readouterr().out)["runs"]
     pairs = [("none", "random"), ("escort", "random"), ("escort", "busiest")]
     assert [(run["robots"], run["fire"]) for run in runs] == pairs
-    headings = ["nobody guides, fire random", "guided by escort, fire random"]
-    assert filmed == [("evacuation.html", headings)]
+    ((path, headings),) = filmed
+    assert path == "evacuation.html"
+    assert [heading[0] for heading in headings] == [
+        "nobody guides, fire random",
+        "guided by escort, fire random",
+    ]
     alone = "evacuate --robots escort --fire busiest --seed 5 --json"
     assert main(alone.split()) == 0
     assert json.loads(capsys.readouterr().out)["runs"] == runs[2:]
@@ -438,7 +476,7 @@ def test_bench_measures_the_world_both_learners_and_rollouts(capsys, monkeypatch
 
 
 WITHOUT_NUMBERS = {"draw", "floors", "curves", "paper"}
-WITHOUT_CHANCE = WITHOUT_NUMBERS | {"check", "experiment"}
+WITHOUT_CHANCE = WITHOUT_NUMBERS | {"check", "experiment", "strategies"}
 
 
 @pytest.mark.parametrize("command", ["", *COMMANDS])

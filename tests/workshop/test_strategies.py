@@ -203,7 +203,7 @@ def test_a_guard_stands_where_the_next_fire_is_due():
     [("#R.................E", True), ("#R..................E", False)],
 )
 def test_a_guard_goes_only_if_it_is_in_time(board, goes):
-    """Before the first fire, at 10 s, it walks 13.5 m at most: else it stays to lead."""
+    """Before the first fire, at 10 s, it walks 13.5 m at most; else it leads on."""
     sim = stage(f"{'#' * len(board)}\n{board}\n{'#' * len(board)}", people=0)
     (robot,) = sim.world.robots
     (decided,) = Guard().decide(sim.world, [robot], np.random.default_rng(0))

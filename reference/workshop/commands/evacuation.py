@@ -14,6 +14,7 @@ from tqdm import tqdm
 
 from reference.workshop.commands import options
 from reference.workshop.commands.common import note, table, tell
+from reference.workshop.crossplay.contestants import ABOUT, said_of
 from reference.workshop.crossplay.matches import Evaluation, begin
 from reference.workshop.crowding import Crowding
 from reference.workshop.recording import recording, ticks
@@ -53,6 +54,12 @@ def first_look(arguments: Namespace) -> None:
     note(f"written: {arguments.animate}")
 
 
+@options.command("strategies", options.JSON)
+def strategies(arguments: Namespace) -> None:
+    """Says in a line each what every robot strategy and every fire does."""
+    tell(arguments, {side: ABOUT[side] for side in ABOUT}, options.strategies().strip())
+
+
 @options.command(
     "evacuate --robots none sweep --animate both.html",
     options.BUILDING,
@@ -74,6 +81,7 @@ def first_look(arguments: Namespace) -> None:
     ),
     options.SEED,
     options.JSON,
+    end=options.strategies(),
 )
 def evacuate(arguments: Namespace) -> None:
     """Evacuates a building and tells who got out; episode i uses seed + i."""
@@ -140,13 +148,22 @@ def _episode(
         if film:
             from reference.workshop.drawing.film import animate
 
-            animate(simulations, film, [_heading(pair) for pair in pairs], going)
+            animate(simulations, film, _headings(pairs), going)
         deque(going, maxlen=0)
     found = [asdict(simulation.outcome()) for simulation in simulations]
     known = [{k: None if isnan(v) else v for k, v in one.items()} for one in found]
     return [
         {"robots": robots, "fire": fire, "seed": seed, **one}
         for (robots, fire), one in zip(pairs, known, strict=True)
+    ]
+
+
+def _headings(pairs: Sequence[Pair]) -> list[str]:
+    """Name what a film shows of each pair, and say below who plays."""
+    return [
+        f"{_heading((robots, fire))}\nrobots: {said_of(robots, 'robots')}\n"
+        f"fire: {said_of(fire, 'fire')}"
+        for robots, fire in pairs
     ]
 
 

@@ -39,6 +39,7 @@ ASKED = ("building", "people", "seed", "episodes", "sample")
     ),
     options.SEED,
     options.JSON,
+    end=options.strategies(),
 )
 def evaluate(arguments: Namespace) -> None:
     """Lets all robots meet all fires on the same seeds: survivors, R, h and E."""

@@ -9,25 +9,26 @@ from typing import Any, NamedTuple
 
 from reference import paper
 from reference.paper import InputError
-from reference.workshop.crossplay.contestants import NAMES, Side, refuse_unknown
+from reference.workshop.crossplay.contestants import ABOUT, NAMES, Side, refuse_unknown
 
 Option = tuple[list[str], dict[str, Any]]
 """Its names, and what argparse is told of it besides."""
 
 
 class Command(NamedTuple):
-    """What a command does, which its docstring says too; an example; its options."""
+    """What a command does, which its docstring says too; how its help ends; options."""
 
     run: Callable[[Namespace], None]
-    example: str
+    end: str
     options: tuple[Option, ...]
 
 
 def command(
-    example: str, *options: Option
+    example: str, *options: Option, end: str = ""
 ) -> Callable[[Callable[[Namespace], None]], Command]:
-    """Make a command of the function below."""
-    return lambda run: Command(run, example, options)
+    """Make a command of the function below; end: of its help, below the example."""
+    told = f"example:\n  python -m reference {example}\n{end}"
+    return lambda run: Command(run, told, options)
 
 
 def option(names: str, note: str, **told: Any) -> Option:
@@ -92,6 +93,18 @@ def player(
 
     note = f"{', '.join(words)} (a checkpoint or a training's folder); {note}"
     return option(f"--{side}", note, type=somebody, metavar="S", **told)
+
+
+def strategies() -> str:
+    """List everybody who can play, with what they do."""
+    rows = []
+    for side, words in ABOUT.items():
+        rows += [
+            "",
+            f"{side}:",
+            *(f"  {word:<12}{does}" for word, does in words.items()),
+        ]
+    return "\n".join(rows)
 
 
 PICTURES = ".png, .svg, .pdf"

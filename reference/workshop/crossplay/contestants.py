@@ -3,7 +3,7 @@
 Clauses: C7, D2, F4.  torch is loaded only when a checkpoint is named.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from os.path import exists  # False for what no path can be, too
 from typing import Any
 
@@ -11,17 +11,33 @@ from reference.building import Building
 from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.plain import did_you_mean
+from reference.workshop.plain import did_you_mean, first_line
 from reference.workshop.strategies import LEARNED, SCRIPTS
 from reference.workshop.worst_case import WorstCase
 
 WORST = "worst-case"
 
-NAMES: dict[Side, tuple[str, ...]] = {
-    "robots": (*SCRIPTS["robots"], LEARNED, "FILE"),
-    "fire": (*SCRIPTS["fire"], LEARNED, WORST, "FILE"),
+FILE = "FILE"
+
+PLAYERS: dict[Side, dict[str, Callable[[], Any]]] = {
+    "robots": {**SCRIPTS["robots"]},
+    "fire": {**SCRIPTS["fire"], WORST: WorstCase},
 }
-"""All words a user may write; FILE is a checkpoint or the folder of a training."""
+ABOUT: dict[Side, dict[str, str]] = {
+    side: {word: first_line(player) for word, player in players.items()}
+    | {LEARNED: f"{do} what the network that ships has learned."}
+    | {FILE: f"{do} what a network has learned: a checkpoint, or a training's folder."}
+    for (side, players), do in zip(PLAYERS.items(), ("Do", "Does"), strict=True)
+}
+"""All words a user may write, and what they do: docstrings' first lines."""
+
+NAMES = {side: tuple(words) for side, words in ABOUT.items()}
+
+
+def said_of(word: str, side: Side) -> str:
+    """Say who plays a side in words: "escort, lead people out at once ..."."""
+    about = ABOUT[side].get(word, ABOUT[side][FILE]).replace("`", "").rstrip(".")
+    return f"{word}, {about[0].lower()}{about[1:]}"
 
 
 def contestant(word: str, side: Side, sample: bool = False) -> Any:
@@ -34,10 +50,8 @@ def contestant(word: str, side: Side, sample: bool = False) -> Any:
     checkpoint that lacks what is asked of it; OSError for a file that cannot be read.
     """
     refuse_unknown(word, side, NAMES[side])
-    if word in SCRIPTS[side]:
-        return SCRIPTS[side][word]()
-    if side == "fire" and word == WORST:
-        return WorstCase()
+    if word in PLAYERS[side]:
+        return PLAYERS[side][word]()
     from reference.workshop.training.policies import POLICIES
 
     return POLICIES[side](word, sample)

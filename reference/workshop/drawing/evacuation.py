@@ -15,10 +15,11 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import ListedColormap, Normalize
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
-from reference.paper import HEALTH
+from reference.paper import HEALTH, HEALTH_SECONDS
 from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.page import COLOURS, Style
 from reference.world import Fate, Mode, World
@@ -32,6 +33,8 @@ TRAIL = f"walked in {TRAIL_SECONDS} s"
 INK = "#16191d"
 FLAME, EMBER, SOURCE, CHAR = "#f47b20", "#c43c00", "#d11a1a", "#1d120c"
 ASH = "#8d8782"
+INKS = {"ink": INK, "flame": FLAME, "ember": EMBER, "source": SOURCE, "char": CHAR}
+INKS |= {"ash": ASH, "text": page.TEXT, "faint": page.FAINT}
 CURVES: dict[str, Style] = {
     "out": {"color": COLOURS[Kind.EXIT], "lw": 2},
     "inside": {"color": page.FAINT, "lw": 2, "ls": (0, (4, 1.5))},
@@ -77,18 +80,16 @@ class Scene:
 
     What stands still is drawn once.
 
-    title   all headings
     sides   what moves in each evacuation
     moving  the artists that `show` changes, in the order of painting
-    still   set to False by `show` if it had to change the page itself
+    texts   those that it writes
     """
 
     def __init__(
         self, building: Building, people: int, headings: Sequence[str] = ("",)
     ):
-        """headings: of each evacuation; "" is the building's title."""
-        headings = [heading or building.title for heading in headings]
-        self.title, self.still, count = " | ".join(headings), True, len(headings)
+        """headings: of each; "" is the building's title, further lines are small."""
+        count = len(headings)
         rows, columns = page.arranged(building, building.floors)
         across, down = columns * building.kind.shape[2], rows * building.kind.shape[1]
         width = 9 + 2 * count
@@ -98,9 +99,12 @@ class Scene:
         panels, curves = self.figure.subplots(2, count, **look)
         for axes, curve, heading in zip(panels, curves, headings, strict=True):
             moves = _paint_floors(axes, building)
-            words = page.shortened(heading, 66 // count)
-            axes.set_title(words, fontsize=14, weight="bold", pad=38)
-            curve.set(xlim=(0, 60), ylim=(0, 1.05 * max(people, 1)))
+            title, *words = (heading or building.title).split("\n")
+            look = {"fontsize": 14, "weight": "bold", "pad": 38 + 13 * len(words)}
+            axes.set_title(page.shortened(title, 66 // count), **look)
+            for row, line in enumerate(reversed(words)):
+                _note(axes, page.shortened(line, 176 // count), 0, 36 + 13 * row, 9)
+            curve.set(xlim=(0, HEALTH_SECONDS), ylim=(0, 1.05 * max(people, 1)))
             curve.set(xlabel="seconds", ylabel="people")
             curve.locator_params(axis="y", integer=True)
         health = ScalarMappable(Normalize(0, HEALTH), HEALTHS)
@@ -114,15 +118,11 @@ class Scene:
         pairs = zip(panels, curves, strict=True)
         self.sides = [Side(*pair, building, moves) for pair in pairs]
         self.moving = [artist for side in self.sides for artist in side.moving]
+        self.texts = [text for side in self.sides for text in side.texts]
 
     def show(self, world: World, history: Sequence[Tally], side: int = 0) -> None:
         """Move everything of one evacuation to where it is in a world."""
         self.sides[side].show(world, history)
-        now, end = history[-1].time, self.sides[0].curve.get_xlim()[1]
-        if now > end:
-            self.still = False
-            for each in self.sides:
-                each.curve.set_xlim(0, max(now, 1.5 * end))
 
 
 class Side:
@@ -144,11 +144,10 @@ class Side:
             self.people[mode] = axes.scatter([], [], **crowd)
         self.marks = {k: axes.plot([], [], **look)[0] for k, look in own.items()}
         self.lines = {k: curve.plot([], [], **look)[0] for k, look in CURVES.items()}
-        place: Style = {"xycoords": "axes fraction", "textcoords": "offset points"}
-        self.counts = axes.annotate("", (0, 1), (0, 20), fontsize=12, **place)
+        self.texts = [_note(axes, "", x, 20, 12) for x in (0, 80)]
         there: list[Artist] = [*self.marks.values(), *self.people.values()]
         self.moving = sorted(there, key=Artist.get_zorder)
-        self.moving += [self.counts, *self.lines.values()]
+        self.moving += self.lines.values()
 
     def show(self, world: World, history: Sequence[Tally]) -> None:
         """Move everything to where it is in a world."""
@@ -157,8 +156,9 @@ class Side:
         self._show_trails(world, history)
         self._show_people(world)
         times, now = [tally.time for tally in history], history[-1]
-        counts = f"{now.inside} inside, {now.out} out, {now.dead} dead"
-        self.counts.set_text(f"after {now.time:.0f} s: {counts}")
+        clock, counts = self.texts
+        clock.set_text(f"after {now.time:.0f} s:")
+        counts.set_text(f"{now.inside} inside, {now.out} out, {now.dead} dead")
         for name, line in self.lines.items():
             line.set_data(times, [getattr(tally, name) for tally in history])
 
@@ -209,6 +209,12 @@ class Side:
 
     def _put(self, name: str, floor: Any, position: Any) -> None:
         self.marks[name].set_data(*self.on_page(floor, position))
+
+
+def _note(axes: Axes, words: str, x: float, y: float, size: float) -> Text:
+    """Write words above some axes, x and y points from their upper left corner."""
+    place: Style = {"xycoords": "axes fraction", "textcoords": "offset points"}
+    return axes.annotate(words, (0, 1), (x, y), fontsize=size, **place)
 
 
 def _paint_floors(axes: Axes, building: Building) -> np.ndarray:

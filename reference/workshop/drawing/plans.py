@@ -123,16 +123,24 @@ def write_name(
 
     largest: font size, points;  move: of the building on the axes, metres
     """
-    if area.name.startswith("room-"):
-        return
-    high, wide = 0.9 * points_per_metre(axes) * widest(area.cells)[1]
-    level, steep = (x / _LETTER / len(area.name) for x in (wide, high))
-    upright = level < _SMALL_TEXT < steep
-    size = min(steep if upright else level, largest)
-    if size >= _SMALLEST_TEXT:
+    size, upright = lettering(area, points_per_metre(axes), largest)
+    if size:
         x, y = np.add(node_of(building, area), 0 if move is None else move)
         place: Style = {"rotation": 90 * upright, "ha": "center", "va": "center"}
         axes.text(x, y, area.name, fontsize=size, **place, **look)
+
+
+def lettering(area: Area, metre: float, largest: float) -> tuple[float, bool]:
+    """Size of a room's name in its room, and whether it is upright; 0: it has no place.
+
+    metre, largest: points
+    """
+    high, wide = 0.9 * metre * widest(area.cells)[1]
+    level, steep = (x / _LETTER / len(area.name) for x in (wide, high))
+    upright = bool(level < _SMALL_TEXT < steep)
+    size = min(steep if upright else level, largest)
+    fits = size >= _SMALLEST_TEXT and not area.name.startswith("room-")
+    return size * fits, upright
 
 
 def points_per_metre(axes: Axes) -> float:

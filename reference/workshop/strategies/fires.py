@@ -20,7 +20,7 @@ APART = 4.0  # [F4, chosen] metres between two cells that `busiest` lists
 
 
 class GreedyFire:
-    """Attacks the ways people use: lights the cell that most are about to cross."""
+    """Lights the cell that most people cross on the way to their next goal."""
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Choose the busiest free cell of all floors, at random among equals."""
@@ -61,9 +61,10 @@ class CloserFire:
 
 
 class FixedFire:
-    """Lights one place after the other, whatever happens: the yardstick of fires.
+    """Lights the same cells in the same order, near exits first.
 
-    A fire is adaptive only if it does more harm than its own most frequent sequence.
+    The yardstick: a fire is adaptive only if it does more harm than its own most
+    frequent sequence.
     """
 
     def __init__(self, places: Sequence[Decision] | None = None):
@@ -99,7 +100,7 @@ def places_beside(building: Building, marks: Iterable[int]) -> list[int]:
 
 
 class BusiestFire:
-    """Lights the cell that most people will cross on their cheapest ways outside."""
+    """Lights the cell that most people cross on their cheapest ways outside."""
 
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """Choose among all free cells; a random one if nobody is to cross any."""

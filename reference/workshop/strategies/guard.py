@@ -22,7 +22,7 @@ SPARE = 1.0  # [C7, chosen] seconds that a robot plans to be early
 
 
 class Guard(Observer):
-    """Leads people as `observer` does, and stands where `fixed` lights its next fire.
+    """Do as `observer`, but stand where `fixed` will light its next fire.
 
     [D6] No fire starts in a cell where a robot stands. The nearest robot of that floor
     sets off at the last decision at which it is in time; with nobody in time, or where

@@ -31,7 +31,7 @@ more beside them: flames spread about this far while one walks 25 s."""
 
 
 class Patrol:
-    """Visits all rooms of the floor in turn, and the way out after each."""
+    """Visit all rooms of the floor in turn, and the nearest way out after each."""
 
     def __init__(self) -> None:
         self._stops: dict[int, list[Destination]] = {}
@@ -58,7 +58,7 @@ def _round(building: Building, robot: Robot) -> list[Destination]:
 
 
 class Sweep:
-    """Fetches groups not yet guided and leads them out by the least risky way.
+    """Fetch groups of people, several if that pays, and lead them to a way out.
 
     Saves most people per metre, the way out included: leads its people out, or first
     fetches one more group. Flames add metres, so a way that begins to burn is given up
@@ -110,7 +110,7 @@ class Sweep:
 
 
 class Escort(Sweep):
-    """Leads people out at once by the safest way; fetches only people near it.
+    """Lead people out at once by the safest way; fetch only people near it.
 
     Ways are measured to the outside, with stairs and lower floors. Metres near flames
     count more, since flames grow: so upper floors empty into stairs that end where it
@@ -141,7 +141,7 @@ class Escort(Sweep):
 
 
 class Observer(Escort):
-    """Decides as `Escort` does, but knows no more than a robot that learns observes.
+    """Do as `escort`, but know only what robots that learn observe.
 
     So it is the one to compare learned robots with, and the one that they can copy.
     """

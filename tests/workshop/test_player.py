@@ -1,0 +1,197 @@
+"""Films as web pages: what data they hold, and that they need nothing else."""
+
+import json
+import re
+import subprocess
+from base64 import b64decode
+from dataclasses import replace
+from functools import cache
+from shutil import which
+from zlib import decompress
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+from reference.building import Building, Kind
+from reference.paper import Scenario
+from reference.simulation import Simulation
+from reference.strategies import RandomFire
+from reference.workshop import drawing
+from reference.workshop.drawing import page
+from reference.workshop.drawing.player import BODY, NEVER, floor_svg
+from reference.workshop.maps import load
+from reference.workshop.recording import ticks
+from reference.workshop.strategies.robots import Escort
+from reference.world import Fate
+
+SCRIPT = ROOT / "reference" / "workshop" / "drawing" / "player.js"
+STEP = 3  # ticks from frame to frame
+
+
+def evacuation(limit=80.0):
+    """Time enough for stairs, deaths by fire and burnt doors."""
+    scenario = Scenario(people=30, robots_per_floor=1, time_limit=limit)
+    return Simulation(load("tiny"), scenario, Escort(), RandomFire(), seed=2)
+
+
+@cache
+def text_of(folder):
+    """The page of a film of one evacuation."""
+    drawing.animate([evacuation()], folder / "film.html", ["<b>one</b>\nrobots: x & y"])
+    return (folder / "film.html").read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def text(tmp_path_factory):
+    """The same, made once."""
+    return text_of(tmp_path_factory.mktemp("film"))
+
+
+@pytest.fixture(scope="module")
+def film(text):
+    """The data in it."""
+    return json.loads(re.search(r"^const film = (.*)$", text, re.MULTILINE)[1])
+
+
+def unpacked(packed, *rows):
+    """Numbers (*rows, length): sums of the steps that are stored."""
+    length, told = packed
+    steps = np.frombuffer(decompress(b64decode(told)), "<i2")
+    return np.cumsum(steps.reshape(*rows, length), axis=-1)
+
+
+def instants():
+    """The evacuation once more: its world at every frame."""
+    run = evacuation()
+    for tick, _ in enumerate(ticks([run])):
+        if run.done or tick % STEP == 0:
+            yield run.world
+
+
+def corner(points):
+    """Metres east and south of the north-west corner."""
+    left, _, _, top = page.extent_of(load("tiny"))
+    return (np.asarray(points) - (left, top)) * (1, -1)
+
+
+@pytest.mark.paper("A8")
+def test_the_film_holds_where_everybody_was_to_the_decimetre(film):
+    """Of every person and robot in every frame, and who is dead, leads or is led."""
+    (run,), seen = film["runs"], 0
+    numbers = unpacked(run["bodies"], -1, len(BODY))
+    for k, world in enumerate(instants()):
+        bodies, now = world.bodies, dict(zip(BODY, numbers[..., k].T, strict=True))
+        robots = [robot.position for robot in world.robots]
+        where = corner([*bodies.position, *robots])
+        np.testing.assert_allclose(now["x"] / 10, where[:, 0], atol=0.0501)
+        np.testing.assert_allclose(now["y"] / 10, where[:, 1], atol=0.0501)
+        floors = [*bodies.floor, *(robot.floor for robot in world.robots)]
+        assert now["floor"].tolist() == floors
+        people = {name: column[: len(bodies)] for name, column in now.items()}
+        assert (people["leader"] == bodies.leader).all()
+        assert (people["stairwell"] == bodies.stairwell).all()
+        assert (people["state"] == np.choose(bodies.fate, [bodies.mode, 2, 3])).all()
+        assert (np.abs(people["health"] - bodies.health) < 1).all()
+        seen = k + 1
+    assert seen == run["bodies"][0] > 100
+    assert {*bodies.fate} == {*Fate}
+
+
+@pytest.mark.paper("C5")
+@pytest.mark.paper("C7")
+def test_the_film_holds_where_robots_go_and_what_they_say(film):
+    """-1 for a robot that is going nowhere."""
+    (run,) = film["runs"]
+    numbers = unpacked(run["bodies"], -1, len(BODY))
+    sent = 0
+    for k, world in enumerate(instants()):
+        for robot, row in zip(world.robots, numbers[-2:, :, k], strict=True):
+            now = dict(zip(BODY, row, strict=True))
+            if robot.active and robot.destination is not None:
+                goal = now["toX"] / 10, now["toY"] / 10
+                np.testing.assert_allclose(goal, corner(robot.destination), atol=0.0501)
+                assert now["says"] == robot.says
+                sent += 1
+            else:
+                assert now["toX"] == now["toY"] == now["says"] == -1
+    assert sent > 100
+
+
+@pytest.mark.paper("D7")
+@pytest.mark.paper("A6")
+def test_the_film_holds_what_burns_and_what_has_burnt_out(film):
+    """Flames of every frame, sources and doors with their times."""
+    (run,) = film["runs"]
+    *cells, lit, ash = unpacked(run["flames"], 5)
+    assert (np.diff(lit) >= 0).all()
+    for k, world in enumerate(instants()):
+        burning = np.zeros_like(world.flames.burning)
+        now = (lit <= k) & ((ash == NEVER) | (k < ash))
+        burning[tuple(cell[now] for cell in cells)] = True
+        assert (burning == world.flames.burning).all()
+    assert burning.any()
+    assert [fire[3] for fire in run["sources"]] == [
+        s.time for s in world.flames.sources
+    ]
+    assert {door for door, _ in run["doors"]} == world.burnt
+    assert film["marks"][0]["cells"] == load("tiny").landmarks[0].cells.tolist()
+
+
+@pytest.mark.skipif(which("node") is None, reason="needs node")
+def test_the_player_reads_the_numbers_that_were_packed(film):
+    """Its own function, run by node, sums up the same rows."""
+    unpack = re.search(r"^async function unpack.*?^}", SCRIPT.read_text(), re.M | re.S)[
+        0
+    ]
+    flames = film["runs"][0]["flames"]
+    code = f"""const range = n => [...Array(n).keys()]; {unpack}
+    unpack({json.dumps(flames)}).then(rows =>
+      console.log(JSON.stringify(rows.map(row => [...row]))))"""
+    said = subprocess.check_output(["node", "-e", code], text=True)
+    assert json.loads(said) == unpacked(flames, 5).tolist()
+    subprocess.run(["node", "--check", str(SCRIPT)], check=True)
+
+
+def test_the_page_needs_no_other_file_and_fits_a_phone(text):
+    """No link leads out of it; words of a map or a heading are words, not markup."""
+    assert not re.search(r"https?:|<link|<script .*src|@import|url\(", text)
+    for part in ("<canvas", 'type="range"', "Tiny office", "device-width"):
+        assert part in text
+    assert "<b>one</b>" not in text
+    assert '<p class="who">robots: x &amp; y</p>' in text
+    assert len(SCRIPT.read_text().splitlines()) <= 350
+
+
+@pytest.mark.paper("A8", "Figs. 4-6")
+@pytest.mark.parametrize("name", ["paper", "museum"])
+def test_a_floor_as_svg_has_every_cell_in_the_class_of_its_kind(name):
+    """The paths' rectangles, painted back onto a grid, are the floor."""
+    building = load(name)
+    for floor in range(building.floors):
+        svg = floor_svg(building, floor)
+        painted = np.full(building.kind.shape[1:], Kind.OUTSIDE)
+        for kind, ways in re.findall(r'<path class="(\w+)" d="(.*?)"', svg):
+            for x, y, end, back in re.findall(r"M(\d+) (\d+)H(\d+)v1H(\d+)z", ways):
+                assert x == back
+                painted[int(y), int(x) : int(end)] = Kind[kind.upper()]
+        assert (painted == building.kind[floor]).all()
+        names = [area.name for area in building.areas if area.floor == floor]
+        written = re.findall(r">([^<]+)</text>", svg)
+        assert {*written} == {name for name in names if not name.startswith("room-")}
+
+
+def test_a_minute_of_two_crowds_is_a_small_page(tmp_path):
+    """Nobody outlives 200 s, which are far below 600 kB then."""
+    scenario = Scenario(time_limit=60.0)
+    runs = [Simulation(load("paper"), scenario, None, RandomFire(), k) for k in (1, 2)]
+    drawing.animate(runs, tmp_path / "film.html", ["one", "two"])
+    assert (tmp_path / "film.html").stat().st_size < 100_000
+
+
+def test_a_title_with_markup_stays_a_title(tmp_path):
+    """A map may be called what it likes."""
+    plan = replace(load("tiny").plan, title="</script><script>alert(1)</script>")
+    run = Simulation(Building(plan), Scenario(people=2, time_limit=0.6))
+    drawing.animate([run], tmp_path / "film.html")
+    assert "<script>alert" not in (tmp_path / "film.html").read_text()
