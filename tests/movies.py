@@ -1,6 +1,7 @@
 """Boards as tests: draw a scene, let people think or seconds pass, read it again.
 
     # . + E A-D   the building, as in a floor file but without names of rooms
+    :             a door that has burnt
     p q r ...     people, in this order; a later letter outranks an earlier one
     R             robots, in reading order, equally many on every floor
     * ,           flames that do not spread, and the ash that is left of them
@@ -8,7 +9,7 @@
     _             floor that p has explored before
     !             where somebody sets off to: a door, stair, exit, patch or leader
     ?             where an unexplored direction leads that somebody sets off in
-    1 2 ...       where the first, the second ... robot goes
+    1 2 ...       where the first, the second ... robot goes, in reading order
 
 Floors are drawn one below the other, the first floor first, with a blank line between;
 a floor of one row stands between two walls.  A line "then" parts one board from the
@@ -21,7 +22,6 @@ nothing is left to chance.  What no board shows is said in words of a scene:
     visited="+2 q+1"        p has passed the second `+` of the board, q the first
     says="R2E"              the second robot sends to the exit; "R" says "follow me"
     stuck="p"  still="q"    p made no headway for too long; q stands still for good
-    burnt="+2"              this door has burnt
     time=7.0                seconds since the evacuation began
     health={"p": 5}         of 100
 """
@@ -68,13 +68,17 @@ def stage(board, robots=None, fire="none", **said):
     words = {word: said.pop(word) for word in WORDS if word in said}
     floors = split(board)
     people = tuple(len(found([rows], PEOPLE)) for rows in floors)
-    guides = len(found(floors[:1], "R"))
+    guides, building = len(found(floors[:1], "R")), built(board)
     scene = Scenario(people_per_floor=people, robots_per_floor=guides, **said)
-    world = as_drawn(floors, built(board), scene, np.random.default_rng(0))
+    world = as_drawn(floors, building, scene, np.random.default_rng(0))
     for word in sorted(words, key=list(WORDS).index):
         WORDS[word](world, words[word])
-    sides = robots_named(robots or Idle()), fire_named(fire)
-    return Simulation(world.building, scene, *sides, world=world)
+    sent = {
+        int(floors[k][r][c]): building.metres(r, c)
+        for k, r, c in found(floors, "123456789")
+    }
+    sides = robots_named(robots or Sent(sent)), fire_named(fire)
+    return Simulation(building, scene, *sides, world=world)
 
 
 def sets_off(board, who="p", passes=1, **said):
@@ -129,12 +133,16 @@ def fire_named(who):
     return FIRES[who]() if isinstance(who, str) else who
 
 
-class Idle:
-    """Robots that are there and never decide."""
+class Sent:
+    """Robots that go where the board has their digits; others never decide."""
+
+    def __init__(self, where):
+        self.where = where
 
     def decide(self, world, robots, rng):
-        """Nothing."""
-        return [None] * len(robots)
+        """The same each time."""
+        first = len(world.bodies) - 1
+        return [self.where.get(robot.body - first) for robot in robots]
 
 
 def ticks(sim, seconds=None):
@@ -189,6 +197,9 @@ def canvas(sim):
     """The signs of the board now, floor by floor and row by row."""
     floors = [[list(row) for row in s.rows] for s in sim.building.plan.storeys]
     bodies, cell = sim.world.bodies, sim.building.cell
+    for mark in sim.world.burnt:
+        for row, col in sim.building.landmarks[mark].cells:
+            floors[sim.building.landmarks[mark].floor][row][col] = ":"
     for sign, cells in (("*", sim.world.flames.burning), (",", sim.world.flames.ash)):
         for floor, row, col in np.argwhere(cells):
             floors[floor][row][col] = sign
@@ -283,8 +294,8 @@ def landmark(building, sign, nth=1):
 def named(text):
     """Who is named, p if nobody is, and the signs that follow: "q+1E", "+2", "pR2"."""
     for word in text.split():
-        signs = re.findall(r"[p-zR+E]\d*", word)
-        yield ("p", signs) if signs[0][0] in "+E" else (signs[0], signs[1:])
+        signs = re.findall(r"[p-zR+:E]\d*", word)
+        yield ("p", signs) if signs[0][0] in "+:E" else (signs[0], signs[1:])
 
 
 def leads(world, letters):
@@ -341,12 +352,6 @@ def still(world, letters):
     world.bodies.pace[[body(letter) for letter in letters]] = 0.0
 
 
-def burnt(world, text):
-    """These doors have burnt."""
-    for _, doors in named(text):
-        world.burnt.update(landmark(world.building, door) for door in doors)
-
-
 def clock(world, seconds):
     """So many seconds have passed; everybody made headway just now."""
     world.time = world.bodies.anchor_time[:] = seconds
@@ -358,7 +363,7 @@ def health(world, points):
         world.bodies.health[body(letter)] = left
 
 
-WORDS = {"time": clock, "burnt": burnt, "says": says, "visited": visited}
+WORDS = {"time": clock, "says": says, "visited": visited}
 WORDS |= {"leads": leads, "follows": follows, "lost": lost}
 WORDS |= {"stuck": stuck, "still": still, "health": health}
 """What is said of a scene, in the order in which it comes true."""
@@ -397,8 +402,8 @@ def joined(floors):
 
 def built(board):
     """The building under a board, without people, robots and flames."""
-    bare = str.maketrans(dict.fromkeys(PEOPLE + "R*_", "."))
-    return built_once(drawn(board).translate(bare), paper.PROTECTED_METRES)
+    bare = str.maketrans(dict.fromkeys(PEOPLE + "R*,_123456789", ".") | {":": "+"})
+    return built_once(Board(drawn(board).translate(bare)), paper.PROTECTED_METRES)
 
 
 @cache
@@ -455,8 +460,10 @@ def as_drawn(floors, building, scenario, rng):
     patches = sight_of(building, scenario.sight_range).patches.reshape(shape)
     for cell in found(floors, "_"):
         world.minds[0].patches.add(int(patches[cell]))
-    for floor, row, col in found(floors, "*"):
-        world.flames.arrival[floor, row, col] = 0.0
+    world.burnt = {int(building.landmark[cell]) for cell in found(floors, ":")}
+    for floor, row, col in found(floors, "*,"):
+        ash = floors[floor][row][col] == ","
+        world.flames.arrival[floor, row, col] = -paper.BURN_SECONDS if ash else 0.0
         world.flames.sources.append(FireLit(0.0, floor, *building.metres(row, col)))
     Spread(building, rng).advance(world.flames, 0.0)
     return world

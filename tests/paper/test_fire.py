@@ -7,7 +7,20 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from movies import body, built, found, mark, play, shipped, split, stage, wait
+from movies import (
+    body,
+    built,
+    drawn,
+    found,
+    later,
+    mark,
+    play,
+    shipped,
+    show,
+    split,
+    stage,
+    wait,
+)
 
 from reference.building import Kind
 from reference.fire import (
@@ -115,6 +128,13 @@ def generated(sim, decision, rng):
     return generator.generate(sim.world, decision)
 
 
+def lit(sim, source):
+    """The board when a source has just been lit."""
+    sim.spread.ignite(sim.world.flames, source)
+    sim.spread.advance(sim.world.flames, sim.world.time)
+    return show(sim)
+
+
 def spot(sim, what):
     """Floor and metres of the place on BOARD that something occupies."""
     if what == "door":
@@ -192,10 +212,23 @@ def test_random_fires_of_one_seed_are_the_same_for_all_robots():
 @pytest.mark.parametrize("training", [True, False])
 def test_a_free_place_is_taken_as_it_is(training):
     """In both modes."""
-    sim = stage("#######\n#p....E\n#######", training=training)
+    sim = stage("#p....E", training=training)
     x, y = sim.building.metres(1, 4)
     result = generated(sim, (0, x + 0.3, y), sim.rng["fire"])
     assert result == FireLit(0.0, 0, x, y)
+    assert lit(sim, result) == "#p..*.E"
+
+
+@pytest.mark.paper("D3", "Eq. 2")
+@pytest.mark.paper("D5", "Eq. 3")
+@pytest.mark.usefixtures("unprotected")
+@pytest.mark.parametrize(("east", "north"), [(0.4, 0.4), (-0.4, -0.4), (0.4, -0.4)])
+def test_a_source_is_lit_in_the_middle_of_the_cell_decided_for(east, north):
+    """Wherever within the cell, in both coordinates."""
+    sim = stage("#########\n#p.......\n#.......E\n#.......#\n#########")
+    x, y = sim.building.metres(2, 5)
+    result = generated(sim, (0, x + east, y + north), sim.rng["fire"])
+    assert lit(sim, result) == ("#########\n#p.......\n#....*..E\n#.......#\n#########")
 
 
 @pytest.mark.paper("D6")
@@ -307,11 +340,13 @@ PROTECTED = """
 @pytest.mark.paper("D6", "chosen")
 @pytest.mark.paper("D7", "chosen")
 def test_cells_within_4_m_on_foot_of_a_way_out_are_protected():
-    """All other cells of rooms, and their doors, can burn."""
-    building = built(PROTECTED.replace("o", "."))
-    drawing = np.array([[list(row.ljust(17)) for row in f] for f in split(PROTECTED)])
-    inner = (building.kind == Kind.FLOOR) | (building.kind == Kind.DOOR)
-    assert np.array_equal(fuel(building), inner & (drawing != "o"))
+    """All other cells of rooms, and their doors, can burn; the board is of all that is
+    protected."""
+    sim = stage(PROTECTED.replace("o", "."))
+    sim.world.flames.burning = fuel(sim.building)
+    burns = show(sim).replace(".", "o").replace("*", ".")
+    pairs = zip(burns, drawn(PROTECTED), strict=True)
+    assert all(sign == wanted or (sign, wanted) == (".", "+") for sign, wanted in pairs)
 
 
 @pytest.mark.paper("D7", "chosen")
@@ -347,13 +382,12 @@ def test_what_burns_is_what_the_flames_have_reached_lately(spread, now):
 @pytest.mark.paper("D7", "chosen")
 def test_a_cell_burns_for_40_s_and_is_ash_then():
     """It hurts nobody any more, and people walk over it."""
-    sim = stage("########\n#p.*...E\n########")
-    sim.world.bodies.pace[:] = 0
-    assert play(sim, BURN_SECONDS - 1) == "########\n#p.*...E\n########"
-    assert play(sim, 2) == "########\n#p.,...E\n########"
+    sim = stage("#p.*...E", still="p")
+    assert play(sim, BURN_SECONDS - 1) == "#p.*...E"
+    assert play(sim, 2) == "#p.,...E"
     assert sim.world.flames.ash.sum() == 1 and not sim.world.flames.harm.any()
     sim.world.bodies.pace[:] = WALKING_SPEED
-    assert play(sim, 3) == "########\n#..,.p.E\n########"
+    assert play(sim, 3) == "#..,.p.E"
 
 
 @pytest.mark.paper("D7", "chosen")
@@ -370,8 +404,7 @@ def test_one_border_in_eleven_carries_no_flames(spread):
 @pytest.mark.paper("D7", "chosen")
 def test_ash_is_never_lit_again():
     """Neither by flames beside it nor by a source [D6]."""
-    sim = stage("########\n#.*...pE\n########")
-    sim.world.bodies.pace[:] = 0
+    sim = stage("#.*...pE", still="p")
     wait(sim, BURN_SECONDS + 1)
     place = (0, *sim.building.metres(1, 2))
     refusing = Generator(sim.building, Scenario(training=True), np.random.default_rng())
@@ -384,7 +417,7 @@ def test_ash_is_never_lit_again():
 @pytest.mark.paper("B7")
 def test_flames_hurt_and_so_does_standing_beside_them():
     """Most in them, less beside them, not at all farther away or behind a wall."""
-    sim = stage("#######\n#.*.p.E\n#######")
+    sim = stage("#.*.p.E")
     assert sim.world.flames.harm[0, 1].tolist() == (
         [0, HEAT_LOSS, BURN_LOSS, HEAT_LOSS, 0, 0, 0]
     )
@@ -396,20 +429,39 @@ def test_flames_hurt_and_so_does_standing_beside_them():
 
 @pytest.mark.paper("A6")
 def test_a_door_is_destroyed_as_soon_as_flames_burn_beside_it():
-    """Its own cell does not burn yet, and it is no edge of the graph any more."""
-    sim = stage("##############\n#p......+....E\n##############")
-    (door,) = np.flatnonzero([m.kind == Kind.DOOR for m in sim.building.landmarks])
-    (cell,) = np.flatnonzero(sim.building.landmark == door)
-    arrival = sim.world.flames.arrival.ravel()
-    arrival[cell - 2], arrival[cell - 1], arrival[cell] = 0.9, 1.9, 50.0
-    sim._flames_change = 0.9
-    play(sim, 1.4)
-    assert not sim.world.burnt
-    play(sim, 1)
-    assert sim.world.burnt == {door} and not sim.world.flames.burning.flat[cell]
-    assert sim.building.landmarks[door].id not in {
-        key for *_, key in sim.world.graph.edges(keys=True)
-    }
+    """Not from two cells away. Its own cell does not burn yet, and it is no edge of
+    the graph any more."""
+    assert later("#p...*.+....E", 3, still="p") == "#p...*.+....E"
+    sim = stage("#p....*+....E", still="p")
+    assert play(sim, FLAME_SECONDS) == "#p....*:....E"
+    door = sim.building.landmarks[mark(sim, ":")].id
+    assert door not in {key for *_, key in sim.world.graph.edges(keys=True)}
+
+
+@pytest.mark.paper("A6")
+def test_entrances_and_exits_are_not_regular_doors_and_do_not_burn():
+    """Flames stand beside all three; only the door in the middle is destroyed."""
+    board = """
+        ################
+        #AA+*p....*+..*E
+        ################
+
+        ################
+        #AA+...........#
+        ################
+        """
+    assert (
+        later(board, 3, still="p")
+        == """
+        ################
+        #AA+*p....*:..*E
+        ################
+
+        ################
+        #AA+...........#
+        ################
+        """
+    )
 
 
 @pytest.mark.paper("A6")
@@ -474,12 +526,17 @@ def test_a_strategy_decides_floor_and_place_or_nothing(name):
         assert sim.building.kind.ravel()[place] == Kind.FLOOR
 
 
-def test_a_random_fire_chooses_cells_of_rooms_on_all_floors():
-    """Uniformly over the floors."""
+@pytest.mark.paper("D2")
+@pytest.mark.paper("D6", "chosen")
+def test_a_random_fire_chooses_free_cells_of_rooms_on_all_floors():
+    """Uniformly over the floors, hardly one twice, and no protected one."""
     world = Simulation(shipped("paper"), Scenario(people=0), NoRobots(), NoFire()).world
-    rng = np.random.default_rng(0)
-    floors = [RandomFire().decide(world, rng)[0] for _ in range(300)]
+    rng, free = np.random.default_rng(0), fuel(world.building)
+    chosen = [RandomFire().decide(world, rng) for _ in range(300)]
+    floors = [floor for floor, _, _ in chosen]
     assert min(np.bincount(floors, minlength=3)) > 70
+    assert len(set(chosen)) > 250
+    assert all(free[floor, *world.building.cell(x, y)] for floor, x, y in chosen)
 
 
 @pytest.mark.paper("D6", "chosen")

@@ -9,21 +9,21 @@ from hypothesis import strategies as st
 from movies import (
     Send,
     built,
-    decide,
-    drawn,
-    follow,
+    goes,
+    later,
     lead,
     mark,
     play,
     shipped,
+    show,
     stage,
+    thinks,
     view,
 )
 
 from reference.building import Kind
 from reference.paper import DECISION_SECONDS, NEAR_STAIRWELL, ROBOT_SPEED, Scenario
 from reference.robots import (
-    DOORWAY,
     actual_target,
     said_on_the_way,
     speed_while_leading,
@@ -34,34 +34,7 @@ from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.robots import (
     Sweep,
 )
-from reference.world import NOWHERE, Evacuated
-
-UPSTAIRS = """
-       #########
-    ####.......#
-    #AA+...R...E
-    ####.......#
-       #########
-
-       #########
-    ####......p#
-    #AA+...R...#
-    ####.......#
-       #########
-    """
-DOWNSTAIRS = """
-       #########
-    ####......p#
-    #AA+...R...#
-    ####.......#
-       ####E####
-
-       #########
-    ####.......#
-    #AA+...R...#
-    ####.......#
-       #########
-    """
+from reference.world import NOWHERE, Evacuated, LeftFloor
 
 
 class Script:
@@ -76,118 +49,181 @@ class Script:
         return [self.left.pop(0) if self.left else None] * len(robots)
 
 
+UPSTAIRS = """
+       #########
+    ####.......#
+    #AA+...R.1.E
+    ####.......#
+       #########
+
+       #########
+    ####......p#
+    #AA+...R...#
+    ####.....2.#
+       #########
+    """
+DOWNSTAIRS = """
+       #########
+    ####......p#
+    #AA+...R.1.#
+    ####.......#
+       ####E####
+
+       #########
+    ####.......#
+    #AA+...R...#
+    ####...2...#
+       #########
+    """
+
+
+def begun(board, **said):
+    """The board after the first tick: where robots stand, and their destinations."""
+    sim = stage(board, **said)
+    sim.step()
+    return goes(sim)
+
+
 # -- Algorithm 3 --------------------------------------------------------------------
 
 
-@pytest.mark.paper("C7", "Alg. 3:1")
+@pytest.mark.paper(
+    "C7", "Alg. 3:1: repeat while somebody on this level is still inside:"
+)
 @pytest.mark.paper("C8")
 def test_robots_work_while_people_are_on_their_level_or_above():
-    """From above they still come through: the robot below goes on."""
-    sim = stage(UPSTAIRS)
-    sim.step()
-    assert [robot.active for robot in sim.world.robots] == [True, True]
+    """From above they still come through: the robot below goes on, too."""
+    assert begun(UPSTAIRS, still="p") == UPSTAIRS
+    assert (
+        later(UPSTAIRS, 3, still="p", sight_range=1.5)
+        == """
+           #########
+        ####.......#
+        #AA+.....R.E
+        ####.......#
+           #########
+
+           #########
+        ####......p#
+        #AA+.......#
+        ####.....R.#
+           #########
+        """
+    )
 
 
-@pytest.mark.paper("C7", "Alg. 3:1")
+@pytest.mark.paper(
+    "C7", "Alg. 3:1: repeat while somebody on this level is still inside:"
+)
 @pytest.mark.paper("C8")
 def test_a_robot_is_done_when_its_level_and_all_above_are_empty():
-    """Nobody asks it any more, and it does not move; the one below goes on.
+    """Nobody asks it, and it does not move; the one below goes on.
 
     So agents of one group finish at different times.
     """
-    script = Script((-2.5, -1.5))
-    sim = stage(DOWNSTAIRS, robots=script)
-    sim.step()
-    sim.step()
-    below, above = sim.world.robots
-    assert (below.active, above.active) == (True, False)
-    before = above.position
-    play(sim, DECISION_SECONDS + 0.2)
-    assert np.array_equal(above.position, before)
-    assert script.asked[-1][1] == [below.body]
+    assert begun(DOWNSTAIRS, still="p") == DOWNSTAIRS.replace("2", ".")
+    assert (
+        later(DOWNSTAIRS, 2, still="p")
+        == """
+           #########
+        ####......p#
+        #AA+.....R.#
+        ####.......#
+           ####E####
+
+           #########
+        ####.......#
+        #AA+...R...#
+        ####.......#
+           #########
+        """
+    )
 
 
-@pytest.mark.paper("C7", "Alg. 3:2")
+@pytest.mark.paper(
+    "C7", "Alg. 3:1: repeat while somebody on this level is still inside:"
+)
+@pytest.mark.paper("C8")
+def test_a_robot_under_way_stands_still_once_its_work_is_done():
+    """q leaves when the robot upstairs has walked a metre; it goes no farther."""
+    board = "#p.R.......E\n\n#R.....2..qE"
+    assert later(board, 1.2, still="p") == "#p.R.......E\n\n#.R........E"
+    assert later(board, 5, still="p") == "#p.R.......E\n\n#.R........E"
+
+
+@pytest.mark.paper("C7", "Alg. 3:2: help people out")
 def test_a_robot_leads_those_who_follow_it_out():
     """It waits for p, who is slow, and says: this exit."""
-    sim = stage("#################\n#p.R............E\n#################")
-    sim.robot_strategy = Send(8.5, 0.5)
+    sim = stage("#p.R...........1E")
     sim.world.bodies.pace[:] = 0.8
-    play(sim, 6)
-    gap = sim.world.robots[0].position[0] - sim.world.bodies.position[0, 0]
-    assert gap < 3
-    play(sim, 20)
-    assert [event.person for event in sim.events if isinstance(event, Evacuated)] == [0]
+    assert play(sim, 6) == "#....p.R........E"
+    assert play(sim, 20) == "#..............RE"
+    assert [type(event) for event in sim.events] == [LeftFloor, Evacuated]
 
 
 CROWD = """
     ##############
     #.q..........#
-    #.rpR........E
+    #.rpR.......1E
     #.s..........#
     ##############
     """
-FARTHER = CROWD.replace(".q", "q.").replace(".r", "r.").replace(".s", "s.")
+FARTHER = """
+    ##############
+    #q...........#
+    #r.pR.......1E
+    #s...........#
+    ##############
+    """
 
 
-@pytest.mark.paper("C7", "Alg. 3:2, chosen")
+@pytest.mark.paper("C7", "Alg. 3:2, chosen: help people out")
 @pytest.mark.parametrize(
     ("board", "waits"), [(CROWD, False), (FARTHER, True)], ids=["near", "far"]
 )
 def test_a_crowd_may_be_farther_behind_than_one_follower(board, waits):
     """Four are waited for from 2.0 m on, one from 1.6 m; here it is 1.9 or 2.6 m."""
-    sim = stage(board)
+    sim = stage(board, still="pqrs", follows="pR qR rR sR")
     robot = sim.world.robots[0]
     robot.way = [robot.place + 1]
-    for letter in "pqrs":
-        follow(sim, letter, robot.body)
     assert (speed_while_leading(robot, sim.world) == 0) is waits
 
 
-@pytest.mark.paper("C7", "Alg. 3:2, chosen")
+@pytest.mark.paper("C7", "Alg. 3:2, chosen: help people out")
 def test_a_robot_does_not_wait_beside_a_door():
     """There its followers would stand in the doorway; it goes on, and waits beyond."""
-    sim = stage("##############\n#p..R+.......E\n##############", robots=Send(5.5, 0.5))
-    sim.world.bodies.pace[:] = 0
-    follow(sim, "p", sim.world.robots[0].body)
-    play(sim, 3)
-    door, robot = sim.building.landmarks[0], sim.world.robots[0]
-    beyond = robot.position[0] - door.position[0]
-    assert beyond == pytest.approx(DOORWAY, abs=0.5)
+    board = "#p..R+.....1.E"
+    assert later(board, 3, follows="pR", still="p") == "#p...+.R.....E"
 
 
-@pytest.mark.paper("C7", "Alg. 3:3-5")
+@pytest.mark.paper("C7", "Alg. 3:3-5: tell followers what goes with that destination")
 def test_a_decision_updates_destination_and_instruction():
     """The stairwell, then the middle of the floor."""
     script = Script((-4.5, 0.5), (2.5, 0.5))
-    sim = stage(UPSTAIRS, robots=script, sight_range=1.5)
-    sim.world.bodies.pace[:] = 0
-    told = []
+    sim = stage(UPSTAIRS, robots=script, sight_range=1.5, still="p")
+    rows, told = [], []
     for _ in range(2):
         play(sim, DECISION_SECONDS)
-        robot = sim.world.robots[1]
-        told.append((tuple(robot.destination), robot.says))
-    (well,) = sim.building.stairwells
-    assert told[0] == (well.centre, *well.entrances[1])
-    assert told[1] == ((2.5, 0.5), NOWHERE)
+        rows.append(next(row for row in goes(sim).splitlines() if "2" in row))
+        told.append(sim.world.robots[1].says)
+    assert rows == ["#R2+.......#", "####....R2p#"]
+    assert told == [mark(sim, "+2"), NOWHERE]
 
 
-@pytest.mark.paper("C7", "Alg. 3:6-7")
+@pytest.mark.paper("C7", "Alg. 3:6-7: walk on towards the destination")
 def test_a_robot_moves_towards_its_destination_at_its_speed():
     """Tick by tick, also when no decision is made; then it stays there."""
-    sim = stage("#############\n#R.........pE\n#############", robots=Send(3.5, 0.5))
-    sim.world.bodies.pace[:] = 0
+    sim = stage("#R.......1.pE", still="p")
     start = sim.world.robots[0].position
-    play(sim, 2)
+    assert play(sim, 2) == "#...R......pE"
     assert sim.world.robots[0].position - start == pytest.approx([2 * ROBOT_SPEED, 0])
-    assert play(sim, 8) == drawn("#############\n#........R.pE\n#############")
+    assert play(sim, 8) == "#........R.pE"
 
 
-@pytest.mark.paper("C7", "Alg. 3:7")
+@pytest.mark.paper("C7", "Alg. 3:7: walk on towards the destination")
 def test_a_step_goes_on_past_a_waypoint():
     """0.1 m east to it, then the other 0.2 m south to the next."""
-    sim = stage("#####\n#.R.#\n#...#\n#p..E\n#####")
-    sim.world.bodies.pace[:] = 0
+    sim = stage("#####\n#.R.#\n#...#\n#p..E\n#####", still="p")
     robot = sim.world.robots[0]
     corner = robot.position
     robot.way = [robot.place, robot.place + 2 * sim.navigation.cols]
@@ -195,6 +231,7 @@ def test_a_step_goes_on_past_a_waypoint():
     sim.step()
     assert robot.position == pytest.approx(corner - (0, ROBOT_SPEED * sim.tick - 0.1))
     assert len(robot.way) == 1
+    assert play(sim, 2) == "#####\n#...#\n#...#\n#pR.E\n#####"
 
 
 # -- Equation 1 and instructions ----------------------------------------------------
@@ -214,32 +251,71 @@ def test_a_destination_near_a_stairwell_becomes_its_centre(x, y):
 
 
 @pytest.mark.paper("C6", "Eq. 1")
+def test_a_robot_decided_beside_a_stairwell_walks_onto_the_stairs():
+    """Eq. 1 corrects where it goes, and there it ends: q's robot, three metres off."""
+    board = """
+           #########
+        ####......p#
+        #AA+...R...E
+        ####.......#
+           #########
+
+           #########
+        ####......q#
+        #AA+2..R...#
+        ####.......#
+           #########
+        """
+    assert begun(board, sight_range=1.5).splitlines()[8] == "#A2+...R...#"
+    assert (
+        later(board, 6, sight_range=1.5, still="pq").splitlines()[8] == "#RA+.......#"
+    )
+
+
+@pytest.mark.paper("C6", "Eq. 1")
 def test_a_stairwell_attracts_on_its_own_floors_only():
     """A does not reach the third floor."""
-    building = built(
-        """
+    board = """
            ########
-        ####......####
-        #AA+......+BB#
+        ####p.....####
+        #AA+1..R..+BB#
         ####......####
            ###E####
 
            ########
-        ####......####
-        #AA+......+BB#
+        ####q.....####
+        #AA+2..R..+BB#
         ####......####
            ########
 
            ########
+           #r.....####
+           #3..R..+BB#
            #......####
-           #......+BB#
+           ########
+        """
+    assert (
+        begun(board)
+        == """
+           ########
+        ####p.....####
+        #A1+...R..+BB#
+        ####......####
+           ###E####
+
+           ########
+        ####q.....####
+        #A2+...R..+BB#
+        ####......####
+           ########
+
+           ########
+           #r.....####
+           #3..R..+BB#
            #......####
            ########
         """
     )
-    x, y = building.stairwells[0].centre
-    assert actual_target(building, 1, x + 1, y) == (x, y)
-    assert actual_target(building, 2, x + 1, y) == (x + 1, y)
 
 
 @pytest.mark.paper("C6", "Eq. 1")
@@ -360,52 +436,70 @@ def test_a_robot_inside_a_stairwell_is_seen_by_those_it_leads():
 @pytest.mark.paper("C5", "chosen")
 def test_a_robot_stands_in_nobodys_way():
     """p walks through it to the exit in view, as if it were not there."""
-    ways = []
-    for robot in "R.":
-        sim = stage(f"########\n#p..{robot}..E\n########", sight_range=8)
-        lead(sim, "p")
-        ways.append([play(sim, 0.2).replace("R", ".") for _ in range(20)])
-    assert ways[0] == ways[1]
+    for seconds in (0.8, 1.6, 2.4):
+        with_robot = later("#p..R..E", seconds, leads="p", sight_range=8)
+        without = later("#p.....E", seconds, leads="p", sight_range=8)
+        assert with_robot.replace("R", ".") == without
+    assert later("#p..R..E", 5, leads="p", sight_range=8) == "#...R..E"
 
 
 @pytest.mark.paper("C5", "chosen")
 def test_a_robot_does_not_burn():
     """It passes flames that it cannot avoid, and works on."""
-    sim = stage("##############\n#R..*.......pE\n##############", robots=Send(3.5, 0.5))
-    sim.world.bodies.pace[:] = 0
-    assert play(sim, 8) == drawn("##############\n#...*.....R.pE\n##############")
-    assert sim.world.robots[0].active
+    assert later("#R..*....1..pE", 8, still="p") == "#...*....R..pE"
 
 
 @pytest.mark.paper("C5", "chosen")
-def test_a_robot_leads_around_flames_where_it_can():
-    """They do not hurt it, but those who follow."""
-    sim = stage(
+@pytest.mark.parametrize(("flame", "passes"), [("*", "south"), (",", "straight on")])
+def test_a_robot_leads_around_flames_where_it_can(flame, passes):
+    """They do not hurt it, but those who follow; ash hurts nobody."""
+    board = f"""
+        ###########
+        #R...{flame}..1pE
+        #.........#
+        #.........#
+        #.........#
+        ###########
         """
-        ###########
-        #R...*...pE
-        #.........#
-        #.........#
-        #.........#
-        ###########
-        """,
-        robots=Send(3.5, 1.5),
-    )
-    sim.world.bodies.pace[:] = 0
-    visited = set()
+    sim, rows = stage(board, still="p"), set()
     for _ in range(40):
         sim.step()
-        robot = sim.world.robots[0]
-        visited.add(float(sim.world.flames.harm.ravel()[robot.place]))
-    assert visited == {0.0}
+        rows.add(next(k for k, row in enumerate(show(sim).splitlines()) if "R" in row))
+    assert rows == ({1, 2, 3} if passes == "south" else {1})
 
 
+@pytest.mark.paper("C5", "chosen")
+def test_a_metre_in_flames_counts_more_than_one_beside_them():
+    """The robot takes the longer way, beside two flames instead of through one."""
+    board = """
+        #############
+        #R...*...1.pE
+        #.#######.###
+        #.........###
+        ####*#*######
+        #############
+        """
+    assert (
+        later(board, 4, still="p")
+        == """
+        #############
+        #....*.....pE
+        #.#######.###
+        #....R....###
+        ####*#*######
+        #############
+        """
+    )
+
+
+@pytest.mark.paper("C8")
 def test_a_robot_that_has_finished_is_followed_no_more():
-    """Who still sees it walks on alone."""
-    sim = stage("###########\n#p.R.+....E\n###########")
+    """Who still sees it walks on alone: its level is empty, and q stands outside it."""
+    sim = stage("#p.R.+....E")
+    assert thinks(sim, "p") == "#p.R.+....E"
     sim.world.robots[0].active = False
     lead(sim, "p")
-    assert decide(sim, "p")[1] == mark(sim, Kind.DOOR)
+    assert thinks(sim, "p") == "#p.R.!....E"
 
 
 # -- Strategies ---------------------------------------------------------------------
@@ -439,8 +533,7 @@ def test_none_means_that_there_are_no_robots():
 def test_robots_decide_every_few_seconds():
     """Every DECISION_SECONDS, beginning at once."""
     script = Script()
-    sim = stage("###########\n#p..R.....E\n###########", robots=script)
-    sim.world.bodies.pace[:] = 0
+    sim = stage("#p..R.....E", robots=script, still="p")
     play(sim, 3 * DECISION_SECONDS)
     times = [time for time, _ in script.asked]
     assert times == pytest.approx([0, DECISION_SECONDS, 2 * DECISION_SECONDS])

@@ -50,7 +50,9 @@ def inline(figure: Figure) -> str:
     return f"data:image/png;base64,{b64encode(small.getvalue()).decode()}"
 
 
-TILES = {"#": "wall", "E": "exit", ",": "ash"} | dict.fromkeys("ABCD", "stairs")
+TILES = {"#": "wall", "E": "exit", ",": "ash", ":": "hole"} | dict.fromkeys(
+    "ABCD", "stairs"
+)
 DISCS = {"R": "robot", "!": "goal", "?": "goal"} | dict.fromkeys(
     "pqrstuvwxyz", "person"
 )
