@@ -24,6 +24,7 @@ nothing is left to chance.  What no board shows is said in words of a scene:
     stuck="p"  still="q"    p made no headway for too long; q stands still for good
     time=7.0                seconds since the evacuation began
     health={"p": 5}         of 100
+    burnt="+2"              what `:` draws
 """
 
 import re
@@ -352,6 +353,12 @@ def still(world, letters):
     world.bodies.pace[[body(letter) for letter in letters]] = 0.0
 
 
+def burnt(world, text):
+    """These doors have burnt, which ":" draws too."""
+    for _, doors in named(text):
+        world.burnt.update(landmark(world.building, door) for door in doors)
+
+
 def clock(world, seconds):
     """So many seconds have passed; everybody made headway just now."""
     world.time = world.bodies.anchor_time[:] = seconds
@@ -363,7 +370,7 @@ def health(world, points):
         world.bodies.health[body(letter)] = left
 
 
-WORDS = {"time": clock, "says": says, "visited": visited}
+WORDS = {"time": clock, "burnt": burnt, "says": says, "visited": visited}
 WORDS |= {"leads": leads, "follows": follows, "lost": lost}
 WORDS |= {"stuck": stuck, "still": still, "health": health}
 """What is said of a scene, in the order in which it comes true."""

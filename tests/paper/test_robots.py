@@ -94,8 +94,15 @@ def begun(board, **said):
 def test_robots_work_while_people_are_on_their_level_or_above():
     """From above they still come through: the robot below goes on, too."""
     assert begun(UPSTAIRS, still="p") == UPSTAIRS
-    assert (
-        later(UPSTAIRS, 3, still="p", sight_range=1.5)
+    after = """
+        #############
+        #....*.....pE
+        #.#######.###
+        #....R....###
+        ####*#*######
+        #############
+        """
+    assert later(UPSTAIRS, 3, still="p", sight_range=1.5)
         == """
            #########
         ####.......#
@@ -480,16 +487,7 @@ def test_a_metre_in_flames_counts_more_than_one_beside_them():
         #############
         """
     assert (
-        later(board, 4, still="p")
-        == """
-        #############
-        #....*.....pE
-        #.#######.###
-        #....R....###
-        ####*#*######
-        #############
-        """
-    )
+        later(board, 4, still="p") == after
 
 
 @pytest.mark.paper("C8")
