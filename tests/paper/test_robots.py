@@ -95,15 +95,6 @@ def test_robots_work_while_people_are_on_their_level_or_above():
     """From above they still come through: the robot below goes on, too."""
     assert begun(UPSTAIRS, still="p") == UPSTAIRS
     after = """
-        #############
-        #....*.....pE
-        #.#######.###
-        #....R....###
-        ####*#*######
-        #############
-        """
-    assert later(UPSTAIRS, 3, still="p", sight_range=1.5)
-        == """
            #########
         ####.......#
         #AA+.....R.E
@@ -116,7 +107,7 @@ def test_robots_work_while_people_are_on_their_level_or_above():
         ####.....R.#
            #########
         """
-    )
+    assert later(UPSTAIRS, 3, still="p", sight_range=1.5) == after
 
 
 @pytest.mark.paper(
@@ -129,9 +120,7 @@ def test_a_robot_is_done_when_its_level_and_all_above_are_empty():
     So agents of one group finish at different times.
     """
     assert begun(DOWNSTAIRS, still="p") == DOWNSTAIRS.replace("2", ".")
-    assert (
-        later(DOWNSTAIRS, 2, still="p")
-        == """
+    after = """
            #########
         ####......p#
         #AA+.....R.#
@@ -144,7 +133,7 @@ def test_a_robot_is_done_when_its_level_and_all_above_are_empty():
         ####.......#
            #########
         """
-    )
+    assert later(DOWNSTAIRS, 2, still="p") == after
 
 
 @pytest.mark.paper(
@@ -301,9 +290,7 @@ def test_a_stairwell_attracts_on_its_own_floors_only():
            #......####
            ########
         """
-    assert (
-        begun(board)
-        == """
+    after = """
            ########
         ####p.....####
         #A1+...R..+BB#
@@ -322,7 +309,7 @@ def test_a_stairwell_attracts_on_its_own_floors_only():
            #......####
            ########
         """
-    )
+    assert begun(board) == after
 
 
 @pytest.mark.paper("C6", "Eq. 1")
@@ -486,8 +473,15 @@ def test_a_metre_in_flames_counts_more_than_one_beside_them():
         ####*#*######
         #############
         """
-    assert (
-        later(board, 4, still="p") == after
+    after = """
+        #############
+        #....*.....pE
+        #.#######.###
+        #....R....###
+        ####*#*######
+        #############
+        """
+    assert later(board, 4, still="p") == after
 
 
 @pytest.mark.paper("C8")
