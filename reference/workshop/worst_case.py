@@ -1,28 +1,41 @@
-"""The worst fire that a simulation finds: Eq. 5, approximated greedily.
+"""The worst fire and the worst errors of observation: Eq. 5, approximated greedily.
 
-Clauses: D2, D7, F4.  The appendix says that R_w = min E[R] over all attacks cannot be
-computed, and takes the greedy worst case (GWC): at every state the action of lowest
+Clauses: C4, D2, D7, F4.  The appendix says that R_w = min E[R] over all attacks cannot
+be computed, and takes the greedy worst case (GWC): at every state the action of lowest
 reward. Each decision is treated alone, so that the cost is linear in their number.
-Eq. 6's R_w, if everybody dies, is below this: see `bounds`.
+Eq. 5 attacks what robots observe, as `Disturbed` does; `WorstCase` attacks by fires.
+Eq. 6's R_w, if everybody dies, is below both: see `bounds`.
+
+    δ  error of what robots observe;  ε  its largest size, metres
 """
 
+from collections.abc import Sequence
 from copy import deepcopy
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import dijkstra
 
 from reference.fire import Decision
 from reference.game.rewards import group_reward
 from reference.paper import BURN_SECONDS, Scenario
+from reference.robots import Destinations
 from reference.simulation import Simulation
 from reference.strategies import FireStrategy, NoRobots, RandomFire, RobotStrategy
+from reference.workshop.frame import map_of
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.strategies.fires import BusiestFire, busiest
-from reference.world import World
+from reference.world import Robot, World
 
 CANDIDATES = 4
 """[F4, chosen] cells tried at a decision: some ten seconds of one core for an
 evacuation of the paper's building."""
+
+DRAWS = 4
+"""[F4, chosen] errors tried at a decision of the robots, besides none: a minute of one
+core for an evacuation of the paper's building."""
 
 
 class WorstCase:
@@ -47,12 +60,84 @@ class WorstCase:
         candidates = busiest(world, CANDIDATES)
         if not candidates:
             return RandomFire().decide(world, rng)
-        seed = int(rng.integers(2**32))
-        meets = world, self.scenario, self.robots
-        futures = [another_future(*meets, FirstAt(p), seed) for p in candidates]
-        to_the_end(futures)
-        rewards = [group_reward(future.events) for future in futures]
-        return candidates[int(np.argmin(rewards))]
+        tries = [(self.robots, First(p, BusiestFire())) for p in candidates]
+        return candidates[_worst(world, self.scenario, tries, rng)]
+
+
+class Disturbed:
+    """Robots that observe with errors: at every decision the worst of a few draws.
+
+    [F4, Eq. 5, chosen] Each δ, and none, leads to destinations; they are tried out to
+    the end, without further errors, and those that leave least reward are taken. The
+    fire plays by its own strategy there, `WorstCase` as `BusiestFire`.
+    """
+
+    def __init__(
+        self, robots: RobotStrategy, fire: FireStrategy, scenario: Scenario, most: float
+    ):
+        """most: ε, metres."""
+        self.robots, self.scenario, self.most = robots, scenario, most
+        self.fire = BusiestFire() if isinstance(fire, WorstCase) else fire
+
+    def decide(
+        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
+    ) -> Destinations:
+        """Send robots where the worst of these errors lets them go."""
+        at_work, answers = {robot.body for robot in robots}, list[Any]()
+        for most in (0.0, *[self.most] * DRAWS):
+            seen, guides = with_errors(world, most, rng), deepcopy(self.robots)
+            team = [robot for robot in seen.robots if robot.body in at_work]
+            answers.append((guides.decide(seen, team, rng), guides))
+        tries = [(First(*answer), self.fire) for answer in answers]
+        destinations, self.robots = answers[_worst(world, self.scenario, tries, rng)]
+        return destinations
+
+
+def with_errors(world: World, most: float, rng: np.random.Generator) -> World:
+    """Copy a world as robots observe it with a random error δ, |δ| ≤ most metres.
+
+    [F4, chosen] δ shifts people, robots and fire sources in x and in y, for all robots
+    alike [C4]; storeys, counts, time and the grid are exact.
+    """
+    seen, cells = world.copy(), map_of(world.building)
+    bodies, sources = seen.bodies, seen.flames.sources
+
+    def shifted(position: ArrayLike) -> np.ndarray:
+        return np.asarray(position) + rng.uniform(-most, most, np.shape(position))
+
+    bodies.position = shifted(bodies.position)
+    bodies.place = cells.places(np.column_stack([bodies.position, bodies.floor]))
+    for robot in seen.robots:
+        robot.position = shifted(robot.position)
+        robot.place = int(cells.places(np.array([*robot.position, robot.floor])))
+    for k, source in enumerate(sources):
+        x, y = shifted((source.x, source.y)).tolist()
+        sources[k] = replace(source, x=x, y=y)
+    return seen
+
+
+# -- Trying out ---------------------------------------------------------------------
+
+
+class First:
+    """A strategy that is told its next decision; then it decides itself."""
+
+    def __init__(self, decision: Any, strategy: Any):
+        self.decisions, self.strategy = [decision], strategy
+
+    def decide(self, *seen: Any) -> Any:
+        """Take that decision; later, the strategy's own."""
+        return self.decisions.pop() if self.decisions else self.strategy.decide(*seen)
+
+
+def _worst(
+    world: World, scenario: Scenario, tries: Sequence[Any], rng: np.random.Generator
+) -> int:
+    """Which robots and fire leave least reward, each tried in the same future."""
+    seed = int(rng.integers(2**32))
+    futures = [another_future(world, scenario, r, f, seed) for r, f in tries]
+    to_the_end(futures)
+    return int(np.argmin([group_reward(future.events) for future in futures]))
 
 
 def another_future(
@@ -79,14 +164,3 @@ def another_future(
         delay = dijkstra(borders, indices=lit, min_only=True).reshape(begun.shape)
         flames.arrival = np.where(begun, flames.arrival, world.time + delay)
     return after
-
-
-class FirstAt(BusiestFire):
-    """Lights one place at its next decision; then acts as `BusiestFire`."""
-
-    def __init__(self, place: Decision):
-        self.first = [place]
-
-    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
-        """Take that place; later, the cell that most people will cross."""
-        return self.first.pop() if self.first else super().decide(world, rng)

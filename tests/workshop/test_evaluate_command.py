@@ -74,6 +74,17 @@ def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
     assert sum(own) / len(own) == pytest.approx(1)
 
 
+@pytest.mark.paper("F4", "Eq. 5")
+def test_robots_may_observe_with_errors(capsys):
+    """The worst of a few, told in the title; what is resumed keeps them."""
+    alone = "--people 1 --fire none --episodes 1 --out eval"
+    assert main(f"{SMALL} {alone} --errors 3".split()) == 0
+    title = capsys.readouterr().out.splitlines()[0]
+    assert title.endswith("1 runs, errors of observation up to 3 m")
+    assert main(f"{AGAIN} --errors 1".split()) == 2
+    assert "--errors: what is resumed goes on as it was" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
     """What is there is not played again; who is named besides is."""

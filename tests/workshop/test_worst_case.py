@@ -1,4 +1,4 @@
-"""The worst case: what the fire tries out, what it takes, and what that costs."""
+"""The worst case: what fire and errors try out, what they take, and what that costs."""
 
 from itertools import pairwise
 
@@ -6,17 +6,29 @@ import numpy as np
 import pytest
 from movies import built, found, robots_named, shipped, stage
 from scipy.stats import ks_2samp
+from trainings import begun
 
 from reference.beginning import with_people_at
 from reference.fire import Spread, free_places
+from reference.game.observations import fire_vector, vector_layout
 from reference.game.rewards import group_reward
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots
+from reference.workshop.crossplay import begin
 from reference.workshop.crossplay.contestants import encounter
-from reference.workshop.strategies.fires import APART, busiest
-from reference.workshop.worst_case import FirstAt, WorstCase, another_future
+from reference.workshop.strategies.fires import APART, BusiestFire, busiest
+from reference.workshop.strategies.robots import Observer
+from reference.workshop.training.checkpoints import save
+from reference.workshop.training.policies import LearnedRobots
+from reference.workshop.worst_case import (
+    Disturbed,
+    First,
+    WorstCase,
+    another_future,
+    with_errors,
+)
 from reference.world import FireLit
 
 BRIEF = {"people": 8, "sources": 2, "time_limit": 50.0}
@@ -55,13 +67,14 @@ def test_it_takes_the_cell_that_leaves_least_reward_to_the_end():
     sim = against("none", people=10, seed=2)
     for _ in range(50):
         sim.step()
-    fire, world, rng = sim.fire_strategy, sim.world, np.random.default_rng(5)
-    taken = fire.decide(world, rng)
+    world, rng = sim.world, np.random.default_rng(5)
+    taken = sim.fire_strategy.decide(world, rng)
     seed = int(np.random.default_rng(5).integers(2**32))
     left = {}
     for place in busiest(world, 4):
         robots = NoRobots()
-        future = another_future(world, sim.scenario, robots, FirstAt(place), seed)
+        fire = First(place, BusiestFire())
+        future = another_future(world, sim.scenario, robots, fire, seed)
         future.run()
         left[place] = group_reward(future.events)
     assert len(left) == 4 and left[taken] == min(left.values()) < max(left.values())
@@ -117,13 +130,84 @@ def test_its_cost_is_linear_in_the_number_of_decisions(monkeypatch):
         assert len(begun) == sources and max(begun, default=0) <= 4
 
 
+# -- Errors of observation ----------------------------------------------------------
+
+
+def observers(ticks):
+    """Robots that observe in a small building after so many ticks; a fire at 50."""
+    fire = First((0, 5.5, 0.5), NoFire())
+    sim = Simulation(shipped("tiny"), Scenario(people=20), Observer(), fire, seed=3)
+    for _ in range(ticks):
+        sim.step()
+    return sim
+
+
+@pytest.mark.paper("C4")
+@pytest.mark.paper("F4", "Eq. 5")
+def test_errors_shift_points_that_are_observed_and_nothing_else():
+    """Each by ε at most in x and in y, however far from walls; the world stays."""
+    sim, rng = observers(ticks=100), np.random.default_rng(1)
+    layout = vector_layout(sim.building, sim.scenario)
+    before = fire_vector(sim.world, sim.scenario)
+    off = fire_vector(with_errors(sim.world, 2.0, rng), sim.scenario) - before
+    for name in layout.blocks:
+        rows = layout.read(off, name)
+        if name in ("humans", "robots", "fires"):
+            there = layout.read(before, name)[:, 2] >= 0
+            assert 1 < np.abs(rows[there, :2]).max() <= 2 and not rows[:, 2].any()
+            rows = rows[~there]
+        assert not rows.any()
+    assert np.array_equal(fire_vector(sim.world, sim.scenario), before)
+    seen, exact = (with_errors(sim.world, most, rng) for most in (9.0, 0.0))
+    assert sim.building.walkable.flat[seen.bodies.place].all()
+    for name in ("place", "position"):
+        found, wanted = (getattr(w.bodies, name) for w in (exact, sim.world))
+        assert np.array_equal(found, wanted)
+
+
+@pytest.mark.paper("F4", "Eq. 5")
+def test_of_a_few_errors_robots_make_the_one_that_leaves_least_reward():
+    """Of four and none, each played out in the same future."""
+    sim, rng = observers(ticks=50), np.random.default_rng(5)
+    world, scene = sim.world, sim.scenario
+    robots = Disturbed(Observer(), NoFire(), scene, 4.0)
+    taken, rng = robots.decide(world, world.robots, rng), np.random.default_rng(5)
+    answers = []
+    for most in (0, 4, 4, 4, 4):
+        seen = with_errors(world, most, rng)
+        answers.append(Observer().decide(seen, seen.robots, rng))
+    seed, left = int(rng.integers(2**32)), []
+    for answer in answers:
+        guides = First(answer, Observer())
+        left.append(another_future(world, scene, guides, NoFire(), seed).run().reward)
+    worst = int(np.argmin(left))
+    assert taken == answers[worst] != answers[0] and left[worst] < left[0]
+
+
+@pytest.mark.paper("F4", "Eq. 5")
+def test_a_learned_policy_can_be_disturbed_and_the_worst_fire_plays_on(tmp_path):
+    """Neither imagines the other's futures; without robots nobody is disturbed."""
+    save(begun(seed=3).checkpoint(), tmp_path / "own.pt")
+    word, ways = str(tmp_path / "own.pt"), {}
+    for errors in (0, 3):
+        made = begin((word, "none"), ("worst-case",), episodes=1, errors=errors)
+        one, other = (made.simulation(*run) for run in made.runs)
+        assert type(one.fire_strategy.robots) is LearnedRobots
+        assert type(other.robot_strategy) is NoRobots
+        one.step()
+        ways[errors] = [robot.destination.tolist() for robot in one.world.robots]
+    assert type(one.robot_strategy.fire) is BusiestFire
+    assert ways[0] != ways[3]
+
+
 # -- Another future -----------------------------------------------------------------
 
 
 @pytest.mark.paper("F4", "chosen")
 def test_another_future_has_the_same_past_and_draws_the_rest_anew():
     """What burns has burnt since the same time; flames spread otherwise from there."""
-    sim = Simulation(shipped("tiny"), Scenario(), fire=FirstAt((0, 5.5, 0.5)))
+    fire = First((0, 5.5, 0.5), BusiestFire())
+    sim = Simulation(shipped("tiny"), Scenario(), fire=fire)
     for _ in range(100):
         sim.step()
     before, now = sim.world.flames.arrival.copy(), sim.world.time

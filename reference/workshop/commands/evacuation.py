@@ -68,6 +68,7 @@ def strategies(arguments: Namespace) -> None:
     options.player("fire", "default: random", default=["random"], nargs="+"),
     options.number("--episodes", 1, "how many to play; default: 1", default=1),
     options.SAMPLE,
+    options.ERRORS,
     options.folder("--record", "trajectories of the first episode and pair, for PedPy"),
     options.output(
         "--density",
@@ -95,6 +96,7 @@ def evacuate(arguments: Namespace) -> None:
         arguments.seed or 0,
         arguments.episodes,
         arguments.sample,
+        arguments.errors or 0,
     )
     crowding, played = Crowding() if arguments.density else None, []
     film, folder = arguments.animate, arguments.record

@@ -19,7 +19,7 @@ from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.files import write_json
 from reference.workshop.runs import ContradictionError, refuse_options
 
-ASKED = ("building", "people", "seed", "episodes", "sample")
+ASKED = ("building", "people", "seed", "episodes", "sample", "errors")
 
 
 @options.command(
@@ -31,6 +31,7 @@ ASKED = ("building", "people", "seed", "episodes", "sample")
     options.PEOPLE,
     options.number("--episodes", 1, f"of each pair; default: {matches.EPISODES}"),
     options.SAMPLE,
+    options.ERRORS,
     options.WORKERS,
     options.folder("--out", "keep runs, tables and pictures there"),
     options.flag("--resume", "go on in DIR, also with further --robots and --fire"),

@@ -119,6 +119,8 @@ PEOPLE = number("--people", 1, f"default: the checkpoint's, else {paper.PEOPLE}"
 SAMPLE = flag(
     "--sample", "draw a learned policy's actions, not the likeliest", default=None
 )
+WRONG = "robots observe positions up to N metres off, in the worst way; default: 0"
+ERRORS = number("--errors", 0, WRONG, most=40)
 PLAY = "processes that play, results are the same; 0: this one; default: all cores"
 WORKERS = number("--workers", 0, PLAY, most=1000, default=CORES)
 LARGEST = 2**53  # as a whole number in JSON

@@ -11,9 +11,10 @@ from reference.building import Building
 from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
+from reference.strategies import NoRobots
 from reference.workshop.plain import did_you_mean, first_line
 from reference.workshop.strategies import LEARNED, SCRIPTS
-from reference.workshop.worst_case import WorstCase
+from reference.workshop.worst_case import Disturbed, WorstCase
 
 WORST = "worst-case"
 
@@ -67,9 +68,19 @@ def refuse_unknown(word: str, side: Side, known: Sequence[str]) -> None:
 
 
 def encounter(
-    building: Building, scenario: Scenario, robots: Any, fire: Any, seed: int
+    building: Building,
+    scenario: Scenario,
+    robots: Any,
+    fire: Any,
+    seed: int,
+    errors: float = 0.0,
 ) -> Simulation:
-    """Let two strategies meet in a simulation, before its first tick."""
+    """Let two strategies meet in a simulation, before its first tick.
+
+    errors: metres that robots observe wrongly by, in the worst case [F4]
+    """
     if isinstance(fire, WorstCase):
         fire.meet(robots, scenario)
+    if errors and not isinstance(robots, NoRobots):
+        robots = Disturbed(robots, fire, scenario, errors)
     return Simulation(building, scenario, robots, fire, seed)

@@ -1,7 +1,7 @@
 """What an evaluation plays: which robots meet which fires, where, from which seeds.
 
-Clause: F12.  All matches share one building and one scenario, so that their runs can be
-paired by seed.  Checkpoints, if any, determine both.  A training's folder is pinned to
+Clauses: F4, F12.  All matches share one building and scenario, so that runs are paired
+by seed.  Checkpoints, if any, determine both.  A training's folder is pinned to
 its newest checkpoint, though more may come while runs are played.
 """
 
@@ -83,6 +83,7 @@ class Evaluation:
     Plain data, from which any process can play. Raises RunError for too many runs.
 
     sample  draw learned policies' actions instead of taking the likeliest
+    errors  metres that robots observe wrongly by, in the worst case [F4]
     files   the checkpoint of each word that names one
     """
 
@@ -93,6 +94,7 @@ class Evaluation:
     episodes: int = EPISODES
     sample: bool = False
     files: Mapping[str, Pinned] = field(default_factory=dict)
+    errors: int = 0
 
     def __post_init__(self) -> None:
         runs = len(self.robots) * len(self.fires) * self.episodes
@@ -115,7 +117,8 @@ class Evaluation:
         """Set up a run, before its first tick."""
         guide = deepcopy(_loaded(_path(robots, self.files), "robots", self.sample))
         foe = deepcopy(_loaded(_path(fire, self.files), "fire", self.sample))
-        return encounter(self.arena.drawn, self.arena.scenario, guide, foe, seed)
+        where = self.arena.drawn, self.arena.scenario
+        return encounter(*where, guide, foe, seed, self.errors)
 
     def about(self) -> str:
         """Describe the evaluation in a line."""
@@ -123,6 +126,8 @@ class Evaluation:
             f"{self.arena.drawn.title}, {self.arena.people} people: "
             f"{len(self.robots)} robots x {len(self.fires)} fires x {self.episodes} "
             f"seeds from {self.seed} on, {len(self.runs):,} runs"
+            + f", errors of observation up to {self.errors} m"
+            * (self.errors > 0)
         )
 
 
@@ -134,6 +139,7 @@ def begin(
     seed: int = 0,
     episodes: int = EPISODES,
     sample: bool = False,
+    errors: int = 0,
 ) -> Evaluation:
     """Make a new evaluation of some robots and fires, by the words of `contestant`.
 
@@ -158,7 +164,7 @@ def begin(
         arena = Arena(name, plan_of(load(name)), scenario)
     _refuse_misfits(learned, arena)
     words = _once(robots), _once(fires)
-    return Evaluation(arena, *words, seed, episodes, sample, files)
+    return Evaluation(arena, *words, seed, episodes, sample, files, errors)
 
 
 def resume(
