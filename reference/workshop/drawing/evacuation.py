@@ -93,7 +93,7 @@ class Scene:
         rows, columns = page.arranged(building, building.floors)
         across, down = columns * building.kind.shape[2], rows * building.kind.shape[1]
         width = 9 + 2 * count
-        high = min(5.2, width / count * down / across)
+        high = min(5.2, 0.85 * width / count * down / across)
         self.figure = Figure((width, high + 3), layout="constrained")
         look: Style = {"height_ratios": (high, 1), "squeeze": False}
         panels, curves = self.figure.subplots(2, count, **look)
@@ -248,7 +248,7 @@ def looks(metre: float) -> dict[str, Style]:
         "robot": _marker("D", 1.05 * mark, "white", INK, 1.8) | {"zorder": 6},
         TRAIL: {"color": page.FAINT, "lw": 1.0, "alpha": 0.5, "zorder": 4},
         "flames": _marker("s", 0.94 * metre, FLAME, EMBER, 0.6),
-        "ash": _marker("s", 0.94 * metre, ASH, ASH, 0.6) | {"zorder": 3},
+        "ash": _marker("s", metre, ASH, ASH, 0.6) | {"zorder": 3},
         "burnt door": _marker("s", 0.9 * metre, CHAR, FLAME, 1.0),
         "fire source": _marker("*", 2.6 * mark, SOURCE, "white", 0.9),
         "destination": _marker("+", 1.3 * mark, INK, INK, 1.4) | line,
