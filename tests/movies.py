@@ -20,6 +20,7 @@ nothing is left to chance.  What no board shows is said in words of a scene:
     follows="pq rR2"        p follows q, r the second robot, seen where it is just now
     lost="pq"               the same, but p has not seen q for ten seconds
     visited="+2 q+1"        p has passed the second `+` of the board, q the first
+    at="p+2"                p stands in this door
     says="R2E"              the second robot sends to the exit; "R" says "follow me"
     stuck="p"  still="q"    p made no headway for too long; q stands still for good
     time=7.0                seconds since the evacuation began
@@ -335,6 +336,17 @@ def visited(world, text):
         world.minds[body(letter)].trail.extend(Passed(m, NOWHERE) for m in marks)
 
 
+def at(world, text):
+    """One stands in a door, entrance or exit."""
+    nav = navigation_of(world.building)
+    for letter, (sign,) in named(text):
+        i, places = body(letter), nav.goals[landmark(world.building, sign)]
+        world.bodies.place[i], world.bodies.position[i] = (
+            places[0],
+            nav.centres[places[0]],
+        )
+
+
 def says(world, text):
     """A robot sends people to a landmark, or says "follow me"."""
     for robot, signs in named(text):
@@ -370,7 +382,7 @@ def health(world, points):
         world.bodies.health[body(letter)] = left
 
 
-WORDS = {"time": clock, "burnt": burnt, "says": says, "visited": visited}
+WORDS = {"time": clock, "burnt": burnt, "at": at, "says": says, "visited": visited}
 WORDS |= {"leads": leads, "follows": follows, "lost": lost}
 WORDS |= {"stuck": stuck, "still": still, "health": health}
 """What is said of a scene, in the order in which it comes true."""

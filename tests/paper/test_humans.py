@@ -10,21 +10,25 @@ from movies import (
     decide,
     drawn,
     follow,
+    later,
     lead,
     light,
     mark,
     mind,
+    mode,
     play,
     play_until,
+    sets_off,
     shipped,
     stage,
+    thinks,
     view,
     wait,
 )
 
 from reference import walking
 from reference.building import Kind
-from reference.humans import desired, pass_landmark, stuck
+from reference.humans import pass_landmark, stuck
 from reference.paper import (
     FOLLOW_DISTANCE,
     GOAL_HYSTERESIS,
@@ -40,6 +44,7 @@ from reference.paper import (
 from reference.perception import look
 from reference.robots import followers_of
 from reference.simulation import Simulation
+from reference.walking import free_for
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.robots import Sweep
@@ -91,13 +96,11 @@ def events_of(sim, kind):
 @pytest.mark.paper("A4")
 def test_at_an_exit_a_human_is_deregistered():
     """Both loops end there: q thinks, walks and suffers no more."""
-    sim = stage("#######\n#p..q.E\n#######")
-    halt(sim, "p")
-    assert play(sim, 3) == drawn("#######\n#p....E\n#######")
-    assert sim.world.bodies.fate.tolist() == [Fate.INSIDE, Fate.EVACUATED]
+    sim = stage("#p..q.E", still="p")
+    assert play(sim, 3) == "#p....E"
     assert [type(event) for event in sim.events] == [LeftFloor, Evacuated]
     health = sim.world.bodies.health[body("q")]
-    play(sim, 3)
+    assert play(sim, 3) == "#p....E"
     assert sim.world.bodies.health[body("q")] == health
 
 
@@ -105,42 +108,36 @@ def test_at_an_exit_a_human_is_deregistered():
 @pytest.mark.paper("B4")
 def test_a_follower_without_leader_who_is_not_stuck_leads():
     """Everybody begins like this, and so finds the exit alone."""
-    sim = stage("########\n#p.....E\n########")
-    assert mind(sim, "p").mode is Mode.FOLLOWER
-    play(sim, 0.2)
-    assert mind(sim, "p").mode is Mode.LEADER
-    assert play(sim, 8) == drawn("########\n#......E\n########")
+    board = "#p.....E"
+    passes = sets_off(board, leads="", passes=2, sight_range=8)
+    assert passes == "#p.....E\nthen\n#p.....!"
+    assert later(board, 8) == "#......E"
 
 
 @pytest.mark.paper("B5", "Alg. 1:2", "Alg. 1:10")
 def test_a_follower_whose_leader_is_in_sight_does_not_switch_mode():
     """Line 2 is for those without one, line 10 for those who see it no longer."""
-    sim = stage("############\n#p..q......E\n############")
-    follow(sim, "p", body("q"))
-    decide(sim, "p")
-    assert (mind(sim, "p").mode, mind(sim, "p").leader) == (Mode.FOLLOWER, body("q"))
+    board = "#p..q......E"
+    assert sets_off(board, follows="pq", passes=2) == "#p..!......E\nthen\n#p..!......E"
+    assert sets_off("#p..q......E") == "#p..q.?....E"
 
 
 @pytest.mark.paper("B5", "Alg. 1:5-6")
 def test_a_follower_moves_towards_the_leader_in_sight():
     """Away from the exit in view: who follows does not look for it."""
-    sim = stage("############\n#q.....p...E\n############", sight_range=8)
-    halt(sim, "q")
-    lead(sim, "q")
-    follow(sim, "p", body("q"))
-    assert play(sim, 1.6) == drawn("############\n#q...p.....E\n############")
+    said = {"leads": "q", "follows": "pq", "sight_range": 8}
+    assert sets_off("#q.....p...E", **said) == "#!.....p...E"
+    assert later("#q.....p...E", 1.6, still="q", **said) == "#q...p.....E"
 
 
 @pytest.mark.paper("B5", "Alg. 1:6, chosen")
 @pytest.mark.parametrize(("farther", "goes"), [(-0.1, False), (0.1, True)])
 def test_a_follower_stops_short_of_the_leader(farther, goes):
     """At FOLLOW_DISTANCE: whoever presses on would box the leader in."""
-    sim = stage("########\n#..pq..E\n########")
-    lead(sim, "q")
-    follow(sim, "p", body("q"))
+    sim = stage("#..pq..E", leads="q", follows="pq")
     x, y = sim.world.bodies.position[body("q")]
     sim.world.bodies.position[body("p")] = x - FOLLOW_DISTANCE - farther, y
-    assert (decide(sim, "p").place != NOWHERE) is goes
+    assert ("!" in thinks(sim)) is goes
 
 
 INSTRUCTED = """
@@ -160,69 +157,53 @@ INSTRUCTED = """
     """
 
 
-def say(sim, robot, kind):
-    """Let a robot say "this stairwell", "this exit", or for None "follow me"."""
-    marks = [m for m in sim.building.landmarks if m.floor == robot.floor]
-    ways = [m.index for m in marks if m.kind is kind]
-    robot.says = ways[0] if kind else NOWHERE
-
-
 @pytest.mark.paper("B5", "Alg. 1:7-8")
 @pytest.mark.paper("C7", "chosen")
 @pytest.mark.parametrize(
-    ("this", "row"),
+    ("said", "row"),
     [
-        (None, "#AA+.......E"),
-        (Kind.ENTRANCE, "#AA+.p.....E"),
-        (Kind.EXIT, "#AA+.....p.E"),
+        ("R2", "#AA+.......E"),
+        ("R2+2", "#AA+.p.....E"),
+        ("R2E2", "#AA+.....p.E"),
     ],
 )
-def test_a_follower_acts_on_the_robots_instruction(this, row):
+def test_a_follower_acts_on_the_robots_instruction(said, row):
     """North to the robot, west to the stairwell or east to the exit."""
-    sim = stage(INSTRUCTED)
-    robot = sim.world.robots[1]
-    say(sim, robot, this)
-    follow(sim, "p", robot.body)
-    assert play(sim, 1.6).splitlines()[-3] == row
+    board = later(INSTRUCTED, 1.6, says=said, follows="pR2")
+    assert board.splitlines()[-3] == row
 
 
 @pytest.mark.paper("C7", "chosen")
 @pytest.mark.paper("B5", "Alg. 1:8")
-@pytest.mark.parametrize(("which", "nearer"), [(0, True), (1, False)])
-def test_this_exit_means_the_one_the_robot_goes_to(which, nearer):
+@pytest.mark.parametrize(
+    ("said", "after"),
+    [("RE1", "!..pR............E"), ("RE2", "E..p!............E")],
+    ids=["nearer", "farther"],
+)
+def test_this_exit_means_the_one_the_robot_goes_to(said, after):
     """Of two exits only the nearer is in view. If the other is meant, p follows on."""
-    sim = stage("##################\nE..pR............E\n##################")
-    robot = sim.world.robots[0]
-    robot.says = sorted(sim.building.exits)[which]
-    follow(sim, "p", robot.body)
-    assert (decide(sim, "p").aim is Aim.LANDMARK) is nearer
+    assert sets_off("E..pR............E", says=said, follows="pR") == after
 
 
 @pytest.mark.paper("B5", "Alg. 1:8")
 @pytest.mark.paper("B3")
-@pytest.mark.parametrize("heard", [False, True])
-def test_an_instruction_is_heard_only_in_sight_and_remembered(heard):
+@pytest.mark.parametrize(("heard", "row"), [("RE", "#p....!"), ("R", "#p....E")])
+def test_an_instruction_is_heard_only_in_sight_and_remembered(heard, row):
     """The robot is behind the wall; p, who sees the exit, knows what it said before."""
-    sim = stage("#######\n#.R...#\n###+###\n#p....E\n#######", sight_range=7)
-    robot = sim.world.robots[0]
-    for seen in (heard, not heard):
-        say(sim, robot, Kind.EXIT if seen else None)
-        if seen is heard:
-            follow(sim, "p", robot.body)
-    assert robot.body not in view(sim, "p").bodies
-    assert (decide(sim, "p").aim is Aim.LANDMARK) is heard
+    board = "#######\n#.R...#\n###+###\n#p....E\n#######"
+    sim = stage(board, says=heard, follows="pR", sight_range=7)
+    sim.world.robots[0].says = mark(sim, "E") if heard == "R" else NOWHERE
+    assert thinks(sim).splitlines()[3] == row
 
 
 @pytest.mark.paper("C7", "chosen")
 @pytest.mark.paper("B5", "Alg. 1:7-8")
 def test_who_follows_a_human_no_longer_obeys_the_robot_before():
     """A robot said: this exit. q, whom p follows now, walks the other way."""
-    sim = stage("############\n#q.....p...E\n############", sight_range=8)
-    lead(sim, "q")
-    follow(sim, "p", body("q"))
-    mind(sim, "p").told = mark(sim, Kind.EXIT)
-    assert mark(sim, Kind.EXIT) in view(sim, "p").landmarks
-    assert decide(sim, "p")[:2] == (Aim.LEADER, body("q"))
+    sim = stage("#q.....p...E", sight_range=8, leads="q", follows="pq")
+    mind(sim, "p").told = mark(sim, "E")
+    assert mark(sim, "E") in view(sim, "p").landmarks
+    assert thinks(sim) == "#!.....p...E"
     assert mind(sim, "p").told is None
 
 
@@ -238,20 +219,26 @@ APART = """
 @pytest.mark.paper("B5", "Alg. 1:5", "Alg. 1:10-11")
 def test_a_follower_whose_leader_is_out_of_sight_disconnects_and_leads():
     """q stands behind the wall, and was seen long ago."""
-    sim = stage(APART)
-    follow(sim, "p", body("q"))
-    mind(sim, "p").seen_at = -10.0
-    decide(sim, "p")
-    assert (mind(sim, "p").mode, mind(sim, "p").leader) == (Mode.LEADER, NOBODY)
+    passes = sets_off(APART, lost="pq", passes=2)
+    after = """
+        ###############
+        #p....?.......#
+        #######+#######
+        #q............E
+        ###############
+        """
+    assert passes == drawn(APART) + "\nthen\n" + drawn(after)
 
 
 @pytest.mark.paper("B5", "Alg. 1:11")
 def test_a_stuck_follower_without_leader_waits_before_leading():
     """Line 3 is not for the stuck; line 11 comes STUCK_WAIT_SECONDS later."""
-    sim = stage("##########\n#p.......E\n##########")
-    sim.world.bodies.anchor_time[:] = -STUCK_SECONDS - 0.1
-    play_until(sim, lambda: mind(sim, "p").mode is Mode.LEADER)
+    sim = stage("#p.......E", stuck="p", sight_range=9)
+    assert thinks(sim) == "#p.......E"
+    assert thinks(sim) == "#p.......E" and mode(sim) == "FOLLOWER"
+    play_until(sim, lambda: mode(sim) == "LEADER")
     assert 0 <= sim.world.time - STUCK_WAIT_SECONDS <= SOON
+    assert thinks(sim) == "#p.......!"
 
 
 @pytest.mark.paper("B5", "Alg. 1:10-11", "deviation")
@@ -271,32 +258,32 @@ def test_a_leader_out_of_sight_is_forgiven_for_a_while(after, mode):
 @pytest.mark.paper("B5", "chosen")
 def test_where_the_leader_was_seen_last_and_is_not_the_search_ends():
     """Nobody waits there for the grace to run out."""
-    sim = stage(APART)
-    follow(sim, "p", body("q"))
+    sim = stage(APART, follows="pq")
     mind(sim, "p").seen_place = int(sim.world.bodies.place[body("p")])
-    decide(sim, "p")
-    assert mind(sim, "p").mode is Mode.LEADER
+    assert thinks(sim) == APART and mode(sim) == "LEADER"
 
 
 @pytest.mark.paper("B5", "Alg. 1:5")
 def test_a_follower_comes_along_through_a_door():
     """The leader goes first and is out of sight for a moment, but not let go of."""
-    sim = stage(
-        """
+    board = """
         ##############
         #.....#......#
         #.p.q.+......#
         #.....#......E
         ##############
         """
-    )
-    lead(sim, "q")
-    follow(sim, "p", body("q"))
-    play_until(sim, lambda: mind(sim, "p").doors)
-    assert mind(sim, "p").leader == body("q")
+    between = """
+        ##############
+        #.....#......#
+        #.....p.q....#
+        #.....#......E
+        ##############
+        """
+    sim = stage(board, leads="q", follows="pq")
+    assert play(sim, 3) == between and mode(sim) == "FOLLOWER of q"
     play(sim, 8)
-    first, second = events_of(sim, Evacuated)
-    assert (first.person, second.person) == (body("q"), body("p"))
+    assert [e.person for e in events_of(sim, Evacuated)] == [body("q"), body("p")]
 
 
 # -- Algorithm 2: the leader --------------------------------------------------------
@@ -305,45 +292,39 @@ def test_a_follower_comes_along_through_a_door():
 @pytest.mark.paper("B6", "Alg. 2:2-3")
 def test_a_leader_goes_to_an_exit_in_view():
     """Though a door is nearer and a robot beside it."""
-    sim = leading("###########\n#...+p...R#\n#...#.....E\n###########")
-    goal = decide(sim, "p")
-    assert goal == Goal(Aim.LANDMARK, mark(sim, Kind.EXIT))
-    play(sim, 6)
-    assert events_of(sim, Evacuated)
+    board = "###########\n#...+p...R#\n#...#.....E\n###########"
+    assert sets_off(board).splitlines()[2] == "#...#.....!"
+    assert "p" not in later(board, 6, leads="p")
 
 
 @pytest.mark.paper("B6", "Alg. 2:2-3, chosen")
-@pytest.mark.parametrize(("row", "nth"), [("E..p.....E", 1), ("E.....p..E", 2)])
-def test_of_two_exits_in_view_the_nearest_is_gone_to(row, nth):
+@pytest.mark.parametrize(
+    ("board", "after"), [("E..p.....E", "!..p.....E"), ("E.....p..E", "E.....p..!")]
+)
+def test_of_two_exits_in_view_the_nearest_is_gone_to(board, after):
     """Whichever comes first on the map."""
-    sim = leading(f"##########\n{row}\n##########", sight_range=9)
-    both = {mark(sim, Kind.EXIT), mark(sim, Kind.EXIT, 2)}
-    assert set(view(sim, "p").landmarks) == both
-    assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.EXIT, nth))
+    assert sets_off(board, sight_range=9) == after
 
 
 @pytest.mark.paper("B6", "Alg. 2:5-7")
 @pytest.mark.paper("B4")
 def test_a_leader_in_view_of_a_door_and_a_suitable_leader_follows():
     """q outranks p and heads for the same door; p remembers when and where q was."""
-    sim = stage("############\n#p..q..+...E\n############", sight_range=7)
-    lead(sim, "p", "q")
-    decide(sim, "q")
-    sim.world.time = 7.0
-    me, place = mind(sim, "p"), int(sim.world.bodies.place[body("q")])
-    assert decide(sim, "p") == Goal(Aim.LEADER, body("q"), place)
-    assert (me.mode, me.leader) == (Mode.FOLLOWER, body("q"))
-    assert (me.seen_place, me.seen_at) == (place, 7.0)
-    assert mind(sim, "q").mode is Mode.LEADER
+    board = "#p..q..+...E"
+    assert sets_off(board, leads="pq", sight_range=7) == "#p..!..+...E"
+    sim = stage(board, leads="pq", sight_range=7, time=7.0)
+    assert thinks(sim, "q") == "#p..q..!...E"
+    assert thinks(sim, "p") == "#p..!..+...E"
+    assert (mode(sim, "p"), mode(sim, "q")) == ("FOLLOWER of q", "LEADER")
+    assert mind(sim, "p").seen_place == sim.world.bodies.place[body("q")]
+    assert mind(sim, "p").seen_at == 7.0
 
 
 @pytest.mark.paper("B6", "Alg. 2:8-9")
 def test_a_leader_goes_to_the_desired_door():
     """Nobody suitable is in view: q does not outrank anybody."""
-    sim = leading("############\n#q...p..+..E\n############")
-    halt(sim, "q")
-    assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.DOOR))
-    assert play(sim, 1.6) == drawn("############\n#q.....p+..E\n############")
+    assert sets_off("#q...p..+..E") == "#q...p..!..E"
+    assert later("#q...p..+..E", 1.6, leads="p", still="q") == "#q.....p+..E"
 
 
 AROUND = """
@@ -359,45 +340,40 @@ AROUND = """
 @pytest.mark.paper("B2")
 def test_without_doors_in_view_a_leader_takes_an_unexplored_direction():
     """The only one: east, where the rays return nothing. No door is gone back to."""
-    sim = leading(AROUND)
-    passed(sim, "p", mark(sim, Kind.DOOR))
-    assert not view(sim, "p").landmarks
-    assert decide(sim, "p").aim is Aim.DIRECTION
-    assert play(sim, 2.4) == drawn(AROUND.replace("p...", "...p"))
+    after = """
+        ################
+        #p....?........#
+        ##########+#####
+        #..............E
+        ################
+        """
+    assert sets_off(AROUND, visited="+") == after
+    assert later(AROUND, 2.4, leads="p", visited="+") == AROUND.replace("p...", "...p")
 
 
 @pytest.mark.paper("B6", "Alg. 2:13")
 def test_one_unvisited_door_in_view_is_enough_to_go_on():
     """East, past a flame: not all doors have been passed, only the one in the west."""
-    sim = stage(
-        """
+    board = """
         ###############
         #..#....*.#...#
         #..+.p....+...E
         ###############
         """
-    )
-    lead(sim, "p")
-    west, east = mark(sim, Kind.DOOR), mark(sim, Kind.DOOR, 2)
-    passed(sim, "p", west)
-    assert set(view(sim, "p").landmarks) == {west, east}
-    assert decide(sim, "p") == Goal(Aim.LANDMARK, east)
+    after = """
+        ###############
+        #..#....*.#...#
+        #..+.p....!...E
+        ###############
+        """
+    assert sets_off(board, visited="+1") == after
 
 
 @pytest.mark.paper("B6", "Alg. 2:13-15")
 def test_a_leader_whose_doors_in_view_have_all_been_passed_explores():
     """The door beside p was passed just now."""
-    sim = leading(
-        """
-        ################
-        #..+p..........E
-        ################
-        """
-    )
-    passed(sim, "p", mark(sim, Kind.DOOR))
-    assert decide(sim, "p").aim is Aim.DIRECTION
-    play(sim, 12)
-    assert events_of(sim, Evacuated)
+    assert sets_off("#..+p..........E", visited="+") == "#..+p....?.....E"
+    assert later("#..+p..........E", 12, leads="p", visited="+") == "#..+...........E"
 
 
 CLOSET = """
@@ -412,11 +388,15 @@ CLOSET = """
 @pytest.mark.paper("B6", "Alg. 2:16-17")
 def test_in_a_dead_end_a_leader_goes_back_to_the_door_passed_last():
     """All is seen there and its only door has been passed."""
-    sim = leading(CLOSET)
-    passed(sim, "p", mark(sim, Kind.DOOR))
-    assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.DOOR))
-    play(sim, 12)
-    assert events_of(sim, Evacuated)
+    after = """
+        ##############
+        #.....#......#
+        #.p...!......#
+        #.....#......E
+        ##############
+        """
+    assert sets_off(CLOSET, visited="+") == after
+    assert "p" not in later(CLOSET, 12, leads="p", visited="+")
 
 
 BESIDE_FLAMES = """
@@ -430,22 +410,23 @@ BESIDE_FLAMES = """
 @pytest.mark.paper("B6", "Alg. 2:11-12", "Alg. 2:19-20")
 def test_a_leader_goes_to_an_unvisited_door_that_is_not_desired():
     """Past a flame, so p does not want to; and nobody follows q there."""
-    sim = stage(BESIDE_FLAMES, sight_range=7)
-    lead(sim, "p", "q")
-    decide(sim, "q")
-    assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.DOOR))
-    assert mind(sim, "p").mode is Mode.LEADER
+    after = """
+        ###########
+        #....*.#..#
+        #p.q...!..E
+        ###########
+        """
+    assert sets_off(BESIDE_FLAMES, leads="pq", sight_range=7) == after
 
 
 @pytest.mark.paper("B6", "Alg. 2:19-20, chosen")
-@pytest.mark.parametrize(("row", "nth"), [("+..p...+", 1), ("+...p..+", 2)])
-def test_of_two_unvisited_doors_the_nearest_is_gone_to(row, nth):
+@pytest.mark.parametrize(
+    ("row", "after"), [("+..p...+", "!..p...+"), ("+...p..+", "+...p..!")]
+)
+def test_of_two_unvisited_doors_the_nearest_is_gone_to(row, after):
     """A flame beside either way: neither door is desired."""
-    sim = leading(f"##############\n#..#.*..*.#..#\n#..{row}..E\n##############")
-    doors = [mark(sim, Kind.DOOR), mark(sim, Kind.DOOR, 2)]
-    seen = view(sim, "p")
-    assert set(seen.landmarks) == set(doors) and not any(map(seen.safe, doors))
-    assert decide(sim, "p") == Goal(Aim.LANDMARK, doors[nth - 1])
+    board = f"##############\n#..#.*..*.#..#\n#..{row}..E\n##############"
+    assert sets_off(board).splitlines()[2] == f"#..{after}..E"
 
 
 DOOR_OR_DIRECTION = """
@@ -460,48 +441,47 @@ DOOR_OR_DIRECTION = """
 @pytest.mark.paper("B6", "Alg. 2:13-14")
 def test_an_unvisited_door_comes_before_an_unexplored_direction():
     """The door is not desired, beside a flame as it is; and the west lies open."""
-    sim = leading(DOOR_OR_DIRECTION)
-    assert view(sim, "p").open and not view(sim, "p").safe(mark(sim, Kind.DOOR))
-    assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.DOOR))
+    after = """
+        ####################
+        #...........*.#....#
+        #..........p..!....E
+        #.............#....#
+        ####################
+        """
+    assert sets_off(DOOR_OR_DIRECTION) == after
+    assert view(stage(DOOR_OR_DIRECTION), "p").open
 
 
 @pytest.mark.paper("B6", "Alg. 2:2")
 def test_an_exit_in_view_behind_flames_is_gone_for():
     """Flames in the way make a door undesired, but not an exit."""
-    sim = leading(BLOCKED, sight_range=10)
-    assert not view(sim, "p").passable(mark(sim, Kind.EXIT))
-    assert decide(sim, "p") == Goal(Aim.LANDMARK, mark(sim, Kind.EXIT))
+    assert sets_off(BLOCKED, sight_range=10) == "#p...*....!"
 
 
 @pytest.mark.paper("B6", "Alg. 2:6-7, chosen")
 def test_of_two_suitable_leaders_the_higher_rank_is_followed():
     """Both head for the door where p wants to go; r outranks q, though q is nearer."""
-    sim = stage("#############\n#p.q.r.+...E\n#############", sight_range=8)
-    lead(sim, "p", "q", "r")
-    decide(sim, "q")
-    decide(sim, "r")
-    decide(sim, "p")
-    assert mind(sim, "p").leader == body("r")
+    board = "#p.q.r.+...E"
+    assert sets_off(board, leads="pqr", sight_range=8) == "#p.q.!.+...E"
 
 
 # -- Stuck --------------------------------------------------------------------------
 
 
-BLOCKED = "###########\n#p...*....E\n###########"
+BLOCKED = "#p...*....E"
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
 def test_nobody_walks_into_flames_until_stuck():
     """The exit is in view behind them; p waits in front of them."""
-    sim = stage(BLOCKED, sight_range=10)
-    assert play(sim, STUCK_SECONDS) == drawn("###########\n#...p*....E\n###########")
+    assert later(BLOCKED, STUCK_SECONDS, sight_range=10) == "#...p*....E"
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
 def test_the_stuck_ignore_flames_for_a_while():
     """And get out, burnt, if the fire is narrow."""
     sim = stage(BLOCKED, sight_range=10)
-    assert play(sim, 20) == drawn("###########\n#....*....E\n###########")
+    assert play(sim, 20) == "#....*....E"
     assert events_of(sim, Evacuated) and not events_of(sim, Died)
 
 
@@ -511,30 +491,26 @@ def test_the_stuck_ignore_flames_for_a_while():
 )
 def test_who_has_not_got_ahead_for_long_enough_is_stuck(seconds, mode):
     """Just below STUCK_SECONDS a follower without leader leads, just above it waits."""
-    sim = stage("##########\n#p.......E\n##########")
+    sim = stage("#p.......E")
     sim.world.bodies.anchor_time[:] = -STUCK_SECONDS - seconds
-    decide(sim, "p")
+    assert thinks(sim) == "#p.......E"
     assert mind(sim, "p").mode is mode
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
 def test_who_has_no_wish_to_move_is_not_stuck():
     """A follower beside a robot that waits is content."""
-    sim = stage("#####\n#pR.#\n#...E\n#####")
-    robot = sim.world.robots[0]
-    follow(sim, "p", robot.body)
-    play(sim, 2 * STUCK_SECONDS)
-    assert mind(sim, "p").leader == robot.body
+    sim = stage("#####\n#pR.#\n#...E\n#####", follows="pR")
+    after = "#####\n#.p.#\n#...E\n#####"
+    assert play(sim, 2 * STUCK_SECONDS) == after and mode(sim) == "FOLLOWER of R1"
     assert sim.world.time - sim.world.bodies.anchor_time[0] < STUCK_SECONDS
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
 def test_who_means_to_pass_a_door_gets_stuck_before_it_too():
     """Less than STUCK_METRES away from it, and held up."""
-    sim = leading("########\n#..p+..E\n########")
-    play(sim, 0.2)
-    halt(sim, "p")
-    assert sim.world.bodies.landmark[0] == mark(sim, Kind.DOOR)
+    assert sets_off("#..p+..E") == "#..p!..E"
+    sim = stage("#..p+..E", leads="p", still="p")
     play(sim, STUCK_SECONDS + 0.6)
     assert sim.world.bodies.reckless_until[0] > sim.world.time
 
@@ -542,18 +518,26 @@ def test_who_means_to_pass_a_door_gets_stuck_before_it_too():
 @pytest.mark.paper("B5", "stuck, chosen")
 def test_recklessness_lasts_as_long_whenever_it_begins():
     """The stuck may enter flames for RECKLESS_SECONDS, however ticks round."""
-    for begun in (0, 13, 26, 39):
-        sim = stage(BLOCKED, sight_range=10)
-        halt(sim, "p")
-        sim.ticks = begun * 3
-        sim.world.time = sim.ticks * sim.tick
-        sim.world.bodies.anchor_time[:] = sim.world.time
-        flame = sim.navigation.centres[sim.world.flames.burning.ravel()][:1]
-        reckless, p = 0, np.array([0])
+    for begun in (0, 39 * 0.6, 78 * 0.6, 117 * 0.6):
+        sim = stage(BLOCKED, sight_range=10, still="p", time=begun)
+        p, burns = np.array([0]), sim.world.flames.burning.ravel()
+        flame, reckless = sim.navigation.centres[burns][:1], 0
         for _ in range(round((STUCK_SECONDS + RECKLESS_SECONDS + 1) / sim.tick)):
-            reckless += sim._free(p)(flame, p)[0]
+            free = free_for(
+                sim.world, p, lambda q, _, on=burns: on[q], lambda m, _: m < -1
+            )
+            reckless += free(flame, p)[0]
             sim.step()
         assert reckless == round(RECKLESS_SECONDS / sim.tick)
+
+
+@pytest.mark.paper("B7")
+@pytest.mark.paper("B5", "stuck, chosen")
+def test_who_stands_in_flames_is_not_barred_by_flames():
+    """p walks out of them at once, through two more cells that burn."""
+    sim = stage("#p......E", leads="p", sight_range=10)
+    light(sim, *(sim.world.bodies.place[0] + np.arange(3)))
+    assert play(sim, 2) == "#***p...E"
 
 
 # -- Desired, not yet visited -------------------------------------------------------
@@ -583,17 +567,15 @@ TOWER = """
 @pytest.mark.paper("B6", "desired, chosen")
 def test_above_the_first_floor_stairs_come_before_doors():
     """p stands beside a door, three metres from the stairs."""
-    sim = leading(TOWER)
-    stairs = sim.building.stairwells[0].entrances[1][0]
-    assert list(view(sim, "p").landmarks)[-1] == stairs
-    assert decide(sim, "p") == Goal(Aim.LANDMARK, stairs)
+    floor = sets_off(TOWER).splitlines()[6:11]
+    assert floor[2] == "#AA!..p+...#"
+    assert list(view(stage(TOWER), "p").landmarks)[-1] == mark(stage(TOWER), "+2")
 
 
 @pytest.mark.paper("B6", "desired, chosen")
 def test_on_the_first_floor_stairs_are_never_desired():
     """They lead nowhere."""
-    sim = leading(
-        """
+    board = """
            #########
         ####...#...#
         #AA+..p+...E
@@ -606,11 +588,9 @@ def test_on_the_first_floor_stairs_are_never_desired():
         ####.......#
            #########
         """
-    )
-    passed(sim, "p", mark(sim, Kind.DOOR))
+    sim = stage(board, leads="p", visited="+2")
     mind(sim, "p").trail.clear()
-    goal = decide(sim, "p")
-    assert goal.aim is not Aim.LANDMARK
+    assert "!" not in thinks(sim)
 
 
 @pytest.mark.paper("B6", "desired, chosen")
@@ -624,8 +604,8 @@ def test_a_burnt_door_is_neither_desired_nor_unvisited():
 @pytest.mark.paper("B6", "desired, chosen")
 def test_a_way_through_flames_is_not_gone():
     """Neither desired nor reachable: p stays on this side of them."""
-    sim = leading("#########\n#p.*.+..E\n#########")
-    assert decide(sim, "p").aim is not Aim.LANDMARK
+    assert "!" not in sets_off("#p.*.+..E")
+    assert sets_off("#p.,.+..E") == "#p.,.!..E"
 
 
 @pytest.mark.paper("B6", "hysteresis, chosen")
@@ -644,34 +624,33 @@ def test_a_goal_is_kept_until_another_is_much_nearer(metres_nearer, kept):
 
 # -- Suitable leaders ---------------------------------------------------------------
 
-PAIR = """
-    ################
-    #..+.p..q..+...E
-    ################
-    """
-
 
 @pytest.mark.paper("B6", "suitable, chosen")
 @pytest.mark.parametrize(
-    ("change", "suits"),
+    ("before", "said", "after"),
     [
-        (lambda sim: None, True),
-        (lambda sim: sim.world.bodies.rank.put(1, -1), False),
-        (lambda sim: sim.world.bodies.leader.put(1, 0), False),
-        (lambda sim: sim.world.bodies.landmark.put(1, NOWHERE), False),
-        (lambda sim: mind(sim, "p").doors.clear(), False),
+        ("#..+.p..q..+...E", {"leads": "pq"}, "#..+.p..!..+...E"),
+        ("#..+.p..q..+...E", {"leads": "p"}, "#..+.p..q..!...E"),
+        ("#..+.p..q..+...E", {"leads": "pq", "visited": ""}, "#..!.p..q..+...E"),
+        ("#..+.q..p..+...E", {"leads": "pq", "who": "q"}, "#..+.q..p..!...E"),
     ],
-    ids=["suitable", "outranked", "follows", "explores", "to the farther door"],
+    ids=["suitable", "explores", "to the farther door", "outranked"],
 )
-def test_a_human_suits_who_leads_outranks_me_and_heads_where_i_want(change, suits):
+def test_a_human_suits_who_leads_outranks_me_and_heads_where_i_want(
+    before, said, after
+):
     """Anything else would lead people in circles; p has passed the door in the west."""
-    sim = stage(PAIR, sight_range=7)
-    lead(sim, "p", "q")
-    decide(sim, "q")
-    passed(sim, "p", mark(sim, Kind.DOOR))
-    change(sim)
-    decide(sim, "p")
-    assert mind(sim, "p").leader == (body("q") if suits else NOBODY)
+    said = {"visited": f"{said.get('who', 'p')}+1", "sight_range": 7} | said
+    assert sets_off(before, **said) == after
+
+
+@pytest.mark.paper("B6", "suitable, chosen")
+def test_a_human_who_follows_somebody_does_not_suit():
+    """q goes to the door that p wants, but behind somebody else."""
+    sim = stage("#..+.p..q..+...E", leads="pq", visited="+1", sight_range=7)
+    assert thinks(sim, "q") == "#..+.p..q..!...E"
+    sim.world.bodies.leader[body("q")] = body("p")
+    assert thinks(sim) == "#..+.p..q..!...E" and mode(sim) == "LEADER"
 
 
 @pytest.mark.paper("B6", "suitable, chosen")
@@ -680,71 +659,52 @@ def test_a_human_leads_only_so_many(places_left):
     """MOST_FOLLOWERS: more would only stand in the way; p finds the door alone."""
     others = PEOPLE[1:][: MOST_FOLLOWERS - places_left]
     leader = PEOPLE[len(others) + 1]
-    row = f"#p{others}{leader}...+...E"
-    sim = stage("\n".join(["#" * len(row), row, "#" * len(row)]), sight_range=15)
-    lead(sim, "p", leader)
-    decide(sim, leader)
-    for letter in others:
-        follow(sim, letter, body(leader))
-    decide(sim, "p")
-    assert mind(sim, "p").leader == (body(leader) if places_left else NOBODY)
+    crowd = " ".join(letter + leader for letter in others)
+    said = {"leads": f"p{leader}", "follows": crowd, "sight_range": 15}
+    after = sets_off(f"#p{others}{leader}...+...E", **said)
+    assert after == (
+        f"#p{others}!...+...E" if places_left else f"#p{others}{leader}...!...E"
+    )
 
 
 @pytest.mark.paper("B6", "Alg. 2:6-7")
 @pytest.mark.paper("B6", "suitable, chosen")
 def test_a_robot_in_view_is_always_suitable():
     """Also in a dead end, where no door is wanted, and right after losing a leader."""
-    sim = leading(
-        """
-        #######
-        #p.R..#
-        #.....#
-        ###+###
-        #.....E
-        #######
-        """
-    )
-    passed(sim, "p", mark(sim, Kind.DOOR))
+    board = "#######\n#p.R..#\n#.....#\n###+###\n#.....E\n#######"
+    sim = stage(board, leads="p", visited="+")
     mind(sim, "p").pause_until = 99.0
-    decide(sim, "p")
-    assert mind(sim, "p").leader == sim.world.robots[0].body
+    assert thinks(sim).splitlines()[1] == "#p.!..#"
 
 
 @pytest.mark.paper("B6", "Alg. 2:5-7", "deviation")
 def test_a_robot_in_view_is_followed_though_a_door_is_wanted():
     """The door is nearer, and without the robot p would go there."""
-    sim = leading("############\n#..+p..R...E\n############")
-    assert desired(mind(sim, "p"), view(sim, "p")) == mark(sim, Kind.DOOR)
-    decide(sim, "p")
-    assert mind(sim, "p").leader == sim.world.robots[0].body
+    assert sets_off("#..+p.....#E") == "#..!p.....#E"
+    assert sets_off("#..+p..R...E") == "#..+p..!...E"
 
 
 @pytest.mark.paper("B6", "suitable, chosen")
 def test_the_nearest_of_two_robots_is_followed():
     """Whichever was first in the list."""
-    sim = leading("##########\n#R..p.R..E\n##########", sight_range=4)
-    decide(sim, "p")
-    assert mind(sim, "p").leader == sim.world.robots[1].body
+    assert sets_off("#R..p.R..E", sight_range=4) == "#R..p.!..E"
+    assert sets_off("#R.p..R..E", sight_range=4) == "#!.p..R..E"
 
 
 @pytest.mark.paper("B5", "chosen")
 @pytest.mark.parametrize(
-    ("seconds", "mode"), [(-0.1, Mode.LEADER), (0.1, Mode.FOLLOWER)]
+    ("seconds", "after"), [(-0.1, "#..+.p..q..!...E"), (0.1, "#..+.p..!..+...E")]
 )
-def test_after_losing_a_leader_one_leads_oneself_for_a_while(seconds, mode):
+def test_after_losing_a_leader_one_leads_oneself_for_a_while(seconds, after):
     """LEADER_PAUSE_SECONDS, then q is followed again."""
-    sim = stage(PAIR, sight_range=7)
-    lead(sim, "p", "q")
+    board = "#..+.p..q..+...E"
+    sim = stage(board, leads="q", lost="pq", visited="+", sight_range=7)
     decide(sim, "q")
-    passed(sim, "p", mark(sim, Kind.DOOR))
-    follow(sim, "p", body("q"))
-    mind(sim, "p").seen_at = -99.0
     sim.world.bodies.fate[body("q")] = Fate.EVACUATED  # out of sight ...
-    decide(sim, "p")
+    assert thinks(sim) == "#..+.p.....+...E" and mode(sim) == "LEADER"
     sim.world.bodies.fate[body("q")] = Fate.INSIDE  # ... and back again
     sim.world.time += LEADER_PAUSE_SECONDS + seconds
-    decide(sim, "p")
-    assert mind(sim, "p").mode is mode
+    assert thinks(sim) == after
 
 
 # -- Memory -------------------------------------------------------------------------
@@ -783,8 +743,8 @@ TWO_DOORS = """
 def test_a_door_seen_from_both_sides_has_been_visited():
     """p has passed one of two doors between the same rooms: the other is known, too."""
     sim = leading(TWO_DOORS)
-    one, other = mark(sim, Kind.DOOR), mark(sim, Kind.DOOR, 2)
-    decide(sim, "p")
+    one, other = mark(sim, "+1"), mark(sim, "+2")
+    assert thinks(sim) == TWO_DOORS.replace(".p..+", ".p..!")
     assert not mind(sim, "p").doors
     sim.world.bodies.place[0] += 5  # p is in the other room now
     decide(sim, "p")
@@ -811,18 +771,11 @@ CLOSETS = """
     """
 
 
-def nested():
-    """CLOSETS when p, who leads, has passed the outer and then the inner door."""
-    sim = leading(CLOSETS)
-    outer, inner = mark(sim, Kind.DOOR, 2), mark(sim, Kind.DOOR)
-    passed(sim, "p", outer, inner)
-    return sim, outer, inner
-
-
 @pytest.mark.paper("B6", "Alg. 2:17, chosen")
 def test_out_of_nested_dead_ends_one_walks_back_door_by_door():
     """Through the door passed last, then the one before: no swinging between rooms."""
-    sim, _, _ = nested()
+    assert sets_off(CLOSETS, visited="+2 +1") == CLOSETS.replace("p.+", "p.!")
+    sim = stage(CLOSETS, leads="p", visited="+2 +1")
     play_until(sim, lambda: not mind(sim, "p").trail)
     assert play(sim, 1).splitlines()[2].index("p") > 8
     assert play(sim, 12).count("p") == 0
@@ -831,18 +784,34 @@ def test_out_of_nested_dead_ends_one_walks_back_door_by_door():
 @pytest.mark.paper("B6", "Alg. 2:17, chosen")
 def test_who_turns_back_in_a_door_leaves_it():
     """The door that one stands in is not walked to; the one before it is."""
-    sim, outer, inner = nested()
-    (sim.world.bodies.place[0],) = np.flatnonzero(sim.building.landmark == inner)
-    assert decide(sim, "p") == Goal(Aim.LANDMARK, outer)
-    assert [passed.door for passed in mind(sim, "p").trail] == [outer]
+    after = """
+        ####################
+        #...#...#..........#
+        #...p...!..........#
+        #...#...#..........E
+        ####################
+        """
+    assert sets_off(CLOSETS, visited="+2 +1", at="p+1") == after
 
 
 @pytest.mark.paper("B6", "Alg. 2:17, chosen")
 def test_a_burnt_door_is_no_way_back():
     """The one before it is tried."""
-    sim, outer, inner = nested()
-    sim.world.burnt.add(inner)
-    assert decide(sim, "p") == Goal(Aim.LANDMARK, outer)
+    before = """
+        ####################
+        #...#...#..........#
+        #.p.:...+..........#
+        #...#...#..........E
+        ####################
+        """
+    after = """
+        ####################
+        #...#...#..........#
+        #.p.:...!..........#
+        #...#...#..........E
+        ####################
+        """
+    assert sets_off(before, visited="+2 +1") == after
 
 
 @pytest.mark.paper("B6", "Alg. 2:17, chosen")
@@ -867,15 +836,17 @@ CROSSROADS = """
 
 @pytest.mark.paper("B2")
 @pytest.mark.paper("B6", "Alg. 2:14-15")
-@pytest.mark.parametrize("seen", [-1, 1], ids=["west", "east"])
-def test_a_patch_of_floor_already_seen_is_no_unexplored_direction(seen):
+@pytest.mark.parametrize(
+    ("before", "after"),
+    [
+        ("#...___....p...........E", "#..........p....?......E"),
+        ("#..........p...._......E", "#.....?....p...........E"),
+    ],
+    ids=["west", "east"],
+)
+def test_a_patch_of_floor_already_seen_is_no_unexplored_direction(before, after):
     """Both ways lie open; p has been at the end of one and takes the other."""
-    sim = leading(CROSSROADS)
-    west_or_east = [way for way in view(sim, "p").open if way.unit[0] * seen > 0]
-    mind(sim, "p").patches.update(way.patch for way in west_or_east)
-    goal = decide(sim, "p")
-    x = sim.navigation.centres[goal.place][0] - sim.world.bodies.position[0, 0]
-    assert goal.aim is Aim.DIRECTION and x * seen < 0
+    assert sets_off(before) == after
 
 
 @pytest.mark.paper("B2")
@@ -897,33 +868,32 @@ def test_every_patch_walked_over_counts_as_explored():
 def test_a_direction_that_begins_to_burn_is_given_up():
     """For the other one; and it counts as tried."""
     sim = leading(CROSSROADS)
-    goal = decide(sim, "p")
+    assert thinks(sim).splitlines()[1] == "#..........p....?......E"
+    goal = mind(sim, "p").goal
     light(sim, goal.place)
-    other = decide(sim, "p")
-    assert other.aim is Aim.DIRECTION and other.which != goal.which
+    assert thinks(sim).splitlines()[1] == "#.....?....p....*......E"
     assert goal.which in mind(sim, "p").patches
 
 
 @pytest.mark.paper("B2")
 def test_a_direction_behind_flames_is_none():
     """They reach from wall to wall; the floor beyond them is in sight all the same."""
-    sim = leading("###########\n#p.*......E\n#..*......E\n###########", sight_range=6)
-    assert view(sim, "p").open == []
-    sim.world.flames.alight = frozenset()
-    assert view(sim, "p").open != []
+    board = "###########\n#p.*......E\n#..*......E\n###########"
+    assert view(stage(board, sight_range=6), "p").open == []
+    ash = board.replace("*", ",")
+    assert view(stage(ash, sight_range=6), "p").open != []
 
 
 @pytest.mark.paper("B6", "not yet visited, chosen")
 def test_who_stands_in_flames_may_still_leave():
     """Only flames on the rest of the way bar a door."""
-    sim = stage("########\n#.p..+.E\n########")
+    sim = leading("#p..+.E")
     place = sim.world.bodies.place[0]
     light(sim, place)
-    door = mark(sim, Kind.DOOR)
-    seen = view(sim, "p")
-    assert seen.passable(door) and seen.safe(door)
+    assert thinks(sim) == "#p..!.E"
+    assert view(sim, "p").safe(mark(sim, "+"))
     light(sim, place + 1)
-    assert not view(sim, "p").passable(door)
+    assert not view(sim, "p").passable(mark(sim, "+"))
 
 
 @pytest.mark.paper("B6", "chosen")
@@ -975,19 +945,19 @@ def test_beyond_a_threshold_one_looks_again():
 def test_of_several_unexplored_directions_the_straightest_is_taken():
     """p comes from the east to a crossing, and goes on westwards."""
     arm = ["#######.#######"] * 6
-    rows = ["###############", *arm, "E............p#", *arm, "###############"]
-    sim = stage("\n".join(rows))
-    play(sim, 14)
-    assert events_of(sim, Evacuated)
+    rows = ["###############", *arm, "E......p.....###", *arm, "###############"]
+    sim = leading("\n".join(row[:15] for row in rows))
+    mind(sim, "p").facing = -1.0, 0.0
+    assert thinks(sim).splitlines()[7] == "E.?....p.....##"
 
 
 @pytest.mark.paper("B6", "Alg. 2:15, chosen")
 def test_a_direction_once_taken_is_followed_to_its_end():
     """The same goal as long as its patch of floor has not been reached."""
-    sim = leading("####################\n#p.................E\n####################")
-    goal = decide(sim, "p")
-    play(sim, 0.6)
-    assert decide(sim, "p") == goal
+    sim = leading("#p.................E")
+    assert thinks(sim) == "#p....?............E"
+    assert play(sim, 1.6) == "#..p...............E"
+    assert thinks(sim) == "#..p..?............E"
 
 
 # -- Stairs -------------------------------------------------------------------------
@@ -1028,10 +998,8 @@ def test_the_second_flight_of_stairs_takes_as_long_as_the_first():
 @pytest.mark.paper("B5", "chosen")
 def test_on_the_stairs_people_follow_nobody():
     """Their robot stays on its floor, and no longer waits for them."""
-    sim = stage(INSTRUCTED)
+    sim = stage(INSTRUCTED, says="R2+2", follows="pR2")
     robot = sim.world.robots[1]
-    say(sim, robot, Kind.ENTRANCE)
-    follow(sim, "p", robot.body)
     assert followers_of(sim.world, robot).tolist() == [body("p")]
     play_until(sim, lambda: sim.world.bodies.stairwell[0] >= 0)
     assert followers_of(sim.world, robot).tolist() == []
@@ -1113,7 +1081,7 @@ def alter_elsewhere(sim, i, rng):
     bodies.fate[away[::2]] = Fate.DEAD
     for robot in world.robots:
         if hidden[robot.place]:
-            say(sim, robot, Kind.EXIT)
+            robot.says = min(sim.building.exits)
 
 
 @pytest.mark.slow
