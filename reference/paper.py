@@ -147,6 +147,8 @@ class InputError(ValueError):
     """Raised for input that cannot be used; its message is meant for people."""
 
 
+MOST = 10_000  # [B8, chosen] people, robots of a floor, sources: more would not fit
+
 # -- One experiment -----------------------------------------------------------------
 
 
@@ -170,9 +172,10 @@ class Scenario:
     """Rounded to whole ticks; the fire's decisions follow [D2]."""
 
     def __post_init__(self) -> None:
-        counts = self.people, self.robots_per_floor, self.sources
-        if min(*counts, *(self.people_per_floor or ())) < 0:
-            raise InputError("people, robots and sources are counted from 0 upwards")
+        counts = [self.people, self.robots_per_floor, self.sources]
+        counts += self.people_per_floor or ()
+        if not 0 <= min(counts) <= max(counts) <= MOST:
+            raise InputError(f"people, robots and sources are 0 to {MOST:,}")
         if self.rooms and self.people_per_floor is not None:
             raise InputError("people start in rooms or per floor, not both")
         if not 1 <= self.frames_per_tick <= MOST_FRAMES_PER_TICK:

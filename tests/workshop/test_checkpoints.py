@@ -25,6 +25,7 @@ from reference.workshop.training.checkpoints import (
     save,
 )
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
+from reference.workshop.training.session import resume
 from reference.world import FireLit
 
 
@@ -102,6 +103,9 @@ def test_refuses_a_file_that_was_cut_off_or_has_a_wrong_bit(path, part):
 
 
 NAN = {"weight": torch.tensor([0.0, torch.nan])}
+HALF = {"weight": torch.zeros(2, dtype=torch.float16)}
+VAST = {"weight": torch.zeros(1).expand(10**6, 10**6)}
+HOLE = "building: x\nsize: 4 x 3\nfloor 1:\n####\n#..E\n#.##\n"
 
 
 @pytest.mark.parametrize(
@@ -116,6 +120,11 @@ NAN = {"weight": torch.tensor([0.0, torch.nan])}
         ("task settings robots gamma", 10**400, "gamma is 10+: it must be a number"),
         ("learners robots actor", NAN, "no finite numbers"),
         ("learners fire critic", NAN, "no finite numbers"),
+        ("learners fire optimiser", NAN, "no finite numbers"),
+        ("learners robots actor", HALF, "weights of another type, torch.float16"),
+        ("learners robots optimiser", VAST, "tensors larger than the file"),
+        ("task plan", HOLE, "there is a hole in the outer wall"),
+        ("task plan", HOLE.replace("4 x 3", "9000 x 300"), "1 to 200 columns"),
     ],
 )
 def test_refuses_content_that_is_not_a_checkpoint_s(path, place, value, message):
@@ -151,6 +160,24 @@ class Mischief:
 
     def __reduce__(self):
         return os.mkdir, (str(self.folder / "mischief"),)
+
+
+@pytest.mark.parametrize(
+    ("part", "value"),
+    [
+        ("episodes", -(10**400)),
+        ("latest", {"survival": "x"}),
+        ("kept", {"robots": [0.5]}),
+        ("summaries", {"robots": {"last": 0, "sums": {"x": 1.0}, "counts": {"x": 1}}}),
+        ("summaries", {"robots": {"row": None}}),
+    ],
+)
+def test_refuses_progress_that_is_none(checkpoint, part, value, tmp_path):
+    """When a training is to go on, not rounds later."""
+    odd = replace(checkpoint, progress=checkpoint.progress | {part: value})
+    save(odd, tmp_path / "checkpoint-1.pt")
+    with pytest.raises(CheckpointError, match="its parts do not fit each other"):
+        resume(tmp_path)
 
 
 def test_refuses_networks_of_another_shape(checkpoint):

@@ -84,6 +84,7 @@ class Experiment:
     def __post_init__(self) -> None:
         if not self.arms or min(self.seeds, default=-1) < 0:
             raise SettingsError("name at least one arm and one seed, from 0 upwards")
+        _refuse_twice("seeds", self.seeds)
         try:
             self._refuse_names()
             teams, test = self.trainings, self.test
@@ -137,7 +138,7 @@ class Experiment:
         fire = rows.pop("fire") if isinstance(rows.get("fire"), str) else None
         if fire is not None:
             _refuse_unknown(f"{where}: fire", (fire,), FIXED)
-            if "random_fires" in rows:
+            if "random_fires" in {**rows, **self.settings}:
                 raise SettingsError(f"{where}: random_fires needs a fire that learns")
         if "scenario" in rows:
             raise SettingsError(f"{where}: the scenario is everybody's: [settings]")
@@ -169,7 +170,11 @@ def _refuse_unknown(what: str, words: Collection[str], known: Collection[str]) -
     for word in words:
         if word not in known:
             raise SettingsError(f"{what} {unknown(word, known)}")
-    if len({*words}) < len(words):
+    _refuse_twice(what, words)
+
+
+def _refuse_twice(what: str, named: Collection[Any]) -> None:
+    if len({*named}) < len(named):
         raise SettingsError(f"{what}: name each once")
 
 
@@ -178,6 +183,8 @@ def _stated(rows: Any, where: str) -> dict[str, Any]:
     rows = mapping(rows, where)
     if "preset" in rows:
         raise SettingsError(f"{where}: preset stands at the top, the same for all arms")
+    if idle := rows.keys() & {"imitation_episodes", "imitation_epochs"}:
+        raise SettingsError(f"{where}: nobody imitates here: leave out {min(idle)}")
     for side, row in product(SIDES, BUDGET):
         if isinstance(rows.get(side), Mapping) and row in rows[side]:
             follows = "follows from `decisions`. Leave it out."

@@ -26,7 +26,8 @@ from reference.learning.ppo import Learner
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError
 from reference.workshop.files import refuse_no_file, write_whole
-from reference.workshop.plain import mapping, record_from
+from reference.workshop.maps import parse
+from reference.workshop.plain import check_type, mapping, record_from
 from reference.workshop.remedies import SideSettings
 from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.presets import Settings
@@ -162,6 +163,9 @@ def _content(path: Path) -> dict[str, Any]:
             raise BadZipFile
         file.seek(0)
         content = torch.load(file, map_location="cpu", weights_only=True)
+        claimed = sum(t.numel() * t.element_size() for t in _leaves(content, Tensor))
+        if claimed > sum(part.file_size for part in archive.infolist()):
+            raise ValueError("tensors larger than the file")
         if content["kind"] != KIND:
             raise ValueError("of another program")
         return dict(content)
@@ -184,20 +188,37 @@ def _alike(plain: Any) -> Any:
 def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     """Make a checkpoint of plain data. Raises SettingsError, KeyError, ..."""
     task = mapping(content["task"], "task")
-    players: Any = {
+    both: Any = {
         name: {side: _player(who) for side, who in task.pop(name).items()}
         for name in PLAYERS
     }
     rows = {f.name: content[f.name] for f in fields(Checkpoint)}
-    rows["task"] = replace(record_from(Task, task, "task"), **players)
+    rows["task"] = replace(record_from(Task, task, "task"), **both)
     found = record_from(Checkpoint, rows, "checkpoint")
-    both = [found.player(side) for side in SIDES]
-    networks = [who.weights for who in both if isinstance(who, Learned)]
-    networks += [state["critic"] for state in found.learners.values()]
-    for weight in (weight for weights in networks for weight in weights.values()):
-        if not weight.is_floating_point() or not weight.isfinite().all():
+    parse(found.task.plan, "its plan")
+    learners = found.learners.values()
+    states = [{name: state[name] for name in NETWORKS} for state in learners]
+    players = [*map(found.player, SIDES), *found.task.initial.values()]
+    networks = [who.weights for who in players if isinstance(who, Learned)]
+    networks += [state["critic"] for state in states]
+    for name, weight in (pair for weights in networks for pair in weights.items()):
+        if weight.dtype != (torch.float64 if NORMALISER in name else torch.float32):
+            raise ValueError(f"weights of another type, {weight.dtype}")
+    for leaf in _leaves([states, networks], Tensor | float):
+        if not torch.as_tensor(leaf).isfinite().all():
             raise ValueError("weights that are no finite numbers")
+    if min([found.round, *(state["steps"] for state in learners)]) < 0:
+        raise ValueError("counts below 0")
     return found
+
+
+def _leaves(plain: Any, kind: Any) -> Iterator[Any]:
+    """Find all of a kind in plain data, however deep."""
+    if isinstance(plain, kind):
+        yield plain
+    elif isinstance(plain, Mapping | list | tuple):
+        for part in plain.values() if isinstance(plain, Mapping) else plain:
+            yield from _leaves(part, kind)
 
 
 def _player(plain: Any) -> Learned | str:
@@ -208,6 +229,7 @@ def _player(plain: Any) -> Learned | str:
 
 
 NETWORKS = ("actor", "critic", "optimiser")
+NORMALISER = ".normaliser."  # in the names of its weights, of 64 bits
 
 
 def state_of(learner: Learner) -> dict[str, Any]:
@@ -230,6 +252,7 @@ def restore(learner: Learner, state: dict[str, Any]) -> None:
         for part in state["buffer"]
     ]
     learner.rng.set_state(state["rng"])
+    check_type("steps", state["steps"], int)
     learner.steps = state["steps"]
 
 
@@ -242,5 +265,7 @@ def _packed(grids: Tensor) -> dict[str, Any]:
 def _unpacked(packed: dict[str, Any]) -> Tensor:
     shape = packed["shape"]
     count = int(np.prod(shape[1:]))
+    if not 0 <= count <= 8 * packed["bits"].shape[1]:
+        raise ValueError("grids that are not there")
     bits = np.unpackbits(packed["bits"].numpy(), axis=1, count=count)
     return torch.from_numpy(bits.reshape(shape))

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 from reference.game.rewards import CREDITS
 from reference.learning.settings import Row
-from reference.paper import TABLE_I, TABLE_II, Scenario
+from reference.paper import MOST, TABLE_I, TABLE_II, Scenario
 from reference.workshop.plain import (
     SettingsError,
     check_rows,
@@ -45,12 +45,12 @@ class Settings:
     robots: SideSettings
     fire: SideSettings
     scenario: Scenario
-    episodes_per_job: int
-    jobs_per_round: int
+    episodes_per_job: Annotated[int, Row(high=MOST)]
+    jobs_per_round: Annotated[int, Row(high=MOST)]
     random_fires: Annotated[float, Row(low=0, high=1)] = 0.0
     calm: Annotated[float, Row(low=0, high=1)] = 0.0
-    imitation_episodes: int = 256
-    imitation_epochs: int = 10
+    imitation_episodes: Annotated[int, Row(high=MOST)] = 256
+    imitation_epochs: Annotated[int, Row(high=MOST)] = 10
 
     def __post_init__(self) -> None:
         check_rows(self)

@@ -5,8 +5,8 @@ from them, both at once, or one of them against somebody who does not learn.
 """
 
 from argparse import Namespace
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from statistics import mean
 from typing import Any
@@ -22,7 +22,7 @@ from reference.learning.settings import SIDES, Side
 from reference.simulation import Simulation
 from reference.strategies import NoFire, RandomFire
 from reference.workshop.maps import load as load_building
-from reference.workshop.plain import SettingsError
+from reference.workshop.plain import SettingsError, record_from
 from reference.workshop.runs import refuse_version
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import (
@@ -38,14 +38,23 @@ from reference.workshop.training.imitation import Demonstration, clone
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import POLICIES, fixed_player
 from reference.workshop.training.presets import Settings, preset
-from reference.workshop.training.summaries import PRETRAINING, Row, Summary
+from reference.workshop.training.summaries import PRETRAINING, Row, Summary, Sums
 from reference.workshop.workers import chunks
 
 OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
 OF_NETWORK = ("head", "hidden_units", "num_layers", "normalize", "commitment", "spread")
 """Rows of settings on which the meaning of a network's weights depends."""
 
-PROGRESS = ("episodes", "imitated", "kept", "latest")  # of a training, plain data
+
+@dataclass(frozen=True)
+class Progress:
+    """What a checkpoint keeps of a training beside learners: see `Training`."""
+
+    episodes: int
+    imitated: bool
+    kept: Mapping[Any, tuple[int, ...]]
+    latest: Mapping[str, float]
+    summaries: Mapping[Any, Sums]
 
 
 class Training:
@@ -156,8 +165,7 @@ class Training:
             learner, summary = self.learners[side], self.summaries[side]
             played = [e.facts for e in episodes if getattr(e, side) is not None]
             update = learn(side, learner, episodes)
-            plays = side == "robots" or self.settings.random_fires < 1
-            if plays and not learner.steps:
+            if not learner.steps:
                 raise SettingsError(
                     f"{side}: nothing to decide in a whole round. Give the scenario "
                     "more time, people, robots or sources."
@@ -213,20 +221,22 @@ class Training:
     def checkpoint(self) -> Checkpoint:
         """Collect everything that is needed to resume."""
         learners = {side: state_of(who) for side, who in self.learners.items()}
-        progress = {name: getattr(self, name) for name in PROGRESS}
-        progress["summaries"] = {s: each.state() for s, each in self.summaries.items()}
-        return Checkpoint(self.task, self.round, learners, progress)
+        sums = {side: summary.state() for side, summary in self.summaries.items()}
+        kept = {side: tuple(rounds) for side, rounds in self.kept.items()}
+        progress = Progress(self.episodes, self.imitated, kept, self.latest, sums)
+        return Checkpoint(self.task, self.round, learners, asdict(progress))
 
     @classmethod
     def resumed(cls, checkpoint: Checkpoint) -> "Training":
-        """Restore a training."""
-        training, progress = cls(checkpoint.task), checkpoint.progress
-        training.round = checkpoint.round
-        for name in PROGRESS:
-            setattr(training, name, progress[name])
+        """Restore a training. Raises ValueError and others where parts do not fit."""
+        training = cls(checkpoint.task)
+        progress = record_from(Progress, checkpoint.progress, "progress")
+        own = {**vars(progress), "summaries": training.summaries}
+        vars(training).update(own, round=checkpoint.round)
         for side, learner in training.learners.items():
+            training.kept[side] = [*progress.kept[side]]
             restore(learner, checkpoint.learners[side])
-            vars(training.summaries[side]).update(progress["summaries"][side])
+            vars(training.summaries[side]).update(vars(progress.summaries[side]))
         return training
 
 
@@ -252,6 +262,12 @@ def _learner(task: Task, side: Side) -> Learner:
     row = "robots_per_floor" if side == "robots" else "sources"
     if not getattr(scenario, row):
         raise SettingsError(f"{side}: nobody learns where {row} is 0")
+    if (
+        side == "fire"
+        and "robots" not in task.fixed
+        and task.settings.random_fires == 1
+    ):
+        raise SettingsError("fire: it never plays where random_fires is 1")
     (seed,) = seeds_of(task.seed, OF_LEARNERS, SIDES.index(side), 1)
     learner = learner_for(side, task.plan, scenario, settings, seed)
     if (who := task.initial.get(side)) is not None:

@@ -6,6 +6,7 @@ in ML-Agents, "Cumulative Reward" includes the group's reward.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -46,6 +47,20 @@ COLUMNS = (*WHEN, *OF_EPISODES, *OF_UPDATES)
 Row = dict[str, Any]
 
 
+@dataclass(frozen=True)
+class Sums:
+    """What a checkpoint keeps of a summary: see `Summary`."""
+
+    last: int
+    sums: Mapping[str, float]
+    counts: Mapping[str, int]
+
+    def __post_init__(self) -> None:
+        known = self.sums.keys() == self.counts.keys() <= {*COLUMNS}
+        if not known or min(self.counts.values(), default=1) < 1:
+            raise SettingsError("sums and counts of a summary do not fit")
+
+
 class Summary:
     """One side's next row: means of what has come in since the row before."""
 
@@ -74,9 +89,9 @@ class Summary:
         self.last, self.sums, self.counts = step, {}, {}
         return {"side": self.side, "step": step, **when, **means}
 
-    def state(self) -> dict[str, Any]:
-        """Return the sums so far as plain numbers, for a checkpoint."""
-        return {"last": self.last, "sums": self.sums, "counts": self.counts}
+    def state(self) -> Sums:
+        """Return the sums so far, for a checkpoint."""
+        return Sums(self.last, self.sums, self.counts)
 
 
 def table_until(folder: Path, rounds: int) -> Table:
