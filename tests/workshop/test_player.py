@@ -79,9 +79,12 @@ def corner(points):
 def test_the_film_holds_where_everybody_was_to_the_decimetre(film):
     """Of every person and robot in every frame, and who is dead, leads or is led."""
     (run,), seen = film["runs"], 0
-    numbers = unpacked(run["bodies"], -1, len(BODY))
+    numbers = unpacked(run["bodies"], -1, 10)
     for k, world in enumerate(instants()):
-        bodies, now = world.bodies, dict(zip(BODY, numbers[..., k].T, strict=True))
+        bodies, now = (
+            world.bodies,
+            dict(zip(BODY.split(), numbers[..., k].T, strict=True)),
+        )
         robots = [robot.position for robot in world.robots]
         where = corner([*bodies.position, *robots])
         np.testing.assert_allclose(now["x"] / 10, where[:, 0], atol=0.0501)
@@ -103,11 +106,11 @@ def test_the_film_holds_where_everybody_was_to_the_decimetre(film):
 def test_the_film_holds_where_robots_go_and_what_they_say(film):
     """-1 for a robot that is going nowhere."""
     (run,) = film["runs"]
-    numbers = unpacked(run["bodies"], -1, len(BODY))
+    numbers = unpacked(run["bodies"], -1, 10)
     sent = 0
     for k, world in enumerate(instants()):
         for robot, row in zip(world.robots, numbers[-2:, :, k], strict=True):
-            now = dict(zip(BODY, row, strict=True))
+            now = dict(zip(BODY.split(), row, strict=True))
             if robot.active and robot.destination is not None:
                 goal = now["toX"] / 10, now["toY"] / 10
                 np.testing.assert_allclose(goal, corner(robot.destination), atol=0.0501)

@@ -1,8 +1,9 @@
 """Pictures of buildings, evacuations and results: figures, and films.
 
 Clause: A8, each of the paper's figures has a counterpart here; none needs a display.
-Read `page` first, then `plans` and `relief` (buildings), `evacuation` and `film`.  In a
-notebook, `%load_ext reference.workshop.drawing` shows buildings and simulations.
+Read `page` first, then `plans` and `relief` (buildings), `evacuation`, `player` and
+`film`.  In a notebook, `%load_ext reference.workshop.drawing` shows buildings and
+simulations.
 """
 
 from io import BytesIO

@@ -183,7 +183,8 @@ function legend() { // of what occurs in this film
   aside.insertAdjacentHTML("beforeend", `<span>health: near death <i style="width: 90px;
     background: linear-gradient(90deg, ${film.health})"></i> full</span>
     <span>faint line: walked in the last ${film.trail} s</span><span>at the slider:
-    <i class="source"></i> fire, <i class="ink"></i> death</span>`)
+    <i class="source"></i> fire, <i class="ink"></i> death${
+    film.runs[1] ? "; below it: of the second" : ""}</span>`)
 }
 function marks(run, which) { // at the slider
   const died = range(run.people).map(i => since(run, i, DEAD)).filter(t => t >= 0)
@@ -233,7 +234,7 @@ function advance(now) {
   if (playing) requestAnimationFrame(advance)
 }
 function layout() { // floors as large as the window lets them be
-  const narrow = innerWidth < 700, radios = all("[name=shown]")
+  const narrow = root.clientWidth < 700, radios = all("[name=shown]")
   if (narrow && radios[0].checked) radios[1].checked = true
   const chosen = radios.findIndex(radio => radio.checked) - 1
   all("article").forEach((article, k) => { article.hidden = chosen >= 0 && k != chosen })
@@ -244,13 +245,14 @@ function layout() { // floors as large as the window lets them be
   })
   const floors = alone < 0 ? all("figure").length / film.runs.length : 1
   const wide = all("article:not([hidden])")[0].clientWidth
-  const high = Math.max(240, innerHeight - document.body.offsetHeight)
+  const high = Math.max(240, root.clientHeight - document.body.offsetHeight)
   const fits = columns => Math.min((wide / columns - 6) / across,
     narrow ? Infinity : (high / Math.ceil(floors / columns) - 28) / down)
-  const columns = narrow ? 1 : range(floors).map(k => k + 1).reduce((a, b) => fits(b) > fits(a) ? b : a)
+  const counts = range(narrow ? 1 : floors).map(k => k + 1)
+  const columns = counts.reduce((a, b) => fits(b) > fits(a) ? b : a)
   metre = fits(columns)
   size = Math.max(3.4, Math.min(0.42 * metre, 7))
-  density = devicePixelRatio * Math.min(4, visualViewport?.scale ?? 1)
+  density = devicePixelRatio * Math.min(4, visualViewport.scale)
   all(".floors").forEach(grid => Object.assign(grid.style,
     { display: "", gridTemplateColumns: `repeat(${columns}, ${metre * across}px)` }))
   for (const canvas of all("article canvas")) {
@@ -260,11 +262,12 @@ function layout() { // floors as large as the window lets them be
   }
   show()
 }
-function touch(run, floor, { offsetX, offsetY }) { // a body; else play or pause
+function touch(run, floor, { offsetX, offsetY, pointerType }) { // a body; else play or pause
   const away = one => Math.hypot(one.x * metre / 10 - offsetX, one.y * metre / 10 - offsetY)
   const here = bodies(run, time).filter(one => one.floor == floor && one.state != OUT)
   const [nearest] = here.sort((a, b) => away(a) - away(b))
-  if (nearest && away(nearest) < size + 6) choose(run, nearest.i)
+  const near = size + (pointerType == "touch" ? 14 : 6)
+  if (nearest && away(nearest) < near) choose(run, nearest.i)
   else play(!playing)
 }
 function press(event) { // but what the control in focus does with a key, it does
@@ -277,11 +280,11 @@ function press(event) { // but what the control in focus does with a key, it doe
   if (to !== undefined) seek(to)
   else if (key == " ") event.repeat || play(!playing)
   else if (faster) speed.selectedIndex = Math.max(0, Math.min(4, speed.selectedIndex + faster))
-  else if (key == "n") film.runs.filter(run => !run.article.hidden).forEach(choose_next)
+  else if (/^n$/i.test(key)) film.runs.filter(run => !run.article.hidden).forEach(chooseNext)
   else return
   event.preventDefault()
 }
-function choose_next(run) { // the next who is inside, by its number
+function chooseNext(run) { // the next who is inside, by its number
   const inside = run.frames[frame(run, time)].filter(one => ![OUT, DEAD].includes(one.state))
   choose(run, inside.find(one => one.i > run.chosen)?.i ?? -1)
 }

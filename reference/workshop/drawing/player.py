@@ -3,7 +3,7 @@
 Clause: A8, extended in time.  The page draws: `player.html` is its template, here is
 what it asks for.  Floors are SVG, whose colours the page's style chooses.
 
-    F  frames, one every SECONDS_PER_FRAME;  B  bodies, people and then robots
+    B  bodies: people, then robots
 """
 
 from base64 import b64encode
@@ -16,7 +16,7 @@ from zlib import compress
 import numpy as np
 from jinja2 import Template
 
-from reference.building import Building
+from reference.building import Building, Kind
 from reference.paper import HEALTH, HEALTH_SECONDS
 from reference.simulation import Simulation
 from reference.workshop.drawing import page, plans
@@ -27,18 +27,7 @@ SECONDS_PER_FRAME = 0.6  # simulated
 PLAYER = Path(__file__).with_name("player.html")
 NEVER = -1
 ROBOT = len(Fate) + 1  # a state, as a human's are: its mode while inside, 2 out, 3 dead
-BODY = (
-    "x",
-    "y",
-    "floor",
-    "health",
-    "state",
-    "stairwell",
-    "leader",
-    "says",
-    "toX",
-    "toY",
-)
+BODY = "x y floor health state stairwell leader says toX toY"
 """What a frame tells of a body: whole numbers, -1 for nothing; places in decimetres."""
 
 
@@ -62,7 +51,7 @@ def write(
         "limit": min(runs[0].scenario.time_limit, HEALTH_SECONDS),
         "trail": TRAIL_SECONDS,
         "size": [across, down],
-        "columns": BODY,
+        "columns": BODY.split(),
         "health": STEPS,
         "marks": [
             {"name": m.id.split("/")[1], "floor": m.floor, "cells": m.cells.tolist()}
@@ -77,10 +66,8 @@ def write(
         headings=[(words or building.title).split("\n") for words in headings],
         names=[page.floor_title(building, k) for k in range(building.floors)],
         floors=[floor_svg(building, k) for k in range(building.floors)],
-        kinds={
-            k.name.lower(): v for k, v in page.MEANINGS.items() if k in building.kind
-        },
-        inks={k.name.lower(): ink for k, ink in page.COLOURS.items()} | INKS,
+        kinds={name(k): v for k, v in page.MEANINGS.items() if k in building.kind},
+        inks={name(kind): ink for kind, ink in page.COLOURS.items()} | INKS,
     )
     path.write_text(content, "utf-8")
 
@@ -88,7 +75,7 @@ def write(
 class Reel:
     """What a film holds of one evacuation, noted frame by frame.
 
-    bodies    of each frame (B, len(BODY))
+    bodies    of each frame (B, 10), columns of BODY
     lit, ash  frames in which each cell begins to burn and has burnt out, or NEVER
     """
 
@@ -103,7 +90,7 @@ class Reel:
         bodies, robots, burning = world.bodies, world.robots, world.flames.burning
         self.lit[burning & (self.lit == NEVER)] = frame
         self.ash[~burning & (self.lit != NEVER) & (self.ash == NEVER)] = frame
-        now = np.full((len(bodies) + len(robots), len(BODY)), NOWHERE)
+        now = np.full((len(bodies) + len(robots), 10), NOWHERE, np.int16)
         people, others = now[: len(bodies)], now[len(bodies) :]
         people[:, :2] = self._spots(bodies.position)
         people[:, 2] = bodies.floor
@@ -143,6 +130,11 @@ def pack(numbers: np.ndarray) -> list[Any]:
     return [numbers.shape[-1], b64encode(compress(steps.tobytes(), 9)).decode()]
 
 
+def name(kind: Kind) -> str:
+    """The class of cells of a kind on the page."""
+    return kind.name.lower()
+
+
 def floor_svg(building: Building, floor: int) -> str:
     """Draw a floor's cells, one path for each kind, and names of rooms; decimetres."""
     drawn = []
@@ -150,7 +142,7 @@ def floor_svg(building: Building, floor: int) -> str:
         here = np.pad(building.kind[floor] == kind, ((0, 0), (1, 1))).astype(int)
         rows = np.argwhere(np.diff(here)).reshape(-1, 4).tolist()
         ways = "".join(f"M{x} {y}H{end}v1H{x}z" for y, x, _, end in rows)
-        drawn.append(f'<path class="{kind.name.lower()}" d="{ways}"/>')
+        drawn.append(f'<path class="{name(kind)}" d="{ways}"/>')
     names = []
     for area in (area for area in building.areas if area.floor == floor):
         size, upright = plans.lettering(area, 10.0, 14.0)
