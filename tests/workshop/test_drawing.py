@@ -22,10 +22,10 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop import drawing
-from reference.workshop.drawing import film
+from reference.workshop.drawing import film, player
 from reference.workshop.drawing.evacuation import (
     CURVES,
-    FLAME,
+    INKS,
     STEPS,
     TRAIL,
     TRAIL_SECONDS,
@@ -241,17 +241,20 @@ def test_the_title_and_the_curve_count_the_same_people(simulation):
 
 @pytest.mark.paper("C5")
 @pytest.mark.paper("D3")
+@pytest.mark.paper("D7")
 def test_robots_destinations_flames_and_burnt_doors_have_marks_of_their_own(simulation):
-    """A line and a cross to a destination, a star at a source, a box on a door."""
+    """A line and a cross to a destination, a star at a source, boxes where it burnt."""
     simulation.run()
     world = simulation.world
     world.burnt |= {0, 1}
+    world.flames.ash[0, 2, 6:9] = True
     marks = scene_of(world).sides[0].marks
     count = {name: len(mark.get_xdata()) for name, mark in marks.items()}
     sent = sum(r.active and r.destination is not None for r in world.robots)
     assert count["robot"] == len(world.robots) == 2
     assert count["destination"] == 3 * sent
     assert count["flames"] == world.flames.burning.sum()
+    assert count["ash"] == 3
     assert count["fire source"] == len(world.flames.sources)
     assert count["burnt door"] == 2
 
@@ -294,14 +297,23 @@ def test_an_empty_house_can_be_drawn():
     assert "0 inside, 0 out, 0 dead" in " ".join(writing(drawing.frame(world)))
 
 
+DARK = dict(
+    re.findall(r"--(\w+): (#\w{6})", player.PLAYER.read_text().split("dark)")[1])
+)
+"""Inks of a film's page in the dark that are others than in the light."""
+
+
 @pytest.mark.paper("A8")
-def test_colour_blind_readers_can_tell_everything_apart():
+@pytest.mark.parametrize("dark", [{}, DARK])
+def test_colour_blind_readers_can_tell_everything_apart(dark):
     """Seen by any of three kinds of eye, no two colours come close in CIE L*a*b*.
 
     The eyes are those of Machado et al. (2009) at full severity; 10 is far more than
     the just noticeable difference of 2.3.
     """
-    colours = [COLOURS[k] for k in Kind if k is not Kind.OUTSIDE] + [FLAME, STEPS[-1]]
+    inks = {k.name.lower(): ink for k, ink in COLOURS.items()} | INKS | dark
+    names = [k.name.lower() for k in Kind if k is not Kind.OUTSIDE]
+    colours = [inks[name] for name in [*names, "flame", "ash"]] + [STEPS[-1]]
     light = np.array([to_rgb(colour) for colour in colours]) ** 2.2
     for eye in (PROTANOPE, DEUTERANOPE, TRITANOPE):
         lab = to_lab(np.clip(light @ np.array(eye).T, 0, 1))
