@@ -34,9 +34,10 @@ Advance = Callable[[Sequence[Simulation]], None]
 
 @dataclass(frozen=True)
 class Job:
-    """Episodes to play; robots and fire: whose player is recorded, or a strategy.
+    """Episodes to play by networks or strategies.
 
-    plan  the text of a floor file
+    plan    the text of a floor file
+    record  sides whose decisions are recorded, if a network plays them
     """
 
     plan: str
@@ -44,11 +45,12 @@ class Job:
     robots: Learned | RobotStrategy
     fire: Learned | FireStrategy
     seeds: tuple[int, ...]
+    record: tuple[Side, ...] = SIDES
 
 
 @dataclass(frozen=True)
 class Episode:
-    """One whole episode; a side that a strategy played has no trajectory.
+    """One whole episode; a side that was not recorded has no trajectory.
 
     facts  group_reward and fire_reward (health points), survival (share of all),
            evacuated, died, refused, sources, seconds,
@@ -92,7 +94,7 @@ def _begun(job: Job) -> "list[_Run]":
     if "robots" in players:
         scripts["credit"] = players["robots"].interface.credit
     return [
-        _Run(Environment(building, job.scenario, **scripts), seed, players)
+        _Run(Environment(building, job.scenario, **scripts), seed, players, job.record)
         for seed in job.seeds
     ]
 
@@ -115,7 +117,11 @@ class _Run:
     """
 
     def __init__(
-        self, environment: Environment, seed: int, players: dict[Side, Player]
+        self,
+        environment: Environment,
+        seed: int,
+        players: dict[Side, Player],
+        record: Sequence[Side],
     ):
         self.environment, self.seed, self.players = environment, seed, players
         seen, self.infos = environment.reset(seed)
@@ -128,8 +134,9 @@ class _Run:
         }
         streams = enumerate(SIDES, 1)  # beside the simulation's own
         self.rngs = {side: np.random.default_rng([seed, k]) for k, side in streams}
-        self.records: dict[Side, list[Record]] = {side: [] for side in players}
-        self.rewards: dict[Side, list[np.ndarray]] = {side: [] for side in players}
+        recorded = [side for side in players if side in record]
+        self.records: dict[Side, list[Record]] = {side: [] for side in recorded}
+        self.rewards: dict[Side, list[np.ndarray]] = {side: [] for side in recorded}
 
     def moment(self, side: Side) -> Moment:
         """Collect what the side's player needs; alive: whose actions are read now."""
@@ -140,10 +147,11 @@ class _Run:
         return Moment(vectors, np.array(acts), world, rng, self.seed)
 
     def choose(self, side: Side, actions: np.ndarray, record: Record) -> None:
-        """Record a decision, with no reward yet."""
+        """Take a decision, and record it with no reward yet."""
         self.actions.update(zip(self.agents[side], actions, strict=True))
-        self.records[side].append(record)
-        self.rewards[side].append(np.zeros(len(self.agents[side])))
+        if side in self.records:
+            self.records[side].append(record)
+            self.rewards[side].append(np.zeros(len(self.agents[side])))
 
     def see(self) -> None:
         """End the step; add its rewards to a side's last decision.

@@ -113,6 +113,7 @@ def check_type(name: str, value: object, kind: Any) -> None:
 
     A whole number counts as a float too.
     """
+    kind = get_origin(kind) or kind
     fits = isinstance(value, int | float if kind is float else kind)
     odd = isinstance(value, bool) != (kind is bool)
     absurd = isinstance(value, int | float) and not abs(value) <= LARGEST

@@ -59,10 +59,10 @@ def test_networks_that_are_fixed_or_begun_with_are_in_the_file_too(
 ):
     """So that a training needs nothing beside its folder to go on."""
     robots, fire = checkpoint.player("robots"), checkpoint.player("fire")
-    training = begun(fixed={"fire": fire}, initial={"robots": robots})
+    training = begun(fixed={"fire": (fire,)}, initial={"robots": robots})
     save(training.checkpoint(), tmp_path / "own.pt")
     task = load(tmp_path / "own.pt").task
-    for read, who in (task.fixed["fire"], fire), (task.initial["robots"], robots):
+    for read, who in (*task.fixed["fire"], fire), (task.initial["robots"], robots):
         assert read.settings == who.settings
         assert equal(read.weights, who.weights)
 
@@ -268,6 +268,6 @@ def test_refuses_a_scenario_that_its_network_cannot_read(
 
 def test_refuses_a_side_that_nobody_learned(tmp_path):
     """The message names the strategy that stood there."""
-    save(begun(fixed={"fire": "greedy"}).checkpoint(), tmp_path / "half.pt")
+    save(begun(fixed={"fire": ("greedy",)}).checkpoint(), tmp_path / "half.pt")
     with pytest.raises(CheckpointError, match="Write --fire greedy"):
         LearnedFire(tmp_path / "half.pt")

@@ -32,8 +32,10 @@ def test_both_sides_ship_as_weights_alone_in_less_than_five_megabytes():
 
 def test_the_robots_of_one_training_and_the_fire_of_another_ship(tmp_path):
     """The file's policies are those of the two checkpoints, to the last bit."""
-    robots = load(trained(begun(tiny(), fixed={"fire": "random"}), tmp_path / "robots"))
-    fire = load(trained(begun(tiny(), fixed={"robots": "sweep"}), tmp_path / "fire"))
+    robots = load(
+        trained(begun(tiny(), fixed={"fire": ("random",)}), tmp_path / "robots")
+    )
+    fire = load(trained(begun(tiny(), fixed={"robots": ("sweep",)}), tmp_path / "fire"))
     both = shipped(robots, fire)
     for side, source in (("robots", robots), ("fire", fire)):
         here, there = both.player(side).weights, source.player(side).weights

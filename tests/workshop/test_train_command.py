@@ -63,9 +63,10 @@ def train(*options):
     return status("train", "--preset", "tiny", "--workers", "0", *options)
 
 
-def resumed(folder):
+def resumed(folder, *options):
     """Exit status of `train --resume`, in this process."""
-    return status("train", "--resume", "--workers", "0", "--json", "--out", folder)
+    resume = "train", "--resume", "--workers", "0", "--json", "--out", folder
+    return status(*resume, *options)
 
 
 def status(*command):
@@ -141,7 +142,17 @@ def test_train_takes_a_file_of_settings_and_a_checkpoint_as_opponent(run, capsys
     assert train("--settings", "mine.yaml", "--out", "new", "--fire", run) == 0
     task = load("new").task
     assert task.settings.robots.max_steps == 40
-    assert equal(task.fixed["fire"].weights, load(run).player("fire").weights)
+    assert equal(task.fixed["fire"][0].weights, load(run).player("fire").weights)
+
+
+def test_robots_learn_against_several_fires_in_turn(once, capsys):
+    """What is resumed keeps them."""
+    fires = "--fire", "random", "busiest"
+    assert train("--out", "new", *fires) == 0
+    assert "fire random, busiest" in capsys.readouterr().err
+    assert load("new").task.fixed["fire"] == ("random", "busiest")
+    assert resumed("new", *fires) == 0
+    assert resumed("new", "--fire", "busiest") == 2
 
 
 @pytest.mark.paper("E3")

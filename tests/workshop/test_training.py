@@ -2,8 +2,11 @@
 
 import csv
 from dataclasses import replace
+from itertools import pairwise
 
+import numpy as np
 import pytest
+import torch
 from trainings import TINY, begun, equal, tiny, trained
 
 from reference.learning.adversarial import learner_for, player_of
@@ -11,6 +14,7 @@ from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
 from reference.strategies import NoFire, RandomFire, RandomRobots
 from reference.workshop.plain import SettingsError
+from reference.workshop.strategies.fires import BusiestFire
 from reference.workshop.training.checkpoints import load, newest
 from reference.workshop.training.loop import train
 from reference.workshop.training.session import Training, seeds_of
@@ -177,7 +181,7 @@ def test_random_fire_stands_in_for_a_share_of_the_jobs():
 
 
 @pytest.mark.paper("E6")
-@pytest.mark.parametrize("fixed", [{}, {"fire": "random"}])
+@pytest.mark.parametrize("fixed", [{}, {"fire": ("random",)}])
 def test_calm_comes_before_the_fires(fixed):
     """Nobody sets any until robots have made their share of decisions."""
     training = begun(tiny(calm=0.5, random_fires=0.5), fixed=fixed)
@@ -188,6 +192,86 @@ def test_calm_comes_before_the_fires(fixed):
     robots.steps = 90
     assert not any(isinstance(job.fire, NoFire) for job in training.jobs())
     assert training.learning() == ["robots", "fire"][: 2 - len(fixed)]
+
+
+@pytest.mark.paper("E6")
+def test_several_that_do_not_learn_play_in_turn():
+    """Job by job, on from one round to the next; scripts and networks."""
+    network = player_of(begun().learners["fire"])
+    tensors = {n: torch.from_numpy(w) for n, w in network.weights.items()}
+    fires = "random", replace(network, weights=tensors), "none"
+    training = begun(fixed={"fire": fires})
+    kinds = []
+    for training.round in range(2):
+        kinds += [type(job.fire) for job in training.jobs()]
+    assert kinds == [RandomFire, type(network), NoFire, RandomFire]
+    assert [job.record for job in training.jobs()] == [("robots",)] * 2
+
+
+@pytest.mark.paper("E6", "chosen")
+def test_scripted_fires_stand_in_in_turn():
+    """Half of the jobs, busiest before none."""
+    training = begun(tiny(random_fires=0.5, stand_ins=("busiest", "none")))
+    fires = []
+    for training.round in range(2):
+        fires += [type(job.fire) for job in training.jobs()]
+    assert fires[1::2] == [BusiestFire, NoFire]
+    with pytest.raises(SettingsError, match=r"stand_ins: 'bussy' .* mean 'busiest'"):
+        tiny(stand_ins=("bussy",))
+
+
+def same_weights(player, weights):
+    """Does a player of a job have these weights?"""
+    return all(np.array_equal(player.weights[n], w) for n, w in weights.items())
+
+
+@pytest.mark.paper("E6", "chosen")
+def test_in_the_league_each_side_meets_the_other_as_it_was_earlier():
+    """In every second job, in turn; only who plays as of now is recorded."""
+    training = begun(tiny(league=0.5))
+    for _ in range(3):
+        training.learn([e for job in training.jobs() for e in play(job)])
+    now, past = actors(training), training.versions
+    assert [*past["robots"]] == [*past["fire"]] == [1, 2, 3]
+    turns = (4, "robots", 3), (5, "fire", 3), (6, "robots", 1)
+    for training.round, side, version in turns:
+        both, one = training.jobs()
+        (other,) = {*SIDES} - {side}
+        assert (both.record, one.record) == (SIDES, (other,))
+        for job, who, weights in (
+            (both, side, now[side]),
+            (one, other, now[other]),
+            (one, side, past[side][version]),
+        ):
+            assert same_weights(getattr(job, who), weights)
+        (episode,) = play(one)
+        assert getattr(episode, side) is None and getattr(episode, other) is not None
+
+
+@pytest.mark.paper("E6", "chosen")
+def test_earlier_versions_are_four_to_eight_at_even_distances():
+    """From the first rounds to the last; none is made after the fact."""
+    training, before = begun(tiny(league=0.5)), set()
+    for training.round in range(1, 100):
+        training._remember()
+        rounds = [*training.versions["fire"]]
+        assert {*rounds} <= before | {training.round}
+        assert len({b - a for a, b in pairwise([0, *rounds])}) == 1
+        assert min(4, training.round) <= len(rounds) <= 8
+        before = {*rounds}
+    assert rounds == [16, 32, 48, 64, 80, 96]
+
+
+def test_a_league_that_is_interrupted_goes_on_to_the_same_end(tmp_path):
+    """Its earlier versions are in the checkpoint."""
+    settings = tiny(league=0.5, random_fires=0.25, robots={"max_steps": 300})
+    apart, at_once = tmp_path / "apart", tmp_path / "at once"
+    trained(begun(settings), apart, rounds=2)
+    trained(Training.resumed(load(apart)), apart, rounds=3)
+    trained(begun(settings), at_once, rounds=5)
+    assert equal(load(apart).learners, load(at_once).learners)
+    assert [*load(apart).learners["fire"]["versions"]] == [1, 2, 3, 4, 5]
+    assert rows(apart) == rows(at_once)
 
 
 def test_a_fire_reports_only_episodes_it_played():
@@ -215,7 +299,7 @@ def test_a_side_past_its_max_steps_learns_no_more(tmp_path):
 
 
 @pytest.mark.paper("D1")
-@pytest.mark.parametrize("fixed", [{"fire": "random"}, {"robots": "random"}])
+@pytest.mark.parametrize("fixed", [{"fire": ("random",)}, {"robots": ("random",)}])
 def test_against_a_script_the_other_side_learns_alone(fixed, tmp_path):
     """That is how robots without an adversary are trained."""
     training = begun(fixed=fixed)
@@ -327,7 +411,7 @@ def test_tensorboard_gets_the_same_names(tmp_path):
     pytest.importorskip("tensorboard")
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
 
-    board = Board(tmp_path, begun(fixed={"fire": "none"}).learners)
+    board = Board(tmp_path, begun(fixed={"fire": ("none",)}).learners)
     summary = Summary("robots", every=10)
     summary.add([FACTS], {"Policy/Entropy": 2.0})
     board.append([summary.row(10, {"round": 1, "phase": "together"})])

@@ -18,7 +18,7 @@ from reference.workshop.strategies import GUIDES
 from reference.workshop.training.presets import PRESETS
 from reference.workshop.training.summaries import SUMMARIES
 
-FIXED = "if given, this side does not learn"
+FIXED = "if given, this side does not learn; several play in turn"
 FIRES = tuple(name for name in NAMES["fire"] if name != WORST)
 ROWS = rows_of(SideSettings)
 TINY = "preset tiny ends before anything is learned; to learn, take --preset laptop"
@@ -48,8 +48,8 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
         "anchors; default: the preset's",
         choices=ROWS["head"].choices,
     ),
-    options.player("robots", FIXED),
-    options.player("fire", FIXED, FIRES),
+    options.player("robots", FIXED, nargs="+"),
+    options.player("fire", FIXED, FIRES, nargs="+"),
     options.option(
         "--imitate", "robots imitate this first (behavioural cloning)", choices=GUIDES
     ),

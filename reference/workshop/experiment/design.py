@@ -11,7 +11,8 @@ Clauses: E6, F12.
     [settings]                    # rows that differ from the preset's, in all arms
     scenario.time_limit = 300.0
     [arms.random_fire]
-    fire = "random"               # by name; left out: a fire that learns
+    fire = "random"               # by name, or ["random", "busiest"] in turn; left out:
+                                  # a fire that learns
     [arms.adversary]              # further rows differ in this arm
     random_fires = 0.25           # share of rollout jobs with random fire
     robots.gamma = 0.98
@@ -105,7 +106,7 @@ class Experiment:
                     f"'{name:.60}' can be no arm's name: take up to 40 lower-case "
                     "letters, digits and _, and no strategy's name"
                 )
-        learning = [name for name in self.arms if self.arm(name)[1] is None]
+        learning = [name for name in self.arms if not self.arm(name)[1]]
         _refuse_unknown("fires", self.test.fires, (*FIXED, WORST, *learning))
         _refuse_unknown("robots", self.test.robots, ROBOTS)
         for pair in self.compare:
@@ -128,29 +129,32 @@ class Experiment:
         robots = replace(robots, summary_freq=often, checkpoint_interval=saved)
         return replace(made, robots=robots, fire=fire)
 
-    def arm(self, name: str) -> tuple[Settings, str | None]:
-        """Make an arm's settings, and name its fire, None for one that learns.
+    def arm(self, name: str) -> tuple[Settings, tuple[str, ...]]:
+        """Make an arm's settings, and name its fires, none for one that learns.
 
         Raises SettingsError.
         """
         where = f"arms: {name}"
         rows = _stated(self.arms[name], where)
-        fire = rows.pop("fire") if isinstance(rows.get("fire"), str) else None
-        if fire is not None:
-            _refuse_unknown(f"{where}: fire", (fire,), FIXED)
+        fires: Any = ()
+        if isinstance(rows.get("fire"), str | list):
+            fires = rows.pop("fire")
+            fires = (fires,) if isinstance(fires, str) else tuple(map(str, fires))
+            _refuse_unknown(f"{where}: fire", fires, FIXED)
             if "random_fires" in {**rows, **self.settings}:
                 raise SettingsError(f"{where}: random_fires needs a fire that learns")
         if "scenario" in rows:
             raise SettingsError(f"{where}: the scenario is everybody's: [settings]")
-        return changed(self.base, rows, where), fire
+        return changed(self.base, rows, where), fires
 
     @cached_property
     def trainings(self) -> dict[str, Task]:
         """Every training by its team's name."""
         found, where = {}, (self.building, self.arena.plan)
         for name in self.arms:
-            settings, fire = self.arm(name)
-            fixed: dict[Side, Any] = {"fire": self._fixed(fire)} if fire else {}
+            settings, fires = self.arm(name)
+            fixed: dict[Side, Any] = {"fire": tuple(map(self._fixed, fires))}
+            fixed = fixed if fires else {}
             for seed in self.seeds:
                 found[f"{name}-{seed}"] = Task(*where, settings, seed, fixed)
         return found

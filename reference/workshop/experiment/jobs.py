@@ -38,8 +38,8 @@ def folders(experiment: Experiment, folder: Path) -> dict[str, Path]:
     """The folder of each team's training, by the team's name."""
     found, plan = {}, experiment.arena.plan
     for team in experiment.trainings:
-        settings, fire = experiment.arm(arm_of(team))
-        name = f"{team}-{_digest(plan, asdict(settings), fire)}"
+        settings, fires = experiment.arm(arm_of(team))
+        name = f"{team}-{_digest(plan, asdict(settings), fires)}"
         found[team] = folder.absolute() / "trainings" / name
     return found
 

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields, replace
 from io import BytesIO
+from itertools import chain
 from pathlib import Path
 from sys import intern
 from typing import Any
@@ -36,8 +37,6 @@ KIND = "checkpoint of fire-rescue-reference"
 FORMAT = 7
 """Grows whenever observations, actions or networks come to mean something else."""
 
-PLAYERS = ("fixed", "initial")  # of a task
-
 
 class CheckpointError(InputError):
     """A file that is no checkpoint, or does not fit here; one message for people."""
@@ -58,7 +57,7 @@ class Task:
     """What defines a training; it stays the same until the training is over.
 
     building  as it was asked for;  plan  the text of its floor file
-    fixed     who plays a side that does not learn: a named strategy or a network
+    fixed     who play a side that does not learn, in turn: named strategies or networks
     initial   networks with which a side begins to learn, if not with random ones
     imitate   the strategy that robots copy first, if any
     """
@@ -67,7 +66,7 @@ class Task:
     plan: str
     settings: Settings
     seed: int = 0
-    fixed: Mapping[Side, Learned | str] = field(default_factory=dict)
+    fixed: Mapping[Side, tuple[Learned | str, ...]] = field(default_factory=dict)
     initial: Mapping[Side, Learned] = field(default_factory=dict)
     imitate: str | None = None
 
@@ -77,7 +76,7 @@ class Checkpoint:
     """A training between two rounds.
 
     round     how many rounds are over
-    learners  for each side that learns, what `state_of` gave
+    learners  for each side that learns, what `state_of` gave, and its earlier versions
     progress  plain numbers: what is counted and what waits for the next summary
     """
 
@@ -88,11 +87,16 @@ class Checkpoint:
     version: str = reference.__version__
 
     def player(self, side: Side) -> Learned | str:
-        """The policy of a side: its network as learned so far, or whoever is fixed."""
+        """The policy of a side: its network as learned so far, or the first fixed."""
         if side in self.learners:
             weights = self.learners[side]["actor"]
             return Learned(getattr(self.task.settings, side), weights)
-        return self.task.fixed[side]
+        return self.task.fixed[side][0]
+
+
+def names_of(players: Iterable[Learned | str]) -> str:
+    """Name players that do not learn."""
+    return ", ".join(who if isinstance(who, str) else "a network" for who in players)
 
 
 # -- Files --------------------------------------------------------------------------
@@ -188,19 +192,22 @@ def _alike(plain: Any) -> Any:
 def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     """Make a checkpoint of plain data. Raises SettingsError, KeyError, ..."""
     task = mapping(content["task"], "task")
-    both: Any = {
-        name: {side: _player(who) for side, who in task.pop(name).items()}
-        for name in PLAYERS
+    fixed, initial = task.pop("fixed").items(), task.pop("initial").items()
+    sides: Any = {
+        "fixed": {side: tuple(map(_player, who)) for side, who in fixed},
+        "initial": {side: _player(who) for side, who in initial},
     }
     rows = {f.name: content[f.name] for f in fields(Checkpoint)}
-    rows["task"] = replace(record_from(Task, task, "task"), **both)
+    rows["task"] = replace(record_from(Task, task, "task"), **sides)
     found = record_from(Checkpoint, rows, "checkpoint")
     parse(found.task.plan, "its plan")
     learners = found.learners.values()
     states = [{name: state[name] for name in NETWORKS} for state in learners]
-    players = [*map(found.player, SIDES), *found.task.initial.values()]
+    both, others = map(found.player, SIDES), found.task.fixed.values()
+    players = [*both, *chain(*others), *found.task.initial.values()]
     networks = [who.weights for who in players if isinstance(who, Learned)]
-    networks += [state["critic"] for state in states]
+    for state in learners:
+        networks += [state["critic"], *state["versions"].values()]
     for name, weight in (pair for weights in networks for pair in weights.items()):
         if weight.dtype != (torch.float64 if NORMALISER in name else torch.float32):
             raise ValueError(f"weights of another type, {weight.dtype}")

@@ -20,6 +20,7 @@ from reference.workshop.plain import (
     unknown,
 )
 from reference.workshop.remedies import SideSettings
+from reference.workshop.strategies import FIRES
 
 SMALLER = tomllib.loads(Path(__file__).with_name("presets.toml").read_text("utf-8"))
 PRESETS = ("tiny", "laptop", "paper")
@@ -33,8 +34,11 @@ class Settings:
     episodes_per_job     episodes one worker plays in lockstep, network calls batched
     jobs_per_round       rollouts between two updates; it does not depend on the number
                          of workers, so that this number changes no result
-    random_fires         share of the jobs in which random fire stands in for one that
-                         learns: robots easily overfit to a single adversary
+    random_fires         share of the jobs in which a scripted fire stands in for one
+                         that learns: robots easily overfit to a single adversary
+    stand_ins            these fires, in turn
+    league               of the other jobs, the share in which one side, robots and fire
+                         in turn, plays as it did earlier: fictitious play (Brown 1951)
     calm                 share of the robots' max_steps before anybody sets fires: a
                          curriculum, the building first
     imitation_episodes   of a strategy that is imitated first, if any
@@ -48,6 +52,8 @@ class Settings:
     episodes_per_job: Annotated[int, Row(high=MOST)]
     jobs_per_round: Annotated[int, Row(high=MOST)]
     random_fires: Annotated[float, Row(low=0, high=1)] = 0.0
+    stand_ins: tuple[str, ...] = ("random",)
+    league: Annotated[float, Row(low=0, high=1)] = 0.0
     calm: Annotated[float, Row(low=0, high=1)] = 0.0
     imitation_episodes: Annotated[int, Row(high=MOST)] = 256
     imitation_epochs: Annotated[int, Row(high=MOST)] = 10
@@ -59,6 +65,8 @@ class Settings:
         odd = [n for n in OF_ROBOTS if getattr(self.fire, n) not in (0, CREDITS[0])]
         if odd or self.fire.head == "frame":
             raise SettingsError(f"fire: {[*odd, 'frame'][0]} is about robots that walk")
+        for name in {*self.stand_ins} - {*FIRES} or {"none"} - {*FIRES}:
+            raise SettingsError(f"stand_ins: {unknown(name, FIRES)}")
         if not self.scenario.training:
             raise SettingsError("scenario: training must be true [D6]")
 

@@ -31,6 +31,7 @@ from reference.workshop.training.checkpoints import (
     Task,
     load,
     must_fit,
+    names_of,
     restore,
     state_of,
 )
@@ -44,6 +45,10 @@ from reference.workshop.workers import chunks
 OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
 OF_NETWORK = ("head", "hidden_units", "num_layers", "normalize", "commitment", "spread")
 """Rows of settings on which the meaning of a network's weights depends."""
+
+EARLIER = 4
+"""[E6, chosen] so many earlier versions of a side are in the league, at even distances,
+and at most twice as many."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +68,7 @@ class Training:
     round  rounds that are over;  episodes  that were learned from;  latest  means of
     the last round's facts;  imitated  whether copying, if asked for, is over
     kept   rounds of the checkpoints that each side keeps, oldest first
+    versions  of each side in the league: its actor's weights after earlier rounds
     """
 
     def __init__(self, task: Task):
@@ -75,6 +81,7 @@ class Training:
         self.imitated = task.imitate is None
         self.latest: dict[str, float] = {}
         self.kept: dict[Side, list[int]] = {side: [] for side in self.learners}
+        self.versions: dict[Side, dict[int, Any]] = {side: {} for side in self.learners}
 
     # -- Whose turn it is -----------------------------------------------------------
 
@@ -112,41 +119,65 @@ class Training:
         Before the first round, robots that imitate watch their teacher.
         """
         s, task = self.settings, self.task
-        if self.imitated:
-            robots, fire = (self._player(side) for side in SIDES)
-            fire = NoFire() if self.calm else fire
-            purpose, count = ROUNDS, s.jobs_per_round * s.episodes_per_job
-        else:
-            name = task.fixed.get("fire")
-            robots = Demonstration(s.robots, {}, str(task.imitate))
-            fire = FIRES[name if isinstance(name, str) else "random"]()
+        now: dict[Side, Any] = {s: player_of(who) for s, who in self.learners.items()}
+        purpose, count = ROUNDS, s.jobs_per_round * s.episodes_per_job
+        if not self.imitated:
+            now["robots"] = Demonstration(s.robots, {}, str(task.imitate))
             purpose, count = DEMONSTRATIONS, s.imitation_episodes
         seeds = seeds_of(task.seed, purpose, self.round, count)
         jobs, first = [], self.round * s.jobs_per_round
         for number, chunk in enumerate(chunks(seeds, s.episodes_per_job), first):
-            other = RandomFire() if self._random_fire(number) else fire
-            jobs.append(Job(task.plan, s.scenario, robots, other, chunk))
+            who: Any = now | self._others(number)
+            record = tuple(side for side in now if who[side] is now[side])
+            jobs.append(Job(task.plan, s.scenario, **who, seeds=chunk, record=record))
         return jobs
 
-    def _random_fire(self, job: int) -> bool:
-        """Whether random fire stands in for the one that learns [E6, chosen].
+    def _others(self, job: int) -> dict[Side, Any]:
+        """Who plays a job, where that is nobody who learns [E6, chosen].
 
-        While the robots learn, it does in a share `random_fires` of all jobs, evenly
-        spread: from a strong adversary alone they would learn nothing.
+        Fixed players take turns. While robots learn, scripted fires stand in for one
+        that learns in a share of all jobs, evenly spread: from a strong adversary alone
+        they would learn nothing.
         """
-        if self.calm or "fire" not in self.learners or "robots" not in self.learning():
-            return False
-        share = self.settings.random_fires
-        return int((job + 1) * share) > int(job * share)
+        fixed, share = self.task.fixed.items(), self.settings.random_fires
+        others = {side: _player(side, who[job % len(who)]) for side, who in fixed}
+        if not self.imitated:
+            others.setdefault("fire", RandomFire())
+            return others
+        if self.calm:
+            return others | {"fire": NoFire()}
+        if "fire" in others or "robots" not in self.learning():
+            return others
+        if _due(job, share):
+            names = self.settings.stand_ins
+            return {"fire": FIRES[names[int(job * share) % len(names)]]()}
+        return self._earlier(job - int(job * share))
 
-    def _player(self, side: Side) -> Any:
-        """Make a side's player; networks are arrays, which any process can have."""
-        if side in self.learners:
-            return player_of(self.learners[side])
-        who = self.task.fixed[side]
-        if isinstance(who, str):
-            return SCRIPTS[side][who]()
-        return replace(who, weights={n: w.numpy() for n, w in who.weights.items()})
+    def _earlier(self, job: int) -> dict[Side, Any]:
+        """In the league's share of the jobs, a side as it was earlier [E6, chosen].
+
+        So that neither forgets: fictitious play (Brown 1951). job: among those without
+        stand-ins. Robots and fire take turns, and so do their versions.
+        """
+        if not _due(job, self.settings.league):
+            return {}
+        turn = int(job * self.settings.league)
+        side = SIDES[turn % 2] if "fire" in self.learning() else "fire"
+        past = [w for r, w in self.versions[side].items() if r < self.round]
+        if not past:
+            return {}
+        weights = past[turn // 2 % len(past)]
+        return {side: _player(side, Learned(getattr(self.settings, side), weights))}
+
+    def _remember(self) -> None:
+        """Add both sides to the league, as of now; keep versions at even distances."""
+        spacing = 1
+        while self.round // spacing > 2 * EARLIER:
+            spacing *= 2
+        for side, learner in self.learners.items():
+            now = {n: t.clone() for n, t in learner.actor.state_dict().items()}
+            found = self.versions[side] | {self.round: now}
+            self.versions[side] = {r: w for r, w in found.items() if not r % spacing}
 
     def learn(self, episodes: Sequence[Episode]) -> list[Row]:
         """Update the learners whose turn it is; return the summary rows due.
@@ -173,6 +204,8 @@ class Training:
             summary.add(played or facts, update)
             rows.append(summary.row(learner.steps, when))
         self.round += 1
+        if self.settings.league:
+            self._remember()
         return [row for row in rows if row is not None]
 
     def _imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
@@ -198,8 +231,7 @@ class Training:
         for side in SIDES:
             settings, fixed = getattr(self.settings, side), self.task.fixed.get(side)
             learner = f"{settings.trainer_type} ({settings.head} head)"
-            other = fixed if isinstance(fixed, str) else "a fixed checkpoint"
-            names[side] = other if fixed else learner
+            names[side] = names_of(fixed) if fixed else learner
         return names
 
     def facts(self) -> dict[str, Any]:
@@ -220,7 +252,10 @@ class Training:
 
     def checkpoint(self) -> Checkpoint:
         """Collect everything that is needed to resume."""
-        learners = {side: state_of(who) for side, who in self.learners.items()}
+        learners = {
+            side: state_of(who) | {"versions": self.versions[side]}
+            for side, who in self.learners.items()
+        }
         sums = {side: summary.state() for side, summary in self.summaries.items()}
         kept = {side: tuple(rounds) for side, rounds in self.kept.items()}
         progress = Progress(self.episodes, self.imitated, kept, self.latest, sums)
@@ -236,8 +271,21 @@ class Training:
         for side, learner in training.learners.items():
             training.kept[side] = [*progress.kept[side]]
             restore(learner, checkpoint.learners[side])
+            training.versions[side] = dict(checkpoint.learners[side]["versions"])
             vars(training.summaries[side]).update(vars(progress.summaries[side]))
         return training
+
+
+def _due(job: int, share: float) -> bool:
+    """Whether a job is one of a share of all, evenly spread."""
+    return int((job + 1) * share) > int(job * share)
+
+
+def _player(side: Side, who: Learned | str) -> Any:
+    """Make a player that does not learn; any process can have a network's arrays."""
+    if isinstance(who, str):
+        return SCRIPTS[side][who]()
+    return replace(who, weights={n: w.numpy() for n, w in who.weights.items()})
 
 
 # -- Learners -----------------------------------------------------------------------
@@ -307,7 +355,10 @@ def begin(asked: Namespace) -> Training:
     building = load_building(name)
     where = building, settings.scenario
     named = {side: who for side in SIDES if (who := getattr(asked, side)) is not None}
-    fixed = {side: fixed_player(who, side, *where) for side, who in named.items()}
+    fixed = {
+        side: tuple(fixed_player(word, side, *where) for word in words)
+        for side, words in named.items()
+    }
     initial: dict[Side, Learned] = {}
     if (path := asked.initialize_from) is not None:
         taken = {*fixed, "robots"} if asked.imitate else {*fixed}
@@ -329,7 +380,7 @@ def _settings(asked: Namespace) -> Settings:
     robots, scenario = made.robots, made.scenario
     trainer, head = asked.trainer or robots.trainer_type, asked.head or robots.head
     robots = replace(robots, trainer_type=trainer, head=head)
-    if asked.robots == "none":
+    if asked.robots == ["none"]:
         scenario = replace(scenario, robots_per_floor=0)
     return replace(made, robots=robots, scenario=scenario)
 
@@ -350,4 +401,4 @@ def options_of(task: Task) -> dict[str, Any]:
     """The options that began a training, as far as its task tells them."""
     s = task.settings
     own = {"preset": s.preset, "trainer": s.robots.trainer_type, "head": s.robots.head}
-    return own | dict(task.fixed) | vars(task)
+    return own | {side: list(who) for side, who in task.fixed.items()} | vars(task)

@@ -15,7 +15,7 @@ from typing import Any
 
 from reference.learning.settings import Side
 from reference.workshop.strategies import SHIPPED
-from reference.workshop.training.checkpoints import Checkpoint, load, save
+from reference.workshop.training.checkpoints import Checkpoint, load, names_of, save
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
 
 
@@ -27,7 +27,7 @@ def shipped(robots: Checkpoint, fire: Checkpoint) -> Checkpoint:
     guide, foe = LearnedRobots(robots), LearnedFire(fire)
     foe.refuse_elsewhere(guide.building, guide.scenario)
     settings = replace(robots.task.settings, fire=fire.task.settings.fire)
-    fixed: dict[Side, Any] = {"robots": guide.learned, "fire": foe.learned}
+    fixed: dict[Side, Any] = {"robots": (guide.learned,), "fire": (foe.learned,)}
     task = replace(
         robots.task, settings=settings, fixed=fixed, initial={}, imitate=None
     )
@@ -46,7 +46,7 @@ def how(checkpoint: Checkpoint, side: Side) -> dict[str, Any]:
         "seed": task.seed,
         "version": checkpoint.version,
         "decisions": {side: state["steps"] for side, state in learners},
-        "against": {s: w if isinstance(w, str) else "a network" for s, w in fixed},
+        "against": {side: names_of(who) for side, who in fixed},
         "imitated": task.imitate if side == "robots" else None,
         "initial": side in task.initial,
     }
