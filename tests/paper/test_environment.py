@@ -184,7 +184,7 @@ class Noted:
 @pytest.mark.parametrize("name", ["patrol", "sweep", "random"])
 def test_a_strategys_decisions_played_as_actions_give_the_strategys_run(name):
     """A model and an algorithm are interchangeable; float32 is enough."""
-    environment = game("paper", people=20, fire="random", seed=2)
+    environment = game("paper", people=6, fire="random", seed=2, time_limit=90)
     building, noted = environment.building, Noted(name)
     scripted = Simulation(
         building, environment.simulation.scenario, noted, RandomFire(), seed=2
@@ -269,7 +269,7 @@ def test_a_fire_without_sources_never_acts_again():
 @pytest.mark.paper("E5")
 def test_every_robot_is_paid_what_the_group_earns():
     """Step by step what the events are worth; the sum is the episode's reward."""
-    environment = game("paper", people=20)
+    environment = game("paper", people=20, time_limit=90)
     total, seen = 0.0, 0
     for _, rewards, *_ in episode(environment, seed=6)[1:]:
         paid = {rewards[agent] for agent in rewards if agent != FIRE}
@@ -301,7 +301,7 @@ def test_by_floor_a_robot_is_paid_the_part_that_it_can_touch():
 @pytest.mark.paper("D6")
 def test_the_fire_is_paid_what_the_robots_lose_less_its_penalties():
     """A refused fire costs it something, in training."""
-    environment = game("paper", people=20)
+    environment = game("paper", people=20, time_limit=90)
     rewards = [step[1][FIRE] for step in episode(environment, 6, actions=6)[1:]]
     events = environment.simulation.events
     assert sum(rewards) == pytest.approx(fire_reward(events))
@@ -395,7 +395,8 @@ def test_refuses_a_missing_action_by_the_name_of_the_agent():
 @pytest.mark.parametrize("name", ["tiny", "museum"])
 def test_the_same_seed_and_actions_give_the_same_episode_to_the_end(name):
     """Observations, rewards, ends, infos: in two environments, and in one again."""
-    one, other = game(name, people=12), game(name, people=12, seed=8)
+    said = {"people": 12, "time_limit": 60}
+    one, other = game(name, **said), game(name, **said, seed=8)
     first = episode(one, seed=3)
     assert len(first) > 5
     assert same(first, episode(other, seed=3))

@@ -1038,9 +1038,9 @@ def test_what_is_out_of_sight_changes_no_decision(fire):
     scene = Scenario(people=60)
     sim = Simulation(shipped("museum"), scene, Sweep(), FIRES[fire](), seed=1)
     rng = np.random.default_rng(0)
-    for _ in range(15):
-        wait(sim, 4)
-        for i in np.flatnonzero(sim.world.bodies.walking)[::3].tolist():
+    for _ in range(10):
+        wait(sim, 5)
+        for i in np.flatnonzero(sim.world.bodies.walking)[::5].tolist():
             same, other = twin(sim), twin(sim)
             alter_elsewhere(other, i, rng)
             assert look_and_think(same, i) == look_and_think(other, i)

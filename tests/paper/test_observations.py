@@ -88,8 +88,8 @@ def test_sizes_follow_from_the_building_and_the_scenario(name, people, robots, s
 
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_no_number_is_beyond_its_limits(name):
-    """From the first second to the last, on all floors."""
-    sim = scene(name)
+    """For a minute and a half, on all floors."""
+    sim = scene(name, time_limit=90)
     layout = observations.vector_layout(sim.building, sim.scenario)
     for _ in range(round(sim.scenario.time_limit / 5)):
         for numbers in (vectors(sim), fire_vector(sim)):
@@ -399,7 +399,7 @@ def test_a_robot_remembers_where_it_goes_until_it_is_there():
 
 def test_observing_does_not_change_the_world():
     """Looking twice is the same as looking once, and the run goes on alike."""
-    one, other = scene(seconds=30), scene(seconds=30)
+    one, other = (scene(seconds=30, time_limit=50) for _ in "12")
     for _ in range(3):
         vectors(one), observations.grid(one.world)
         fire_vector(one)

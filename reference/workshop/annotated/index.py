@@ -258,12 +258,16 @@ def marked_with(key: str) -> list[Symbol]:
 
 
 def boards_of(test: Symbol) -> list[str]:
-    """The boards that a test draws or names: texts of its file with walls or floor."""
-    named = re.findall(r"\b[A-Z]\w+\b", test.source)
-    constants = (s for s in symbols(test.path) if s.name in named)
+    """The boards that a test draws or names, or that a helper does which it names."""
+    around = [s for s in symbols(test.path) if s.name and not s.marks]
+    words = set(re.findall(r"\w+", test.source))
+    helpers = [s for s in around if s.name in words and not s.name.isupper()]
+    words |= {
+        word for each in helpers for word in re.findall(r"\b[A-Z_]+\b", each.source)
+    }
     values = (
         node.value
-        for each in (*constants, test)
+        for each in (*(s for s in around if s.name in words), test)
         for node in ast.walk(ast.parse(each.source))
         if isinstance(node, ast.Constant)
     )
@@ -272,9 +276,10 @@ def boards_of(test: Symbol) -> list[str]:
 
 
 def is_board(text: str) -> bool:
-    """Has its first row signs of a board, walls or floor among them?"""
-    first = text.split("\n")[0]
-    return bool(SIGNS.fullmatch(first) and re.search(r"##|\.\.", first))
+    """Has it rows of signs, six or more, walls or floor among them, or several rows?"""
+    rows = [row for _, rows in passes_of(text) for row in rows]
+    long = [row for row in rows if re.search(r"##|\.\.", row) and len(row) > 5]
+    return bool(long) or (len(rows) > 2 and any("##" in row for row in rows))
 
 
 def passes_of(board: str) -> list[tuple[str, list[str]]]:
