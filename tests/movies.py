@@ -28,7 +28,10 @@ nothing is left to chance.  What no board shows is said in words of a scene:
     burnt="+2"              what `:` draws
 """
 
+import inspect
 import re
+import sys
+from contextlib import contextmanager
 from functools import cache
 from math import ceil
 
@@ -99,7 +102,11 @@ def sets_off(board, who="p", passes=1, **said):
 
 def thinks(sim, who="p"):
     """Let somebody think once, and nothing else: the board with `!` or `?`."""
-    goal = decide(sim, who)
+    return heading(sim, decide(sim, who))
+
+
+def heading(sim, goal):
+    """The board with a goal."""
     floors = canvas(sim)
     cells = [goal.place] if goal.place != NOWHERE else []
     if goal.aim is Aim.LANDMARK:
@@ -221,6 +228,53 @@ def framed(sim, floors):
     return Board(
         joined(["".join(row).rstrip() for row in rows[drawn_rows]] for rows in floors)
     )
+
+
+# -- Films --------------------------------------------------------------------------
+
+
+def film(sim, seconds, algorithm, who):
+    """A strip of boards: each time somebody passes other lines of their algorithm, or
+    sets off to something else; and the end of its loop, line 1."""
+    mine = sim.world.robots[body(who)] if who[0] == "R" else mind(sim, who)
+    code, strip, known, inside = algorithm.__code__, [], set(), True
+    source = inspect.getsource(algorithm).splitlines()
+    printed = {
+        code.co_firstlineno + k: [int(n) for n in re.findall(r"\d+", found[1])]
+        for k, line in enumerate(source)
+        if (found := re.search(r"  # ([\d, ]+)(?:\D|$)", line))
+    }
+    while sim.world.time < seconds - 1e-9 and inside and not sim.done:
+        with lines_run(code, mine) as run:
+            sim.step()
+        lines = sorted({n for line in run for n in printed.get(line, ())})
+        if who[0] != "R":
+            inside = bool(sim.world.bodies.inside[body(who)])
+        key = tuple(lines), who[0] != "R" and mine.goal.aim
+        if (lines and key not in known) or not inside:
+            known.add(key)
+            said = f"lines {', '.join(map(str, lines))}" if inside else "line 1, out"
+            board = heading(sim, mine.goal) if who[0] != "R" and inside else goes(sim)
+            strip.append(f"{sim.world.time:.1f} s: {said}\n{board}")
+    return Board("\n".join(strip))
+
+
+@contextmanager
+def lines_run(code, mine):
+    """The lines that a method runs while it is about one of its arguments."""
+    run, before = set(), sys.gettrace()
+
+    def watch(frame, event, _):
+        if frame.f_code is not code or mine not in frame.f_locals.values():
+            return None
+        run.add(frame.f_lineno)
+        return watch
+
+    sys.settrace(watch)
+    try:
+        yield run
+    finally:
+        sys.settrace(before)
 
 
 # -- Who is on the board ------------------------------------------------------------
