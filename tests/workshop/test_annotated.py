@@ -178,6 +178,10 @@ def test_colours_leave_the_code_as_it_is():
     code = (ROOT / "reference" / "humans.py").read_text(encoding="utf-8")
     shown = unescape(re.sub("<[^>]+>", "", snippet(code)))
     assert shown.endswith("…") and code.startswith(shown[:-1])
+    inked = snippet("return 'a # < b', 1  # c")
+    assert re.findall(r"class='(\w)'>([^<]+)<", inked) == [
+        ("k", "return"), ("s", "'a # &lt; b'"), ("n", "1"), ("c", "# c")
+    ]  # fmt: skip
 
 
 def test_from_a_wheel_the_command_says_what_is_missing(tmp_path, monkeypatch, capsys):

@@ -9,11 +9,15 @@ import re
 import tomllib
 from collections.abc import Callable
 from html import escape
-from keyword import kwlist
+from itertools import groupby
 from os.path import relpath
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
+from pygments import lex
+from pygments.lexers import PythonLexer
+from pygments.token import Comment, Keyword, Number, Operator, String
 
 import reference
 from reference.building import Building
@@ -25,6 +29,8 @@ from reference.workshop.drawing.annotated import board, formula, inline, snappin
 from reference.workshop.drawing.ruler import curve
 
 LONGEST = 45  # lines of code that are shown together
+LEXER = PythonLexer(stripnl=False, ensurenl=False)
+INKS = {Keyword: "k", Operator.Word: "k", Comment: "c", String: "s", Number: "n"}
 
 
 def page(building: Building, folder: Path) -> str:
@@ -114,18 +120,16 @@ def pictures_of_boards() -> Callable[[str], str]:
     return pictured
 
 
-_TOKENS = re.compile(
-    r"""(?P<s>[rbf]*(?:\"{3}.*?\"{3}|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'))"""
-    rf"""|(?P<c>\#[^\n]*)|(?P<n>\b\d[\w.]*)|(?P<k>\b(?:{"|".join(kwlist)})\b)""",
-    re.DOTALL,
-)
-
-
 def snippet(code: str) -> str:
     """Code as HTML: keywords are of class k, strings s, numbers n, comments c."""
     lines = code.split("\n")
     text = "\n".join(lines[:LONGEST] + ["…"] * (len(lines) > LONGEST))
-    inked = _TOKENS.sub(
-        lambda m: f"<i class='{m.lastgroup}'>{m[0]}</i>", escape(text, quote=False)
-    )
-    return f"<pre><code>{inked}</code></pre>"
+    html = ""
+    for ink, tokens in groupby(lex(text, LEXER), lambda token: _ink(token[0])):
+        words = escape("".join(word for _, word in tokens), quote=False)
+        html += f"<i class='{ink}'>{words}</i>" if ink else words
+    return f"<pre><code>{html}</code></pre>"
+
+
+def _ink(kind: Any) -> str | None:
+    return next((ink for inked, ink in INKS.items() if kind in inked), None)
