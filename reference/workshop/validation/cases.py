@@ -126,8 +126,8 @@ def speed_in_ring(density: float, seed: int) -> float:
         at, floor = again[near], np.zeros(len(near), int)
         ahead = at + np.array([40.0, 0.0])
         pairs = motion.neighbours(at, floor, pace[near % n], tick)
-        facts = at, ahead, pace[near % n], tick, inside, pairs
-        moved = motion.step(*facts, motion.turns(rng))[:n]
+        turns = motion.turns(rng)
+        moved = motion.step(at, ahead, pace[near % n], tick, inside, pairs, turns)[:n]
         walked.append((moved - position)[:, 0].mean() / tick)
         position = moved % [length, inf]
     return float(np.mean(walked[50:]))
@@ -284,7 +284,13 @@ def ghosts(seed: int) -> Measured:
 # -- The table ----------------------------------------------------------------------
 
 MEASURES: dict[str, Callable[[int], Measured]] = {
-    name: globals()[name.replace("-", "_")] for name in CASES
+    measure.__name__.replace("_", "-"): measure
+    for measure in (
+        *(corridor, speeds, fundamental_diagram),
+        *(doors, large_room, counterflow),
+        *(corner, large_corner, stairs, before_stairs),
+        *(everybody_knows, ghosts),
+    )
 }
 """How each case is measured, by a seed."""
 
