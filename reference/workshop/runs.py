@@ -4,20 +4,16 @@ A folder is held by one run at a time.  A resumed run must keep the version, and
 the options it was begun with.
 """
 
-import os
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
+from filelock import FileLock, Timeout
+
 import reference
 from reference.paper import InputError
 from reference.workshop.files import make_folder
-
-try:
-    import fcntl
-except ImportError:  # no POSIX
-    fcntl = None  # type: ignore[assignment]
 
 
 class RunError(InputError):
@@ -30,7 +26,7 @@ class ContradictionError(RunError):
 
 Started = TypeVar("Started")
 OR_RESUME = "Name another folder, or add --resume to go on with what is in it."
-LOCK = ".lock"  # in a run's folder while it runs; holds the process id
+LOCK = ".lock"  # in a run's folder while it runs
 
 
 @contextmanager
@@ -51,42 +47,24 @@ def held(
     ours = not folder.exists()
     make_folder(folder)
     try:
-        with _lock(folder):
-            if resume:
-                started = start()
-            else:
-                refuse_used(folder)
-            yield started
+        with FileLock(folder / LOCK, blocking=False):  # ends with the process, too
+            try:
+                if resume:
+                    started = start()
+                else:
+                    refuse_used(folder)
+                yield started
+            finally:
+                (folder / LOCK).unlink(missing_ok=True)
+    except Timeout:
+        raise RunError(
+            f"{folder}: another run is at work in it. Wait for its end, or name "
+            "another folder."
+        ) from None
     finally:
         if ours:
             with suppress(OSError):
                 folder.rmdir()
-
-
-@contextmanager
-def _lock(folder: Path) -> Iterator[None]:
-    """Lock a folder; the lock ends with the process, even if it is killed."""
-    path = folder / LOCK
-    with path.open("a+", errors="replace") as file:
-        try:
-            if fcntl:  # else nothing is locked
-                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            held = os.path.samestat(os.fstat(file.fileno()), path.stat())
-        except OSError:
-            held = False
-        if not held:
-            file.seek(0)
-            raise RunError(
-                f"{folder}: process {file.read(20)} is at work in it. Wait for its "
-                "end, or name another folder."
-            )
-        file.truncate(0)
-        file.write(str(os.getpid()))
-        file.flush()
-        try:
-            yield
-        finally:
-            path.unlink(missing_ok=True)
 
 
 def refuse_used(folder: Path, instead: str = OR_RESUME) -> None:

@@ -1,6 +1,5 @@
 """Damaged files of every kind: each is read, or refused in a sentence that names it."""
 
-import fcntl
 import json
 import random
 import shutil
@@ -22,7 +21,6 @@ from reference.workshop.experiment import design
 from reference.workshop.files import read_json
 from reference.workshop.maps import load as load_building
 from reference.workshop.plain import record_from
-from reference.workshop.runs import held
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import LearnedRobots
 from reference.workshop.training.presets import preset
@@ -130,13 +128,6 @@ def _settings(path: Path) -> None:
     read_yaml(path, preset("tiny"))
 
 
-def _held(path: Path) -> None:
-    with path.open() as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        with held(path.parent, True, list):
-            pass
-
-
 def _parts(path: Path) -> None:
     record_from(design.Experiment, read_json(path), str(path))
 
@@ -163,7 +154,6 @@ KINDS = {
     ),
     "experiment": Kind("tiny.toml", design.read, cases=50),
     "experiment's parts": Kind("tiny.json", _parts, _from_json, _json, cases=50),
-    "lock": Kind("locked/.lock", _held, named="locked"),
     "map": Kind("tiny.txt", load_building),
 }
 
@@ -174,9 +164,6 @@ def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole")
     few = begin(("none",), ("none", "random"), "tiny", people=2, episodes=1)
     evaluate(few, folder / "evaluation", InProcess())
-    (folder / "locked").mkdir()
-    (folder / "locked" / ".lock").write_text("12345")
-    (folder / "locked" / "notes.txt").touch()
     shutil.copy(ROOT / "floors" / "tiny.txt", folder)
     shutil.copy(ROOT / "tutorials" / "experiments" / "tiny.toml", folder)
     _json(tomllib.loads((folder / "tiny.toml").read_text()), folder / "tiny.json")
