@@ -62,6 +62,7 @@ WORKSHOP = (
     "workshop.training.checkpoints",  # files to resume from
     "workshop.training.policies",  # a learned policy is a strategy
     "workshop.training.summaries",  # what a training writes down as it runs
+    "workshop.training.gradient",  # signal and noise of an update
     "workshop.training.session",  # begun or resumed; who learns, and from what
     "workshop.training.shipping",  # the policies that ship
     "workshop.training.loop",  # the adversarial loop, with files

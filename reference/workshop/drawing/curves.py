@@ -84,6 +84,14 @@ PANELS = {
         ("robots' baseline", "robots", "Losses/Baseline Loss"),
         ("fire", "fire", "Losses/Value Loss"),
     ),
+    "variance of returns that the critics explain": (
+        ("robots", "robots", summaries.EXPLAINED),
+        ("fire", "fire", summaries.EXPLAINED),
+    ),
+    "signal / noise of the policies' gradients": (
+        ("robots", "robots", summaries.SIGNAL),
+        ("fire", "fire", summaries.SIGNAL),
+    ),
 }
 """Lines of each panel: a label, whose rows ("" for both sides') and which column."""
 

@@ -20,7 +20,9 @@ from reference.workshop.lockstep import together
 from reference.workshop.training.checkpoints import keep, newest
 from reference.workshop.training.session import Training
 from reference.workshop.training.summaries import (
+    EXPLAINED,
     OWN_REWARD,
+    SIGNAL,
     SURVIVAL,
     Board,
     Row,
@@ -114,4 +116,7 @@ def _show(bar: "tqdm[NoReturn]", training: Training, rows: Sequence[Row]) -> Non
         told = f"{row['side']}: {row['phase']}, step {row['step']:,}"
         if OWN_REWARD in row:
             told += f", reward {row[OWN_REWARD]:,.0f}, survival {row[SURVIVAL]:.0%}"
+        if SIGNAL in row and EXPLAINED in row:
+            told += f", signal / noise {row[SIGNAL]:.2f}"
+            told += f", the critic explains {row[EXPLAINED]:.0%}"
         print(told, file=sys.stderr)

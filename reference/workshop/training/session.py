@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from reference.building import building_of, plan_of
-from reference.learning.adversarial import learn, learner_for, player_of
+from reference.learning.adversarial import learner_for, player_of
 from reference.learning.players import Learned
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
@@ -35,6 +35,7 @@ from reference.workshop.training.checkpoints import (
     restore,
     state_of,
 )
+from reference.workshop.training.gradient import figures
 from reference.workshop.training.imitation import Demonstration, clone
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import POLICIES, fixed_player
@@ -195,7 +196,8 @@ class Training:
         for side in learning:
             learner, summary = self.learners[side], self.summaries[side]
             played = [e.facts for e in episodes if getattr(e, side) is not None]
-            update = learn(side, learner, episodes)
+            learner.add([t for e in episodes if (t := getattr(e, side)) is not None])
+            update = figures(learner) | learner.update() if learner.full else {}
             if not learner.steps:
                 raise SettingsError(
                     f"{side}: nothing to decide in a whole round. Give the scenario "

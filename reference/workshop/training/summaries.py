@@ -38,10 +38,13 @@ OF_EPISODES = {
 }
 """Columns, and the episode's fact that each averages; the group is the robots'."""
 
+SIGNAL, EXPLAINED = "Policy/Signal to Noise", "Policy/Explained Variance"
+
 OF_UPDATES = (
     *("Losses/Policy Loss", "Losses/Value Loss", "Losses/Baseline Loss", PRETRAINING),
     *("Policy/Entropy", "Policy/Learning Rate", "Policy/Epsilon", "Policy/Beta"),
     *("Policy/Extrinsic Value Estimate", "Policy/Extrinsic Baseline Estimate"),
+    *(SIGNAL, EXPLAINED),
 )
 COLUMNS = (*WHEN, *OF_EPISODES, *OF_UPDATES)
 Row = dict[str, Any]

@@ -1,0 +1,52 @@
+"""Signal and noise of an update: is it worth going on?
+
+Clauses: E3.  Both figures are measured on the buffer, just before an update.
+
+    N  episodes;  g  an episode's part of the policy's gradient;  Σ  its covariance
+"""
+
+import torch
+from torch import Tensor
+
+from reference.learning.experience import Decisions
+from reference.learning.ppo import Learner, Summary, normalised, policy_loss
+from reference.workshop.training.summaries import EXPLAINED, SIGNAL
+
+
+def figures(learner: Learner) -> Summary:
+    """Measure what waits in the buffer; what cannot be measured is left out."""
+    buffer = Decisions.joined(learner.buffer)
+    live = buffer.alive
+    values, returns = buffer.values[live], buffer.returns[live]
+    found = {
+        SIGNAL: _signal_to_noise(learner, buffer),
+        EXPLAINED: 1 - (returns - values).var() / returns.var(),
+    }
+    return {name: float(x) for name, x in found.items() if x.isfinite()}
+
+
+def _signal_to_noise(learner: Learner, buffer: Decisions) -> Tensor:
+    """|E g|² / (tr Σ / N): the gradient without its noise, and the noise [E3, chosen].
+
+    N over the "simple noise scale" tr Σ / |E g|² of McCandlish et al. (2018). An
+    episode is the sample, not a decision: those of one share their luck. With S the
+    unbiased trace, |mean g|² − S / N estimates |E g|² without bias. Below 1 the noise
+    of an update is larger than what it follows.
+    """
+    live = buffer.alive
+    buffer.advantages[live] = normalised(buffer.advantages[live])
+    weights, N = list(learner.actor.parameters()), len(learner.buffer)
+    sums, squares = [torch.zeros_like(w) for w in weights], torch.zeros(())
+    rows = torch.arange(len(buffer)).split([len(part) for part in learner.buffer])
+    for episode in map(buffer.rows, rows):
+        if (there := episode.alive).any():
+            policy = learner.actor(episode.vectors, episode.grids)
+            log_probs = policy.log_probs(episode.actions)[there]
+            old, A = episode.log_probs[there], episode.advantages[there]
+            loss = policy_loss(log_probs, old, A, learner.settings.epsilon) * len(A)
+            for total, g in zip(sums, torch.autograd.grad(loss, weights), strict=True):
+                total += g
+                squares += g.square().sum()
+    whole = torch.stack([total.square().sum() for total in sums]).sum()  # N² |mean g|²
+    S = (squares - whole / N) / (N - 1) if N > 1 else torch.full((), torch.nan)
+    return whole / N / S - 1
