@@ -52,7 +52,7 @@ class Sizes:
 
     vector: int
     grid: tuple[int, int, int]
-    continuous: int = 0
+    continuous: int
     branches: tuple[int, ...] = ()
     head: Callable[[int], Any] | None = None
     kinds: tuple[int, ...] = ()

@@ -299,4 +299,5 @@ class Learner:
 # * a training that begins with a policy learned before takes the actor alone (the
 #   original: whatever fits);
 # * rewards are scaled by `reward_scale` before anything is learned from them (the
-#   original's own scale is `strength`, which multiplies it here).
+#   original's own scale is `strength`, which multiplies it here);
+# * MA-POCA's critic takes continuous actions alone: our robots have no branch [C5].

@@ -65,7 +65,7 @@ def test_whoever_sees_is_seen(rows):
     assert np.array_equal(sight.sees.reaches(p, q), sight.sees.reaches(q, p))
 
 
-@pytest.mark.paper("B3")
+@pytest.mark.paper("B1")
 def test_people_see_each_other_exactly_where_there_is_a_line_of_sight():
     """A crowd of 200 on the paper's floors; nobody sees through walls or ceilings."""
     sim = Simulation(

@@ -397,7 +397,7 @@ def test_people_can_begin_in_rooms_by_name():
     assert set(sim.building.area.ravel()[sim.world.bodies.place]) == {lobby}
 
 
-@pytest.mark.paper("B8")
+@pytest.mark.paper("F8")
 def test_people_walk_at_different_speeds_around_the_mean():
     """Nobody is much slower or faster than others."""
     pace = run("paper", people=400).world.bodies.pace

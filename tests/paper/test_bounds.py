@@ -115,6 +115,8 @@ def test_the_papers_points_are_those_of_everybody_on_its_third_floor():
 
 
 @pytest.mark.paper("F12")
+@pytest.mark.paper("F4", "Eq. 6")
+@pytest.mark.paper("F5")
 def test_critical_point_2_lies_where_a_scenarios_best_runs_end():
     """Spread over three floors people earn less; twice as many, twice as much."""
     building = shipped("paper")

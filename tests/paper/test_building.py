@@ -89,6 +89,8 @@ def test_an_exit_joins_a_room_and_the_outside(house):
     assert outer == ["1/exit-1"]
 
 
+@pytest.mark.paper("A3")
+@pytest.mark.paper("A4")
 def test_ways_out_are_exits_and_stairs_that_go_down(house):
     """On the lowest floor the stairs lead nowhere."""
     ways = [[house.landmarks[m].id for m in house.ways_out(f)] for f in (0, 1)]
@@ -132,6 +134,7 @@ def test_networkx_finds_the_way_out_of_a_room(house):
     assert way == ["2/c", "2/A", "1/A", "1/a", "1/room-2", OUTSIDE]
 
 
+@pytest.mark.paper("A3")
 def test_an_edge_tells_what_it_is_how_wide_and_how_long(house):
     """A door's length goes from the middle of one room to the middle of the other."""
     door = house.graph.edges["1/a", "1/room-2", "1/door-1"]

@@ -667,6 +667,24 @@ def test_a_human_leads_only_so_many(places_left):
     )
 
 
+@pytest.mark.paper("B3")
+@pytest.mark.paper("B6", "suitable, chosen")
+def test_followers_behind_a_wall_are_not_counted():
+    """Five follow v, and p sees four of them: u walks in another room."""
+    wall = "#############"
+    board = f"{wall}\n#u..........#\n{wall}\n#pqrstv..+..E\n{wall}"
+    crowd = "qv rv sv tv uv"
+    after = sets_off(board, leads="pv", follows=crowd, sight_range=15)
+    assert after.splitlines()[3] == "#pqrst!..+..E"
+
+
+@pytest.mark.paper("B6", "suitable, chosen")
+def test_of_any_two_people_one_outranks_the_other():
+    """Nobody has the rank of anybody else."""
+    ranks = Simulation(shipped("paper")).world.bodies.rank
+    assert len(np.unique(ranks)) == len(ranks) == 40
+
+
 @pytest.mark.paper("B6", "Alg. 2:6-7")
 @pytest.mark.paper("B6", "suitable, chosen")
 def test_a_robot_in_view_is_always_suitable():

@@ -354,12 +354,17 @@ def test_the_grid_has_channels_for_walls_and_for_the_way_out():
         assert channel(sim, "exits", floor) == rows
 
 
+@pytest.mark.paper("C3")
 def test_the_grid_has_a_channel_for_what_burns():
-    """Cells in flames, on their floor only."""
-    sim = stage("#######\n#R.*..E\n#..**.#\n#######")
-    assert channel(sim, "fires", 0) == [".......", "...#...", "...##..", "......."]
+    """Cells in flames, north above south, on their floor only; not ash."""
+    lower = "#########\n#R.*....E\n#..**...#\n#########"
+    upper = "#########\n#R...*,.E\n#.......#\n#########"
+    sim, none = stage(f"{lower}\n\n{upper}"), "." * 9
+    assert channel(sim, "fires", 0) == [none, "...#.....", "...##....", none]
+    assert channel(sim, "fires", 1) == [none, ".....#...", none, none]
 
 
+@pytest.mark.paper("C3")
 @pytest.mark.parametrize("name", ["tiny", "museum"])
 def test_a_small_building_is_padded_with_nothing(name):
     """It fills the north-west corner."""
@@ -371,6 +376,7 @@ def test_a_small_building_is_padded_with_nothing(name):
     assert not grid.any()
 
 
+@pytest.mark.paper("C3")
 def test_a_grid_belongs_to_whoever_asked_for_it():
     """Flames of one moment do not stay in the grid of the next."""
     sim = scene(seconds=60)

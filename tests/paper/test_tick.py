@@ -18,6 +18,7 @@ from movies import (
     play,
     play_until,
     shipped,
+    show,
     stage,
     ticks,
     view,
@@ -98,10 +99,10 @@ def test_people_decide_before_strategies():
     assert robots.saw == [Mode.LEADER]
 
 
-@pytest.mark.paper("B3")
+@pytest.mark.paper("A3")
 def test_people_on_the_stairs_are_not_seen():
     """Though p stands where q would see it."""
-    sim = stage("#######\n#p.q..E\n#######")
+    sim = stage("#p.q..E")
     assert list(view(sim, "q").bodies) == [body("p")]
     sim.world.bodies.stairwell[body("p")] = 0
     assert not view(sim, "q").bodies
@@ -214,7 +215,7 @@ def test_flames_move_on_before_they_hurt():
     assert -np.diff(health)[-2:] == pytest.approx(last_two)
 
 
-@pytest.mark.paper("A6")
+@pytest.mark.paper("D7")
 def test_flames_move_on_once_a_second():
     """At whole seconds and at no other tick, however fast they spread."""
     hurry = Scenario(people=1, decision_seconds=1, sources=3, time_limit=14)
@@ -234,10 +235,10 @@ def test_flames_move_on_once_a_second():
 @pytest.mark.paper("B7")
 def test_health_falls_before_deaths_are_settled():
     """Who has less than a tick's loss left dies in this tick, not in the next."""
-    sim = stage("########\n#p.....E\n########")
-    sim.world.bodies.health[0] = LOSS / 2
+    sim = stage("#p.....E", health={"p": LOSS / 2})
     assert [type(event) for event in sim.step()] == [Died]
-    assert sim.world.bodies.fate[0] == Fate.DEAD
+    assert sim.world.bodies.fate[0] == Fate.DEAD and sim.world.bodies.health[0] == 0
+    assert show(sim) == "#x.....E"
 
 
 @pytest.mark.paper("B7")

@@ -1,0 +1,94 @@
+"""What is learned from: who trains by which table, what is recorded, when it counts."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+import torch
+from lives import SIZES, life, settings
+
+from reference.building import plan_of
+from reference.learning import poca, ppo
+from reference.learning.adversarial import learn, learner_for, player_of
+from reference.learning.rollouts import Job, play
+from reference.learning.settings import SIDES
+from reference.paper import TABLE_I, TABLE_II, Scenario
+from reference.strategies import NoFire
+from reference.workshop.maps import load
+
+TINY = plan_of(load("tiny"))
+SCENE = Scenario(people=6, sources=3, training=True)
+SMALL = {"hidden_units": 8, "num_layers": 1}
+
+
+@pytest.mark.paper("E1", "Tab. I")
+@pytest.mark.paper("E2", "Tab. II")
+def test_robots_are_trained_by_ma_poca_and_the_fire_by_ppo():
+    """As the tables' first rows say."""
+    kinds = [
+        type(learner_for(side, TINY, SCENE, settings(**dict(table) | SMALL), 0))
+        for side, table in zip(SIDES, (TABLE_I, TABLE_II), strict=True)
+    ]
+    assert kinds == [poca.Learner, ppo.Learner]
+
+
+@pytest.fixture(scope="module")
+def played():
+    """What new robots observed and did in an episode, and their policy there."""
+    learner = learner_for("robots", TINY, SCENE, settings("ppo", **SMALL), 1)
+    sides = {"robots": player_of(learner), "fire": NoFire()}
+    (episode,) = play(Job(TINY, SCENE, **sides, seeds=(1,)))
+    t = episode.robots
+    with torch.no_grad():
+        seen = torch.from_numpy(t.vectors[:-1]), torch.from_numpy(t.grids[:-1])
+        return t, learner.actor(*seen)
+
+
+@pytest.mark.paper("E3")
+def test_what_is_recorded_is_how_likely_the_actions_were_that_were_done(played):
+    """Not how likely the mean is: a ratio of probabilities begins at 1."""
+    t, policy = played
+    said = policy.log_probs(torch.from_numpy(t.actions)).numpy()
+    live = t.alive[:-1]
+    np.testing.assert_allclose(t.log_probs[live], said[live], atol=1e-4)
+    mean = policy.log_probs(policy.act()).numpy()
+    assert np.abs(t.log_probs[live] - mean[live]).min() > 0
+
+
+@pytest.mark.paper("E3")
+def test_each_robot_draws_noise_of_its_own(played):
+    """At every decision, and for both coordinates."""
+    t, policy = played
+    noise = (t.actions - policy.act().numpy())[t.alive[:-1]]
+    assert len(np.unique(noise.round(6))) == noise.size
+
+
+@pytest.mark.paper("E3")
+def test_a_side_learns_from_all_episodes_once_its_buffer_is_full():
+    """Nothing changes with 4 or 8 decisions of 8; the ninth and all before it count."""
+    learner = ppo.Learner(settings("ppo", buffer_size=8), SIZES, seed=1)
+    weights = [p.detach().clone() for p in learner.actor.parameters()]
+    once, twice = (
+        [SimpleNamespace(robots=life("####", seed=k)) for k in range(n)] for n in (1, 2)
+    )
+    assert learn("robots", learner, once) == learn("robots", learner, once) == {}
+    assert len(learner.buffer) == 2 and learner.steps == 8
+    same = zip(weights, learner.actor.parameters(), strict=True)
+    assert all(torch.equal(old, new) for old, new in same)
+    assert learn("robots", learner, twice)
+    assert not learner.buffer and learner.steps == 16
+
+
+@pytest.mark.paper("E3")
+@pytest.mark.parametrize("falls", ["learning_rate", "epsilon", "beta"])
+def test_each_schedule_is_its_own(falls):
+    """One that is linear is lower after an episode, two that are constant are not."""
+    rows = ("learning_rate", "epsilon", "beta")
+    kinds = {
+        f"{row}_schedule": "linear" if row == falls else "constant" for row in rows
+    }
+    learner = ppo.Learner(settings("ppo", max_steps=9, **kinds), SIZES, seed=1)
+    before = learner.schedules()
+    learner.add([life("####")])
+    after = zip(rows, before, learner.schedules(), strict=True)
+    assert [row for row, old, new in after if new < old] == [falls]
