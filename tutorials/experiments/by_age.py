@@ -1,0 +1,53 @@
+"""An arms race by age: robots of each tenth of a training meet fires of each tenth.
+
+    python tutorials/experiments/by_age.py out/league --episodes 30
+
+Above the diagonal robots meet fires of their future, below it those of their past. Runs
+are kept in DIR/by_age: what was played there is not played again.
+"""
+
+from argparse import ArgumentParser
+from dataclasses import replace
+from pathlib import Path
+
+from reference.workshop.crossplay import begin, cells, evaluate
+from reference.workshop.crossplay.results import table
+from reference.workshop.drawing import crossplay, save
+from reference.workshop.training.checkpoints import load
+from reference.workshop.workers import workers
+
+
+def ages(folder, tenths):
+    """The checkpoint nearest to each tenth of the robots' decisions, by its path."""
+    steps = {}
+    for path in sorted(folder.glob("checkpoint-*.pt")):
+        steps[path] = load(path).learners["robots"]["steps"]
+    end, found = max(steps.values()), {}
+    for k in range(1, tenths + 1):
+        goal = end * k / tenths
+        path = min(steps, key=lambda path: abs(steps[path] - goal))
+        found[str(path)] = f"{steps[path] / end:.0%}"
+    return found
+
+
+def main():
+    parser = ArgumentParser(description=__doc__)
+    parser.add_argument("training", type=Path, help="the folder of a league")
+    parser.add_argument("--tenths", type=int, default=10, help="how many ages")
+    parser.add_argument("--episodes", type=int, default=30, help="of each match")
+    parser.add_argument("--workers", type=int, default=2)
+    asked = parser.parse_args()
+    found, folder = ages(asked.training, asked.tenths), asked.training / "by_age"
+    evaluation = begin([*found], [*found], seed=5000, episodes=asked.episodes)
+    with workers(asked.workers) as executor:
+        results = evaluate(evaluation, folder, executor)
+    matches = [
+        replace(cell, robots=found[cell.robots], fire=found[cell.fire])
+        for cell in cells(results, None)
+    ]
+    print(table(matches, ["survival"]))
+    print(save(crossplay.matrix(matches), folder / "by_age.png"))
+
+
+if __name__ == "__main__":
+    main()
