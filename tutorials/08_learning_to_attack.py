@@ -171,16 +171,19 @@ print(f"on the same 24 evenings: more reward {more}, fewer people get out {fewer
 # Rounding differs between machines, and such differences grow in training. So no number
 # of what was learned is printed above. When this was written, 78 got out, and 81 to 83
 # with four other seeds of the network. In the picture rings are choices before
-# training, discs those after. Most discs lie in the corridor, where all must pass. A
-# choice in a wall is refused.
+# training, discs those after. Most discs lie in the corridor, where all must pass.
+# Choices in walls are not drawn: they are refused.
 
 
 def places(episodes: list[Episode]) -> np.ndarray:
-    """Metres of all choices, (2, n)."""
+    """Metres of all choices but those in walls, (2, n)."""
     raw = np.concatenate([episode.fire.actions[:, 0, :2] for episode in episodes])
     numbers = raw.clip(-3, 3) / 3  # as the environment gets them
     chosen = [fire_decision(gallery, np.array([0.0, *xy])) for xy in numbers]
-    return np.transpose([metres for _, *metres in chosen])
+    metres = np.array([metres for _, *metres in chosen])
+    centres = navigation_of(gallery).centres[gallery.walkable.ravel()]
+    off = abs(metres[:, None] - centres).max(axis=2).min(axis=1)
+    return metres[off < 0.5].T  # in a cell, half a metre from its centre
 
 
 figure = drawing.top(gallery)

@@ -94,7 +94,7 @@ floor.set(xlim=(4, 21), ylim=(-20, -7), xlabel="x, m", ylabel="y, m")
 floor.set_title("Paths in the canteen; green: the line", loc="left")
 flow.plot(passed.time, passed.cumulative_pedestrians, color="#1f5fa8")
 flow.set(xlabel="time, s", ylabel="people", xlim=0, ylim=0)
-flow.set_title("N(t): people across the line", loc="left")
+flow.set_title("N(t): people across the line, some in one tick", loc="left")
 pace.scatter(felt.density, felt.speed, s=8, alpha=0.4, color="#c43c00")
 real = {"marker": "s", "s": 45, "fc": "white", "ec": "black", "zorder": 3}
 pace.scatter(list(ONE_WAY), list(ONE_WAY.values()), **real, label="real people")

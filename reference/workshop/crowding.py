@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from scipy import ndimage
 
+from reference.building import Building
 from reference.simulation import Simulation
 from reference.workshop.recording import ticks
 from reference.world import Fate
@@ -20,22 +21,31 @@ class Crowding:
     """What happened at the cells of a building in all evacuations watched."""
 
     def __init__(self) -> None:
-        self.simulations: list[Simulation] = []
+        self.building: Building | None = None
         self._highest: list[np.ndarray] = []  # density in each evacuation
+        self._dead: list[np.ndarray] = []
 
     def watch(self, simulation: Simulation) -> Callable[[], None]:
         """Take in one more evacuation; call what is returned as `ticks` does."""
         walkable = simulation.building.walkable
         floor = np.where(walkable, _around(walkable), np.inf)  # square metres
-        highest = np.zeros(walkable.shape)
-        self.simulations.append(simulation)
+        highest, dead = np.zeros(walkable.shape), np.zeros(walkable.shape, int)
+        self.building = simulation.building
         self._highest.append(highest)
+        self._dead.append(dead)
 
         def note() -> None:
-            people = _around(_count(simulation, simulation.world.bodies.walking))
+            bodies = simulation.world.bodies
+            people = _around(_count(simulation, bodies.walking))
             np.maximum(highest, people / floor, out=highest)
+            dead[:] = _count(simulation, bodies.fate == Fate.DEAD)
 
         return note
+
+    @property
+    def runs(self) -> int:
+        """How many evacuations were watched."""
+        return len(self._dead)
 
     @property
     def density(self) -> np.ndarray:
@@ -45,8 +55,7 @@ class Crowding:
     @property
     def deaths(self) -> np.ndarray:
         """How many died at each cell, in all together: (floors, rows, cols)."""
-        dead = (_count(s, s.world.bodies.fate == Fate.DEAD) for s in self.simulations)
-        return np.sum(list(dead), axis=0)
+        return np.sum(self._dead, axis=0)
 
 
 def _count(simulation: Simulation, who: np.ndarray) -> np.ndarray:

@@ -4,6 +4,7 @@ Clause: E6.  Any `concurrent.futures.Executor` will do; here are a pool of proce
 a Dask cluster and this process itself.
 """
 
+import logging
 import os
 import signal
 import sys
@@ -220,6 +221,8 @@ def cluster(address: str) -> Iterator[Executor]:
     try:
         from distributed import Client, KilledWorker
 
+        for name in ("distributed", "distributed.client"):  # we tell it, in a sentence
+            logging.getLogger(name).setLevel(logging.CRITICAL)
         client = Client(address, timeout=ANSWER)
     except (ImportError, OSError, ValueError, TypeError) as error:
         raise InputError(
@@ -232,9 +235,10 @@ def cluster(address: str) -> Iterator[Executor]:
         try:
             yield executor
         except (CancelledError, ImportError, KilledWorker) as error:
+            why = f" ({error!s:.200})" if str(error) else ""
             raise InputError(
-                f"{address}: the scheduler is gone, or a worker failed "
-                f"({error!s:.200}). Mend it, and go on with --resume."
+                f"{address}: the scheduler is gone, or a worker failed{why}. Mend it, "
+                "and go on with --resume."
             ) from error
         finally:
             executor.shutdown(wait=False)

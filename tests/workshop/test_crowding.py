@@ -44,7 +44,7 @@ def test_everybody_who_died_is_counted_where_they_lie():
         run.world.bodies.health[:4] = 1.0
     seen = crowding(runs)
     dead = [run.world.bodies.fate == Fate.DEAD for run in runs]
-    assert seen.simulations == runs
+    assert (seen.runs, seen.building) == (2, tiny)
     assert seen.deaths.sum() == sum(map(np.sum, dead)) >= 8
     places = [run.world.bodies.place[who] for run, who in zip(runs, dead, strict=True)]
     assert set(np.flatnonzero(seen.deaths)) == set(np.concatenate(places))
@@ -56,12 +56,11 @@ def test_the_picture_says_over_how_many_evacuations_and_how_many_died():
     tiny = shipped("tiny")
     deaths = np.zeros(tiny.kind.shape, dtype=int)
     deaths[0, 3, 5] = 2
-    runs = 7 * [SimpleNamespace(building=tiny)]
     density = np.where(tiny.walkable, 0.5, 0.0)
-    seen = SimpleNamespace(simulations=runs, density=density, deaths=deaths)
+    seen = SimpleNamespace(building=tiny, runs=7, density=density, deaths=deaths)
     figure = crowded(seen)
     assert "Tiny office: 7 evacuations, 2 died" in writing(figure)
-    assert "died here" in writing(figure)
+    assert "died here (larger: more people)" in writing(figure)
     assert overlaps(figure) == []
 
 

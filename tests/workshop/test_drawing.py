@@ -479,6 +479,15 @@ def test_a_notebook_shows_buildings_and_simulations(simulation):
         assert shown[type(thing)](thing).startswith(b"\x89PNG")
 
 
+def test_a_notebook_draws_a_simulation_s_curves_from_its_events():
+    """From its beginning, everybody inside, to what is counted now."""
+    run = Simulation(load("tiny"), Scenario(people=6), seed=1)
+    run.run()
+    first, *others = drawing.history_of(run)
+    assert (first.time, first.inside) == (0, 6)
+    assert others[-2][1:4] == others[-1][1:4] == drawing.tally(run.world)[1:4]
+
+
 # -- Saving -------------------------------------------------------------------------
 
 

@@ -43,6 +43,7 @@ def test_everybody_meets_everybody_and_every_figure_has_an_interval(capsys):
         for figure in FIGURES:
             found = cell[figure]
             assert found["low"] <= found["mean"] <= found["high"]
+            assert all(end == round(end, 6) for end in found.values())
     assert (facts["building"], facts["people"]) == ("tiny", 6)
     assert (facts["seeds"], facts["ruler"]["beta"]) == ([0, 1, 2], score.PAPER.beta)
     assert facts["cells"][0]["difficulty"]["mean"] == 0

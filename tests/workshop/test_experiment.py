@@ -2,11 +2,14 @@
 
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
 import time
+from argparse import Namespace
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from pathlib import Path
 from shutil import copytree, rmtree
 
@@ -17,12 +20,14 @@ import reference
 from reference.__main__ import main
 from reference.paper import InputError
 from reference.workshop import workers as workforce
+from reference.workshop.commands import common
 from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.experiment import jobs, report
 from reference.workshop.experiment.design import Experiment, read
 from reference.workshop.experiment.jobs import arm_of, folders, play_tests, train_teams
 from reference.workshop.experiment.report import OWN, Results
 from reference.workshop.plain import SettingsError, record_from
+from reference.workshop.runs import held
 from reference.workshop.training.checkpoints import load
 from reference.workshop.training.session import Training
 from reference.workshop.workers import InProcess, cluster
@@ -209,6 +214,27 @@ def test_refuses_a_cluster_that_does_not_answer(monkeypatch):
         pytest.fail("it answered")
 
 
+def test_two_processes_never_write_one_training(tmp_path):
+    """A worker of a cluster may be at it still when its command has been stopped."""
+    experiment = small()
+    (team, folder), *_ = folders(experiment, tmp_path).items()
+    with held(folder, True, list):
+        why = jobs.fit((experiment.trainings[team], str(folder)))
+    assert f"{folder}: process {os.getpid()} is at work in it" in why
+
+
+def test_stopped_on_a_cluster_it_says_who_goes_on_and_how(monkeypatch, tmp_path):
+    """With the cluster's address, so that the line can be typed as it is."""
+    monkeypatch.setattr(common, "cluster", lambda address: nullcontext(InProcess()))
+    with (
+        pytest.raises(
+            KeyboardInterrupt, match=r"Workers finish .*\n.* --cluster tcp:x"
+        ),
+        common.resumable(Namespace(cluster="tcp:x", resume=True), tmp_path, list),
+    ):
+        signal.raise_signal(signal.SIGINT)
+
+
 # -- The command --------------------------------------------------------------------
 
 
@@ -311,6 +337,14 @@ def test_the_page_says_what_was_done():
     told = report.page(Results(small(), [run("ppo-3", "random", 1, 0.5)]), "a", "b")
     assert f"version {reference.__version__}" in told
     assert '"trainer_type": "ppo"' in told and '"hidden_units": 8' in told
+
+
+def test_a_question_is_shown_as_it_is_whatever_it_holds():
+    """In one line; nothing in it is markup, and it ends no listing."""
+    asked = small(question="# <b>Is\n```it``` *so*?")
+    told = report.page(Results(asked, [run("ppo-3", "random", 1, 0.5)]), "a", "b")
+    assert told.startswith(r"# \# \<b\>Is \`\`\`it\`\`\` \*so\*?" + "\n\n")
+    assert re.search(r"^    question = ", told, re.MULTILINE)
 
 
 # -- Files --------------------------------------------------------------------------

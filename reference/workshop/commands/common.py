@@ -58,10 +58,12 @@ def resumable(
 
     words: of the command line that resumes it, without --resume and --out
     """
-    on = "Nothing is kept without --out."
+    on, address = "Nothing is kept without --out.", getattr(arguments, "cluster", None)
+    words += ("--cluster", address) if address else ()
     if folder:
         on = f"Go on with:\n  {again(*words, '--resume', '--out', folder)}"
-    address = getattr(arguments, "cluster", None)
+    if address:
+        on = f"Workers finish what they are at, and keep it. {on}"
     with held(folder, arguments.resume, start) as run:
         hands = cluster(address) if address else workers(arguments.workers)
         try:

@@ -89,16 +89,16 @@ def _ruler(
     evaluation: Evaluation, found: list[RunResult], baseline: str | None
 ) -> tuple[Ruler | None, str]:
     """The paper's ruler, or one that a baseline calibrates; and which, or why none."""
-    ruler, whose = PAPER, "the paper's"
+    ruler, which = PAPER, "the paper's ruler"
     if baseline:
-        whose = f"calibrated so that {baseline} scores 1 over its fires"
+        which = f"a ruler on which {baseline} scores 1 over its fires"
         arena = evaluation.arena
         points = critical_points(arena.drawn, arena.scenario)
         try:
             ruler = results.ruler_of(found, baseline, *points)
         except RulerError as error:
             return None, f"no E, since no ruler comes of {baseline}: {error}"
-    return ruler, f"E by a ruler {whose}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
+    return ruler, f"E by {which}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
 
 
 def _draw(

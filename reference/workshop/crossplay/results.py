@@ -14,7 +14,7 @@ import numpy as np
 from reference.evaluation.score import Point, Ruler, RulerError, from_runs
 from reference.workshop.crossplay.intervals import Interval, of_mean, of_means
 from reference.workshop.crossplay.matches import Evaluation
-from reference.workshop.crossplay.runs import RunResult
+from reference.workshop.crossplay.runs import DIGITS, RunResult
 
 
 @dataclass(frozen=True)
@@ -184,6 +184,8 @@ def as_json(
 def as_plain(cell: Cell) -> dict[str, Any]:
     """A cell's figures by name, each with the ends of its interval."""
     return {
-        name: value._asdict() if isinstance(value, Interval) else value
+        name: {end: round(number, DIGITS) for end, number in value._asdict().items()}
+        if isinstance(value, Interval)
+        else value
         for name, value in vars(cell).items()
     }

@@ -23,7 +23,8 @@ from reference.workshop.workers import as_done, chunks
 from reference.world import Evacuated
 
 RUNS = "runs.csv"
-IN_LOCKSTEP = 16  # runs of a job
+IN_LOCKSTEP = 16  # runs of a job, at most: fewer where workers would wait
+JOBS = 4  # of a worker, at least: progress is seen, and all end at about the same time
 DIGITS = 6  # of a number that is written, after the point
 
 
@@ -80,7 +81,9 @@ def evaluate(
         table = table_of(folder / RUNS, done.values())
     runs = evaluation.runs
     left = [run for run in runs if run not in done]
-    jobs = [(evaluation, some) for some in chunks(left, IN_LOCKSTEP)]
+    share = len(left) // (JOBS * getattr(executor, "workers", 1))
+    size = max(1, min(IN_LOCKSTEP, share))
+    jobs = [(evaluation, some) for some in chunks(left, size)]
     begun = len(runs) - len(left)
     with tqdm(
         total=len(runs), initial=begun, unit="run", disable=None, leave=False

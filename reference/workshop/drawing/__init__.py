@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from reference.building import Building
 from reference.simulation import Simulation
 from reference.workshop.drawing.crowding import crowded
-from reference.workshop.drawing.evacuation import Tally, frame, tally
+from reference.workshop.drawing.evacuation import Tally, frame, history_of, tally
 from reference.workshop.drawing.film import animate
 from reference.workshop.drawing.page import pause, save, show
 from reference.workshop.drawing.plans import graph, top
@@ -26,7 +26,7 @@ def load_ipython_extension(shell: Any) -> None:
     """Let a notebook show buildings and simulations; IPython calls this."""
     shown = shell.display_formatter.formatters["image/png"].for_type
     shown(Building, lambda building: _png(top(building)))
-    shown(Simulation, lambda simulation: _png(frame(simulation.world)))
+    shown(Simulation, lambda run: _png(frame(run.world, history_of(run))))
 
 
 def _png(figure: Figure) -> bytes:

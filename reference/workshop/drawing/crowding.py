@@ -22,7 +22,8 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
 
     heading: instead of the building's title
     """
-    building, runs = crowding.simulations[0].building, len(crowding.simulations)
+    building, runs = crowding.building, crowding.runs
+    assert building is not None
     density, deaths = crowding.density, crowding.deaths
     over = f"{runs} evacuations" if runs > 1 else "one evacuation"
     title = f"{heading or building.title}: {over}, {deaths.sum():.0f} died"
@@ -39,6 +40,8 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
         axes.scatter(x, y, np.clip(sizes, 4, None), color=INK, marker="x", zorder=3)
     label = f"highest people per m², in {SQUARE} m x {SQUARE} m"
     figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)
-    died = page.samples({"died here": {"ls": "", "marker": "x", "color": INK}})
+    died = page.samples(
+        {"died here (larger: more people)": {"ls": "", "marker": "x", "color": INK}}
+    )
     page.legend(figure, [*page.swatches(building.kind), *died])
     return figure

@@ -20,9 +20,10 @@ from matplotlib.text import Text
 from reference.building import Building, Kind
 from reference.navigation import navigation_of
 from reference.paper import HEALTH, HEALTH_SECONDS
+from reference.simulation import Simulation
 from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.page import COLOURS, Style
-from reference.world import Fate, Mode, World
+from reference.world import Died, Evacuated, Fate, Mode, World
 
 STEPS = ["#101b46", "#2c3a78", "#565a86", "#807c83", "#ada06f", "#dcc64f", "#ffe838"]
 HEALTHS = ListedColormap(STEPS, name="health")
@@ -62,6 +63,18 @@ def tally(world: World) -> Tally:
     walked = np.where(bodies.walking[:, None], bodies.position, np.nan)
     spots = np.column_stack([bodies.floor, walked])
     return Tally(world.time, out, inside, dead, spots)
+
+
+def history_of(simulation: Simulation) -> list[Tally]:
+    """Tally a simulation from its beginning, by its events; only now has spots."""
+    now, out, dead = tally(simulation.world), 0, 0
+    people = now.out + now.inside + now.dead
+    tallies = [Tally(0.0, 0, people, 0)]
+    for event in simulation.events:
+        out += isinstance(event, Evacuated)
+        dead += isinstance(event, Died)
+        tallies.append(Tally(event.time, out, people - out - dead, dead))
+    return [*tallies, now]
 
 
 def frame(world: World, history: Sequence[Tally] | None = None) -> Figure:

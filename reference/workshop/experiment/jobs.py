@@ -25,6 +25,7 @@ from reference.workshop.crossplay.matches import Evaluation, Pinned
 from reference.workshop.crossplay.runs import RunResult, evaluate
 from reference.workshop.experiment.design import Experiment
 from reference.workshop.files import make_folder, write_json
+from reference.workshop.runs import held
 from reference.workshop.strategies import SHIPPED
 from reference.workshop.training.checkpoints import Task, load, newest
 from reference.workshop.training.loop import train
@@ -87,14 +88,22 @@ def train_teams(
 def fit(job: tuple[Task, str]) -> str:
     """Train in a folder to the end, alone and with one thread; return why it failed.
 
-    What is there already is resumed.
+    What is there already is resumed, unless another process is at work in it.
     """
     task, folder = job[0], Path(job[1])
+
+    def begin() -> Training:
+        begun = newest(folder) is not None
+        return Training.resumed(load(folder)) if begun else Training(task)
+
     try:
         make_folder(folder)
-        with one_thread(), (folder / LOG).open("a") as log, redirect_stderr(log):
-            begun = newest(folder) is not None
-            training = Training.resumed(load(folder)) if begun else Training(task)
+        with (
+            one_thread(),
+            (folder / LOG).open("a") as log,
+            redirect_stderr(log),
+            held(folder, True, begin) as training,
+        ):
             robots = training.learners["robots"]
             end = robots.settings.max_steps
             train(training, folder, InProcess(), lambda: robots.steps >= end)

@@ -7,9 +7,11 @@ arm's trainings, see `of_trainings`.  Robots written by hand count as one traini
 """
 
 import json
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from itertools import product
+from textwrap import indent
 from typing import Any
 
 import numpy as np
@@ -101,14 +103,19 @@ def page(results: Results, matrix: str, curves: str) -> str:
     """Write the page in Markdown; matrix, curves: the paths of its pictures."""
     experiment = results.experiment
     rows = [f"{name} = {json.dumps(v)}" for name, v in asdict(experiment).items()]
-    design = "\n".join(rows)
-    title, people = experiment.arena.drawn.title, experiment.arena.people
+    design = indent("\n".join(rows), "    ")
+    title, people = _plain(experiment.arena.drawn.title), experiment.arena.people
     return (
-        f"# {experiment.question}\n\n{results.answer()}\n\n"
+        f"# {_plain(experiment.question)}\n\n{results.answer()}\n\n"
         f"## What was done\n\n{title}, people: {people}, version "
         f"{reference.__version__}; the file's rows, and the defaults of the others:\n\n"
-        f"```\n{design}\n```\n\n"
+        f"{design}\n\n"
         f"## Who beats whom\n\n![Survivors of all arms under all fires]({matrix})\n\n"
         f"```\n{table(results.cells(), SHOWN)}\n```\n\nFigures: {OVER}.\n\n"
         f"## How they learned\n\n![Survivors in training]({curves})\n"
     )
+
+
+def _plain(words: str) -> str:
+    """Write words in a line of Markdown that shows them as they are."""
+    return re.sub(r"([\\`*_{}\[\]<>#|&])", r"\\\1", " ".join(words.split()))
