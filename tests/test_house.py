@@ -18,12 +18,14 @@ from paper_index import paper_index
 from reference import BOOK, READING_ORDER, __version__
 from reference.__main__ import main
 from reference.workshop.annotated.index import (
+    boards_of,
     citations,
     clauses_with,
     kinds_of,
     marked_tests,
+    symbols,
 )
-from reference.workshop.annotated.words import CLAUSES, KINDS
+from reference.workshop.annotated.words import CLAUSES, KINDS, TITLES
 from reference.workshop.crossplay.contestants import ABOUT
 
 PACKAGE = ROOT / "reference"
@@ -229,6 +231,43 @@ def test_every_test_says_in_a_sentence_what_it_shows():
             if isinstance(node, ast.FunctionDef) and node.name.startswith("test_"):
                 sentence = ast.get_docstring(node) or ""
                 assert sentence.endswith("."), f"{path.name}:{node.lineno}"
+
+
+SPECIFICATION = {
+    path: ast.parse(path.read_text(encoding="utf-8"))
+    for path in sorted((ROOT / "tests" / "paper").glob("test_*.py"))
+}
+
+
+def test_a_test_of_a_line_begins_with_the_line_in_our_words():
+    """Of several lines with the last one: "Alg. 2:16-17: return to the door ..."."""
+    marks = [
+        ast.literal_eval(text)
+        for tree in SPECIFICATION.values()
+        for call in ast.walk(tree)
+        if isinstance(call, ast.Call) and ast.unparse(call.func) == "pytest.mark.paper"
+        for text in call.args
+    ]
+    lines = [mark for mark in marks if re.match(r"Alg\. \d:.*: ", mark)]
+    for mark in lines:
+        place = re.match(r"(Alg\. \d:)(?:\d+-)?(\d+)", mark)
+        assert mark.endswith(f": {TITLES[place[1] + place[2]].rstrip(':')}"), mark
+    assert len(lines) > 40
+
+
+def test_most_of_the_specification_is_drawn():
+    """A rule is a picture before and a picture after."""
+    tests = [test for path in SPECIFICATION for test in symbols(path)]
+    boards = [t for t in tests if t.name.startswith("test_") and boards_of(t)]
+    assert len(boards) >= 120
+
+
+def test_the_specification_knows_no_private_name():
+    """What a test has to say beforehand is drawn, or said in words of the scene."""
+    for path, tree in SPECIFICATION.items():
+        names = {n.attr for n in ast.walk(tree) if isinstance(n, ast.Attribute)}
+        names |= {n.name for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)}
+        assert not {n for n in names if re.match("_[a-z]", n)}, path.name
 
 
 # -- What is installed --------------------------------------------------------------

@@ -175,9 +175,9 @@ def learn(kind, updates: int = 15) -> list[float]:
 class Forgetful(poca.Learner):
     """MA-POCA without posthumous credit."""
 
-    def _next_values(self, t, ends):
+    def next_values(self, t, ends):
         at_work = torch.from_numpy(t.alive[[end + 1 for end in ends]])
-        return super()._next_values(t, ends) * at_work
+        return super().next_values(t, ends) * at_work
 
 
 game = dict(gamma=gamma, lambd=lambd, batch_size=64, learning_rate=0.01)

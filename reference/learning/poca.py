@@ -84,7 +84,7 @@ class Learner(ppo.Learner):
             decisions.vectors, decisions.grids, decisions.alive, decisions.actions
         )
 
-    def _next_values(self, t: Trajectory, ends: list[int]) -> Tensor:
+    def next_values(self, t: Trajectory, ends: list[int]) -> Tensor:
         """Compute the values after the decisions `ends`: (len(ends), G).
 
         Posthumous credit [C8]: an agent that is done while mates go on still gets the
@@ -99,7 +99,7 @@ class Learner(ppo.Learner):
         goes_on = torch.from_numpy(t.alive[after].any(axis=1))
         return values * goes_on[:, None]
 
-    def _targets(
+    def targets(
         self, rewards: Tensor, values: Tensor, baselines: Tensor, next_value: Tensor
     ) -> tuple[Tensor, Tensor]:
         """Advantages, λ-return less baseline, and λ-returns; (T, agents) each."""

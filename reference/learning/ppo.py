@@ -143,7 +143,7 @@ class Learner:
         """Add whole episodes: normalise, value them, count their steps."""
         self.update_normalisers(trajectories)
         for t in trajectories:
-            self.buffer.append(self._valued(t))
+            self.buffer.append(self.valued(t))
             self.steps += t.steps
 
     @property
@@ -159,7 +159,7 @@ class Learner:
                     module.update(torch.from_numpy(t.vectors[:-1][t.alive[:-1]]))
 
     @torch.no_grad()
-    def _valued(self, t: Trajectory) -> Decisions:
+    def valued(self, t: Trajectory) -> Decisions:
         """Compute a trajectory's values, advantages and returns."""
         decisions = decisions_of(t)
         rewards = torch.from_numpy(t.rewards).float() * self.reward_scale
@@ -168,10 +168,10 @@ class Learner:
         ends = sorted({last - 1 for _, last, _ in spans})
         decisions.values, decisions.baselines = self._values(decisions)
         next_values = torch.zeros_like(decisions.values)
-        next_values[ends] = self._next_values(t, ends)
+        next_values[ends] = self.next_values(t, ends)
         for first, last, agents in spans:
             span = slice(first, last)
-            A, R = self._targets(
+            A, R = self.targets(
                 rewards[span, agents],
                 decisions.values[span, agents],
                 decisions.baselines[span, agents],
@@ -186,7 +186,7 @@ class Learner:
         values = self.critic(decisions.vectors, decisions.grids)
         return values, torch.zeros_like(values)
 
-    def _next_values(self, t: Trajectory, ends: list[int]) -> Tensor:
+    def next_values(self, t: Trajectory, ends: list[int]) -> Tensor:
         """Compute the values after the decisions `ends`: (len(ends), G).
 
         0 for agents that are done, the next observation's value for those cut off.
@@ -197,7 +197,7 @@ class Learner:
         )
         return values * torch.from_numpy(t.alive[after])
 
-    def _targets(
+    def targets(
         self, rewards: Tensor, values: Tensor, baselines: Tensor, next_value: Tensor
     ) -> tuple[Tensor, Tensor]:
         """Advantages by GAE, and returns: advantage plus value; (T, agents) each."""
@@ -300,4 +300,4 @@ class Learner:
 #   original: whatever fits);
 # * rewards are scaled by `reward_scale` before anything is learned from them (the
 #   original's own scale is `strength`, which multiplies it here);
-# * MA-POCA's critic takes continuous actions alone: our robots have no branch [C5].
+# * MA-POCA's critic takes continuous actions alone: our robots have no branch (C5).

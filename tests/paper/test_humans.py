@@ -91,8 +91,8 @@ def events_of(sim, kind):
 # -- Algorithm 1: the follower ------------------------------------------------------
 
 
-@pytest.mark.paper("B5", "Alg. 1:1")
-@pytest.mark.paper("B6", "Alg. 2:1")
+@pytest.mark.paper("B5", "Alg. 1:1: repeat until an exit is reached")
+@pytest.mark.paper("B6", "Alg. 2:1: repeat until an exit is reached")
 @pytest.mark.paper("A4")
 def test_at_an_exit_a_human_is_deregistered():
     """Both loops end there: q thinks, walks and suffers no more."""
@@ -104,7 +104,7 @@ def test_at_an_exit_a_human_is_deregistered():
     assert sim.world.bodies.health[body("q")] == health
 
 
-@pytest.mark.paper("B5", "Alg. 1:2-3")
+@pytest.mark.paper("B5", "Alg. 1:2-3: become a leader")
 @pytest.mark.paper("B4")
 def test_a_follower_without_leader_who_is_not_stuck_leads():
     """Everybody begins like this, and so finds the exit alone."""
@@ -114,7 +114,11 @@ def test_a_follower_without_leader_who_is_not_stuck_leads():
     assert later(board, 8) == "#......E"
 
 
-@pytest.mark.paper("B5", "Alg. 1:2", "Alg. 1:10")
+@pytest.mark.paper(
+    "B5",
+    "Alg. 1:2: if nobody is followed and the way is not blocked (not stuck)",
+    "Alg. 1:10: otherwise",
+)
 def test_a_follower_whose_leader_is_in_sight_does_not_switch_mode():
     """Line 2 is for those without one, line 10 for those who see it no longer."""
     board = "#p..q......E"
@@ -122,7 +126,7 @@ def test_a_follower_whose_leader_is_in_sight_does_not_switch_mode():
     assert sets_off("#p..q......E") == "#p..q.?....E"
 
 
-@pytest.mark.paper("B5", "Alg. 1:5-6")
+@pytest.mark.paper("B5", "Alg. 1:5-6: walk towards the leader")
 def test_a_follower_moves_towards_the_leader_in_sight():
     """Away from the exit in view: who follows does not look for it."""
     said = {"leads": "q", "follows": "pq", "sight_range": 8}
@@ -130,7 +134,7 @@ def test_a_follower_moves_towards_the_leader_in_sight():
     assert later("#q.....p...E", 1.6, still="q", **said) == "#q...p.....E"
 
 
-@pytest.mark.paper("B5", "Alg. 1:6, chosen")
+@pytest.mark.paper("B5", "Alg. 1:6, chosen: walk towards the leader")
 @pytest.mark.parametrize(("farther", "goes"), [(-0.1, False), (0.1, True)])
 def test_a_follower_stops_short_of_the_leader(farther, goes):
     """At FOLLOW_DISTANCE: whoever presses on would box the leader in."""
@@ -157,7 +161,7 @@ INSTRUCTED = """
     """
 
 
-@pytest.mark.paper("B5", "Alg. 1:7-8")
+@pytest.mark.paper("B5", "Alg. 1:7-8: do what it says")
 @pytest.mark.paper("C7", "chosen")
 @pytest.mark.parametrize(
     ("said", "row"),
@@ -174,7 +178,7 @@ def test_a_follower_acts_on_the_robots_instruction(said, row):
 
 
 @pytest.mark.paper("C7", "chosen")
-@pytest.mark.paper("B5", "Alg. 1:8")
+@pytest.mark.paper("B5", "Alg. 1:8: do what it says")
 @pytest.mark.parametrize(
     ("said", "after"),
     [("RE1", "!..pR............E"), ("RE2", "E..p!............E")],
@@ -185,7 +189,7 @@ def test_this_exit_means_the_one_the_robot_goes_to(said, after):
     assert sets_off("E..pR............E", says=said, follows="pR") == after
 
 
-@pytest.mark.paper("B5", "Alg. 1:8")
+@pytest.mark.paper("B5", "Alg. 1:8: do what it says")
 @pytest.mark.paper("B3")
 @pytest.mark.parametrize(("heard", "row"), [("RE", "#p....!"), ("R", "#p....E")])
 def test_an_instruction_is_heard_only_in_sight_and_remembered(heard, row):
@@ -197,7 +201,7 @@ def test_an_instruction_is_heard_only_in_sight_and_remembered(heard, row):
 
 
 @pytest.mark.paper("C7", "chosen")
-@pytest.mark.paper("B5", "Alg. 1:7-8")
+@pytest.mark.paper("B5", "Alg. 1:7-8: do what it says")
 def test_who_follows_a_human_no_longer_obeys_the_robot_before():
     """A robot said: this exit. q, whom p follows now, walks the other way."""
     sim = stage("#q.....p...E", sight_range=8, leads="q", follows="pq")
@@ -216,7 +220,11 @@ APART = """
     """
 
 
-@pytest.mark.paper("B5", "Alg. 1:5", "Alg. 1:10-11")
+@pytest.mark.paper(
+    "B5",
+    "Alg. 1:5: if the leader can be seen",
+    "Alg. 1:10-11: let go of the leader and become one",
+)
 def test_a_follower_whose_leader_is_out_of_sight_disconnects_and_leads():
     """q stands behind the wall, and was seen long ago."""
     passes = sets_off(APART, lost="pq", passes=2)
@@ -230,7 +238,7 @@ def test_a_follower_whose_leader_is_out_of_sight_disconnects_and_leads():
     assert passes == drawn(APART) + "\nthen\n" + drawn(after)
 
 
-@pytest.mark.paper("B5", "Alg. 1:11")
+@pytest.mark.paper("B5", "Alg. 1:11: let go of the leader and become one")
 def test_a_stuck_follower_without_leader_waits_before_leading():
     """Line 3 is not for the stuck; line 11 comes STUCK_WAIT_SECONDS later."""
     sim = stage("#p.......E", stuck="p", sight_range=9)
@@ -241,7 +249,9 @@ def test_a_stuck_follower_without_leader_waits_before_leading():
     assert thinks(sim) == "#p.......!"
 
 
-@pytest.mark.paper("B5", "Alg. 1:10-11", "deviation")
+@pytest.mark.paper(
+    "B5", "Alg. 1:10-11: let go of the leader and become one", "deviation"
+)
 @pytest.mark.parametrize(
     ("after", "mode"), [(-0.5, Mode.FOLLOWER), (SOON, Mode.LEADER)]
 )
@@ -263,7 +273,7 @@ def test_where_the_leader_was_seen_last_and_is_not_the_search_ends():
     assert thinks(sim) == APART and mode(sim) == "LEADER"
 
 
-@pytest.mark.paper("B5", "Alg. 1:5")
+@pytest.mark.paper("B5", "Alg. 1:5: if the leader can be seen")
 def test_a_follower_comes_along_through_a_door():
     """The leader goes first and is out of sight for a moment, but not let go of."""
     board = """
@@ -289,7 +299,7 @@ def test_a_follower_comes_along_through_a_door():
 # -- Algorithm 2: the leader --------------------------------------------------------
 
 
-@pytest.mark.paper("B6", "Alg. 2:2-3")
+@pytest.mark.paper("B6", "Alg. 2:2-3: walk to it")
 def test_a_leader_goes_to_an_exit_in_view():
     """Though a door is nearer and a robot beside it."""
     board = "###########\n#...+p...R#\n#...#.....E\n###########"
@@ -297,7 +307,7 @@ def test_a_leader_goes_to_an_exit_in_view():
     assert "p" not in later(board, 6, leads="p")
 
 
-@pytest.mark.paper("B6", "Alg. 2:2-3, chosen")
+@pytest.mark.paper("B6", "Alg. 2:2-3, chosen: walk to it")
 @pytest.mark.parametrize(
     ("board", "after"), [("E..p.....E", "!..p.....E"), ("E.....p..E", "E.....p..!")]
 )
@@ -306,7 +316,7 @@ def test_of_two_exits_in_view_the_nearest_is_gone_to(board, after):
     assert sets_off(board, sight_range=9) == after
 
 
-@pytest.mark.paper("B6", "Alg. 2:5-7")
+@pytest.mark.paper("B6", "Alg. 2:5-7: become their follower")
 @pytest.mark.paper("B4")
 def test_a_leader_in_view_of_a_door_and_a_suitable_leader_follows():
     """q outranks p and heads for the same door; p remembers when and where q was."""
@@ -320,7 +330,7 @@ def test_a_leader_in_view_of_a_door_and_a_suitable_leader_follows():
     assert mind(sim, "p").seen_at == 7.0
 
 
-@pytest.mark.paper("B6", "Alg. 2:8-9")
+@pytest.mark.paper("B6", "Alg. 2:8-9: walk to the wanted door or stairway")
 def test_a_leader_goes_to_the_desired_door():
     """Nobody suitable is in view: q does not outrank anybody."""
     assert sets_off("#q...p..+..E") == "#q...p..!..E"
@@ -336,7 +346,7 @@ AROUND = """
     """
 
 
-@pytest.mark.paper("B6", "Alg. 2:13-15")
+@pytest.mark.paper("B6", "Alg. 2:13-15: walk in that direction")
 @pytest.mark.paper("B2")
 def test_without_doors_in_view_a_leader_takes_an_unexplored_direction():
     """The only one: east, where the rays return nothing. No door is gone back to."""
@@ -351,7 +361,7 @@ def test_without_doors_in_view_a_leader_takes_an_unexplored_direction():
     assert later(AROUND, 2.4, leads="p", visited="+") == AROUND.replace("p...", "...p")
 
 
-@pytest.mark.paper("B6", "Alg. 2:13")
+@pytest.mark.paper("B6", "Alg. 2:13: if there are none, or all have been visited")
 def test_one_unvisited_door_in_view_is_enough_to_go_on():
     """East, past a flame: not all doors have been passed, only the one in the west."""
     board = """
@@ -369,7 +379,7 @@ def test_one_unvisited_door_in_view_is_enough_to_go_on():
     assert sets_off(board, visited="+1") == after
 
 
-@pytest.mark.paper("B6", "Alg. 2:13-15")
+@pytest.mark.paper("B6", "Alg. 2:13-15: walk in that direction")
 def test_a_leader_whose_doors_in_view_have_all_been_passed_explores():
     """The door beside p was passed just now."""
     assert sets_off("#..+p..........E", visited="+") == "#..+p....?.....E"
@@ -385,7 +395,7 @@ CLOSET = """
     """
 
 
-@pytest.mark.paper("B6", "Alg. 2:16-17")
+@pytest.mark.paper("B6", "Alg. 2:16-17: return to the door passed last")
 def test_in_a_dead_end_a_leader_goes_back_to_the_door_passed_last():
     """All is seen there and its only door has been passed."""
     after = """
@@ -407,7 +417,11 @@ BESIDE_FLAMES = """
     """
 
 
-@pytest.mark.paper("B6", "Alg. 2:11-12", "Alg. 2:19-20")
+@pytest.mark.paper(
+    "B6",
+    "Alg. 2:11-12: see which doors and stairways are in view",
+    "Alg. 2:19-20: walk to one that has not been visited",
+)
 def test_a_leader_goes_to_an_unvisited_door_that_is_not_desired():
     """Past a flame, so p does not want to; and nobody follows q there."""
     after = """
@@ -419,7 +433,7 @@ def test_a_leader_goes_to_an_unvisited_door_that_is_not_desired():
     assert sets_off(BESIDE_FLAMES, leads="pq", sight_range=7) == after
 
 
-@pytest.mark.paper("B6", "Alg. 2:19-20, chosen")
+@pytest.mark.paper("B6", "Alg. 2:19-20, chosen: walk to one that has not been visited")
 @pytest.mark.parametrize(
     ("row", "after"), [("+..p...+", "!..p...+"), ("+...p..+", "+...p..!")]
 )
@@ -438,7 +452,7 @@ DOOR_OR_DIRECTION = """
     """
 
 
-@pytest.mark.paper("B6", "Alg. 2:13-14")
+@pytest.mark.paper("B6", "Alg. 2:13-14: if a direction in view is unexplored")
 def test_an_unvisited_door_comes_before_an_unexplored_direction():
     """The door is not desired, beside a flame as it is; and the west lies open."""
     after = """
@@ -452,13 +466,13 @@ def test_an_unvisited_door_comes_before_an_unexplored_direction():
     assert view(stage(DOOR_OR_DIRECTION), "p").open
 
 
-@pytest.mark.paper("B6", "Alg. 2:2")
+@pytest.mark.paper("B6", "Alg. 2:2: if an exit is in view")
 def test_an_exit_in_view_behind_flames_is_gone_for():
     """Flames in the way make a door undesired, but not an exit."""
     assert sets_off(BLOCKED, sight_range=10) == "#p...*....!"
 
 
-@pytest.mark.paper("B6", "Alg. 2:6-7, chosen")
+@pytest.mark.paper("B6", "Alg. 2:6-7, chosen: become their follower")
 def test_of_two_suitable_leaders_the_higher_rank_is_followed():
     """Both head for the door where p wants to go; r outranks q, though q is nearer."""
     board = "#p.q.r.+...E"
@@ -485,7 +499,11 @@ def test_the_stuck_ignore_flames_for_a_while():
     assert events_of(sim, Evacuated) and not events_of(sim, Died)
 
 
-@pytest.mark.paper("B5", "Alg. 1:2, stuck, chosen")
+@pytest.mark.paper(
+    "B5",
+    "Alg. 1:2: if nobody is followed and the way is not blocked (not stuck)",
+    "stuck, chosen",
+)
 @pytest.mark.parametrize(
     ("seconds", "mode"), [(-0.1, Mode.LEADER), (0.1, Mode.FOLLOWER)]
 )
@@ -563,7 +581,7 @@ TOWER = """
     """
 
 
-@pytest.mark.paper("B6", "Alg. 2:8-9")
+@pytest.mark.paper("B6", "Alg. 2:8-9: walk to the wanted door or stairway")
 @pytest.mark.paper("B6", "desired, chosen")
 def test_above_the_first_floor_stairs_come_before_doors():
     """p stands beside a door, three metres from the stairs."""
@@ -685,7 +703,7 @@ def test_of_any_two_people_one_outranks_the_other():
     assert len(np.unique(ranks)) == len(ranks) == 40
 
 
-@pytest.mark.paper("B6", "Alg. 2:6-7")
+@pytest.mark.paper("B6", "Alg. 2:6-7: become their follower")
 @pytest.mark.paper("B6", "suitable, chosen")
 def test_a_robot_in_view_is_always_suitable():
     """Also in a dead end, where no door is wanted, and right after losing a leader."""
@@ -695,7 +713,7 @@ def test_a_robot_in_view_is_always_suitable():
     assert thinks(sim).splitlines()[1] == "#p.!..#"
 
 
-@pytest.mark.paper("B6", "Alg. 2:5-7", "deviation")
+@pytest.mark.paper("B6", "Alg. 2:5-7: become their follower", "deviation")
 def test_a_robot_in_view_is_followed_though_a_door_is_wanted():
     """The door is nearer, and without the robot p would go there."""
     assert sets_off("#..+p.....#E") == "#..!p.....#E"
@@ -757,7 +775,9 @@ TWO_DOORS = """
     """
 
 
-@pytest.mark.paper("B6", "Alg. 2:13, chosen")
+@pytest.mark.paper(
+    "B6", "Alg. 2:13, chosen: if there are none, or all have been visited"
+)
 def test_a_door_seen_from_both_sides_has_been_visited():
     """p has passed one of two doors between the same rooms: the other is known, too."""
     sim = leading(TWO_DOORS)
@@ -789,7 +809,7 @@ CLOSETS = """
     """
 
 
-@pytest.mark.paper("B6", "Alg. 2:17, chosen")
+@pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
 def test_out_of_nested_dead_ends_one_walks_back_door_by_door():
     """Through the door passed last, then the one before: no swinging between rooms."""
     assert sets_off(CLOSETS, visited="+2 +1") == CLOSETS.replace("p.+", "p.!")
@@ -799,7 +819,7 @@ def test_out_of_nested_dead_ends_one_walks_back_door_by_door():
     assert play(sim, 12).count("p") == 0
 
 
-@pytest.mark.paper("B6", "Alg. 2:17, chosen")
+@pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
 def test_who_turns_back_in_a_door_leaves_it():
     """The door that one stands in is not walked to; the one before it is."""
     after = """
@@ -812,7 +832,7 @@ def test_who_turns_back_in_a_door_leaves_it():
     assert sets_off(CLOSETS, visited="+2 +1", at="p+1") == after
 
 
-@pytest.mark.paper("B6", "Alg. 2:17, chosen")
+@pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
 def test_a_burnt_door_is_no_way_back():
     """The one before it is tried."""
     before = """
@@ -853,7 +873,7 @@ CROSSROADS = """
 
 
 @pytest.mark.paper("B2")
-@pytest.mark.paper("B6", "Alg. 2:14-15")
+@pytest.mark.paper("B6", "Alg. 2:14-15: walk in that direction")
 @pytest.mark.parametrize(
     ("before", "after"),
     [
@@ -950,7 +970,7 @@ def test_a_threshold_is_crossed_unless_it_burns_or_one_is_stuck(change):
     assert (decide(sim, "p") == goal) is (change == "nothing")
 
 
-@pytest.mark.paper("B6", "Alg. 2:17, chosen")
+@pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
 def test_beyond_a_threshold_one_looks_again():
     """From there p goes to the door round the corner."""
     sim = stage(CORNER)
@@ -959,7 +979,7 @@ def test_beyond_a_threshold_one_looks_again():
     assert sim.world.bodies.position[0, 0] > sim.building.metres(0, 4)[0]
 
 
-@pytest.mark.paper("B6", "Alg. 2:15, chosen")
+@pytest.mark.paper("B6", "Alg. 2:15, chosen: walk in that direction")
 def test_of_several_unexplored_directions_the_straightest_is_taken():
     """p comes from the east to a crossing, and goes on westwards."""
     arm = ["#######.#######"] * 6
@@ -969,7 +989,7 @@ def test_of_several_unexplored_directions_the_straightest_is_taken():
     assert thinks(sim).splitlines()[7] == "E.?....p.....##"
 
 
-@pytest.mark.paper("B6", "Alg. 2:15, chosen")
+@pytest.mark.paper("B6", "Alg. 2:15, chosen: walk in that direction")
 def test_a_direction_once_taken_is_followed_to_its_end():
     """The same goal as long as its patch of floor has not been reached."""
     sim = leading("#p.................E")

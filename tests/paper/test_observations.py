@@ -388,7 +388,7 @@ def test_a_grid_belongs_to_whoever_asked_for_it():
     assert not observations.grid(calm.world)[3:6].any()
 
 
-@pytest.mark.paper("C7", "Alg. 3:3")
+@pytest.mark.paper("C7", "Alg. 3:3: if a model or a strategy decides now")
 def test_a_robot_remembers_where_it_goes_until_it_is_there():
     """Normalised, and cut off at the main body like every action; nan on arrival."""
     run = Simulation(shipped("paper"), Scenario(), Sweep(), seed=2)

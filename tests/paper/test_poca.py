@@ -61,7 +61,7 @@ def test_an_advantage_is_the_return_less_the_agent_s_own_baseline():
     rewards, values = tensor(1, 0)[:, None] * both, tensor(9, 1)[:, None] * both
     baselines = torch.stack([tensor(1, 2), tensor(0.5, -1)])
     learner = Learner(settings("poca", gamma=0.5, lambd=0.5), SIZES, seed=1)
-    A, R = learner._targets(rewards, values, baselines, 2 * both)
+    A, R = learner.targets(rewards, values, baselines, 2 * both)
     assert R.tolist() == [[1.5, 1.5], [1.0, 1.0]]
     assert A.tolist() == [[0.5, -0.5], [0.5, 2.0]]
 
@@ -163,14 +163,14 @@ def test_agents_paid_different_rewards_have_values_of_their_own():
     t, _ = bandit(learner, np.random.default_rng(1))
     t.rewards = np.tile([1.0, -1.0], (len(t), 1))
     other = replace(t, rewards=t.rewards * [5, 1])
-    one, two = (learner._valued(each) for each in (t, other))
+    one, two = (learner.valued(each) for each in (t, other))
     assert (one.values[:, 0] != one.values[:, 1]).all()
     same = [torch.equal(one.returns[:, k], two.returns[:, k]) for k in range(2)]
     assert same == [False, True]
     for _ in range(8):
         learner.add([t])
         learner.update()
-    learned = learner._valued(t)
+    learned = learner.valued(t)
     for found in (learned.values, learned.baselines):
         assert found.mean(dim=0).tolist() == pytest.approx([1, -1], abs=0.2)
 
@@ -218,8 +218,8 @@ def bandit(learner, rng, rounds=128):
 class WithoutCounterfactual(Learner):
     """The baseline is the value: everybody is praised for what anybody did."""
 
-    def _targets(self, rewards, values, baselines, next_value):
-        return super()._targets(rewards, values, values, next_value)
+    def targets(self, rewards, values, baselines, next_value):
+        return super().targets(rewards, values, values, next_value)
 
 
 def credit(kind):
@@ -268,7 +268,7 @@ def door(learner, rng):
 class WithoutPosthumousCredit(Learner):
     """Nothing follows for who has left."""
 
-    def _next_values(self, t, ends):
+    def next_values(self, t, ends):
         return torch.zeros(len(ends), t.alive.shape[1])
 
 

@@ -88,7 +88,7 @@ def begun(board, **said):
 
 
 @pytest.mark.paper(
-    "C7", "Alg. 3:1: repeat while somebody on this level is still inside:"
+    "C7", "Alg. 3:1: repeat while somebody on this level is still inside"
 )
 @pytest.mark.paper("C8")
 def test_robots_work_while_people_are_on_their_level_or_above():
@@ -111,7 +111,7 @@ def test_robots_work_while_people_are_on_their_level_or_above():
 
 
 @pytest.mark.paper(
-    "C7", "Alg. 3:1: repeat while somebody on this level is still inside:"
+    "C7", "Alg. 3:1: repeat while somebody on this level is still inside"
 )
 @pytest.mark.paper("C8")
 def test_a_robot_is_done_when_its_level_and_all_above_are_empty():
@@ -137,7 +137,7 @@ def test_a_robot_is_done_when_its_level_and_all_above_are_empty():
 
 
 @pytest.mark.paper(
-    "C7", "Alg. 3:1: repeat while somebody on this level is still inside:"
+    "C7", "Alg. 3:1: repeat while somebody on this level is still inside"
 )
 @pytest.mark.paper("C8")
 def test_a_robot_under_way_stands_still_once_its_work_is_done():
@@ -313,7 +313,9 @@ def test_a_stairwell_attracts_on_its_own_floors_only():
 
 
 @pytest.mark.paper("C6", "Eq. 1")
-@pytest.mark.paper("C7", "Alg. 3:5, chosen")
+@pytest.mark.paper(
+    "C7", "Alg. 3:5, chosen: tell followers what goes with that destination"
+)
 def test_of_two_stairwells_nearby_the_nearer_one_is_meant():
     """And its own entrance: B's is nearer to A's middle, but leads up only."""
     both = """
@@ -338,7 +340,9 @@ def test_of_two_stairwells_nearby_the_nearer_one_is_meant():
     assert said == a.entrances[1][0]
 
 
-@pytest.mark.paper("C7", "Alg. 3:5, chosen")
+@pytest.mark.paper(
+    "C7", "Alg. 3:5, chosen: tell followers what goes with that destination"
+)
 def test_of_two_stairwells_over_the_same_cells_the_one_that_leads_down_is_meant():
     """A joins floors 1 and 2, B floors 3 and 4; robots of floor 4 mean B."""
     floors = """
@@ -366,7 +370,9 @@ def test_of_two_stairwells_over_the_same_cells_the_one_that_leads_down_is_meant(
     assert said_on_the_way(building, 2, b.centre) == NOWHERE
 
 
-@pytest.mark.paper("C7", "Alg. 3:5, chosen")
+@pytest.mark.paper(
+    "C7", "Alg. 3:5, chosen: tell followers what goes with that destination"
+)
 @pytest.mark.parametrize(
     ("floor", "where", "leads_out"),
     [
@@ -391,7 +397,9 @@ def test_the_instruction_goes_with_the_destination(floor, where, leads_out):
     assert sim.world.robots[floor].says == (way_out if leads_out else NOWHERE)
 
 
-@pytest.mark.paper("C7", "Alg. 3:5, chosen")
+@pytest.mark.paper(
+    "C7", "Alg. 3:5, chosen: tell followers what goes with that destination"
+)
 def test_of_two_exits_the_nearest_to_the_destination_is_meant():
     """Both are near it."""
     building = built("#E####\n#....#\n####E#")

@@ -125,7 +125,7 @@ def test_robots_and_fire_see_the_same_world():
 # -- MOVE ---------------------------------------------------------------------------
 
 
-@pytest.mark.paper("B6", "Alg. 2:3")
+@pytest.mark.paper("B6", "Alg. 2:3: walk to it")
 def test_people_decide_before_they_move():
     """Within one tick p sees the exit and has begun to walk there."""
     sim = stage("########\n#p.....E\n########", sight_range=8)
@@ -137,7 +137,11 @@ def test_people_decide_before_they_move():
     )
 
 
-@pytest.mark.paper("C7", "Alg. 3:4", "Alg. 3:7")
+@pytest.mark.paper(
+    "C7",
+    "Alg. 3:4: take the decision as the new destination",
+    "Alg. 3:7: walk on towards the destination",
+)
 def test_robots_decide_before_they_move():
     """The first decision is walked in its own tick."""
     sim = stage("#########\n#R.....pE\n#########", robots=Send(1.5, 0.5))
@@ -147,7 +151,7 @@ def test_robots_decide_before_they_move():
     assert walked == pytest.approx(ROBOT_SPEED * sim.tick)
 
 
-@pytest.mark.paper("C7", "Alg. 3:2, chosen")
+@pytest.mark.paper("C7", "Alg. 3:2, chosen: help people out")
 def test_robots_move_before_people():
     """The robot waits for p, who is a step too far behind when the tick begins."""
     sim = stage("############\n#p..R......E\n############")
