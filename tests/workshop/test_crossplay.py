@@ -124,6 +124,7 @@ def test_it_does_not_matter_who_does_the_jobs(small):
 def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     """Stopped after two runs; then only the others are played, to the same end."""
     monkeypatch.setattr(runs, "IN_LOCKSTEP", 2)
+    monkeypatch.setattr(runs, "JOBS", 1)
     folder, whole = Path("stopped"), Path("whole")
     looks = iter([False])
     kept = evaluate(begin(**SMALL), folder, InProcess(), lambda: next(looks, True))
