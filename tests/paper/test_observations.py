@@ -170,6 +170,7 @@ def test_fire_sources_come_in_the_order_of_lighting():
     assert (fires[2:] == SENTINEL).all()
 
 
+@pytest.mark.paper("D1")
 @pytest.mark.paper("C1")
 def test_the_number_of_robots_at_work_in_the_team_is_there():
     """Three on each floor, none above once all there are out; the fire: of all."""

@@ -1,0 +1,313 @@
+"""Every chapter of the book counts: changed anywhere, a test of its clause says so.
+
+`MUTANTS` changes one piece of the code after the other, in a copy of the checkout; at
+least one test that is filed under the clause must then fail.  Whole lines of the
+algorithms are taken out by `test_lines_removed`.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from itertools import groupby
+
+import pytest
+from conftest import ROOT
+
+MUTANTS = """
+A1 paper
+  - FLOORS = 3
+  + FLOORS = 4
+A3 building
+  - return floor in self.areas and floor > self.lowest
+  + return floor in self.areas
+A3 building
+  - return (here.kind == "room") == mark.leads_out
+  + return here.kind == "room"
+A3 building
+  - closed = Kind.ENTRANCE if stairs else Kind.DOOR
+  + closed = Kind.DOOR
+A3 walking
+  - bodies.stairs_until[i] +=
+  + bodies.stairs_until[i] += 2 *
+A3 walking
+  - >= DIAMETER).all()
+  + >= 0).all()
+A4 simulation
+  - self._leave(i, Fate.EVACUATED)
+  + pass
+A4 building
+  - return ends[0] != OUTSIDE
+  + return True
+A5 simulation
+  - = since + count / (flow * way.width)
+  + = now
+A5 simulation
+  - elif mark not in self.world.burnt:
+  + else:
+A6 simulation
+  - touched = burning | cells_beside(self.building, burning)
+  + touched = burning
+A6 simulation
+  - (self.building.kind == Kind.DOOR))
+  + (self.building.kind >= Kind.DOOR))
+A7 navigation
+  - if d_row and d_col:  # never cut a corner
+  + if False:
+A7 navigation
+  - d_row**2 + d_col**2 <= reach**2
+  + d_row**2 + d_col**2 <= 2
+A9 motion
+  - np.maximum(s[front], 0) / GAP_SECONDS)
+  + 9 + 0 * s[front])
+A9 motion
+  - room = np.where(facing, SHOULDERS, DIAMETER)
+  + room = np.where(facing, DIAMETER, DIAMETER)
+B1 sight
+  - clear = np.isin(building.kind, (Kind.FLOOR, Kind.STAIRS))
+  + clear = building.walkable.copy()
+B2 paper
+  - SIGHT_RANGE = 5.0
+  + SIGHT_RANGE = 6.0
+B2 humans
+  - me.patches |= observe.looked_at
+  + pass
+B3 perception
+  - sum(1 for j in self.bodies if
+  + sum(1 for j in range(len(leader)) if
+B4 humans
+  - me.mode = Mode.LEADER if me.mode is Mode.FOLLOWER else Mode.FOLLOWER
+  + me.mode = Mode.LEADER
+B4 simulation
+  - self.due[i] = True
+  + pass
+B5 humans
+  - return observe.time - me.seen_at < paper.LEADER_GRACE_SECONDS
+  + return False
+B5 humans
+  - return STAY if time < me.waits_until else switch_mode(me)
+  + return switch_mode(me)
+B5 walking
+  - fearless = burns(here, np.arange(len(who))) | reckless
+  + fearless = reckless
+B5 humans
+  - seen[1] < paper.FOLLOW_DISTANCE
+  + False
+B6 humans
+  - if kept - nearest < paper.GOAL_HYSTERESIS:
+  + if False:
+B6 perception
+  - and them.rank[j] > self.rank
+  +
+B6 humans
+  - me.trail[-1].door)
+  + me.trail[0].door)
+B6 beginning
+  - rank=rng.random(n),
+  + rank=np.zeros(n),
+B6 humans
+  - elif entered not in me.trail[-1:]:
+  + else:
+B6 humans
+  - best = max(ways
+  + best = min(ways
+B7 simulation
+  - bodies.health[i] = 0.0
+  + pass
+B7 fire
+  - heat = np.where(beside, paper.HEAT_LOSS, 0.0)
+  + heat = np.where(beside, 0.0, 0.0)
+B7 simulation
+  - bodies.health -= rate * bodies.inside
+  + bodies.health -= 2 * rate * bodies.inside
+B8 paper
+  - PEOPLE = 40
+  + PEOPLE = 41
+C1 game/observations
+  - fires[k] = source.x, source.y, source.floor
+  + fires[k] = source.y, source.x, source.floor
+C2 paper
+  - FIRE_SOURCES = 8
+  + FIRE_SOURCES = 7
+C3 game/observations
+  - _channels(cells, FIRES, burning)[:] = burning
+  + _channels(cells, FIRES, burning)[:] = burning[::-1]
+C4 game/observations
+  - rank = np.where(up >= 0, up, floors - up)
+  + rank = np.abs(up)
+C5 fire
+  - flames.cost = np.where(burning, paper.BURN_COST, detour)
+  + flames.cost = np.where(burning, paper.HEAT_COST, detour)
+C6 robots
+  - goal = nav.nearest_free(robot.floor, *target)
+  + goal = nav.nearest_free(robot.floor, *decision)
+C6 robots
+  - return min(near, key=lambda centre: dist((x, y), centre), default=(x, y))
+  + return (x, y)
+C7 robots
+  - waits = gap > FOLLOWER_GAP
+  + waits = gap > 9 + FOLLOWER_GAP
+C7 robots
+  - < DOORWAY:
+  + < 0:
+C8 robots
+  - if not robot.active:
+  + if not robot.active and not robot.way:
+C8 world
+  - return any(self.occupancy[floor:])
+  + return any(self.occupancy[floor : floor + 1])
+C8 learning/poca
+  - values * goes_on
+  + 0 * values * goes_on
+D1 game/observations
+  - return _written(world, scenario, _humans(world)[None], robots[None], work.sum())[0]
+  + return _written(world, scenario, _humans(world)[None], robots[None], 0)[0]
+D2 simulation
+  - since % paper.FIRE_EVERY_DECISIONS == 0
+  + since % 4 == 0
+D2 strategies
+  - cells = fuel(building) & (building.kind == Kind.FLOOR)
+  + cells = building.kind == Kind.FLOOR
+D2 strategies
+  - rng.choice(np.argwhere(cells))
+  + np.argwhere(cells)[0]
+D3 fire
+  - return below + 0.5
+  + return below + 0.0
+D5 fire
+  - snapped(decision[1]), snapped(decision[2])
+  + snapped(decision[1]), decision[2]
+D6 fire
+  - if self.training or not others.any():
+  + if not others.any():
+D6 fire
+  - free[[robot.place for robot in world.robots]] = False
+  + pass
+D7 fire
+  - flames.arrival = np.minimum(flames.arrival,
+  + flames.arrival = np.maximum(flames.arrival,
+D7 simulation
+  - and self.ticks % self._flame_ticks == 0
+  +
+E1 learning/adversarial
+  - LEARNERS[settings.trainer_type]
+  + LEARNERS["ppo"]
+E1 learning/poca
+  - return R - baselines, R
+  + return R - values, R
+E2 learning/ppo
+  - following = deltas[t] + gamma * lambd * following
+  + following = deltas[t] + gamma * following
+E3 learning/players
+  - policy.log_probs(raw).numpy()
+  + policy.log_probs(policy.act()).numpy()
+E3 learning/players
+  - rng.standard_normal((agents, continuous), dtype=np.float32)
+  + np.repeat(rng.standard_normal((1, continuous), dtype=np.float32), agents, 0)
+E3 learning/adversarial
+  - return learner.update() if learner.full else {}
+  + return learner.update()
+E3 learning/adversarial
+  - [t for e in episodes if
+  + [t for e in episodes[:1] if
+E3 learning/ppo
+  - LEAST_EPSILON, at, end, s.epsilon_schedule)
+  + LEAST_EPSILON, at, end, s.learning_rate_schedule)
+E3 learning/ppo
+  - clipped = rho.clamp(1 - epsilon, 1 + epsilon)
+  + clipped = rho
+E4 learning/ppo
+  - self.update_normalisers(trajectories)
+  + pass
+E5 game/environment
+  - return robot_reward(events, self._credit, robot.floor, self._began)
+  + return 0.5 * robot_reward(events, self._credit, robot.floor, self._began)
+E6 learning/adversarial
+  - learn(side, learner, episodes)
+  + side == "robots" and learn(side, learner, episodes)
+F1 evaluation/score
+  - return b ** (R / α) / c
+  + return b ** (R / α) * c
+F2 evaluation/score
+  - (α / (R_2 - R_1))
+  + (α / R_2)
+F3 evaluation/score
+  - return self.reward_part(reward) * log(self.base) / self.alpha
+  + return self.reward_part(reward) / self.alpha
+F4 evaluation/bounds
+  - return -paper.FIXED_PENALTY * people
+  + return 0.0
+F5 paper
+  - FIXED_PENALTY = 300.0
+  + FIXED_PENALTY = 301.0
+F6 evaluation/bounds
+  - (sum(HEALTH - loss for loss in losses(building)) + FIXED_REWARD)
+  + sum(HEALTH - loss for loss in losses(building))
+F7 evaluation/bounds
+  - way / paper.WALKING_SPEED * lost
+  + way / paper.WALKING_SPEED / lost
+F8 game/rewards
+  - reward += event.health
+  + reward += 1.0
+F8 beginning
+  - pace=np.clip(pace, slowest, fastest),
+  + pace=np.clip(pace, fastest, fastest),
+F9 evaluation/score
+  - return h**2 / (k * α**2)
+  + return h / (k * α**2)
+F10 evaluation/score
+  - (max(β - y, 0.0) * k) ** 0.5 * α
+  + (max(β - y, 0.0) * k) * α
+F12 evaluation/score
+  - easy, hard = h <= ranked[third - 1], h >= ranked[-third]
+  + easy, hard = h >= 0, h >= ranked[-third]
+"""
+"""Clause and module, what stands there, and what stands there instead."""
+
+
+def mutants():
+    """Clause, file, old and new of each."""
+    for k, lines in groupby(
+        enumerate(MUTANTS.strip().splitlines()), lambda n: n[0] // 3
+    ):
+        head, old, new = (line for _, line in lines)
+        clause, module = head.split()
+        file = f"reference/{module}.py"
+        yield pytest.param(clause, file, old[4:], new[4:], id=f"{clause}-{k}")
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory):
+    """A copy of all that the tests of the paper need."""
+    folder = tmp_path_factory.mktemp("mutant")
+    for name in ("reference", "tests", "floors"):
+        shutil.copytree(ROOT / name, folder / name)
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    return folder
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("clause", "file", "old", "new"), list(mutants()))
+def test_a_change_is_noticed_under_its_clause(clause, file, old, new, copy):
+    """By a test that is filed there."""
+    path = copy / file
+    text = path.read_text(encoding="utf-8")
+    assert text.count(old) == 1, f"not once in {file}: {old}"
+    path.write_text(text.replace(old, new), encoding="utf-8")
+    command = [sys.executable, "-m", "pytest", "-qx", "-p", "no:cacheprovider"]
+    environment = os.environ | {"PYTHONDONTWRITEBYTECODE": "1", "PYTHONPATH": str(copy)}
+    try:
+        done = subprocess.run(
+            [*command, "--paper", clause], cwd=copy, env=environment, check=False
+        )
+    finally:
+        path.write_text(text, encoding="utf-8")
+    assert done.returncode == pytest.ExitCode.TESTS_FAILED
+
+
+def test_what_a_mutant_changes_stands_there_once():
+    """And there are mutants of all six parts of the appendix."""
+    rows = [mutant.values for mutant in mutants()]
+    for _, file, old, new in rows:
+        assert old != new and (ROOT / file).read_text("utf-8").count(old) == 1, old
+    assert len(rows) > 60 and {clause[0] for clause, *_ in rows} == set("ABCDEF")
