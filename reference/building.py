@@ -292,8 +292,8 @@ def _walked(mark: Landmark, here: Area, ends: tuple[str, ...]) -> bool:
 def burn(graph: Graph, doors: Collection[str]) -> Graph:
     """View a graph of rooms without the doors with these ids [A6].
 
-    [A6, chosen] A destroyed door is no way out any more; its cell burns, so only who is
-    stuck or stands in flames walks through.
+    [A6, chosen] A destroyed door is no way out any more, though it is a hole that one
+    sees and walks through while its cell does not burn.
     """
     edges = [edge for edge in graph.edges(keys=True) if edge[2] in doors]
     return nx.restricted_view(graph, [], edges)

@@ -87,8 +87,14 @@ def desired(me: Mind, observe: View) -> int | None:
     """Find the stair or door in view to go to, or None [B6, chosen].
 
     It is intact, not yet visited, and has no flame in sight on or beside the way.
-    Stairs that lead down come before doors.
+    Stairs that lead down come before doors. One set off to and out of sight since, say
+    behind a corner, stays desired: else people walk to and fro.
     """
+    kind, mark, _ = me.goal
+    hidden = kind is Aim.LANDMARK and mark not in observe.landmarks
+    gone = mark in me.doors or mark in observe.burnt
+    if hidden and not gone and not stuck(me, observe):
+        return mark
     ways = [m for m in observe.landmarks if m not in me.doors and observe.safe(m)]
     stairs = [m for m in ways if observe.landmarks[m].kind == "entrance"]
     return _kept_or_nearest(me, observe, stairs or ways)
@@ -147,7 +153,8 @@ def unexplored(me: Mind, observe: View) -> Goal | None:
 
     A direction once taken is followed to its patch, unless flames bar it.
     """
-    taken = me.goal.aim is Aim.DIRECTION and me.goal.which != observe.patch
+    kind, patch, _ = me.goal
+    taken = kind is Aim.DIRECTION and patch not in (NOWHERE, observe.patch)
     if taken and not observe.burns_towards(me.goal.place):
         return me.goal
     x, y = me.facing
@@ -214,14 +221,31 @@ def back_to_last_door(me: Mind, observe: View) -> Goal:
     """Go back through the door passed last, then the one before [B6, Alg. 2:17].
 
     A human still in that door has turned back already and takes the one before.
-    With no door left, they forget all and start again from the far end of the room.
+    With no door left, they look again at what they saw longest ago.
     """
     if me.trail and me.trail[-1].door == observe.here:
         me.trail.pop()
     if me.trail:
         return go_to(me.trail[-1].door)
-    forget(me)
-    return observe.far_end
+    return look_again(me, observe)
+
+
+def look_again(me: Mind, observe: View) -> Goal:
+    """Go to the floor in view that was looked at longest ago, or never [B6, chosen].
+
+    It stays the goal until it is looked at, or older floor comes in view. So somebody
+    alone, without fire, sees every part of a connected floor in the end: floor next to
+    what was looked at was in view then, and is older if it was not looked at since.
+    """
+    ways = {p for p in observe.ground if not observe.burns_towards(p)}
+    if me.goal.aim is Aim.DIRECTION and not observe.burns_towards(me.goal.place):
+        ways.add(me.goal.place)
+    for place in reversed(me.been):  # the latest first
+        if not (older := ways - observe.overlooked(place)):
+            break
+        ways = older
+    kept = me.goal.place in ways
+    return Goal(Aim.DIRECTION, place=me.goal.place if kept else observe.nearest(ways))
 
 
 # -- Memory -------------------------------------------------------------------------
@@ -235,7 +259,9 @@ def remember(me: Mind, observe: View) -> None:
     [B6, chosen]; doors seen destroyed are no way back.
     """
     me.patches |= observe.looked_at
-    for mark in observe.landmarks if observe.room != NOWHERE else ():
+    me.been.pop(observe.place, None)
+    me.been[observe.place] = observe.time
+    for mark in observe.of_room if observe.room != NOWHERE else ():
         if me.seen_from.setdefault(mark, observe.room) != observe.room:
             me.doors.add(mark)
     if me.goal.aim is Aim.DIRECTION and observe.burns_towards(me.goal.place):
@@ -260,7 +286,7 @@ def pass_landmark(me: Mind, landmark: int, side: int, beyond: int) -> None:
     entered = Passed(landmark, side)
     if me.trail and me.trail[-1].door == landmark and me.trail[-1] != entered:
         me.trail.pop()  # walked back through it: drop it
-    elif entered not in me.trail[-1:]:  # else stepped back out of it, and in again
+    elif entered not in me.trail[-1:] and me.goal.aim is not Aim.DIRECTION:
         me.trail.append(entered)
     me.doors.add(landmark)
     if me.mode is Mode.LEADER:
@@ -269,7 +295,7 @@ def pass_landmark(me: Mind, landmark: int, side: int, beyond: int) -> None:
 
 def forget(me: Mind) -> None:
     """Forget doors, the way back and what was explored, all together [B6]."""
-    for memory in (me.doors, me.seen_from, me.trail, me.patches):
+    for memory in (me.doors, me.seen_from, me.trail, me.patches, me.been):
         memory.clear()
 
 

@@ -248,6 +248,11 @@ class Navigation:
                 corners.append(here)
         return [*corners[1:], goal]
 
+    def onward(self, p: int, *goals: int) -> int:
+        """The next place from p on the shortest way to a goal of its floor."""
+        floor, place = divmod(p, self.floor_size)
+        return int(self._search(floor, None, goals)[1][place])
+
     def distances(
         self, goals: Iterable[int], cost: np.ndarray | None = None
     ) -> np.ndarray:

@@ -46,6 +46,7 @@ WALKING_SPEED = 1.34  # [A9, F8, chosen] m/s, mean free speed: Weidmann (1993)
 STAIRS_METRES = STAIRS_SECONDS * WALKING_SPEED  # that one storey adds to a way
 WALKING_SPREAD = 0.26  # [A9, chosen] m/s, their standard deviation: Weidmann, too
 BODY_RADIUS = 0.2  # [A9, chosen] metres: two people can pass each other in a door
+DETOUR_SECONDS = 2.0  # [A9, chosen] without headway: then one plans again
 STUCK_METRES = 1.0  # [B5, chosen] stuck: moved less than this ...
 STUCK_SECONDS = 8.0  # [B5, chosen] ... in this long, though meaning to move
 RECKLESS_SECONDS = 4.0  # [B5, chosen] the stuck then ignore flames for this long

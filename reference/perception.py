@@ -7,13 +7,13 @@ Neither people nor flames hide what is behind them [B1, chosen].
     k  a viewer: the k-th of those who look;  j  a body in sight
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from reference.sight import Direction, Hit, Sight
+from reference.sight import NO_HOLES, Direction, Hit, Sight
 from reference.world import FLOOR_APART, NOWHERE, Aim, Goal, World
 
 
@@ -24,6 +24,7 @@ class View:
     time        s
     landmarks   intact doors, ways down and exits that rays meet, by index, the nearest
                 first
+    holes       destroyed doors in view: rays pass [A6]
     place, patch, room, here  that one stands in; the last is a door, entrance or exit;
                 NOWHERE for none
     rank        one's own;  halted_since  s, when one's body last made headway
@@ -35,6 +36,7 @@ class View:
     _sight: Sight
     time: float
     landmarks: dict[int, Hit]
+    holes: frozenset[int]
     place: int
     patch: int
     room: int
@@ -47,24 +49,38 @@ class View:
     @property
     def looked_at(self) -> frozenset[int]:
         """Patches of floor that one sees well from here [B2]."""
-        return self._sight.looked_at(self.place)
+        return self._sight.looked_at(self.place, self.holes)
 
     @property
-    def burnt(self) -> set[int]:
+    def of_room(self) -> Collection[int]:
+        """Landmarks in view that no hole lies before."""
+        if not self.holes:
+            return self.landmarks
+        return self.landmarks.keys() & self._sight.landmarks(self.place)
+
+    @property
+    def ground(self) -> frozenset[int]:
+        """Places of rooms and their doors in line of sight."""
+        return self._sight.in_line(self.place, self.holes) & self._sight.rooms
+
+    def overlooked(self, place: int) -> frozenset[int]:
+        """Places seen from a place where one has been, with all beside them."""
+        return self._sight.overlooked(place)
+
+    def nearest(self, places: Iterable[int]) -> int:
+        """The nearest of some places; one's own place if there are none."""
+        return self._sight.nearest(self.place, places)
+
+    @property
+    def burnt(self) -> frozenset[int]:
         """Destroyed doors that rays meet, or that one stands in [A6]."""
-        return self._world.burnt & {self.here, *self._sight.landmarks(self.place)}
+        return self.holes | self._world.burnt & {self.here}
 
     @property
     def open(self) -> list[Direction]:
         """Directions whose rays return nothing, not even flames [B2]."""
-        ways = self._sight.open(self.place)
+        ways = self._sight.open(self.place, self.holes)
         return [way for way in ways if not self.burns_towards(way.place)]
-
-    @property
-    def far_end(self) -> Goal:
-        """The goal of walking to the farthest place in sight."""
-        place = self._sight.farthest(self.place)
-        return Goal(Aim.DIRECTION, int(self._sight.patches[place]), place)
 
     def leaders_to(self, landmark: int) -> list[int]:
         """People in sight who lead there and outrank this one, the highest rank first.
@@ -85,17 +101,19 @@ class View:
     def passable(self, landmark: int) -> bool:
         """Is there no flame in sight on the straight way to a landmark in view?"""
         fire, line = self._world.flames.alight, self._sight.line
-        return not fire or not self.burns(line(self.place, landmark)[0])
+        return not fire or not self.burns(line(self.place, landmark, self.holes)[0])
 
     def safe(self, landmark: int) -> bool:
         """Is there no flame in sight on or beside the straight way to a landmark?"""
         fire, line = self._world.flames.alight, self._sight.line
-        return not fire or not self.burns(line(self.place, landmark)[1])
+        return not fire or not self.burns(line(self.place, landmark, self.holes)[1])
 
     def burns(self, places: Iterable[int]) -> bool:
         """Is there a flame in sight in any of these places?"""
         alight = self._world.flames.alight.intersection(places)
-        return bool(alight) and not alight.isdisjoint(self._sight.seen(self.place))
+        if not alight:
+            return False
+        return not alight.isdisjoint(self._sight.seen(self.place, self.holes))
 
     def burns_towards(self, place: int) -> bool:
         """Is there a flame in sight on the straight way to a place of this floor?"""
@@ -130,10 +148,11 @@ def views_of(world: World, sight: Sight, who: np.ndarray) -> list[View]:
     place = bodies.place[who]
     where = place, *(each[place] for each in maps)
     for facts in rows(*where, bodies.rank[who], bodies.anchor_time[who]):
-        met = sight.landmarks(facts[0])
-        if not burnt.isdisjoint(met):
-            met = {mark: hit for mark, hit in met.items() if mark not in burnt}
-        views.append(View(world, sight, world.time, met, *facts))
+        holes, met = NO_HOLES, sight.landmarks(facts[0])
+        while through := burnt.intersection(met):
+            holes |= through
+            met = sight.landmarks(facts[0], holes)
+        views.append(View(world, sight, world.time, met, holes, *facts))
     return views
 
 
@@ -174,6 +193,10 @@ def show_bodies(
     k, j = np.divmod(np.flatnonzero(near), near.shape[1])
     there = np.broadcast_to(place, near.shape)[k, j]
     seen = sight.sees.reaches(mine[2][k], there)
+    for who in [who for who, view in enumerate(views) if view.holes]:
+        own, view = slice(*k.searchsorted([who, who + 1])), views[who]
+        line = sight.in_line(view.place, view.holes)
+        seen[own] = [q in line for q in there[own].tolist()]
     k, j, there = k[seen], j[seen], there[seen]
     metres = np.hypot(off_x[k, j], off_y[k, j])
     for who, body, at, far in rows(k, j, there, metres):

@@ -1,16 +1,18 @@
 """What can be seen from where: rays of limited range, cast once per building.
 
-Clauses: A3, B1, B2, B6, C6.  Walls do not move, so during a simulation a ray is a table
-look-up.  A ray returns the first thing it meets; doors, entrances and exits stop it too
-[B1, chosen: in the paper's engine triggers do], so only people standing
-in a door see through it.  Bodies are seen through entrances, which have no leaf: so a
-robot that Eq. 1 moves inside a stairwell still leads [A3, C6, chosen].  Rays go all
-around, 360 degrees, and neither people nor flames stop one [B1, chosen].
+Clauses: A3, A5, A6, B1, B2, B6, C6.  Walls do not move, so during a simulation a ray is
+a table look-up.  A ray returns the first thing it meets.  Doors, entrances and exits
+stop it too, though they have no volume [A5, deviation: one room at a time is seen]; so
+only people standing in a door see through it.  A destroyed door is a hole: rays pass it
+[A6, chosen].  Bodies are seen through entrances, which have no leaf: so a robot that
+Eq. 1 moves inside a stairwell still leads [A3, C6, chosen].  Rays go all around, 360
+degrees, and neither people nor flames stop one [B1, chosen].
 
     p, q   places (see navigation)
     k      number of a ray, counted counter-clockwise from east
 """
 
+from collections.abc import Iterable
 from functools import cache, lru_cache
 from math import dist
 from operator import attrgetter
@@ -19,7 +21,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from reference.building import Building, Kind
-from reference.navigation import Navigation, StraightLines, navigation_of, shifted
+from reference.navigation import (
+    Navigation,
+    StraightLines,
+    navigation_of,
+    shifted,
+)
 from reference.paper import RAYS
 
 PATCH = 4
@@ -28,6 +35,12 @@ PATCH = 4
 DIM = 3.0
 """[B2, chosen] metres short of the limit of sight: what is farther is seen, but not
 well, and does not count as explored. So who sees farther explores a room sooner."""
+
+
+KEPT = 1 << 15
+"""Answers of each kind that are kept, the last ones."""
+
+NO_HOLES: frozenset[int] = frozenset()
 
 
 class Hit(NamedTuple):
@@ -56,14 +69,17 @@ class Sight:
     hits     (RAYS, places) the place a ray stops at, -1 where it returns nothing
     ends     (RAYS, places) the last free place it passes
     patches  (places,) the patch of floor each lies in
+    rooms    places of rooms and their doors
 
-    Once asked for, these are kept:
+    Once asked for, these are kept; holes: destroyed doors in view, which rays pass [A6]
 
-    landmarks(p)  the nearest hit of each landmark that rays meet, the nearest first
-    open(p)       the directions whose rays return nothing, one per patch
-    seen(p)       places in line of sight, and where rays end
-    looked_at(p)  patches of floor seen well: nearer than the limit by DIM
-    line(p, landmark)  places on the line to a landmark in view, and those on or
+    landmarks(p, holes)  the nearest hit of each landmark that rays meet, by distance
+    open(p, holes)       the directions whose rays return nothing, one per patch
+    in_line(p, holes)    places in line of sight
+    seen(p, holes)       those, and where rays end
+    overlooked(p)        places in line of sight with all places beside them
+    looked_at(p, holes)  patches of floor seen well: nearer than the limit by DIM
+    line(p, landmark, holes)  places on the line to a landmark in view, and those on or
                beside it; both without p: flames one stands in do not bar the way out
     """
 
@@ -72,7 +88,9 @@ class Sight:
         self.building, self.reach = building, reach
         self.navigation: Navigation = navigation_of(building)
         clear = np.isin(building.kind, (Kind.FLOOR, Kind.STAIRS))
-        through = clear | (building.kind == Kind.ENTRANCE)
+        self._clear, through = clear.ravel(), clear | (building.kind == Kind.ENTRANCE)
+        rooms = np.isin(building.kind, (Kind.FLOOR, Kind.DOOR))
+        self.rooms = frozenset(np.flatnonzero(rooms).tolist())
         self.sees = StraightLines(through, building.walkable, reach, strict=False)
         self.hits = np.full((RAYS, clear.size), -1, dtype=np.int32)
         self.ends = np.tile(np.arange(clear.size, dtype=np.int32), (RAYS, 1))
@@ -83,13 +101,17 @@ class Sight:
         self.patches = (floor * down + row // PATCH) * across + col // PATCH
         ways = [m for m in building.landmarks if m.leads_out or m.kind is Kind.DOOR]
         self._useful = {way.index for way in ways}
+        self._walked = frozenset(np.flatnonzero(building.walkable).tolist())
         self._marks: list[int] = building.landmark.ravel().tolist()
         self._centres: list[list[float]] = self.navigation.centres.tolist()
-        self.landmarks = cache(self._landmarks_from)
-        self.open = cache(self._open_from)
-        self.seen = cache(self._seen_from)
-        self.looked_at = cache(self._looked_at_from)
-        self.line = cache(self._line_to)
+        kept = lru_cache(KEPT)
+        self.landmarks = kept(self._landmarks_from)
+        self.open = kept(self._open_from)
+        self.in_line = kept(self._in_line)
+        self.seen = kept(self._seen_from)
+        self.overlooked = kept(self._overlooked)
+        self.looked_at = kept(self._looked_at_from)
+        self.line = kept(self._line_to)
 
     def __reduce__(self) -> tuple[Any, tuple[Building, float]]:
         """Travel between processes as the building and the range."""
@@ -120,21 +142,66 @@ class Sight:
     def _metres(self, p: int, q: int) -> float:
         return dist(self._centres[p], self._centres[q])
 
-    def _stops(self, p: int) -> list[int]:
-        """The places where the rays from p stop, in the rays' order."""
-        return list(dict.fromkeys(self.hits[self.hits[:, p] >= 0, p].tolist()))
+    def _through(self, p: int, holes: frozenset[int]) -> list[int]:
+        """The rays from p that stop at a hole, if holes were doors."""
+        hits = self.hits[:, p].tolist() if holes else ()
+        return [k for k, q in enumerate(hits) if q >= 0 and self._marks[q] in holes]
 
-    def _landmarks_from(self, p: int) -> dict[int, Hit]:
+    def _cast_through(
+        self, p: int, k: int, holes: frozenset[int]
+    ) -> tuple[list[int], int]:
+        """Cast the k-th ray through holes: places passed, and where it stops, or -1."""
+        passed, cols = [p], self.navigation.cols
+        for d_row, d_col in _cells_along(2 * np.pi * k / RAYS, self.reach):
+            q = p + d_row * cols + d_col
+            if not (self._clear[q] or self._marks[q] in holes):
+                return passed, q
+            passed.append(q)
+        return passed, -1
+
+    def _rays(self, p: int, holes: frozenset[int]) -> tuple[np.ndarray, np.ndarray]:
+        """`hits` and `ends` from p; rays that meet a hole fly on."""
+        hits, ends = self.hits[:, p], self.ends[:, p]
+        if through := self._through(p, holes):
+            hits, ends = hits.copy(), ends.copy()
+            for k in through:
+                passed, hits[k] = self._cast_through(p, k, holes)
+                ends[k] = passed[-1]
+        return hits, ends
+
+    def _in_line(self, p: int, holes: frozenset[int] = NO_HOLES) -> frozenset[int]:
+        beyond = (self._cast_through(p, k, holes)[0] for k in self._through(p, holes))
+        return frozenset(self.sees.reached_from(p).tolist()).union(*beyond)
+
+    def _overlooked(self, p: int) -> frozenset[int]:
+        line, cols = self.in_line(p, NO_HOLES), self.navigation.cols
+        around = {q + step for q in line for step in (1, -1, cols, -cols)}
+        dark = self._walked & around - line
+        return line - {q + step for q in dark for step in (1, -1, cols, -cols)}
+
+    def nearest(self, p: int, places: Iterable[int]) -> int:
+        """The place nearest to p."""
+        return min(sorted(places), key=lambda q: self._metres(p, q), default=p)
+
+    def _stops(self, p: int, holes: frozenset[int]) -> list[int]:
+        """The places where the rays from p stop, in the rays' order."""
+        hits, _ = self._rays(p, holes)
+        return list(dict.fromkeys(hits[hits >= 0].tolist()))
+
+    def _landmarks_from(
+        self, p: int, holes: frozenset[int] = NO_HOLES
+    ) -> dict[int, Hit]:
         """Not the entrances of stairs that end here: a sign says so [B6, chosen]."""
         found: dict[int, Hit] = {}
-        met = [q for q in self._stops(p) if self._marks[q] in self._useful]
+        met = [q for q in self._stops(p, holes) if self._marks[q] in self._useful]
         for hit in sorted((self._hit(p, q) for q in met), key=attrgetter("distance")):
             found.setdefault(hit.landmark, hit)
         return found
 
-    def _open_from(self, p: int) -> list[Direction]:
+    def _open_from(self, p: int, holes: frozenset[int] = NO_HOLES) -> list[Direction]:
         found: dict[int, Direction] = {}
-        for q in dict.fromkeys(self.ends[self.hits[:, p] < 0, p].tolist()):
+        hits, ends = self._rays(p, holes)
+        for q in dict.fromkeys(ends[hits < 0].tolist()):
             patch = int(self.patches[q])
             if q != p and patch not in found:
                 off = self.navigation.centres[q] - self.navigation.centres[p]
@@ -142,20 +209,21 @@ class Sight:
                 found[patch] = Direction(patch, q, (x, y))
         return list(found.values())
 
-    def farthest(self, p: int) -> int:
-        """The last free place of the longest ray from p."""
-        return max(self.ends[:, p].tolist(), key=lambda q: self._metres(p, q))
+    def _seen_from(self, p: int, holes: frozenset[int] = NO_HOLES) -> frozenset[int]:
+        ends = (way.place for way in self.open(p, holes))
+        return self.in_line(p, holes).union(self._stops(p, holes), ends)
 
-    def _seen_from(self, p: int) -> frozenset[int]:
-        ends = (way.place for way in self.open(p))
-        return frozenset((*self.sees.reached_from(p).tolist(), *self._stops(p), *ends))
-
-    def _looked_at_from(self, p: int) -> frozenset[int]:
-        well = [q for q in self.seen(p) if self._metres(p, q) <= self.reach - DIM]
+    def _looked_at_from(
+        self, p: int, holes: frozenset[int] = NO_HOLES
+    ) -> frozenset[int]:
+        seen = self.seen(p, holes)
+        well = [q for q in seen if self._metres(p, q) <= self.reach - DIM]
         return frozenset(self.patches[[p, *well]].tolist())
 
-    def _line_to(self, p: int, landmark: int) -> tuple[frozenset[int], frozenset[int]]:
-        met = sorted(q for q in self._stops(p) if self._marks[q] == landmark)
+    def _line_to(
+        self, p: int, landmark: int, holes: frozenset[int]
+    ) -> tuple[frozenset[int], frozenset[int]]:
+        met = sorted(q for q in self._stops(p, holes) if self._marks[q] == landmark)
         end = min(met, key=lambda q: self._metres(p, q))
         on = frozenset(self.navigation.straight(p, end))
         steps = (0, 1, -1, self.navigation.cols, -self.navigation.cols)
@@ -163,6 +231,7 @@ class Sight:
         return on, frozenset(beside - {p})
 
 
+@cache
 def _cells_along(angle: float, reach: float) -> list[tuple[int, int]]:
     """Offsets (row, col) of the cells a ray enters, in order, its own left out."""
     east, south = np.cos(angle), -np.sin(angle)

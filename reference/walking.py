@@ -1,7 +1,7 @@
 """People set off and walk, many at once, and take the stairs one by one.
 
-Clauses: A3, A5, B3, B5, F8.  Those who walk may be of one world, or of several worlds
-of one building that share a clock and have their bodies in common arrays.
+Clauses: A3, A5, A9, B3, B5, F8.  Those who walk may be of one world, or of several
+worlds of one building that share a clock and have their bodies in common arrays.
 
 On the stairs nobody is seen and nobody is in the way; the bottleneck is the entrance at
 either end [A3, chosen].  The paper's entrances join a floor's platform and its
@@ -20,9 +20,9 @@ import numpy as np
 from reference import humans, paper
 from reference.building import Stairwell
 from reference.motion import DIAMETER, Free
-from reference.navigation import navigation_of
+from reference.navigation import Navigation, navigation_of
 from reference.perception import View
-from reference.world import NOBODY, NOWHERE, Aim, World
+from reference.world import NOBODY, NOWHERE, Aim, Goal, World
 
 Touched = list[tuple[int, int]]
 """People who have come upon a landmark, and the places they came from."""
@@ -40,19 +40,37 @@ def decide(world: World, who: np.ndarray, views: list[View]) -> None:
     bodies.mode[who] = [int(me.mode) for me in minds]
     bodies.leader[who] = [me.leader for me in minds]
     bodies.landmark[who] = [g.which if g.aim is landmark else NOWHERE for g in goals]
-    place = np.array([goal.place for goal in goals], dtype=np.int64)
-    there, stays = navigation_of(world.building).centres[place], place == NOWHERE
+    nav, here = navigation_of(world.building), bodies.place[who].tolist()
+    place = np.array([_straight(nav, *k) for k in zip(here, goals, strict=True)], int)
+    there, stays = nav.centres[place], place == NOWHERE
     bodies.target[who] = np.where(stays[:, None], bodies.position[who], there)
 
 
+def _straight(nav: Navigation, p: int, goal: Goal) -> int:
+    """The place to walk straight at from p: of a direction round a corner, the next."""
+    if goal.aim is not Aim.DIRECTION or nav.clear.reaches(p, goal.place):
+        return goal.place
+    return nav.onward(p, goal.place)
+
+
 def targets(world: World, who: np.ndarray) -> np.ndarray:
-    """(k, 2) metres where these people walk straight at."""
+    """(k, 2) metres where these people walk straight at.
+
+    Who gains nothing for DETOUR_SECONDS plans again, from cell to cell [A9, chosen]:
+    nobody leans on a corner for ever.
+    """
     bodies, nav = world.bodies, navigation_of(world.building)
     marks, target = bodies.landmark[who], bodies.target[who]
     guided = np.flatnonzero(marks >= 0)
     cells = bodies.place[who[guided]] % nav.floor_size
     waypoint = nav.waypoint[marks[guided], cells]
     target[guided] = nav.centres[waypoint]
+    held_up = world.time - bodies.anchor_time[who] > paper.DETOUR_SECONDS
+    for k in np.flatnonzero(held_up).tolist():
+        place, mark = int(bodies.place[who[k]]), int(marks[k])
+        there = nav.place(place // nav.floor_size, *target[k].tolist())
+        goals = nav.goals[mark].tolist() if mark >= 0 else [there]
+        target[k] = nav.centres[nav.onward(place, *goals)]
     return target
 
 

@@ -4,7 +4,10 @@ from copy import copy
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from movies import (
+    GRIDS,
     PEOPLE,
     body,
     decide,
@@ -22,12 +25,16 @@ from movies import (
     shipped,
     stage,
     thinks,
+    ticks,
     view,
     wait,
+    walled,
 )
+from scipy.ndimage import label
 
 from reference import walking
-from reference.building import Kind
+from reference.building import Building, Kind
+from reference.floorplan import Plan, Storey
 from reference.humans import pass_landmark, stuck
 from reference.paper import (
     FOLLOW_DISTANCE,
@@ -36,6 +43,7 @@ from reference.paper import (
     LEADER_PAUSE_SECONDS,
     MOST_FOLLOWERS,
     RECKLESS_SECONDS,
+    SIGHT_RANGE,
     STAIRS_SECONDS,
     STUCK_SECONDS,
     STUCK_WAIT_SECONDS,
@@ -613,10 +621,45 @@ def test_on_the_first_floor_stairs_are_never_desired():
 
 @pytest.mark.paper("B6", "desired, chosen")
 def test_a_burnt_door_is_neither_desired_nor_unvisited():
-    """It is seen no more."""
-    sim = leading("#########\n#..+p.+.E\n#########")
-    sim.world.burnt.add(mark(sim, Kind.DOOR))
-    assert decide(sim, "p")[1] == mark(sim, Kind.DOOR, 2)
+    """p goes to the other one."""
+    assert sets_off("#..:p.+.E") == "#..:p.!.E"
+
+
+HOLE = """
+    ##########
+    #.p:..q#.#
+    #..#...+.E
+    ##########
+    """
+
+
+@pytest.mark.paper("A6", "chosen")
+@pytest.mark.paper("B1", "deviation")
+@pytest.mark.parametrize("door", ["stands", "destroyed"])
+def test_through_a_destroyed_door_one_sees_people_and_doors(door):
+    """Both ways; an intact door hides them."""
+    sim = stage(HOLE if door == "destroyed" else HOLE.replace(":", "+"))
+    one, other, gone = view(sim, "p"), view(sim, "q"), bool(sim.world.burnt)
+    assert [*one.landmarks] == [mark(sim, "+2" if gone else "+")]
+    assert [*one.bodies] == [body("q")] * gone
+    assert [*other.bodies] == [body("p")] * gone
+    assert one.burnt == sim.world.burnt
+
+
+@pytest.mark.paper("A6", "chosen")
+@pytest.mark.paper("B2")
+@pytest.mark.paper("B6", "Alg. 2:14-15")
+def test_the_direction_through_a_destroyed_door_is_unexplored():
+    """p sets off where a ray through the hole returns nothing."""
+    assert sets_off("#p.:.......+.E") == "#p.:..?....+.E"
+
+
+@pytest.mark.paper("B6", "Alg. 2:13, chosen")
+def test_a_door_seen_through_a_hole_has_not_been_seen_from_its_room():
+    """It joins rooms of which p knows none."""
+    sim = stage(HOLE, leads="p")
+    decide(sim, "p")
+    assert not mind(sim, "p").seen_from
 
 
 @pytest.mark.paper("B6", "desired, chosen")
@@ -853,16 +896,52 @@ def test_a_burnt_door_is_no_way_back():
 
 
 @pytest.mark.paper("B6", "Alg. 2:17, chosen")
-def test_without_any_door_to_go_back_to_everything_is_tried_again():
-    """All memories of doors are dropped; p starts from the far end of the room."""
-    sim = leading(CLOSETS)
-    passed(sim, "p", mark(sim, Kind.DOOR))
-    sim.world.burnt.update(range(len(sim.building.landmarks)))
-    mind(sim, "p").patches.add(0)
-    goal = decide(sim, "p")
-    assert goal == view(sim, "p").far_end and goal.place != NOWHERE
-    me = mind(sim, "p")
-    assert not me.doors and not me.trail and not me.patches
+def test_without_any_door_to_go_back_to_one_goes_where_one_never_looked():
+    """Into the niche that p has passed; nothing is forgotten."""
+    board = """
+        ############
+        #.....p....#
+        #.#.########
+        #.##########
+        #E##########
+        ############
+        """
+    sim = leading(board, sight_range=4)
+    me, p = mind(sim, "p"), int(sim.world.bodies.place[0])
+    me.patches.update(sim.sight.patches.tolist())
+    me.been = dict.fromkeys(range(p + 4, p, -1), 0.0)
+    patches = set(me.patches)
+    assert decide(sim, "p").place < p and me.patches == patches
+    assert [*me.been] == [*range(p + 4, p - 1, -1)]
+    play_until(sim, lambda: events_of(sim, Evacuated), 12)
+
+
+@pytest.mark.paper("A9", "chosen")
+@pytest.mark.paper("B6", "Alg. 2:17, chosen")
+@given(GRIDS, st.integers(0, 99), st.sampled_from([1.0, 2.5, SIGHT_RANGE]))
+@settings(max_examples=30)
+def test_whoever_is_alone_finds_the_exit_of_any_floor_without_doors(rows, seed, reach):
+    """Nothing burns; health lasts; and nobody stands for ten seconds on the way."""
+    alone = Scenario(people=1, time_limit=999, sight_range=reach)
+    sim = Simulation(with_exit(rows), alone, seed=seed)
+    sim.world.bodies.health[:] = 1e9
+    stood, at = 0.0, sim.world.bodies.position[0].copy()
+    for _ in ticks(sim):
+        stood += sim.tick
+        if np.abs(sim.world.bodies.position[0] - at).max() > 0.5:
+            stood, at = 0.0, sim.world.bodies.position[0].copy()
+        assert stood < 10
+    assert events_of(sim, Evacuated)
+
+
+def with_exit(rows):
+    """What is connected to the first cell of a floor, with an exit there."""
+    rows = walled(rows).plan.storeys[0].rows
+    free = label(np.array([list(row) for row in rows]) == ".")[0]
+    cells = np.where(free == free[1, 1], ".", "#")
+    cells[0, 1] = "E"
+    rows = tuple("".join(row) for row in cells.tolist())
+    return Building(Plan("grid", len(rows[0]), len(rows), (Storey("", rows),)))
 
 
 CROSSROADS = """
@@ -1102,7 +1181,8 @@ def alter_elsewhere(sim, i, rng):
     """Change whatever can change where no ray of human i arrives."""
     world, bodies, p = sim.world, sim.world.bodies, sim.world.bodies.place[i]
     hidden = np.ones(sim.navigation.places, dtype=bool)
-    hidden[[p, *sim.sight.seen(p)]] = False
+    holes = look(world, sim.sight, np.array([i]))[0].holes
+    hidden[[p, *sim.sight.seen(p, holes)]] = False
     for door in range(len(sim.building.landmarks)):
         if hidden[sim.building.landmark.ravel() == door].all():
             world.burnt ^= {door}
