@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterator
 from functools import cache
 from inspect import cleandoc
+from operator import attrgetter
 from pathlib import Path
 from textwrap import dedent
 from typing import NamedTuple
@@ -265,14 +266,18 @@ def boards_of(test: Symbol) -> list[str]:
     words |= {
         word for each in helpers for word in re.findall(r"\b[A-Z_]+\b", each.source)
     }
-    values = (
-        node.value
+    texts = (
+        cleandoc(node.value)
         for each in (*(s for s in around if s.name in words), test)
-        for node in ast.walk(ast.parse(each.source))
-        if isinstance(node, ast.Constant)
+        for node in sorted(_constants(each), key=attrgetter("lineno", "col_offset"))
+        if isinstance(node.value, str)
     )
-    texts = (cleandoc(value) for value in values if isinstance(value, str))
     return list(dict.fromkeys(text for text in texts if is_board(text)))
+
+
+def _constants(found: Symbol) -> list[ast.Constant]:
+    nodes = ast.walk(ast.parse(found.source))
+    return [node for node in nodes if isinstance(node, ast.Constant)]
 
 
 def is_board(text: str) -> bool:

@@ -98,6 +98,15 @@ def prose(text: str) -> str:
     return re.sub(place, lambda m: f'<a href="#{anchor(m[0])}">{m[0]}</a>', html)
 
 
+def walled(rows: list[str]) -> list[str]:
+    """Put a floor of one row between two walls, as tests/movies builds it."""
+    floors = [floor.split("\n") for floor in "\n".join(rows).split("\n\n")]
+    for floor in floors:
+        if len(floor) == 1 and len(floor[0]) > 5:
+            floor[:] = ["#" * len(floor[0]), *floor, "#" * len(floor[0])]
+    return [row for floor in floors for row in [*floor, ""]][:-1]
+
+
 def pictures_of_boards() -> Callable[[str], str]:
     """Make the filter that draws a text's boards; one drawn before is used again."""
     known: dict[str, str] = {}
@@ -106,6 +115,7 @@ def pictures_of_boards() -> Callable[[str], str]:
         """The boards of a text as pictures, each with its caption."""
         html = ""
         for caption, rows in index.passes_of(text):
+            rows = walled(rows)
             shapes, wide = board(rows), max(map(len, rows))
             if (name := known.get(shapes)) is not None:
                 inner = f'<use href="#{name}"/>'
