@@ -540,3 +540,18 @@ def test_who_is_in_a_full_door_walks_on():
     play(sim, 0.6)
     walked = sim.world.bodies.position[0, 0] - x
     assert walked == pytest.approx(0.6 * WALKING_SPEED, rel=0.05)
+
+
+@pytest.mark.paper("A9", "chosen")
+@pytest.mark.parametrize(("name", "seed"), [("tower", 11), ("maze", 3), ("school", 5)])
+def test_nobody_leans_on_a_corner(name, seed):
+    """Three people, nothing burns: none stands still for ten seconds."""
+    sim = Simulation(shipped(name), Scenario(people=3), seed=seed)
+    bodies = sim.world.bodies
+    before, stands = bodies.position.copy(), np.zeros(3)
+    while not sim.done:
+        sim.step()
+        moved = np.hypot(*(bodies.position - before).T) > 0.01
+        stands = np.where(moved | ~bodies.walking, 0, stands + sim.tick)
+        assert stands.max() < 10
+        before = bodies.position.copy()
