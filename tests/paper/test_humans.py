@@ -648,13 +648,15 @@ def test_through_a_destroyed_door_one_sees_people_and_doors(door):
 
 @pytest.mark.paper("A6", "chosen")
 @pytest.mark.paper("B2")
-@pytest.mark.paper("B6", "Alg. 2:14-15")
+@pytest.mark.paper("B6", "Alg. 2:14-15: walk in that direction")
 def test_the_direction_through_a_destroyed_door_is_unexplored():
     """p sets off where a ray through the hole returns nothing."""
     assert sets_off("#p.:.......+.E") == "#p.:..?....+.E"
 
 
-@pytest.mark.paper("B6", "Alg. 2:13, chosen")
+@pytest.mark.paper(
+    "B6", "Alg. 2:13, chosen: if there are none, or all have been visited"
+)
 def test_a_door_seen_through_a_hole_has_not_been_seen_from_its_room():
     """It joins rooms of which p knows none."""
     sim = stage(HOLE, leads="p")
@@ -895,7 +897,7 @@ def test_a_burnt_door_is_no_way_back():
     assert sets_off(before, visited="+2 +1") == after
 
 
-@pytest.mark.paper("B6", "Alg. 2:17, chosen")
+@pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
 def test_without_any_door_to_go_back_to_one_goes_where_one_never_looked():
     """Into the niche that p has passed; nothing is forgotten."""
     board = """
@@ -917,7 +919,7 @@ def test_without_any_door_to_go_back_to_one_goes_where_one_never_looked():
 
 
 @pytest.mark.paper("A9", "chosen")
-@pytest.mark.paper("B6", "Alg. 2:17, chosen")
+@pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
 @given(GRIDS, st.integers(0, 99), st.sampled_from([1.0, 2.5, SIGHT_RANGE]))
 @settings(max_examples=30)
 def test_whoever_is_alone_finds_the_exit_of_any_floor_without_doors(rows, seed, reach):

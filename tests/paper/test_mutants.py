@@ -106,8 +106,8 @@ B6 beginning
   - rank=rng.random(n),
   + rank=np.zeros(n),
 B6 humans
-  - elif entered not in me.trail[-1:]:
-  + else:
+  - elif entered not in me.trail[-1:] and
+  + elif
 B6 humans
   - best = max(ways
   + best = min(ways
