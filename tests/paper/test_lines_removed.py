@@ -18,7 +18,8 @@ from reference.simulation import Simulation
 from reference.workshop.annotated.words import TITLES, named_in
 
 FILES = [
-    str(ROOT / "tests" / "paper" / f"test_{k}.py") for k in ("humans", "robots", "tick")
+    str(ROOT / "tests" / "paper" / f"test_{k}.py")
+    for k in ("b_humans", "c_robots", "b_tick")
 ]
 
 CHANGES = [
