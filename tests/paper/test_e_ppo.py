@@ -1,8 +1,8 @@
 """PPO: each formula by hand and by an oracle; then the learner, step by step.
 
 What both learners share (schedules, minibatches, Adam) is tested here with the fire's,
-`MIXED` sizes; what MA-POCA does otherwise stands in `test_e_poca`. The whole loss and its
-gradients are compared with `tutorials/ma_poca.py`.
+`MIXED` sizes; what MA-POCA does otherwise stands in `test_e_poca`. The whole loss and
+its gradients are compared with `tutorials/ma_poca.py`.
 """
 
 import math
