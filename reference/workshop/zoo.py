@@ -45,7 +45,7 @@ from reference.game.environment import Environment, Infos, Returns, Seen, action
 from reference.learning.settings import Side
 from reference.paper import HEALTH, Scenario
 from reference.strategies import FireStrategy, RobotStrategy
-from reference.workshop.crossplay.contestants import contestant
+from reference.workshop.crossplay.contestants import fitting
 from reference.workshop.drawing.evacuation import Scene, tally
 from reference.workshop.drawing.film import painter
 from reference.workshop.maps import load
@@ -75,12 +75,17 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
 
         robots, fire: who plays this side, by name or as a strategy; None: agents.
 
-        Raises ValueError as `Environment` does and for an unknown name, TypeError for
-        what is no strategy, and MistakesError or OSError for a file.
+        Raises ValueError as `Environment` does, for an unknown name or render mode and
+        for a policy that learned elsewhere, TypeError for what is no strategy, and
+        MistakesError or OSError for a file.
         """
         here = load(building) if isinstance(building, str) else building
         self.scenario, self.render_mode = scenario or Scenario(), render_mode
-        players = (_strategy("robots", robots), _strategy("fire", fire))
+        modes = self.metadata["render_modes"]
+        if render_mode not in (None, *modes):
+            raise ValueError(f"render_mode={render_mode!r}: there is None, {modes}")
+        where = here, self.scenario
+        players = _strategy("robots", robots, *where), _strategy("fire", fire, *where)
         self.environment = Environment(here, self.scenario, *players)
         self.layout = observations.vector_layout(here, self.scenario)
         self.agents = list[str]()
@@ -194,9 +199,9 @@ class FlatEnvironment(ZooEnvironment):
         return self._scaled(super().state())
 
 
-def _strategy(side: Side, given: Any) -> Any:
-    """Make the strategy that a name names; refuse what cannot decide."""
-    made = contestant(given, side) if isinstance(given, str) else given
+def _strategy(side: Side, given: Any, *where: Any) -> Any:
+    """Make the strategy that a name names; refuse what cannot decide, or not here."""
+    made = fitting(given, side, *where)
     if made is not None and not hasattr(made, "decide"):
         raise TypeError(f"{side}={made!r} has no method `decide`")
     return made

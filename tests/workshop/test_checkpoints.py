@@ -14,6 +14,7 @@ from trainings import begun, equal, room_for, tiny
 from reference.game.environment import Environment
 from reference.game.interface import Moment
 from reference.game.observations import robot_vectors
+from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.strategies import NoRobots, RandomFire
 from reference.workshop.maps import load as load_building
@@ -261,7 +262,7 @@ def test_refuses_a_scenario_that_its_network_cannot_read(
     other = replace(SMALL, **changes)
     elsewhere = replace(SMALL, people_per_floor=(0, 6), time_limit=90.0)
     for policy in (LearnedRobots(path), LearnedFire(path)):
-        with pytest.raises(CheckpointError, match=message):
+        with pytest.raises(InputError, match=message):
             policy.refuse_elsewhere(office, other)
         policy.refuse_elsewhere(office, elsewhere)  # the network reads the same
 

@@ -24,6 +24,7 @@ from pettingzoo.utils import parallel_to_aec
 
 from reference.strategies import RandomFire
 from reference.workshop import zoo
+from reference.workshop.strategies.own import FlatRobots
 from reference.workshop.strategies.robots import Sweep
 
 pytestmark = pytest.mark.extra
@@ -132,6 +133,15 @@ def test_refuses_a_player_who_cannot_decide():
         made(robots="sweeep")
     with pytest.raises(TypeError, match="fire=3 has no method `decide`"):
         made(fire=3)
+
+
+def test_refuses_a_policy_that_learned_elsewhere_and_a_mode_that_there_is_not():
+    """At the door, not with the first decision or picture."""
+    elsewhere = FlatRobots(np.zeros_like, "museum", SCENE)
+    with pytest.raises(ValueError, match="it has learned Museum"):
+        made(robots=elsewhere)
+    with pytest.raises(ValueError, match=r"'human': there is None, \['rgb_array'\]"):
+        made(render_mode="human")
 
 
 def flat_episode(**rules):

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from reference import paper
 from reference.paper import InputError
 from reference.workshop.crossplay.contestants import ABOUT, NAMES, Side, refuse_unknown
+from reference.workshop.strategies.own import CODE
 
 Option = tuple[list[str], dict[str, Any]]
 """Its names, and what argparse is told of it besides."""
@@ -91,7 +92,8 @@ def player(
             raise ArgumentTypeError(str(error)) from None
         return text
 
-    note = f"{', '.join(words)} (a checkpoint or a training's folder); {note}"
+    code = f"; {CODE}: your code, from the current folder" * (CODE in words)
+    note = f"{', '.join(words)} (FILE: a checkpoint, a training's folder{code}); {note}"
     return option(f"--{side}", note, type=somebody, metavar="S", **told)
 
 

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from reference.learning.settings import SIDES
 from reference.workshop.commands import options
 from reference.workshop.commands.common import again, note, resumable, table, tell
 from reference.workshop.crossplay.contestants import NAMES, WORST
@@ -15,11 +16,14 @@ from reference.workshop.plain import rows_of
 from reference.workshop.remedies import SideSettings
 from reference.workshop.runs import ContradictionError, refuse_options
 from reference.workshop.strategies import GUIDES
+from reference.workshop.strategies.own import CODE
 from reference.workshop.training.presets import PRESETS
 from reference.workshop.training.summaries import SUMMARIES
 
 FIXED = "if given, this side does not learn; several play in turn"
-FIRES = tuple(name for name in NAMES["fire"] if name != WORST)
+ROBOTS, FIRES = (
+    [name for name in NAMES[side] if name not in (WORST, CODE)] for side in SIDES
+)
 ROWS = rows_of(SideSettings)
 TINY = "preset tiny ends before anything is learned; to learn, take --preset laptop"
 
@@ -48,7 +52,7 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
         "anchors; default: the preset's",
         choices=ROWS["head"].choices,
     ),
-    options.player("robots", FIXED, nargs="+"),
+    options.player("robots", FIXED, ROBOTS, nargs="+"),
     options.player("fire", FIXED, FIRES, nargs="+"),
     options.option(
         "--imitate", "robots imitate this first (behavioural cloning)", choices=GUIDES

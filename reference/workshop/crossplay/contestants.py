@@ -14,6 +14,7 @@ from reference.simulation import Simulation
 from reference.strategies import NoRobots
 from reference.workshop.plain import did_you_mean, first_line
 from reference.workshop.strategies import LEARNED, SCRIPTS
+from reference.workshop.strategies.own import CODE, from_code, is_code
 from reference.workshop.worst_case import Disturbed, WorstCase
 
 WORST = "worst-case"
@@ -28,6 +29,7 @@ ABOUT: dict[Side, dict[str, str]] = {
     side: {word: first_line(player) for word, player in players.items()}
     | {LEARNED: f"{do} what the network that ships has learned."}
     | {FILE: f"{do} what a network has learned: a checkpoint, or a training's folder."}
+    | {CODE: f"{do} what your code decides, imported from the current folder."}
     for (side, players), do in zip(PLAYERS.items(), ("Do", "Does"), strict=True)
 }
 """All words a user may write, and what they do: docstrings' first lines."""
@@ -37,7 +39,8 @@ NAMES = {side: tuple(words) for side, words in ABOUT.items()}
 
 def said_of(word: str, side: Side) -> str:
     """Say who plays a side in words: "escort, lead people out at once ..."."""
-    about = ABOUT[side].get(word, ABOUT[side][FILE]).replace("`", "").rstrip(".")
+    kind = CODE if is_code(word) else FILE
+    about = ABOUT[side].get(word, ABOUT[side][kind]).replace("`", "").rstrip(".")
     return f"{word}, {about[0].lower()}{about[1:]}"
 
 
@@ -47,20 +50,35 @@ def contestant(word: str, side: Side, sample: bool = False) -> Any:
     FILE is the policy that was learned for this side; sample: draw its actions instead
     of taking the likeliest.
 
-    Raises ValueError for an unknown word, with the nearest known one, and for a
-    checkpoint that lacks what is asked of it; OSError for a file that cannot be read.
+    Raises ValueError for an unknown word, with the nearest known one, for a checkpoint
+    that lacks what is asked of it and for code that is not there; OSError for a file
+    that cannot be read.
     """
     refuse_unknown(word, side, NAMES[side])
     if word in PLAYERS[side]:
         return PLAYERS[side][word]()
+    if is_code(word):
+        return from_code(word, side)
     from reference.workshop.training.policies import POLICIES
 
     return POLICIES[side](word, sample)
 
 
+def fitting(given: Any, side: Side, building: Building, scenario: Scenario) -> Any:
+    """Make a strategy that is given by a word; refuse one that has learned elsewhere.
+
+    Raises as `contestant` does, and what is raised by `refuse_elsewhere`.
+    """
+    made = contestant(given, side) if isinstance(given, str) else given
+    if hasattr(made, "refuse_elsewhere"):
+        made.refuse_elsewhere(building, scenario)
+    return made
+
+
 def refuse_unknown(word: str, side: Side, known: Sequence[str]) -> None:
     """Raise ValueError for a word that is not known; files are not opened yet."""
-    if word not in known and not exists(word):
+    code = CODE in known and is_code(word)
+    if word not in known and not exists(word) and not code:
         raise InputError(
             f"'{word}' is no file and names nobody who plays the {side}: "
             f"{', '.join(known)}.{did_you_mean(word, known)}"

@@ -7,6 +7,7 @@ its newest checkpoint, though more may come while runs are played.
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from copy import deepcopy
 from dataclasses import asdict, dataclass, field, replace
 from functools import lru_cache
@@ -18,14 +19,14 @@ from typing import Any
 import reference
 from reference.building import Building, building_of, plan_of
 from reference.learning.settings import Side
-from reference.paper import ROBOTS_PER_FLOOR, Scenario
+from reference.paper import ROBOTS_PER_FLOOR, InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.crossplay.contestants import contestant, encounter
+from reference.workshop.crossplay.contestants import NAMES, contestant, encounter
 from reference.workshop.files import naming, read_json, write_json
 from reference.workshop.maps import load
 from reference.workshop.plain import record_from
 from reference.workshop.runs import ContradictionError, RunError, refuse_version
-from reference.workshop.strategies import LEARNED
+from reference.workshop.strategies.own import code_file, is_code
 
 EPISODES = 100
 """[F12, chosen] runs of a match: half the width of survival's interval is then about
@@ -36,8 +37,6 @@ MOST_RUNS = 1_000_000
 
 Run = tuple[str, str, int]
 """Robots and fire, by the words asked for, and a seed."""
-
-_loaded = lru_cache(maxsize=32)(contestant)  # copies are played: networks are read once
 
 
 @dataclass(frozen=True)
@@ -61,19 +60,47 @@ class Arena:
 
 @dataclass(frozen=True)
 class Pinned:
-    """The checkpoint that a word named when the evaluation began."""
+    """The checkpoint, or the code, that a word named when the evaluation began.
+
+    path  of a checkpoint, or `module:Name`, whose digest is that of the module's file
+    """
 
     path: str
     sha256: str
 
     @classmethod
-    def of(cls, path: Path) -> "Pinned":
-        """Digest a checkpoint, or the newest one in a folder. Raises OSError."""
-        if path.is_dir():
+    def of(cls, source: str | Path) -> "Pinned":
+        """Digest code, a checkpoint or a folder's newest one.
+
+        Raises InputError, OSError.
+        """
+        word, path = str(source), Path(source)
+        if is_code(word):
+            path = code_file(word)
+        elif path.is_dir():
             from reference.workshop.training.checkpoints import newest
 
             path = newest(path) or path
-        return cls(str(path), sha256(path.read_bytes()).hexdigest())
+            word = str(path)
+        return cls(word, sha256(path.read_bytes()).hexdigest())
+
+    def refuse_changed(self) -> None:
+        """Raise RunError unless it still is what it was."""
+        with suppress(InputError, OSError):
+            if Pinned.of(self.path) == self:
+                return
+        raise RunError(
+            f"{self.path}: is not here, or no more the checkpoint or code that runs were "
+            "played with. Bring it back, or begin anew in another folder."
+        )
+
+
+@lru_cache(maxsize=32)
+def _loaded(word: str, pinned: Pinned | None, side: Side, sample: bool) -> Any:
+    """Make a strategy, of which copies are played: networks are read once."""
+    if pinned:
+        pinned.refuse_changed()
+    return contestant(pinned.path if pinned else word, side, sample)
 
 
 @dataclass(frozen=True)
@@ -84,7 +111,7 @@ class Evaluation:
 
     sample  draw learned policies' actions instead of taking the likeliest
     errors  metres that robots observe wrongly by, in the worst case [F4]
-    files   the checkpoint of each word that names one
+    files   what was pinned of each word that names a checkpoint or code
     """
 
     arena: Arena
@@ -115,8 +142,9 @@ class Evaluation:
 
     def simulation(self, robots: str, fire: str, seed: int) -> Simulation:
         """Set up a run, before its first tick."""
-        guide = deepcopy(_loaded(_path(robots, self.files), "robots", self.sample))
-        foe = deepcopy(_loaded(_path(fire, self.files), "fire", self.sample))
+        find, sample = self.files.get, self.sample
+        guide = deepcopy(_loaded(robots, find(robots), "robots", sample))
+        foe = deepcopy(_loaded(fire, find(fire), "fire", sample))
         where = self.arena.drawn, self.arena.scenario
         return encounter(*where, guide, foe, seed, self.errors)
 
@@ -149,7 +177,7 @@ def begin(
     """
     files = dict[str, Pinned]()
     learned = _learned(robots, fires, files)
-    if sample and not learned:
+    if sample and not any(hasattr(policy, "sample") for policy in learned.values()):
         raise ContradictionError("--sample goes with a checkpoint. Leave it out here.")
     policy = next(iter(learned.values()), None)
     scenario = replace(policy.scenario, training=False) if policy else Scenario()
@@ -158,7 +186,7 @@ def begin(
     if not scenario.robots_per_floor and {*robots} != {"none"}:
         scenario = replace(scenario, robots_per_floor=ROBOTS_PER_FLOOR)
     if policy and building is None:
-        arena = Arena(policy.task.building, policy.task.plan, scenario)
+        arena = Arena(policy.name, plan_of(policy.building), scenario)
     else:
         name = "paper" if building is None else building
         arena = Arena(name, plan_of(load(name)), scenario)
@@ -176,12 +204,8 @@ def resume(
     have changed; else as `begin`.
     """
     begun = _read(folder / ABOUT)
-    for file in begun.files.values():
-        if not Path(file.path).is_file() or Pinned.of(Path(file.path)) != file:
-            raise RunError(
-                f"{file.path}: is not here, or no more the checkpoint that runs were "
-                "played with. Bring it back, or begin anew in another folder."
-            )
+    for pinned in begun.files.values():
+        pinned.refuse_changed()
     robots, fires = _once((*begun.robots, *robots)), _once((*begun.fires, *fires))
     files = dict(begun.files)
     with naming(folder / ABOUT):
@@ -193,24 +217,20 @@ def _once(words: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(words))
 
 
-def _path(word: str, files: Mapping[str, Pinned]) -> str:
-    return files[word].path if word in files else word
-
-
 def _learned(
     robots: Iterable[str], fires: Iterable[str], files: dict[str, Pinned]
 ) -> dict[str, Any]:
-    """Load the learned policies, by the options that name them; pin their files."""
+    """Load the policies that learned, by option; pin all checkpoints and code."""
     found = dict[str, Any]()
     players: list[tuple[Side, str]] = [("robots", word) for word in robots]
     players += [("fire", word) for word in fires]
     for side, word in players:
         with naming(option := f"--{side} {word}"):
-            made = contestant(_path(word, files), side)
+            made = contestant(files[word].path if word in files else word, side)
             if hasattr(made, "refuse_elsewhere"):
                 found[option] = made
-                if word != LEARNED and word not in files:
-                    files[word] = Pinned.of(Path(word))
+            if word not in (*NAMES[side], *files):
+                files[word] = Pinned.of(word)
     return found
 
 

@@ -176,6 +176,7 @@ def as_json(
         "people": evaluation.arena.people,
         "seeds": list(evaluation.seeds),
         "sample": evaluation.sample,
+        "files": {word: asdict(file) for word, file in evaluation.files.items()},
         "ruler": asdict(ruler) if ruler else None,
         "cells": [as_plain(cell) for cell in cells],
     }

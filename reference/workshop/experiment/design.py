@@ -18,7 +18,7 @@ Clauses: E6, F12.
     robots.gamma = 0.98
     [test]
     fires = ["none", "random", "adversary"]  # by name, or arms whose fire learned
-    robots = ["none", "sweep"]    # written by hand, beside those that learned
+    robots = ["none", "mine:Guide"]  # by name or your code, beside those that learned
     seed = 5000                   # default
     episodes = 100                # default
 """
@@ -34,12 +34,13 @@ from typing import Any
 
 from reference.building import plan_of
 from reference.learning.settings import SIDES, Side
-from reference.workshop.crossplay.contestants import WORST
+from reference.workshop.crossplay.contestants import WORST, fitting
 from reference.workshop.crossplay.matches import EPISODES, Arena, Evaluation
 from reference.workshop.files import read_text
 from reference.workshop.maps import load
 from reference.workshop.plain import SettingsError, mapping, record_from, unknown
 from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
+from reference.workshop.strategies.own import is_code
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.policies import fixed_player
 from reference.workshop.training.presets import Settings, changed, preset
@@ -91,8 +92,11 @@ class Experiment:
             teams, test = self.trainings, self.test
             sides = (*teams, *test.robots), (*teams, *test.fires)
             Evaluation(self.arena, *sides, test.seed, test.episodes)  # not too many
-            if LEARNED in test.fires:
-                self._fixed(LEARNED)
+            where = self.arena.drawn, self.arena.scenario
+            for side, words in zip(SIDES, (test.robots, test.fires), strict=True):
+                for word in words:
+                    if word == LEARNED or is_code(word):
+                        fitting(word, side, *where)
             for name in self.arms:  # each refuses what does not fit
                 Training(teams[f"{name}-{self.seeds[0]}"])
         except OSError as error:  # of the map
@@ -107,8 +111,10 @@ class Experiment:
                     "letters, digits and _, and no strategy's name"
                 )
         learning = [name for name in self.arms if not self.arm(name)[1]]
-        _refuse_unknown("fires", self.test.fires, (*FIXED, WORST, *learning))
-        _refuse_unknown("robots", self.test.robots, ROBOTS)
+        fires, robots = self.test.fires, self.test.robots
+        known = (*FIXED, WORST, *learning, *filter(is_code, fires))
+        _refuse_unknown("fires", fires, known)
+        _refuse_unknown("robots", robots, (*ROBOTS, *filter(is_code, robots)))
         for pair in self.compare:
             _refuse_unknown("compare", pair, (*self.arms, *self.test.robots))
             if len(pair) != 2:

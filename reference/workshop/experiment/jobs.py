@@ -27,6 +27,7 @@ from reference.workshop.experiment.design import Experiment
 from reference.workshop.files import make_folder, write_json
 from reference.workshop.runs import held
 from reference.workshop.strategies import SHIPPED
+from reference.workshop.strategies.own import is_code
 from reference.workshop.training.checkpoints import Task, load, newest
 from reference.workshop.training.loop import train
 from reference.workshop.training.session import Training
@@ -122,15 +123,21 @@ def play_tests(
     """Let all teams meet all fires, as far as their trainings are over.
 
     Fewer results come if told to stop. They name a team with a digest of its
-    checkpoint.
+    checkpoint, and code of one's own with a digest of its file.
     """
     test, files = experiment.test, dict[str, Pinned]()
     for team, path in over(experiment, folder).items():
         made = Pinned.of(path)
         files[f"{team}-{made.sha256[:8]}"] = made
-    robots = *files, *test.robots
-    named = [fire for fire in test.fires if fire not in experiment.arms]
-    fires = *named, *(team for team in files if arm_of(team) in test.fires)
+    own = {w: Pinned.of(w) for w in (*test.robots, *test.fires) if is_code(w)}
+    named = {word: f"{word}-{code.sha256[:8]}" for word, code in own.items()}
+    robots = *files, *(named.get(word, word) for word in test.robots)
+    others = [fire for fire in test.fires if fire not in experiment.arms]
+    fires = (
+        *(named.get(word, word) for word in others),
+        *(team for team in files if arm_of(team) in test.fires),
+    )
+    files |= {named[word]: code for word, code in own.items()}
     if not robots or not fires:
         return []
     start = experiment.arena, robots, fires, test.seed, test.episodes, False, files

@@ -23,6 +23,7 @@ from reference.workshop.crossplay.results import Cell, table
 from reference.workshop.crossplay.runs import RunResult
 from reference.workshop.experiment.design import FIXED, Experiment
 from reference.workshop.experiment.jobs import arm_of
+from reference.workshop.strategies.own import is_code
 
 OWN = "own fire"  # the one that a team has learned with
 ENOUGH = 5  # trainings of an arm; with fewer a result is preliminary
@@ -43,8 +44,8 @@ class Results:
         self.experiment = experiment
         self.runs: dict[tuple[str, str], list[RunResult]] = {}
         for run in found:
-            column = run.fire
-            if column not in (*FIXED, WORST):
+            column = arm_of(run.fire) if is_code(arm_of(run.fire)) else run.fire
+            if column not in (*FIXED, WORST) and not is_code(column):
                 column = OWN if column == run.robots else f"{arm_of(column)}'s fires"
             self.runs.setdefault((arm_of(run.robots), column), []).append(run)
         columns = dict.fromkeys(column for _, column in self.runs)

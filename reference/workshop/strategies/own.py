@@ -1,0 +1,201 @@
+"""Strategies of your own: code named `module:Name`, policies that learned elsewhere.
+
+Clauses: C5, C7, D2.
+
+    class Guide(FlatRobots):  # in mine.py: `evaluate --robots sweep mine:Guide`
+        def __init__(self):
+            super().__init__(policy, "tiny", Scenario(people=12))
+"""
+
+import os
+import sys
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from inspect import signature
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from reference.building import Building
+from reference.fire import Decision
+from reference.game.environment import destination, fire_decision
+from reference.game.observations import (
+    fire_vector,
+    robot_vectors,
+    robots_at_work,
+    vector_layout,
+)
+from reference.learning.settings import Side
+from reference.paper import InputError, Scenario
+from reference.robots import Destinations
+from reference.workshop.maps import load
+from reference.world import Robot, World
+
+CODE = "MODULE:NAME"
+ASKED = {"robots": ("world", "robots", "rng"), "fire": ("world", "rng")}
+
+# -- Code ---------------------------------------------------------------------------
+
+
+def is_code(word: str) -> bool:
+    """Does a word name code: `module:Name`, `package.module:Name`?"""
+    module, _, name = word.partition(":")
+    return all(part.isidentifier() for part in (name, *module.split(".")))
+
+
+def from_code(word: str, side: Side) -> Any:
+    """Make the strategy that a word names: an object with `decide`, or its class.
+
+    Raises InputError for a module or name that is not there, and for what cannot
+    decide. What the code itself raises is not caught.
+    """
+    name, asked = word.partition(":")[2], ASKED[side]
+    if (found := getattr(_module(word), name, None)) is None:
+        raise InputError(f"{word}: {code_file(word)} has no '{name}'.")
+    decides = hasattr(found, "decide") and not isinstance(found, type)
+    made = found if decides or not callable(found) else found()
+    try:
+        signature(made.decide).bind(*asked)
+    except (AttributeError, TypeError):
+        needs = f"decide({', '.join(asked)})"
+        raise InputError(f"{word}: who plays the {side} has {needs}.") from None
+    return made
+
+
+def code_file(word: str) -> Path:
+    """The file of the module that a word names. Raises InputError if it has none."""
+    if path := _module(word).__file__:
+        return Path(path)
+    raise InputError(f"{word}: name a module, not a folder.")
+
+
+def _module(word: str) -> ModuleType:
+    """Import a module, first from the current folder."""
+    name = word.partition(":")[0]
+    if sys.path[0] not in ("", os.getcwd()):
+        sys.path.insert(0, os.getcwd())
+    try:
+        return import_module(name)
+    except ModuleNotFoundError as error:
+        if not f"{name}.".startswith(f"{error.name}."):
+            raise
+        where = "Write it here as mine:Guide for `class Guide` in mine.py"
+        raise InputError(f"{word}: there is no module '{name}'. {where}.") from None
+
+
+# -- Policies that have learned -----------------------------------------------------
+
+
+class Trained:
+    """A policy of one building and scenario; it remembers no decision.
+
+    name, building, scenario  what it has learned in
+    """
+
+    side: Side
+    name: str
+    building: Building
+    scenario: Scenario
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> "Trained":
+        """Itself: copies of a simulation share the network."""
+        return self
+
+    def refuse_elsewhere(self, building: Building, scenario: Scenario) -> None:
+        """Raise InputError unless the policy can read such a world.
+
+        It needs the same drawing and numbers of people, robots, sources and seconds
+        between decisions as in training. Where people start, how far they see, rule D6
+        and the time limit may differ.
+        """
+        own = self.building
+        if own.plan != building.plan:
+            raise InputError(
+                f"it has learned {own.title}, not this drawing of {building.title}. "
+                "Leave the building out, or name its own."
+            )
+        for what, number in _facts(building, scenario).items():
+            if number != (trained := _facts(own, self.scenario)[what]):
+                raise InputError(
+                    f"its {self.side} learned with {trained} {what}; here it is "
+                    f"{number}. Take as many, or train for it."
+                )
+
+    def emitted(
+        self, vectors: np.ndarray, world: World, rng: np.random.Generator
+    ) -> np.ndarray:
+        """(G, A) actions in [-1, 1] for (G, V) observations."""
+        raise NotImplementedError
+
+
+class TrainedRobots(Trained):
+    """Robots that a policy guides [C5] [C7]."""
+
+    side: Side = "robots"
+
+    def decide(
+        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
+    ) -> Destinations:
+        """Choose the next destination of each of these robots, metres."""
+        emitted = self.emitted(robot_vectors(world, self.scenario), world, rng)
+        row = {robot.body: k for k, robot in enumerate(world.robots)}
+        return [destination(self.building, emitted[row[r.body]]) for r in robots]
+
+
+class TrainedFire(Trained):
+    """A fire that a policy lights [D2]."""
+
+    side: Side = "fire"
+
+    def decide(self, world: World, rng: np.random.Generator) -> Decision:
+        """Choose floor and metres of the next source."""
+        emitted = self.emitted(fire_vector(world, self.scenario)[None], world, rng)
+        return fire_decision(self.building, emitted[0])
+
+
+def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
+    """Collect the numbers that a policy's inputs depend on."""
+    return {
+        "people": sum(scenario.start_counts(building.floors)),
+        "robots": scenario.robots_per_floor * building.floors,
+        "fire sources": scenario.sources,
+        "seconds between decisions": scenario.decision_seconds,
+    }
+
+
+class Flat(Trained):
+    """A policy on the observations of `parallel_env(..., flat=True)`.
+
+    policy  (G, V) float32, a row for each agent of the side, zeros for who has left
+            -> (G, A) in [-1, 1]
+    """
+
+    def __init__(
+        self,
+        policy: Callable[[np.ndarray], np.ndarray],
+        building: str = "paper",
+        scenario: Scenario | None = None,
+    ):
+        """building, scenario: those that it has learned in."""
+        self.policy, self.scenario = policy, scenario or Scenario()
+        self.name, self.building = building, load(building)
+        self.layout = vector_layout(self.building, self.scenario)
+
+    def emitted(
+        self, vectors: np.ndarray, world: World, rng: np.random.Generator
+    ) -> np.ndarray:
+        """(G, A) actions in [-1, 1] for (G, V) observations."""
+        seen = self.layout.scaled(vectors).clip(-1, 1).astype(np.float32)
+        if self.side == "robots":
+            seen[~robots_at_work(world)] = 0
+        return np.asarray(self.policy(seen), dtype=float)
+
+
+class FlatRobots(Flat, TrainedRobots):
+    """Robots that such a policy guides."""
+
+
+class FlatFire(Flat, TrainedFire):
+    """A fire that such a policy lights."""
