@@ -90,8 +90,8 @@ class Pinned:
             if Pinned.of(self.path) == self:
                 return
         raise RunError(
-            f"{self.path}: is not here, or no more the checkpoint or code that runs were "
-            "played with. Bring it back, or begin anew in another folder."
+            f"{self.path}: is not here, or no more the checkpoint or code that runs "
+            "were played with. Bring it back, or begin anew in another folder."
         )
 
 
