@@ -91,8 +91,8 @@ after = tested()
 # %% What was learned
 # Rewards are shares of the health that all have at first. Rounding differs between
 # machines, so what was learned is not printed. When this was written it earned 1.97.
-# Robots that nobody trained call people into the middle of the building; these lead them
-# out.
+# Robots that nobody trained call people into the middle of the building; these lead
+# them out.
 
 print("more than before training:", after > before + 0.3)
 #> more than before training: True
