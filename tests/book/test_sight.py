@@ -109,10 +109,11 @@ def test_who_sees_far_sees_from_corner_to_corner():
     assert body("q") in view(stage(board, sight_range=100.0), "p").bodies
 
 
-@pytest.mark.paper("B1", "chosen")
-@pytest.mark.parametrize(("between", "seen"), [("+", []), (".", [1])])
+@pytest.mark.paper("A5", "deviation")
+@pytest.mark.paper("B1")
+@pytest.mark.parametrize(("between", "seen"), [("+", []), (".", [1]), (":", [1])])
 def test_nobody_sees_through_a_door(between, seen):
-    """Its trigger stops a ray, though not a body."""
+    """Its trigger stops a ray, though not a body, until it is destroyed."""
     sim = stage(f"#######\n#p.{between}.qE\n#######")
     assert list(view(sim, "p").bodies) == seen
 

@@ -634,7 +634,7 @@ HOLE = """
 
 
 @pytest.mark.paper("A6", "chosen")
-@pytest.mark.paper("B1", "deviation")
+@pytest.mark.paper("A5", "deviation")
 @pytest.mark.parametrize("door", ["stands", "destroyed"])
 def test_through_a_destroyed_door_one_sees_people_and_doors(door):
     """Both ways; an intact door hides them."""
