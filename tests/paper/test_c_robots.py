@@ -370,6 +370,7 @@ def test_of_two_stairwells_over_the_same_cells_the_one_that_leads_down_is_meant(
     assert said_on_the_way(building, 2, b.centre) == NOWHERE
 
 
+@pytest.mark.paper("A3")
 @pytest.mark.paper(
     "C7", "Alg. 3:5, chosen: tell followers what goes with that destination"
 )

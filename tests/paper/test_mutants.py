@@ -1,4 +1,4 @@
-"""Every chapter of the book counts: changed anywhere, a test of its clause says so.
+"""Every chapter of the book counts: changed, a test of its clause should say so.
 
 `MUTANTS` changes one piece of the code after the other, in a copy of the checkout; at
 least one test that is filed under the clause must then fail.  Whole lines of the
