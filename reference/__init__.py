@@ -82,7 +82,7 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
-__version__ = "0.13.0"
+__version__ = "0.14.0"
 
 GAME = 6
 """Increases when rules or numbers of the game change: policies learned in another game
