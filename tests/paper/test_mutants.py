@@ -36,7 +36,7 @@ A3 walking
 A4 simulation
   - self._leave(i, Fate.EVACUATED)
   + pass
-A4 building
+A3 building
   - return ends[0] != OUTSIDE
   + return True
 A5 simulation
