@@ -17,8 +17,8 @@ from concurrent.futures import (
     ProcessPoolExecutor,
 )
 from concurrent.futures import wait as wait_for
-from contextlib import contextmanager, suppress
-from multiprocessing import get_context, parent_process
+from contextlib import contextmanager
+from multiprocessing import active_children, get_context, parent_process
 from threading import RLock, Thread
 from typing import Any, TypeVar
 
@@ -140,6 +140,7 @@ def workers(count: int) -> Iterator[Executor]:
     if count == 0:
         yield InProcess()
         return
+    others = {*active_children()}
     try:
         with _deaf():  # and so is Python's tracker of semaphores, which starts here
             pool = _Pool(count, get_context("spawn"), _begin_work)
@@ -148,27 +149,14 @@ def workers(count: int) -> Iterator[Executor]:
             f"no worker can be started ({error.strerror}; on Linux they need to write "
             "to /dev/shm). Make that possible, or take --workers 0."
         ) from error
-    pool.workers, processes = count, pool._processes
-    calls: Any = pool._call_queue  # type: ignore[attr-defined]
-    results: Any = pool._result_queue
+    pool.workers, results = count, pool._result_queue  # type: ignore[attr-defined]
     try:
         yield pool
     finally:
-        manager: Any = pool._executor_manager_thread
-        pool.shutdown(wait=False, cancel_futures=True)
-        for worker in [*processes.values()]:
+        for worker in {*active_children()} - others:
             worker.kill()
         results._writer.close()  # else the pool awaits the rest of half a result
-        while manager and manager.is_alive():
-            _drain(calls._reader)
-            manager.join(0.01)
-
-
-def _drain(reader: Any) -> None:
-    """Read jobs that no worker will: until somebody does, the pool waits."""
-    with suppress(OSError):  # it may be closed by now
-        while reader.poll():
-            os.read(reader.fileno(), 1 << 16)
+        pool.shutdown(cancel_futures=True)
 
 
 class _Pool(ProcessPoolExecutor):
