@@ -9,19 +9,8 @@ import signal
 import sys
 
 if __name__ == "__main__":
-    HEARD = list[int]()  # signals that stop this process
-
-    def stop(number: int, frame: object) -> None:
-        """Handle a signal; exit silently while the modules below are loaded."""
-        if "_process" not in globals():
-            os._exit(130)
-        HEARD.append(number)
-        raise KeyboardInterrupt
-
-    for name in ("SIGINT", "SIGTERM", "SIGHUP"):  # not every system has the last
-        number = getattr(signal, name, signal.SIGINT)
-        if signal.getsignal(number) != signal.SIG_IGN:  # as `nohup` has it
-            signal.signal(number, stop)
+    if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # silent while modules are loaded
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed: nobody listens
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
@@ -43,6 +32,7 @@ from reference.workshop.commands.options import Command
 from reference.workshop.commands.training import curves, train
 from reference.workshop.files import told
 from reference.workshop.runs import ContradictionError
+from reference.workshop.workers import STOPS
 
 MAPS, RUNS = (
     (check, draw, floors),
@@ -120,15 +110,18 @@ def _describe(parser: ArgumentParser, command: Command) -> None:
 
 
 def _process() -> int:
-    """Run the command line; a stop counts even if a library raises its own error."""
+    """Run the command line; all that stops it is a KeyboardInterrupt, as Ctrl-C is."""
     os.environ.pop("MPLBACKEND", None)  # may name what is not installed here
+    for stop in STOPS:
+        if signal.getsignal(stop) != signal.SIG_IGN:  # as `nohup` has it
+            signal.signal(stop, signal.default_int_handler)
     try:
         status = main()
-    except Exception:
-        if not HEARD:
+    except Exception as error:  # a library's own, perhaps in the place of a stop
+        if not isinstance(error.__context__, KeyboardInterrupt):
             raise
         status = _complain(STOPPED, 130)
-    if HEARD:
+    if status == 130:
         sys.stderr.flush()
         os._exit(status)  # Python may crash when it unloads what is half loaded
     return status

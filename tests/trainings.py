@@ -58,6 +58,20 @@ def trained(training: Training, folder: Path, rounds: int | None = None) -> Path
     return train(training, folder, InProcess(), stop)
 
 
+class Stopped(InProcess):
+    """Does some jobs; then somebody presses Ctrl-C."""
+
+    def __init__(self, jobs: int = 0) -> None:
+        self.jobs = jobs
+
+    def submit(self, fn, /, *given):
+        """As `InProcess` does, while there are jobs to do."""
+        if not self.jobs:
+            raise KeyboardInterrupt
+        self.jobs -= 1
+        return super().submit(fn, *given)
+
+
 def tensors(state, name: str = "") -> dict[str, torch.Tensor | float | str]:
     """Everything in a state by its path, tensors and plain values."""
     if isinstance(state, dict):

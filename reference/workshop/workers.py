@@ -19,7 +19,7 @@ from concurrent.futures import (
 from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
 from multiprocessing import active_children, get_context, parent_process
-from threading import RLock, Thread
+from threading import RLock, Thread, current_thread, main_thread
 from typing import Any, TypeVar
 
 from tqdm import tqdm
@@ -30,7 +30,7 @@ from reference.paper import InputError
 STOPS = [signal.SIGINT, signal.SIGTERM]  # end a command
 STOPS += [signal.SIGHUP] if hasattr(signal, "SIGHUP") else []  # the terminal is gone
 
-POLL = 0.2  # seconds between two checks of whether to stop
+POLL = 0.2  # seconds: not every system hears Ctrl-C while it waits
 ANSWER = 10  # seconds to wait for a scheduler
 _mask = getattr(signal, "pthread_sigmask", lambda how, which: which)  # POSIX alone
 
@@ -41,6 +41,31 @@ Given = TypeVar("Given")
 def chunks(items: Sequence[Given], size: int) -> list[tuple[Given, ...]]:
     """Split what there is to do into jobs of at most so many, in order."""
     return [tuple(items[k : k + size]) for k in range(0, len(items), size)]
+
+
+@contextmanager
+def undisturbed() -> Iterator[None]:
+    """Put off a KeyboardInterrupt, by whichever signal, until the block is over."""
+    heard = list[int]()
+
+    def later(number: int, frame: Any) -> None:
+        """Handle a signal."""
+        heard.append(number)
+        print("\nstopping as soon as this round is learned from", file=sys.stderr)
+
+    raising = {stop: signal.getsignal(stop) for stop in STOPS}
+    if current_thread() is not main_thread():  # which alone hears signals
+        raising.clear()
+    before = {s: h for s, h in raising.items() if h is signal.default_int_handler}
+    for stop in before:
+        signal.signal(stop, later)
+    try:
+        yield
+    finally:
+        for stop, handler in before.items():
+            signal.signal(stop, handler)
+    if heard:
+        raise KeyboardInterrupt
 
 
 @contextmanager
@@ -60,17 +85,14 @@ def in_order(
     executor: Executor,
     work: Callable[[Sequence[Given]], Sequence[Made]],
     items: Sequence[Given],
-    stop: Callable[[], bool],
-) -> list[Made] | None:
-    """Give each worker an even share; return results in order, or None if stopped.
+) -> list[Made]:
+    """Give each worker an even share; return results in order.
 
     Where the number of workers is unknown, each item is a share. Raises as `as_done`.
     """
     size = -(-len(items) // getattr(executor, "workers", len(items)))
     shares = chunks(items, size)
-    made = dict(as_done(executor, work, shares, stop))
-    if len(made) < len(shares):
-        return None
+    made = dict(as_done(executor, work, shares))
     return [one for k in range(len(shares)) for one in made[k]]
 
 
@@ -78,51 +100,36 @@ def as_done(
     executor: Executor,
     work: Callable[[Given], Made],
     jobs: Iterable[Given],
-    stop: Callable[[], bool],
 ) -> Iterator[tuple[int, Made]]:
-    """Yield number and result of each job as it is done, until told to stop.
+    """Yield number and result of each job as it is done.
 
-    Jobs that are not done by then are left to whoever ends the executor. Raises what
-    the work raises, and BrokenExecutor for a worker that has died.
+    Raises what the work raises, and BrokenExecutor for a worker that has died. Jobs
+    that are not done by then are left to whoever ends the executor.
     """
     waiting: dict[Future[Made], int] = {}
-    try:
-        for number, job in enumerate(jobs):
-            if stop():
-                return
-            waiting[future := executor.submit(work, job)] = number
-            if future.done():  # in this process
-                yield waiting.pop(future), future.result()
-        while waiting and not stop():
-            for future in wait_for(waiting, POLL, FIRST_COMPLETED).done:
-                if stop() and future.exception():  # what stops us ends workers, too
-                    return
-                yield waiting.pop(future), future.result()
-    except KeyboardInterrupt:  # in the middle of a job in this process
-        if not stop():
-            raise
+    for number, job in enumerate(jobs):
+        waiting[future := executor.submit(work, job)] = number
+        if future.done():  # in this process
+            yield waiting.pop(future), future.result()
+    while waiting:
+        for future in wait_for(waiting, POLL, FIRST_COMPLETED).done:
+            yield waiting.pop(future), future.result()
 
 
 class InProcess(Executor):
-    """Does a job at once, in this process: slower, but a debugger can step into it.
+    """Does a job at once, in this process: slower, but a debugger can step into it."""
 
-    busy  whether a job runs, which Ctrl-C may then interrupt
-    """
-
-    busy, workers = False, 1
+    workers = 1
 
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
     ) -> Future[Made]:
         """Do a job before returning."""
         future: Future[Made] = Future()
-        before, InProcess.busy = InProcess.busy, True
         try:
             future.set_result(fn(*args, **kwargs))
         except Exception as error:
             future.set_exception(error)
-        finally:
-            InProcess.busy = before
         return future
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from trainings import begun, room_for, tiny, trained
+from trainings import Stopped, begun, room_for, tiny, trained
 
 from reference.evaluation.difficulty import arrival_of, difficulty, people_in
 from reference.evaluation.score import PAPER
@@ -70,6 +70,12 @@ class Counting(InProcess):
         return super().submit(fn, job)
 
 
+def interrupted(evaluation, folder, jobs=0):
+    """Begin an evaluation, which Ctrl-C ends after so many jobs."""
+    with pytest.raises(KeyboardInterrupt):
+        evaluate(evaluation, folder, Stopped(jobs))
+
+
 def a_result(robots="sweep", fire="random", seed=0, **changes):
     """Of forty people half are out, one a second."""
     facts = {"people": 40, "evacuated": 20, "died": 20, "inside": 0, "survival": 0.5}
@@ -126,9 +132,8 @@ def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     monkeypatch.setattr(runs, "IN_LOCKSTEP", 2)
     monkeypatch.setattr(runs, "JOBS", 1)
     folder, whole = Path("stopped"), Path("whole")
-    looks = iter([False])
-    kept = evaluate(begin(**SMALL), folder, InProcess(), lambda: next(looks, True))
-    assert kept == small[:2] == runs.read(folder / "runs.csv")
+    interrupted(begin(**SMALL), folder, jobs=1)
+    assert runs.read(folder / "runs.csv") == small[:2]
     rest = Counting()
     assert evaluate(resume(folder), folder, rest) == small
     assert [run[::2] for run in rest.runs] == [("sweep", 0), ("sweep", 1)]
@@ -267,7 +272,7 @@ def test_the_baseline_scores_one_on_the_ruler_made_of_its_runs():
 def test_refuses_files_that_are_not_its_own(file, old, new, message):
     """Or that another version wrote, in which runs may end otherwise."""
     path = Path("out") / file
-    evaluate(begin(**SMALL), Path("out"), InProcess(), lambda: True)
+    interrupted(begin(**SMALL), Path("out"))
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(ValueError, match=message):
         evaluate(resume(Path("out")), Path("out"), InProcess())
@@ -278,7 +283,7 @@ def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
     mine = tmp_path / "mine.pt"
     shutil.copy(run / "checkpoint-000001.pt", mine)
     asked = begin((str(mine),), ("none",), episodes=1)
-    evaluate(asked, Path("out"), InProcess(), lambda: True)
+    interrupted(asked, Path("out"))
     shutil.copy(run / "checkpoint-000000.pt", mine)
     with pytest.raises(InputError, match="or no more the checkpoint"):
         resume(Path("out"))

@@ -5,6 +5,7 @@ import random
 import shutil
 import tomllib
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,7 +13,7 @@ import pytest
 import torch
 import yaml
 from conftest import ROOT
-from trainings import begun, tiny, trained
+from trainings import Stopped, begun, tiny, trained
 
 from reference.paper import InputError
 from reference.workshop.crossplay import begin, evaluate, resume
@@ -113,7 +114,8 @@ def _from_torch(path: Path) -> Any:
 
 
 def _evaluation(path: Path) -> None:
-    evaluate(resume(path.parent), path.parent, InProcess(), lambda: True)
+    with suppress(KeyboardInterrupt):
+        evaluate(resume(path.parent), path.parent, Stopped())
 
 
 def _played(path: Path) -> None:

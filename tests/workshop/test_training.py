@@ -1,13 +1,14 @@
 """The adversarial loop: whose turn it is, what comes out, how it goes on."""
 
 import csv
+import signal
 from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 import torch
-from trainings import TINY, begun, equal, tiny, trained
+from trainings import TINY, Stopped, begun, equal, tiny, trained
 
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.rollouts import Job, play
@@ -355,10 +356,27 @@ def test_refuses_a_network_to_begin_with_that_means_something_else(whole):
 def test_a_round_that_is_being_played_is_dropped(tmp_path):
     """As if it had never begun: the next one has the same seeds."""
     training = begun()
-    looks = iter([False])  # before the round; then before its first job
-    train(training, tmp_path, InProcess(), lambda: next(looks, True))
+    with pytest.raises(KeyboardInterrupt):
+        train(training, tmp_path, Stopped())
     assert training.round == 0
     assert equal(load(tmp_path).learners, begun().checkpoint().learners)
+
+
+def test_a_round_that_is_being_learned_from_is_finished(tmp_path, monkeypatch):
+    """What is saved is what it would have been; its rows are there too."""
+    training, whole = begun(), tmp_path / "whole"
+    trained(begun(), whole, rounds=1)
+    learn = training.learn
+
+    def stopped(episodes):
+        signal.raise_signal(signal.SIGINT)
+        return learn(episodes)
+
+    monkeypatch.setattr(training, "learn", stopped)
+    with pytest.raises(KeyboardInterrupt):
+        train(training, tmp_path / "run", InProcess())
+    assert equal(load(tmp_path / "run").learners, load(whole).learners)
+    assert rows(tmp_path / "run") == rows(whole)
 
 
 # -- Summaries ----------------------------------------------------------------------

@@ -12,82 +12,49 @@ import pytest
 from conftest import ROOT
 
 from reference.paper import InputError
-from reference.workshop.commands import common
-from reference.workshop.commands.common import ctrl_c
-from reference.workshop.workers import STOPS, InProcess, as_done, workers
-
-
-def never():
-    """Nobody wants to stop."""
-    return False
+from reference.workshop.workers import InProcess, as_done, undisturbed, workers
 
 
 def test_results_can_come_as_they_are_done():
     """Each with the number of its job, so that it can be kept at once."""
     with ThreadPoolExecutor(2) as executor:
-        found = as_done(executor, time.sleep, [0.5, 0.0], never)
+        found = as_done(executor, time.sleep, [0.5, 0.0])
         assert [number for number, _ in found] == [1, 0]
 
 
 def test_here_a_result_comes_before_the_next_job_begins():
     """What is done can be kept, though nobody works beside this process."""
     begun = []
-    results = as_done(InProcess(), begun.append, ["first", "second"], never)
+    results = as_done(InProcess(), begun.append, ["first", "second"])
     assert (next(results), begun) == ((0, None), ["first"])
 
 
-def test_told_to_stop_results_end():
-    """What has begun may end, but nobody waits for it."""
-    begun = []
-
-    def work(seconds):
-        begun.append(seconds)
-        time.sleep(seconds)
-
-    executor = ThreadPoolExecutor(1)
-    found = as_done(executor, work, [0.0, 0.4, 0.0], lambda: len(begun) > 1)
-    assert [number for number, _ in found] in ([], [0])
-    executor.shutdown(cancel_futures=True)
-    assert begun == [0.0, 0.4]
-
-
-@pytest.mark.parametrize("number", STOPS)
-def test_one_ctrl_c_or_sigterm_ends_a_job_in_this_process(number):
+def test_a_stop_ends_a_job_in_this_process():
     """It is dropped, as those are that have not begun."""
     begun = []
 
     def work(job):
         begun.append(job)
-        signal.raise_signal(number)
+        signal.raise_signal(signal.SIGINT)
         pytest.fail("it went on")
 
-    with ctrl_c() as stop, workers(0) as executor:
-        assert list(as_done(executor, work, ["one", "two"], stop)) == []
+    with pytest.raises(KeyboardInterrupt), workers(0) as executor:
+        list(as_done(executor, work, ["one", "two"]))
     assert begun == ["one"]
 
 
-def test_a_second_ctrl_c_at_once_is_the_first_and_a_later_one_stops(monkeypatch):
-    """Some senders tell the process and its group."""
-    clock = iter([5.0, 5.5, 9.0])
-    monkeypatch.setattr(common, "monotonic", lambda: next(clock))
-    with ctrl_c() as stop:
+def test_a_stop_waits_until_what_must_not_be_disturbed_is_over():
+    """Also one that comes again; in other threads, which hear none, nothing changes."""
+    over = []
+    with pytest.raises(KeyboardInterrupt), undisturbed():
         signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGINT)
-        assert stop()
-        with pytest.raises(KeyboardInterrupt):
-            signal.raise_signal(signal.SIGINT)
-
-
-def test_signals_that_are_ignored_stay_ignored():
-    """As `nohup` ignores the end of its terminal."""
-    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    try:
-        with ctrl_c() as stop:
-            signal.raise_signal(signal.SIGHUP)
-            assert not stop()
-        assert signal.getsignal(signal.SIGHUP) is signal.SIG_IGN
-    finally:
-        signal.signal(signal.SIGHUP, before)
+        over.append("this")
+    assert over == ["this"]
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(undisturbed().__enter__).result()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 # -- Processes ----------------------------------------------------------------------
@@ -134,6 +101,13 @@ def test_a_job_that_no_worker_has_read_is_not_waited_for():
     surroundings = os.environ | {"PYTHONPATH": str(ROOT)}
     command = [sys.executable, "-c", LARGE]
     assert subprocess.call(command, env=surroundings, timeout=120) == 0
+
+
+def test_a_result_that_is_half_written_is_not_waited_for():
+    """The pipe is full, since it is larger, and its worker is ended meanwhile."""
+    with workers(1) as pool:
+        first, *_ = [pool.submit(bytes, 10**7) for _ in range(20)]
+        first.result()
 
 
 def test_refuses_workers_where_there_is_no_shared_memory(monkeypatch):

@@ -1,21 +1,17 @@
-"""What the commands share: printing figures, workers and Ctrl-C."""
+"""What the commands share: printing figures, workers, how to go on."""
 
 import json
 import shlex
-import signal
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import BrokenExecutor, Executor
 from contextlib import contextmanager
 from pathlib import Path
-from time import monotonic
 from typing import Any
 
 from reference.workshop.runs import RunError, held
-from reference.workshop.workers import STOPS, InProcess, cluster, workers
-
-TWICE = 1.0  # s from one signal to the next, if they are two
+from reference.workshop.workers import cluster, workers
 
 
 def tell(arguments: Namespace, facts: dict[str, Any], text: str) -> None:
@@ -51,8 +47,8 @@ def again(*words: object) -> str:
 @contextmanager
 def resumable(
     arguments: Namespace, folder: Path | None, start: Callable[[], Any], *words: object
-) -> Iterator[tuple[Any, Executor, Callable[[], bool]]]:
-    """Start or resume a run in its folder; yield it, workers and a check for Ctrl-C.
+) -> Iterator[tuple[Any, Executor]]:
+    """Start or resume a run in its folder; yield it and workers.
 
     When it is stopped, or a worker has died, it says how to go on.
 
@@ -67,43 +63,10 @@ def resumable(
     with held(folder, arguments.resume, start) as run:
         hands = cluster(address) if address else workers(arguments.workers)
         try:
-            with ctrl_c() as stop, hands as executor:
-                yield run, executor, stop
+            with hands as executor:
+                yield run, executor
         except BrokenExecutor as error:
             what = "a worker has died, perhaps for want of memory: take fewer"
             raise RunError(f"{what}. {on}") from error
-        if stop():
-            raise KeyboardInterrupt(f"stopped. {on}")
-
-
-@contextmanager
-def ctrl_c() -> Iterator[Callable[[], bool]]:
-    """Note Ctrl-C and other signals to stop, and go on; a second one stops at once.
-
-    Those that this process ignores, as `nohup` has it, stay ignored. One that comes
-    within TWICE of the first belongs to it: `timeout`, for one, tells the process and
-    its group.
-    """
-    pressed, stderr = list[float](), sys.stderr  # a job may redirect it
-
-    def heard(number: int, frame: Any) -> None:
-        """Handle a signal."""
-        if not pressed:
-            pressed.append(monotonic())
-            print("\nstopping; Ctrl-C once more drops what is unsaved", file=stderr)
-            if InProcess.busy:
-                raise KeyboardInterrupt
-        elif monotonic() - pressed[0] > TWICE:
-            restore()
-            signal.raise_signal(number)
-
-    def restore() -> None:
-        for stop, handler in before.items():
-            signal.signal(stop, handler)
-
-    heeded = [stop for stop in STOPS if signal.getsignal(stop) != signal.SIG_IGN]
-    before = {stop: signal.signal(stop, heard) for stop in heeded}
-    try:
-        yield lambda: bool(pressed)
-    finally:
-        restore()
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(f"stopped. {on}") from None

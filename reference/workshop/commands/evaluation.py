@@ -49,13 +49,12 @@ def evaluate(arguments: Namespace) -> None:
         raise ContradictionError("--resume goes with --out: which folder?")
     same = ("evaluate", *(("--baseline", baseline) if baseline else ()))
     with resumable(arguments, out, partial(_evaluation, arguments), *same) as work:
-        evaluation, executor, stop = work
+        evaluation, executor = work
         if baseline and baseline not in evaluation.robots:
             raise ContradictionError(f"--baseline {baseline}: add it to --robots")
         note(evaluation.about())
-        found = runs.evaluate(evaluation, out, executor, stop)
-        if not stop():
-            _tell(arguments, evaluation, found)
+        found = runs.evaluate(evaluation, out, executor)
+        _tell(arguments, evaluation, found)
 
 
 def _evaluation(arguments: Namespace) -> Evaluation:

@@ -36,11 +36,10 @@ def experiment(arguments: Namespace) -> None:
     folder = arguments.out or Path("out") / arguments.file.stem
     read = partial(design.read, arguments.file)
     with resumable(arguments, folder, read, "experiment", arguments.file) as work:
-        asked, executor, stop = work
+        asked, executor = work
         note(f"trainings: {len(asked.trainings)}, then tests")
-        failed = jobs.train_teams(asked, folder, executor, stop)
-        found = [] if stop() else jobs.play_tests(asked, folder, executor, stop)
-        if found and not stop():
+        failed = jobs.train_teams(asked, folder, executor)
+        if found := jobs.play_tests(asked, folder, executor):
             _tell(arguments, asked, found, folder)
     if failed:
         raise RunError("\n".join(f"{team}: {why}" for team, why in failed.items()))

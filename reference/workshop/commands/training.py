@@ -73,9 +73,10 @@ def train(arguments: Namespace) -> None:
     with resumable(arguments, out, partial(_training, arguments), *same) as work:
         from reference.workshop.training import loop
 
-        training, executor, stop = work
+        training, executor = work
         note(training.about())
-        path = loop.train(training, out, executor, stop, arguments.tensorboard)
+        tensorboard = arguments.tensorboard
+        path = loop.train(training, out, executor, tensorboard=tensorboard)
     facts = {
         "building": training.task.building,
         **training.facts(),

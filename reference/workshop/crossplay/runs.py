@@ -65,9 +65,8 @@ def evaluate(
     evaluation: Evaluation,
     folder: Path | None,
     executor: Executor,
-    stop: Callable[[], bool] = lambda: False,
 ) -> list[RunResult]:
-    """Play all runs; return their results in order, or the finished ones if stopped.
+    """Play all runs; return their results in order.
 
     Runs already in the folder are not played again; new ones are written there at
     once. Without a folder nothing is written. Raises OSError where something cannot
@@ -88,13 +87,13 @@ def evaluate(
     with tqdm(
         total=len(runs), initial=begun, unit="run", disable=None, leave=False
     ) as bar:
-        for _, results in as_done(executor, play, jobs, stop):
+        for _, results in as_done(executor, play, jobs):
             done |= {result.run: result for result in results}
             if table:
                 table.append(map(row_of, results))
             bar.update(len(results))
-    found = [done[run] for run in runs if run in done]
-    if folder and len(found) == len(runs):
+    found = [done[run] for run in runs]
+    if folder:
         table_of(folder / RUNS, found)
     return found
 

@@ -10,7 +10,6 @@ that it follows from: what is made is not made again, and what changed is made a
 
 import json
 import sys
-from collections.abc import Callable
 from concurrent.futures import Executor
 from contextlib import redirect_stderr
 from dataclasses import asdict
@@ -68,14 +67,13 @@ def train_teams(
     experiment: Experiment,
     folder: Path,
     executor: Executor,
-    stop: Callable[[], bool] = lambda: False,
 ) -> dict[str, str]:
-    """Finish all trainings, until told to stop; return which failed, and why."""
+    """Finish all trainings; return which failed, and why."""
     own, done = folders(experiment, folder), over(experiment, folder)
     left, failed = [team for team in own if team not in done], dict[str, str]()
     jobs = [(experiment.trainings[team], str(own[team])) for team in left]
     with tqdm(total=len(own), initial=len(done), unit="training", disable=None) as bar:
-        for k, why in as_done(executor, fit, jobs, stop):
+        for k, why in as_done(executor, fit, jobs):
             team, path = left[k], own[left[k]]
             if not why and not (path / DONE).exists():
                 why = f"{path}: a worker sees another. Name one that all share."
@@ -118,12 +116,11 @@ def play_tests(
     experiment: Experiment,
     folder: Path,
     executor: Executor,
-    stop: Callable[[], bool] = lambda: False,
 ) -> list[RunResult]:
     """Let all teams meet all fires, as far as their trainings are over.
 
-    Fewer results come if told to stop. They name a team with a digest of its
-    checkpoint, and code of one's own with a digest of its file.
+    Results name a team with a digest of its checkpoint, and code of one's own with a
+    digest of its file.
     """
     test, files = experiment.test, dict[str, Pinned]()
     for team, path in over(experiment, folder).items():
@@ -142,4 +139,4 @@ def play_tests(
         return []
     start = experiment.arena, robots, fires, test.seed, test.episodes, False, files
     there = folder / f"tests-{_digest(asdict(experiment.arena))}"
-    return evaluate(Evaluation(*start), there, executor, stop)
+    return evaluate(Evaluation(*start), there, executor)

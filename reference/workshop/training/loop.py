@@ -28,7 +28,7 @@ from reference.workshop.training.summaries import (
     Row,
     table_until,
 )
-from reference.workshop.workers import in_order, one_thread
+from reference.workshop.workers import in_order, one_thread, undisturbed
 
 
 def train(
@@ -41,10 +41,10 @@ def train(
     """Train until every side is past its max_steps, or until told to stop.
 
     The folder gets checkpoints, the first before anything else, and summaries.csv; rows
-    that an interruption has left of later rounds are dropped. When `stop` says so, a
-    round that is being played is dropped, one that is being learned from is finished.
-    Returns the last checkpoint's path. Raises OSError where nothing can be written;
-    the checkpoints that are there stay whole.
+    that an interruption has left of later rounds are dropped. Returns the last
+    checkpoint's path. Raises OSError where nothing can be written; the checkpoints that
+    are there stay whole. A KeyboardInterrupt drops a round that is being played, lets
+    one that is being learned from end, and goes on when a checkpoint is saved.
     """
     tables: list[Table | Board] = []
     if tensorboard:
@@ -54,22 +54,25 @@ def train(
         _save(training, folder, training.learners)
     tables.append(table_until(folder, training.round if training.imitated else -1))
     over = _intervals(training)
-    with _bar(training) as bar:
-        while not training.over and not stop():
-            # PLAY
-            episodes = in_order(executor, _play, training.jobs(), stop)
-            if episodes is None:
-                break
-            # LEARN
-            rows = training.learn(episodes)
-            # TELL
-            for table in tables:
-                table.append(rows)
-            _show(bar, training, rows)
-            # KEEP
-            before, over = over, _intervals(training)
-            if due := [side for side in over if over[side] != before[side]]:
-                _save(training, folder, due)
+    try:
+        with _bar(training) as bar:
+            while not training.over and not stop():
+                # PLAY
+                episodes = in_order(executor, _play, training.jobs())
+                with undisturbed():
+                    # LEARN
+                    rows = training.learn(episodes)
+                    # TELL
+                    for table in tables:
+                        table.append(rows)
+                    _show(bar, training, rows)
+                    # KEEP
+                    before, over = over, _intervals(training)
+                    if due := [side for side in over if over[side] != before[side]]:
+                        _save(training, folder, due)
+    except KeyboardInterrupt:
+        _save(training, folder, ())
+        raise
     return _save(training, folder, training.learners if training.over else ())
 
 
