@@ -156,7 +156,8 @@ def workers(count: int) -> Iterator[Executor]:
             f"no worker can be started ({error.strerror}; on Linux they need to write "
             "to /dev/shm). Make that possible, or take --workers 0."
         ) from error
-    pool.workers, results = count, pool._result_queue  # type: ignore[attr-defined]
+    results: Any = pool._result_queue
+    pool.workers = count
     try:
         yield pool
     finally:

@@ -60,13 +60,14 @@ def resumable(
         on = f"Go on with:\n  {again(*words, '--resume', '--out', folder)}"
     if address:
         on = f"Workers finish what they are at, and keep it. {on}"
-    with held(folder, arguments.resume, start) as run:
-        hands = cluster(address) if address else workers(arguments.workers)
-        try:
-            with hands as executor:
-                yield run, executor
-        except BrokenExecutor as error:
-            what = "a worker has died, perhaps for want of memory: take fewer"
-            raise RunError(f"{what}. {on}") from error
-        except KeyboardInterrupt:
-            raise KeyboardInterrupt(f"stopped. {on}") from None
+    hands = cluster(address) if address else workers(arguments.workers)
+    try:
+        with held(folder, arguments.resume, start) as run, hands as executor:
+            yield run, executor
+    except BrokenExecutor as error:
+        what = "a worker has died, perhaps for want of memory: take fewer"
+        raise RunError(f"{what}. {on}") from error
+    except KeyboardInterrupt:
+        if folder and not folder.exists():  # it has not begun
+            raise
+        raise KeyboardInterrupt(f"stopped. {on}") from None
