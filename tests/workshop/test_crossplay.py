@@ -264,7 +264,6 @@ def test_the_baseline_scores_one_on_the_ruler_made_of_its_runs():
     [
         ("evaluation.json", '"version": "', '"version": "0.0.', "by version 0.0."),
         ("evaluation.json", '"game": ', '"game": 1', "version .* of game 1., this is"),
-        ("evaluation.json", '"people": 4', '"people": 5', "was edited since its runs"),
         ("runs.csv", "robots,fire,", "fire,", "is no table of these runs"),
         ("runs.csv", "times\n", "times\nsweep,random\n", "row is damaged"),
     ],
@@ -276,6 +275,16 @@ def test_refuses_files_that_are_not_its_own(file, old, new, message):
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(ValueError, match=message):
         evaluate(resume(Path("out")), Path("out"), InProcess())
+
+
+def test_refuses_rows_that_do_not_add_up_and_those_of_other_people(small):
+    """Somebody has edited one of the files; the row's file is named."""
+    path, folder = Path("out/runs.csv"), Path("out")
+    folder.mkdir()
+    for row, people in ((replace(small[0], died=5), 4), (small[0], 5)):
+        runs.table_of(path, [row])
+        with pytest.raises(InputError, match=r"runs.csv: .*people do not add up, or"):
+            evaluate(begin(**SMALL | {"people": people}), folder, Stopped())
 
 
 def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):

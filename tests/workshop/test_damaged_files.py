@@ -143,7 +143,7 @@ OURS = {
 }
 KINDS = {
     "evaluation.json": Kind(
-        "evaluation/evaluation.json", _evaluation, _from_json, _json
+        "evaluation/evaluation.json", _evaluation, _from_json, _json, "evaluation"
     ),
     "runs.csv": Kind("evaluation/runs.csv", _evaluation),
     "settings": Kind("settings.yaml", _settings, _from_yaml, _yaml, cases=50),

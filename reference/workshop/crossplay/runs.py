@@ -75,7 +75,7 @@ def evaluate(
     done, table = {}, None
     if folder:
         make_folder(folder)
-        done = {result.run: result for result in read(folder / RUNS)}
+        done = {result.run: result for result in read(folder / RUNS, evaluation)}
         matches.write(evaluation, folder)  # first: without it nobody could go on
         table = table_of(folder / RUNS, done.values())
     runs = evaluation.runs
@@ -140,14 +140,19 @@ def table_of(path: Path, results: Iterable[RunResult]) -> Table:
     return Table(path, [*COLUMNS], map(row_of, results))
 
 
-def read(path: Path) -> list[RunResult]:
+def read(path: Path, evaluation: Evaluation | None = None) -> list[RunResult]:
     """Read the whole rows of a table of runs; none if there is no file.
 
-    Raises ValueError for another file, OSError for one it cannot read.
+    Raises ValueError for another file, for a row that does not add up and one with
+    other people than the evaluation's, if given; OSError for a file it cannot read.
     """
 
     def result(row: dict[str, str]) -> RunResult:
-        return RunResult(**{name: COLUMNS[name](cell) for name, cell in row.items()})
+        made = RunResult(**{name: COLUMNS[name](cell) for name, cell in row.items()})
+        sums = {made.people, made.evacuated + made.died + made.inside}
+        if len(sums | ({evaluation.arena.people} if evaluation else set())) > 1:
+            raise ValueError("its people do not add up, or are others")
+        return made
 
     return read_table(path, [*COLUMNS], result)
 
