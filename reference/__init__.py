@@ -17,7 +17,7 @@ BOOK = (
     "perception",  # what one human sees now
     "humans",  # Algorithms 1 and 2
     "robots",  # Algorithm 3, Eq. 1
-    "strategies",  # the simplest: nobody, and at random
+    "strategies",  # who decides for robots and fire; two trivial deciders
     "motion",  # bodies move without overlap
     "walking",  # people set off, walk, take the stairs
     "beginning",  # who stands where before the first tick
@@ -64,7 +64,6 @@ WORKSHOP = (
     "workshop.training.summaries",  # what a training writes down as it runs
     "workshop.training.gradient",  # signal and noise of an update
     "workshop.training.session",  # begun or resumed; who learns, and from what
-    "workshop.training.shipping",  # the policies that ship
     "workshop.training.loop",  # the adversarial loop, with files
     "workshop.worst_case",  # Eq. 5, the worst fire that a simulation finds
     "workshop.crossplay",  # robots x fires x seeds, with intervals

@@ -2,16 +2,19 @@
 
 import json
 from dataclasses import replace
+from runpy import run_path
 
 import pytest
 import torch
+from conftest import ROOT
 from trainings import begun, tiny, trained
 
 from reference.__main__ import main
 from reference.workshop.crossplay.contestants import contestant
 from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.checkpoints import CheckpointError, load
-from reference.workshop.training.shipping import shipped
+
+shipped = run_path(str(ROOT / "tutorials" / "experiments" / "ship.py"))["shipped"]
 
 
 def test_both_sides_ship_as_weights_alone_in_less_than_five_megabytes():

@@ -55,4 +55,4 @@ LEARNED = "learned"
 """Name, on both sides, of the policies that ship."""
 
 SHIPPED = Path(__file__).with_name("learned.pt")
-"""Their checkpoint, weights alone; `training.shipping` made it and says how."""
+"""Their checkpoint, weights alone, with how they learned."""

@@ -1,8 +1,6 @@
 """Ship what was learned: the policies of two trainings in one file, weights alone.
 
-Clauses: C5, C7, D2.
-
-    python -m reference.workshop.training.shipping ROBOTS FIRE
+    python tutorials/experiments/ship.py ROBOTS FIRE
 
 writes SHIPPED anew from two checkpoints of one building and scenario: the robots of the
 first and the fire of the second, with how they were made. `--robots learned` and
