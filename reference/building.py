@@ -180,8 +180,8 @@ class Building:
             for number, cells in enumerate(rooms + wells, 1):
                 kind = "room" if number <= len(rooms) else "stairwell"
                 name = self._word_on(floor, cells) or f"room-{number}"
-                what = len(found), f"{floor + 1}/{name}", name, kind
-                found.append(Area(*what, floor, cells, self._middle(cells)))
+                key, middle = f"{floor + 1}/{name}", self._middle(cells)
+                found.append(Area(len(found), key, name, kind, floor, cells, middle))
         return tuple(found)
 
     def _word_on(self, floor: int, cells: np.ndarray) -> str:
@@ -207,8 +207,10 @@ class Building:
                 stairs = [side.name for side in sides if side.kind == "stairwell"]
                 well = sorted(lowest).index(stairs[0]) if kind is Kind.ENTRANCE else -1
                 out = kind is Kind.EXIT or any(lowest[name] < floor for name in stairs)
-                what = len(found), name, kind, floor, where, self._middle(where)
-                found.append(Landmark(*what, tuple(ids), well, out))
+                index, middle, beside = len(found), self._middle(where), tuple(ids)
+                found.append(
+                    Landmark(index, name, kind, floor, where, middle, beside, well, out)
+                )
         return tuple(found)
 
     def _gate(
@@ -234,8 +236,8 @@ class Building:
             entrances = {
                 f: tuple(m.index for m in marks if m.floor == f) for f in areas
             }
-            what = letter, mine[0].cells, mine[0].centre
-            found.append(Stairwell(*what, areas, entrances))
+            cells, middle = mine[0].cells, mine[0].centre
+            found.append(Stairwell(letter, cells, middle, areas, entrances))
         return tuple(found)
 
     def ways_out(self, floor: int) -> list[int]:

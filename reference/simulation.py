@@ -224,7 +224,7 @@ class Simulation:
         burning = self.world.flames.burning.ravel()
         full = self.full_until > self.world.time + 1e-9
         return walking.free_for(
-            self.world, who, lambda p, _: burning[p], lambda m, _: full[m]
+            self.world, who, lambda place, _: burning[place], lambda mark, _: full[mark]
         )
 
     def fill_doors(self, touched: Touched) -> None:

@@ -168,4 +168,5 @@ def _step_out(world: World, i: int, well: Stairwell) -> None:
                 bodies.anchor[i], bodies.anchor_time[i] = nav.centres[p], world.time
                 bodies.stairwell[i], bodies.stairs_until[i] = NOWHERE, inf
                 beyond = nav.beyond(p, well.areas[well.lowest])
-                return humans.arrive(world.minds[i], mark, beyond)
+                humans.arrive(world.minds[i], mark, beyond)
+                return

@@ -109,9 +109,10 @@ class View:
         self.allowed[:, STAY] = True
 
     def helpful(self) -> np.ndarray:
-        """(B, K) bool: leading nobody no way out, nor on to where nobody is lost.
+        """(B, K) bool: False masks useless anchors.
 
-        A rim may always be meant, and kept: who guards a way out leads nobody.
+        Useless are ways out while nobody follows, and the old destination once nobody
+        lost is near it. Rims never are: who guards a way out leads nobody.
         """
         leads = self.mine.any(axis=1)
         near_lost = _within(ASTRAY, self.spot, self.humans, self.lost)

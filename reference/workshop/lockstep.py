@@ -11,6 +11,7 @@ each simulation.  Results equal those of running each alone, to the last bit.
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import fields, replace
+from functools import partial
 from itertools import groupby, pairwise
 
 import numpy as np
@@ -142,11 +143,11 @@ class Lockstep:
                 drawn.append(turn)
             return np.concatenate(drawn)
 
-        facts = position, target, pace, self.tick, free
-        moved = motion.step(*facts, np.concatenate(pairs, axis=1), turns)
+        step = partial(motion.step, position, target, pace, self.tick, free)
+        moved = step(np.concatenate(pairs, axis=1), turns)
         if any(lonely):
             by_oneself = np.repeat(lonely, [b - a for a, b in parts])
-            alone = motion.step(*facts, np.empty((2, 0), int), turns)
+            alone = step(np.empty((2, 0), int), turns)
             moved[by_oneself] = alone[by_oneself]
         return moved
 

@@ -123,7 +123,7 @@ def pictures_of_boards() -> Callable[[str], str]:
                 name = known[shapes] = f"board-{len(known)}"
                 inner = f'<g id="{name}">{shapes}</g>'
             size = f'viewBox="0 0 {wide} {len(rows)}" width="{15 * wide}"'
-            said = f"<figcaption>{escape(caption)}</figcaption>" * bool(caption)
+            said = f"<figcaption>{escape(caption)}</figcaption>" if caption else ""
             html += f"<figure><svg {size}>{inner}</svg>{said}</figure>"
         return html
 

@@ -49,7 +49,7 @@ class Results:
                 column = OWN if column == run.robots else f"{arm_of(column)}'s fires"
             self.runs.setdefault((arm_of(run.robots), column), []).append(run)
         columns = dict.fromkeys(column for _, column in self.runs)
-        self.columns = sorted(columns, key=OWN.__eq__)  # a team's own comes last
+        self.columns = sorted(columns, key=lambda column: column == OWN)  # own last
 
     def values(self, row: str, column: str, figure: str) -> np.ndarray:
         """Collect a figure of a row's trainings: (T, N), means over several fires."""

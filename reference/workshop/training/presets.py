@@ -64,7 +64,8 @@ class Settings:
             raise SettingsError("fire: trainer_type must be ppo: one fire is no group")
         odd = [n for n in OF_ROBOTS if getattr(self.fire, n) not in (0, CREDITS[0])]
         if odd or self.fire.head == "frame":
-            raise SettingsError(f"fire: {[*odd, 'frame'][0]} is about robots that walk")
+            row = odd[0] if odd else "frame"
+            raise SettingsError(f"fire: {row} is about robots that walk")
         for name in {*self.stand_ins} - {*FIRES} or {"none"} - {*FIRES}:
             raise SettingsError(f"stand_ins: {unknown(name, FIRES)}")
         if not self.scenario.training:
