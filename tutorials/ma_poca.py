@@ -1,10 +1,14 @@
 """MA-POCA in one file, against PPO, in a game for two agents. It takes 15 seconds.
 
+    python ma_poca.py                           # in its own small game
+    python ma_poca.py mpe2.simple_spread_v3 75  # in any of PettingZoo's, by its module
+
 MA-POCA (Cohen et al. 2021, arXiv 2111.05992) trains a group that is rewarded together
 and whose members may finish at different times. It is PPO (Schulman et al. 2017, arXiv
-1707.06347) with a critic for the group. This file needs torch alone, and reads from top
-to bottom. It computes what ML-Agents 0.29.0 does as `poca` and `ppo`: a test finds the
-same losses and gradients here and in `reference.learning`.
+1707.06347) with a critic for the group. This file needs torch alone, the second command
+`pip install mpe2` too. It computes what ML-Agents 0.29.0 does as `poca` and `ppo`: a
+test finds the same gradients in `reference.learning`. Four mistakes are easy to make,
+and the program runs all the same: see `TRAP`.
 
     T, t   decisions of a group in one episode;  G  agents of the group
     B      decisions of the group in a minibatch;  M  decisions of single agents in it
@@ -14,14 +18,13 @@ same losses and gradients here and in `reference.learning`.
     r      reward of the group;  V  value of the group;  y  λ-return, the target of V
     Q      counterfactual baseline: value of the group without one agent's action
     A      advantage;  γ, λ, ε, β  as in the papers
-    g, f   embeddings of an agent: of its o, and of its o and a
-
-Four mistakes are easy to make, and the program runs all the same: see `TRAP`.
 """
 
+import sys
 from dataclasses import dataclass
-from math import sqrt
-from typing import NamedTuple
+from importlib import import_module
+from math import prod, sqrt
+from typing import Any, NamedTuple
 
 import torch
 from torch import Tensor, nn
@@ -32,7 +35,6 @@ from torch.nn.functional import layer_norm
 @dataclass(frozen=True)
 class Settings:
     """What one tunes; in brackets what the robots' paper has (its Table I)."""
-
     gamma: float = 1.0  # γ, discount [0.9]
     lam: float = 0.5  # λ of the returns [0.95]
     epsilon: float = 0.2  # ε, clip range [0.2, falling to 0.1]
@@ -45,16 +47,13 @@ class Settings:
     heads: int = 4  # of the attention [4]
 
 
-# -- The game -----------------------------------------------------------------------
+# -- Games --------------------------------------------------------------------------
 
 
 class Game:
     """Three decisions of two agents; only the first decision of agent 0 matters.
 
-    Above 0 it goes, and is done. Then the group earns 3 on average, otherwise 1. Agents
-    see who they are, what time it is, and whether agent 0 has gone.
-    """
-
+    Above 0 it goes, and is done: the group earns 3 on average, otherwise 1."""
     G, D, K = 2, 4, 1
 
     def reset(self) -> Tensor:
@@ -62,29 +61,63 @@ class Game:
         self.t, self.gone = 0, False
         return self._observed()
 
-    def step(self, a: Tensor) -> tuple[Tensor, Tensor, float]:
-        """a (G, K), each in [-1, 1] -> o (G, D), alive (G,), and the group's reward."""
+    def step(self, a: Tensor) -> tuple[Tensor, Tensor, float, bool]:
+        """a (G, K) in [-1, 1] -> o (G, D), alive (G,), the group's reward, over."""
         if self.t == 0:
             self.gone = a[0, 0].item() > 0
         luck = 1.0 if torch.rand(()) < 0.5 else 3.0
         r = ((0.0, 1.0, luck) if self.gone else (0.0, 0.0, 1.0))[self.t]
         self.t += 1
         alive = torch.tensor([not self.gone, True]) & (self.t < 3)
-        return self._observed(), alive, r
+        return self._observed(), alive, r, self.t == 3
 
-    def _observed(self) -> Tensor:
+    def _observed(self) -> Tensor:  # who one is, the time, whether agent 0 has gone
         return torch.tensor([[1.0, 0, self.t, self.gone], [0.0, 1, self.t, self.gone]])
+
+
+class Zoo:
+    """A parallel environment of PettingZoo as such a game; its agents may leave.
+
+    They are alike; r is the mean of theirs. An action is a box of numbers, or the
+    largest of n numbers makes one of n choices.
+    """
+
+    def __init__(self, module: str):
+        self.env = import_module(module).parallel_env()
+        self.names = self.env.possible_agents
+        self.box = self.env.action_space(self.names[0])
+        self.n = int(getattr(self.box, "n", 0))
+        self.G, self.K = len(self.names), self.n or prod(self.box.shape)
+        self.D = prod(self.env.observation_space(self.names[0]).shape)
+
+    def reset(self) -> Tensor:
+        self.seen: dict[str, Any] = {}
+        return self._observed(self.env.reset(seed=int(torch.randint(2**31, ())))[0])
+
+    def step(self, a: Tensor) -> tuple[Tensor, Tensor, float, bool]:
+        acts = {n: self._action(x) for n, x in zip(self.names, a, strict=True)}
+        o, r, _, cut, _ = self.env.step({name: acts[name] for name in self.env.agents})
+        left = self.env.agents or [n for n in cut if cut[n]]  # at the end: see Episode
+        alive = torch.tensor([name in left for name in self.names])
+        return self._observed(o), alive, sum(r.values()) / len(r), not self.env.agents
+
+    def _action(self, a: Tensor) -> Any:
+        if self.n:
+            return int(a.argmax() + self.box.start)
+        low, high = self.box.low, self.box.high
+        return low + (a.numpy().reshape(low.shape) + 1) / 2 * (high - low)
+
+    def _observed(self, seen: dict[str, Any]) -> Tensor:
+        self.seen |= seen  # who has left keeps the last observation
+        return torch.tensor([self.seen[n].ravel().tolist() for n in self.names])
 
 
 class Episode(NamedTuple):
     """What a group observed, did and earned.
 
-    All begin together, and who is done does not come back. o and alive have one row
-    more: what is observed after the last decision. An agent that is done keeps its last
-    observation. The last row of alive is true for agents whose game was interrupted, as
-    by a time limit; here, for nobody.
+    Who is done does not come back, and keeps its last observation. o and alive have one
+    row more: after the last decision. There those are alive whom a time limit cut off.
     """
-
     o: Tensor  # (T + 1, G, D)
     alive: Tensor  # (T + 1, G) bool
     a: Tensor  # (T, G, K)
@@ -93,19 +126,19 @@ class Episode(NamedTuple):
 
 
 @torch.no_grad()
-def play(game: Game, actor: "Actor") -> Episode:
+def play(game: Game | Zoo, actor: "Actor") -> Episode:
     """Play one episode with sampled actions."""
-    o, alive, done = [game.reset()], [torch.ones(game.G, dtype=torch.bool)], []
-    while alive[-1].any():
+    o, alive = [game.reset()], [torch.ones(game.G, dtype=torch.bool)]
+    done, over = [], False
+    while not over:
         policy = actor(o[-1])
         a = policy.sample()  # (G, K); learners keep it as it is, the game clips it
-        o_next, alive_next, r = game.step(a.clamp(-3, 3) / 3)
+        o_next, alive_next, r, over = game.step(a.clamp(-3, 3) / 3)
         done.append((a, policy.log_prob(a), torch.tensor(r)))
         o.append(o_next)
         alive.append(alive_next)
-    return Episode(
-        torch.stack(o), torch.stack(alive), *map(torch.stack, zip(*done, strict=True))
-    )
+    rest = map(torch.stack, zip(*done, strict=True))
+    return Episode(torch.stack(o), torch.stack(alive), *rest)
 
 
 # -- Networks -----------------------------------------------------------------------
@@ -153,9 +186,7 @@ class GroupCritic(nn.Module):
     """MA-POCA's critic: V of the group and Q of every agent, by one network.
 
     V   = value(attention({g(o_i): all i}))
-    Q_j = value(attention({g(o_j)} + {f(o_i, a_i): all i but j}))
-
-    So Q_j knows what the mates of j did, but not what j did.
+    Q_j = value(attention({g(o_j)} + {f(o_i, a_i): all i but j})), without what j did
     """
 
     def __init__(self, D: int, K: int, s: Settings):
@@ -174,12 +205,10 @@ class GroupCritic(nn.Module):
 
     def counterfactual(self, o: Tensor, a: Tensor, alive: Tensor) -> Tensor:
         """o (B, G, D), a (B, G, K), alive (B, G) -> Q (B, G)."""
-        G = alive.shape[1]
-        g = self.g(o)  # (B, G, H)
-        f = self.f(torch.cat([o, a], dim=-1))  # (B, G, H)
-        own = torch.eye(G, dtype=torch.bool)[..., None]  # (G, G, 1)
+        g, f = self.g(o), self.f(torch.cat([o, a], dim=-1))  # (B, G, H) each
+        own = torch.eye(g.shape[1], dtype=torch.bool)[..., None]  # (G, G, 1)
         sets = torch.where(own, g[:, None], f[:, None])  # (B, G, G, H): sets of Q_j
-        return self._value(sets, alive[:, None].expand(-1, G, -1))
+        return self._value(sets, alive[:, None].expand(sets.shape[:3]))
 
     def _value(self, agents: Tensor, alive: Tensor) -> Tensor:
         """Sets of agents (..., G, H), alive (..., G) -> one number each (...)."""
@@ -200,9 +229,8 @@ class ResidualSelfAttention(nn.Module):
     def __init__(self, s: Settings, std: float):
         super().__init__()
         self.heads = s.heads
-        self.query, self.key, self.to_value, self.out = (
-            linear(s.hidden, s.hidden, std) for _ in range(4)
-        )
+        layers = (linear(s.hidden, s.hidden, std) for _ in range(4))
+        self.query, self.key, self.to_value, self.out = layers
 
     def forward(self, x: Tensor, alive: Tensor) -> Tensor:
         """x (..., G, H), alive (..., G) -> (..., H). Absent agents have no effect."""
@@ -219,13 +247,13 @@ class ResidualSelfAttention(nn.Module):
         return (x * there).sum(-2) / (there.sum(-2) + 1e-7)
 
 
-# -- Returns ------------------------------------------------------------------------
+# -- Learners -----------------------------------------------------------------------
 
 
 def lambda_returns(e: Episode, V: Tensor, V_end: Tensor, s: Settings) -> Tensor:
-    """y_t = r_t + γ((1 − λ)V_t+1 + λy_t+1); V (T, G), V_end (T, G) -> y (T, G).
+    """y_t = r_t + γ((1 − λ)V_t+1 + λy_t+1), at an agent's last decision r_t + γV_end_t.
 
-    An agent's last decision t returns r_t + γV_end_t instead.
+    V, V_end (T, G) -> y (T, G).
     """
     y = torch.empty_like(V, memory_format=torch.contiguous_format)
     y[-1] = e.r[-1] + s.gamma * V_end[-1]
@@ -233,9 +261,6 @@ def lambda_returns(e: Episode, V: Tensor, V_end: Tensor, s: Settings) -> Tensor:
         goes_on = (1 - s.lam) * V[t + 1] + s.lam * y[t + 1]  # (G,)
         y[t] = e.r[t] + s.gamma * torch.where(e.alive[t + 1], goes_on, V_end[t])
     return y
-
-
-# -- Losses -------------------------------------------------------------------------
 
 
 def policy_loss(logp: Tensor, old_logp: Tensor, A: Tensor, epsilon: float) -> Tensor:
@@ -246,24 +271,14 @@ def policy_loss(logp: Tensor, old_logp: Tensor, A: Tensor, epsilon: float) -> Te
     return -torch.minimum(rho * A, rho.clamp(1 - epsilon, 1 + epsilon) * A).mean()
 
 
-def value_loss(V: Tensor, y: Tensor) -> Tensor:
-    """mean (V − y)²; both (M,)."""
-    # TRAP 2. Many versions of PPO clip this loss. Here it is not; Q's is, below.
-    return (V - y).square().mean()
-
-
 def baseline_loss(Q: Tensor, old_Q: Tensor, y: Tensor, epsilon: float) -> Tensor:
     """mean max((Q − y)², (Q_old + clip(Q − Q_old, ±ε) − y)²); all (M,)."""
     clipped = old_Q + (Q - old_Q).clamp(-epsilon, epsilon)  # so scale y to about 1
     return torch.maximum((Q - y).square(), (clipped - y).square()).mean()
 
 
-# -- Learners -----------------------------------------------------------------------
-
-
 class Batch(NamedTuple):
     """Group decisions and what to learn from them, for agents that are alive."""
-
     o: Tensor  # (B, G, D)
     alive: Tensor  # (B, G) bool
     a: Tensor  # (B, G, K)
@@ -294,8 +309,9 @@ class PPO:
         return Batch(e.o[:-1], e.alive[:-1], e.a, e.logp, y - V, y, V)
 
     def critic_loss(self, b: Batch) -> Tensor:
-        """0.5 · value loss."""
-        return 0.5 * value_loss(self.critic(b.o)[b.alive], b.y[b.alive])
+        """0.5 · value loss, mean (V − y)²."""
+        # TRAP 2. Many versions of PPO clip this loss. Here it is not; Q's is, below.
+        return 0.5 * (self.critic(b.o)[b.alive] - b.y[b.alive]).square().mean()
 
     def loss(self, b: Batch) -> Tensor:
         """policy loss + critic loss − β · entropy, over agents that are alive."""
@@ -319,7 +335,6 @@ class PPO:
 
 class MAPOCA(PPO):
     """The group together: V of all, a baseline for each, and credit after its end."""
-
     def new_critic(self, D: int, K: int, s: Settings) -> nn.Module:
         return GroupCritic(D, K, s)
 
@@ -343,49 +358,43 @@ class MAPOCA(PPO):
         V = self.critic(b.o, live)[:, None].expand(live.shape)[live]  # (M,)
         Q = self.critic.counterfactual(b.o, b.a, live)[live]  # (M,)
         of_baseline = baseline_loss(Q, b.Q[live], y, self.s.epsilon)
-        return 0.5 * (value_loss(V, y) + 0.5 * of_baseline)
+        return 0.5 * ((V - y).square().mean() + 0.5 * of_baseline)
 
-
-# -- Curves -------------------------------------------------------------------------
 
 UPDATES, EPISODES, SEEDS = 20, 40, 3
+LARGER = Settings(0.95, 0.9, learning_rate=0.0003, batch_size=125, hidden=64)
 
 
-def trained(kind: type[PPO], seed: int) -> list[float]:
-    """Train a learner; return in what share of episodes agent 0 went, by update."""
+def trained(kind: Any, seed: int, module: str = "", updates: int = UPDATES) -> Any:
+    """Train a learner; return (updates,) what its episodes earned on average."""
     torch.manual_seed(seed)
-    learner, curve = kind(Game.D, Game.K, Settings()), []
-    for _ in range(UPDATES):
-        episodes = [play(Game(), learner.actor) for _ in range(EPISODES)]
-        curve.append(sum(not e.alive[1, 0].item() for e in episodes) / EPISODES)
-        learner.update(episodes)
-    return curve
+    game, s = (Zoo(module), LARGER) if module else (Game(), Settings())
+    learner, curve, unit = kind(game.D, game.K, s), [], 0.0
+    for _ in range(updates):
+        episodes = [play(game, learner.actor) for _ in range(EPISODES)]
+        earned = torch.stack([e.r.sum() for e in episodes])
+        curve.append(earned.mean())
+        unit = unit or earned.abs().mean().item() or 1.0  # y is about 1
+        learner.update([e._replace(r=e.r / unit) for e in episodes])
+    return torch.stack(curve)
 
 
-def draw(curves: dict[str, list[float]], width: int = 50) -> None:
-    """Print curves of shares downwards, each by the first letter of its name."""
-    print(f"update  0 %{'100 %':>{width - 1}}")
-    for k in range(UPDATES):
-        row = [" "] * (width + 1)
-        for name, curve in curves.items():
-            row[round(curve[k] * width)] = name[0]
-        print(f"{k + 1:6} |{''.join(row)}|")
+def main(module: str = "", updates: int = UPDATES) -> dict[str, Tensor]:
+    """Train both learners; print mean curves, return all of them (SEEDS, updates)."""
+    torch.set_num_threads(1)  # networks as small as these are quickest on one core
+    found = {}
+    for kind in (MAPOCA, PPO):
+        runs = torch.stack([trained(kind, n, module, updates) for n in range(SEEDS)])
+        found[kind.__name__], mean = runs, runs.mean(dim=0).tolist()
+        print("an episode earns", *(f"{earned:.1f}" for earned in mean))
+        print(kind.__name__, "ends at", round(mean[-1]))
+    return found
 
 
 if __name__ == "__main__":
-    torch.set_num_threads(1)  # networks as small as these are quickest on one core
-    print(f"How often agent 0 goes; mean of {SEEDS} trainings by MA-POCA (M), PPO (P)")
-    curves = {}
-    for kind in (MAPOCA, PPO):
-        runs = torch.tensor([trained(kind, seed) for seed in range(SEEDS)])
-        curves[kind.__name__] = runs.mean(dim=0).tolist()
-    draw(curves)
-    for name, curve in curves.items():
-        print(name, "learned to", "go" if curve[-1] > 0.5 else "wait")
-#> MAPOCA learned to go
-#> PPO learned to wait
+    main(*sys.argv[1:2], *map(int, sys.argv[2:]))
+#> MAPOCA ends at 3
+#> PPO ends at 1
 
-# -- Exercise -----------------------------------------------------------------------
-# What agent 1 decides changes nothing. How far do the advantages of its first decision
-# spread while MA-POCA learns, and how far would they with A = y − V?
-# Hint: a subclass of MAPOCA can look at what `targets` returns.
+# Exercise. How far do the advantages of agent 1's first decision, which changes nothing,
+# spread, and how far would they with A = y − V? Hint: `targets` in a subclass of MAPOCA.

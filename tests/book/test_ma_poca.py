@@ -6,7 +6,10 @@ numbers of its encoder are 0, so nothing comes of it.
 
 import ast
 import importlib.util
+import sys
+from types import ModuleType, SimpleNamespace
 
+import numpy as np
 import pytest
 import torch
 from conftest import ROOT
@@ -108,6 +111,55 @@ def test_the_file_has_the_same_returns_and_advantages(kind, rows):
         assert close(found.Q[live], expected.baselines[live])
 
 
+class Parallel:
+    """As PettingZoo's environments: `b` leaves after two steps, time cuts `a` off."""
+
+    possible_agents = ("a", "b")
+
+    def observation_space(self, agent):
+        """Two numbers."""
+        return SimpleNamespace(shape=(2,))
+
+    def action_space(self, agent):
+        """One of three choices, counted from 1."""
+        return SimpleNamespace(n=3, start=1, shape=())
+
+    def reset(self, seed):
+        """Begin at time 0."""
+        self.agents, self.time, self.taken = ["a", "b"], 0, []
+        return self.seen(), {}
+
+    def seen(self):
+        """The time, for those who are there."""
+        return {agent: np.full(2, float(self.time)) for agent in self.agents}
+
+    def step(self, actions):
+        """One more; the reward is the same for all."""
+        there, self.time = self.agents, self.time + 1
+        self.taken.append(actions)
+        self.agents = [["a", "b"], ["a"], ["a"], []][self.time - 1]
+        seen = {agent: np.full(2, float(self.time)) for agent in there}
+        ended = {agent: agent == "b" and self.time == 2 for agent in there}
+        cut = dict.fromkeys(there, self.time == 4)
+        return seen, dict.fromkeys(there, 1.0), ended, cut, {}
+
+
+def test_the_file_plays_in_an_environment_of_pettingzoo_whose_agents_leave(monkeypatch):
+    """Who has left keeps the last observation; whom time cuts off is alive after it."""
+    module = ModuleType("small_zoo")
+    module.parallel_env = Parallel
+    monkeypatch.setitem(sys.modules, "small_zoo", module)
+    zoo = ma_poca.Zoo("small_zoo")
+    assert (zoo.G, zoo.D, zoo.K) == (2, 2, 3)
+    episode = ma_poca.play(zoo, ma_poca.Actor(2, 3, ma_poca.Settings()))
+    assert episode.alive.tolist() == [[1, 1], [1, 1], [1, 0], [1, 0], [1, 0]]
+    assert episode.o[:, 1, 0].tolist() == [0, 1, 2, 2, 2]
+    assert episode.r.tolist() == [1, 1, 1, 1]
+    chosen = (episode.a.clamp(-3, 3) / 3).argmax(dim=-1) + 1
+    assert [taken["a"] for taken in zoo.env.taken] == chosen[:, 0].tolist()
+    assert [[*taken] for taken in zoo.env.taken] == [["a", "b"]] * 2 + [["a"]] * 2
+
+
 def test_the_file_needs_torch_alone_and_is_short():
     """So that it can be read at once, and copied."""
     text = FILE.read_text(encoding="utf-8")
@@ -117,5 +169,5 @@ def test_the_file_needs_torch_alone_and_is_short():
         if isinstance(node, ast.Import | ast.ImportFrom)
         for name in node.names
     }
-    assert imported == {"dataclasses", "math", "typing", "torch"}
+    assert imported - sys.stdlib_module_names == {"torch"}
     assert text.count("\n") <= 400
