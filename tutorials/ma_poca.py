@@ -396,5 +396,5 @@ if __name__ == "__main__":
 #> MAPOCA ends at 3
 #> PPO ends at 1
 
-# Exercise. How far do the advantages of agent 1's first decision, which changes nothing,
-# spread, and how far would they with A = y − V? Hint: `targets` in a subclass of MAPOCA.
+# Exercise. Agent 1's first decision changes nothing. How far do its advantages spread,
+# and how far would they with A = y − V? Hint: `targets` in a subclass of MAPOCA.
