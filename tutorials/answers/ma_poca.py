@@ -1,8 +1,8 @@
 """Exercise of `ma_poca.py`: what is the baseline worth? It takes 12 seconds.
 
 Agent 1's first decision changes nothing. With V its advantage still says what agent 0
-did at that moment; Q knows that already. When this was written, y − V spread half as far
-again as y − Q in the updates 5 to 10. So MA-POCA learns from less noise.
+did at that moment; Q knows that already. When this was written, y − V spread half as
+far again as y − Q in the updates 5 to 10. So MA-POCA learns from less noise.
 """
 
 import sys
