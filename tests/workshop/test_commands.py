@@ -365,11 +365,12 @@ def test_refuses_what_cannot_be(command, status, hint, capsys, tmp_path):
 
 @pytest.fixture
 def stopped(tmp_path):
-    """A function: stop `python -m reference` once there is a file, say what it says."""
+    """A function: stop the first look once its film is begun, say what it says."""
 
     def stop(number):
         before = set(tmp_path.iterdir())
-        command, env = [sys.executable, "-m", "reference"], {"PYTHONPATH": str(ROOT)}
+        words = "-m reference --animate film.gif".split()
+        command, env = [sys.executable, *words], {"PYTHONPATH": str(ROOT)}
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         process = subprocess.Popen(command, env=os.environ | env, text=True, **pipes)
         while set(tmp_path.iterdir()) == before and process.poll() is None:
