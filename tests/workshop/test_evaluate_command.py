@@ -61,7 +61,7 @@ def test_the_same_figures_as_evacuate(capsys):
 @pytest.mark.slow
 def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
     """On its ruler the baseline scores 1 on average over the fires."""
-    crowd = "--people 30 --episodes 6"  # fewer would lose too little to calibrate by
+    crowd = "--people 30 --episodes 12"  # fewer would lose too little to calibrate by
     fires = "--fire none random busiest --baseline sweep"
     made = evaluated(capsys, f"{crowd} {fires} --out eval")
     names = {path.name for path in (tmp_path / "eval").iterdir()}
