@@ -97,10 +97,10 @@ for robots in (NoRobots(), Shepherd(), Sweep()):
 #> Sweep    [36, 39, 40, 39], 154 of 160 get out
 
 # %% Look at a failure
-# Shepherds save more than nobody does, but not with seed 0. A mean does not say why. So
+# Shepherds save more than nobody does, but not with seed 2. A mean does not say why. So
 # look at both robots of the first floor in that evacuation, after 45 seconds.
 
-simulation = Simulation(institute, robots=Shepherd(), seed=0, fire=fire)
+simulation = Simulation(institute, robots=Shepherd(), seed=2, fire=fire)
 while simulation.world.time < 45:
     simulation.step()
 exit_2 = institute.landmark_of["1/exit-2"].position
@@ -108,12 +108,12 @@ for robot in simulation.world.robots[:2]:
     metres, led = dist(robot.position, exit_2), followers_of(simulation.world, robot)
     says = words(robot.says)
     print(f"{metres:.0f} m from the exit, leads {len(led)}, says {says}")
-#> 6 m from the exit, leads 1, says follow me
-#> 8 m from the exit, leads 1, says 1/exit-2
+#> 8 m from the exit, leads 0, says follow me
+#> 17 m from the exit, leads 3, says follow me
 
-# The first has just been at the exit, and leads somebody away from it to fetch others.
-# All nine who die in this evacuation die after two minutes, on this floor. Health falls
-# all the time [B7]: who waits for others, pays for it.
+# One leads three people past the exit to fetch others. All ten who die in this
+# evacuation die after three minutes, on this floor. Health falls all the time [B7]: who
+# waits for others, pays for it.
 
 # %% Exercise
 # How many followers should a shepherd wait for? Try 1, 2, 3 and 5. Then let the best of

@@ -121,7 +121,7 @@ print(f"the fire's reward for an evening: {reward:.0f}")
 # %% Before any training
 # The network draws x and y from two Gaussians, as in the paper. They begin around 0,
 # the middle of the floor. Here that is the corridor. So these fires do more harm than
-# random ones, even though half of the choices are refused.
+# random ones, even though a third of the choices are refused.
 
 table = replace(
     preset("tiny").fire,
@@ -169,10 +169,8 @@ print(f"on the same 24 evenings: more reward {more}, fewer people get out {fewer
 
 # %% Where it lights fires
 # Rounding differs between machines, and such differences grow in training. So no number
-# of what was learned is printed above. When this was written, 78 got out, and 81 to 83
-# with four other seeds of the network. In the picture rings are choices before
-# training, discs those after. Most discs lie in the corridor, where all must pass.
-# Choices in walls are not drawn: they are refused.
+# of what was learned is printed above. In the picture rings are choices before
+# training, discs those after. Choices in walls are not drawn: they are refused.
 
 
 def places(episodes: list[Episode]) -> np.ndarray:
@@ -211,8 +209,8 @@ ambushed = saved(scripted(Ambush()))
 print("ambush:", ambushed, "of", 8 * len(SEEDS), "get out")
 #> ambush: 133 of 192 get out
 
-# Two lines of code do as much harm as two hundred evenings of training. But somebody
-# had to think of them, for a building with one exit. The network was told nothing but
+# Two lines of code do harm without an evening of training. But somebody had to think
+# of them, for a building with one exit. The network was told nothing but
 # its reward. In the paper it trains for much longer, and the robots learn too: each
 # side has to answer the other.
 #

@@ -6,6 +6,8 @@ an environment with PettingZoo's methods. It takes 20 seconds. PettingZoo is an 
     .venv/bin/pip install -c constraints.txt -e '.[pettingzoo]'
 """
 
+from pathlib import Path
+
 import matplotlib.pyplot as plt
 import numpy as np
 import torch
@@ -123,6 +125,7 @@ for name, guide in {"nobody": NoRobots, "sweep": Sweep, "yours": lambda: yours}.
 #> sweep 2.03, 10.1 of 12 are out after a minute
 axes.set(xlabel="seconds", ylabel="share of people who are out", xlim=(0, 60))
 axes.legend(title="guided by: reward")
+Path("out").mkdir(exist_ok=True)
 print(save(figure, "out/11_beside_sweep.png"))
 #> out/11_beside_sweep.png
 

@@ -19,7 +19,7 @@ def evaluated(seed: int) -> tuple:
         fires=("none", "random", "greedy"),
         building="museum",
         people=12,
-        episodes=10,
+        episodes=16,
         seed=seed,
     )
     results = crossplay.evaluate(evaluation, None, InProcess())
