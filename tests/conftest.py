@@ -109,6 +109,7 @@ def pytest_addoption(parser):
 def pytest_configure(config):
     """Registers the marks; finds the tests that `--paper` asks for."""
     config.addinivalue_line("markers", "slow: takes seconds; run them by `-m slow`")
+    config.addinivalue_line("markers", "mutants: takes minutes; run by `-m mutants`")
     config.addinivalue_line("markers", "extra: is skipped without one of the extras")
     config.addinivalue_line(
         "markers",

@@ -146,14 +146,14 @@ for cell in cells(results, ruler):
 # Each point is a pair of robots and fire. On the bold line E is 1, as for the baseline.
 # Compare guides under the same fire, that is, points of one shape: the farther right,
 # the more reward. The fire `greedy` reacts to people, so its h differs from guide to
-# guide. The intervals are wide: under both fires, sixteen runs cannot tell `patrol` from
-# `sweep`.
+# guide. The intervals are wide: those of `patrol` and `sweep` overlap under both fires,
+# after sixteen runs.
 
 Path("out").mkdir(exist_ok=True)
 print(save(pictures.contours(ruler, cells(results, ruler)), "out/09_the_ruler.png"))
 #> out/09_the_ruler.png
 
 # %% Exercise
-# Calibrate the ruler once more, from sixteen other seeds (`seed=100`). How far does E of
-# the same runs move, and how wide are their intervals?
+# Calibrate the ruler once more, from sixteen other seeds (`seed=100`). How far does E
+# of the same runs move, and how wide are their intervals?
 # Hint: `crossplay.ruler_of` takes any results; read the old ones with the new ruler.

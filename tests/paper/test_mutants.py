@@ -2,7 +2,8 @@
 
 `MUTANTS` changes one piece of the code after the other, in a copy of the checkout; at
 least one test that is filed under the clause must then fail.  Whole lines of the
-algorithms are taken out by `test_lines_removed`.
+algorithms are taken out by `test_lines_removed`.  It takes long, so it is a command of
+its own: `python -m pytest -m mutants`.
 """
 
 import os
@@ -286,7 +287,7 @@ def copy(tmp_path_factory):
     return folder
 
 
-@pytest.mark.slow
+@pytest.mark.mutants
 @pytest.mark.parametrize(("clause", "file", "old", "new"), list(mutants()))
 def test_a_change_is_noticed_under_its_clause(clause, file, old, new, copy):
     """By a test that is filed there."""

@@ -369,7 +369,7 @@ def stopped(tmp_path):
 
     def stop(number):
         before = set(tmp_path.iterdir())
-        words = "-m reference --animate film.gif".split()
+        words = ["-m", "reference", "--animate", "film.gif"]
         command, env = [sys.executable, *words], {"PYTHONPATH": str(ROOT)}
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
         process = subprocess.Popen(command, env=os.environ | env, text=True, **pipes)

@@ -1,7 +1,7 @@
 """Exercise 5: in which room does a candle cut off most others? It takes 10 seconds.
 
-In the foyer, with every seed: it has the only exit. The shop and the room of modern art
-come second, with every seed too.
+In the foyer, which has the only exit, and then in the shop beside it; but not with
+every seed: with the second one flames die out before they reach a door.
 """
 
 import networkx as nx

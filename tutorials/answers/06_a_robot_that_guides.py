@@ -1,6 +1,6 @@
 """Exercise 6: how many followers should a shepherd wait for? It takes 10 seconds.
 
-For one or two. Then these few lines save nearly as many as `sweep`, which saves 156 of
+For one or two. Then these few lines save nearly as many as `sweep`, which saves 154 of
 these 160. To measure on foot gains the rest. What cost lives was the third follower.
 """
 

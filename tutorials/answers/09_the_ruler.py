@@ -34,9 +34,9 @@ for old, new in zip(cells(results, ruler), cells(results, other), strict=True):
     E, low, high = old.score
     moved = new.score.mean - E
     print(f"{old.robots:5} {old.fire:6} E {E:.2f} [{low:.2f}, {high:.2f}] {moved:+.2f}")
-#> none  none   E 0.89 [0.83, 0.94] +0.13
-#> none  random E 0.75 [0.66, 0.85] -0.01
-#> none  greedy E 0.61 [0.47, 0.82] -0.01
-#> sweep none   E 1.09 [1.05, 1.12] +0.16
-#> sweep random E 0.93 [0.80, 1.33] +0.02
-#> sweep greedy E 0.98 [0.84, 1.21] +0.01
+#> none  none   E 0.80 [0.76, 0.85] +0.11
+#> none  random E 0.56 [0.47, 0.71] -0.01
+#> none  greedy E 0.50 [0.40, 0.64] -0.01
+#> sweep none   E 0.99 [0.97, 1.02] +0.14
+#> sweep random E 0.97 [0.69, 1.29] +0.04
+#> sweep greedy E 1.03 [0.79, 1.32] +0.04

@@ -24,6 +24,6 @@ for people in (25, 50, 100, 140):
     flow = (len(times) - 1 - 2 * tenth) / (last - first) / exit_2.width
     print(f"{people:3} people: {flow:.2f} people per second and metre")
 #>  25 people: 1.14 people per second and metre
-#>  50 people: 1.30 people per second and metre
-#> 100 people: 1.26 people per second and metre
-#> 140 people: 1.27 people per second and metre
+#>  50 people: 1.37 people per second and metre
+#> 100 people: 1.28 people per second and metre
+#> 140 people: 1.31 people per second and metre
