@@ -113,7 +113,7 @@ def test_people_look_where_they_walk(recorded):
         elif (before := found.get((frame - 1, i))) is not None:
             step = np.subtract((x, y), before[:2])
             ahead = step / np.hypot(*step) if step.any() else before[2:4]
-            kept = (frame + 1, i) not in found and heading == before[2:4]
+            kept = (frame + 1, i) not in found and heading == list(before[2:4])
             assert kept or heading == pytest.approx(ahead, abs=1e-6)
 
 
