@@ -61,8 +61,8 @@ def test_the_same_figures_as_evacuate(capsys):
 @pytest.mark.slow
 def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
     """On its ruler the baseline scores 1 on average over the fires."""
-    crowd = "--people 30 --episodes 6"  # fewer would lose too little to calibrate by
-    fires = "--robots none --fire none random busiest --baseline none"
+    crowd = "--people 30 --episodes 12"  # fewer would lose too little to calibrate by
+    fires = "--robots none --fire none busiest closer --baseline none"
     made = evaluated(capsys, f"{crowd} {fires} --out eval")
     names = {path.name for path in (tmp_path / "eval").iterdir()}
     assert names == {
@@ -70,7 +70,7 @@ def test_a_folder_holds_runs_tables_a_ruler_and_pictures(tmp_path, capsys):
         "ruler.png", "scores.png", "matrix.png", "evacuations.png",
     }  # fmt: skip
     with (tmp_path / "eval/runs.csv").open(newline="") as file:
-        assert len(list(csv.DictReader(file))) == 18
+        assert len(list(csv.DictReader(file))) == 36
     own = [c["score"]["mean"] for c in made["cells"]]
     assert sum(own) / len(own) == pytest.approx(1)
 
