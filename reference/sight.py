@@ -105,6 +105,7 @@ class Sight:
         self._marks: list[int] = building.landmark.ravel().tolist()
         self._centres: list[list[float]] = self.navigation.centres.tolist()
         kept = lru_cache(KEPT)
+        self._beyond = kept(self._flown_on)
         self.landmarks = kept(self._landmarks_from)
         self.open = kept(self._open_from)
         self.in_line = kept(self._in_line)
@@ -142,19 +143,23 @@ class Sight:
     def _metres(self, p: int, q: int) -> float:
         return dist(self._centres[p], self._centres[q])
 
-    def _through(self, p: int, holes: frozenset[int]) -> list[int]:
-        """The rays from p that stop at a hole, if holes were doors."""
-        hits = self.hits[:, p].tolist() if holes else ()
-        return [k for k, q in enumerate(hits) if q >= 0 and self._marks[q] in holes]
+    def _flown_on(
+        self, p: int, holes: frozenset[int]
+    ) -> dict[int, tuple[list[int], int]]:
+        """Rays from p that meet a hole: places passed, and where each stops, or -1."""
+        hits = self.hits[:, p]
+        met = np.isin(self.building.landmark.ravel()[hits], list(holes)) & (hits >= 0)
+        rays = np.flatnonzero(met).tolist()
+        return {k: self._cast_through(p, k, holes) for k in rays}
 
     def _cast_through(
         self, p: int, k: int, holes: frozenset[int]
     ) -> tuple[list[int], int]:
-        """Cast the k-th ray through holes: places passed, and where it stops, or -1."""
+        """Cast the k-th ray through holes."""
         passed, cols = [p], self.navigation.cols
         for d_row, d_col in _cells_along(2 * np.pi * k / RAYS, self.reach):
             q = p + d_row * cols + d_col
-            if not (self._clear[q] or self._marks[q] in holes):
+            if not self._clear[q] and self._marks[q] not in holes:
                 return passed, q
             passed.append(q)
         return passed, -1
@@ -162,16 +167,16 @@ class Sight:
     def _rays(self, p: int, holes: frozenset[int]) -> tuple[np.ndarray, np.ndarray]:
         """`hits` and `ends` from p; rays that meet a hole fly on."""
         hits, ends = self.hits[:, p], self.ends[:, p]
-        if through := self._through(p, holes):
+        if holes and (beyond := self._beyond(p, holes)):
             hits, ends = hits.copy(), ends.copy()
-            for k in through:
-                passed, hits[k] = self._cast_through(p, k, holes)
-                ends[k] = passed[-1]
+            for k, (passed, stop) in beyond.items():
+                hits[k], ends[k] = stop, passed[-1]
         return hits, ends
 
     def _in_line(self, p: int, holes: frozenset[int] = NO_HOLES) -> frozenset[int]:
-        beyond = (self._cast_through(p, k, holes)[0] for k in self._through(p, holes))
-        return frozenset(self.sees.reached_from(p).tolist()).union(*beyond)
+        line = frozenset(self.sees.reached_from(p).tolist())
+        beyond = self._beyond(p, holes).values() if holes else ()
+        return line.union(*(passed for passed, _ in beyond))
 
     def _overlooked(self, p: int) -> frozenset[int]:
         line, cols = self.in_line(p, NO_HOLES), self.navigation.cols
