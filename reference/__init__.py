@@ -44,16 +44,10 @@ BOOK = (
 
 WORKSHOP = (
     "workshop",  # what makes the book practical:
-    "workshop.files",  # files and tables, written whole or not at all
-    "workshop.plain",  # records from plain data, checked by their types
+    "workshop.storage",  # files, records, folders of runs, workers
     "workshop.maps",  # floor files: find, check, load
-    "workshop.runs",  # start a run in a folder, or resume it
-    "workshop.workers",  # do jobs here or in other processes
-    "workshop.traffic",  # how many people pass where on the way out
     "workshop.lockstep",  # many simulations tick together
-    "workshop.frame",  # how a robot's policy reads and speaks: from where it stands
-    "workshop.strategies",  # hand-written robots and fires, by name
-    "workshop.heads",  # other heads than the paper's
+    "workshop.strategies",  # hand-written robots and fires by name, the worst fire
     "workshop.remedies",  # what helps learning: other frames, heads, credit
     "workshop.training",  # trainings, kept in files:
     "workshop.training.presets",  # whole settings: tiny, laptop, paper
@@ -65,13 +59,8 @@ WORKSHOP = (
     "workshop.training.gradient",  # signal and noise of an update
     "workshop.training.session",  # begun or resumed; who learns, and from what
     "workshop.training.loop",  # the adversarial loop, with files
-    "workshop.worst_case",  # Eq. 5, the worst fire that a simulation finds
-    "workshop.crossplay",  # robots x fires x seeds, with intervals
-    "workshop.experiment",  # arms x seeds x tests, from one file
-    "workshop.recording",  # trajectories that PedPy reads
-    "workshop.crowding",  # where people were dense, and died
-    "workshop.validation",  # standard cases of pedestrian dynamics
-    "workshop.bench",  # how fast all of it runs
+    "workshop.comparing",  # robots x fires x seeds, experiments, with intervals
+    "workshop.measuring",  # trajectories, density, standard cases, speed
     "workshop.drawing",  # figures and animations
     "workshop.annotated",  # the paper beside the code, and the index of its clauses
     "workshop.zoo",  # the environment, for PettingZoo

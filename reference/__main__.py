@@ -30,9 +30,9 @@ from reference.workshop.commands.experiment import experiment
 from reference.workshop.commands.measures import bench, paper, validate
 from reference.workshop.commands.options import Command
 from reference.workshop.commands.training import curves, train
-from reference.workshop.files import told
-from reference.workshop.runs import ContradictionError
-from reference.workshop.workers import STOPS
+from reference.workshop.storage.files import told
+from reference.workshop.storage.runs import ContradictionError
+from reference.workshop.storage.workers import STOPS
 
 MAPS, RUNS = (
     (check, draw, floors),

@@ -16,7 +16,7 @@ from paper_index import asked_for, paper_index
 from rules import Board, drawn, keys_of, rules, side_by_side
 
 from reference.workshop.annotated.index import marked_tests
-from reference.workshop.workers import STOPS
+from reference.workshop.storage.workers import STOPS
 
 ROOT = Path(__file__).resolve().parent.parent
 

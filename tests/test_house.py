@@ -26,7 +26,7 @@ from reference.workshop.annotated.index import (
     symbols,
 )
 from reference.workshop.annotated.words import CLAUSES, KINDS, TITLES
-from reference.workshop.crossplay.contestants import ABOUT
+from reference.workshop.comparing.contestants import ABOUT
 
 PACKAGE = ROOT / "reference"
 MODULES = {

@@ -9,11 +9,11 @@ import torch
 
 from reference.building import plan_of
 from reference.workshop.maps import load
+from reference.workshop.storage.workers import InProcess
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.loop import train
 from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.session import Training
-from reference.workshop.workers import InProcess
 
 TINY = plan_of(load("tiny"))
 

@@ -12,10 +12,10 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop import drawing
-from reference.workshop.crowding import crowding
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
-from reference.workshop.strategies.robots import guided_by
+from reference.workshop.measuring.crowding import crowding
+from reference.workshop.strategies.guides import guided_by
 from reference.world import Mode
 
 # %% Forty people on three floors

@@ -13,7 +13,7 @@ from reference.strategies import NoRobots, RandomFire
 from reference.workshop import drawing
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
-from reference.workshop.strategies.robots import Sweep, unguided
+from reference.workshop.strategies.guides import Sweep, unguided
 from reference.world import NOWHERE
 
 # %% What a robot decides

@@ -24,7 +24,7 @@ from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop import drawing
 from reference.workshop.lockstep import to_the_end, together
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.strategies.guides import Sweep
 from reference.workshop.training.presets import preset
 
 torch.set_num_threads(1)  # networks as small as these are quickest on one core

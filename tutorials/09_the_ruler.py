@@ -21,12 +21,12 @@ from reference.evaluation.score import PAPER
 from reference.fire import rim
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.workshop import crossplay
-from reference.workshop.crossplay import cells
+from reference.workshop import comparing
+from reference.workshop.comparing import cells
 from reference.workshop.drawing import ruler as pictures
 from reference.workshop.drawing.page import save
 from reference.workshop.maps import load
-from reference.workshop.workers import InProcess
+from reference.workshop.storage.workers import InProcess
 
 # %% The worst and the best
 # Forty deaths at 300 each give the worst reward R_w [F4, Eq. 6]. For the best, R_b,
@@ -94,14 +94,14 @@ for rewards in ([10000, 10000], [15000, 5000]):
 # All robots meet all fires, with the same seeds: the same people in the same places and
 # the same fire. Here the building is small and the runs are few, so it is quick.
 
-evaluation = crossplay.begin(
+evaluation = comparing.begin(
     robots=("none", "patrol", "sweep"),
     fires=("none", "random", "greedy"),
     building="museum",
     people=12,
     episodes=16,
 )
-results = crossplay.evaluate(evaluation, None, InProcess())
+results = comparing.evaluate(evaluation, None, InProcess())
 for cell in cells(results, PAPER):
     R, h, E = cell.reward.mean, cell.difficulty.mean, cell.score.mean
     print(f"{cell.robots:6} {cell.fire:6} R {R:6.0f}  h {h:4.0f}  E {E:.3f}")
@@ -125,7 +125,7 @@ for cell in cells(results, PAPER):
 museum = building_of(evaluation.arena.plan)
 points = critical_points(museum, evaluation.arena.scenario)
 print("critical points:", points)
-ruler = crossplay.ruler_of(results, "sweep", *points)
+ruler = comparing.ruler_of(results, "sweep", *points)
 print(f"b = {ruler.base:.3f}, k = {ruler.k:.3g}, beta = {ruler.beta:.0f}")
 for cell in cells(results, ruler):
     score, low, high = cell.score
@@ -156,4 +156,4 @@ print(save(pictures.contours(ruler, cells(results, ruler)), "out/09_the_ruler.pn
 # %% Exercise
 # Calibrate the ruler once more, from sixteen other seeds (`seed=100`). How far does E
 # of the same runs move, and how wide are their intervals?
-# Hint: `crossplay.ruler_of` takes any results; read the old ones with the new ruler.
+# Hint: `comparing.ruler_of` takes any results; read the old ones with the new ruler.

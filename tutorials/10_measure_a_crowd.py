@@ -18,8 +18,8 @@ import shapely
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop.maps import load
-from reference.workshop.recording import record
-from reference.workshop.validation.cases import MEASURED, ONE_WAY
+from reference.workshop.measuring.recording import record
+from reference.workshop.measuring.validation import MEASURED, ONE_WAY
 
 # %% A recording
 # A hundred people are in the canteen of the paper's building. There is no smoke, so

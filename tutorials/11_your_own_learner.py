@@ -19,8 +19,8 @@ from reference.simulation import Simulation
 from reference.strategies import NoRobots
 from reference.workshop.drawing import save
 from reference.workshop.maps import load
+from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.own import FlatRobots
-from reference.workshop.strategies.robots import Sweep
 from reference.workshop.zoo import parallel_env
 from reference.world import Evacuated
 

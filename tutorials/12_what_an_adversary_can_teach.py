@@ -14,11 +14,11 @@ from reference.simulation import Simulation
 from reference.workshop import drawing
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
+from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.fires import FixedFire, beside_ways_out
 from reference.workshop.strategies.guard import Guard
-from reference.workshop.strategies.robots import Observer
-from reference.workshop.workers import one_thread
+from reference.workshop.strategies.guides import Observer
 from reference.world import FireLit
 
 # %% A fire that repeats itself

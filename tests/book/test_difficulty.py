@@ -25,7 +25,7 @@ from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.walking import enter_stairs
 from reference.workshop.strategies import ROBOTS
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.strategies.guides import Sweep
 from reference.world import FireLit
 
 TWO_ROOMS = """

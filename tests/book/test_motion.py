@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from reference import motion
 from reference.paper import BODY_RADIUS, WALKING_SPEED, Scenario
-from reference.workshop.validation.crowd import Crowd, built, people
+from reference.workshop.measuring.halls import Crowd, built, people
 
 TICK = Scenario().tick
 TOUCHING = 2 * BODY_RADIUS - 1e-6

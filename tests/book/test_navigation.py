@@ -9,7 +9,7 @@ from hypothesis import given
 from movies import GRIDS, built, shipped, walled
 
 from reference.navigation import navigation_of
-from reference.workshop.traffic import walk
+from reference.workshop.strategies.traffic import walk
 
 pytestmark = pytest.mark.paper("A7")
 

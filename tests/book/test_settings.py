@@ -8,7 +8,7 @@ from functools import partial
 import pytest
 
 from reference.paper import TABLE_I, TABLE_II, Scenario
-from reference.workshop.plain import SettingsError, record_from
+from reference.workshop.storage.records import SettingsError, record_from
 from reference.workshop.training.presets import (
     OF_ROBOTS,
     PRESETS,

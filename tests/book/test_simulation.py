@@ -40,7 +40,7 @@ from reference.paper import (
 from reference.simulation import Simulation
 from reference.workshop import maps
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.validation.crowd import Ghosts
+from reference.workshop.measuring.halls import Ghosts
 from reference.world import Died, Evacuated, Fate, LeftFloor
 
 MATCHES = [("none", "none"), ("sweep", "random"), ("patrol", "greedy")]

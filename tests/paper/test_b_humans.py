@@ -55,7 +55,7 @@ from reference.simulation import Simulation
 from reference.walking import free_for
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.strategies import FIRES
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.strategies.guides import Sweep
 from reference.world import (
     NOBODY,
     NOWHERE,

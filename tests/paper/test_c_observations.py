@@ -12,7 +12,7 @@ from reference.game.observations import SENTINEL
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.strategies.guides import Sweep
 from reference.world import Fate, FireLit
 
 BUILDINGS = ["paper", "tiny", "museum", "school", "tower"]

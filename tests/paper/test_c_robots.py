@@ -31,9 +31,7 @@ from reference.robots import (
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire, RandomRobots
 from reference.workshop.strategies import ROBOTS
-from reference.workshop.strategies.robots import (
-    Sweep,
-)
+from reference.workshop.strategies.guides import Sweep
 from reference.world import NOWHERE, Evacuated, LeftFloor
 
 

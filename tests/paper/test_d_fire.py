@@ -48,7 +48,7 @@ from reference.paper import (
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import FIRES
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.strategies.guides import Sweep
 from reference.world import DoorBurnt, Fate, FireLit, FireRefused
 
 COORDINATES = st.floats(-1e6, 1e6)

@@ -14,7 +14,7 @@ from reference.paper import DECISION_SECONDS, Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.strategies import ROBOTS
-from reference.workshop.strategies.robots import Patrol
+from reference.workshop.strategies.guides import Patrol
 from reference.world import Fate, FireLit, FireRefused
 
 CALM = np.array([-1.0, 1.0, 1.0], dtype=np.float32)

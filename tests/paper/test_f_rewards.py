@@ -13,7 +13,7 @@ from reference.paper import (
 )
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.strategies.guides import Sweep
 from reference.world import Died, DoorBurnt, Evacuated, FireLit, FireRefused, LeftFloor
 
 OUT = [

@@ -15,7 +15,7 @@ from reference.evaluation.score import PAPER
 from reference.paper import BEST_POINT, WORST_POINT, InputError, Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.crossplay import (
+from reference.workshop.comparing import (
     RunResult,
     begin,
     cells,
@@ -25,13 +25,13 @@ from reference.workshop.crossplay import (
     runs,
     table,
 )
-from reference.workshop.crossplay.contestants import contestant
-from reference.workshop.crossplay.intervals import of_mean
-from reference.workshop.crossplay.results import as_json
+from reference.workshop.comparing.contestants import contestant
+from reference.workshop.comparing.intervals import of_mean
+from reference.workshop.comparing.results import as_json
 from reference.workshop.maps import load
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.storage.workers import InProcess, one_thread, workers
+from reference.workshop.strategies.guides import Sweep
 from reference.workshop.training.policies import POLICIES
-from reference.workshop.workers import InProcess, one_thread, workers
 
 SMALL = {"robots": ("none", "sweep"), "fires": ("random",), "building": "tiny"}
 SMALL |= {"people": 4, "episodes": 2}

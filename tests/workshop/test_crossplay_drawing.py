@@ -5,8 +5,8 @@ import pytest
 from pages import overlaps
 
 from reference.evaluation.score import PAPER
-from reference.workshop.crossplay import RunResult, cells
-from reference.workshop.crossplay.results import mean_and_interval
+from reference.workshop.comparing import RunResult, cells
+from reference.workshop.comparing.results import mean_and_interval
 from reference.workshop.drawing.crossplay import curves, matrix
 
 ROBOTS = ["none", *(f"out/laptop-{k}/checkpoint-000120.pt" for k in "abcdefg")]

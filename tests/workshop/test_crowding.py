@@ -12,8 +12,8 @@ from reference.building import Kind
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.crowding import Crowding, crowding
 from reference.workshop.drawing import crowded
+from reference.workshop.measuring.crowding import Crowding, crowding
 from reference.world import Fate
 
 ROOMS = """#########

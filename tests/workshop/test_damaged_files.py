@@ -16,17 +16,16 @@ from conftest import ROOT
 from trainings import Stopped, begun, tiny, trained
 
 from reference.paper import InputError
-from reference.workshop.crossplay import begin, evaluate, resume
+from reference.workshop.comparing import begin, design, evaluate, resume
 from reference.workshop.drawing.curves import read as read_summaries
-from reference.workshop.experiment import design
-from reference.workshop.files import read_json
 from reference.workshop.maps import load as load_building
-from reference.workshop.plain import record_from
+from reference.workshop.storage.files import read_json
+from reference.workshop.storage.records import record_from
+from reference.workshop.storage.workers import InProcess, one_thread
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import LearnedRobots
 from reference.workshop.training.presets import preset
 from reference.workshop.training.session import resume as resume_training
-from reference.workshop.workers import InProcess, one_thread
 
 ODD = (
     *(None, True, -1, 0, 1, 2, 0.5, 10**9, 10**30, -(10**400), 1e18, 1e-300),

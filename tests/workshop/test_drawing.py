@@ -34,7 +34,7 @@ from reference.workshop.drawing.evacuation import (
 from reference.workshop.drawing.page import COLOURS, MEANINGS, sheet
 from reference.workshop.drawing.relief import SOLID, add_boxes, project
 from reference.workshop.maps import load
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.strategies.guides import Sweep
 from reference.world import Fate, Mode
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")

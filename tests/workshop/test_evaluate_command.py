@@ -14,7 +14,7 @@ from conftest import ROOT
 from reference.__main__ import main
 from reference.evaluation import score
 from reference.workshop import drawing
-from reference.workshop.crossplay import runs
+from reference.workshop.comparing import runs
 
 SMALL = "evaluate --building tiny --people 6 --workers 0 "
 AGAIN = "evaluate --resume --out eval --workers 0 "

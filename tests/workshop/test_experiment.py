@@ -19,18 +19,18 @@ from conftest import ROOT
 import reference
 from reference.__main__ import main
 from reference.paper import InputError
-from reference.workshop import workers as workforce
 from reference.workshop.commands import common
-from reference.workshop.crossplay.runs import RunResult
-from reference.workshop.experiment import jobs, report
-from reference.workshop.experiment.design import Experiment, read
-from reference.workshop.experiment.jobs import arm_of, folders, play_tests, train_teams
-from reference.workshop.experiment.report import OWN, Results
-from reference.workshop.plain import SettingsError, record_from
-from reference.workshop.runs import held
+from reference.workshop.comparing import jobs, report
+from reference.workshop.comparing.design import Experiment, read
+from reference.workshop.comparing.jobs import arm_of, folders, play_tests, train_teams
+from reference.workshop.comparing.report import OWN, Results
+from reference.workshop.comparing.runs import RunResult
+from reference.workshop.storage import workers as workforce
+from reference.workshop.storage.records import SettingsError, record_from
+from reference.workshop.storage.runs import held
+from reference.workshop.storage.workers import InProcess, cluster
 from reference.workshop.training.checkpoints import load
 from reference.workshop.training.session import Training
-from reference.workshop.workers import InProcess, cluster
 
 FILES = ROOT / "tutorials" / "experiments"
 TINY = ["experiment", str(FILES / "tiny.toml"), "--workers", "0", "--out"]

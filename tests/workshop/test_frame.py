@@ -15,19 +15,11 @@ from reference.paper import SIGHT_RANGE, Scenario
 from reference.robots import actual_target, said_on_the_way
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.frame import (
-    ASTRAY,
-    KEEP,
-    STAY,
-    UNIT,
-    guides,
-    near,
-    rims,
-    way_marks,
-)
-from reference.workshop.remedies import RobotsFrame
+from reference.workshop.remedies.frame import ASTRAY, KEEP, STAY, UNIT, near
+from reference.workshop.remedies.settings import RobotsFrame
 from reference.workshop.strategies.fires import places_beside
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.strategies.guides import Sweep
+from reference.workshop.strategies.observed import guides, rims, way_marks
 from reference.workshop.training.presets import preset
 from reference.world import NOBODY, NOWHERE
 

@@ -13,8 +13,8 @@ from reference.learning.experience import Decisions, decisions_of
 from reference.learning.rollouts import play
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
-from reference.workshop.frame import KEEP, STAY, UNIT
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.remedies.frame import KEEP, STAY, UNIT
+from reference.workshop.strategies.guides import Sweep
 from reference.workshop.training.imitation import Demonstration
 
 

@@ -8,12 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reference.evaluation.score import PAPER
-from reference.workshop.crossplay.intervals import (
-    band,
-    of_mean,
-    of_means,
-    of_trainings,
-)
+from reference.workshop.comparing.intervals import band, of_mean, of_means, of_trainings
 
 NUMBERS = st.floats(-1e6, 1e6)
 

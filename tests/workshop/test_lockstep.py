@@ -12,13 +12,13 @@ from reference.learning.rollouts import Job, play
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoRobots
-from reference.workshop.crossplay.contestants import encounter
+from reference.workshop.comparing.contestants import encounter
 from reference.workshop.lockstep import to_the_end, together
 from reference.workshop.maps import load
 from reference.workshop.strategies import SCRIPTS
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.strategies.guides import Sweep
+from reference.workshop.strategies.worst_case import WorstCase
 from reference.workshop.training.presets import preset
-from reference.workshop.worst_case import WorstCase
 
 
 def everything(run: Simulation) -> list[Any]:

@@ -9,7 +9,7 @@ import pytest
 from conftest import ROOT
 
 from reference.paper import TABLE_I
-from reference.workshop.plain import SettingsError
+from reference.workshop.storage.records import SettingsError
 from reference.workshop.training.mlagents import PLACES, read_yaml
 from reference.workshop.training.presets import preset
 

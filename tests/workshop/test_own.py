@@ -13,14 +13,14 @@ from refusals import refusal
 from reference.__main__ import main
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.experiment import design, jobs, report
+from reference.workshop.comparing import design, jobs, report
+from reference.workshop.storage.workers import InProcess
+from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.own import FlatFire, FlatRobots
-from reference.workshop.strategies.robots import Sweep
-from reference.workshop.workers import InProcess
 
 CODE = """
 from reference.strategies import RandomFire
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.strategies.guides import Sweep
 
 class Guide(Sweep):
     pass

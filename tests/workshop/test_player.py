@@ -21,8 +21,8 @@ from reference.workshop import drawing
 from reference.workshop.drawing import page
 from reference.workshop.drawing.player import BODY, NEVER, floor_svg
 from reference.workshop.maps import load
-from reference.workshop.recording import ticks
-from reference.workshop.strategies.robots import Escort
+from reference.workshop.measuring.recording import ticks
+from reference.workshop.strategies.guides import Escort
 from reference.world import Fate
 
 SCRIPT = ROOT / "reference" / "workshop" / "drawing" / "player.js"

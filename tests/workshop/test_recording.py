@@ -13,8 +13,8 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.maps import load
-from reference.workshop.recording import record
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.measuring.recording import record
+from reference.workshop.strategies.guides import Sweep
 from reference.world import Died, LeftFloor
 
 NO_PEDPY = "PedPy is not installed: pip install -e '.[pedpy]'"

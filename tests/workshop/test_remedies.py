@@ -16,9 +16,9 @@ from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots
-from reference.workshop.frame import UNIT
-from reference.workshop.heads import SIGMAS, FrameHead, Mixture, MixtureHead
 from reference.workshop.maps import load
+from reference.workshop.remedies.frame import UNIT
+from reference.workshop.remedies.heads import SIGMAS, FrameHead, Mixture, MixtureHead
 from reference.workshop.training.presets import preset
 from reference.world import FireLit
 

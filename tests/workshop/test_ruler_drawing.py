@@ -9,8 +9,8 @@ from pages import overlaps, writing
 
 from reference.evaluation.score import PAPER, base_and_control
 from reference.paper import BETA
-from reference.workshop.crossplay import Cell
-from reference.workshop.crossplay.intervals import Interval
+from reference.workshop.comparing import Cell
+from reference.workshop.comparing.intervals import Interval
 from reference.workshop.drawing import ruler as drawing
 
 B, C = base_and_control((-1200, 0.1), (1100, 1000))

@@ -8,7 +8,7 @@ import pytest
 from conftest import ROOT
 
 from reference.__main__ import main
-from reference.workshop.runs import RunError, held
+from reference.workshop.storage.runs import RunError, held
 
 TINY = ROOT / "tutorials" / "experiments" / "tiny.toml"
 HOLDING = """

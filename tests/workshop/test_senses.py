@@ -12,7 +12,7 @@ from reference.workshop import drawing
 from reference.workshop.drawing import senses
 from reference.workshop.maps import load
 from reference.workshop.strategies.fires import GreedyFire
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.strategies.guides import Sweep
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from conftest import ROOT
 from trainings import begun, tiny, trained
 
 from reference.__main__ import main
-from reference.workshop.crossplay.contestants import contestant
+from reference.workshop.comparing.contestants import contestant
 from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.checkpoints import CheckpointError, load
 

@@ -10,7 +10,6 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, RandomFire
 from reference.walking import enter_stairs
-from reference.workshop.frame import before_stairwell
 from reference.workshop.strategies.fires import (
     BusiestFire,
     CloserFire,
@@ -18,13 +17,14 @@ from reference.workshop.strategies.fires import (
     GreedyFire,
 )
 from reference.workshop.strategies.guard import Guard
-from reference.workshop.strategies.robots import (
+from reference.workshop.strategies.guides import (
     Escort,
     Observer,
     Patrol,
     Sweep,
     as_observed,
 )
+from reference.workshop.strategies.observed import before_stairwell
 from reference.world import NOBODY, FireLit, FireRefused
 
 
@@ -55,7 +55,7 @@ def test_patrolling_robots_go_from_room_to_way_out_to_room():
 @pytest.mark.parametrize(("full", "first"), [(1, "way out"), (10, "q")])
 def test_robots_lead_no_more_than_can_pass_doors(full, first, robots, monkeypatch):
     """With as many as that they go to the way out, else first to who is nearby."""
-    monkeypatch.setattr("reference.workshop.strategies.robots.FULL", full)
+    monkeypatch.setattr("reference.workshop.strategies.guides.FULL", full)
     sim = stage("##################\n#....q..pR.......E\n##################")
     follow(sim, "p", sim.world.robots[0].body)
     x, _ = robots.decide(sim.world, sim.world.robots, sim.rng["robots"])[0]

@@ -16,9 +16,9 @@ from conftest import ROOT
 from trainings import begun, equal, tiny, trained
 
 from reference.__main__ import main
+from reference.workshop.storage.workers import one_thread
 from reference.workshop.training import loop
 from reference.workshop.training.checkpoints import load, newest, save
-from reference.workshop.workers import one_thread
 
 PROMISED = """building preset robots fire seed rounds episodes steps reward fire_reward
 survival evacuated died checkpoint summaries"""

@@ -14,7 +14,8 @@ from reference.learning.adversarial import learner_for, player_of
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
 from reference.strategies import NoFire, RandomFire, RandomRobots
-from reference.workshop.plain import SettingsError
+from reference.workshop.storage.records import SettingsError
+from reference.workshop.storage.workers import InProcess, one_thread, workers
 from reference.workshop.strategies.fires import BusiestFire
 from reference.workshop.training.checkpoints import load, newest
 from reference.workshop.training.loop import train
@@ -27,7 +28,6 @@ from reference.workshop.training.summaries import (
     Summary,
     table_until,
 )
-from reference.workshop.workers import InProcess, one_thread, workers
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -10,7 +10,8 @@ from reference.__main__ import main
 from reference.navigation import navigation_of
 from reference.workshop.commands import measures
 from reference.workshop.drawing import validation as drawing
-from reference.workshop.validation.cases import (
+from reference.workshop.measuring.halls import Crowd, built, densest, flow, people
+from reference.workshop.measuring.validation import (
     CASES,
     MEASURED,
     MEASURES,
@@ -20,7 +21,6 @@ from reference.workshop.validation.cases import (
     measured,
     weidmann,
 )
-from reference.workshop.validation.crowd import Crowd, built, densest, flow, people
 
 FAST = ("corridor", "speeds", "corner", "stairs", "doors", "large-room")
 LONG = ("fundamental-diagram", "everybody-knows")

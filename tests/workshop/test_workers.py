@@ -12,7 +12,7 @@ import pytest
 from conftest import ROOT
 
 from reference.paper import InputError
-from reference.workshop.workers import InProcess, as_done, undisturbed, workers
+from reference.workshop.storage.workers import InProcess, as_done, undisturbed, workers
 
 
 def test_results_can_come_as_they_are_done():

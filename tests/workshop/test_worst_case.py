@@ -16,19 +16,19 @@ from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoFire, NoRobots
-from reference.workshop.crossplay import begin
-from reference.workshop.crossplay.contestants import encounter
+from reference.workshop.comparing import begin
+from reference.workshop.comparing.contestants import encounter
 from reference.workshop.strategies.fires import APART, BusiestFire, busiest
-from reference.workshop.strategies.robots import Observer
-from reference.workshop.training.checkpoints import save
-from reference.workshop.training.policies import LearnedRobots
-from reference.workshop.worst_case import (
+from reference.workshop.strategies.guides import Observer
+from reference.workshop.strategies.worst_case import (
     Disturbed,
     First,
     WorstCase,
     another_future,
     with_errors,
 )
+from reference.workshop.training.checkpoints import save
+from reference.workshop.training.policies import LearnedRobots
 from reference.world import FireLit
 
 BRIEF = {"people": 8, "sources": 2, "time_limit": 50.0}
@@ -119,7 +119,7 @@ def test_its_cost_is_linear_in_the_number_of_decisions(monkeypatch):
     """Four futures at most at every decision, whatever was decided before."""
     begun = []
     monkeypatch.setattr(
-        "reference.workshop.worst_case.to_the_end",
+        "reference.workshop.strategies.worst_case.to_the_end",
         lambda futures: begun.append(len(futures)),
     )
     for sources in (0, 1, 2):

@@ -24,8 +24,8 @@ from pettingzoo.utils import parallel_to_aec
 
 from reference.strategies import RandomFire
 from reference.workshop import zoo
+from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.own import FlatRobots
-from reference.workshop.strategies.robots import Sweep
 
 pytestmark = pytest.mark.extra
 SCENE = Scenario(people=6, training=True)

@@ -12,7 +12,7 @@ from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
-from reference.workshop.strategies.robots import unguided
+from reference.workshop.strategies.guides import unguided
 
 institute = load("paper")
 

@@ -13,7 +13,7 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.strategies.guides import Sweep
 
 PLAN = """
 building: Gallery

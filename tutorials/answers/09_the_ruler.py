@@ -7,14 +7,14 @@ ruler only, or use many more seeds.
 
 from reference.building import building_of
 from reference.evaluation.bounds import critical_points
-from reference.workshop import crossplay
-from reference.workshop.crossplay import cells
-from reference.workshop.workers import InProcess
+from reference.workshop import comparing
+from reference.workshop.comparing import cells
+from reference.workshop.storage.workers import InProcess
 
 
 def evaluated(seed: int) -> tuple:
     """Play as in the tutorial; results, and the ruler on which `sweep` scores 1."""
-    evaluation = crossplay.begin(
+    evaluation = comparing.begin(
         robots=("none", "sweep"),
         fires=("none", "random", "greedy"),
         building="museum",
@@ -22,10 +22,10 @@ def evaluated(seed: int) -> tuple:
         episodes=16,
         seed=seed,
     )
-    results = crossplay.evaluate(evaluation, None, InProcess())
+    results = comparing.evaluate(evaluation, None, InProcess())
     museum = building_of(evaluation.arena.plan)
     points = critical_points(museum, evaluation.arena.scenario)
-    return results, crossplay.ruler_of(results, "sweep", *points)
+    return results, comparing.ruler_of(results, "sweep", *points)
 
 
 results, ruler = evaluated(0)

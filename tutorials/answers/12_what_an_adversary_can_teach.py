@@ -9,10 +9,10 @@ from reference.simulation import Simulation
 from reference.strategies import NoRobots
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
+from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.fires import CloserFire
 from reference.workshop.strategies.guard import Guard
-from reference.workshop.strategies.robots import Observer
-from reference.workshop.workers import one_thread
+from reference.workshop.strategies.guides import Observer
 
 institute = load("paper")
 alone = Simulation(institute, Scenario(), NoRobots(), CloserFire())

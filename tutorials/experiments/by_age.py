@@ -10,11 +10,11 @@ from argparse import ArgumentParser
 from dataclasses import replace
 from pathlib import Path
 
-from reference.workshop.crossplay import begin, cells, evaluate
-from reference.workshop.crossplay.results import table
+from reference.workshop.comparing import begin, cells, evaluate
+from reference.workshop.comparing.results import table
 from reference.workshop.drawing import crossplay, save
+from reference.workshop.storage.workers import workers
 from reference.workshop.training.checkpoints import load
-from reference.workshop.workers import workers
 
 
 def ages(folder, tenths):

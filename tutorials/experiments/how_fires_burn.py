@@ -16,8 +16,8 @@ from reference import paper
 from reference.simulation import Simulation
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
+from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import FIRES, ROBOTS
-from reference.workshop.workers import one_thread
 
 if __name__ == "__main__":
     parser = ArgumentParser(description=__doc__.split("\n")[0])

@@ -18,14 +18,14 @@ import numpy as np
 
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.workshop.crossplay.contestants import contestant
-from reference.workshop.crossplay.intervals import of_mean
+from reference.workshop.comparing.contestants import contestant
+from reference.workshop.comparing.intervals import of_mean
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
-from reference.workshop.strategies import robots
+from reference.workshop.storage.workers import one_thread
+from reference.workshop.strategies import guides
 from reference.workshop.strategies.guard import Guard
-from reference.workshop.strategies.robots import Observer, Sweep, as_observed
-from reference.workshop.workers import one_thread
+from reference.workshop.strategies.guides import Observer, Sweep, as_observed
 
 
 class SweepAsObserved(Sweep):
@@ -65,7 +65,7 @@ UNDER = ("random", "busiest", "fixed", "closer", "greedy")
 def saved(name, fire, seeds):
     """Per cent of people saved in each evacuation."""
     guide, differs = FAMILY[name]
-    owner = {key: guide if hasattr(guide, key) else robots for key in differs}
+    owner = {key: guide if hasattr(guide, key) else guides for key in differs}
     patches = [patch.object(owner[key], key, value) for key, value in differs.items()]
     for one in patches:
         one.start()

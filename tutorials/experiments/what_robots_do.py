@@ -15,9 +15,9 @@ from reference.game.rewards import group_reward
 from reference.paper import DECISION_SECONDS, Scenario
 from reference.robots import followers_of
 from reference.simulation import Simulation
-from reference.workshop.crossplay.contestants import contestant
+from reference.workshop.comparing.contestants import contestant
 from reference.workshop.maps import load
-from reference.workshop.strategies.robots import GROUP_RADIUS, unguided
+from reference.workshop.strategies.guides import GROUP_RADIUS, unguided
 from reference.workshop.training.presets import preset
 from reference.world import NOWHERE
 

@@ -16,9 +16,9 @@ from reference.building import Kind
 from reference.paper import InputError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import note, tell
-from reference.workshop.files import read_text, told
 from reference.workshop.maps import MistakesError, find, load, shipped_floors
 from reference.workshop.maps.semantics import touching
+from reference.workshop.storage.files import read_text, told
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
 POLL = 0.3  # seconds between two looks at a watched file

@@ -10,8 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from reference.workshop.runs import RunError, held
-from reference.workshop.workers import cluster, workers
+from reference.workshop.storage.runs import RunError, held
+from reference.workshop.storage.workers import cluster, workers
 
 
 def tell(arguments: Namespace, facts: dict[str, Any], text: str) -> None:

@@ -14,11 +14,11 @@ from tqdm import tqdm
 
 from reference.workshop.commands import options
 from reference.workshop.commands.common import note, table, tell
-from reference.workshop.crossplay.contestants import ABOUT, said_of
-from reference.workshop.crossplay.matches import Evaluation, begin
-from reference.workshop.crowding import Crowding
-from reference.workshop.recording import recording, ticks
-from reference.workshop.runs import ContradictionError
+from reference.workshop.comparing.contestants import ABOUT, said_of
+from reference.workshop.comparing.matches import Evaluation, begin
+from reference.workshop.measuring.crowding import Crowding
+from reference.workshop.measuring.recording import recording, ticks
+from reference.workshop.storage.runs import ContradictionError
 
 Pair = tuple[str, str]
 """Who plays the robots, and who the fire."""

@@ -12,12 +12,12 @@ from reference.evaluation.bounds import best_reward, critical_points
 from reference.evaluation.score import PAPER, Ruler, RulerError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import note, resumable, tell
-from reference.workshop.crossplay import matches, results, runs
-from reference.workshop.crossplay.matches import Arena, Evaluation
-from reference.workshop.crossplay.results import Cell
-from reference.workshop.crossplay.runs import RunResult
-from reference.workshop.files import write_json
-from reference.workshop.runs import ContradictionError, refuse_options
+from reference.workshop.comparing import matches, results, runs
+from reference.workshop.comparing.matches import Arena, Evaluation
+from reference.workshop.comparing.results import Cell
+from reference.workshop.comparing.runs import RunResult
+from reference.workshop.storage.files import write_json
+from reference.workshop.storage.runs import ContradictionError, refuse_options
 
 ASKED = ("building", "people", "seed", "episodes", "sample", "errors")
 

@@ -11,13 +11,13 @@ from typing import Any
 
 from reference.workshop.commands import options
 from reference.workshop.commands.common import note, resumable, tell
-from reference.workshop.files import write_whole
-from reference.workshop.runs import RunError
+from reference.workshop.storage.files import write_whole
+from reference.workshop.storage.runs import RunError
 
 
 @options.command(
     "experiment mine.toml\n\nwhat stands in mine.toml:\n"
-    "  python -m pydoc reference.workshop.experiment.design",
+    "  python -m pydoc reference.workshop.comparing.design",
     options.option("file", "what to train and test, its seeds too, in TOML", type=Path),
     options.WORKERS,
     options.option(
@@ -31,7 +31,7 @@ from reference.workshop.runs import RunError
 )
 def experiment(arguments: Namespace) -> None:
     """Trains and tests the arms of an experiment's file, and writes a page about it."""
-    from reference.workshop.experiment import design, jobs
+    from reference.workshop.comparing import design, jobs
 
     folder = arguments.out or Path("out") / arguments.file.stem
     read = partial(design.read, arguments.file)
@@ -47,9 +47,9 @@ def experiment(arguments: Namespace) -> None:
 
 def _tell(arguments: Namespace, asked: Any, found: list[Any], folder: Path) -> None:
     """Write the page and its pictures; print the table and the answer."""
-    from reference.workshop.crossplay.results import as_plain, table
+    from reference.workshop.comparing import jobs, report
+    from reference.workshop.comparing.results import as_plain, table
     from reference.workshop.drawing import crossplay, curves, save
-    from reference.workshop.experiment import jobs, report
 
     results = report.Results(asked, found)
     cells, answer = results.cells(), results.answer()

@@ -8,9 +8,9 @@ from tqdm import tqdm
 
 from reference.workshop.commands import options
 from reference.workshop.commands.common import figure, note, table, tell
-from reference.workshop.files import write_whole
 from reference.workshop.maps import load
-from reference.workshop.validation.cases import CASES, NOT_MODELLED, measured
+from reference.workshop.measuring.validation import CASES, NOT_MODELLED, measured
+from reference.workshop.storage.files import write_whole
 
 
 @options.command(
@@ -52,7 +52,7 @@ def _row(case: dict[str, Any]) -> tuple[str, ...]:
 @options.command("bench --json", options.BUILDING, options.SEED, options.JSON)
 def bench(arguments: Namespace) -> None:
     """Measures what one second computes: person-seconds, decisions, samples."""
-    from reference.workshop.bench import measure
+    from reference.workshop.measuring.bench import measure
 
     name = "paper" if arguments.building is None else arguments.building
     facts = measure(name, arguments.seed or 0)

@@ -11,10 +11,10 @@ from typing import Any
 from reference.learning.settings import SIDES
 from reference.workshop.commands import options
 from reference.workshop.commands.common import again, note, resumable, table, tell
-from reference.workshop.crossplay.contestants import NAMES, WORST
-from reference.workshop.plain import rows_of
-from reference.workshop.remedies import SideSettings
-from reference.workshop.runs import ContradictionError, refuse_options
+from reference.workshop.comparing.contestants import NAMES, WORST
+from reference.workshop.remedies.settings import SideSettings
+from reference.workshop.storage.records import rows_of
+from reference.workshop.storage.runs import ContradictionError, refuse_options
 from reference.workshop.strategies import GUIDES
 from reference.workshop.strategies.own import CODE
 from reference.workshop.training.presets import PRESETS

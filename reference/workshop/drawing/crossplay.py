@@ -15,9 +15,9 @@ from matplotlib.figure import Figure
 from matplotlib.rcsetup import cycler
 from matplotlib.ticker import PercentFormatter
 
-from reference.workshop.crossplay.intervals import band
-from reference.workshop.crossplay.results import Cell, mean_and_interval
-from reference.workshop.crossplay.runs import RunResult
+from reference.workshop.comparing.intervals import band
+from reference.workshop.comparing.results import Cell, mean_and_interval
+from reference.workshop.comparing.runs import RunResult
 from reference.workshop.drawing.page import legend, sheet
 
 EVEN = LinearSegmentedColormap.from_list("even", ["#dc7d33", "#fbf7ef", "#62a0d8"])

@@ -8,10 +8,10 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
 from reference.building import Kind
-from reference.workshop.crowding import SQUARE, Crowding
 from reference.workshop.drawing import page
 from reference.workshop.drawing.evacuation import INK
 from reference.workshop.drawing.page import COLOURS, Style
+from reference.workshop.measuring.crowding import SQUARE, Crowding
 
 _INKS = COLOURS[Kind.FLOOR], "#e5a9c6", "#b3437f", "#5e1150"
 DENSITIES = LinearSegmentedColormap.from_list("density", _INKS)

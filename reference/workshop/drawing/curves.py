@@ -20,7 +20,7 @@ from reference.workshop.drawing import page
 from reference.workshop.drawing.crossplay import LINES
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import BLUE, COLOURS, Style
-from reference.workshop.files import number, read_table
+from reference.workshop.storage.files import number, read_table
 from reference.workshop.training import summaries
 
 SMOOTHING = 0.05  # share of the time axis that a running mean covers

@@ -26,8 +26,8 @@ from reference.simulation import Simulation
 from reference.workshop.drawing import player
 from reference.workshop.drawing.evacuation import Scene, Tally, tally
 from reference.workshop.drawing.player import SECONDS_PER_FRAME
-from reference.workshop.files import replacing
-from reference.workshop.recording import ticks
+from reference.workshop.measuring.recording import ticks
+from reference.workshop.storage.files import replacing
 
 PACE = SECONDS_PER_FRAME / 6  # seconds that a frame is seen: six times real time
 HOLD = 3.0  # seconds that the last frame stays

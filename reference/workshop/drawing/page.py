@@ -22,7 +22,7 @@ from matplotlib.patches import Patch
 from numpy.typing import ArrayLike
 
 from reference.building import Building, Kind
-from reference.workshop.files import write_whole
+from reference.workshop.storage.files import write_whole
 
 COLOURS = {
     Kind.OUTSIDE: "#e7ecef",

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from reference.evaluation.score import PAPER, Ruler
 from reference.paper import BEST_POINT, WORST_POINT
-from reference.workshop.crossplay.results import Cell
+from reference.workshop.comparing.results import Cell
 from reference.workshop.drawing.crossplay import players
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import BLUE, TEXT, Style, legend, sheet

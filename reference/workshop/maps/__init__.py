@@ -20,7 +20,7 @@ from reference.floorplan import Plan, to_text
 from reference.workshop.maps import semantics, syntax
 from reference.workshop.maps.mistakes import MOST, Mistake, MistakesError
 from reference.workshop.maps.syntax import MOST_LINES, MOST_SIGNS, Line
-from reference.workshop.plain import did_you_mean
+from reference.workshop.storage.records import did_you_mean
 
 
 def load(name: str) -> Building:

@@ -25,7 +25,7 @@ from reference.workshop.strategies.fires import (
     GreedyFire,
 )
 from reference.workshop.strategies.guard import Guard
-from reference.workshop.strategies.robots import Escort, Observer, Patrol, Sweep
+from reference.workshop.strategies.guides import Escort, Observer, Patrol, Sweep
 
 ROBOTS: dict[str, type[RobotStrategy]] = {
     "none": NoRobots,

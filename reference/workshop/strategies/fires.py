@@ -13,7 +13,7 @@ from reference.building import Building, Kind, Landmark
 from reference.fire import Decision, decision_at, free_places, fuel
 from reference.navigation import navigation_of
 from reference.strategies import RandomFire
-from reference.workshop.traffic import traffic, walk
+from reference.workshop.strategies.traffic import traffic, walk
 from reference.world import World
 
 APART = 4.0  # [F4, chosen] metres between two cells that `busiest` lists

@@ -15,7 +15,7 @@ from reference.navigation import navigation_of
 from reference.paper import ROBOT_SPEED
 from reference.robots import Destinations, actual_target
 from reference.workshop.strategies.fires import beside_ways_out
-from reference.workshop.strategies.robots import Observer
+from reference.workshop.strategies.guides import Observer
 from reference.world import Robot, World
 
 SPARE = 1.0  # [C7, chosen] seconds that a robot plans to be early

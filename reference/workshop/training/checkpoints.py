@@ -26,10 +26,10 @@ from reference.learning.players import Learned
 from reference.learning.ppo import Learner
 from reference.learning.settings import SIDES, Side
 from reference.paper import InputError
-from reference.workshop.files import refuse_no_file, write_whole
 from reference.workshop.maps import parse
-from reference.workshop.plain import check_type, mapping, record_from
-from reference.workshop.remedies import SideSettings
+from reference.workshop.remedies.settings import SideSettings
+from reference.workshop.storage.files import refuse_no_file, write_whole
+from reference.workshop.storage.records import check_type, mapping, record_from
 from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.presets import Settings
 

@@ -29,9 +29,9 @@ from reference.learning.settings import Side
 from reference.paper import Scenario
 from reference.robots import actual_target
 from reference.strategies import RobotStrategy
-from reference.workshop.remedies import RobotsFrame
+from reference.workshop.remedies.settings import RobotsFrame
 from reference.workshop.strategies import ROBOTS
-from reference.workshop.strategies.robots import GROUP_RADIUS
+from reference.workshop.strategies.guides import GROUP_RADIUS
 
 CLONING_RATE = 1e-3  # [C7, chosen] learning rate of the fit
 CLONING_BATCH = 64  # [C7, chosen] group decisions of its minibatches

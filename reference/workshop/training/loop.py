@@ -15,8 +15,9 @@ from tqdm import tqdm
 
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import Side
-from reference.workshop.files import Table, make_folder
 from reference.workshop.lockstep import together
+from reference.workshop.storage.files import Table, make_folder
+from reference.workshop.storage.workers import in_order, one_thread, undisturbed
 from reference.workshop.training.checkpoints import keep, newest
 from reference.workshop.training.session import Training
 from reference.workshop.training.summaries import (
@@ -28,7 +29,6 @@ from reference.workshop.training.summaries import (
     Row,
     table_until,
 )
-from reference.workshop.workers import in_order, one_thread, undisturbed
 
 
 def train(

@@ -25,9 +25,9 @@ from pathlib import Path
 from typing import Any
 
 from reference.learning.settings import Side
-from reference.workshop.files import read_text
-from reference.workshop.plain import SettingsError, mapping, rows_of, unknown
-from reference.workshop.remedies import SideSettings
+from reference.workshop.remedies.settings import SideSettings
+from reference.workshop.storage.files import read_text
+from reference.workshop.storage.records import SettingsError, mapping, rows_of, unknown
 from reference.workshop.training.presets import Settings, changed
 
 ROWS = rows_of(SideSettings)

@@ -14,6 +14,7 @@ from reference.game.interface import Moment
 from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
+from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import SCRIPTS
 from reference.workshop.strategies.own import Trained, TrainedFire, TrainedRobots
 from reference.workshop.training.checkpoints import (
@@ -22,7 +23,6 @@ from reference.workshop.training.checkpoints import (
     load,
     must_fit,
 )
-from reference.workshop.workers import one_thread
 from reference.world import World
 
 

@@ -12,14 +12,14 @@ from typing import Annotated, Any
 from reference.game.rewards import CREDITS
 from reference.learning.settings import Row
 from reference.paper import MOST, TABLE_I, TABLE_II, Scenario
-from reference.workshop.plain import (
+from reference.workshop.remedies.settings import SideSettings
+from reference.workshop.storage.records import (
     SettingsError,
     check_rows,
     mapping,
     record_from,
     unknown,
 )
-from reference.workshop.remedies import SideSettings
 from reference.workshop.strategies import FIRES
 
 SMALLER = tomllib.loads(Path(__file__).with_name("presets.toml").read_text("utf-8"))

@@ -22,8 +22,9 @@ from reference.learning.settings import SIDES, Side
 from reference.simulation import Simulation
 from reference.strategies import NoFire, RandomFire
 from reference.workshop.maps import load as load_building
-from reference.workshop.plain import SettingsError, record_from
-from reference.workshop.runs import refuse_version
+from reference.workshop.storage.records import SettingsError, record_from
+from reference.workshop.storage.runs import refuse_version
+from reference.workshop.storage.workers import chunks
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
@@ -41,7 +42,6 @@ from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import POLICIES, fixed_player
 from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.summaries import PRETRAINING, Row, Summary, Sums
-from reference.workshop.workers import chunks
 
 OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
 OF_NETWORK = ("head", "hidden_units", "num_layers", "normalize", "commitment", "spread")

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from reference.learning.settings import Side
-from reference.workshop.files import Table, read_table
-from reference.workshop.plain import SettingsError
+from reference.workshop.storage.files import Table, read_table
+from reference.workshop.storage.records import SettingsError
 
 SUMMARIES = "summaries.csv"
 """Name of the table in the folder of a training."""

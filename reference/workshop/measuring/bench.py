@@ -24,9 +24,9 @@ from reference.simulation import Simulation
 from reference.strategies import RandomFire
 from reference.workshop.lockstep import together
 from reference.workshop.maps import find, read
-from reference.workshop.strategies.robots import Sweep
+from reference.workshop.storage.workers import chunks, one_thread
+from reference.workshop.strategies.guides import Sweep
 from reference.workshop.training.presets import preset
-from reference.workshop.workers import chunks, one_thread
 
 RUNS = 5  # seeds of a crowd
 CASES = {

@@ -15,11 +15,11 @@ from tqdm import tqdm
 
 from reference.evaluation.difficulty import arrival_of, difficulty, people_in
 from reference.simulation import Simulation
-from reference.workshop.crossplay import matches
-from reference.workshop.crossplay.matches import Evaluation, Run
-from reference.workshop.files import Table, make_folder, number, read_table
+from reference.workshop.comparing import matches
+from reference.workshop.comparing.matches import Evaluation, Run
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.workers import as_done, chunks
+from reference.workshop.storage.files import Table, make_folder, number, read_table
+from reference.workshop.storage.workers import as_done, chunks
 from reference.world import Evacuated
 
 RUNS = "runs.csv"

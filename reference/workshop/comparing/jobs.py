@@ -20,17 +20,17 @@ from typing import Any
 from tqdm import tqdm
 
 import reference
-from reference.workshop.crossplay.matches import Evaluation, Pinned
-from reference.workshop.crossplay.runs import RunResult, evaluate
-from reference.workshop.experiment.design import Experiment
-from reference.workshop.files import make_folder, write_json
-from reference.workshop.runs import held
+from reference.workshop.comparing.design import Experiment
+from reference.workshop.comparing.matches import Evaluation, Pinned
+from reference.workshop.comparing.runs import RunResult, evaluate
+from reference.workshop.storage.files import make_folder, write_json
+from reference.workshop.storage.runs import held
+from reference.workshop.storage.workers import InProcess, as_done, one_thread
 from reference.workshop.strategies import SHIPPED
 from reference.workshop.strategies.own import is_code
 from reference.workshop.training.checkpoints import Task, load, newest
 from reference.workshop.training.loop import train
 from reference.workshop.training.session import Training
-from reference.workshop.workers import InProcess, as_done, one_thread
 
 LOG, DONE = "log.txt", "training.json"
 

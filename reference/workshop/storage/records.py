@@ -14,7 +14,7 @@ from typing import Any, TypeVar, get_args, get_origin, get_type_hints
 
 from reference.learning.settings import ABOVE_0, Row
 from reference.paper import InputError
-from reference.workshop.files import LARGEST
+from reference.workshop.storage.files import LARGEST
 
 Record = TypeVar("Record")
 

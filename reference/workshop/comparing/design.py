@@ -34,11 +34,16 @@ from typing import Any
 
 from reference.building import plan_of
 from reference.learning.settings import SIDES, Side
-from reference.workshop.crossplay.contestants import WORST, fitting
-from reference.workshop.crossplay.matches import EPISODES, Arena, Evaluation
-from reference.workshop.files import read_text
+from reference.workshop.comparing.contestants import WORST, fitting
+from reference.workshop.comparing.matches import EPISODES, Arena, Evaluation
 from reference.workshop.maps import load
-from reference.workshop.plain import SettingsError, mapping, record_from, unknown
+from reference.workshop.storage.files import read_text
+from reference.workshop.storage.records import (
+    SettingsError,
+    mapping,
+    record_from,
+    unknown,
+)
 from reference.workshop.strategies import FIRES, LEARNED, ROBOTS
 from reference.workshop.strategies.own import is_code
 from reference.workshop.training.checkpoints import Task

@@ -13,7 +13,7 @@ from filelock import FileLock, Timeout
 
 import reference
 from reference.paper import InputError
-from reference.workshop.files import make_folder
+from reference.workshop.storage.files import make_folder
 
 
 class RunError(InputError):

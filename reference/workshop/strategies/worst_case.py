@@ -24,9 +24,9 @@ from reference.paper import BURN_SECONDS, Scenario
 from reference.robots import Destinations
 from reference.simulation import Simulation
 from reference.strategies import FireStrategy, NoRobots, RandomFire, RobotStrategy
-from reference.workshop.frame import map_of
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.strategies.fires import BusiestFire, busiest
+from reference.workshop.strategies.observed import map_of
 from reference.world import Robot, World
 
 CANDIDATES = 4

@@ -11,7 +11,7 @@ from scipy import ndimage
 
 from reference.building import Building
 from reference.simulation import Simulation
-from reference.workshop.recording import ticks
+from reference.workshop.measuring.recording import ticks
 from reference.world import Fate
 
 SQUARE = 3  # metres

@@ -12,27 +12,16 @@ robots are headed.
     lost   people whom nobody leads, on a robot's own floor
 """
 
-from collections.abc import Sequence
-from functools import lru_cache
-from itertools import zip_longest
-from typing import Any
-
 import numpy as np
-from scipy import ndimage
-from scipy.sparse.csgraph import dijkstra
 
-from reference.building import Building, Kind, Landmark
-from reference.fire import fuel
 from reference.game.interface import Interface
 from reference.game.observations import from_normalised
-from reference.navigation import Navigation, navigation_of
-from reference.paper import NEAR_STAIRWELL, SIGHT_RANGE
-from reference.robots import AT_EXIT, Destination, actual_target, said_on_the_way
+from reference.robots import AT_EXIT
+from reference.workshop.strategies.observed import FAR, between, guides, map_of
 from reference.world import NOBODY
 
 UNIT = 10.0  # [C5, chosen] metres of one unit of an action
 HALFWAY = 5.0  # [C4, chosen] metres on foot that are half as near as none
-FAR = 100.0  # metres: whatever is farther, or unreachable, counts as this far
 PEOPLE = 6  # [C5, chosen] anchors at people
 ASTRAY = 8.0  # [C5, chosen] metres: hardly anybody goes farther between decisions
 
@@ -175,161 +164,9 @@ class View:
         return np.take_along_axis(mine, order[..., None], axis=1)
 
 
-class Map:
-    """What robots know of a building.
-
-    free    (floors, rows, cols) the nearest place where one can stand
-    stairs  (places,) bool
-    outs, feet, rims  (floors, k, 2) metres of ways out, feet of stairs and cells to
-            guard, nan for none
-    """
-
-    def __init__(self, building: Building):
-        self.nav, self.origin = navigation_of(building), building.origin
-        self.stairs = building.kind.ravel() == Kind.STAIRS
-        nearest = ndimage.distance_transform_edt(
-            ~building.walkable,
-            sampling=(FAR, 1, 1),
-            return_distances=False,
-            return_indices=True,
-        )
-        self.free = np.ravel_multi_index(nearest, building.walkable.shape)
-        floors = range(building.floors)
-        marks = [(*way_marks(building, f), rims(building, f)) for f in floors]
-        self.outs, self.feet, self.rims = map(_filled, zip(*marks, strict=True))
-
-    def places(self, points: np.ndarray, floor: np.ndarray | None = None) -> np.ndarray:
-        """(...) places of points (..., 2), or (..., 3) with floors of their own.
-
-        What is outside the drawing counts as on its edge, SENTINEL as on the first
-        floor.
-        """
-        if floor is None:
-            floor = points[..., 2].round().clip(0).astype(int)
-        top, left = self.origin
-        last = np.subtract(self.free.shape[1:], 1)
-        right, up = np.moveaxis(np.floor(points[..., :2]).astype(int), -1, 0)
-        cells = (top - 1 - up).clip(0, last[0]), (left + right).clip(0, last[1])
-        return self.free[floor, *cells]
-
-
-map_of = lru_cache(maxsize=8)(Map)
-
-
-def between(nav: Navigation, p: np.ndarray, q: np.ndarray) -> np.ndarray:
-    """Metres on foot from places p to places q, broadcast; inf between floors.
-
-    They come from a table; a row is computed when it is first asked for.
-    """
-    known, table = _table(nav)
-    new = np.unique(p)
-    new = new[~known[new]]
-    for floor in np.unique(new // nav.floor_size).tolist():
-        rows = new[new // nav.floor_size == floor]
-        start = floor * nav.floor_size
-        table[rows] = dijkstra(nav.steps[floor], indices=rows - start)
-    known[new] = True
-    metres = table[p, q % nav.floor_size]
-    return np.where(p // nav.floor_size == q // nav.floor_size, metres, np.inf)
-
-
-@lru_cache(maxsize=8)
-def _table(nav: Navigation) -> tuple[np.ndarray, np.ndarray]:
-    """(places,) bool, which rows are known, and (places, floor_size) float32."""
-    table = np.empty((nav.places, nav.floor_size), dtype=np.float32)
-    return np.zeros(nav.places, dtype=bool), table
-
-
 def near(way: np.ndarray) -> np.ndarray:
     """1 for a way of no metres, one half at HALFWAY; 0 for what is FAR."""
     return np.where(way < FAR, 1 / (1 + way / HALFWAY), 0)
-
-
-def guides(
-    nav: Navigation,
-    robots: np.ndarray,
-    at_work: np.ndarray,
-    people: np.ndarray,
-    walking: np.ndarray,
-) -> np.ndarray:
-    """Guess who leads whom [C1, chosen]: (..., n) index of a robot, or NOBODY.
-
-    robots (..., R), people (..., n): places; at_work (..., R), walking (..., n) bool.
-    The nearest robot at work, if it is in sight on foot, flames or not: right nineteen
-    times in twenty.
-    """
-    if not robots.shape[-1]:
-        return np.full(people.shape, NOBODY)
-    way = between(nav, robots[..., None], people[..., None, :])
-    way = np.where(at_work[..., None], way, np.inf)
-    led = walking & (way.min(axis=-2) <= SIGHT_RANGE)
-    return np.where(led, way.argmin(axis=-2), NOBODY)
-
-
-def way_marks(building: Building, floor: int) -> tuple[list[Any], list[Any]]:
-    """Find a floor's ways out and the feet of its stairs, points in metres [C6].
-
-    Where stairs lead down, the nearest point of the main body: Eq. 1 leads inside;
-    where they end, before them, where people come out.
-    """
-    low, high = np.reshape(building.body, (2, 2))
-    marks, wells = building.landmarks, building.stairwells
-    outs = [np.clip(w.centre, low, high) for w in wells if w.leads_down(floor)]
-    exits = [m for m in marks if m.kind is Kind.EXIT and m.floor == floor]
-    ends = [k for k, well in enumerate(wells) if well.lowest == floor]
-    outs += [np.array(at_exit(building, mark)) for mark in exits]
-    return outs, [before_stairwell(building, floor, k) for k in ends]
-
-
-def rims(building: Building, floor: int) -> list[Any]:
-    """Find where one guards a floor's exits and entrances, points in metres [D6].
-
-    [C5, chosen] Of the cells that flames may enter and that Eq. 1 leaves alone, the
-    nearest on foot to each.
-    """
-    nav = navigation_of(building)
-    guarded = (fuel(building) & (building.kind == Kind.FLOOR)).ravel()
-    for well in (well for well in building.stairwells if floor in well.areas):
-        off = nav.centres - well.centre
-        guarded &= np.hypot(off[:, 0], off[:, 1]) > NEAR_STAIRWELL
-    marks = [m for m in building.landmarks if m.floor == floor]
-    ways = [m.index for m in marks if m.kind is not Kind.DOOR]
-    metres = [np.where(guarded, nav.distance_to(way), np.inf) for way in ways]
-    return [nav.centres[d.argmin()] for d in metres if np.isfinite(d).any()]
-
-
-@lru_cache(maxsize=64)
-def before_stairwell(building: Building, floor: int, index: int) -> Destination:
-    """Find the room cell nearest to a stairwell that Eq. 1 does not pull inside."""
-    nav = navigation_of(building)
-    well = building.stairwells[index]
-    d = nav.distance_to(well.entrances[floor][0])
-    d[building.kind.ravel() != Kind.FLOOR] = np.inf
-    off = nav.centres - well.centre
-    d[np.hypot(off[:, 0], off[:, 1]) <= NEAR_STAIRWELL] = np.inf
-    x, y = nav.centres[int(np.argmin(d))].tolist()
-    return x, y
-
-
-def at_exit(building: Building, exit_: Landmark) -> Destination:
-    """Find a point that means this exit and no stairwell beside it [C6] [C7].
-
-    The exit itself, unless Eq. 1 leads away from there.
-    """
-    points = navigation_of(building).centres[: building.kind[0].size]
-    off = np.hypot(*(points - exit_.position).T)
-    near = points[np.argsort(off, kind="stable")[: int((off <= AT_EXIT).sum())]]
-    for point in [exit_.position, *map(tuple, near.tolist())]:
-        target = actual_target(building, exit_.floor, *point)
-        if said_on_the_way(building, exit_.floor, target) in building.exits:
-            return point
-    return exit_.position
-
-
-def _filled(floors: Sequence[Any]) -> np.ndarray:
-    """(floors, most, 2) of points on each floor; nan where there are fewer."""
-    rows = list(zip_longest(*floors, fillvalue=(np.nan, np.nan)))
-    return np.reshape(rows, (-1, len(floors), 2)).swapaxes(0, 1)
 
 
 def _there(points: np.ndarray) -> np.ndarray:

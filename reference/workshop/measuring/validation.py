@@ -22,10 +22,9 @@ from reference.beginning import beginning
 from reference.building import Building
 from reference.paper import FLIGHT, WALKING_SPEED, WALKING_SPREAD, Scenario
 from reference.simulation import Simulation
-from reference.workshop.crossplay.intervals import of_mean
+from reference.workshop.comparing.intervals import of_mean
 from reference.workshop.maps import load
-from reference.workshop.strategies.robots import Sweep
-from reference.workshop.validation.crowd import (
+from reference.workshop.measuring.halls import (
     Crowd,
     Ghosts,
     Past,
@@ -38,8 +37,9 @@ from reference.workshop.validation.crowd import (
     people,
     times,
 )
+from reference.workshop.strategies.guides import Sweep
 
-WORDS = tomllib.loads(Path(__file__).with_name("cases.toml").read_text("utf-8"))
+WORDS = tomllib.loads(Path(__file__).with_name("validation.toml").read_text("utf-8"))
 CASES: dict[str, dict[str, Any]] = WORDS["cases"]
 """Each case's source, what is accepted, perhaps a note and the number of seeds."""
 NOT_MODELLED: dict[str, list[str]] = WORDS["not_modelled"]

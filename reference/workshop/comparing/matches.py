@@ -20,11 +20,11 @@ from reference.building import Building, building_of, plan_of
 from reference.learning.settings import Side
 from reference.paper import ROBOTS_PER_FLOOR, InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.crossplay.contestants import NAMES, contestant, encounter
-from reference.workshop.files import naming, read_json, write_json
+from reference.workshop.comparing.contestants import NAMES, contestant, encounter
 from reference.workshop.maps import load
-from reference.workshop.plain import record_from
-from reference.workshop.runs import ContradictionError, RunError, refuse_version
+from reference.workshop.storage.files import naming, read_json, write_json
+from reference.workshop.storage.records import record_from
+from reference.workshop.storage.runs import ContradictionError, RunError, refuse_version
 from reference.workshop.strategies.own import code_file, is_code
 
 EPISODES = 100

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from reference.evaluation.score import Point, Ruler, RulerError, from_runs
-from reference.workshop.crossplay.intervals import Interval, of_mean, of_means
-from reference.workshop.crossplay.matches import Evaluation
-from reference.workshop.crossplay.runs import DIGITS, RunResult
+from reference.workshop.comparing.intervals import Interval, of_mean, of_means
+from reference.workshop.comparing.matches import Evaluation
+from reference.workshop.comparing.runs import DIGITS, RunResult
 
 
 @dataclass(frozen=True)

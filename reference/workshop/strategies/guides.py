@@ -17,8 +17,8 @@ from reference.building import Building
 from reference.navigation import navigation_of
 from reference.paper import ROBOT_SPEED, STAIRS_METRES, STAIRS_SECONDS
 from reference.robots import Destination, Destinations, flame_cost
-from reference.workshop.frame import before_stairwell, guides
-from reference.workshop.traffic import ways_outside
+from reference.workshop.strategies.observed import before_stairwell, guides
+from reference.workshop.strategies.traffic import ways_outside
 from reference.world import NOBODY, NOWHERE, Robot, World
 
 GROUP_RADIUS = 4.0  # [C7, chosen] metres: people this near form one group

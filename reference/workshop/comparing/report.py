@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 
 import reference
-from reference.workshop.crossplay.contestants import WORST
-from reference.workshop.crossplay.intervals import of_trainings
-from reference.workshop.crossplay.results import Cell, table
-from reference.workshop.crossplay.runs import RunResult
-from reference.workshop.experiment.design import FIXED, Experiment
-from reference.workshop.experiment.jobs import arm_of
+from reference.workshop.comparing.contestants import WORST
+from reference.workshop.comparing.design import FIXED, Experiment
+from reference.workshop.comparing.intervals import of_trainings
+from reference.workshop.comparing.jobs import arm_of
+from reference.workshop.comparing.results import Cell, table
+from reference.workshop.comparing.runs import RunResult
 from reference.workshop.strategies.own import is_code
 
 OWN = "own fire"  # the one that a team has learned with

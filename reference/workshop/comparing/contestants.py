@@ -12,10 +12,10 @@ from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.strategies import NoRobots
-from reference.workshop.plain import did_you_mean, first_line
+from reference.workshop.storage.records import did_you_mean, first_line
 from reference.workshop.strategies import LEARNED, SCRIPTS
 from reference.workshop.strategies.own import CODE, from_code, is_code
-from reference.workshop.worst_case import Disturbed, WorstCase
+from reference.workshop.strategies.worst_case import Disturbed, WorstCase
 
 WORST = "worst-case"
 

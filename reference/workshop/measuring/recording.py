@@ -25,8 +25,8 @@ import numpy as np
 
 from reference.building import Building
 from reference.simulation import Simulation
-from reference.workshop.files import replacing
-from reference.workshop.runs import refuse_used
+from reference.workshop.storage.files import replacing
+from reference.workshop.storage.runs import refuse_used
 
 FORMAT = """
 CREATE TABLE metadata (key TEXT NOT NULL UNIQUE PRIMARY KEY, value TEXT NOT NULL);

@@ -4,7 +4,7 @@ Clauses: C5, C7, D2, E3, E5.  The trainers compute what ML-Agents computes; sett
 with remedies give them another `Interface`, with another head, and other credit.
 
     floor    the paper's Gaussian: coordinates of the whole floor
-    frame    one Gaussian in a robot's own frame, `workshop.frame`
+    frame    one Gaussian in a robot's own frame, `workshop.remedies.frame`
     mixture  Gaussians around anchors: a robot's are those of its frame, the fire's
              stand beside the building's exits, entrances and doors
 
@@ -26,8 +26,8 @@ from reference.game.rewards import CREDITS
 from reference.learning.settings import ATTENTION_HEADS, Row, Side, TrainerSettings
 from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.workshop.frame import UNIT, View
-from reference.workshop.plain import SettingsError, check_rows
+from reference.workshop.remedies.frame import UNIT, View
+from reference.workshop.storage.records import SettingsError, check_rows
 from reference.workshop.strategies.fires import places_beside
 
 LIT = 2.0
@@ -48,7 +48,7 @@ class SideSettings(TrainerSettings):
 
     commitment  logit bonus of the anchor "where I am headed"; without it a new policy
                 would turn round before it arrives anywhere
-    masks       a mixture may not mean what helps nobody, `workshop.frame`
+    masks       a mixture may not mean what helps nobody, `workshop.remedies.frame`
     credit      group: robots are paid the group's reward, as in the paper; floor: each
                 the part of it that it can touch, see `robot_reward`
     """
@@ -107,7 +107,7 @@ class RobotsFrame(Interface):
     @property
     def sizes(self) -> Sizes:
         """As the paper's, but for what a network reads and its head."""
-        from reference.workshop.heads import FrameHead, MixtureHead  # torch
+        from reference.workshop.remedies.heads import FrameHead, MixtureHead  # torch
 
         s = self.settings
         head: Callable[[int], Any] = partial(FrameHead, continuous=AXES)
@@ -157,7 +157,7 @@ class MixtureOfFire(Interface):
     @property
     def sizes(self) -> Sizes:
         """As the paper's, but for the anchors, and one more number that is drawn."""
-        from reference.workshop.heads import MixtureHead  # torch
+        from reference.workshop.remedies.heads import MixtureHead  # torch
 
         K, C = self.anchors.shape
         head = partial(MixtureHead, (K, C), self.settings.spread, 0.0)

@@ -11,7 +11,7 @@ import torch
 from torch import Tensor, nn
 
 from reference.learning.networks import BRANCH_GAIN, MEAN_GAIN, REFUSED, Policy, linear
-from reference.workshop.frame import UNIT
+from reference.workshop.remedies.frame import UNIT
 
 FIRST_SIGMA, SIGMAS = 0.5, (0.02, 1.0)
 """[C5, chosen] of one Gaussian in a robot's frame, units: where it begins, and between

@@ -1,0 +1,17 @@
+"""Compare: robots x fires x seeds with intervals, and whole experiments.
+
+Clauses: E6, F9, F12.  Cross-play is `contestants` (who plays), `matches` (what is
+evaluated), `runs` (all of them played) and `results` (what they come to, by
+`intervals`).  An experiment is `design` (one file), `jobs` (train, test) and `report`
+(a page).
+
+    evaluation = begin(robots=("sweep", "patrol"), fires=("random",))
+    with workers(2) as executor:
+        results = evaluate(evaluation, None, executor)
+    print(table(cells(results, PAPER)))
+"""
+
+from reference.workshop.comparing.contestants import contestant
+from reference.workshop.comparing.matches import EPISODES, Evaluation, begin, resume
+from reference.workshop.comparing.results import Cell, cells, ruler_of, table
+from reference.workshop.comparing.runs import RunResult, evaluate

@@ -1,0 +1,1 @@
+"""Measure: trajectories, density, standard cases of pedestrian dynamics, speed."""

@@ -1,0 +1,1 @@
+"""What helps learning, beside the paper: other frames, other heads, other credit."""
