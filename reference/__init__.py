@@ -11,17 +11,16 @@ BOOK = (
     "floorplan",  # text -> rows of cells
     "building",  # drawing -> a graph of rooms, doors and stairwells
     "navigation",  # walkable cells, shortest ways
-    "sight",  # who sees what, rays
+    "rays",  # who sees what from where
     "world",  # what exists at one instant, what can happen in it
-    "fire",  # the fire generator, Eqs. 2-3, and how flames spread
-    "perception",  # what one human sees now
+    "rewards",  # events -> rewards
+    "fire",  # who lights it, Eqs. 2-3, how flames spread
+    "view",  # what one human sees now
     "humans",  # Algorithms 1 and 2
-    "robots",  # Algorithm 3, Eq. 1
-    "strategies",  # who decides for robots and fire; two trivial deciders
+    "robots",  # Algorithm 3, Eq. 1, who guides
     "motion",  # bodies move without overlap
-    "walking",  # people set off, walk, take the stairs
+    "walking",  # people walk, take the stairs
     "beginning",  # who stands where before the first tick
-    "game.rewards",  # events -> rewards
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE
     "game",  # the learning problem:
     "game.observations",  # the 167 numbers and the grid

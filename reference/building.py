@@ -21,6 +21,7 @@ from typing import Any, TypeAlias
 
 import networkx as nx
 import numpy as np
+from numpy.random import Generator as Rng
 from scipy import ndimage
 
 from reference.floorplan import STAIRWELLS, Plan, parse, to_text
@@ -150,6 +151,10 @@ class Building:
         return building_of, (plan_of(self),)
 
     # -- Cells and metres -----------------------------------------------------------
+
+    def random_point(self, cells: np.ndarray, rng: Rng) -> tuple[float, float]:
+        """Draw one of these cells, (rows, cols) bool; return its middle."""
+        return self.metres(*rng.choice(np.argwhere(cells)).tolist())
 
     def metres(self, row: float, col: float) -> tuple[float, float]:
         """Centre of a cell, metres east and north of the origin."""

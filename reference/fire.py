@@ -1,4 +1,4 @@
-"""The fire: where it starts, Eqs. 2-3 and rule D6, and how flames spread.
+"""The fire: who decides where it starts, Eqs. 2-3 and rule D6, how flames spread.
 
 Clauses: A6, B7, C5, D2-D7.
 
@@ -9,6 +9,7 @@ Clauses: A6, B7, C5, D2-D7.
 from functools import lru_cache
 from math import floor as floor_of
 from math import inf
+from typing import Protocol
 
 import numpy as np
 from numpy.random import Generator as Rng
@@ -162,3 +163,34 @@ def cells_beside(building: Building, cells: np.ndarray) -> np.ndarray:
     for step in ((0, 1), (1, 0), (0, -1), (-1, 0)):
         beside |= shifted(cells, *step)
     return beside & building.walkable
+
+
+# -- Who decides --------------------------------------------------------------------
+
+
+class FireStrategy(Protocol):
+    """Decides where fires break out [D2]."""
+
+    def decide(self, world: World, rng: Rng) -> Decision | None:
+        """Floor and metres of the next source, or None for none."""
+
+
+class NoFire:
+    """Nothing ever burns."""
+
+    def decide(self, world: World, rng: Rng) -> None:
+        """Decide nothing."""
+
+
+class RandomFire:
+    """Lights a random cell that may burn, on a random floor."""
+
+    def decide(self, world: World, rng: Rng) -> Decision | None:
+        """Draw the floor first, then one of its cells; None where nothing can burn."""
+        building = world.building
+        cells = fuel(building) & (building.kind == Kind.FLOOR)
+        floors = np.flatnonzero(cells.any(axis=(1, 2)))
+        if not len(floors):
+            return None
+        floor = int(rng.choice(floors))
+        return (floor, *building.random_point(cells[floor], rng))

@@ -10,9 +10,12 @@ leave open: "stuck", "suitable leader", "desired" and the memory, each defined o
     setoff   the Goal that comes out
 """
 
+import numpy as np
+
 from reference import paper
-from reference.perception import View
-from reference.world import NOBODY, NOWHERE, STAY, Aim, Goal, Mind, Mode, Passed
+from reference.navigation import Navigation, navigation_of
+from reference.view import View
+from reference.world import NOBODY, NOWHERE, STAY, Aim, Goal, Mind, Mode, Passed, World
 
 # -- The algorithms -----------------------------------------------------------------
 
@@ -308,3 +311,28 @@ def arrive(me: Mind, landmark: int, beyond: int) -> None:
     forget(me)
     pass_landmark(me, landmark, NOWHERE, beyond)
     me.trail.clear()
+
+
+# -- Minds and bodies ---------------------------------------------------------------
+
+
+def decide(world: World, who: np.ndarray, views: list[View]) -> None:
+    """Let these people think; then copy their goals to their bodies."""
+    bodies, minds = world.bodies, [world.minds[i] for i in who.tolist()]
+    for me, view in zip(minds, views, strict=True):
+        think(me, view)
+    goals, landmark = [me.goal for me in minds], Aim.LANDMARK
+    bodies.mode[who] = [int(me.mode) for me in minds]
+    bodies.leader[who] = [me.leader for me in minds]
+    bodies.landmark[who] = [g.which if g.aim is landmark else NOWHERE for g in goals]
+    nav, here = navigation_of(world.building), bodies.place[who].tolist()
+    place = np.array([_straight(nav, *k) for k in zip(here, goals, strict=True)], int)
+    there, stays = nav.centres[place], place == NOWHERE
+    bodies.target[who] = np.where(stays[:, None], bodies.position[who], there)
+
+
+def _straight(nav: Navigation, p: int, goal: Goal) -> int:
+    """The place to walk straight at from p: of a direction round a corner, the next."""
+    if goal.aim is not Aim.DIRECTION or nav.clear.reaches(p, goal.place):
+        return goal.place
+    return nav.onward(p, goal.place)

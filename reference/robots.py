@@ -1,14 +1,17 @@
-"""Robots: Algorithm 3 and Eq. 1.
+"""Robots: Algorithm 3 and Eq. 1; who decides where they go, and two trivial deciders.
 
-Clauses: B5, C5-C8.  Who decides where a robot goes is in `strategies`.
+Clauses: B5, C5-C8.
 
     X_r, Y_r    decided destination;  X_r', Y_r'  the actual one [C6]
     p           place
 """
 
+from collections.abc import Sequence
 from math import dist
+from typing import Protocol
 
 import numpy as np
+from numpy.random import Generator as Rng
 
 from reference.building import Building, Kind
 from reference.navigation import Navigation, navigation_of
@@ -126,3 +129,31 @@ def said_on_the_way(building: Building, floor: int, target: Destination) -> int:
 def flame_cost(world: World, floor: int) -> np.ndarray | None:
     """What a metre costs in each place, given flames on this floor; None without."""
     return world.flames.cost if world.flames.burning[floor].any() else None
+
+
+# -- Who decides --------------------------------------------------------------------
+
+
+class RobotStrategy(Protocol):
+    """Decides where the robots go next [C7]."""
+
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
+        """The next destination of each of these robots; None keeps the old one."""
+
+
+class NoRobots:
+    """Nobody guides."""
+
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
+        """Decide nothing."""
+        return [None] * len(robots)
+
+
+class RandomRobots:
+    """Walk to random places, each on its floor."""
+
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
+        """Draw uniformly from the floor's room cells."""
+        building = world.building
+        rooms = building.kind == Kind.FLOOR
+        return [building.random_point(rooms[robot.floor], rng) for robot in robots]

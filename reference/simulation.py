@@ -13,18 +13,16 @@ from math import inf, nan
 
 import numpy as np
 
-from reference import motion, paper, walking
+from reference import humans, motion, paper, walking
 from reference.beginning import beginning, generators
 from reference.building import Building, Kind
-from reference.fire import Generator, Spread, cells_beside
-from reference.game.rewards import group_reward
-from reference.humans import pass_landmark
+from reference.fire import FireStrategy, Generator, NoFire, Spread, cells_beside
 from reference.navigation import Navigation, navigation_of
 from reference.paper import Scenario
-from reference.perception import look
-from reference.robots import Destinations, RobotAlgorithm
-from reference.sight import Sight, sight_of
-from reference.strategies import FireStrategy, NoFire, NoRobots, RobotStrategy
+from reference.rays import Sight, sight_of
+from reference.rewards import group_reward
+from reference.robots import Destinations, NoRobots, RobotAlgorithm, RobotStrategy
+from reference.view import look
 from reference.walking import Touched
 from reference.world import (
     NOBODY,
@@ -117,7 +115,7 @@ class Simulation:
         who = np.flatnonzero(self.due & self.world.bodies.walking)
         views = look(self.world, self.sight, who)
         # DECIDE
-        walking.decide(self.world, who, views)
+        humans.decide(self.world, who, views)
         destinations = self.strategies_decide()
         # MOVE
         self.robots_move(destinations)
@@ -305,7 +303,7 @@ class Simulation:
         elif mark not in self.world.burnt:
             side = int(self._areas[before])
             beyond = self.navigation.beyond(int(bodies.place[i]), side)
-            pass_landmark(self.world.minds[i], mark, side, beyond)
+            humans.pass_landmark(self.world.minds[i], mark, side, beyond)
             self.due[i] = True
 
     def _leave(self, i: int, fate: Fate) -> None:

@@ -1,4 +1,4 @@
-"""People set off and walk, many at once, and take the stairs one by one.
+"""People walk, many at once, and take the stairs one by one.
 
 Clauses: A3, A5, A9, B3, B5, F8.  Those who walk may be of one world, or of several
 worlds of one building that share a clock and have their bodies in common arrays.
@@ -20,37 +20,14 @@ import numpy as np
 from reference import humans, paper
 from reference.building import Stairwell
 from reference.motion import DIAMETER, Free
-from reference.navigation import Navigation, navigation_of
-from reference.perception import View
-from reference.world import NOBODY, NOWHERE, Aim, Goal, World
+from reference.navigation import navigation_of
+from reference.world import NOBODY, NOWHERE, World
 
 Touched = list[tuple[int, int]]
 """People who have come upon a landmark, and the places they came from."""
 
 Lookup = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k,) places or landmarks, and (k,) people who ask -> (k,) bool."""
-
-
-def decide(world: World, who: np.ndarray, views: list[View]) -> None:
-    """Let these people think; then copy their goals to their bodies."""
-    bodies, minds = world.bodies, [world.minds[i] for i in who.tolist()]
-    for me, view in zip(minds, views, strict=True):
-        humans.think(me, view)
-    goals, landmark = [me.goal for me in minds], Aim.LANDMARK
-    bodies.mode[who] = [int(me.mode) for me in minds]
-    bodies.leader[who] = [me.leader for me in minds]
-    bodies.landmark[who] = [g.which if g.aim is landmark else NOWHERE for g in goals]
-    nav, here = navigation_of(world.building), bodies.place[who].tolist()
-    place = np.array([_straight(nav, *k) for k in zip(here, goals, strict=True)], int)
-    there, stays = nav.centres[place], place == NOWHERE
-    bodies.target[who] = np.where(stays[:, None], bodies.position[who], there)
-
-
-def _straight(nav: Navigation, p: int, goal: Goal) -> int:
-    """The place to walk straight at from p: of a direction round a corner, the next."""
-    if goal.aim is not Aim.DIRECTION or nav.clear.reaches(p, goal.place):
-        return goal.place
-    return nav.onward(p, goal.place)
 
 
 def targets(world: World, who: np.ndarray) -> np.ndarray:

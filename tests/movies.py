@@ -39,16 +39,16 @@ import numpy as np
 from hypothesis import strategies as st
 from rules import Board, drawn
 
-from reference import paper, walking
+from reference import humans, paper
 from reference.beginning import beginning
 from reference.building import Building, Kind
 from reference.fire import Spread
 from reference.floorplan import Plan, Storey, parse
 from reference.navigation import navigation_of
 from reference.paper import STUCK_SECONDS, WALKING_SPEED, Scenario
-from reference.perception import look
-from reference.sight import sight_of
+from reference.rays import sight_of
 from reference.simulation import Simulation
+from reference.view import look
 from reference.workshop.maps import load
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.world import NOBODY, NOWHERE, Aim, Fate, FireLit, Mode, Passed
@@ -313,7 +313,7 @@ def light(sim, *places):
 def decide(sim, letter):
     """Let the human with a letter think once, and nothing else; its goal."""
     me = mind(sim, letter)
-    walking.decide(sim.world, np.array([body(letter)]), [view(sim, letter)])
+    humans.decide(sim.world, np.array([body(letter)]), [view(sim, letter)])
     return me.goal
 
 

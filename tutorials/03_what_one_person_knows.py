@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from reference.building import Kind
+from reference.fire import NoFire
 from reference.paper import RAYS, Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots
 from reference.workshop import drawing
 from reference.workshop.maps import load
 

@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
+from reference.fire import NoFire, RandomFire
 from reference.paper import Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop import drawing
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load

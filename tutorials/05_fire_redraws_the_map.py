@@ -11,8 +11,8 @@ import numpy as np
 
 from reference.fire import Generator, snapped
 from reference.paper import Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoRobots
 from reference.workshop import drawing
 from reference.workshop.maps import load
 from reference.world import DoorBurnt

@@ -15,8 +15,8 @@ from torch import nn
 from torch.distributions import Normal
 
 from reference.paper import Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoRobots
 from reference.workshop.drawing import save
 from reference.workshop.maps import load
 from reference.workshop.strategies.guides import Sweep

@@ -17,13 +17,12 @@ from typing import Any
 import numpy as np
 
 from reference.building import Building
-from reference.fire import Decision
+from reference.fire import Decision, FireStrategy
 from reference.game import observations
-from reference.game.rewards import fire_reward, robot_reward
 from reference.paper import Scenario
-from reference.robots import Destination, Destinations
+from reference.rewards import fire_reward, robot_reward
+from reference.robots import Destination, Destinations, RobotStrategy
 from reference.simulation import Simulation
-from reference.strategies import FireStrategy, RobotStrategy
 from reference.world import Event, Robot, World
 
 FIRE = "fire_0"

@@ -8,13 +8,14 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from reference.building import building_of
+from reference.fire import FireStrategy
 from reference.learning.players import Learned
 from reference.learning.poca import LEARNERS
 from reference.learning.ppo import Learner, Summary
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
-from reference.strategies import FireStrategy, RobotStrategy
+from reference.robots import RobotStrategy
 
 
 def adversarial(

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from reference.building import building_of
+from reference.fire import FireStrategy
 from reference.game.environment import (
     FIRE,
     Environment,
@@ -19,13 +20,13 @@ from reference.game.environment import (
 )
 from reference.game.interface import Moment
 from reference.game.observations import grid, robots_at_work
-from reference.game.rewards import fire_reward
 from reference.learning.experience import Record, Trajectory
 from reference.learning.players import Learned, Player
 from reference.learning.settings import SIDES, Side
 from reference.paper import Scenario
+from reference.rewards import fire_reward
+from reference.robots import RobotStrategy
 from reference.simulation import Simulation
-from reference.strategies import FireStrategy, RobotStrategy
 from reference.world import FireRefused
 
 Advance = Callable[[Sequence[Simulation]], None]

@@ -16,9 +16,9 @@ from itertools import groupby, pairwise
 
 import numpy as np
 
-from reference import motion, paper, walking
-from reference.perception import View, points, show_bodies, views_of
+from reference import humans, motion, paper, walking
 from reference.simulation import Simulation
+from reference.view import View, points, show_bodies, views_of
 from reference.walking import Touched
 from reference.world import Bodies
 
@@ -84,7 +84,7 @@ class Lockstep:
         who = np.flatnonzero(self.due & self.world.bodies.walking)
         views = self._look(who)
         # DECIDE
-        walking.decide(self.world, who, views)
+        humans.decide(self.world, who, views)
         destinations = [run.strategies_decide() for run in going]
         # MOVE
         for run, decided in zip(going, destinations, strict=True):

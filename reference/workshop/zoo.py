@@ -40,11 +40,12 @@ from gymnasium import spaces
 from pettingzoo import ParallelEnv
 
 from reference.building import Building
+from reference.fire import FireStrategy
 from reference.game import observations
 from reference.game.environment import Environment, Infos, Returns, Seen, action_size
 from reference.learning.settings import Side
 from reference.paper import HEALTH, Scenario
-from reference.strategies import FireStrategy, RobotStrategy
+from reference.robots import RobotStrategy
 from reference.workshop.comparing.contestants import fitting
 from reference.workshop.drawing.evacuation import Scene, tally
 from reference.workshop.drawing.film import painter

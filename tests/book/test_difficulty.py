@@ -19,10 +19,10 @@ from reference.evaluation.difficulty import (
     ways_lost,
 )
 from reference.evaluation.score import PAPER
-from reference.fire import Spread, fuel, rim
+from reference.fire import NoFire, RandomFire, Spread, fuel, rim
 from reference.paper import BURN_SECONDS, FIRE_SOURCES, HEALTH_SECONDS, Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.walking import enter_stairs
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import Sweep

@@ -8,6 +8,7 @@ from alike import same
 from lives import settings
 
 from reference.building import building_of, plan_of
+from reference.fire import NoFire, RandomFire
 from reference.game.environment import (
     FIRE,
     Environment,
@@ -19,7 +20,6 @@ from reference.learning.adversarial import adversarial, learner_for, player_of
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import SIDES
 from reference.paper import Scenario
-from reference.strategies import NoFire, RandomFire
 from reference.workshop.lockstep import together
 from reference.workshop.maps import load
 

@@ -32,7 +32,7 @@ from movies import (
 )
 from scipy.ndimage import label
 
-from reference import walking
+from reference import humans
 from reference.building import Building, Kind
 from reference.floorplan import Plan, Storey
 from reference.humans import pass_landmark, stuck
@@ -49,9 +49,9 @@ from reference.paper import (
     STUCK_WAIT_SECONDS,
     Scenario,
 )
-from reference.perception import look
 from reference.robots import followers_of
 from reference.simulation import Simulation
+from reference.view import look
 from reference.walking import free_for
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.strategies import FIRES
@@ -1175,7 +1175,7 @@ def twin(sim):
 def look_and_think(sim, i):
     """Let human i decide once, and nothing else; all that they remember then."""
     views = look(sim.world, sim.sight, np.array([i]))
-    walking.decide(sim.world, np.array([i]), views)
+    humans.decide(sim.world, np.array([i]), views)
     return sim.world.minds[i]
 
 

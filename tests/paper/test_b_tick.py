@@ -25,6 +25,7 @@ from movies import (
 )
 
 from reference.building import Kind
+from reference.fire import RandomFire
 from reference.paper import (
     FLAME_SECONDS,
     FRAMES_PER_TICK,
@@ -34,9 +35,8 @@ from reference.paper import (
     WALKING_SPEED,
     Scenario,
 )
-from reference.robots import CROWD_GAP, FOLLOWER_GAP
+from reference.robots import CROWD_GAP, FOLLOWER_GAP, NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoRobots, RandomFire
 from reference.world import (
     NOBODY,
     NOWHERE,

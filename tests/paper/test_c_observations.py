@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from movies import shipped, stage, wait
 
+from reference.fire import RandomFire
 from reference.game import observations
 from reference.game.observations import SENTINEL
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.strategies import RandomFire
 from reference.workshop.strategies.guides import Sweep
 from reference.world import Fate, FireLit
 

@@ -22,14 +22,16 @@ from movies import (
 )
 
 from reference.building import Kind
+from reference.fire import NoFire, RandomFire
 from reference.paper import DECISION_SECONDS, NEAR_STAIRWELL, ROBOT_SPEED, Scenario
 from reference.robots import (
+    NoRobots,
+    RandomRobots,
     actual_target,
     said_on_the_way,
     speed_while_leading,
 )
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots, RandomFire, RandomRobots
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import Sweep
 from reference.world import NOWHERE, Evacuated, LeftFloor

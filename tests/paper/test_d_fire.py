@@ -25,6 +25,8 @@ from movies import (
 from reference.building import Kind
 from reference.fire import (
     Generator,
+    NoFire,
+    RandomFire,
     Spread,
     cells_beside,
     free_places,
@@ -45,8 +47,8 @@ from reference.paper import (
     WALKING_SPEED,
     Scenario,
 )
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.guides import Sweep
 from reference.world import DoorBurnt, Fate, FireLit, FireRefused

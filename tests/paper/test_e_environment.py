@@ -7,12 +7,12 @@ import pytest
 from alike import same
 from movies import fire_named, robots_named, shipped, turns
 
+from reference.fire import RandomFire
 from reference.game import observations
 from reference.game.environment import FIRE, Environment, action_size
-from reference.game.rewards import fire_reward, group_reward, robot_reward
 from reference.paper import DECISION_SECONDS, Scenario
+from reference.rewards import fire_reward, group_reward, robot_reward
 from reference.simulation import Simulation
-from reference.strategies import RandomFire
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import Patrol
 from reference.world import Fate, FireLit, FireRefused

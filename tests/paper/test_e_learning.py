@@ -8,12 +8,12 @@ import torch
 from lives import SIZES, life, settings
 
 from reference.building import plan_of
+from reference.fire import NoFire
 from reference.learning import poca, ppo
 from reference.learning.adversarial import learn, learner_for, player_of
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
 from reference.paper import TABLE_I, TABLE_II, Scenario
-from reference.strategies import NoFire
 from reference.workshop.maps import load
 
 TINY = plan_of(load("tiny"))

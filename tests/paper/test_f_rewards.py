@@ -3,7 +3,7 @@
 import pytest
 from movies import body, shipped, stage, ticks
 
-from reference.game.rewards import fire_reward, group_reward, robot_reward
+from reference.fire import RandomFire
 from reference.paper import (
     FIRE_REFUSED_PENALTY,
     FIXED_PENALTY,
@@ -11,8 +11,8 @@ from reference.paper import (
     HEALTH,
     PEOPLE,
 )
+from reference.rewards import fire_reward, group_reward, robot_reward
 from reference.simulation import Simulation
-from reference.strategies import RandomFire
 from reference.workshop.strategies.guides import Sweep
 from reference.world import Died, DoorBurnt, Evacuated, FireLit, FireRefused, LeftFloor
 

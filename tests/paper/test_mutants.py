@@ -64,7 +64,7 @@ A9 motion
 A9 motion
   - room = np.where(facing, SHOULDERS, DIAMETER)
   + room = np.where(facing, DIAMETER, DIAMETER)
-B1 sight
+B1 rays
   - clear = np.isin(building.kind, (Kind.FLOOR, Kind.STAIRS))
   + clear = building.walkable.copy()
 B2 paper
@@ -73,7 +73,7 @@ B2 paper
 B2 humans
   - me.patches |= observe.looked_at
   + pass
-B3 perception
+B3 view
   - sum(1 for j in self.bodies if
   + sum(1 for j in range(len(leader)) if
 B4 humans
@@ -97,7 +97,7 @@ B5 humans
 B6 humans
   - if kept - nearest < paper.GOAL_HYSTERESIS:
   + if False:
-B6 perception
+B6 view
   - and them.rank[j] > self.rank
   +
 B6 humans
@@ -166,10 +166,10 @@ D1 game/observations
 D2 simulation
   - since % paper.FIRE_EVERY_DECISIONS == 0
   + since % 4 == 0
-D2 strategies
+D2 fire
   - cells = fuel(building) & (building.kind == Kind.FLOOR)
   + cells = building.kind == Kind.FLOOR
-D2 strategies
+D2 building
   - rng.choice(np.argwhere(cells))
   + np.argwhere(cells)[0]
 D3 fire
@@ -247,7 +247,7 @@ F6 evaluation/bounds
 F7 evaluation/bounds
   - way / paper.WALKING_SPEED * lost
   + way / paper.WALKING_SPEED / lost
-F8 game/rewards
+F8 rewards
   - reward += event.health
   + reward += 1.0
 F8 beginning

@@ -11,12 +11,13 @@ import torch
 from movies import turns
 from trainings import begun, equal, room_for, tiny
 
+from reference.fire import RandomFire
 from reference.game.environment import Environment
 from reference.game.interface import Moment
 from reference.game.observations import robot_vectors
 from reference.paper import InputError
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoRobots, RandomFire
 from reference.workshop.maps import load as load_building
 from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import (

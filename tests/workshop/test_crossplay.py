@@ -12,9 +12,9 @@ from trainings import Stopped, begun, room_for, tiny, trained
 
 from reference.evaluation.difficulty import arrival_of, difficulty, people_in
 from reference.evaluation.score import PAPER
+from reference.fire import RandomFire
 from reference.paper import BEST_POINT, WORST_POINT, InputError, Scenario
 from reference.simulation import Simulation
-from reference.strategies import RandomFire
 from reference.workshop.comparing import (
     RunResult,
     begin,

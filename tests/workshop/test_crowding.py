@@ -9,9 +9,9 @@ from pages import overlaps, writing
 
 from reference.__main__ import main
 from reference.building import Kind
+from reference.fire import RandomFire
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.strategies import RandomFire
 from reference.workshop.drawing import crowded
 from reference.workshop.measuring.crowding import Crowding, crowding
 from reference.world import Fate

@@ -18,9 +18,10 @@ from pages import overlaps, writing
 from PIL import Image, ImageSequence
 
 from reference.building import Building, Kind
+from reference.fire import NoFire, RandomFire
 from reference.paper import Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots, RandomFire
 from reference.workshop import drawing
 from reference.workshop.drawing import film, player
 from reference.workshop.drawing.evacuation import (

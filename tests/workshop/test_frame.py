@@ -7,14 +7,13 @@ import pytest
 from movies import shipped, stage
 
 from reference.building import Kind
-from reference.fire import fuel
+from reference.fire import RandomFire, fuel
 from reference.game.environment import destination
 from reference.game.observations import headed, robot_vectors, vector_layout
 from reference.navigation import navigation_of
 from reference.paper import SIGHT_RANGE, Scenario
 from reference.robots import actual_target, said_on_the_way
 from reference.simulation import Simulation
-from reference.strategies import RandomFire
 from reference.workshop.remedies.frame import ASTRAY, KEEP, STAY, UNIT, near
 from reference.workshop.remedies.settings import RobotsFrame
 from reference.workshop.strategies.fires import places_beside

@@ -7,12 +7,12 @@ import pytest
 from trainings import TINY, begun, tiny
 
 from reference.building import building_of
+from reference.fire import RandomFire
 from reference.game.interface import Moment
 from reference.game.observations import headed, robot_vectors
 from reference.learning.experience import Decisions, decisions_of
 from reference.learning.rollouts import play
 from reference.simulation import Simulation
-from reference.strategies import RandomFire
 from reference.workshop.remedies.frame import KEEP, STAY, UNIT
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.training.imitation import Demonstration

@@ -10,8 +10,8 @@ from reference.floorplan import to_text
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.rollouts import Job, play
 from reference.paper import Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoRobots
 from reference.workshop.comparing.contestants import encounter
 from reference.workshop.lockstep import to_the_end, together
 from reference.workshop.maps import load

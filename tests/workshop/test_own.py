@@ -19,7 +19,7 @@ from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.own import FlatFire, FlatRobots
 
 CODE = """
-from reference.strategies import RandomFire
+from reference.fire import RandomFire
 from reference.workshop.strategies.guides import Sweep
 
 class Guide(Sweep):

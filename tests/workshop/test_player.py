@@ -14,9 +14,9 @@ import pytest
 from conftest import ROOT
 
 from reference.building import Building, Kind
+from reference.fire import RandomFire
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.strategies import RandomFire
 from reference.workshop import drawing
 from reference.workshop.drawing import page
 from reference.workshop.drawing.player import BODY, NEVER, floor_svg

@@ -9,9 +9,9 @@ import pytest
 
 from reference.__main__ import main
 from reference.building import Kind
+from reference.fire import RandomFire
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.strategies import RandomFire
 from reference.workshop.maps import load
 from reference.workshop.measuring.recording import record
 from reference.workshop.strategies.guides import Sweep

@@ -8,14 +8,14 @@ import pytest
 import torch
 from torch.distributions import Independent, MixtureSameFamily
 
-from reference.fire import fuel
+from reference.fire import NoFire, fuel
 from reference.game.environment import fire_decision
 from reference.game.observations import fire_vector
 from reference.learning.networks import REFUSED, GaussianHead
 from reference.navigation import navigation_of
 from reference.paper import Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots
 from reference.workshop.maps import load
 from reference.workshop.remedies.frame import UNIT
 from reference.workshop.remedies.heads import SIGMAS, FrameHead, Mixture, MixtureHead

@@ -14,7 +14,7 @@ TINY = ROOT / "tutorials" / "experiments" / "tiny.toml"
 HOLDING = """
 import sys, time
 from pathlib import Path
-from reference.workshop.runs import held
+from reference.workshop.storage.runs import held
 
 with held(Path(sys.argv[1]), False, list):
     (Path(sys.argv[1]) / "notes.txt").touch()

@@ -5,10 +5,9 @@ import pytest
 from movies import body, follow, mark, play, shipped, stage, wait
 
 from reference.building import Kind
-from reference.fire import fuel, rim
+from reference.fire import NoFire, RandomFire, fuel, rim
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.strategies import NoFire, RandomFire
 from reference.walking import enter_stairs
 from reference.workshop.strategies.fires import (
     BusiestFire,

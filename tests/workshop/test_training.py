@@ -10,10 +10,11 @@ import pytest
 import torch
 from trainings import TINY, Stopped, begun, equal, tiny, trained
 
+from reference.fire import NoFire, RandomFire
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
-from reference.strategies import NoFire, RandomFire, RandomRobots
+from reference.robots import RandomRobots
 from reference.workshop.storage.records import SettingsError
 from reference.workshop.storage.workers import InProcess, one_thread, workers
 from reference.workshop.strategies.fires import BusiestFire

@@ -113,7 +113,9 @@ def test_a_case_that_fails_is_no_error_and_says_how_often(capsys, monkeypatch):
 
 def test_real_people_stand_beside_the_model_in_the_picture(monkeypatch, tmp_path):
     """Eight points, where they come from, and no words on each other."""
-    monkeypatch.setattr(drawing.cases, "speed_in_ring", lambda d, seed: weidmann(d))
+    monkeypatch.setattr(
+        drawing.validation, "speed_in_ring", lambda d, seed: weidmann(d)
+    )
     figure = drawing.diagram(0)
     lines = [np.transpose(line.get_data()).tolist() for line in figure.axes[0].lines]
     for table in (ONE_WAY, OPPOSED):

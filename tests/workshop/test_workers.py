@@ -61,7 +61,7 @@ def test_a_stop_waits_until_what_must_not_be_disturbed_is_over():
 
 PROGRAM = """
 import os, time
-from reference.workshop.workers import workers
+from reference.workshop.storage.workers import workers
 
 if __name__ == "__main__":
     with workers(1) as pool:
@@ -88,7 +88,7 @@ def test_a_worker_has_one_thread_and_ends_with_a_process_that_is_killed(tmp_path
 
 LARGE = """
 from time import sleep
-from reference.workshop.workers import workers
+from reference.workshop.storage.workers import workers
 with workers(1) as pool:
     job = pool.submit(len, bytes(10**6))
     while not job.running():

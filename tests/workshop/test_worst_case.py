@@ -9,13 +9,13 @@ from scipy.stats import ks_2samp
 from trainings import begun
 
 from reference.beginning import with_people_at
-from reference.fire import Spread, free_places
+from reference.fire import NoFire, Spread, free_places
 from reference.game.observations import fire_vector, vector_layout
-from reference.game.rewards import group_reward
 from reference.navigation import navigation_of
 from reference.paper import Scenario
+from reference.rewards import group_reward
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots
 from reference.workshop.comparing import begin
 from reference.workshop.comparing.contestants import encounter
 from reference.workshop.strategies.fires import APART, BusiestFire, busiest

@@ -22,7 +22,7 @@ from pettingzoo.test import (
 )
 from pettingzoo.utils import parallel_to_aec
 
-from reference.strategies import RandomFire
+from reference.fire import RandomFire
 from reference.workshop import zoo
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.own import FlatRobots

@@ -3,10 +3,11 @@
 With forgetting, a visitor tries doors again that lead nowhere. So fewer get out.
 """
 
+from reference.fire import NoFire
 from reference.humans import forget
 from reference.paper import Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots
 from reference.workshop.maps import load
 
 museum = load("museum")

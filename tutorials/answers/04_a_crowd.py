@@ -3,9 +3,10 @@
 No. Three people of 320 are luck: one run differs from the next by ten.
 """
 
+from reference.fire import NoFire
 from reference.paper import Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
 

@@ -8,8 +8,8 @@ import networkx as nx
 
 from reference.building import Area
 from reference.paper import Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoRobots
 from reference.workshop.maps import load
 
 museum = load("museum")

@@ -7,11 +7,10 @@ even an ambush at both of them comes too late for most.
 import numpy as np
 
 from reference.building import building_of
-from reference.fire import free_places
+from reference.fire import RandomFire, free_places
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
-from reference.strategies import RandomFire
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.strategies.guides import Sweep
 

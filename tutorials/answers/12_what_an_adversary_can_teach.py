@@ -5,8 +5,8 @@ free, and lights the next one beside the robot. A guard stops only a fire that i
 """
 
 from reference.paper import Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoRobots
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.maps import load
 from reference.workshop.storage.workers import one_thread

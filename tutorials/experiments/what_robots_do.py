@@ -11,8 +11,8 @@ from collections import Counter
 
 import numpy as np
 
-from reference.game.rewards import group_reward
 from reference.paper import DECISION_SECONDS, Scenario
+from reference.rewards import group_reward
 from reference.robots import followers_of
 from reference.simulation import Simulation
 from reference.workshop.comparing.contestants import contestant

@@ -10,8 +10,8 @@ from typing import Any
 from reference.building import Building
 from reference.learning.settings import Side
 from reference.paper import InputError, Scenario
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoRobots
 from reference.workshop.storage.records import did_you_mean, first_line
 from reference.workshop.strategies import LEARNED, SCRIPTS
 from reference.workshop.strategies.own import CODE, from_code, is_code

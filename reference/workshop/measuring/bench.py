@@ -14,6 +14,7 @@ from typing import Any
 from tqdm import tqdm
 
 from reference.building import Building, plan_of
+from reference.fire import RandomFire
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.experience import Trajectory
 from reference.learning.ppo import Learner
@@ -21,7 +22,6 @@ from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES, Side
 from reference.paper import PEOPLE, InputError, Scenario
 from reference.simulation import Simulation
-from reference.strategies import RandomFire
 from reference.workshop.lockstep import together
 from reference.workshop.maps import find, read
 from reference.workshop.storage.workers import chunks, one_thread

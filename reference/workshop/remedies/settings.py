@@ -22,10 +22,10 @@ import numpy as np
 from reference.building import Building
 from reference.game.interface import AXES, Interface, Sizes
 from reference.game.observations import from_normalised, grid_shape, to_normalised
-from reference.game.rewards import CREDITS
 from reference.learning.settings import ATTENTION_HEADS, Row, Side, TrainerSettings
 from reference.navigation import navigation_of
 from reference.paper import Scenario
+from reference.rewards import CREDITS
 from reference.workshop.remedies.frame import UNIT, View
 from reference.workshop.storage.records import SettingsError, check_rows
 from reference.workshop.strategies.fires import places_beside

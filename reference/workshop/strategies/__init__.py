@@ -1,7 +1,7 @@
 """Strategies of robots and fires by name.
 
-Clauses: C7, D2.  To add one, write a class with a `decide` as `reference.strategies`
-describes it, in a module here, and name it in the table below: then
+Clauses: C7, D2.  To add one, write a class with a `decide` as `RobotStrategy` or
+`FireStrategy` describes it, in a module here, and name it in the table below: then
 every command knows it.
 """
 
@@ -9,15 +9,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from reference.fire import FireStrategy, NoFire, RandomFire
 from reference.learning.settings import Side
-from reference.strategies import (
-    FireStrategy,
-    NoFire,
-    NoRobots,
-    RandomFire,
-    RandomRobots,
-    RobotStrategy,
-)
+from reference.robots import NoRobots, RandomRobots, RobotStrategy
 from reference.workshop.strategies.fires import (
     BusiestFire,
     CloserFire,

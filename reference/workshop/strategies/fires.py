@@ -10,9 +10,8 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from reference.building import Building, Kind, Landmark
-from reference.fire import Decision, decision_at, free_places, fuel
+from reference.fire import Decision, RandomFire, decision_at, free_places, fuel
 from reference.navigation import navigation_of
-from reference.strategies import RandomFire
 from reference.workshop.strategies.traffic import traffic, walk
 from reference.world import World
 

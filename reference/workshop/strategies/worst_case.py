@@ -18,12 +18,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import dijkstra
 
-from reference.fire import Decision
-from reference.game.rewards import group_reward
+from reference.fire import Decision, FireStrategy, RandomFire
 from reference.paper import BURN_SECONDS, Scenario
-from reference.robots import Destinations
+from reference.rewards import group_reward
+from reference.robots import Destinations, NoRobots, RobotStrategy
 from reference.simulation import Simulation
-from reference.strategies import FireStrategy, NoRobots, RandomFire, RobotStrategy
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.strategies.fires import BusiestFire, busiest
 from reference.workshop.strategies.observed import map_of

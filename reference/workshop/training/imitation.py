@@ -27,8 +27,7 @@ from reference.learning.players import Learned, Player
 from reference.learning.ppo import Learner
 from reference.learning.settings import Side
 from reference.paper import Scenario
-from reference.robots import actual_target
-from reference.strategies import RobotStrategy
+from reference.robots import RobotStrategy, actual_target
 from reference.workshop.remedies.settings import RobotsFrame
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import GROUP_RADIUS

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from reference.game.rewards import CREDITS
 from reference.learning.settings import Row
 from reference.paper import MOST, TABLE_I, TABLE_II, Scenario
+from reference.rewards import CREDITS
 from reference.workshop.remedies.settings import SideSettings
 from reference.workshop.storage.records import (
     SettingsError,

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from reference.building import building_of, plan_of
+from reference.fire import NoFire, RandomFire
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.players import Learned
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, Side
 from reference.simulation import Simulation
-from reference.strategies import NoFire, RandomFire
 from reference.workshop.maps import load as load_building
 from reference.workshop.storage.records import SettingsError, record_from
 from reference.workshop.storage.runs import refuse_version

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from reference.sight import NO_HOLES, Direction, Hit, Sight
+from reference.rays import NO_HOLES, Direction, Hit, Sight
 from reference.world import FLOOR_APART, NOWHERE, Aim, Goal, World
 
 

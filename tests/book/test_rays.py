@@ -9,11 +9,12 @@ from hypothesis import strategies as st
 from movies import GRIDS, body, built, mark, shipped, stage, view, walled
 
 from reference.building import Kind
+from reference.fire import NoFire
 from reference.paper import RAYS, SIGHT_RANGE, Scenario
-from reference.perception import look
-from reference.sight import Sight
+from reference.rays import Sight
+from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.strategies import NoFire, NoRobots
+from reference.view import look
 
 
 def line_of_sight(building, p, q):
