@@ -1,10 +1,37 @@
 """Adversarial fire and rescue robots: an educational reference implementation.
 
+From a map's text to a picture:
+
+    from reference import Scenario, Simulation, draw, load
+
+    hut = load('''building: Hut
+    size: 8 x 4
+    floor 1: ground
+    ########
+    #......#
+    #......E
+    ########''')
+    simulation = Simulation(hut, Scenario(people=2))
+    print(simulation.run())
+    draw(simulation, "hut.png")
+
+`load` takes a path, too, or the name of a map that ships; `animate` films. These five
+names are the front door.
+
 The package has two parts. BOOK implements the paper; read it from front to back in the
 order below. WORKSHOP, the folder `workshop`, makes it practical. A test checks every
 import: a module imports only modules listed before it, and no module of the book
 imports the workshop.
 """
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # others import these when they are asked for
+    from reference.paper import Scenario
+    from reference.simulation import Simulation
+    from reference.workshop.drawing import animate, draw
+    from reference.workshop.maps import load
 
 BOOK = (
     "paper",  # the appendix's numbers, each with its clause
@@ -69,11 +96,27 @@ WORKSHOP = (
 
 READING_ORDER = BOOK + WORKSHOP
 
+FRONT_DOOR = {
+    "load": "workshop.maps",
+    "Scenario": "paper",
+    "Simulation": "simulation",
+    "draw": "workshop.drawing",
+    "animate": "workshop.drawing",
+}
+"""Names that `from reference import ...` knows, and where each is made."""
+
 __version__ = "0.14.0"
 
 GAME = 6
 """Increases when rules or numbers of the game change: policies learned in another game
 are refused, and runs begun in it are not resumed."""
+
+
+def __getattr__(name: str) -> Any:
+    """Import a name of the front door when it is first asked for (PEP 562)."""
+    if name not in FRONT_DOOR:
+        raise AttributeError(f"module 'reference' has no attribute '{name}'")
+    return getattr(import_module(f"reference.{FRONT_DOOR[name]}"), name)
 
 
 def command_line() -> None:

@@ -9,13 +9,15 @@ import sys
 import tomllib
 from collections.abc import Iterator
 from pathlib import Path
+from textwrap import dedent
 from time import sleep
 
 import pytest
 from conftest import ROOT, at_most
 from paper_index import paper_index
 
-from reference import BOOK, READING_ORDER, __version__
+import reference
+from reference import BOOK, FRONT_DOOR, READING_ORDER, __version__
 from reference.__main__ import main
 from reference.workshop.annotated.index import (
     boards_of,
@@ -146,6 +148,24 @@ def test_nothing_is_imported_that_is_not_declared():
     declared |= {"PIL", "yaml"}  # matplotlib's own, and PyYAML's other name
     names = {name.split(".")[0] for path in MODULES.values() for name in imported(path)}
     assert names - set(sys.stdlib_module_names) - {"reference"} <= declared
+
+
+def test_the_front_door_knows_five_names():
+    """They are a contract; nothing of them is imported before it is asked for."""
+    assert [*FRONT_DOOR] == ["load", "Scenario", "Simulation", "draw", "animate"]
+    code = "import sys, reference; print(*{'numpy', 'networkx'} & set(sys.modules))"
+    assert subprocess.check_output([sys.executable, "-c", code], cwd=ROOT) == b"\n"
+    for name in FRONT_DOOR:
+        assert getattr(reference, name).__name__ == name
+
+
+def test_the_package_leads_from_a_maps_text_to_a_picture(tmp_path, monkeypatch, capsys):
+    """The lines at its head do what they say."""
+    monkeypatch.chdir(tmp_path)
+    lines = re.search(r"picture:\n\n(.+?)\n\n`load`", reference.__doc__, re.DOTALL)[1]
+    exec(dedent(lines), {})
+    assert capsys.readouterr().out.startswith("Outcome(people=2, evacuated=2")
+    assert (tmp_path / "hut.png").read_bytes().startswith(b"\x89PNG")
 
 
 # -- Code, clauses and tests --------------------------------------------------------

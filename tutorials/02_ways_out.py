@@ -9,9 +9,9 @@ from pathlib import Path
 
 import networkx as nx
 
+from reference import load
 from reference.building import burn
 from reference.workshop import drawing
-from reference.workshop.maps import load
 
 # %% Rooms are nodes, doors are edges
 # "outside" is a node too. Between two nodes there may be several doors, hence "multi".

@@ -10,13 +10,12 @@ from pathlib import Path
 
 import numpy as np
 
+from reference import Scenario, Simulation, load
 from reference.building import Kind
 from reference.fire import NoFire
-from reference.paper import RAYS, Scenario
+from reference.paper import RAYS
 from reference.robots import NoRobots
-from reference.simulation import Simulation
 from reference.workshop import drawing
-from reference.workshop.maps import load
 
 # %% One visitor
 # A scenario says how many people start where. No robots and no fire yet.

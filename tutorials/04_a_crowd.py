@@ -8,13 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
+from reference import Scenario, Simulation, load
 from reference.fire import NoFire, RandomFire
-from reference.paper import Scenario
 from reference.robots import NoRobots
-from reference.simulation import Simulation
 from reference.workshop import drawing
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.maps import load
 from reference.workshop.measuring.crowding import crowding
 from reference.workshop.strategies.guides import guided_by
 from reference.world import Mode

@@ -9,12 +9,10 @@ from pathlib import Path
 import networkx as nx
 import numpy as np
 
+from reference import Scenario, Simulation, load
 from reference.fire import Generator, snapped
-from reference.paper import Scenario
 from reference.robots import NoRobots
-from reference.simulation import Simulation
 from reference.workshop import drawing
-from reference.workshop.maps import load
 from reference.world import DoorBurnt
 
 # %% Where a source appears

@@ -7,12 +7,11 @@ with `sweep`, which ships, and find out why it fails. It takes 10 seconds.
 from math import dist
 from pathlib import Path
 
+from reference import Simulation, load
 from reference.fire import RandomFire
 from reference.robots import NoRobots, actual_target, followers_of, said_on_the_way
-from reference.simulation import Simulation
 from reference.workshop import drawing
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.maps import load
 from reference.workshop.strategies.guides import Sweep, unguided
 from reference.world import NOWHERE
 

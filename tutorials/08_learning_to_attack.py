@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
+from reference import Scenario, Simulation
 from reference.building import building_of
 from reference.fire import RandomFire, free_places
 from reference.game.environment import Environment, fire_decision
@@ -18,9 +19,7 @@ from reference.game.observations import vector_layout
 from reference.learning.adversarial import learn, learner_for, player_of
 from reference.learning.rollouts import Episode, Job, play
 from reference.navigation import navigation_of
-from reference.paper import Scenario
 from reference.rewards import fire_reward
-from reference.simulation import Simulation
 from reference.workshop import drawing
 from reference.workshop.lockstep import to_the_end, together
 from reference.workshop.strategies.guides import Sweep

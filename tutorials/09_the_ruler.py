@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from reference import Scenario, Simulation, load
 from reference.building import building_of
 from reference.evaluation.bounds import (
     best_reward,
@@ -19,13 +20,10 @@ from reference.evaluation.bounds import (
 from reference.evaluation.difficulty import HARDEST, difficulty, people_in
 from reference.evaluation.score import PAPER
 from reference.fire import rim
-from reference.paper import Scenario
-from reference.simulation import Simulation
 from reference.workshop import comparing
 from reference.workshop.comparing import cells
 from reference.workshop.drawing import ruler as pictures
 from reference.workshop.drawing.page import save
-from reference.workshop.maps import load
 from reference.workshop.storage.workers import InProcess
 
 # %% The worst and the best

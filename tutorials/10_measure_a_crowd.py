@@ -15,9 +15,7 @@ import numpy as np
 import pedpy
 import shapely
 
-from reference.paper import Scenario
-from reference.simulation import Simulation
-from reference.workshop.maps import load
+from reference import Scenario, Simulation, load
 from reference.workshop.measuring.recording import record
 from reference.workshop.measuring.validation import MEASURED, ONE_WAY
 

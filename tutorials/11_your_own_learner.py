@@ -14,11 +14,9 @@ import torch
 from torch import nn
 from torch.distributions import Normal
 
-from reference.paper import Scenario
+from reference import Scenario, Simulation, load
 from reference.robots import NoRobots
-from reference.simulation import Simulation
 from reference.workshop.drawing import save
-from reference.workshop.maps import load
 from reference.workshop.strategies.guides import Sweep
 from reference.workshop.strategies.own import FlatRobots
 from reference.workshop.zoo import parallel_env

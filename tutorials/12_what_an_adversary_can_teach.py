@@ -9,11 +9,9 @@ and robots that know it, stand in its way, and pay for that elsewhere. It takes
 from collections import Counter
 from pathlib import Path
 
-from reference.paper import Scenario
-from reference.simulation import Simulation
+from reference import Scenario, Simulation, load
 from reference.workshop import drawing
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.maps import load
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import FIRES
 from reference.workshop.strategies.fires import FixedFire, beside_ways_out

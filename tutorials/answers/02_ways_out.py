@@ -8,8 +8,8 @@ from itertools import combinations
 
 import networkx as nx
 
+from reference import load
 from reference.building import burn
-from reference.workshop.maps import load
 
 graph = load("museum").graph
 area = dict(graph.nodes(data="area", default=0))

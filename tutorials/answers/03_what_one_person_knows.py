@@ -3,12 +3,10 @@
 With forgetting, a visitor tries doors again that lead nowhere. So fewer get out.
 """
 
+from reference import Scenario, Simulation, load
 from reference.fire import NoFire
 from reference.humans import forget
-from reference.paper import Scenario
 from reference.robots import NoRobots
-from reference.simulation import Simulation
-from reference.workshop.maps import load
 
 museum = load("museum")
 one = Scenario(people=1, rooms=("1/greece",))

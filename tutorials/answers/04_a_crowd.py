@@ -3,12 +3,10 @@
 No. Three people of 320 are luck: one run differs from the next by ten.
 """
 
+from reference import Scenario, Simulation, load
 from reference.fire import NoFire
-from reference.paper import Scenario
 from reference.robots import NoRobots
-from reference.simulation import Simulation
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.maps import load
 
 institute = load("paper")
 for name, scenario in (

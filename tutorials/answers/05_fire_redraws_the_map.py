@@ -6,11 +6,9 @@ every seed: with the second one flames die out before they reach a door.
 
 import networkx as nx
 
+from reference import Scenario, Simulation, load
 from reference.building import Area
-from reference.paper import Scenario
 from reference.robots import NoRobots
-from reference.simulation import Simulation
-from reference.workshop.maps import load
 
 museum = load("museum")
 

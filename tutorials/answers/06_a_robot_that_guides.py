@@ -6,12 +6,11 @@ these 160. To measure on foot gains the rest. What cost lives was the third foll
 
 from math import dist
 
+from reference import Simulation, load
 from reference.fire import RandomFire
 from reference.navigation import navigation_of
 from reference.robots import flame_cost, followers_of
-from reference.simulation import Simulation
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.maps import load
 from reference.workshop.strategies.guides import unguided
 
 institute = load("paper")

@@ -6,11 +6,10 @@ even an ambush at both of them comes too late for most.
 
 import numpy as np
 
+from reference import Scenario, Simulation
 from reference.building import building_of
 from reference.fire import RandomFire, free_places
 from reference.navigation import navigation_of
-from reference.paper import Scenario
-from reference.simulation import Simulation
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.strategies.guides import Sweep
 

@@ -6,9 +6,7 @@ people there is hardly one. It makes no difference how many wait.
 
 import numpy as np
 
-from reference.paper import Scenario
-from reference.simulation import Simulation
-from reference.workshop.maps import load
+from reference import Scenario, Simulation, load
 
 institute = load("paper")
 exit_2 = institute.landmark_of["1/exit-2"]

@@ -6,7 +6,7 @@ reward is what the robots lose. Here everybody gets out, so it is negative.
 
 import numpy as np
 
-from reference.paper import Scenario
+from reference import Scenario
 from reference.workshop.zoo import parallel_env
 
 evening = Scenario(people=12, time_limit=120.0, robots_per_floor=1, sources=3)

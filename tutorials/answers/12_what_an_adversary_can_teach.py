@@ -4,11 +4,9 @@ It gains nothing and loses the robot that stands there: `closer` looks which cel
 free, and lights the next one beside the robot. A guard stops only a fire that is blind.
 """
 
-from reference.paper import Scenario
+from reference import Scenario, Simulation, load
 from reference.robots import NoRobots
-from reference.simulation import Simulation
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.maps import load
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.fires import CloserFire
 from reference.workshop.strategies.guard import Guard

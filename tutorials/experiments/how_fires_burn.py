@@ -12,10 +12,8 @@ from unittest.mock import patch
 
 import numpy as np
 
-from reference import paper
-from reference.simulation import Simulation
+from reference import Simulation, load, paper
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.maps import load
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import FIRES, ROBOTS
 

@@ -14,12 +14,10 @@ from itertools import zip_longest
 
 import numpy as np
 
-from reference.paper import Scenario
-from reference.simulation import Simulation
+from reference import Scenario, Simulation, load
 from reference.workshop.comparing.contestants import contestant
 from reference.workshop.comparing.intervals import of_mean
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.maps import load
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.fires import FixedFire
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import supersuit
 from stable_baselines3 import PPO
 
-from reference.paper import Scenario
+from reference import Scenario
 from reference.workshop.strategies.own import FlatRobots
 from reference.workshop.zoo import parallel_env
 

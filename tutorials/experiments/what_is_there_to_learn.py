@@ -16,12 +16,10 @@ from unittest.mock import patch
 
 import numpy as np
 
-from reference.paper import Scenario
-from reference.simulation import Simulation
+from reference import Scenario, Simulation, load
 from reference.workshop.comparing.contestants import contestant
 from reference.workshop.comparing.intervals import of_mean
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.maps import load
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import guides
 from reference.workshop.strategies.guard import Guard

@@ -11,12 +11,11 @@ from collections import Counter
 
 import numpy as np
 
-from reference.paper import DECISION_SECONDS, Scenario
+from reference import Scenario, Simulation, load
+from reference.paper import DECISION_SECONDS
 from reference.rewards import group_reward
 from reference.robots import followers_of
-from reference.simulation import Simulation
 from reference.workshop.comparing.contestants import contestant
-from reference.workshop.maps import load
 from reference.workshop.strategies.guides import GROUP_RADIUS, unguided
 from reference.workshop.training.presets import preset
 from reference.world import NOWHERE

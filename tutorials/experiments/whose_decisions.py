@@ -12,13 +12,11 @@ from copy import deepcopy
 
 import numpy as np
 
-from reference.paper import Scenario
+from reference import Scenario, Simulation, load
 from reference.robots import actual_target, followers_of, said_on_the_way
-from reference.simulation import Simulation
 from reference.workshop.comparing.contestants import contestant
 from reference.workshop.comparing.intervals import of_mean
 from reference.workshop.lockstep import to_the_end
-from reference.workshop.maps import load
 from reference.workshop.storage.workers import one_thread
 from reference.world import NOWHERE
 

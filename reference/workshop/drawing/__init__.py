@@ -7,6 +7,7 @@ simulations.
 """
 
 from io import BytesIO
+from pathlib import Path
 from typing import Any
 
 from matplotlib.figure import Figure
@@ -22,14 +23,25 @@ from reference.workshop.drawing.relief import closeup, oblique, walkable
 from reference.workshop.drawing.senses import fire_senses, robot_senses
 
 
+def draw(shown: Building | Simulation, path: str | Path | None = None) -> Figure:
+    """Draw a building from above, or a simulation as it is now; save it at the path."""
+    if isinstance(shown, Building):
+        figure = top(shown)
+    else:
+        figure = frame(shown.world, history_of(shown))
+    if path:
+        save(figure, path)
+    return figure
+
+
 def load_ipython_extension(shell: Any) -> None:
     """Let a notebook show buildings and simulations; IPython calls this."""
     shown = shell.display_formatter.formatters["image/png"].for_type
-    shown(Building, lambda building: _png(top(building)))
-    shown(Simulation, lambda run: _png(frame(run.world, history_of(run))))
+    shown(Building, _png)
+    shown(Simulation, _png)
 
 
-def _png(figure: Figure) -> bytes:
+def _png(thing: Building | Simulation) -> bytes:
     content = BytesIO()
-    figure.savefig(content, format="png")
+    draw(thing).savefig(content, format="png")
     return content.getvalue()

@@ -37,7 +37,7 @@ Frame = tuple[np.ndarray, float]  # pixels (rows, cols, 4), and seconds they are
 
 
 def animate(
-    simulations: Sequence[Simulation],
+    simulations: Simulation | Sequence[Simulation],
     path: str | Path,
     headings: Sequence[str] = ("",),
     going: Iterable[None] | None = None,
@@ -51,6 +51,8 @@ def animate(
     All of the file is written, or nothing. Raises ValueError for .mp4 without ffmpeg,
     OSError for an unwritable path.
     """
+    if isinstance(simulations, Simulation):
+        simulations = [simulations]
     target = Path(path)
     suffix = target.suffix.lower()
     if suffix == ".mp4" and which("ffmpeg") is None:

@@ -24,11 +24,12 @@ from reference.workshop.storage.records import did_you_mean
 
 
 def load(name: str) -> Building:
-    """Read a floor file by path or shipped name and build it; see `building_of`.
+    """Read a floor file by path or shipped name, or a map's text, and build it.
 
     Raises MistakesError for mistakes in the drawing, OSError for an unreadable file.
     """
-    return building_of(to_text(read(find(name))))
+    plan = parse(name) if "\n" in name else read(find(name))
+    return building_of(to_text(plan))
 
 
 def read(path: str | PathLike[str]) -> Plan:
