@@ -324,13 +324,23 @@ def pieces(mask: np.ndarray) -> list[np.ndarray]:
 
 
 @lru_cache(maxsize=4)
+def built(plan: Plan) -> Building:
+    """Build what is drawn: one object per drawing, of the last few.
+
+    Navigation and sight are cached per object, so do not write into its arrays.
+    """
+    return Building(plan)
+
+
+_parsed = lru_cache(maxsize=4)(parse)
+
+
 def building_of(plan: str) -> Building:
     """Build from the text of a floor file; other processes are sent this text.
 
-    One object per drawing, since navigation and sight are cached per object: of the
-    last few drawings, so do not write into its arrays. Raises FloorPlanError.
+    Raises FloorPlanError.
     """
-    return Building(parse(plan))
+    return built(_parsed(plan))
 
 
 def plan_of(building: Building) -> str:

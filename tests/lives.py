@@ -15,7 +15,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from reference.game.interface import Sizes
+from reference.game.codec import Sizes
 from reference.learning.experience import Decisions, Trajectory, decisions_of
 from reference.workshop.remedies.settings import SideSettings
 from reference.workshop.training.presets import preset
@@ -70,7 +70,7 @@ def life(*agents: str, sizes: Sizes = SIZES, seed: int = 0, **given: Any) -> Tra
 
 
 def acts(rng: np.random.Generator, shape: tuple[int, ...], sizes: Sizes) -> np.ndarray:
-    """Actions as a `Policy` stores them: raw numbers, then indices."""
+    """Actions as a `ActionDistribution` stores them: raw numbers, then indices."""
     raw = [rng.normal(size=(*shape, sizes.continuous))]
     raw += [rng.integers(0, n, (*shape, 1)) for n in sizes.branches]
     return np.concatenate(raw, axis=-1).astype(np.float32)

@@ -28,7 +28,7 @@ from reference.workshop.annotated.index import (
     symbols,
 )
 from reference.workshop.annotated.words import CLAUSES, KINDS, TITLES
-from reference.workshop.comparing.contestants import ABOUT
+from reference.workshop.comparing.named import ABOUT
 
 PACKAGE = ROOT / "reference"
 MODULES = {

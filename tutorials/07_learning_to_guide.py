@@ -14,7 +14,7 @@ import torch
 from matplotlib.figure import Figure
 from torch import tensor
 
-from reference.game.interface import Sizes
+from reference.game.codec import Sizes
 from reference.learning import poca, ppo
 from reference.learning.experience import Trajectory
 from reference.workshop import drawing

@@ -57,5 +57,5 @@ def learner_for(
     side: Side, plan: str, scenario: Scenario, settings: TrainerSettings, seed: int
 ) -> Learner:
     """Make a side's new learner; `trainer_type` in the settings says which."""
-    sizes = settings.interface(side, building_of(plan), scenario).sizes
+    sizes = settings.codec(side, building_of(plan), scenario).sizes
     return LEARNERS[settings.trainer_type](settings, sizes, seed)

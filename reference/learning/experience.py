@@ -32,7 +32,7 @@ class Trajectory:
     vectors    (T + 1, G, V) float32, what each agent observes
     grids      (T + 1, channels, height, width) uint8, shared by the agents
     alive      (T + 1, G) bool, which agents decide
-    actions    (T, G, K) float32, as a `Policy` stores them
+    actions    (T, G, K) float32, as a `ActionDistribution` stores them
     log_probs  (T, G, K) float32, of the actions when they were sampled; a head may
                have one for all components
     rewards    (T, G) of each agent, or (T,) of all alike; health points

@@ -16,7 +16,7 @@ from torch import Tensor, nn
 from torch.distributions import Categorical, Normal
 from torch.nn import functional
 
-from reference.game.interface import Sizes
+from reference.game.codec import Sizes
 from reference.learning.settings import TrainerSettings
 
 MOST_DEVIATIONS = 5.0  # [E4] normalised inputs are clipped there
@@ -152,7 +152,7 @@ class Body(nn.Module):
 # -- Policies -----------------------------------------------------------------------
 
 
-class Policy:
+class ActionDistribution:
     """A distribution over actions: C Gaussians, then D branches, all independent.
 
     Actions are stored as (..., C + D) floats: raw samples, then indices.
@@ -215,9 +215,11 @@ class GaussianHead(nn.Module):
             linear(hidden, n, BRANCH_GAIN / sqrt(hidden)) for n in branches
         )
 
-    def forward(self, x: Tensor, vectors: Tensor) -> Policy:
-        """Policy from the body's (..., H); other heads also read vectors (..., V)."""
-        return Policy(self.mean(x), self.log_sigma, [b(x) for b in self.branches])
+    def forward(self, x: Tensor, vectors: Tensor) -> ActionDistribution:
+        """From the body's (..., H); other heads also read vectors (..., V)."""
+        return ActionDistribution(
+            self.mean(x), self.log_sigma, [b(x) for b in self.branches]
+        )
 
 
 class Actor(nn.Module):
@@ -232,7 +234,7 @@ class Actor(nn.Module):
         else:
             self.head = sizes.head(hidden)
 
-    def forward(self, vectors: Tensor, grids: Tensor) -> Policy:
+    def forward(self, vectors: Tensor, grids: Tensor) -> ActionDistribution:
         """(B, [G,] V) and (B, channels, height, width)."""
-        policy: Policy = self.head(self.body(vectors, grids), vectors)
+        policy: ActionDistribution = self.head(self.body(vectors, grids), vectors)
         return policy

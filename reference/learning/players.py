@@ -15,10 +15,10 @@ import torch
 from torch import Tensor
 
 from reference.building import Building
-from reference.game.interface import Moment
+from reference.game.codec import Moment
 from reference.game.observations import grid, headed
 from reference.learning.experience import RECORDED, Record
-from reference.learning.networks import Actor, Policy
+from reference.learning.networks import ActionDistribution, Actor
 from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
 
@@ -35,12 +35,12 @@ class Player:
     ):
         """Raises SettingsError for settings that this side cannot have."""
         self.settings = settings
-        self.interface = settings.interface(side, building, scenario)
-        self.actor = Actor(self.interface.sizes, settings).eval()
+        self.codec = settings.codec(side, building, scenario)
+        self.actor = Actor(self.codec.sizes, settings).eval()
 
     def read(self, moments: Sequence[Moment]) -> np.ndarray:
         """(S, G, V) float32, the network's input; all moments at once."""
-        seen = self.interface.read(
+        seen = self.codec.read(
             np.concatenate([moment.vectors for moment in moments]),
             np.concatenate([headed(moment.world) for moment in moments]),
         )
@@ -61,11 +61,11 @@ class Player:
             dict(zip(RECORDED, row, strict=True)) for row in zip(*columns, strict=True)
         ]
         vectors = np.stack([m.vectors for m in moments])
-        return self.interface.actions(actions, vectors), records
+        return self.codec.actions(actions, vectors), records
 
 
-def _noise(moments: Sequence[Moment], policy: Policy) -> Tensor | None:
-    """Draw `Policy.act`'s noise (S, G, C + sum n), by each episode's generator."""
+def _noise(moments: Sequence[Moment], policy: ActionDistribution) -> Tensor | None:
+    """Draw the noise of `act`, (S, G, C + sum n), by each episode's generator."""
     continuous, counts = policy.noise()
     rows = []
     for rng, agents in ((m.rng, len(m.alive)) for m in moments if m.rng is not None):

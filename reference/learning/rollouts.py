@@ -12,13 +12,13 @@ import numpy as np
 
 from reference.building import building_of
 from reference.fire import FireStrategy
+from reference.game.codec import Moment
 from reference.game.environment import (
     FIRE,
     Environment,
     action_size,
     until_next_decision,
 )
-from reference.game.interface import Moment
 from reference.game.observations import grid, robots_at_work
 from reference.learning.experience import Record, Trajectory
 from reference.learning.players import Learned, Player
@@ -93,7 +93,7 @@ def _begun(job: Job) -> "list[_Run]":
     }
     scripts: Any = {s: None if s in players else who for s, who in sides.items()}
     if "robots" in players:
-        scripts["credit"] = players["robots"].interface.credit
+        scripts["credit"] = players["robots"].codec.credit
     return [
         _Run(Environment(building, job.scenario, **scripts), seed, players, job.record)
         for seed in job.seeds

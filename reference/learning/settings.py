@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Literal, NamedTuple
 
 from reference.building import Building
-from reference.game.interface import Interface
+from reference.game.codec import PolicyCodec
 from reference.paper import Scenario
 
 Side = Literal["robots", "fire"]
@@ -76,8 +76,6 @@ class TrainerSettings:
     summary_freq: int  # steps
     reward_scale: Annotated[float, Row(None, low=ABOVE_0)] = REWARD_SCALE
 
-    def interface(
-        self, side: Side, building: Building, scenario: Scenario
-    ) -> Interface:
+    def codec(self, side: Side, building: Building, scenario: Scenario) -> PolicyCodec:
         """How this side's networks read and speak: as the paper does."""
-        return Interface(side, building, scenario)
+        return PolicyCodec(side, building, scenario)

@@ -46,7 +46,7 @@ from reference.game.environment import Environment, Infos, Returns, Seen, action
 from reference.learning.settings import Side
 from reference.paper import HEALTH, Scenario
 from reference.robots import RobotStrategy
-from reference.workshop.comparing.contestants import fitting
+from reference.workshop.comparing.named import fitting
 from reference.workshop.drawing.evacuation import Scene, tally
 from reference.workshop.drawing.film import painter
 from reference.workshop.maps import load

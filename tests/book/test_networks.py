@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 from lives import SIZES
 
 from reference.learning.networks import (
+    ActionDistribution,
     Actor,
     Encoder,
     GridEncoder,
     Normaliser,
-    Policy,
 )
 from reference.learning.poca import GroupCritic
 from reference.learning.ppo import Critic
@@ -184,7 +184,7 @@ def check_begins(network, begins):
 @pytest.mark.paper("E3")
 def test_log_probabilities_are_a_table_with_an_entry_for_each_component():
     """N(0, 1) at 0 and 1: −½log 2π and ½ less; a third of three: −log 3. No sum."""
-    policy = Policy(torch.zeros(1, 2), torch.zeros(2), [torch.zeros(1, 3)])
+    policy = ActionDistribution(torch.zeros(1, 2), torch.zeros(2), [torch.zeros(1, 3)])
     entries = policy.log_probs(torch.tensor([[0.0, 1.0, 2.0]]))
     assert entries.tolist() == [pytest.approx([-0.918939, -1.418939, -1.098612])]
 
@@ -193,7 +193,7 @@ def test_log_probabilities_are_a_table_with_an_entry_for_each_component():
 def test_entropy_is_a_mean_over_dimensions_and_a_sum_over_branches():
     """½log 2πe + log σ on average, and log 2 + log 3."""
     branches = [torch.zeros(1, 2), torch.zeros(1, 3)]
-    policy = Policy(torch.zeros(1, 2), torch.tensor([0.0, -1.0]), branches)
+    policy = ActionDistribution(torch.zeros(1, 2), torch.tensor([0.0, -1.0]), branches)
     expected = (1.418939 + 0.418939) / 2 + math.log(2) + math.log(3)
     assert policy.entropy().item() == pytest.approx(expected)
 
@@ -201,7 +201,9 @@ def test_entropy_is_a_mean_over_dimensions_and_a_sum_over_branches():
 @pytest.mark.paper("E3")
 def test_without_noise_the_mean_action_is_taken():
     """The Gaussian's mean, and each branch's best option."""
-    policy = Policy(torch.tensor([[0.5, -7.0]]), torch.zeros(2), [torch.eye(3)[1:2]])
+    policy = ActionDistribution(
+        torch.tensor([[0.5, -7.0]]), torch.zeros(2), [torch.eye(3)[1:2]]
+    )
     assert policy.act().tolist() == [[0.5, -7.0, 1.0]]
 
 
@@ -212,7 +214,7 @@ def test_noise_makes_samples_of_the_distribution():
     n, logits = 20_000, torch.tensor([1.0, 0.0, -1.0])
     noise = np.hstack([rng.standard_normal((n, 1)), rng.gumbel(size=(n, 3))])
     mean, log_sigma = torch.full((n, 1), 2.0), torch.tensor([math.log(3)])
-    policy = Policy(mean, log_sigma, [logits.expand(n, 3)])
+    policy = ActionDistribution(mean, log_sigma, [logits.expand(n, 3)])
     raw, index = policy.act(torch.from_numpy(noise).float()).T
     assert torch.allclose(raw, 2 + 3 * torch.from_numpy(noise[:, 0]).float())
     odds = torch.bincount(index.long()) / n

@@ -9,12 +9,12 @@ from lives import settings
 
 from reference.building import building_of, plan_of
 from reference.fire import NoFire, RandomFire
+from reference.game.codec import PolicyCodec
 from reference.game.environment import (
     FIRE,
     Environment,
     fire_decision,
 )
-from reference.game.interface import Interface
 from reference.game.observations import robots_at_work, vector_layout
 from reference.learning.adversarial import adversarial, learner_for, player_of
 from reference.learning.rollouts import Episode, Job, play
@@ -141,7 +141,7 @@ def test_a_gaussian_fire_s_branch_is_a_floor(name):
     """Branch k lights floor k; a number beyond 3 is clipped."""
     building = load(name)
     raw = np.array([[[6.0, -1.5, k]] for k in range(building.floors)])
-    actions = Interface("fire", building, SCENARIO).actions(raw, raw)
+    actions = PolicyCodec("fire", building, SCENARIO).actions(raw, raw)
     assert actions[:, 0, 1:].tolist() == [[1.0, -0.5]] * building.floors
     lit = [fire_decision(building, action)[0] for action in actions[:, 0]]
     assert lit == list(range(building.floors))

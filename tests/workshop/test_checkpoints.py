@@ -12,8 +12,8 @@ from movies import turns
 from trainings import begun, equal, room_for, tiny
 
 from reference.fire import RandomFire
+from reference.game.codec import Moment
 from reference.game.environment import Environment
-from reference.game.interface import Moment
 from reference.game.observations import robot_vectors
 from reference.paper import InputError
 from reference.robots import NoRobots

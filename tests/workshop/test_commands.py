@@ -17,7 +17,7 @@ from refusals import refusal
 
 from reference.__main__ import COMMANDS, main
 from reference.simulation import Simulation
-from reference.workshop.comparing.contestants import NAMES
+from reference.workshop.comparing.named import NAMES
 from reference.workshop.measuring import bench
 from reference.workshop.strategies.fires import BusiestFire
 from reference.workshop.strategies.guides import Escort

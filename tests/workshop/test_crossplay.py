@@ -25,8 +25,8 @@ from reference.workshop.comparing import (
     runs,
     table,
 )
-from reference.workshop.comparing.contestants import contestant
 from reference.workshop.comparing.intervals import of_mean
+from reference.workshop.comparing.named import strategy_named
 from reference.workshop.comparing.results import as_json
 from reference.workshop.maps import load
 from reference.workshop.storage.workers import InProcess, one_thread, workers
@@ -180,7 +180,7 @@ def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp
 def test_a_file_is_the_policy_that_was_learned_for_a_side(run, side, kind):
     """And so is the folder it is in."""
     for named in (run, run / "checkpoint-000001.pt"):
-        assert type(contestant(str(named), side)) is kind
+        assert type(strategy_named(str(named), side)) is kind
 
 
 def test_each_run_has_strategies_of_its_own_and_the_worst_case_knows_whom_it_meets():
@@ -313,4 +313,4 @@ def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
 def test_refuses_a_word_that_means_nothing(word, side, message):
     """With the nearest that does."""
     with pytest.raises(ValueError, match=message):
-        contestant(word, side)
+        strategy_named(word, side)

@@ -8,7 +8,7 @@ from trainings import TINY, begun, tiny
 
 from reference.building import building_of
 from reference.fire import RandomFire
-from reference.game.interface import Moment
+from reference.game.codec import Moment
 from reference.game.observations import headed, robot_vectors
 from reference.learning.experience import Decisions, decisions_of
 from reference.learning.rollouts import play
@@ -59,7 +59,7 @@ def test_a_mixture_is_taught_the_point_that_the_teacher_means():
     assert under_way.any()
     nothing_new = np.full((len(vectors), 2), np.nan, dtype=np.float32)
     told = teacher._recorded(moment, nothing_new)
-    (seen,), K = teacher.read([moment]), teacher.interface.anchors
+    (seen,), K = teacher.read([moment]), teacher.codec.anchors
     anchors = seen[:, : 2 * K].reshape(-1, K, 2)
     keep, stay = anchors[:, KEEP], anchors[:, STAY]
     assert np.allclose(told["actions"], np.where(under_way[:, None], keep, stay))

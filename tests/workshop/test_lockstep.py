@@ -12,7 +12,7 @@ from reference.learning.rollouts import Job, play
 from reference.paper import Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.workshop.comparing.contestants import encounter
+from reference.workshop.comparing.named import encounter
 from reference.workshop.lockstep import to_the_end, together
 from reference.workshop.maps import load
 from reference.workshop.strategies import SCRIPTS

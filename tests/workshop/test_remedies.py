@@ -116,7 +116,7 @@ def test_a_gaussian_in_the_robot_s_frame_begins_with_five_metres():
 def test_the_fires_anchors_stand_beside_all_ways_and_can_burn(name):
     """One for each exit, entrance and door; said by the environment's three numbers."""
     building, scenario = load(name), Scenario()
-    fire = preset("laptop").fire.interface("fire", building, scenario)
+    fire = preset("laptop").fire.codec("fire", building, scenario)
     assert len(fire.anchors) == len(building.landmarks)
     for anchor, mark in zip(fire.anchors, building.landmarks, strict=True):
         action = fire.actions(anchor, np.zeros(1))
@@ -133,7 +133,7 @@ def test_the_fires_anchors_stand_beside_all_ways_and_can_burn(name):
 def test_where_a_fire_burns_none_is_lit_again():
     """The anchor beside a source is refused; all the others are allowed."""
     building, scenario = load("tiny"), Scenario()
-    fire = preset("laptop").fire.interface("fire", building, scenario)
+    fire = preset("laptop").fire.codec("fire", building, scenario)
     world = Simulation(building, scenario, NoRobots(), NoFire(), seed=1).world
     storey, x, y = fire.anchors[3] * (1, UNIT, UNIT)
     K = len(fire.anchors)

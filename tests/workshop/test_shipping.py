@@ -10,7 +10,7 @@ from conftest import ROOT
 from trainings import begun, tiny, trained
 
 from reference.__main__ import main
-from reference.workshop.comparing.contestants import contestant
+from reference.workshop.comparing.named import strategy_named
 from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.checkpoints import CheckpointError, load
 
@@ -29,7 +29,7 @@ def test_both_sides_ship_as_weights_alone_in_less_than_five_megabytes():
             for name, tensor in weights.items()
         )
         head = "mixture"
-        assert contestant(LEARNED, side).learned.settings.head == head
+        assert strategy_named(LEARNED, side).learned.settings.head == head
         assert checkpoint.progress[side]["decisions"][side] > 9_000
 
 

@@ -17,7 +17,7 @@ from reference.rewards import group_reward
 from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop.comparing import begin
-from reference.workshop.comparing.contestants import encounter
+from reference.workshop.comparing.named import encounter
 from reference.workshop.strategies.fires import APART, BusiestFire, busiest
 from reference.workshop.strategies.guides import Observer
 from reference.workshop.strategies.worst_case import (

@@ -15,8 +15,8 @@ from itertools import zip_longest
 import numpy as np
 
 from reference import Scenario, Simulation, load
-from reference.workshop.comparing.contestants import contestant
 from reference.workshop.comparing.intervals import of_mean
+from reference.workshop.comparing.named import strategy_named
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.fires import FixedFire
@@ -54,8 +54,8 @@ if __name__ == "__main__":
     parser.add_argument("--episodes", type=int, default=60, metavar="N")
     parser.add_argument("--seed", type=int, default=80_000, metavar="N")
     asked = parser.parse_args()
-    robots = contestant(asked.robots, "robots")
-    fire = contestant(asked.fire, "fire")
+    robots = strategy_named(asked.robots, "robots")
+    fire = strategy_named(asked.fire, "fire")
     seeds = range(asked.seed, asked.seed + asked.episodes)
     before = range(seeds.stop, seeds.stop + asked.episodes)
     places, shares = most_frequent(evacuations(robots, fire, before))

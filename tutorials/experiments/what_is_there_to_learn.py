@@ -17,8 +17,8 @@ from unittest.mock import patch
 import numpy as np
 
 from reference import Scenario, Simulation, load
-from reference.workshop.comparing.contestants import contestant
 from reference.workshop.comparing.intervals import of_mean
+from reference.workshop.comparing.named import strategy_named
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import guides
@@ -68,7 +68,9 @@ def saved(name, fire, seeds):
     for one in patches:
         one.start()
     runs = [
-        Simulation(load("paper"), Scenario(), guide(), contestant(fire, "fire"), seed)
+        Simulation(
+            load("paper"), Scenario(), guide(), strategy_named(fire, "fire"), seed
+        )
         for seed in seeds
     ]
     with one_thread():

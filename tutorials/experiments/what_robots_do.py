@@ -15,7 +15,7 @@ from reference import Scenario, Simulation, load
 from reference.paper import DECISION_SECONDS
 from reference.rewards import group_reward
 from reference.robots import followers_of
-from reference.workshop.comparing.contestants import contestant
+from reference.workshop.comparing.named import strategy_named
 from reference.workshop.strategies.guides import GROUP_RADIUS, unguided
 from reference.workshop.training.presets import preset
 from reference.world import NOWHERE
@@ -48,7 +48,7 @@ def deed(world, robot):
 
 def evacuation(team, fire, seed):
     """Count deeds in one evacuation, and people led at each; share saved and reward."""
-    players = contestant(team, "robots"), contestant(fire, "fire")
+    players = strategy_named(team, "robots"), strategy_named(fire, "fire")
     now = Simulation(load("paper"), Scenario(), *players, seed)
     deeds, led = Counter(), []
     while not now.done:

@@ -14,8 +14,8 @@ import numpy as np
 
 from reference import Scenario, Simulation, load
 from reference.robots import actual_target, followers_of, said_on_the_way
-from reference.workshop.comparing.contestants import contestant
 from reference.workshop.comparing.intervals import of_mean
+from reference.workshop.comparing.named import strategy_named
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.storage.workers import one_thread
 from reference.world import NOWHERE
@@ -69,8 +69,8 @@ class Advised:
 
 def evacuations(asked, follows):
     """Per cent of people saved in each evacuation, and decisions of each kind."""
-    fire = contestant(asked.fire, "fire")
-    both = [contestant(team, "robots") for team in (asked.team, asked.other)]
+    fire = strategy_named(asked.fire, "fire")
+    both = [strategy_named(team, "robots") for team in (asked.team, asked.other)]
     teams = [Advised(*deepcopy(both), follows) for _ in range(asked.episodes)]
     runs = [
         Simulation(load("paper"), Scenario(), team, deepcopy(fire), seed)

@@ -14,8 +14,8 @@ from tqdm import tqdm
 
 from reference.workshop.commands import options
 from reference.workshop.commands.common import note, table, tell
-from reference.workshop.comparing.contestants import ABOUT, said_of
 from reference.workshop.comparing.matches import Evaluation, begin
+from reference.workshop.comparing.named import ABOUT, said_of
 from reference.workshop.measuring.crowding import Crowding
 from reference.workshop.measuring.recording import recording, ticks
 from reference.workshop.storage.runs import ContradictionError

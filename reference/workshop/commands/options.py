@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 from reference import paper
 from reference.paper import InputError
-from reference.workshop.comparing.contestants import ABOUT, NAMES, Side, refuse_unknown
+from reference.workshop.comparing.named import ABOUT, NAMES, Side, refuse_unknown
 from reference.workshop.strategies.own import CODE
 
 Option = tuple[list[str], dict[str, Any]]

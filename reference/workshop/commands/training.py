@@ -11,7 +11,7 @@ from typing import Any
 from reference.learning.settings import SIDES
 from reference.workshop.commands import options
 from reference.workshop.commands.common import again, note, resumable, table, tell
-from reference.workshop.comparing.contestants import NAMES, WORST
+from reference.workshop.comparing.named import NAMES, WORST
 from reference.workshop.remedies.settings import SideSettings
 from reference.workshop.storage.records import rows_of
 from reference.workshop.storage.runs import ContradictionError, refuse_options

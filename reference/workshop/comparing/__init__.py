@@ -1,6 +1,6 @@
 """Compare: robots x fires x seeds with intervals, and whole experiments.
 
-Clauses: E6, F9, F12.  Cross-play is `contestants` (who plays), `matches` (what is
+Clauses: E6, F9, F12.  Cross-play is `named` (who plays), `matches` (what is
 evaluated), `runs` (all of them played) and `results` (what they come to, by
 `intervals`).  An experiment is `design` (one file), `jobs` (train, test) and `report`
 (a page).
@@ -11,7 +11,7 @@ evaluated), `runs` (all of them played) and `results` (what they come to, by
     print(table(cells(results, PAPER)))
 """
 
-from reference.workshop.comparing.contestants import contestant
 from reference.workshop.comparing.matches import EPISODES, Evaluation, begin, resume
+from reference.workshop.comparing.named import strategy_named
 from reference.workshop.comparing.results import Cell, cells, ruler_of, table
 from reference.workshop.comparing.runs import RunResult, evaluate

@@ -34,8 +34,8 @@ from typing import Any
 
 from reference.building import plan_of
 from reference.learning.settings import SIDES, Side
-from reference.workshop.comparing.contestants import WORST, fitting
 from reference.workshop.comparing.matches import EPISODES, Arena, Evaluation
+from reference.workshop.comparing.named import WORST, fitting
 from reference.workshop.maps import load
 from reference.workshop.storage.files import read_text
 from reference.workshop.storage.records import (

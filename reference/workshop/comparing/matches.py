@@ -20,7 +20,7 @@ from reference.building import Building, building_of, plan_of
 from reference.learning.settings import Side
 from reference.paper import ROBOTS_PER_FLOOR, InputError, Scenario
 from reference.simulation import Simulation
-from reference.workshop.comparing.contestants import NAMES, contestant, encounter
+from reference.workshop.comparing.named import NAMES, encounter, strategy_named
 from reference.workshop.maps import load
 from reference.workshop.storage.files import naming, read_json, write_json
 from reference.workshop.storage.records import record_from
@@ -99,7 +99,7 @@ def _loaded(word: str, pinned: Pinned | None, side: Side, sample: bool) -> Any:
     """Make a strategy, of which copies are played: networks are read once."""
     if pinned:
         pinned.refuse_changed()
-    return contestant(pinned.path if pinned else word, side, sample)
+    return strategy_named(pinned.path if pinned else word, side, sample)
 
 
 @dataclass(frozen=True)
@@ -168,10 +168,10 @@ def begin(
     sample: bool = False,
     errors: int = 0,
 ) -> Evaluation:
-    """Make a new evaluation of some robots and fires, by the words of `contestant`.
+    """Make a new evaluation of some robots and fires, by the words of `strategy_named`.
 
     building, people: by default the first checkpoint's, else the paper's.
-    Raises InputError for an unknown word, for contestants that do not fit the arena,
+    Raises InputError for an unknown word, for strategies that do not fit the arena,
     for more people than fit and for the map; OSError for a file that cannot be read.
     """
     files = dict[str, Pinned]()
@@ -225,7 +225,7 @@ def _learned(
     players += [("fire", word) for word in fires]
     for side, word in players:
         with naming(option := f"--{side} {word}"):
-            made = contestant(files[word].path if word in files else word, side)
+            made = strategy_named(files[word].path if word in files else word, side)
             if hasattr(made, "refuse_elsewhere"):
                 found[option] = made
             if word not in (*NAMES[side], *files):

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 import reference
-from reference.workshop.comparing.contestants import WORST
 from reference.workshop.comparing.design import FIXED, Experiment
 from reference.workshop.comparing.intervals import of_trainings
 from reference.workshop.comparing.jobs import arm_of
+from reference.workshop.comparing.named import WORST
 from reference.workshop.comparing.results import Cell, table
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.strategies.own import is_code

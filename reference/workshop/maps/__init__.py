@@ -15,8 +15,8 @@ from pathlib import Path
 
 import reference
 from reference import floorplan
-from reference.building import Building, building_of
-from reference.floorplan import Plan, to_text
+from reference.building import Building, built
+from reference.floorplan import Plan
 from reference.workshop.maps import semantics, syntax
 from reference.workshop.maps.mistakes import MOST, Mistake, MistakesError
 from reference.workshop.maps.syntax import MOST_LINES, MOST_SIGNS, Line
@@ -28,8 +28,7 @@ def load(name: str) -> Building:
 
     Raises MistakesError for mistakes in the drawing, OSError for an unreadable file.
     """
-    plan = parse(name) if "\n" in name else read(find(name))
-    return building_of(to_text(plan))
+    return built(parse(name) if "\n" in name else read(find(name)))
 
 
 def read(path: str | PathLike[str]) -> Plan:

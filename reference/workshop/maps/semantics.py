@@ -18,6 +18,7 @@ from reference.building import (
     Building,
     Kind,
     Landmark,
+    built,
     is_room,
     pieces,
     signs_of,
@@ -33,7 +34,7 @@ def stages(plan: Plan, page: Page) -> Iterator[Iterable[Mistake]]:
     Ways come last: else a missing entrance is many rooms that nobody can leave.
     """
     yield _too_large(plan, page)
-    building = Building(plan)
+    building = built(plan)
     yield chain.from_iterable(_outer_wall(building, d) for d in page.drawings)
     checks = [_gates, _stairwells, _rooms]
     found = (check(building, d) for d in page.drawings for check in checks)

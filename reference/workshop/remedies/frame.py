@@ -14,7 +14,7 @@ robots are headed.
 
 import numpy as np
 
-from reference.game.interface import Interface
+from reference.game.codec import PolicyCodec
 from reference.game.observations import from_normalised
 from reference.robots import AT_EXIT
 from reference.workshop.strategies.observed import FAR, between, guides, map_of
@@ -42,19 +42,19 @@ class View:
 
     def __init__(
         self,
-        interface: Interface,
+        codec: PolicyCodec,
         vectors: np.ndarray,
         headed: np.ndarray,
         masks: bool = False,
     ):
-        """vectors (B, V) and headed (B, 2): observed, as `Interface.read` takes them.
+        """vectors (B, V) and headed (B, 2): observed, as `PolicyCodec.read` takes them.
 
         masks: forbid what helps nobody, see `helpful`.
         """
-        self.scenario, building = interface.scenario, interface.building
+        self.scenario, building = codec.scenario, codec.building
         self.map, self.masks = map_of(building), masks
-        blocks = interface.layout.blocks
-        self.seen = {name: interface.layout.read(vectors, name) for name in blocks}
+        blocks = codec.layout.blocks
+        self.seen = {name: codec.layout.read(vectors, name) for name in blocks}
         self.humans, self.robots, self.fires = (
             self.seen[name].astype(np.float64) for name in ("humans", "robots", "fires")
         )

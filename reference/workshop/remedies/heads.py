@@ -10,7 +10,13 @@ from math import log, sqrt
 import torch
 from torch import Tensor, nn
 
-from reference.learning.networks import BRANCH_GAIN, MEAN_GAIN, REFUSED, Policy, linear
+from reference.learning.networks import (
+    BRANCH_GAIN,
+    MEAN_GAIN,
+    REFUSED,
+    ActionDistribution,
+    linear,
+)
 from reference.workshop.remedies.frame import UNIT
 
 FIRST_SIGMA, SIGMAS = 0.5, (0.02, 1.0)
@@ -27,12 +33,14 @@ class FrameHead(nn.Module):
         self.log_sigma = linear(hidden, continuous, BRANCH_GAIN / sqrt(hidden))
         nn.init.constant_(self.log_sigma.bias, log(FIRST_SIGMA))
 
-    def forward(self, x: Tensor, vectors: Tensor) -> Policy:
-        """Policy from the body's (..., H)."""
-        return Policy(self.mean(x), self.log_sigma(x).clamp(*map(log, SIGMAS)), [])
+    def forward(self, x: Tensor, vectors: Tensor) -> ActionDistribution:
+        """Distribution from the body's (..., H)."""
+        return ActionDistribution(
+            self.mean(x), self.log_sigma(x).clamp(*map(log, SIGMAS)), []
+        )
 
 
-class Mixture(Policy):
+class Mixture(ActionDistribution):
     """A mixture of Gaussians around anchors, whose samples have one log-probability.
 
     log p(a) = log sum_k w_k N(a; m_k, sigma)

@@ -1,7 +1,7 @@
 """What helps learning, beside the paper: other ways to read and speak, other credit.
 
 Clauses: C5, C7, D2, E3, E5.  The trainers compute what ML-Agents computes; settings
-with remedies give them another `Interface`, with another head, and other credit.
+with remedies give them another `PolicyCodec`, with another head, and other credit.
 
     floor    the paper's Gaussian: coordinates of the whole floor
     frame    one Gaussian in a robot's own frame, `workshop.remedies.frame`
@@ -20,7 +20,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from reference.building import Building
-from reference.game.interface import AXES, Interface, Sizes
+from reference.game.codec import AXES, PolicyCodec, Sizes
 from reference.game.observations import from_normalised, grid_shape, to_normalised
 from reference.learning.settings import ATTENTION_HEADS, Row, Side, TrainerSettings
 from reference.navigation import navigation_of
@@ -72,21 +72,19 @@ class SideSettings(TrainerSettings):
                 f"{ATTENTION_HEADS} attention heads"
             )
 
-    def interface(
-        self, side: Side, building: Building, scenario: Scenario
-    ) -> Interface:
+    def codec(self, side: Side, building: Building, scenario: Scenario) -> PolicyCodec:
         """How this side's networks read and speak."""
         if self.head == "floor":
-            return Interface(side, building, scenario, self.credit)
+            return PolicyCodec(side, building, scenario, self.credit)
         if side == "fire":
             return MixtureOfFire(building, scenario, self)
         return RobotsFrame(building, scenario, self)
 
 
-# -- Interfaces ---------------------------------------------------------------------
+# -- Codecs -------------------------------------------------------------------------
 
 
-class RobotsFrame(Interface):
+class RobotsFrame(PolicyCodec):
     """Robots read and speak from where they stand [C5, chosen].
 
     size  V, how many numbers a network reads;  anchors  K: the first 2K numbers are
@@ -144,7 +142,7 @@ class RobotsFrame(Interface):
         return UNIT * np.where(allowed, off, np.inf).min(axis=1)
 
 
-class MixtureOfFire(Interface):
+class MixtureOfFire(PolicyCodec):
     """The fire draws around places beside exits, entrances and doors [D2, chosen]."""
 
     def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):

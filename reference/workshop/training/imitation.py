@@ -15,7 +15,7 @@ import numpy as np
 import torch
 
 from reference.building import Building
-from reference.game.interface import Moment
+from reference.game.codec import Moment
 from reference.game.observations import grid, headed, to_normalised
 from reference.learning.experience import (
     Decisions,
@@ -76,9 +76,9 @@ class _Teacher(Player):
         for k, destination in zip(active, decided, strict=True):
             if destination is not None:
                 target = actual_target(
-                    self.interface.building, world.robots[k].floor, *destination
+                    self.codec.building, world.robots[k].floor, *destination
                 )
-                spot = to_normalised(self.interface.building, np.array(target))
+                spot = to_normalised(self.codec.building, np.array(target))
                 actions[k] = spot.clip(-1, 1)
         return actions
 
@@ -91,10 +91,10 @@ class _Teacher(Player):
         """
         kept, (seen,) = np.isnan(wanted).any(axis=1), self.read([moment])
         aims = np.where(kept[:, None], headed(moment.world), wanted)
-        actions = np.nan_to_num(self.interface.raw(aims, moment.vectors))
+        actions = np.nan_to_num(self.codec.raw(aims, moment.vectors))
         taught = moment.alive.copy()
-        if isinstance(self.interface, RobotsFrame) and self.interface.mixes:
-            taught &= self.interface.off_anchors(actions, seen) <= GROUP_RADIUS
+        if isinstance(self.codec, RobotsFrame) and self.codec.mixes:
+            taught &= self.codec.off_anchors(actions, seen) <= GROUP_RADIUS
         else:
             taught &= ~kept
         return {

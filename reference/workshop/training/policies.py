@@ -1,6 +1,6 @@
 """Learned policies as strategies: a checkpoint can replace a strategy's name.
 
-Clauses: C5, C7, D2.  The interface is that of the hand-written ones; the network's
+Clauses: C5, C7, D2.  It decides as the hand-written ones do; the network's
 output, normalised coordinates in [−1, 1], is turned into metres.
 """
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from reference.building import Building, building_of
-from reference.game.interface import Moment
+from reference.game.codec import Moment
 from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario

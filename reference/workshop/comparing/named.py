@@ -44,7 +44,7 @@ def said_of(word: str, side: Side) -> str:
     return f"{word}, {about[0].lower()}{about[1:]}"
 
 
-def contestant(word: str, side: Side, sample: bool = False) -> Any:
+def strategy_named(word: str, side: Side, sample: bool = False) -> Any:
     """Make the strategy that one of NAMES names.
 
     FILE is the policy that was learned for this side; sample: draw its actions instead
@@ -67,9 +67,9 @@ def contestant(word: str, side: Side, sample: bool = False) -> Any:
 def fitting(given: Any, side: Side, building: Building, scenario: Scenario) -> Any:
     """Make a strategy that is given by a word; refuse one that has learned elsewhere.
 
-    Raises as `contestant` does, and what is raised by `refuse_elsewhere`.
+    Raises as `strategy_named` does, and what is raised by `refuse_elsewhere`.
     """
-    made = contestant(given, side) if isinstance(given, str) else given
+    made = strategy_named(given, side) if isinstance(given, str) else given
     if hasattr(made, "refuse_elsewhere"):
         made.refuse_elsewhere(building, scenario)
     return made

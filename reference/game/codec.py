@@ -58,7 +58,7 @@ class Sizes:
     kinds: tuple[int, ...] = ()
 
 
-class Interface:
+class PolicyCodec:
     """Between the environment and one side's network."""
 
     def __init__(
