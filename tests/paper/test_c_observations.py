@@ -88,8 +88,8 @@ def test_sizes_follow_from_the_building_and_the_scenario(name, people, robots, s
 
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_no_number_is_beyond_its_limits(name):
-    """For a minute and a half, on all floors."""
-    sim = scene(name, time_limit=90)
+    """From the beginning to the end, on all floors."""
+    sim = scene(name, time_limit=40)
     layout = observations.vector_layout(sim.building, sim.scenario)
     for _ in range(round(sim.scenario.time_limit / 5)):
         for numbers in (vectors(sim), fire_vector(sim)):
@@ -184,7 +184,7 @@ def test_the_number_of_robots_at_work_in_the_team_is_there():
 
 def test_flames_that_spread_are_not_counted_as_fires():
     """Burning cells are on the grid, sources are in the vector."""
-    sim = scene(seconds=60)
+    sim = scene(seconds=30)
     lit = len(sim.world.flames.sources)
     assert sim.world.flames.burning.sum() > lit
     assert decoded(sim).fires_per_floor.sum() == lit
@@ -234,7 +234,7 @@ def test_who_walks_down_the_stairs_is_seen_there():
 @pytest.mark.paper("C4", "deviation")
 def test_of_the_robots_the_observer_comes_first():
     """Else team mates would have the same observation and do the same."""
-    sim = scene(seconds=60, seed=2)
+    sim = scene(seconds=10, seed=2)
     for k, robot in enumerate(sim.world.robots):
         first = decoded(sim, k).robots[0].tolist()
         assert first == pytest.approx([*robot.position, robot.floor])
@@ -406,7 +406,7 @@ def test_a_robot_remembers_where_it_goes_until_it_is_there():
 
 def test_observing_does_not_change_the_world():
     """Looking twice is the same as looking once, and the run goes on alike."""
-    one, other = (scene(seconds=30, time_limit=50) for _ in "12")
+    one, other = (scene(seconds=15, time_limit=25) for _ in "12")
     for _ in range(3):
         vectors(one), observations.grid(one.world)
         fire_vector(one)

@@ -493,8 +493,9 @@ def test_every_door_that_flames_reach_burns_once_within_a_second():
 @pytest.mark.parametrize("training", [True, False])
 def test_there_are_never_more_sources_than_the_scenario_allows(training):
     """The generator stops after the last one, and does not complain."""
-    scenario = Scenario(people=20, sources=3, training=training, time_limit=90)
+    scenario = Scenario(people=4, sources=3, training=training, time_limit=90)
     sim = Simulation(shipped("paper"), scenario, NoRobots(), RandomFire(), seed=2)
+    sim.world.bodies.pace[:] = 0  # nobody gets out
     sim.run()
     lit = [e for e in sim.events if isinstance(e, FireLit)]
     assert len(lit) == len(sim.world.flames.sources) == 3
@@ -506,9 +507,9 @@ def test_there_are_never_more_sources_than_the_scenario_allows(training):
 @pytest.mark.paper("D2")
 def test_sources_appear_at_every_kth_decision():
     """The first at 10 s, then every 25 s."""
-    sim = Simulation(
-        shipped("paper"), Scenario(time_limit=90), NoRobots(), RandomFire()
-    )
+    scenario = Scenario(people=4, time_limit=90)
+    sim = Simulation(shipped("paper"), scenario, NoRobots(), RandomFire())
+    sim.world.bodies.pace[:] = 0  # nobody gets out
     sim.run()
     times = [e.time for e in sim.events if isinstance(e, FireLit)]
     first = FIRE_FIRST_DECISION * DECISION_SECONDS

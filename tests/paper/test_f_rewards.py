@@ -10,6 +10,7 @@ from reference.paper import (
     FIXED_REWARD,
     HEALTH,
     PEOPLE,
+    Scenario,
 )
 from reference.rewards import fire_reward, group_reward, robot_reward
 from reference.simulation import Simulation
@@ -118,7 +119,8 @@ def test_the_best_case_from_the_third_floor_is_critical_point_2():
 @pytest.mark.paper("F8")
 def test_the_outcomes_reward_is_the_sum_over_its_people():
     """Person by person, from the events of a whole run."""
-    sim = Simulation(shipped("tiny"), seed=2, fire=RandomFire(), robots=Sweep())
+    sides = {"fire": RandomFire(), "robots": Sweep()}
+    sim = Simulation(shipped("tiny"), Scenario(people=20), seed=2, **sides)
     outcome = sim.run()
     assert outcome.evacuated and outcome.died
     by_hand = sum(e.health for e in sim.events if isinstance(e, LeftFloor))
