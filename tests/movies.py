@@ -317,16 +317,6 @@ def decide(sim, letter):
     return me.goal
 
 
-def lead(sim, *letters):
-    """Let these people be leaders."""
-    leads(sim.world, letters)
-
-
-def follow(sim, letter, leader):
-    """Let one human follow a body, as if it had seen it a moment ago where it is."""
-    follows_body(sim.world, body(letter), leader)
-
-
 def mark(sim, sign, nth=1):
     """The landmark of a sign, "+2" the second `+` in reading order, the first floor
     first; or the nth of a Kind."""
@@ -363,18 +353,14 @@ def leads(world, letters):
 
 def follows(world, text, ago=0.0):
     """One follows another, whom it saw so many seconds ago where it is now."""
+    bodies, n = world.bodies, len(world.minds)
     for letter, (sign,) in named(text):
-        follows_body(world, body(letter), body(sign, len(world.minds)), ago)
-
-
-def follows_body(world, i, leader, ago=0.0):
-    """The same by the numbers of their bodies."""
-    me, bodies, n = world.minds[i], world.bodies, len(world.minds)
-    me.mode, me.leader = Mode.FOLLOWER, leader
-    bodies.mode[i], bodies.leader[i] = me.mode, leader
-    robot = world.robots[leader - n] if leader >= n else None
-    me.seen_at, me.told = world.time - ago, robot and robot.says
-    me.seen_place = robot.place if robot else int(bodies.place[leader])
+        i, leader = body(letter), body(sign, n)
+        me, robot = world.minds[i], world.robots[leader - n] if leader >= n else None
+        me.mode, me.leader = Mode.FOLLOWER, leader
+        bodies.mode[i], bodies.leader[i] = me.mode, leader
+        me.seen_at, me.told = world.time - ago, robot and robot.says
+        me.seen_place = robot.place if robot else int(bodies.place[leader])
 
 
 def lost(world, text):

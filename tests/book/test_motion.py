@@ -68,6 +68,13 @@ def test_a_body_slides_along_a_wall_towards_its_aim():
     assert track[-1, 0, 0] > 4
 
 
+@pytest.mark.paper("A9", "chosen")
+def test_where_both_ways_along_a_wall_are_free_a_body_slides_east_or_west():
+    """At a corner it meets on the diagonal; then it goes on northwards."""
+    track = walk([[0, 0]], [[5, 5]], 1, lambda at: (at <= 0.1).any(axis=1))
+    assert track[1, 0, 0] > 0.1 and track[1, 0, 1] == 0
+
+
 def test_people_walk_a_little_to_the_right_of_their_target():
     """ASIDE of it, so ten metres away a tenth of that for each metre walked."""
     track = walk([[0, 0]], [[10, 0]], ticks=1)
@@ -151,6 +158,15 @@ def test_people_who_meet_turn_their_shoulders():
     track = walk([[0, 0.1], [4, -0.1]], [[9, 0], [-9, 0]], 60, corridor(0.38))
     assert track[-1, 0, 0] > 4 and track[-1, 1, 0] < 0
     assert motion.SHOULDERS - 1e-6 < min(gaps(at)[0] for at in track) < TOUCHING
+
+
+@pytest.mark.paper("A9", "chosen")
+def test_who_stands_steps_aside_for_who_walks_at_them_and_comes_back():
+    """A hand's breadth is enough."""
+    track = walk([[0, 0], [2, 0.1]], [[9, 0], [2, 0.1]], 40)
+    aside = np.hypot(*(track[:, 1] - [2, 0.1]).T)
+    assert 0.05 < aside.max() < 0.2 and aside[-1] < 0.01
+    assert track[-1, 0, 0] > 8.5
 
 
 def test_chance_moves_only_who_is_held_up():

@@ -53,6 +53,16 @@ def test_a_way_pulled_straight_never_cuts_a_corner(rows):
             assert passable(nav, here, there)
 
 
+def test_where_the_straight_line_is_free_a_way_has_no_other_corner():
+    """From everywhere in an open room: to a point and to the exit alike."""
+    room = "#######\n#.....#\n#.....#\n#.....E\n#######"
+    nav = navigation_of(built(room))
+    (exit,) = nav.goals[0].tolist()
+    for p in np.flatnonzero(nav.walkable).tolist():
+        assert nav.way(p, exit - 1) == [exit - 1]
+        assert nav.waypoint[0, p] == (exit if nav.clear.reaches(p, exit) else exit - 1)
+
+
 def passable(nav, here, there):
     """Is the straight line walkable, a centimetre to its left and right too?"""
     along = (there - here) / max(np.hypot(*(there - here)), 1e-9)

@@ -133,16 +133,25 @@ def test_inputs_are_normalised_only_where_the_table_says_so():
 
 H = 256
 TFIXUP = math.sqrt(0.125 / H)
-ACTOR_BEGINS = {
-    "body.encoder.grid.dense": 1.41 / math.sqrt(288),
+GRID_BEGINS = {
+    "encoder.grid.conv1": 1 / math.sqrt(3 * 9 * 8 * 8),
+    "encoder.grid.conv2": 1 / math.sqrt(3 * 16 * 4 * 4),
+    "encoder.grid.dense": 1.41 / math.sqrt(288),
+}
+BODY_BEGINS = {
+    **{f"body.{layer}": deviation for layer, deviation in GRID_BEGINS.items()},
     "body.layers.0": 1 / math.sqrt(167 + H),
     "body.layers.2": 1 / math.sqrt(H),
     "body.layers.4": 1 / math.sqrt(H),
+}
+ACTOR_BEGINS = {
+    **BODY_BEGINS,
     "head.mean": 0.2 / math.sqrt(H),
     "head.branches.0": 0.1 / math.sqrt(H),
 }
+VALUE_BEGINS = BODY_BEGINS | {"value": math.sqrt(2 / (H + 1))}
 CRITIC_BEGINS = {
-    "encoder.grid.dense": 1.41 / math.sqrt(288),
+    **GRID_BEGINS,
     **dict.fromkeys(["g.0", "f.0"], TFIXUP),
     **{f"attention.{a}": TFIXUP for a in ("query", "key", "to_value", "out")},
     **{f"trunk.{k}": math.sqrt(0.125) / H for k in (0, 2, 4)},
@@ -152,7 +161,8 @@ CRITIC_BEGINS = {
 
 @pytest.mark.paper("E3")
 @pytest.mark.parametrize(
-    ("kind", "begins"), [(Actor, ACTOR_BEGINS), (GroupCritic, CRITIC_BEGINS)]
+    ("kind", "begins"),
+    [(Actor, ACTOR_BEGINS), (Critic, VALUE_BEGINS), (GroupCritic, CRITIC_BEGINS)],
 )
 def test_a_new_network_s_weights_have_the_spread_of_the_original(kind, begins):
     """Each layer's standard deviation, zero biases, log sigma 0.
@@ -165,17 +175,20 @@ def test_a_new_network_s_weights_have_the_spread_of_the_original(kind, begins):
 
 
 def check_begins(network, begins):
-    """Spread within four standard errors, and nothing is left out."""
+    """Spread within four standard errors; no layer is missing, none is one more."""
+    weights = {}
     for name, p in network.named_parameters():
         layer, kind = name.rsplit(".", 1)
-        if "conv" in name:  # torch's own: uniform within 1/√fan_in
-            fan_in = network.get_submodule(layer).weight[0].numel()
-            assert p.abs().max() <= 1 / math.sqrt(fan_in)
-        elif kind == "weight":
-            error = 4 / math.sqrt(2 * p.numel())
-            assert p.std(correction=0).item() == pytest.approx(begins[layer], rel=error)
+        if kind == "weight":
+            weights[layer] = p
+        elif "conv" in name:  # torch's own: uniform within 1/√fan_in
+            assert p.abs().max() <= 1 / math.sqrt(weights[layer][0].numel())
         else:
             assert not p.any(), name
+    assert set(weights) == set(begins)
+    for layer, p in weights.items():
+        error = 4 / math.sqrt(2 * p.numel())
+        assert p.std(correction=0).item() == pytest.approx(begins[layer], rel=error)
 
 
 # -- Policies -----------------------------------------------------------------------

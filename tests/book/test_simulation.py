@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from movies import (
     built,
     fire_named,
-    lead,
     play,
     play_until,
     robots_named,
@@ -333,8 +332,7 @@ def test_the_dead_stand_in_nobodys_way():
     """Where q has died p walks as if nobody had ever been there."""
     ways, gone = [], str.maketrans("qx", "..")
     for board in ("########\n#p..q..E\n########", "########\n#p.....E\n########"):
-        sim = stage(board, sight_range=8)
-        lead(sim, "p")
+        sim = stage(board, sight_range=8, leads="p")
         sim.world.bodies.health[1:] = 0
         sim.world.bodies.pace[1:] = 0
         ways.append([play(sim, 0.2).translate(gone) for _ in range(20)])
@@ -370,8 +368,8 @@ def test_the_length_of_a_tick_does_not_change_the_time_things_take(frames):
         "###############\n#p............E\n###############",
         frames_per_tick=frames,
         sight_range=14,
+        leads="p",
     )
-    lead(sim, "p")
     seconds = sim.run().simulated_seconds
     assert seconds == pytest.approx(12.5 / WALKING_SPEED, abs=1.5)
 

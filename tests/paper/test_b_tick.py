@@ -11,8 +11,6 @@ import pytest
 from movies import (
     Send,
     body,
-    follow,
-    lead,
     mark,
     mind,
     play,
@@ -82,8 +80,7 @@ class ProbeFire:
 @pytest.mark.paper("B4")
 def test_everybody_looks_before_anybody_decides():
     """p sets off to the door now; q, who thinks after p, sees that a turn later."""
-    sim = stage("############\n#p..q..+...E\n############", sight_range=7)
-    lead(sim, "p", "q")
+    sim = stage("############\n#p..q..+...E\n############", leads="pq", sight_range=7)
     sim.world.bodies.rank[body("p")] = 9
     sim.step()
     assert sim.world.bodies.landmark[body("p")] == mark(sim, Kind.DOOR)
@@ -128,8 +125,7 @@ def test_robots_and_fire_see_the_same_world():
 @pytest.mark.paper("B6", "Alg. 2:3: walk to it")
 def test_people_decide_before_they_move():
     """Within one tick p sees the exit and has begun to walk there."""
-    sim = stage("########\n#p.....E\n########", sight_range=8)
-    lead(sim, "p")
+    sim = stage("########\n#p.....E\n########", sight_range=8, leads="p")
     start = sim.world.bodies.position[0].copy()
     sim.step()
     assert sim.world.bodies.position[0, 0] - start[0] == pytest.approx(
@@ -154,10 +150,9 @@ def test_robots_decide_before_they_move():
 @pytest.mark.paper("C7", "Alg. 3:2, chosen: help people out")
 def test_robots_move_before_people():
     """The robot waits for p, who is a step too far behind when the tick begins."""
-    sim = stage("############\n#p..R......E\n############")
+    sim = stage("############\n#p..R......E\n############", follows="pR")
     robot = sim.world.robots[0]
     robot.way = [robot.place + 5]
-    follow(sim, "p", robot.body)
     gap = FOLLOWER_GAP + CROWD_GAP
     start = robot.position.copy()
     sim.world.bodies.position[0] = start - (gap + 0.1, 0)
@@ -173,8 +168,7 @@ def test_robots_move_before_people():
 @pytest.mark.paper("B7")
 def test_people_move_before_flames_hurt_them():
     """p takes its last step out of the heat, and loses what everybody loses."""
-    sim = stage("##########\n#*p.....E#\n########E#")
-    lead(sim, "p")
+    sim = stage("##########\n#*p.....E#\n########E#", leads="p")
     mind(sim, "p").goal = Goal(Aim.DIRECTION, 99, int(sim.world.bodies.place[0]) + 3)
     sim.world.bodies.position[0, 0] += 0.45
     sim.step()
@@ -250,8 +244,7 @@ def test_health_falls_before_deaths_are_settled():
 @pytest.mark.parametrize(("ticks_left", "end"), [(0.5, Died), (1.5, Evacuated)])
 def test_who_dies_on_the_threshold_of_the_exit_is_not_saved(ticks_left, end):
     """Death and exit in one tick are a death."""
-    sim = stage("########\n#....p.E\n########", sight_range=8)
-    lead(sim, "p")
+    sim = stage("########\n#....p.E\n########", sight_range=8, leads="p")
     bodies = sim.world.bodies
     bodies.position[0, 0] += 1.4
     bodies.place[0] += 1
@@ -264,8 +257,7 @@ def test_who_dies_on_the_threshold_of_the_exit_is_not_saved(ticks_left, end):
 @pytest.mark.parametrize("burnt", [False, True])
 def test_a_burnt_door_is_passed_without_being_remembered(burnt):
     """It is no landmark any more [A6]; the hole that it leaves is walked through."""
-    sim = stage("#########\n#.p+....E\n#########")
-    lead(sim, "p")
+    sim = stage("#########\n#.p+....E\n#########", leads="p")
     door, me = mark(sim, Kind.DOOR), mind(sim, "p")
     beyond = sim.navigation.cols + 4
     me.goal = Goal(Aim.THRESHOLD, door, beyond)
@@ -279,8 +271,7 @@ def test_a_burnt_door_is_passed_without_being_remembered(burnt):
 @pytest.mark.parametrize("start", [0.0, 0.27, 0.54])
 def test_after_a_door_one_thinks_at_once(start):
     """In the very next tick, whatever one's turn: the body has the new goal."""
-    sim = stage("#########\n#.p.+...E\n#########")
-    lead(sim, "p")
+    sim = stage("#########\n#.p.+...E\n#########", leads="p")
     bodies, me = sim.world.bodies, mind(sim, "p")
     bodies.position[0, 0] -= start
     bodies.place[0] = sim.navigation.place(0, *bodies.position[0])

@@ -11,9 +11,9 @@ from movies import (
     built,
     goes,
     later,
-    lead,
     mark,
     play,
+    sets_off,
     shipped,
     show,
     stage,
@@ -427,11 +427,10 @@ def test_a_robot_inside_a_stairwell_is_seen_by_those_it_leads():
         #......###
         ##########
         """
-    sim = stage(board, sight_range=8)
+    sim = stage(board, leads="p", sight_range=8)
     robot = sim.world.robots[1]
     robot.place += 3
     robot.position = sim.navigation.centres[robot.place]
-    lead(sim, "p")
     assert sim.building.kind.flat[robot.place] == Kind.STAIRS
     assert robot.body in view(sim, "p").robots
 
@@ -495,12 +494,11 @@ def test_a_metre_in_flames_counts_more_than_one_beside_them():
 
 @pytest.mark.paper("C8")
 def test_a_robot_that_has_finished_is_followed_no_more():
-    """Who still sees it walks on alone: its level is empty, and q stands outside it."""
-    sim = stage("#p.R.+....E")
-    assert thinks(sim, "p") == "#p.R.+....E"
+    """Who still sees it walks on alone."""
+    assert sets_off("#p.R.+....E") == "#p.!.+....E"
+    sim = stage("#p.R.+....E", leads="p")
     sim.world.robots[0].active = False
-    lead(sim, "p")
-    assert thinks(sim, "p") == "#p.R.!....E"
+    assert thinks(sim) == "#p.R.!....E"
 
 
 # -- Strategies ---------------------------------------------------------------------

@@ -19,6 +19,9 @@ MUTANTS = """
 A1 paper
   - FLOORS = 3
   + FLOORS = 4
+A2 building
+  - [a-z][a-z0-9]*|[A-D]
+  + [a-z]+|[A-D]
 A3 building
   - return floor in self.areas and floor > self.lowest
   + return floor in self.areas
@@ -55,9 +58,21 @@ A6 simulation
 A7 navigation
   - if d_row and d_col:  # never cut a corner
   + if False:
+A6 perception
+  - self.holes | self._world.burnt & {self.here}
+  + self.holes
 A7 navigation
   - d_row**2 + d_col**2 <= reach**2
   + d_row**2 + d_col**2 <= 2
+A7 navigation
+  - longer = (further != at) &
+  + longer = (further < 0) &
+A9 motion
+  - for axis in (1, 0):
+  + for axis in (0, 1):
+A9 motion
+  - (at_me | ~standing[i])
+  + ~standing[i]
 A9 motion
   - np.maximum(s[front], 0) / GAP_SECONDS)
   + 9 + 0 * s[front])
@@ -112,6 +127,9 @@ B6 humans
 B6 humans
   - best = max(ways
   + best = min(ways
+B6 humans
+  - (me.doors, me.seen_from, me.trail,
+  + (me.doors, me.trail,
 B7 simulation
   - bodies.health[i] = 0.0
   + pass
@@ -193,6 +211,9 @@ D7 simulation
 E1 learning/adversarial
   - LEARNERS[settings.trainer_type]
   + LEARNERS["ppo"]
+E1 workshop/training/loop
+  - [*rounds][-most:]
+  + [*rounds][:most]
 E1 learning/poca
   - return R - baselines, R
   + return R - values, R

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from movies import body, follow, mark, play, shipped, stage, wait
+from movies import body, mark, play, shipped, stage, wait
 
 from reference.building import Kind
 from reference.fire import NoFire, RandomFire, fuel, rim
@@ -55,8 +55,9 @@ def test_patrolling_robots_go_from_room_to_way_out_to_room():
 def test_robots_lead_no_more_than_can_pass_doors(full, first, robots, monkeypatch):
     """With as many as that they go to the way out, else first to who is nearby."""
     monkeypatch.setattr("reference.workshop.strategies.guides.FULL", full)
-    sim = stage("##################\n#....q..pR.......E\n##################")
-    follow(sim, "p", sim.world.robots[0].body)
+    sim = stage(
+        "##################\n#....q..pR.......E\n##################", follows="pR"
+    )
     x, _ = robots.decide(sim.world, sim.world.robots, sim.rng["robots"])[0]
     assert (x > 7) == (first == "way out")
 
@@ -125,8 +126,7 @@ TWO_STAIRS = """
 def test_an_escort_counts_the_way_from_the_foot_of_the_stairs():
     """Down the farther stairs in the east, when the ground floor burns in the west."""
     for flames, column in (("*", 15), (".", 3)):
-        sim = stage(TWO_STAIRS.replace("*", flames))
-        follow(sim, "p", sim.world.robots[1].body)
+        sim = stage(TWO_STAIRS.replace("*", flames), follows="pR2")
         assert decided(Escort(), sim) == column
 
 
@@ -135,8 +135,7 @@ def test_an_escort_fetches_only_who_is_near_its_way():
     """With p it turns back for r who is 3 m away, not for r who is 11 m away."""
     for metres, column in ((3, 15), (11, 0)):
         row = f"E..........pR{'.' * (metres - 1)}r".ljust(25, ".") + "#"
-        sim = stage("\n".join(["#" * 26, row, "#" * 26]))
-        follow(sim, "p", sim.world.robots[0].body)
+        sim = stage("\n".join(["#" * 26, row, "#" * 26]), follows="pR")
         assert decided(Escort(), sim) == column
 
 
@@ -158,10 +157,10 @@ def test_an_observer_takes_whoever_is_in_sight_of_a_robot_for_its_follower():
         #p.R..r..R*t#s......#
         #.................q.E
         #####################
-        """
+        """,
+        follows="qR",
     )
     first, second = (robot.body for robot in sim.world.robots)
-    follow(sim, "q", first)
     leader = as_observed(sim.world).bodies.leader.tolist()
     seen = dict(zip("pqrst", leader, strict=True))
     assert seen == dict(p=first, q=NOBODY, r=first, s=NOBODY, t=second)
