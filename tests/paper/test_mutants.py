@@ -58,7 +58,7 @@ A6 simulation
 A7 navigation
   - if d_row and d_col:  # never cut a corner
   + if False:
-A6 perception
+A6 view
   - self.holes | self._world.burnt & {self.here}
   + self.holes
 A7 navigation
