@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import torch
 from trainings import TINY, begun, tiny
 
 from reference.building import building_of
@@ -28,6 +29,12 @@ def off_course(training, seed=5):
     return UNIT * off[seen.alive].detach()
 
 
+def weights(learner):
+    """All weights of the policy, and all of the critic, as they are now."""
+    both = learner.actor, learner.critic
+    return [torch.cat([w.detach().ravel() for w in net.parameters()]) for net in both]
+
+
 @pytest.mark.paper("C7", "chosen")
 @pytest.mark.paper("E1", "chosen")
 def test_robots_that_copied_sweep_go_where_it_would():
@@ -41,6 +48,20 @@ def test_robots_that_copied_sweep_go_where_it_would():
     assert len(after) == len(before) > 60
     assert (after < 1).float().mean() > (before < 1).float().mean() + 0.15
     assert after.mean() < 0.75 * before.mean()
+
+
+@pytest.mark.paper("E1", "chosen")
+def test_after_a_copy_the_critic_learns_alone_at_first():
+    """A critic that knows nothing would undo the copy."""
+    training = begun(replace(tiny(), critic_rounds=1), imitate="sweep")
+    training.learn([e for job in training.jobs() for e in play(job)])
+    robots = training.learners["robots"]
+    for moves in (False, True):
+        policy, critic = weights(robots)
+        training.learn([e for job in training.jobs() for e in play(job)])
+        now, critic_now = weights(robots)
+        assert torch.equal(policy, now) != moves
+        assert not torch.equal(critic, critic_now)
 
 
 @pytest.mark.paper("C5", "chosen")

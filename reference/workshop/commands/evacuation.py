@@ -27,7 +27,7 @@ Facts = dict[str, Any]
 
 COMPARED: list[Pair] = [("none", "random"), ("escort", "random"), ("escort", "busiest")]
 FILM = Path("evacuation.html")
-TYPICAL = 3
+TYPICAL = 10
 """A seed whose three evacuations end near the means over a hundred seeds."""
 
 

@@ -54,6 +54,7 @@ from reference.workshop.training.session import Training
 FIXED = (*FIRES, LEARNED)  # fires that learn nothing in an experiment
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # of an arm; files are named after it
 ROWS, SAVED = 100, 20  # rows of a curve; checkpoints of a training on its way
+OF_IMITATION = {"imitation_episodes", "imitation_epochs", "critic_rounds"}
 BUDGET = ("max_steps", "summary_freq", "checkpoint_interval", "keep_checkpoints")
 """Rows of a side that follow from `decisions`."""
 
@@ -198,7 +199,7 @@ def _stated(rows: Any, where: str) -> dict[str, Any]:
     rows = mapping(rows, where)
     if "preset" in rows:
         raise SettingsError(f"{where}: preset stands at the top, the same for all arms")
-    if idle := rows.keys() & {"imitation_episodes", "imitation_epochs"}:
+    if idle := rows.keys() & OF_IMITATION:
         raise SettingsError(f"{where}: nobody imitates here: leave out {min(idle)}")
     for side, row in product(SIDES, BUDGET):
         if isinstance(rows.get(side), Mapping) and row in rows[side]:

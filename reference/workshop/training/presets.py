@@ -43,6 +43,8 @@ class Settings:
                          curriculum, the building first
     imitation_episodes   of a strategy that is imitated first, if any
     imitation_epochs     passes through these episodes
+    critic_rounds        after imitation, before the policy learns: a critic that knows
+                         nothing would undo the copy
     """
 
     preset: str
@@ -57,6 +59,7 @@ class Settings:
     calm: Annotated[float, Row(low=0, high=1)] = 0.0
     imitation_episodes: Annotated[int, Row(high=MOST)] = 256
     imitation_epochs: Annotated[int, Row(high=MOST)] = 10
+    critic_rounds: Annotated[int, Row(low=0, high=MOST)] = 6
 
     def __post_init__(self) -> None:
         check_rows(self)
