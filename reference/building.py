@@ -183,10 +183,17 @@ class Building:
             wells = [some for sign in STAIRWELLS for some in pieces(signs == sign)]
             wells.sort(key=lambda cells: tuple(cells[0]))
             for number, cells in enumerate(rooms + wells, 1):
-                kind = "room" if number <= len(rooms) else "stairwell"
                 name = self._word_on(floor, cells) or f"room-{number}"
-                key, middle = f"{floor + 1}/{name}", self._middle(cells)
-                found.append(Area(len(found), key, name, kind, floor, cells, middle))
+                area = Area(
+                    index=len(found),
+                    id=f"{floor + 1}/{name}",
+                    name=name,
+                    kind="room" if number <= len(rooms) else "stairwell",
+                    floor=floor,
+                    cells=cells,
+                    centre=self._middle(cells),
+                )
+                found.append(area)
         return tuple(found)
 
     def _word_on(self, floor: int, cells: np.ndarray) -> str:
@@ -207,15 +214,21 @@ class Building:
             count: Counter[Kind] = Counter()
             for kind, where, sides in sorted(gates, key=itemgetter(0)):
                 count[kind] += 1
-                name = f"{floor + 1}/{kind.name.lower()}-{count[kind]}"
-                ids = [side.id for side in sides] + [OUTSIDE] * (kind is Kind.EXIT)
+                ids, is_exit = [side.id for side in sides], kind is Kind.EXIT
                 stairs = [side.name for side in sides if side.kind == "stairwell"]
                 well = sorted(lowest).index(stairs[0]) if kind is Kind.ENTRANCE else -1
-                out = kind is Kind.EXIT or any(lowest[name] < floor for name in stairs)
-                index, middle, beside = len(found), self._middle(where), tuple(ids)
-                found.append(
-                    Landmark(index, name, kind, floor, where, middle, beside, well, out)
+                mark = Landmark(
+                    index=len(found),
+                    id=f"{floor + 1}/{kind.name.lower()}-{count[kind]}",
+                    kind=kind,
+                    floor=floor,
+                    cells=where,
+                    position=self._middle(where),
+                    sides=(*ids, OUTSIDE) if is_exit else tuple(ids),
+                    stairwell=well,
+                    leads_out=is_exit or any(lowest[name] < floor for name in stairs),
                 )
+                found.append(mark)
         return tuple(found)
 
     def _gate(

@@ -69,9 +69,15 @@ def to_text(plan: Plan) -> str:
     return head + "\n".join(floors) + "\n"
 
 
-_BUILDING = re.compile(r"(?i)\s*building\s*:\s*(\S.*)")
-_SIZE = re.compile(r"(?i)\s*size\s*:\s*0*(\d{1,4})\s*x\s*0*(\d{1,4})")
-_FLOOR = re.compile(r"(?i)\s*floor\s*0*(\d{1,2})(?:\s*-\s*0*(\d{1,2}))?\s*:\s*(.*)")
+HEADINGS = {
+    "building": re.compile(r"(?i)\s*building\s*:\s*(\S.*)"),
+    "size": re.compile(r"(?i)\s*size\s*:\s*0*(\d{1,4})\s*x\s*0*(\d{1,4})"),
+    "floor": re.compile(
+        r"(?i)\s*floor\s*0*(\d{1,2})(?:\s*-\s*0*(\d{1,2}))?\s*:\s*(.*)"
+    ),
+}
+"""How lines above a drawing read, by their key words."""
+
 _ROW = re.compile(rf"(?:[#.+E{STAIRWELLS}a-z ]|(?<=[a-z0-9])[0-9])*")
 
 
@@ -86,11 +92,11 @@ class _Reader:
         """Read the next line of the file."""
         self.line += 1
         code = line.partition(";")[0].rstrip()
-        if building := _BUILDING.fullmatch(code):
+        if building := HEADINGS["building"].fullmatch(code):
             self.title = building[1]
-        elif size := _SIZE.fullmatch(code):
+        elif size := HEADINGS["size"].fullmatch(code):
             self.size = int(size[1]), int(size[2])
-        elif floor := _FLOOR.fullmatch(code):
+        elif floor := HEADINGS["floor"].fullmatch(code):
             self._end_floor()
             follows, rows = len(self.storeys) + 1, list[str]()
             copies = range(int(floor[1]), int(floor[2] or floor[1]) + 1)

@@ -146,13 +146,15 @@ def views_of(world: World, sight: Sight, who: np.ndarray) -> list[View]:
     bodies, burnt, views = world.bodies, world.burnt, []
     maps = sight.patches, world.building.area.ravel(), world.building.landmark.ravel()
     place = bodies.place[who]
-    where = place, *(each[place] for each in maps)
-    for facts in rows(*where, bodies.rank[who], bodies.anchor_time[who]):
-        holes, met = NO_HOLES, sight.landmarks(facts[0])
+    around = (each[place] for each in maps)
+    own = rows(place, *around, bodies.rank[who], bodies.anchor_time[who])
+    for p, patch, room, here, rank, halted_since in own:
+        holes, met = NO_HOLES, sight.landmarks(p)
         while through := burnt.intersection(met):
             holes |= through
-            met = sight.landmarks(facts[0], holes)
-        views.append(View(world, sight, world.time, met, holes, *facts))
+            met = sight.landmarks(p, holes)
+        seen = world, sight, world.time, met, holes
+        views.append(View(*seen, p, patch, room, here, rank, halted_since))
     return views
 
 

@@ -136,7 +136,7 @@ class Environment:
         self._begin(seed=0)
         count = len(self.simulation.world.robots) if robots is None else 0
         self._robot_agents = [f"robot_{k}" for k in range(count)]
-        self.possible_agents = self._robot_agents + [FIRE] * (fire is None)
+        self.possible_agents = self._robot_agents + ([FIRE] if fire is None else [])
         if not self.possible_agents:
             raise ValueError("nobody acts: leave the robots or the fire to an agent")
         self.agents: list[str] = []

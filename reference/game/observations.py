@@ -161,8 +161,9 @@ def _written(
     counts = [[(fires[:, 2] == f).sum()] for f in range(world.building.floors)]
     layout = vector_layout(world.building, scenario)
     vectors = np.empty((len(humans), layout.size), dtype=np.float32)
-    told = humans, robots, team, world.time, fires, counts
-    for name, rows in zip(layout.blocks, told, strict=True):
+    blocks = {"humans": humans, "robots": robots, "team": team, "time": world.time}
+    blocks |= {"fires": fires, "fires_per_floor": counts}
+    for name, rows in blocks.items():
         layout.read(vectors, name)[:] = rows
     return vectors
 

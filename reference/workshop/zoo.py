@@ -85,9 +85,12 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         modes = self.metadata["render_modes"]
         if render_mode not in (None, *modes):
             raise ValueError(f"render_mode={render_mode!r}: there is None, {modes}")
-        where = here, self.scenario
-        players = _strategy("robots", robots, *where), _strategy("fire", fire, *where)
-        self.environment = Environment(here, self.scenario, *players)
+        self.environment = Environment(
+            here,
+            self.scenario,
+            robots=_strategy("robots", robots, here, self.scenario),
+            fire=_strategy("fire", fire, here, self.scenario),
+        )
         self.layout = observations.vector_layout(here, self.scenario)
         self.agents = list[str]()
         self.possible_agents = self.environment.possible_agents
@@ -200,9 +203,9 @@ class FlatEnvironment(ZooEnvironment):
         return self._scaled(super().state())
 
 
-def _strategy(side: Side, given: Any, *where: Any) -> Any:
+def _strategy(side: Side, given: Any, building: Building, scenario: Scenario) -> Any:
     """Make the strategy that a name names; refuse what cannot decide, or not here."""
-    made = fitting(given, side, *where)
+    made = fitting(given, side, building, scenario)
     if made is not None and not hasattr(made, "decide"):
         raise TypeError(f"{side}={made!r} has no method `decide`")
     return made

@@ -189,17 +189,18 @@ def citations() -> tuple[Citation, ...]:
 def _cited(path: Path) -> Iterator[Citation]:
     for number, line in enumerate(lines_of(path), 1):
         around = [s for s in symbols(path) if s.first <= number <= s.last]
-        where = around[-1], number, line
         for text in re.findall(r"\[([A-F]\d{1,2}\b[^\[\]]*)\]", line):
             keys = [*re.findall(r"\b[A-F]\d{1,2}\b", text), *named_in(text)]
             kinds = [kind for kind in KINDS if kind in re.split("[,;:] *", text)]
-            yield Citation(tuple(dict.fromkeys(keys)), tuple(kinds), *where)
+            yield Citation(
+                tuple(dict.fromkeys(keys)), tuple(kinds), around[-1], number, line
+            )
         heads = " ".join(symbol.doc.split("\n")[0] for symbol in around)
         algorithm = re.search(r"Alg\. \d(?=\])", heads)
         numbers = re.search(r"  # ([\d, ]+)(?:\D|$)", line)
         if algorithm and numbers:
             lines = [f"{algorithm[0]}:{k}" for k in re.findall(r"\d+", numbers[1])]
-            yield Citation(tuple(lines), (), *where)
+            yield Citation(tuple(lines), (), around[-1], number, line)
 
 
 def code_of(key: str) -> list[Citation]:

@@ -133,7 +133,8 @@ def pictures_of_boards() -> Callable[[str], str]:
 def snippet(code: str) -> str:
     """Code as HTML: keywords are of class k, strings s, numbers n, comments c."""
     lines = code.split("\n")
-    text = "\n".join(lines[:LONGEST] + ["…"] * (len(lines) > LONGEST))
+    more = ["…"] if len(lines) > LONGEST else []
+    text = "\n".join(lines[:LONGEST] + more)
     html = ""
     for ink, tokens in groupby(lex(text, LEXER), lambda token: _ink(token[0])):
         words = escape("".join(word for _, word in tokens), quote=False)

@@ -44,9 +44,15 @@ def _row(case: dict[str, Any]) -> tuple[str, ...]:
     for name, count in case["never"].items():
         words[name] += f" (never in {count}/{runs})"
     numbers = ", ".join(f"{name}: {word}" for name, word in words.items())
-    numbers += f" ({case['note']})" * bool(case["note"])
-    verdict = case["verdict"] + f" {case['failed']}/{runs}" * bool(case["failed"])
-    return verdict, case["source"], case["what"], case["accepted"], numbers
+    numbers += f" ({case['note']})" if case["note"] else ""
+    failed = f" {case['failed']}/{runs}" if case["failed"] else ""
+    return (
+        case["verdict"] + failed,
+        case["source"],
+        case["what"],
+        case["accepted"],
+        numbers,
+    )
 
 
 @options.command("bench --json", options.BUILDING, options.SEED, options.JSON)

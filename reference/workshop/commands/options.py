@@ -92,7 +92,7 @@ def player(
             raise ArgumentTypeError(str(error)) from None
         return text
 
-    code = f"; {CODE}: your code, from the current folder" * (CODE in words)
+    code = f"; {CODE}: your code, from the current folder" if CODE in words else ""
     note = f"{', '.join(words)} (FILE: a checkpoint, a training's folder{code}); {note}"
     return option(f"--{side}", note, type=somebody, metavar="S", **told)
 

@@ -69,7 +69,9 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
 )
 def train(arguments: Namespace) -> None:
     """Trains robots and fire against each other, into a folder one can go on from."""
-    out, same = arguments.out, ["train"] + ["--tensorboard"] * arguments.tensorboard
+    out, same = arguments.out, ["train"]
+    if arguments.tensorboard:
+        same.append("--tensorboard")
     with resumable(arguments, out, partial(_training, arguments), *same) as work:
         from reference.workshop.training import loop
 

@@ -98,11 +98,11 @@ class Experiment:
             teams, test = self.trainings, self.test
             sides = (*teams, *test.robots), (*teams, *test.fires)
             Evaluation(self.arena, *sides, test.seed, test.episodes)  # not too many
-            where = self.arena.drawn, self.arena.scenario
+            building, scenario = self.arena.drawn, self.arena.scenario
             for side, words in zip(SIDES, (test.robots, test.fires), strict=True):
                 for word in words:
                     if word == LEARNED or is_code(word):
-                        fitting(word, side, *where)
+                        fitting(word, side, building, scenario)
             for name in self.arms:  # each refuses what does not fit
                 Training(teams[f"{name}-{self.seeds[0]}"])
         except OSError as error:  # of the map
@@ -162,13 +162,14 @@ class Experiment:
     @cached_property
     def trainings(self) -> dict[str, Task]:
         """Every training by its team's name."""
-        found, where = {}, (self.building, self.arena.plan)
+        found, plan = {}, self.arena.plan
         for name in self.arms:
             settings, fires = self.arm(name)
             fixed: dict[Side, Any] = {"fire": tuple(map(self._fixed, fires))}
             fixed = fixed if fires else {}
             for seed in self.seeds:
-                found[f"{name}-{seed}"] = Task(*where, settings, seed, fixed)
+                task = Task(self.building, plan, settings, seed, fixed)
+                found[f"{name}-{seed}"] = task
         return found
 
     def _fixed(self, fire: str) -> Any:

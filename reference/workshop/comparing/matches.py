@@ -144,18 +144,19 @@ class Evaluation:
         find, sample = self.files.get, self.sample
         guide = deepcopy(_loaded(robots, find(robots), "robots", sample))
         foe = deepcopy(_loaded(fire, find(fire), "fire", sample))
-        where = self.arena.drawn, self.arena.scenario
-        return encounter(*where, guide, foe, seed, self.errors)
+        building, scenario = self.arena.drawn, self.arena.scenario
+        return encounter(building, scenario, guide, foe, seed, self.errors)
 
     def about(self) -> str:
         """Describe the evaluation in a line."""
-        return (
+        line = (
             f"{self.arena.drawn.title}, {self.arena.people} people: "
             f"{len(self.robots)} robots x {len(self.fires)} fires x {self.episodes} "
             f"seeds from {self.seed} on, {len(self.runs):,} runs"
-            + f", errors of observation up to {self.errors} m"
-            * (self.errors > 0)
         )
+        if self.errors:
+            line += f", errors of observation up to {self.errors} m"
+        return line
 
 
 def begin(
@@ -190,8 +191,9 @@ def begin(
         name = "paper" if building is None else building
         arena = Arena(name, plan_of(load(name)), scenario)
     _refuse_misfits(learned, arena)
-    words = _once(robots), _once(fires)
-    return Evaluation(arena, *words, seed, episodes, sample, files, errors)
+    return Evaluation(
+        arena, _once(robots), _once(fires), seed, episodes, sample, files, errors
+    )
 
 
 def resume(

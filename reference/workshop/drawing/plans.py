@@ -126,7 +126,11 @@ def write_name(
     size, upright = lettering(area, points_per_metre(axes), largest)
     if size:
         x, y = np.add(node_of(building, area), 0 if move is None else move)
-        place: Style = {"rotation": 90 * upright, "ha": "center", "va": "center"}
+        place: Style = {
+            "rotation": 90 if upright else 0,
+            "ha": "center",
+            "va": "center",
+        }
         axes.text(x, y, area.name, fontsize=size, **place, **look)
 
 

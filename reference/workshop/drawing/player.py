@@ -148,7 +148,7 @@ def floor_svg(building: Building, floor: int) -> str:
         size, upright = plans.lettering(area, 10.0, 14.0)
         if size:
             y, x = 10 * plans.widest(area.cells)[0] + 5
-            turn = f' transform="rotate(-90 {x:g} {y:g})"' * upright
+            turn = f' transform="rotate(-90 {x:g} {y:g})"' if upright else ""
             place = f'x="{x:g}" y="{y:g}" font-size="{size:.1f}"{turn}'
             names.append(f"<text {place}>{escape(area.name)}</text>")
     return f'<g transform="scale(10)">{"".join(drawn)}</g>{"".join(names)}'

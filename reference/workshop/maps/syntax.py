@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from scipy import ndimage
 
+from reference.floorplan import HEADINGS
 from reference.workshop.maps.mistakes import WORDS, Mistake
 
 MOST_FLOORS = 30  # [A1, chosen] ten times the paper's
@@ -32,11 +33,6 @@ MOST_SIGNS = MOST_LINES * MOST_CELLS  # [A1, chosen] in a file: no more is read
 
 _HEADING = re.compile(r"\s*(\w[^#.+:]*:|(?i:building|size|floor)\b)")
 _PROSE = re.compile(r"\s*([A-Za-z])(?!\1)[A-Za-z](?!.*\.\.)[^#+|=_]*$")
-_READS = {
-    "building": re.compile(r"(?i)\s*building\s*:\s*\S.*"),
-    "size": re.compile(r"(?i)\s*size\s*:\s*0*(\d{1,4})\s*x\s*0*(\d{1,4})"),
-    "floor": re.compile(r"(?i)\s*floor\s*0*(\d{1,2})(?:\s*-\s*0*(\d{1,2}))?\s*:.*"),
-}
 
 
 @dataclass(frozen=True)
@@ -52,7 +48,7 @@ class Line:
 
     def reads(self, key: str) -> re.Match[str] | None:
         """The parts of a heading with this key word."""
-        return _READS[key].fullmatch(self.code)
+        return HEADINGS[key].fullmatch(self.code)
 
     def mistake(self, kind: str, column: int = 1, **facts: Any) -> Mistake:
         """A mistake in this line; kind: a key of WORDS, facts: what they ask for."""
@@ -251,7 +247,7 @@ def _head(page: Page) -> Iterator[Mistake]:
 def _meant(line: Line) -> str:
     """The kind of a mistake in a heading, by what it was meant to be."""
     word = re.sub(r"[^a-z].*", "", line.code[:20].lstrip().lower())
-    return "-".join(["heading", *get_close_matches(word, _READS, 1, 0.75)])
+    return "-".join(["heading", *get_close_matches(word, HEADINGS, 1, 0.75)])
 
 
 def _settings(page: Page) -> Iterator[Mistake]:

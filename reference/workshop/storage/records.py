@@ -119,7 +119,7 @@ def check_type(name: str, value: object, kind: Any) -> None:
     absurd = isinstance(value, int | float) and not abs(value) <= LARGEST
     if not fits or odd or absurd:
         words = WORDS.get(kind) or f"a {kind.__name__}"
-        words += f" up to {LARGEST:g}" * (fits and not odd)
+        words += f" up to {LARGEST:g}" if fits and not odd else ""
         raise SettingsError(f"{name} is {value!r:.60}: it must be {words}")
 
 

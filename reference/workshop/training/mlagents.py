@@ -80,7 +80,7 @@ def read_yaml(
     made = changed(base, rows, str(path))
     for side, name in names.items():
         word = getattr(made, side).head
-        own = ", ML-Agents' own: one Gaussian" * (word == "floor")
+        own = ", ML-Agents' own: one Gaussian" if word == "floor" else ""
         note = f"'{name}' is taken for {side}, with head '{word}'{own}"
         print(f"note: {path}: {note}", file=sys.stderr)
     return made
@@ -223,7 +223,7 @@ def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
         robots = robot if fire != robot else poca
         found["robots" if robots else "fire"].append(name)
         clear |= poca or fire or robot
-        pocas += [name] * poca
+        pocas += [name] if poca else []
     if len(pocas) > 1:
         names = " and ".join(pocas)
         raise SettingsError(

@@ -364,10 +364,10 @@ def begin(asked: Namespace) -> Training:
     if asked.building is not None:
         name = asked.building
     building = load_building(name)
-    where = building, settings.scenario
+    scenario = settings.scenario
     named = {side: who for side in SIDES if (who := getattr(asked, side)) is not None}
     fixed = {
-        side: tuple(fixed_player(word, side, *where) for word in words)
+        side: tuple(fixed_player(word, side, building, scenario) for word in words)
         for side, words in named.items()
     }
     initial: dict[Side, Learned] = {}
@@ -376,7 +376,7 @@ def begin(asked: Namespace) -> Training:
         both = {side: load(path).player(side) for side in SIDES if side not in taken}
         initial = {s: who for s, who in both.items() if isinstance(who, Learned)}
         for side in initial:
-            POLICIES[side](path).refuse_elsewhere(*where)
+            POLICIES[side](path).refuse_elsewhere(building, scenario)
         if not initial:
             raise CheckpointError(f"{path}: nobody learned there who learns here.")
     seed, plan = asked.seed or 0, plan_of(building)
