@@ -18,6 +18,7 @@ from movies import (
     shipped,
     show,
     stage,
+    thinks,
     ticks,
     view,
 )
@@ -251,6 +252,14 @@ def test_who_dies_on_the_threshold_of_the_exit_is_not_saved(ticks_left, end):
     bodies.health[0] = ticks_left * LOSS
     assert type(sim.step()[-1]) is end
     assert not bodies.inside[0]
+
+
+@pytest.mark.paper("A5")
+def test_a_door_fires_once_for_who_walks_through_it():
+    """Not in every tick that p spends in it, which would turn p around there."""
+    sim = stage("#..+.p.........E", leads="p")
+    assert play(sim, 2.6) == "#.p+...........E"
+    assert thinks(sim) == "#.p!...........E"
 
 
 @pytest.mark.paper("A5")

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from movies import (
+    Board,
     body,
     built,
     drawn,
@@ -283,6 +284,42 @@ def flames(spread, *sources):
 
 
 ONE, OTHER = FireLit(0.0, 0, -10.5, 5.5), FireLit(20.0, 0, 3.5, -8.5)
+
+
+ROOMS = """
+    ###############
+    #......#......#
+    #......#......#
+    #............pE
+    ###############
+    """
+BURNING = """
+    ###############
+    #......#......#
+    #..*...#......#
+    #............pE
+    ###############
+    then
+    ###############
+    #.****.#......#
+    #.***..#......#
+    #****........pE
+    ###############
+    then
+    ###############
+    #*,,,,.#......#
+    #*,,,**#......#
+    #,,,,**......pE
+    ###############
+    """
+
+
+@pytest.mark.paper("D7")
+def test_flames_walk_from_cell_to_cell_and_leave_ash():
+    """Lit at 2 s; as seen at 3, 20 and 60 s. Each border takes its own time."""
+    fire = Always(0, *built(ROOMS).metres(2, 3))
+    sim = stage(ROOMS, fire=fire, still="p", decision_seconds=1, sources=1)
+    assert Board("\nthen\n".join(play(sim, s) for s in (3, 17, 40))) == BURNING
 
 
 @pytest.mark.paper("D7")
