@@ -3,13 +3,13 @@
 Clauses: B7, D2, D6, E5, F5, F8.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from reference.paper import FIRE_REFUSED_PENALTY, FIXED_PENALTY, FIXED_REWARD
 from reference.world import Died, Evacuated, Event, FireRefused, LeftFloor
 
-CREDITS = "group", "floor"
-"""What a robot is paid: the group's reward, as in the paper, or its part of that."""
+Pay = Callable[[Sequence[Event], int, Sequence[int]], float]
+"""What a robot is paid for events: its floor, and each human's first floor."""
 
 
 def group_reward(events: Iterable[Event]) -> float:
@@ -30,24 +30,9 @@ def group_reward(events: Iterable[Event]) -> float:
     return reward
 
 
-def robot_reward(
-    events: Iterable[Event], credit: str, floor: int, began: Sequence[int]
-) -> float:
-    """Reward of a robot of this floor; began: each human's first floor [E5].
-
-    [E5, chosen] `floor`, a remedy: the part of the group's reward that it can touch.
-    Nobody walks up, so that is what happens on its floor or below to those who began on
-    its floor or above.
-    """
-    if credit == "floor":
-        events = (e for e in events if _touches(floor, e, began))
+def robot_reward(events: Sequence[Event], floor: int, began: Sequence[int]) -> float:
+    """Reward of any robot: the group's [E5]."""
     return group_reward(events)
-
-
-def _touches(floor: int, event: Event, began: Sequence[int]) -> bool:
-    if not isinstance(event, LeftFloor | Evacuated | Died):
-        return False
-    return event.floor <= floor <= began[event.person]
 
 
 def fire_reward(events: Iterable[Event]) -> float:

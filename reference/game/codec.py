@@ -16,6 +16,7 @@ import numpy as np
 from reference.building import Building
 from reference.game.observations import grid_shape, vector_layout
 from reference.paper import Scenario
+from reference.rewards import Pay, robot_reward
 from reference.world import World
 
 AXES = 2  # [C5] [D2] continuous numbers: x and y
@@ -61,12 +62,12 @@ class Sizes:
 class PolicyCodec:
     """Between the environment and one side's network."""
 
-    def __init__(
-        self, side: str, building: Building, scenario: Scenario, credit: str = "group"
-    ):
-        """credit: what agents are paid, see `robot_reward`."""
+    def __init__(self, side: str, building: Building, scenario: Scenario):
+        """pay: of a robot;  kinds: see `Sizes`; the paper has one, the group's [E5]."""
         self.side, self.building, self.scenario = side, building, scenario
-        self.layout, self.credit = vector_layout(building, scenario), credit
+        self.layout = vector_layout(building, scenario)
+        self.pay: Pay = robot_reward
+        self.kinds: tuple[int, ...] = ()
 
     @property
     def sizes(self) -> Sizes:
@@ -74,13 +75,6 @@ class PolicyCodec:
         branches = (self.building.floors,) if self.side == "fire" else ()
         shape = self.layout.size, grid_shape(self.building)
         return Sizes(*shape, AXES, branches, kinds=self.kinds)
-
-    @property
-    def kinds(self) -> tuple[int, ...]:
-        """Which reward each robot is paid: its floor's, or all the group's [E5]."""
-        floors, team = range(self.building.floors), self.scenario.robots_per_floor
-        each = tuple(floor for floor in floors for _ in range(team))
-        return each if self.credit == "floor" else ()
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(N, V) float32, what a network reads of observations (N, V).

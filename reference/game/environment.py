@@ -20,7 +20,7 @@ from reference.building import Building
 from reference.fire import Decision, FireStrategy
 from reference.game import observations
 from reference.paper import Scenario
-from reference.rewards import fire_reward, robot_reward
+from reference.rewards import Pay, fire_reward, robot_reward
 from reference.robots import Destination, Destinations, RobotStrategy
 from reference.simulation import Simulation
 from reference.world import Event, Robot, World
@@ -112,9 +112,9 @@ class Environment:
 
     An observation has a "vector" (`observations.vector_layout`) and the "grid", both
     float32.  An action is clipped to [-1, 1]: a robot's is (2,) x, y, or all nan to
-    keep the old destination; the fire's is (3,) a floor, x, y.  Robots are paid the
-    group's reward, or by `credit`, the fire its own [E5] [D6].  An agent's info `acts`
-    is 1 if its next action is read and else 0.
+    keep the old destination; the fire's is (3,) a floor, x, y.  Robots are paid as
+    `pay` says, by default the group's reward [E5], the fire its own [D6].  An agent's
+    info `acts` is 1 if its next action is read and else 0.
     """
 
     def __init__(
@@ -123,16 +123,16 @@ class Environment:
         scenario: Scenario | None = None,
         robots: RobotStrategy | None = None,
         fire: FireStrategy | None = None,
-        credit: str = "group",
+        pay: Pay = robot_reward,
     ):
         """robots, fire: None for agents, or the strategy that plays this side.
 
-        credit: what robots are paid, see `robot_reward`.
+        pay: what robots are paid.
 
         Raises ValueError for more people than fit, and if there is nobody to act.
         """
         self.building, self._asked = building, scenario or Scenario()
-        self._robots, self._fire, self._credit = robots, fire, credit
+        self._robots, self._fire, self._pay = robots, fire, pay
         self._begin(seed=0)
         count = len(self.simulation.world.robots) if robots is None else 0
         self._robot_agents = [f"robot_{k}" for k in range(count)]
@@ -217,7 +217,7 @@ class Environment:
         if agent == FIRE:
             return fire_reward(events)
         robot = self.simulation.world.robots[self._robot_agents.index(agent)]
-        return robot_reward(events, self._credit, robot.floor, self._began)
+        return self._pay(events, robot.floor, self._began)
 
     def _at_work(self) -> dict[str, bool]:
         """Tell which agents have something to do; the fire always has."""

@@ -93,7 +93,7 @@ def _begun(job: Job) -> "list[_Run]":
     }
     scripts: Any = {s: None if s in players else who for s, who in sides.items()}
     if "robots" in players:
-        scripts["credit"] = players["robots"].codec.credit
+        scripts["pay"] = players["robots"].codec.pay
     return [
         _Run(Environment(building, job.scenario, **scripts), seed, players, job.record)
         for seed in job.seeds

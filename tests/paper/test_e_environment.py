@@ -11,8 +11,9 @@ from reference.fire import RandomFire
 from reference.game import observations
 from reference.game.environment import FIRE, Environment, action_size
 from reference.paper import DECISION_SECONDS, Scenario
-from reference.rewards import fire_reward, group_reward, robot_reward
+from reference.rewards import fire_reward, group_reward
 from reference.simulation import Simulation
+from reference.workshop.remedies.credit import floor_reward
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import Patrol
 from reference.world import Fate, FireLit, FireRefused
@@ -292,14 +293,14 @@ def test_every_robot_is_paid_what_the_group_earns(paid):
 def test_by_floor_a_robot_is_paid_the_part_that_it_can_touch():
     """Until it leaves, step by step; two of a floor alike, and others otherwise."""
     world = shipped("paper"), Scenario(people=5, training=True)
-    environment = Environment(*world, credit="floor")
+    environment = Environment(*world, pay=floor_reward)
     began = environment.simulation.world.bodies.floor.tolist()
     paid = dict.fromkeys(environment.possible_agents, 0.0)
     for _, rewards, *_ in episode(environment, seed=1)[1:]:
         for agent, reward in rewards.items():
             paid[agent] += reward
     events = environment.simulation.events
-    whole = [robot_reward(events, "floor", k, began) for k in range(3)]
+    whole = [floor_reward(events, k, began) for k in range(3)]
     assert paid["robot_0"] == paid["robot_1"] == pytest.approx(whole[0])
     assert paid["robot_4"] == paid["robot_5"] == pytest.approx(whole[2])
     assert len({*whole, group_reward(events)}) == 4

@@ -14,6 +14,7 @@ from reference.paper import (
 )
 from reference.rewards import fire_reward, group_reward, robot_reward
 from reference.simulation import Simulation
+from reference.workshop.remedies.credit import floor_reward
 from reference.workshop.strategies.guides import Sweep
 from reference.world import Died, DoorBurnt, Evacuated, FireLit, FireRefused, LeftFloor
 
@@ -81,11 +82,11 @@ def test_credit_by_floor_pays_a_robot_what_it_can_touch():
     left = {(e.person, e.floor): e.health for e in events if isinstance(e, LeftFloor)}
     p, q_up, q = left[of["p"], 0], left[of["q"], 1], left[of["q"], 0]
     assert len(left) == 3
-    down, up = (robot_reward(events, "floor", floor, began) for floor in (0, 1))
+    down, up = (floor_reward(events, floor, began) for floor in (0, 1))
     assert down == pytest.approx(p + FIXED_REWARD + q + FIXED_REWARD)
     assert up == pytest.approx(q_up + q + FIXED_REWARD - FIXED_PENALTY)
     for floor in (0, 1):
-        whole = robot_reward(events, "group", floor, began)
+        whole = robot_reward(events, floor, began)
         assert whole == group_reward(events) == pytest.approx(down + q_up - 300)
 
 
@@ -94,7 +95,7 @@ def test_who_comes_down_to_the_ground_floor_counts_for_its_robots_wherever_from(
     """And who was there before counts for no robot above; nothing else is paid."""
     below = [LeftFloor(9.0, k, 0, 70.0 + k) for k in range(3)]
     began = [0, 1, 2]
-    paid = [robot_reward([*below, REFUSED], "floor", k, began) for k in range(3)]
+    paid = [floor_reward([*below, REFUSED], k, began) for k in range(3)]
     assert paid == [70 + 71 + 72, 71 + 72, 72]
 
 

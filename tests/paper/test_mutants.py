@@ -242,8 +242,8 @@ E4 learning/ppo
   - self.update_normalisers(trajectories)
   + pass
 E5 game/environment
-  - return robot_reward(events, self._credit, robot.floor, self._began)
-  + return 0.5 * robot_reward(events, self._credit, robot.floor, self._began)
+  - return self._pay(events, robot.floor, self._began)
+  + return 0.5 * self._pay(events, robot.floor, self._began)
 E6 learning/adversarial
   - learn(side, learner, episodes)
   + side == "robots" and learn(side, learner, episodes)

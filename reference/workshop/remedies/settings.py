@@ -25,7 +25,7 @@ from reference.game.observations import from_normalised, grid_shape, to_normalis
 from reference.learning.settings import ATTENTION_HEADS, Row, Side, TrainerSettings
 from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.rewards import CREDITS
+from reference.workshop.remedies.credit import CREDITS, pay_by_floor
 from reference.workshop.remedies.frame import UNIT, View
 from reference.workshop.storage.records import SettingsError, check_rows
 from reference.workshop.strategies.fires import places_beside
@@ -50,7 +50,7 @@ class SideSettings(TrainerSettings):
                 would turn round before it arrives anywhere
     masks       a mixture may not mean what helps nobody, `workshop.remedies.frame`
     credit      group: robots are paid the group's reward, as in the paper; floor: each
-                the part of it that it can touch, see `robot_reward`
+                the part of it that it can touch, see `credit`
     """
 
     head: Annotated[str, Row(None, ("floor", "frame", "mixture"))] = "floor"
@@ -75,10 +75,14 @@ class SideSettings(TrainerSettings):
     def codec(self, side: Side, building: Building, scenario: Scenario) -> PolicyCodec:
         """How this side's networks read and speak."""
         if self.head == "floor":
-            return PolicyCodec(side, building, scenario, self.credit)
-        if side == "fire":
-            return MixtureOfFire(building, scenario, self)
-        return RobotsFrame(building, scenario, self)
+            codec = PolicyCodec(side, building, scenario)
+        elif side == "fire":
+            codec = MixtureOfFire(building, scenario, self)
+        else:
+            codec = RobotsFrame(building, scenario, self)
+        if self.credit == "floor":
+            pay_by_floor(codec)
+        return codec
 
 
 # -- Codecs -------------------------------------------------------------------------
@@ -93,7 +97,7 @@ class RobotsFrame(PolicyCodec):
     """
 
     def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):
-        super().__init__("robots", building, scenario, settings.credit)
+        super().__init__("robots", building, scenario)
         self.settings, self.mixes = settings, settings.head == "mixture"
         view = self._view(np.zeros((1, self.layout.size)), np.full((1, 2), np.nan))
         self.size: int = view.numbers().shape[1]

@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 from reference.learning.settings import Row
 from reference.paper import MOST, TABLE_I, TABLE_II, Scenario
-from reference.rewards import CREDITS
+from reference.workshop.remedies.credit import CREDITS
 from reference.workshop.remedies.settings import SideSettings
 from reference.workshop.storage.records import (
     SettingsError,
