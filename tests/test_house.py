@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from textwrap import dedent
 from time import sleep
@@ -88,6 +88,33 @@ def test_a_module_imports_only_modules_that_stand_before_it(module):
 def test_every_module_of_the_reading_order_exists():
     """The order is a table of contents, not a plan."""
     assert set(READING_ORDER) == {in_reading_order(module) for module in MODULES}
+
+
+ROOMS = "storage maps lockstep strategies remedies training comparing measuring"
+ROOMS += " drawing annotated zoo commands"
+
+
+def test_the_workshop_has_twelve_rooms():
+    """A capability each, in the order in which they need each other."""
+    names = [entry.removeprefix("workshop.") for entry in READING_ORDER]
+    assert [name for name in names if name in ROOMS.split()] == ROOMS.split()
+    folder = PACKAGE / "workshop"
+    there = {path.stem for path in folder.iterdir()} - {"__init__", "__pycache__"}
+    assert there == set(ROOMS.split())
+
+
+def test_the_house_grows_no_further():
+    """Lines of Python, as many as there were when all issues were answered."""
+
+    def lines(paths: Iterable[Path]) -> int:
+        """Of some files, blank ones too."""
+        return sum(len(path.read_text("utf-8").splitlines()) for path in paths)
+
+    book = [path for name, path in MODULES.items() if in_reading_order(name) in BOOK]
+    assert lines(book) <= 5_950
+    assert lines(PACKAGE.rglob("*.py")) <= 16_450
+    assert lines((ROOT / "tests" / "paper").glob("*.py")) <= 6_000
+    assert lines((ROOT / "tests").rglob("*.py")) <= 17_050
 
 
 def test_matplotlib_is_imported_by_drawing_alone():

@@ -25,7 +25,7 @@ RAW_LIMIT = 3.0  # [E3, torch/action_model.py] a raw action is clipped, then div
 
 @dataclass(frozen=True)
 class Moment:
-    """What a side has to decide upon in one episode.
+    """What a side decides from, at one step of one episode.
 
     vectors  (G, V) float32, observed; for agents that have left, what they saw last
     alive    (G,) bool, who has not left
@@ -60,7 +60,7 @@ class Sizes:
 
 
 class PolicyCodec:
-    """Between the environment and one side's network."""
+    """Encode observations for one side's network, and decode its actions."""
 
     def __init__(self, side: str, building: Building, scenario: Scenario):
         """pay: of a robot;  kinds: see `Sizes`; the paper has one, the group's [E5]."""

@@ -134,7 +134,7 @@ class Training:
         return jobs
 
     def _others(self, job: int) -> dict[Side, Any]:
-        """Who plays a job, where that is nobody who learns [E6, chosen].
+        """Choose who plays a job without learning [E6, chosen].
 
         Fixed players take turns. While robots learn, scripted fires stand in for one
         that learns in a share of all jobs, evenly spread: from a strong adversary alone
@@ -155,10 +155,10 @@ class Training:
         return self._earlier(job - int(job * share))
 
     def _earlier(self, job: int) -> dict[Side, Any]:
-        """In the league's share of the jobs, a side as it was earlier [E6, chosen].
+        """Let a side play as it was earlier, in the league's share of jobs.
 
-        So that neither forgets: fictitious play (Brown 1951). job: among those without
-        stand-ins. Robots and fire take turns, and so do their versions.
+        [E6, chosen] So that neither forgets: fictitious play (Brown 1951). Robots and
+        fire take turns, and so do their versions. job: among those without stand-ins.
         """
         if not _due(job, self.settings.league):
             return {}
