@@ -23,12 +23,13 @@ from reference.workshop.maps.syntax import MOST_LINES, MOST_SIGNS, Line
 from reference.workshop.storage.records import did_you_mean
 
 
-def load(name: str) -> Building:
+def load(name: str | PathLike[str]) -> Building:
     """Read a floor file by path or shipped name, or a map's text, and build it.
 
     Raises MistakesError for mistakes in the drawing, OSError for an unreadable file.
     """
-    return built(parse(name) if "\n" in name else read(find(name)))
+    text = str(name)
+    return built(parse(text) if "\n" in text else read(find(name)))
 
 
 def read(path: str | PathLike[str]) -> Plan:
