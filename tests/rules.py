@@ -11,9 +11,15 @@ WIDTH, GAP = 88, "    "
 
 
 class Board(str):
-    """A board as it was found; equal to one that is drawn with any indentation."""
+    """A board as it was found; equal to one that is drawn with any indentation.
+
+    Its rows are boards, too: so a failing test shows a row as it shows a board.
+    """
 
     __hash__ = str.__hash__
+
+    def splitlines(self, keepends=False):
+        return [Board(row) for row in super().splitlines(keepends)]
 
     def __eq__(self, other):
         return str.__eq__(self, drawn(other))

@@ -829,7 +829,8 @@ def test_who_steps_into_a_door_and_back_has_not_passed_it_twice():
     pass_landmark(me, 4, side=1, beyond=9)
     assert me.trail == [Passed(4, 1)]
     pass_landmark(me, 4, side=2, beyond=8)
-    assert me.trail == [] and me.doors == {4}
+    assert me.trail == []
+    assert me.doors == {4}
 
 
 CLOSETS = """

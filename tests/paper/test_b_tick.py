@@ -186,14 +186,16 @@ def test_people_move_before_flames_move_on():
     fire = ProbeFire(lambda world: None, 0, -2.5, 0.5)
     board = "############\n#.p........E\n############"
     sim = stage(board, fire=fire, decision_seconds=1, sight_range=12)
-    bodies, flames = sim.world.bodies, sim.world.flames
+    bodies = sim.world.bodies
     bodies.pace[:] = 0
     play(sim, 3 - sim.tick)
     bodies.pace[:] = WALKING_SPEED
     bodies.position[0, 0] += 0.45
-    assert not flames.burning.any()
+    assert not sim.world.flames.burning.any()
     sim.step()
-    assert flames.burning.ravel()[bodies.place[0]]
+    assert show(sim) == "############\n#..p.......E\n############"
+    bodies.fate[:] = Fate.EVACUATED  # out of the picture, to see what burns
+    assert show(sim) == "############\n#..*.......E\n############"
 
 
 @pytest.mark.paper("B7")

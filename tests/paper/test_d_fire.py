@@ -154,7 +154,7 @@ def spot(sim, what):
 @pytest.mark.paper("D6")
 @pytest.mark.parametrize("what", [*PLACES, "door", "outside"])
 def test_refuses_an_occupied_place_in_training(what):
-    """No fire."""
+    """No fire in walls and ways, nor where it burns, or somebody or a robot stands."""
     sim = stage(BOARD, training=True)
     where = spot(sim, what)
     assert generated(sim, where, sim.rng["fire"]) == FireRefused(0.0, *where)
