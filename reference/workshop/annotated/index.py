@@ -282,8 +282,8 @@ def _constants(found: Symbol) -> list[ast.Constant]:
 
 
 def is_board(text: str) -> bool:
-    """Has it rows of signs, six or more, walls or floor among them, or several rows?"""
-    rows = [row for _, rows in passes_of(text) for row in rows]
+    """Has it floor, and rows of six signs or more, or several rows? Not walls alone."""
+    rows = [row for _, rows in passes_of(text) if "." in text for row in rows]
     long = [row for row in rows if re.search(r"##|\.\.", row) and len(row) > 5]
     return bool(long) or (len(rows) > 2 and any("##" in row for row in rows))
 
