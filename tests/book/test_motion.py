@@ -153,6 +153,7 @@ def test_two_streams_pass_each_other_in_a_corridor():
     assert (track[-1, :10, 0] > 20).all() and (track[-1, 10:, 0] < 0).all()
 
 
+@pytest.mark.paper("A9", "chosen")
 def test_people_who_meet_turn_their_shoulders():
     """In a corridor where two abreast would overlap they pass each other."""
     track = walk([[0, 0.1], [4, -0.1]], [[9, 0], [-9, 0]], 60, corridor(0.38))
