@@ -84,6 +84,7 @@ def test_people_walk_a_little_to_the_right_of_their_target():
 # -- Two bodies ---------------------------------------------------------------------
 
 
+@pytest.mark.paper("A9", "chosen")
 def test_of_two_in_each_others_way_only_one_waits():
     """Whoever has farther to go: the gap allows so much; the other walks on."""
     track = walk([[0, 0], [0.8, 0]], [[8.7, 5], [-9.6, -6]], ticks=1)
