@@ -1123,6 +1123,7 @@ def test_who_comes_out_of_a_stairwell_is_not_stuck():
 
 
 @pytest.mark.paper("B5", "chosen")
+@pytest.mark.paper("B6")
 def test_out_of_a_stairwell_people_are_leaders_who_remember_one_entrance():
     """p followed a robot through a door and down; nobody walks back up."""
     sim = stage(TOWER.replace("p", ".").replace("q", "p"))

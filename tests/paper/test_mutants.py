@@ -3,7 +3,7 @@
 `MUTANTS` changes one piece of the code after the other, in a copy of the checkout; at
 least one test that is filed under the clause must then fail.  Whole lines of the
 algorithms are taken out by `test_lines_removed`.  Each takes five to ten seconds, all
-some ten minutes on a quiet machine, so it is a command of its own:
+fifteen minutes on two cores, so it is a command of its own:
 `python -m pytest -m mutants`.
 """
 
