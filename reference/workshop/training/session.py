@@ -197,7 +197,7 @@ class Training:
             learner, summary = self.learners[side], self.summaries[side]
             played = [e.facts for e in episodes if getattr(e, side) is not None]
             learner.add([t for e in episodes if (t := getattr(e, side)) is not None])
-            update = self._update(learner) if learner.full else {}
+            update = self._update(side) if learner.full else {}
             if not learner.steps:
                 raise SettingsError(
                     f"{side}: nothing to decide in a whole round. Give the scenario "
@@ -210,14 +210,15 @@ class Training:
             self._remember()
         return [row for row in rows if row is not None]
 
-    def _update(self, learner: Learner) -> dict[str, float]:
-        """Update a learner; after imitation at first its critic alone [E1, chosen]."""
-        told, s = figures(learner), self.settings
-        alone = self.task.imitate is not None and self.round < s.critic_rounds
-        learner.actor.requires_grad_(not alone or learner.settings is not s.robots)
-        told |= learner.update()
+    def _update(self, side: Side) -> dict[str, float]:
+        """Update a learner; of robots that imitate, at first the critic alone [E1]."""
+        learner, copies = self.learners[side], self.task.imitate and side == "robots"
+        measured = figures(learner)
+        alone = copies and self.round < self.settings.critic_rounds
+        learner.actor.requires_grad_(not alone)
+        update = learner.update()
         learner.actor.requires_grad_(True)
-        return told
+        return measured | update
 
     def _imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
         """Clone what was demonstrated; return a summary row for each epoch."""
