@@ -12,6 +12,7 @@ from reference.fire import RandomFire
 from reference.game.codec import Moment
 from reference.game.observations import headed, robot_vectors
 from reference.learning.experience import Decisions, decisions_of
+from reference.learning.players import Learned
 from reference.learning.rollouts import play
 from reference.simulation import Simulation
 from reference.workshop.remedies.frame import KEEP, STAY, UNIT
@@ -51,10 +52,17 @@ def test_robots_that_copied_sweep_go_where_it_would():
 
 
 @pytest.mark.paper("E1", "chosen")
-def test_after_a_copy_the_critic_learns_alone_at_first():
-    """A critic that knows nothing would undo the copy."""
-    training = begun(replace(tiny(), critic_rounds=1), imitate="sweep")
-    training.learn([e for job in training.jobs() for e in play(job)])
+@pytest.mark.parametrize("imitates", [True, False])
+def test_of_a_policy_that_was_given_the_critic_learns_alone_at_first(imitates):
+    """Copied, or of another training: a critic that knows nothing would undo it."""
+    settings = replace(tiny(), critic_rounds=1)
+    if imitates:
+        training = begun(settings, imitate="sweep")
+        training.learn([e for job in training.jobs() for e in play(job)])
+    else:
+        theirs = begun(settings, seed=1).learners["robots"]
+        given = Learned(theirs.settings, theirs.actor.state_dict())
+        training = begun(settings, initial={"robots": given})
     robots = training.learners["robots"]
     for moves in (False, True):
         policy, critic = weights(robots)

@@ -211,10 +211,11 @@ class Training:
         return [row for row in rows if row is not None]
 
     def _update(self, side: Side) -> dict[str, float]:
-        """Update a learner; of robots that imitate, at first the critic alone [E1]."""
-        learner, copies = self.learners[side], self.task.imitate and side == "robots"
+        """Update a learner; of a policy that it was given, at first the critic alone [E1]."""
+        learner, task = self.learners[side], self.task
         measured = figures(learner)
-        alone = copies and self.round < self.settings.critic_rounds
+        given = side in task.initial or (side == "robots" and task.imitate is not None)
+        alone = given and self.round < self.settings.critic_rounds
         learner.actor.requires_grad_(not alone)
         update = learner.update()
         learner.actor.requires_grad_(True)
