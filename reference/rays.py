@@ -93,9 +93,8 @@ class Sight:
         self.rooms = frozenset(np.flatnonzero(rooms).tolist())
         self.sees = StraightLines(through, building.walkable, reach, strict=False)
         self.hits = np.full((RAYS, clear.size), -1, dtype=np.int32)
-        self.ends = np.tile(np.arange(clear.size, dtype=np.int32), (RAYS, 1))
-        for k in range(RAYS):
-            self._cast_everywhere(k, clear)
+        self.ends = self.hits.copy()
+        self._cast_everywhere(clear)
         floor, row, col = np.indices(building.kind.shape).reshape(3, -1)
         _, down, across = np.array(building.kind.shape) // PATCH + 1
         self.patches = (floor * down + row // PATCH) * across + col // PATCH
@@ -118,17 +117,29 @@ class Sight:
         """Travel between processes as the building and the range."""
         return sight_of, (self.building, self.reach)
 
-    def _cast_everywhere(self, k: int, clear: np.ndarray) -> None:
-        """Cast the k-th ray from every place at once."""
-        flying, known = self.building.walkable, self.building.kind != Kind.OUTSIDE
-        everywhere = np.arange(clear.size)
-        for d_row, d_col in _cells_along(2 * np.pi * k / RAYS, self.reach):
-            there = everywhere + d_row * clear.shape[2] + d_col
-            stopped = flying & ~shifted(clear, d_row, d_col)
-            met = (stopped & shifted(known, d_row, d_col)).ravel()
-            flying = flying & ~stopped
-            self.hits[k, met] = there[met]
-            self.ends[k, flying.ravel()] = there[flying.ravel()]
+    def _cast_everywhere(self, clear: np.ndarray) -> None:
+        """Cast all rays from every place at once.
+
+        A ray flies on from where it parts from the one before: up to there both enter
+        the same cells.
+        """
+        known, cells = self.building.kind != Kind.OUTSIDE, list[tuple[int, int]]()
+        places = np.arange(clear.size, dtype=np.int32)
+        cast = [(self.building.walkable, self.hits[0].copy(), places)]  # cell by cell
+        for k in range(RAYS):
+            before, cells = cells, _cells_along(2 * np.pi * k / RAYS, self.reach)
+            same = [one == other for one, other in zip(before, cells, strict=False)]
+            shared = [*same, False].index(False)
+            del cast[shared + 1 :]
+            for d_row, d_col in cells[shared:]:
+                flying, hits, ends = cast[-1]
+                there = places + d_row * clear.shape[2] + d_col
+                stopped = flying & ~shifted(clear, d_row, d_col)
+                met = (stopped & shifted(known, d_row, d_col)).ravel()
+                flying = flying & ~stopped
+                ends = np.where(flying.ravel(), there, ends)
+                cast.append((flying, np.where(met, there, hits), ends))
+            _, self.hits[k], self.ends[k] = cast[-1]
 
     def cast(self, p: int, k: int) -> Hit | None:
         """Cast the k-th ray from the middle of place p; what it meets, if anything."""

@@ -1,6 +1,7 @@
 """What agents observe: number by number, cell by cell, in the observer's order."""
 
 from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -34,6 +35,12 @@ TWO_FLOORS = """
 
 def scene(name="paper", seed=0, seconds=0.0, **scenario):
     """A simulation of a building that ships, some seconds after its beginning."""
+    return played(name, seed, seconds, **scenario).copy()
+
+
+@cache
+def played(name, seed, seconds, **scenario):
+    """The same, played once for all tests."""
     sim = Simulation(shipped(name), Scenario(**scenario), Sweep(), RandomFire(), seed)
     wait(sim, seconds)
     return sim
@@ -75,7 +82,7 @@ def read(sim, vector):
 def test_sizes_follow_from_the_building_and_the_scenario(name, people, robots, sources):
     """Nobody and nothing are empty parts; the `simple` encoder gets 20 x 20."""
     scenario = dict(people=people, robots_per_floor=robots, sources=sources)
-    sim = scene(name, seconds=20, **scenario)
+    sim = scene(name, seconds=12, **scenario)
     floors = sim.building.floors
     size = 3 * (people + robots * floors + sources) + 1 + 1 + floors
     assert observations.vector_layout(sim.building, sim.scenario).size == size
@@ -89,7 +96,7 @@ def test_sizes_follow_from_the_building_and_the_scenario(name, people, robots, s
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_no_number_is_beyond_its_limits(name):
     """From the beginning to the end, on all floors."""
-    sim = scene(name, time_limit=40)
+    sim = scene(name, time_limit=30)
     layout = observations.vector_layout(sim.building, sim.scenario)
     for _ in range(round(sim.scenario.time_limit / 5)):
         for numbers in (vectors(sim), fire_vector(sim)):
@@ -293,7 +300,7 @@ def test_the_fire_keeps_everybody_at_their_own_number():
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_robots_and_the_fire_are_told_the_same(name):
     """The same numbers to the last bit, people and robots in whatever order."""
-    sim = scene(name, seconds=40, seed=4)
+    sim = scene(name, seconds=30)
     fire = fire_decoded(sim)
     for k in range(len(sim.world.robots)):
         robot = decoded(sim, k)
@@ -301,14 +308,14 @@ def test_robots_and_the_fire_are_told_the_same(name):
         assert sorted(robot.robots.tolist()) == sorted(fire.robots.tolist())
         for block in ("fires", "fires_per_floor", "time"):
             assert np.array_equal(getattr(robot, block), getattr(fire, block))
-    assert (fire.fires != SENTINEL).any() and fire.time.item() == pytest.approx(40)
+    assert (fire.fires != SENTINEL).any() and fire.time.item() == pytest.approx(30)
 
 
 @pytest.mark.paper("E4", "deviation")
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_a_scaled_vector_lies_between_its_bounds(name):
     """-1 is a number's lower bound, 1 its upper one, 0 halfway, from end to end."""
-    sim = scene(name, seconds=40)
+    sim = scene(name, seconds=30)
     layout = observations.vector_layout(sim.building, sim.scenario)
     ends = np.stack([layout.low, (layout.low + layout.high) / 2, layout.high])
     wanted = np.repeat([[-1.0], [0.0], [1.0]], layout.size, axis=1)
@@ -369,7 +376,7 @@ def test_the_grid_has_a_channel_for_what_burns():
 @pytest.mark.parametrize("name", ["tiny", "museum"])
 def test_a_small_building_is_padded_with_nothing(name):
     """It fills the north-west corner."""
-    sim = scene(name, seconds=60)
+    sim = scene(name, seconds=30)
     left, bottom, right, top = sim.building.body
     grid = observations.grid(sim.world).copy()
     assert grid[:, 0, : int(right - left)].any()
@@ -380,7 +387,7 @@ def test_a_small_building_is_padded_with_nothing(name):
 @pytest.mark.paper("C3")
 def test_a_grid_belongs_to_whoever_asked_for_it():
     """Flames of one moment do not stay in the grid of the next."""
-    sim = scene(seconds=60)
+    sim = scene(seconds=30)
     before = observations.grid(sim.world)
     assert before[3:6].any()
     before[:] = 7

@@ -199,7 +199,7 @@ def test_other_places_come_in_one_order_for_a_whole_run():
 @pytest.mark.paper("D6", "chosen")
 def test_random_fires_of_one_seed_are_the_same_for_all_robots():
     """The same sources, where the same places are free."""
-    sparse = Scenario(people=4, time_limit=70)  # nobody stands in a fire's way
+    sparse = Scenario(people=4, time_limit=40)  # nobody stands in a fire's way
     one, other = (
         Simulation(shipped("paper"), sparse, robots, RandomFire(), seed=3)
         for robots in (NoRobots(), Sweep())

@@ -95,7 +95,7 @@ def test_refuses_a_game_without_agents():
 @pytest.mark.parametrize("name", ["tiny", "tower"])
 def test_observations_keep_their_shape_for_whoever_leaves_too(name):
     """Float32 vectors and grids, as laid out for all alike; infos say who acts."""
-    environment = game(name, time_limit=30)
+    environment = game(name, time_limit=20)
     layout = observations.vector_layout(
         environment.building, environment.simulation.scenario
     )
@@ -185,7 +185,7 @@ class Noted:
 @pytest.mark.parametrize("name", ["patrol", "sweep", "random"])
 def test_a_strategys_decisions_played_as_actions_give_the_strategys_run(name):
     """A model and an algorithm are interchangeable; float32 is enough."""
-    environment = game("paper", people=6, fire="random", seed=2, time_limit=60)
+    environment = game("paper", people=6, fire="random", seed=2, time_limit=40)
     building, noted = environment.building, Noted(name)
     scripted = Simulation(
         building, environment.simulation.scenario, noted, RandomFire(), seed=2
@@ -292,8 +292,8 @@ def test_every_robot_is_paid_what_the_group_earns(paid):
 @pytest.mark.paper("E5", "chosen")
 def test_by_floor_a_robot_is_paid_the_part_that_it_can_touch():
     """Until it leaves, step by step; two of a floor alike, and others otherwise."""
-    world = shipped("paper"), Scenario(people=5, training=True)
-    environment = Environment(*world, pay=floor_reward)
+    brisk = Scenario(people=5, training=True, sight_range=12, time_limit=60)
+    environment = Environment(shipped("paper"), brisk, pay=floor_reward)
     began = environment.simulation.world.bodies.floor.tolist()
     paid = dict.fromkeys(environment.possible_agents, 0.0)
     for _, rewards, *_ in episode(environment, seed=1)[1:]:
@@ -404,7 +404,7 @@ def test_refuses_a_missing_action_by_the_name_of_the_agent():
 @pytest.mark.parametrize("name", ["tiny", "museum"])
 def test_the_same_seed_and_actions_give_the_same_episode_to_the_end(name):
     """Observations, rewards, ends, infos: in two environments, and in one again."""
-    said = {"people": 12, "time_limit": 40}
+    said = {"people": 12, "time_limit": 30}
     one, other = game(name, **said), game(name, **said, seed=8)
     first = episode(one, seed=3)
     assert len(first) > 5
@@ -415,7 +415,7 @@ def test_the_same_seed_and_actions_give_the_same_episode_to_the_end(name):
 def test_a_scripted_side_begins_anew_in_every_episode():
     """Also one that is given as an object and remembers its round."""
     patrol = Patrol()
-    environment = game(robots=patrol, time_limit=40)
+    environment = game(robots=patrol, time_limit=20)
     first = episode(environment, seed=3)
     assert same(first, episode(environment, seed=3))
     assert vars(patrol) == vars(Patrol())

@@ -17,7 +17,7 @@ from reference.paper import TABLE_I, TABLE_II, Scenario
 from reference.workshop.maps import load
 
 TINY = plan_of(load("tiny"))
-SCENE = Scenario(people=6, sources=3, training=True)
+SCENE = Scenario(people=6, sources=3, training=True, time_limit=60)
 SMALL = {"hidden_units": 8, "num_layers": 1}
 
 

@@ -159,7 +159,7 @@ def test_the_horizon_cuts_a_group_s_trajectories_too():
 @pytest.mark.paper("E5", "chosen")
 def test_agents_paid_different_rewards_have_values_of_their_own():
     """One kind of reward changes no target of the other, and the critic learns both."""
-    learner = player(gamma=0.0, kinds=(0, 1))
+    learner = player(gamma=0.0, kinds=(0, 1), learning_rate=0.03)
     t, _ = bandit(learner, np.random.default_rng(1))
     t.rewards = np.tile([1.0, -1.0], (len(t), 1))
     other = replace(t, rewards=t.rewards * [5, 1])
@@ -167,7 +167,7 @@ def test_agents_paid_different_rewards_have_values_of_their_own():
     assert (one.values[:, 0] != one.values[:, 1]).all()
     same = [torch.equal(one.returns[:, k], two.returns[:, k]) for k in range(2)]
     assert same == [False, True]
-    for _ in range(8):
+    for _ in range(4):
         learner.add([t])
         learner.update()
     learned = learner.valued(t)
