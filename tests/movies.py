@@ -10,6 +10,7 @@
     !             where somebody sets off to: a door, stair, exit, patch or leader
     ?             where an unexplored direction leads that somebody sets off in
     1 2 ...       where the first, the second ... robot goes, in reading order
+    1 2 ... 0     doors on the way back, as they were passed, and all others visited
 
 Floors are drawn one below the other, the first floor first, with a blank line between;
 a floor of one row stands between two walls.  A line "then" parts one board from the
@@ -114,6 +115,17 @@ def heading(sim, goal):
     for p in cells:
         floor, row, col = np.unravel_index(p, sim.building.kind.shape)
         floors[floor][row][col] = "?" if goal.aim is Aim.DIRECTION else "!"
+    return framed(sim, floors)
+
+
+def remembers(sim, who="p"):
+    """The board with the doors that somebody has visited: `1` is passed first on the
+    way back, `0` is not on it."""
+    me, floors = mind(sim, who), canvas(sim)
+    order = {passed.door: number for number, passed in enumerate(me.trail, 1)}
+    for door in map(sim.building.landmarks.__getitem__, me.doors):
+        for row, col in door.cells:
+            floors[door.floor][row][col] = str(order.get(door.index, 0))
     return framed(sim, floors)
 
 

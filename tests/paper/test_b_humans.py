@@ -21,6 +21,7 @@ from movies import (
     mode,
     play,
     play_until,
+    remembers,
     sets_off,
     shipped,
     stage,
@@ -789,11 +790,16 @@ SUITE = """
 @pytest.mark.paper("B6", "chosen")
 def test_every_door_passed_on_this_floor_is_remembered():
     """All three, and the way back in their order: line 13 forgets nothing."""
+    after = """
+        #################
+        #...#...#...#...#
+        #...1...2...3...E
+        #...#...#...#...#
+        #################
+        """
     sim = stage(SUITE)
     play_until(sim, lambda: events_of(sim, Evacuated))
-    doors = [mark(sim, Kind.DOOR, nth) for nth in (1, 2, 3)]
-    assert mind(sim, "p").doors == set(doors)
-    assert [passed.door for passed in mind(sim, "p").trail] == doors
+    assert remembers(sim) == after
 
 
 TWO_DOORS = """
@@ -812,25 +818,33 @@ TWO_DOORS = """
 )
 def test_a_door_seen_from_both_sides_has_been_visited():
     """p has passed one of two doors between the same rooms: the other is known, too."""
+    after = """
+        ###########
+        #....#....#
+        #....1....#
+        #....#.p..#
+        #....0....#
+        #....#....E
+        ###########
+        """
     sim = stage(TWO_DOORS, leads="p")
-    one, other = mark(sim, "+1"), mark(sim, "+2")
     assert thinks(sim) == TWO_DOORS.replace(".p..+", ".p..!")
-    assert not mind(sim, "p").doors
-    sim.world.bodies.place[0] += 5  # p is in the other room now
-    decide(sim, "p")
-    assert mind(sim, "p").doors == {one, other}
+    assert remembers(sim) == TWO_DOORS
+    wait(sim, 4)
+    assert remembers(sim) == after
 
 
 @pytest.mark.paper("B6", "chosen")
 def test_who_steps_into_a_door_and_back_has_not_passed_it_twice():
     """The way back stays the same; who crosses it the other way drops it."""
-    me = Mind()
-    pass_landmark(me, 4, side=1, beyond=9)
-    pass_landmark(me, 4, side=1, beyond=9)
-    assert me.trail == [Passed(4, 1)]
-    pass_landmark(me, 4, side=2, beyond=8)
-    assert me.trail == []
-    assert me.doors == {4}
+    sim = stage("#..p+.......E", leads="p")
+    assert play(sim, 0.8) == "#...p.......E"
+    assert remembers(sim) == "#...1.......E"
+    (door,) = mind(sim, "p").trail
+    pass_landmark(mind(sim, "p"), *door, NOWHERE)
+    assert remembers(sim) == "#...1.......E"
+    pass_landmark(mind(sim, "p"), door.door, door.side + 1, NOWHERE)
+    assert remembers(sim) == "#...0.......E"
 
 
 CLOSETS = """

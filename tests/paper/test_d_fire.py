@@ -11,8 +11,10 @@ from movies import (
     Board,
     body,
     built,
+    canvas,
     drawn,
     found,
+    framed,
     later,
     mark,
     play,
@@ -92,11 +94,27 @@ def test_equation_2_holds_however_its_brackets_are_read(bracket, x):
 @pytest.mark.paper("D5", "Eq. 3")
 def test_equation_3_snaps_y_as_equation_2_snaps_x():
     """The printed mixture of X, Y and Z cannot be meant."""
-    building = shipped("paper")
-    world = Simulation(building, Scenario(people=0), NoRobots(), NoFire()).world
-    generator = Generator(building, Scenario(), np.random.default_rng(0))
-    source = generator.generate(world, (2, -9.2, -10.8))
+    after = """
+        #######
+        #.....#
+        #.....#
+        #..*..#
+        #....!#
+        #.....#
+        #######
+        """
+    sim = Simulation(shipped("paper"), Scenario(people=0))
+    source = generated(sim, (2, -9.2, -10.7), sim.rng["fire"])
+    assert one_cell({"!": (-9.2, -10.7), "*": (source.x, source.y)}) == after
     assert source == FireLit(0.0, 2, -9.5, -10.5)
+
+
+def one_cell(points):
+    """One cell of the fire's grid, five signs a metre, and what is where in it."""
+    rows = [list("#.....#") if 0 < row < 6 else list("#######") for row in range(7)]
+    for sign, (x, y) in points.items():
+        rows[5 - floor(5 * (y % 1))][1 + floor(5 * (x % 1))] = sign
+    return Board("\n".join(map("".join, rows)))
 
 
 # -- Rule D6 ------------------------------------------------------------------------
@@ -131,11 +149,13 @@ def generated(sim, decision, rng):
     return generator.generate(sim.world, decision)
 
 
-def lit(sim, source):
-    """The board when a source has just been lit."""
-    sim.spread.ignite(sim.world.flames, source)
-    sim.spread.advance(sim.world.flames, sim.world.time)
-    return show(sim)
+def breaks_out(sim, event):
+    """The board, with a fire where it is lit, whoever stands there."""
+    floors = canvas(sim)
+    if isinstance(event, FireLit):
+        row, col = sim.building.cell(event.x, event.y)
+        floors[event.floor][row][col] = "*"
+    return framed(sim, floors)
 
 
 def spot(sim, what):
@@ -157,7 +177,9 @@ def test_refuses_an_occupied_place_in_training(what):
     """No fire in walls and ways, nor where it burns, or somebody or a robot stands."""
     sim = stage(BOARD, training=True)
     where = spot(sim, what)
-    assert generated(sim, where, sim.rng["fire"]) == FireRefused(0.0, *where)
+    event = generated(sim, where, sim.rng["fire"])
+    assert breaks_out(sim, event) == BOARD
+    assert event == FireRefused(0.0, *where)
 
 
 @pytest.mark.paper("D6")
@@ -219,7 +241,7 @@ def test_a_free_place_is_taken_as_it_is(training):
     x, y = sim.building.metres(1, 4)
     result = generated(sim, (0, x + 0.3, y), sim.rng["fire"])
     assert result == FireLit(0.0, 0, x, y)
-    assert lit(sim, result) == "#p..*.E"
+    assert breaks_out(sim, result) == "#p..*.E"
 
 
 @pytest.mark.paper("D3", "Eq. 2")
@@ -231,7 +253,9 @@ def test_a_source_is_lit_in_the_middle_of_the_cell_decided_for(east, north):
     sim = stage("#########\n#p.......\n#.......E\n#.......#\n#########")
     x, y = sim.building.metres(2, 5)
     result = generated(sim, (0, x + east, y + north), sim.rng["fire"])
-    assert lit(sim, result) == ("#########\n#p.......\n#....*..E\n#.......#\n#########")
+    assert breaks_out(sim, result) == (
+        "#########\n#p.......\n#....*..E\n#.......#\n#########"
+    )
 
 
 @pytest.mark.paper("D6")
@@ -241,7 +265,9 @@ def test_a_place_where_somebody_died_is_free(fate):
     sim = stage(BOARD, training=True)
     sim.world.bodies.fate[body("p")] = fate
     where = spot(sim, "human")
-    assert generated(sim, where, sim.rng["fire"]) == FireLit(0.0, *where)
+    event = generated(sim, where, sim.rng["fire"])
+    assert breaks_out(sim, event) == BOARD.replace("p", "*")
+    assert event == FireLit(0.0, *where)
     assert free_places(sim.world)[sim.world.bodies.place[body("p")]]
 
 

@@ -1,7 +1,7 @@
 """What events are worth, summed by hand."""
 
 import pytest
-from movies import body, shipped, stage, ticks
+from movies import Board, body, shipped, show, stage, ticks
 
 from reference.fire import RandomFire
 from reference.paper import (
@@ -26,11 +26,37 @@ OUT = [
 REFUSED = FireRefused(10.0, 0, 0.5, 0.5)
 
 
+RESCUES = """
+    1.0 s: paid 199.5
+    #AA+........E
+
+    #AA+q.....r.#
+    1.4 s: paid 99.3
+    #AA+........E
+
+    #Aq+......r.#
+    4.0 s: paid -300.0
+    #AA+........E
+
+    #Aq+..x.....#
+    22.8 s: paid 188.6
+    #AA+........E
+
+    #AA+..x.....#
+    """
+
+
 @pytest.mark.paper("F8")
+@pytest.mark.paper("F5")
 def test_who_leaves_a_floor_alive_pays_their_health_and_at_the_exit_a_fixed_reward():
-    """80 and 60 for two floors, 100 for being out."""
-    assert group_reward(OUT[:2]) == 80 + 60
-    assert group_reward(OUT) == 80 + 60 + FIXED_REWARD
+    """p is out with 99.5, q comes down with 99.3 and is out with 88.6, r dies."""
+    sim = stage("#AA+.......pE\n\n#AA+.q.....r#", health={"r": 2})
+    strip = [
+        f"{sim.world.time:.1f} s: paid {group_reward(events):.1f}\n{show(sim)}"
+        for events in ticks(sim, 60)
+        if group_reward(events)
+    ]
+    assert Board("\n".join(strip)) == RESCUES
 
 
 @pytest.mark.paper("F5")

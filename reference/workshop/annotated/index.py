@@ -24,7 +24,7 @@ PACKAGE = Path(__file__).resolve().parents[2]
 ROOT = PACKAGE.parent
 
 Marks = tuple[tuple[str, ...], ...]
-SIGNS = re.compile(r"[#.+:EA-DR*,o-z!?_1-9 ]*")  # a row of a board, as in tests/movies
+SIGNS = re.compile(r"[#.+:EA-DR*,o-z!?_0-9 ]*")  # a row of a board, as in tests/movies
 
 # -- What stands in a file ----------------------------------------------------------
 
