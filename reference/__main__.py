@@ -32,7 +32,7 @@ from reference.workshop.commands.options import Command
 from reference.workshop.commands.training import curves, train
 from reference.workshop.storage.files import told
 from reference.workshop.storage.runs import ContradictionError
-from reference.workshop.storage.workers import STOPS
+from reference.workshop.storage.workers import STOPPED_BY, STOPS, stop
 
 MAPS, RUNS = (
     (check, draw, floors),
@@ -112,13 +112,13 @@ def _describe(parser: ArgumentParser, command: Command) -> None:
 def _process() -> int:
     """Run the command line; all that stops it is a KeyboardInterrupt, as Ctrl-C is."""
     os.environ.pop("MPLBACKEND", None)  # may name what is not installed here
-    for stop in STOPS:
-        if signal.getsignal(stop) != signal.SIG_IGN:  # as `nohup` has it
-            signal.signal(stop, signal.default_int_handler)
+    for number in STOPS:
+        if signal.getsignal(number) != signal.SIG_IGN:  # as `nohup` has it
+            signal.signal(number, stop)
     try:
         status = main()
-    except Exception as error:  # a library's own, perhaps in the place of a stop
-        if not isinstance(error.__context__, KeyboardInterrupt):
+    except Exception:  # a library's own, perhaps in the place of a stop
+        if not STOPPED_BY:
             raise
         status = _complain(STOPPED, 130)
     if status == 130:

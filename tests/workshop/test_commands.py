@@ -406,7 +406,8 @@ IN_ITS_PLACE = f"""
 try:
     {SLOW}
 except KeyboardInterrupt:
-    raise ValueError("no bounding box") from None
+    pass
+raise ValueError("no bounding box")
 """
 
 

@@ -20,7 +20,7 @@ from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
 from multiprocessing import active_children, get_context, parent_process
 from threading import RLock, Thread, current_thread, main_thread
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 from tqdm import tqdm
 
@@ -29,6 +29,7 @@ from reference.paper import InputError
 
 STOPS = [signal.SIGINT, signal.SIGTERM]  # end a command
 STOPS += [signal.SIGHUP] if hasattr(signal, "SIGHUP") else []  # the terminal is gone
+STOPPED_BY: list[int] = []  # those that `stop` has heard
 
 POLL = 0.2  # seconds: not every system hears Ctrl-C while it waits
 ANSWER = 10  # seconds to wait for a scheduler
@@ -43,6 +44,12 @@ def chunks(items: Sequence[Given], size: int) -> list[tuple[Given, ...]]:
     return [tuple(items[k : k + size]) for k in range(0, len(items), size)]
 
 
+def stop(number: int, frame: Any) -> NoReturn:
+    """Handle a signal as Ctrl-C is; keep it, since a library may lose the exception."""
+    STOPPED_BY.append(number)
+    raise KeyboardInterrupt
+
+
 @contextmanager
 def undisturbed() -> Iterator[None]:
     """Put off a KeyboardInterrupt, by whichever signal, until the block is over."""
@@ -53,17 +60,18 @@ def undisturbed() -> Iterator[None]:
         heard.append(number)
         print("\nstopping as soon as this round is learned from", file=sys.stderr)
 
-    raising = {stop: signal.getsignal(stop) for stop in STOPS}
+    raising = {number: signal.getsignal(number) for number in STOPS}
     if current_thread() is not main_thread():  # which alone hears signals
         raising.clear()
-    before = {s: h for s, h in raising.items() if h is signal.default_int_handler}
-    for stop in before:
-        signal.signal(stop, later)
+    raises = (stop, signal.default_int_handler)
+    before = {s: h for s, h in raising.items() if h in raises}
+    for number in before:
+        signal.signal(number, later)
     try:
         yield
     finally:
-        for stop, handler in before.items():
-            signal.signal(stop, handler)
+        for number, handler in before.items():
+            signal.signal(number, handler)
     if heard:
         raise KeyboardInterrupt
 
@@ -191,9 +199,9 @@ def _deaf() -> Iterator[None]:
 def _begin_work() -> None:
     """Set up a worker, before it loads numpy and torch."""
     os.environ.update(OMP_NUM_THREADS="1", OMP_WAIT_POLICY="PASSIVE")
-    for stop in STOPS:
-        if stop != signal.SIGTERM:  # with which a pool that lost a worker ends others
-            signal.signal(stop, signal.SIG_IGN)
+    for number in STOPS:
+        if number != signal.SIGTERM:  # with which a pool that lost a worker ends others
+            signal.signal(number, signal.SIG_IGN)
     _mask(signal.SIG_UNBLOCK, STOPS)
     tqdm.set_lock(RLock())  # its own, shared by processes, would leak
     Thread(target=_end_with_parent, daemon=True).start()
