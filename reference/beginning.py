@@ -131,8 +131,10 @@ def _starting_places(building: Building, scenario: Scenario, rng: Rng) -> np.nda
     chosen = []
     for (where, places), count in zip(free.items(), counts, strict=True):
         if count > (most := len(places)):
-            what = f"{count} people do not fit {where}, which has room for {most}"
-            raise InputError(f"{what}. Ask for fewer people.")
+            raise InputError(
+                f"{count} people do not fit {where}, which has room for {most}. "
+                "Ask for fewer people."
+            )
         chosen.append(rng.choice(places, count, replace=False))
     return np.concatenate(chosen)
 
@@ -142,8 +144,9 @@ def _cells_of_rooms(building: Building, rooms: tuple[str, ...]) -> np.ndarray:
     known = {a.id: a.index for a in building.areas if a.kind == "room"}
     for room in rooms:
         if room not in known:
-            what = f"no room {room!r} in {building.title!r}. There is: "
-            raise InputError(what + ", ".join(known))
+            raise InputError(
+                f"no room {room!r} in {building.title!r}. There is: {', '.join(known)}"
+            )
     return np.flatnonzero(np.isin(building.area.ravel(), [known[r] for r in rooms]))
 
 

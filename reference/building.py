@@ -24,7 +24,7 @@ import numpy as np
 from numpy.random import Generator as Rng
 from scipy import ndimage
 
-from reference.floorplan import STAIRWELLS, Plan, parse, to_text
+from reference.floorplan import STAIRWELLS, Drawing, parse, to_text
 from reference.paper import STAIRS_METRES
 
 Graph: TypeAlias = nx.MultiGraph
@@ -121,9 +121,10 @@ class Building:
     origin      (row, col) of the main body's middle, where metres begin [A8]
     """
 
-    def __init__(self, plan: Plan):
-        self.plan, self.title, self.floors = plan, plan.title, len(plan.storeys)
-        self.signs: np.ndarray = signs_of(plan)
+    def __init__(self, drawing: Drawing):
+        self.drawing, self.title = drawing, drawing.title
+        self.floors = len(drawing.storeys)
+        self.signs: np.ndarray = signs_of(drawing)
         room = is_room(self.signs).any(axis=0)
         cells = np.argwhere(room | ~room.any())
         box = np.array([cells.min(axis=0) - 1, cells.max(axis=0) + 2])  # with walls
@@ -177,7 +178,7 @@ class Building:
 
     def _find_areas(self) -> tuple[Area, ...]:
         """Find rooms, then stairwells of each floor, in reading order."""
-        found: list[Area] = []
+        areas: list[Area] = []
         for floor, signs in enumerate(self.signs):
             rooms = pieces(is_room(signs))
             wells = [some for sign in STAIRWELLS for some in pieces(signs == sign)]
@@ -185,7 +186,7 @@ class Building:
             for number, cells in enumerate(rooms + wells, 1):
                 name = self._word_on(floor, cells) or f"room-{number}"
                 area = Area(
-                    index=len(found),
+                    index=len(areas),
                     id=f"{floor + 1}/{name}",
                     name=name,
                     kind="room" if number <= len(rooms) else "stairwell",
@@ -193,20 +194,20 @@ class Building:
                     cells=cells,
                     centre=self._middle(cells),
                 )
-                found.append(area)
-        return tuple(found)
+                areas.append(area)
+        return tuple(areas)
 
     def _word_on(self, floor: int, cells: np.ndarray) -> str:
         """The first word on the cells of a room, or a stairwell's letter; else ''."""
         for row, col in cells[self.signs[floor, *cells.T] != "."][:1].tolist():
-            written = self.plan.storeys[floor].rows[row][col:]
+            written = self.drawing.storeys[floor].rows[row][col:]
             if word := re.match("[a-z][a-z0-9]*|[A-D]", written):
                 return word[0]
         return ""
 
     def _find_landmarks(self) -> tuple[Landmark, ...]:
         """Find doors, then entrances, then exits of each floor, in reading order."""
-        found: list[Landmark] = []
+        landmarks: list[Landmark] = []
         lowest = {a.name: a.floor for a in self.areas[::-1] if a.kind == "stairwell"}
         for floor, signs in enumerate(self.signs):
             cells = [some for sign in "+E" for some in pieces(signs == sign)]
@@ -218,7 +219,7 @@ class Building:
                 stairs = [side.name for side in sides if side.kind == "stairwell"]
                 well = sorted(lowest).index(stairs[0]) if kind is Kind.ENTRANCE else -1
                 mark = Landmark(
-                    index=len(found),
+                    index=len(landmarks),
                     id=f"{floor + 1}/{kind.name.lower()}-{count[kind]}",
                     kind=kind,
                     floor=floor,
@@ -228,8 +229,8 @@ class Building:
                     stairwell=well,
                     leads_out=is_exit or any(lowest[name] < floor for name in stairs),
                 )
-                found.append(mark)
-        return tuple(found)
+                landmarks.append(mark)
+        return tuple(landmarks)
 
     def _gate(
         self, floor: int, cells: np.ndarray
@@ -246,7 +247,7 @@ class Building:
 
     def _find_stairwells(self) -> tuple[Stairwell, ...]:
         wells = [area for area in self.areas if area.kind == "stairwell"]
-        found = []
+        stairwells = []
         for k, letter in enumerate(sorted({area.name for area in wells})):
             mine = [area for area in wells if area.name == letter]
             marks = [m for m in self.landmarks if m.stairwell == k]
@@ -255,8 +256,8 @@ class Building:
                 f: tuple(m.index for m in marks if m.floor == f) for f in areas
             }
             cells, middle = mine[0].cells, mine[0].centre
-            found.append(Stairwell(letter, cells, middle, areas, entrances))
-        return tuple(found)
+            stairwells.append(Stairwell(letter, cells, middle, areas, entrances))
+        return tuple(stairwells)
 
     def ways_out(self, floor: int) -> list[int]:
         """Landmarks that lead off a floor: exits, and entrances to stairs down."""
@@ -279,21 +280,28 @@ class Building:
         """
         ways = nx.MultiDiGraph()
         for area in self.areas:
-            facts = {"kind": area.kind, "floor": area.floor, "area": area.size}
-            ways.add_node(area.id, name=area.name, **facts)
+            ways.add_node(
+                area.id,
+                name=area.name,
+                kind=area.kind,
+                floor=area.floor,
+                area=area.size,
+            )
         ways.add_node(OUTSIDE, name=OUTSIDE, kind=OUTSIDE)
         for mark in self.landmarks:
-            facts = {"kind": mark.kind.name.lower(), "width": mark.width}
+            kind = mark.kind.name.lower()
             for ends in permutations(mark.sides, 2):
                 rooms = [self.area_of[end] for end in ends if end != OUTSIDE]
                 metres = sum(dist(room.centre, mark.position) for room in rooms)
                 if _walked(mark, rooms[0], ends):
-                    ways.add_edge(*ends, mark.id, **facts, length=metres)
+                    ways.add_edge(
+                        *ends, mark.id, kind=kind, width=mark.width, length=metres
+                    )
         for well in self.stairwells:
-            facts = {"kind": "stairs", "width": 1, "length": STAIRS_METRES}
             for low, up in pairwise(floor + 1 for floor in well.areas):
                 ends = f"{up}/{well.letter}", f"{low}/{well.letter}"
-                ways.add_edge(*ends, f"{well.letter}:{low}-{up}", **facts)
+                key = f"{well.letter}:{low}-{up}"
+                ways.add_edge(*ends, key, kind="stairs", width=1, length=STAIRS_METRES)
         return ways
 
     @cached_property
@@ -319,9 +327,9 @@ def burn(graph: Graph, doors: Collection[str]) -> Graph:
     return nx.restricted_view(graph, [], edges)
 
 
-def signs_of(plan: Plan) -> np.ndarray:
+def signs_of(drawing: Drawing) -> np.ndarray:
     """(floors, rows, cols) the characters of a drawing."""
-    rows = np.array([storey.rows for storey in plan.storeys])
+    rows = np.array([storey.rows for storey in drawing.storeys])
     return rows[..., None].view("U1")
 
 
@@ -337,12 +345,12 @@ def pieces(mask: np.ndarray) -> list[np.ndarray]:
 
 
 @lru_cache(maxsize=4)
-def built(plan: Plan) -> Building:
+def built(drawing: Drawing) -> Building:
     """Build what is drawn: one object per drawing, of the last few.
 
     Navigation and sight are cached per object, so do not write into its arrays.
     """
-    return Building(plan)
+    return Building(drawing)
 
 
 _parsed = lru_cache(maxsize=4)(parse)
@@ -358,4 +366,4 @@ def building_of(plan: str) -> Building:
 
 def plan_of(building: Building) -> str:
     """Write a building as the text of its floor file."""
-    return to_text(building.plan)
+    return to_text(building.drawing)

@@ -55,10 +55,10 @@ class Generator:
         In training an occupied place yields no fire; otherwise another free one burns.
         """
         floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
-        where, free = (floor, *world.building.cell(x, y)), free_places(world)
+        cell, free = (floor, *world.building.cell(x, y)), free_places(world)
         shape = world.building.kind.shape
-        inside = all(0 <= k < size for k, size in zip(where, shape, strict=True))
-        if not inside or not free.reshape(shape)[where]:
+        inside = all(0 <= k < size for k, size in zip(cell, shape, strict=True))
+        if not inside or not free.reshape(shape)[cell]:
             others = free[self.order]
             if self.training or not others.any():
                 return FireRefused(world.time, floor, x, y)
@@ -103,8 +103,8 @@ class Spread:
         delay = rng.exponential(1 / paper.SPREAD_RATE, len(one))
         passes = delay < paper.BURN_SECONDS
         one, other, delay = one[passes], other[passes], np.tile(delay[passes], 2)
-        where = np.concatenate([one, other]), np.concatenate([other, one])
-        self.delays = csr_matrix((delay, where), shape=(burns.size, burns.size))
+        ends = np.concatenate([one, other]), np.concatenate([other, one])
+        self.delays = csr_matrix((delay, ends), shape=(burns.size, burns.size))
 
     def ignite(self, flames: Flames, source: FireLit) -> None:
         """Add a source; each cell's arrival is the earliest over all sources."""

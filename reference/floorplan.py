@@ -27,14 +27,14 @@ STAIRWELLS = "ABCD"
 
 @dataclass(frozen=True)
 class Storey:
-    """One floor: its name and its rows, all of the plan's width, north first."""
+    """One floor: its name and its rows, all of the drawing's width, north first."""
 
     name: str
     rows: tuple[str, ...]
 
 
 @dataclass(frozen=True)
-class Plan:
+class Drawing:
     """A drawing; width and height in cells of 1 m [A1]."""
 
     title: str
@@ -47,24 +47,24 @@ class FloorPlanError(InputError):
     """A drawing with a mistake; its text says where and what."""
 
 
-def parse(text: str, path: str = "<text>") -> Plan:
+def parse(text: str, path: str = "<text>") -> Drawing:
     """Read the drawing in a text, called `path` in messages. Raises FloorPlanError."""
     reader = _Reader()
     try:
         for line in StringIO(text.removeprefix("\ufeff"), newline=None):
             reader.read(line)
-        return reader.plan()
-    except FloorPlanError as what:
+        return reader.drawing()
+    except FloorPlanError as error:
         explained = f"`python -m reference check {path}` explains"
-        raise FloorPlanError(f"{path}:{reader.line}: {what}: {explained}") from None
+        raise FloorPlanError(f"{path}:{reader.line}: {error}: {explained}") from None
 
 
-def to_text(plan: Plan) -> str:
-    """Write a plan as text: `parse(to_text(plan)) == plan`."""
-    head = f"building: {plan.title}\nsize:     {plan.width} x {plan.height}\n"
+def to_text(drawing: Drawing) -> str:
+    """Write a drawing as text: `parse(to_text(drawing)) == drawing`."""
+    head = f"building: {drawing.title}\nsize:     {drawing.width} x {drawing.height}\n"
     floors = [
         "\n".join(line.rstrip() for line in ("", f"floor {n}: {s.name}", *s.rows))
-        for n, s in enumerate(plan.storeys, 1)
+        for n, s in enumerate(drawing.storeys, 1)
     ]
     return head + "\n".join(floors) + "\n"
 
@@ -106,13 +106,13 @@ class _Reader:
         elif code:
             self._row(code)
 
-    def plan(self) -> Plan:
+    def drawing(self) -> Drawing:
         """The whole drawing, once all its lines are read."""
         self._end_floor()
         if not self.title or not self.storeys:
             raise FloorPlanError("no building" if self.storeys else "no floor is drawn")
         storeys = [Storey(name, tuple(rows)) for name, rows in self.storeys]
-        return Plan(self.title, *self.size, tuple(storeys))
+        return Drawing(self.title, *self.size, tuple(storeys))
 
     def _row(self, code: str) -> None:
         width = self.size[0]
@@ -121,12 +121,15 @@ class _Reader:
         if not _ROW.fullmatch(code):
             raise FloorPlanError("a sign here has no meaning in a drawing")
         if len(code) > width:
-            what = f"this row has {len(code)} columns, the size says {width}"
-            raise FloorPlanError(what)
+            raise FloorPlanError(
+                f"this row has {len(code)} columns, the size says {width}"
+            )
         self.storeys[-1][1].append(code.ljust(width))
 
     def _end_floor(self) -> None:
         for _, rows in self.storeys[-1:]:
             if len(rows) != self.size[1]:
-                what = f"the drawing above has {len(rows)} rows, the size says "
-                raise FloorPlanError(f"{what}{self.size[1]}")
+                raise FloorPlanError(
+                    f"the drawing above has {len(rows)} rows, the size says "
+                    f"{self.size[1]}"
+                )

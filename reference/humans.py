@@ -40,8 +40,8 @@ class Leader:
 
     def setoff(self, me: Mind, observe: View) -> Goal:
         """One pass of lines 2-22."""
-        if (found := exit_in_view(observe)) is not None:  # 2
-            return go_to(found)  # 3, which ends the pass [B6, chosen]
+        if (nearest := exit_in_view(observe)) is not None:  # 2
+            return go_to(nearest)  # 3, which ends the pass [B6, chosen]
         if observe.robots:  # 6, 7: robots lead, door or no door [B6, deviation]
             return follow(me, next(iter(observe.robots)), observe)  # the nearest
         if (wanted := desired(me, observe)) is not None:  # 5
@@ -264,9 +264,10 @@ def remember(me: Mind, observe: View) -> None:
     me.patches |= observe.looked_at
     me.been.pop(observe.place, None)
     me.been[observe.place] = observe.time
-    for mark in observe.of_room if observe.room != NOWHERE else ():
-        if me.seen_from.setdefault(mark, observe.room) != observe.room:
-            me.doors.add(mark)
+    if observe.room != NOWHERE:
+        for mark in observe.of_room:
+            if me.seen_from.setdefault(mark, observe.room) != observe.room:
+                me.doors.add(mark)
     if me.goal.aim is Aim.DIRECTION and observe.burns_towards(me.goal.place):
         me.patches.add(me.goal.which)
     if burnt := observe.burnt:

@@ -5,15 +5,14 @@ in JuPedSim: speed falls with the gap ahead.  Ours besides: people keep to the r
 oncoming people and turn their shoulders; a body that is held up, or that stands in the
 way of others and cannot make room, tries a small random step.
 
-    n      bodies;  k  pairs of neighbours, each counted both ways (i looks at j)
-    e_i    unit vector i means to walk along;  v_i  its speed, m/s
-    s      metres from the edge of i to the edge of j
-    room   (k,) metres that the middles of i and j keep apart
-    to_j   (k, 2) unit vectors from i to j;  apart  (k,) metres between their middles
-    yields (k,) bool, i gives way;  far  (n,) metres to the target
+    n    bodies;  k  pairs of neighbours, each counted both ways (i looks at j)
+    e_i  unit vector i means to walk along;  v_i  its speed, m/s
+    s    metres from the edge of i to the edge of j
+    far  (n,) metres to the target
 """
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -50,6 +49,28 @@ Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k, 2) positions of (k,) bodies -> (k,) bool: may they stand there?"""
 
 
+class Pairs(NamedTuple):
+    """Neighbours, each pair counted both ways; all are (k,), to_j is (k, 2).
+
+    i, j    the body that looks, and the one looked at
+    to_j    unit vector from i to j;  apart  metres between their middles
+    room    metres that the middles keep apart
+    facing  bool, they walk at each other;  yields  bool, i gives way
+    """
+
+    i: np.ndarray
+    j: np.ndarray
+    to_j: np.ndarray
+    apart: np.ndarray
+    room: np.ndarray
+    facing: np.ndarray
+    yields: np.ndarray
+
+    def off(self, points: np.ndarray) -> np.ndarray:
+        """(k, 2) metres from each i to its j, if bodies stand at points (n, 2)."""
+        return points.take(self.j, 0) - points.take(self.i, 0)
+
+
 def turns(rng: np.random.Generator) -> Callable[[np.ndarray], np.ndarray]:
     """Make a function that draws for (k,) bodies (k,) angles up to SHUFFLE_TURN."""
     return lambda who: rng.uniform(-SHUFFLE_TURN, SHUFFLE_TURN, len(who))
@@ -61,44 +82,53 @@ def step(
     pace: np.ndarray,
     seconds: float,
     free: Free,
-    pairs: np.ndarray,
+    near: np.ndarray,
     turns: Callable[[np.ndarray], np.ndarray],
 ) -> np.ndarray:
     """Move n bodies by one tick; return their new positions, (n, 2) metres.
 
-    position, target: (n, 2) metres; pace: (n,) m/s; pairs, turns: see `neighbours` and
+    position, target: (n, 2) metres; pace: (n,) m/s; near, turns: see `neighbours` and
     `turns`.
     """
     e, far, v = _heading(position, target, pace, seconds)
-    if not pairs.size:
+    if not near.size:
         wished = position + e * (v * seconds)[:, None]
         return _not_into_walls(position, wished, free)
-    i, j = np.concatenate(pairs), np.concatenate(pairs[::-1])  # each pair both ways
-    far_i, far_j = far[i], far[j]
-    yields = (far_i > far_j) | ((far_i == far_j) & (i > j))
-    to_j, apart = _directions(_off(position, i, j))
-    facing = _along(e.take(i, 0), e.take(j, 0)) < -0.5
-    facing &= far_i + far_j > apart + DIAMETER
-    room = np.where(facing, SHOULDERS, DIAMETER)
-    turned, v = _heed_neighbours(e, v, yields, i, j, to_j, apart)
+    pairs = _pairs(near, position, e, far)
+    turned, v = _heed_neighbours(e, v, pairs)
     wished = position + turned * (v * seconds)[:, None]
     moved = _not_into_walls(position, wished, free)
-    if (pushed := _pushed_apart(moved, i, j)) is not moved:
+    if (pushed := _pushed_apart(moved, pairs)) is not moved:
         pushed = _not_into_walls(moved, pushed, free)
-    moved = _not_into_each_other(position, pushed, yields, i, j, room)
+    moved = _not_into_each_other(position, pushed, pairs)
     e = np.where((far > THERE)[:, None], e, turned)
     held_up = (_along(moved - position, e) < HELD_UP * seconds) & e.any(axis=1)
     if not held_up.any():
         return moved
-    mine = held_up[i]
-    i, j, room = i[mine], j[mine], room[mine]
+    mine = held_up[pairs.i]
+    pairs = Pairs(*(column[mine] for column in pairs))
     meets = np.zeros(len(e), bool)
-    meets[i[facing[mine] & (_along(e.take(i, 0), to_j[mine]) > 0)]] = True
+    meets[pairs.i[pairs.facing & (_along(e.take(pairs.i, 0), pairs.to_j) > 0)]] = True
     tried, who = moved.copy(), np.flatnonzero(held_up)
     tried[who] += SHUFFLE * seconds * _about(e[who], meets[who], turns(who))
     barred = who[~free(tried[who], who)]
     tried[barred] = moved[barred]
-    return _not_into_each_other(moved, tried, np.ones_like(i, bool), i, j, room)
+    pairs = pairs._replace(yields=np.ones_like(pairs.yields))
+    return _not_into_each_other(moved, tried, pairs)
+
+
+def _pairs(
+    near: np.ndarray, position: np.ndarray, e: np.ndarray, far: np.ndarray
+) -> Pairs:
+    """Describe neighbours; near: (2, k / 2), each pair once."""
+    i, j = np.concatenate(near), np.concatenate(near[::-1])
+    far_i, far_j = far[i], far[j]
+    yields = (far_i > far_j) | ((far_i == far_j) & (i > j))
+    to_j, apart = _directions(position.take(j, 0) - position.take(i, 0))
+    facing = _along(e.take(i, 0), e.take(j, 0)) < -0.5
+    facing &= far_i + far_j > apart + DIAMETER
+    room = np.where(facing, SHOULDERS, DIAMETER)
+    return Pairs(i, j, to_j, apart, room, facing, yields)
 
 
 def _heading(
@@ -130,18 +160,13 @@ def neighbours(
 
 
 def _heed_neighbours(
-    e: np.ndarray,
-    v: np.ndarray,
-    yields: np.ndarray,
-    i: np.ndarray,
-    j: np.ndarray,
-    to_j: np.ndarray,
-    apart: np.ndarray,
+    e: np.ndarray, v: np.ndarray, pairs: Pairs
 ) -> tuple[np.ndarray, np.ndarray]:
     """Turn directions away from neighbours, and slow down to keep the gap ahead.
 
     Of two who are in each other's way only one waits.
     """
+    i, j, to_j, apart, _, _, yields = pairs
     s = apart - DIAMETER
     standing = v < IDLE
     at_me = _along(e.take(j, 0), to_j) < -0.5
@@ -178,11 +203,6 @@ def _sums(i: np.ndarray, vectors: np.ndarray, n: int) -> np.ndarray:
     return np.array([np.bincount(i, axis, n) for axis in vectors.T]).T
 
 
-def _off(points: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
-    """(k, 2) metres from each i to its j."""
-    return points.take(j, 0) - points.take(i, 0)
-
-
 def _not_into_walls(position: np.ndarray, wished: np.ndarray, free: Free) -> np.ndarray:
     """Slide along what is in the way: both coordinates, then one, then none.
 
@@ -204,17 +224,17 @@ def _not_into_walls(position: np.ndarray, wished: np.ndarray, free: Free) -> np.
     return moved
 
 
-def _pushed_apart(moved: np.ndarray, i: np.ndarray, j: np.ndarray) -> np.ndarray:
+def _pushed_apart(moved: np.ndarray, pairs: Pairs) -> np.ndarray:
     """Push overlapping bodies apart, each by half, so that they slide round each other.
 
     Returns `moved` itself if none overlap.
     """
     for _ in range(PUSHES):
-        off, far = _directions(_off(moved, j, i))
+        to_j, far = _directions(pairs.off(moved))
         half = np.maximum(DIAMETER - far, 0) / 2
         if not half.any():
             break
-        moved = moved + _sums(i, half[:, None] * off, len(moved))
+        moved = moved - _sums(pairs.i, half[:, None] * to_j, len(moved))
     return moved
 
 
@@ -226,22 +246,17 @@ def _about(e: np.ndarray, meets: np.ndarray, angle: np.ndarray) -> np.ndarray:
 
 
 def _not_into_each_other(
-    position: np.ndarray,
-    moved: np.ndarray,
-    yields: np.ndarray,
-    i: np.ndarray,
-    j: np.ndarray,
-    room: np.ndarray,
+    position: np.ndarray, moved: np.ndarray, pairs: Pairs
 ) -> np.ndarray:
     """Of two who would overlap, keep in place the one that yields; if need be, both."""
-    before = _off(position, i, j)
-    room = np.minimum(room, np.sqrt(_along(before, before))) - 1e-9
+    before, yields = pairs.off(position), pairs.yields
+    room = np.minimum(pairs.room, np.sqrt(_along(before, before))) - 1e-9
     moved = moved.copy()
     while True:
-        off = _off(moved, i, j)
+        off = pairs.off(moved)
         clash = _along(off, off) < room**2
         if not clash.any():
             return moved
-        who = i[clash & yields]
+        who = pairs.i[clash & yields]
         moved[who] = position[who]
         yields = np.ones_like(yields)

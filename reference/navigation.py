@@ -161,9 +161,9 @@ class Navigation:
             starts.append(np.flatnonzero(ok))
         start = np.concatenate(starts)
         down, right = np.repeat(NEIGHBOURS, [len(some) for some in starts], axis=0).T
-        where = (start, start + down * self.cols + right)
+        ends = (start, start + down * self.cols + right)
         shape = (self.floor_size, self.floor_size)
-        return csr_matrix((np.hypot(down, right), where), shape=shape)
+        return csr_matrix((np.hypot(down, right), ends), shape=shape)
 
     # -- Places and points ----------------------------------------------------------
 
@@ -203,7 +203,8 @@ class Navigation:
         """The places on the straight line from p to q of the same floor, p left out."""
         d_row, d_col = q // self.cols - p // self.cols, q % self.cols - p % self.cols
         through, _ = cells_crossed(d_row, d_col)
-        return [p + row * self.cols + col for row, col in through] + [q] * (p != q)
+        places = [p + row * self.cols + col for row, col in through]
+        return places if p == q else [*places, q]
 
     # -- Ways -----------------------------------------------------------------------
 

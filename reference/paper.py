@@ -198,7 +198,8 @@ class Scenario:
         if (counts := self.people_per_floor) is None:
             share, rest = divmod(self.people, floors)
             return tuple(share + (floor < rest) for floor in range(floors))
-        if (n := len(counts)) != floors:
-            what = f"people_per_floor names {n} floors, the building has {floors}"
-            raise InputError(what)
+        if (named := len(counts)) != floors:
+            raise InputError(
+                f"people_per_floor names {named} floors, the building has {floors}"
+            )
         return counts

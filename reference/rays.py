@@ -208,22 +208,22 @@ class Sight:
         self, p: int, holes: frozenset[int] = NO_HOLES
     ) -> dict[int, Hit]:
         """Not the entrances of stairs that end here: a sign says so [B6, chosen]."""
-        found: dict[int, Hit] = {}
+        nearest: dict[int, Hit] = {}
         met = [q for q in self._stops(p, holes) if self._marks[q] in self._useful]
         for hit in sorted((self._hit(p, q) for q in met), key=attrgetter("distance")):
-            found.setdefault(hit.landmark, hit)
-        return found
+            nearest.setdefault(hit.landmark, hit)
+        return nearest
 
     def _open_from(self, p: int, holes: frozenset[int] = NO_HOLES) -> list[Direction]:
-        found: dict[int, Direction] = {}
+        ways: dict[int, Direction] = {}
         hits, ends = self._rays(p, holes)
         for q in dict.fromkeys(ends[hits < 0].tolist()):
             patch = int(self.patches[q])
-            if q != p and patch not in found:
+            if q != p and patch not in ways:
                 off = self.navigation.centres[q] - self.navigation.centres[p]
                 x, y = (off / np.linalg.norm(off)).tolist()
-                found[patch] = Direction(patch, q, (x, y))
-        return list(found.values())
+                ways[patch] = Direction(patch, q, (x, y))
+        return list(ways.values())
 
     def _seen_from(self, p: int, holes: frozenset[int] = NO_HOLES) -> frozenset[int]:
         ends = (way.place for way in self.open(p, holes))

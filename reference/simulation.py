@@ -8,7 +8,7 @@ through the modules before it.
 
 from collections import Counter
 from copy import deepcopy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import inf, nan
 
 import numpy as np
@@ -84,10 +84,12 @@ class Simulation:
         self.robot_strategy: RobotStrategy = robots or NoRobots()
         self.fire_strategy: FireStrategy = fire or NoFire()
         self._marks, self._areas = building.landmark.ravel(), building.area.ravel()
-        if isinstance(self.robot_strategy, NoRobots):
-            self.scenario = replace(self.scenario, robots_per_floor=0)
         self.spread = Spread(building, self.rng["flames"])
-        self.world = world or beginning(building, self.scenario, self.rng["people"])
+        if world is None:
+            world = beginning(building, self.scenario, self.rng["people"])
+            if isinstance(self.robot_strategy, NoRobots):
+                world.robots = []
+        self.world = world
         self.algorithm = RobotAlgorithm()
         self.generator = Generator(building, self.scenario, self.rng["elsewhere"])
         self.events: list[Event] = []
@@ -317,5 +319,5 @@ class Simulation:
         bodies.fate[i], bodies.leader[i], bodies.landmark[i] = fate, NOBODY, NOWHERE
         bodies.stairwell[i], bodies.stairs_until[i] = NOWHERE, inf
 
-    def _record(self, event: type[Event], *facts: object) -> None:
-        self.events.append(event(self.world.time, *facts))
+    def _record(self, event: type[Event], *fields: object) -> None:
+        self.events.append(event(self.world.time, *fields))

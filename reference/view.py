@@ -153,8 +153,20 @@ def views_of(world: World, sight: Sight, who: np.ndarray) -> list[View]:
         while through := burnt.intersection(met):
             holes |= through
             met = sight.landmarks(p, holes)
-        seen = world, sight, world.time, met, holes
-        views.append(View(*seen, p, patch, room, here, rank, halted_since))
+        view = View(
+            _world=world,
+            _sight=sight,
+            time=world.time,
+            landmarks=met,
+            holes=holes,
+            place=p,
+            patch=patch,
+            room=room,
+            here=here,
+            rank=rank,
+            halted_since=halted_since,
+        )
+        views.append(view)
     return views
 
 
@@ -162,8 +174,8 @@ def points(world: World) -> list[np.ndarray]:
     """x, y (metres, floors far apart), place and presence of people, then of robots."""
     bodies, robots = world.bodies, world.robots
     at = np.array([robot.position for robot in robots]).reshape(-1, 2)
-    facts = [(robot.floor, robot.place, robot.active) for robot in robots]
-    floor, place, active = np.array(facts, dtype=np.int64).reshape(-1, 3).T
+    each = [(robot.floor, robot.place, robot.active) for robot in robots]
+    floor, place, active = np.array(each, dtype=np.int64).reshape(-1, 3).T
     x = bodies.position[:, 0] + FLOOR_APART * bodies.floor
     pairs = (
         (x, at[:, 0] + FLOOR_APART * floor),

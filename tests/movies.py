@@ -44,7 +44,7 @@ from reference import humans, paper
 from reference.beginning import beginning
 from reference.building import Building, Kind
 from reference.fire import Spread
-from reference.floorplan import Plan, Storey, parse
+from reference.floorplan import Drawing, Storey, parse
 from reference.navigation import navigation_of
 from reference.paper import STUCK_SECONDS, WALKING_SPEED, Scenario
 from reference.rays import sight_of
@@ -216,7 +216,7 @@ def show(sim):
 
 def canvas(sim):
     """The signs of the board now, floor by floor and row by row."""
-    floors = [[list(row) for row in s.rows] for s in sim.building.plan.storeys]
+    floors = [[list(row) for row in s.rows] for s in sim.building.drawing.storeys]
     bodies, cell = sim.world.bodies, sim.building.cell
     for mark in sim.world.burnt:
         for row, col in sim.building.landmarks[mark].cells:
@@ -500,7 +500,7 @@ def walled(rows):
     rows = ["." + rows[0][1:], *rows[1:]]
     side = "#" * (len(rows[0]) + 2)
     rows = (side, *(f"#{row}#" for row in rows), side)
-    return Building(Plan("grid", len(side), len(rows), (Storey("", rows),)))
+    return Building(Drawing("grid", len(side), len(rows), (Storey("", rows),)))
 
 
 def found(floors, letters):

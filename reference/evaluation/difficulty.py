@@ -145,8 +145,8 @@ def _ways_out(building: Building, length: np.ndarray) -> tuple[np.ndarray, np.nd
     (start, end, _), times = _links(building)[0], len(length)
     areas, nodes = len(building.areas), len(building.areas) + len(building.landmarks)
     first = nodes * np.arange(times)[:, None]
-    where = (first + end).ravel(), (first + start).ravel()
-    graph = csr_matrix((length.ravel(), where), shape=2 * (nodes * times,))
+    ends = (first + end).ravel(), (first + start).ravel()
+    graph = csr_matrix((length.ravel(), ends), shape=(nodes * times, nodes * times))
     exits = (first + areas + sorted(building.exits)).ravel()
     d, after, _ = dijkstra(
         graph, indices=exits, min_only=True, return_predecessors=True

@@ -1,7 +1,7 @@
 """The score E of robots: their reward weighed against the difficulty of the fire.
 
 Clauses: F1, F2, F3, F9, F10, F12.  A `Ruler` holds the constants of E.  `PAPER` has the
-paper's; `calibrated` makes one as the paper did, `from_runs` from a baseline's runs.
+paper's; `calibrated` makes one as the paper did.
 
     R   reward, health points;          h   difficulty, on the scale of F10
     y   exponential value of a reward;  e′  y and difficulty together, before scaling
@@ -19,9 +19,6 @@ from reference.paper import ALPHA, BEST_POINT, BETA, WORST_POINT, InputError, K
 
 LARGEST = 1e12
 """[F1, chosen] limit of y: above it, difficulty would not count any more."""
-
-FEWEST_RUNS = 6  # [F12, chosen] two in each third
-CLEARLY = 2.0  # [F12, chosen] standard errors between easy and hard thirds: 95 %
 
 Number = TypeVar("Number", float, np.ndarray)
 Point = tuple[float, float]  # a reward, health points, and its y
@@ -49,10 +46,10 @@ class Ruler:
     def reward_part(self, reward: Number) -> Number:
         """y = b^(R/α) / c [F1, Eq. 4]; RulerError where it exceeds LARGEST."""
         R, α, b, c = reward, self.alpha, self.base, self.control
-        if (found := np.max(R)) > (most := self.reward_at(LARGEST)):
+        if (highest := np.max(R)) > (most := self.reward_at(LARGEST)):
             raise RulerError(
-                f"reward {found:g} lies off this ruler, which reads at most {most:.0f}:"
-                " calibrate one for this building and these people"
+                f"reward {highest:g} lies off this ruler, which reads at most "
+                f"{most:.0f}: calibrate one for this building and these people"
             )
         return b ** (R / α) / c
 
@@ -113,44 +110,6 @@ def calibrated(
     return replace(
         ruler, beta=float(np.mean([ruler.score(*case) for case in baseline]))
     )
-
-
-def from_runs(
-    rewards: Sequence[float],
-    difficulties: Sequence[float],
-    worst: Point,
-    best: Point,
-    fires: Sequence[str],
-) -> Ruler:
-    """Calibrate a ruler from a baseline's runs and critical points [F12, chosen].
-
-    The two equal cases are the means of the third of the runs with the easiest fires
-    and of the third with the hardest: the same robots deserve the same score. They are
-    to score 1 on average over the named fires, each fire's runs taken by their means.
-
-    Take runs against weak and strong fires alike. Raises RulerError for fewer than
-    FEWEST_RUNS, and where the hard third did not CLEARLY earn less than the easy one.
-    """
-    if len(fires) < FEWEST_RUNS:
-        raise RulerError(
-            f"{len(fires)} runs make no ruler: give at least {FEWEST_RUNS}"
-        )
-    R, h = np.array(rewards, dtype=float), np.array(difficulties, dtype=float)
-
-    def mean(part: np.ndarray) -> Case:
-        return float(R[part].mean()), float(h[part].mean())
-
-    ranked, third = np.sort(h), len(h) // 3
-    easy, hard = h <= ranked[third - 1], h >= ranked[-third]  # with ties
-    error = np.sqrt(sum(R[part].var(ddof=1) / part.sum() for part in (easy, hard)))
-    if not R[easy].mean() - R[hard].mean() > CLEARLY * error:
-        raise RulerError(
-            f"the baseline earned {R[easy].mean():.0f} in the easiest third of the "
-            f"fires, {R[hard].mean():.0f} in the hardest, give or take {error:.0f}: "
-            "run more seeds, or weak and strong fires alike"
-        )
-    of_fires = [mean(np.array(fires) == name) for name in np.unique(fires)]
-    return calibrated(worst, best, (mean(easy), mean(hard)), of_fires)
 
 
 # -- The paper's --------------------------------------------------------------------

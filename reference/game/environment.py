@@ -131,7 +131,7 @@ class Environment:
 
         Raises ValueError for more people than fit, and if there is nobody to act.
         """
-        self.building, self._asked = building, scenario or Scenario()
+        self.building, self.scenario = building, scenario or Scenario()
         self._robots, self._fire, self._pay = robots, fire, pay
         self._begin(seed=0)
         count = len(self.simulation.world.robots) if robots is None else 0
@@ -147,7 +147,7 @@ class Environment:
         self._agent_robots, self._agent_fire = AgentRobots(), AgentFire()
         self.simulation = Simulation(
             self.building,
-            self._asked,
+            self.scenario,
             self._agent_robots if self._robots is None else deepcopy(self._robots),
             self._agent_fire if self._fire is None else deepcopy(self._fire),
             seed,
@@ -227,9 +227,9 @@ class Environment:
     def _observed(self, agents: list[str]) -> Seen:
         """What each of these agents observes now, in arrays of its own."""
         world = self.simulation.world
-        vectors = {FIRE: observations.fire_vector(world, self._asked)}
+        vectors = {FIRE: observations.fire_vector(world, self.scenario)}
         if self._robot_agents:
-            rows = observations.robot_vectors(world, self._asked)
+            rows = observations.robot_vectors(world, self.scenario)
             vectors |= zip(self._robot_agents, rows, strict=True)
         grid = observations.grid(world)
         return {

@@ -123,10 +123,7 @@ def vector_layout(building: Building, scenario: Scenario) -> Layout:
 
 
 def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
-    """(R, V) float32: row k is what robot k observes, see `vector_layout` [C1] [C4].
-
-    scenario: as asked for.
-    """
+    """(R, V) float32: row k is what robot k observes, see `vector_layout` [C1] [C4]."""
     humans, robots, work = _humans(world), _robots(world), robots_at_work(world)
     mates = np.equal.outer(robots[:, 2], robots[:, 2])
     nearest = _nearest_first(robots, humans, world.building.floors)
@@ -139,7 +136,7 @@ def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
 def fire_vector(world: World, scenario: Scenario) -> np.ndarray:
     """(V,) float32: what the fire observes, see `vector_layout` [D1].
 
-    scenario: as asked for; its robots are SENTINEL where `NoRobots` plays.
+    Where `NoRobots` plays, all robots of the scenario are SENTINEL.
     """
     robots, work = _robots(world), robots_at_work(world)
     robots[~work] = SENTINEL
@@ -181,8 +178,8 @@ def _humans(world: World) -> np.ndarray:
 
 def _robots(world: World) -> np.ndarray:
     """(R, 3) points of the robots, those whose work is done too."""
-    where = [(*robot.position, robot.floor) for robot in world.robots]
-    return np.array(where, dtype=np.float64).reshape(-1, 3)
+    points = [(*robot.position, robot.floor) for robot in world.robots]
+    return np.array(points, dtype=np.float64).reshape(-1, 3)
 
 
 def robots_at_work(world: World) -> np.ndarray:

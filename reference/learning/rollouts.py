@@ -102,13 +102,15 @@ def _begun(job: Job) -> "list[_Run]":
 
 def _decide(running: "Sequence[_Run]") -> None:
     """Let the players of a job choose, all episodes by one call of each network."""
-    for side, player in running[0].players.items() if running else ():
+    if not running:
+        return
+    for side, player in running[0].players.items():
         moments = [(run, run.moment(side)) for run in running]
         asked = [(run, moment) for run, moment in moments if moment.alive.any()]
         if asked:
             emitted, records = player.act([moment for _, moment in asked])
-            for (run, _), *chosen in zip(asked, emitted, records, strict=True):
-                run.choose(side, *chosen)
+            for (run, _), chosen, record in zip(asked, emitted, records, strict=True):
+                run.choose(side, chosen, record)
 
 
 class _Run:
@@ -127,7 +129,7 @@ class _Run:
         self.environment, self.seed, self.players = environment, seed, players
         seen, self.infos = environment.reset(seed)
         self.simulation = environment.simulation
-        self.vectors = {agent: found["vector"] for agent, found in seen.items()}
+        self.vectors = {agent: observed["vector"] for agent, observed in seen.items()}
         self.actions = {agent: np.zeros(action_size(agent)) for agent in seen}
         self.agents: dict[Side, list[str]] = {
             "robots": [agent for agent in seen if agent != FIRE],
@@ -161,7 +163,7 @@ class _Run:
         that has left would be paid.
         """
         seen, rewards, _, _, self.infos = self.environment.end_step()
-        self.vectors |= {agent: found["vector"] for agent, found in seen.items()}
+        self.vectors |= {agent: observed["vector"] for agent, observed in seen.items()}
         for side, paid in self.rewards.items():
             if paid:
                 paid[-1] += [rewards.get(agent, 0.0) for agent in self.agents[side]]

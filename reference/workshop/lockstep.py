@@ -28,7 +28,8 @@ def together(runs: Sequence[Simulation]) -> None:
     alike = defaultdict(list)
     for run in runs:
         if not run.done:
-            alike[run.building, run.scenario, run.ticks].append(run)
+            robots = len(run.world.robots)
+            alike[run.building, run.scenario, robots, run.ticks].append(run)
     for some in alike.values():
         one = Lockstep(some) if len(some) > 1 else some[0]
         for _ in range(some[0].decision_ticks):

@@ -192,7 +192,7 @@ class FlatEnvironment(ZooEnvironment):
 
     def _seen(self, seen: Seen) -> dict[str, Any]:
         gone = np.zeros(self.layout.size, dtype=np.float32)
-        there = {agent: self._scaled(found["vector"]) for agent, found in seen.items()}
+        there = {agent: self._scaled(each["vector"]) for agent, each in seen.items()}
         return {agent: there.get(agent, gone) for agent in self.possible_agents}
 
     def _scaled(self, vector: np.ndarray) -> np.ndarray:

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference.floorplan import FloorPlanError, Plan, Storey, parse, to_text
+from reference.floorplan import Drawing, FloorPlanError, Storey, parse, to_text
 from reference.workshop import maps
 
 HOUSE = """building: Small house
@@ -39,7 +39,7 @@ def test_a_drawing_becomes_rows_of_cells_all_equally_wide():
 #####"""
     )
     ground = Storey("ground", ("#######", "#.hut.E", "#...###", "#####  "))
-    assert plan == Plan("Hut", 7, 4, (ground,))
+    assert plan == Drawing("Hut", 7, 4, (ground,))
 
 
 @pytest.mark.paper("A1")

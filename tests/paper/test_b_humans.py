@@ -34,7 +34,7 @@ from movies import (
 from scipy.ndimage import label
 
 from reference.building import Building, Kind
-from reference.floorplan import Plan, Storey
+from reference.floorplan import Drawing, Storey
 from reference.humans import pass_landmark, stuck, think
 from reference.paper import (
     FOLLOW_DISTANCE,
@@ -940,12 +940,12 @@ def test_whoever_is_alone_finds_the_exit_of_any_floor_without_doors(rows, seed, 
 
 def with_exit(rows):
     """What is connected to the first cell of a floor, with an exit there."""
-    rows = walled(rows).plan.storeys[0].rows
+    rows = walled(rows).drawing.storeys[0].rows
     free = label(np.array([list(row) for row in rows]) == ".")[0]
     cells = np.where(free == free[1, 1], ".", "#")
     cells[0, 1] = "E"
     rows = tuple("".join(row) for row in cells.tolist())
-    return Building(Plan("grid", len(rows[0]), len(rows), (Storey("", rows),)))
+    return Building(Drawing("grid", len(rows[0]), len(rows), (Storey("", rows),)))
 
 
 CROSSROADS = """

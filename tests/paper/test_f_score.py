@@ -11,9 +11,9 @@ from reference.evaluation.score import (
     RulerError,
     base_and_control,
     calibrated,
-    from_runs,
 )
 from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
+from reference.workshop.comparing.results import from_runs
 
 POINTS = (WORST_POINT, BEST_POINT)
 EASY, HARD = (14_000.0, 2418.0), (10_000.0, 3559.0)

@@ -281,7 +281,7 @@ F9 evaluation/score
 F10 evaluation/score
   - (max(β - y, 0.0) * k) ** 0.5 * α
   + (max(β - y, 0.0) * k) * α
-F12 evaluation/score
+F12 workshop/comparing/results
   - easy, hard = h <= ranked[third - 1], h >= ranked[-third]
   + easy, hard = h >= 0, h >= ranked[-third]
 """

@@ -27,7 +27,7 @@ from reference.workshop.training.checkpoints import (
     save,
 )
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
-from reference.workshop.training.session import resume
+from reference.workshop.training.starting import resume
 from reference.world import FireLit
 
 

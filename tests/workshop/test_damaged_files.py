@@ -25,7 +25,7 @@ from reference.workshop.storage.workers import InProcess, one_thread
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import LearnedRobots
 from reference.workshop.training.presets import preset
-from reference.workshop.training.session import resume as resume_training
+from reference.workshop.training.starting import resume as resume_training
 
 ODD = (
     *(None, True, -1, 0, 1, 2, 0.5, 10**9, 10**30, -(10**400), 1e18, 1e-300),

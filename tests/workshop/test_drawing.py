@@ -504,7 +504,7 @@ def test_a_figure_is_saved_whole_and_alone(tmp_path, suffix):
 def test_a_name_may_hold_any_sign_and_any_length():
     """A dollar is a dollar, not the beginning of a formula; nothing is clipped."""
     name = r"Dollar $\frac{$ " + "bank " * 30
-    plan = house("tiny").plan
+    plan = house("tiny").drawing
     storeys = tuple(replace(storey, name=name) for storey in plan.storeys)
     bank = Building(replace(plan, title=name, storeys=storeys))
     world = Simulation(bank, SHORT, fire=RandomFire(), robots=Sweep()).world

@@ -114,7 +114,7 @@ def learned(side, settings, plan, scenario, head="mixture"):
 
 def test_a_fire_plays_where_a_strategy_wants_no_robots():
     """It is shown robots that have left, for it was made for a world with some."""
-    settings, plan = preset("tiny"), to_text(load("tiny").plan)
+    settings, plan = preset("tiny"), to_text(load("tiny").drawing)
     fire = learned("fire", settings, plan, settings.scenario)
     (one,) = play(Job(plan, settings.scenario, NoRobots(), fire, seeds=(1,)))
     assert one.robots is None and one.fire.alive[:-1].all()
@@ -123,7 +123,7 @@ def test_a_fire_plays_where_a_strategy_wants_no_robots():
 @pytest.mark.parametrize("head", ["floor", "frame", "mixture"])
 def test_episodes_are_the_same_whoever_steps_the_worlds(head):
     """Learned robots and fires: facts, and every number of the trajectories."""
-    settings, plan = preset("tiny"), to_text(load("tiny").plan)
+    settings, plan = preset("tiny"), to_text(load("tiny").drawing)
     sides: dict[str, Any] = {
         "robots": learned("robots", settings, plan, settings.scenario, head),
         "fire": learned("fire", settings, plan, settings.scenario),

@@ -194,7 +194,7 @@ def test_a_minute_of_two_crowds_is_a_small_page(tmp_path):
 
 def test_a_title_with_markup_stays_a_title(tmp_path):
     """A map may be called what it likes."""
-    plan = replace(load("tiny").plan, title="</script><script>alert(1)</script>")
+    plan = replace(load("tiny").drawing, title="</script><script>alert(1)</script>")
     run = Simulation(Building(plan), Scenario(people=2, time_limit=0.6))
     drawing.animate([run], tmp_path / "film.html")
     assert "<script>alert" not in (tmp_path / "film.html").read_text()

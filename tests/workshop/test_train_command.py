@@ -36,7 +36,7 @@ def in_an_empty_folder(tmp_path, monkeypatch):
 def quick(monkeypatch):
     """Preset tiny, smaller still."""
     monkeypatch.setattr(
-        "reference.workshop.training.session.preset", lambda name: tiny()
+        "reference.workshop.training.starting.preset", lambda name: tiny()
     )
 
 
@@ -45,7 +45,7 @@ def once(monkeypatch):
     """The same with a single round."""
     settings = tiny(robots={"max_steps": 40}, fire={"max_steps": 3, "buffer_size": 2})
     monkeypatch.setattr(
-        "reference.workshop.training.session.preset", lambda name: settings
+        "reference.workshop.training.starting.preset", lambda name: settings
     )
 
 

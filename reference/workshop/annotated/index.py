@@ -125,9 +125,9 @@ def symbol(dotted: str) -> Symbol:
     parts = dotted.split(".")
     for k in range(len(parts), 0, -1):
         path = PACKAGE.joinpath(*parts[:k]).with_suffix(".py")
-        for found in symbols(path) if path.exists() else ():
-            if ".".join(parts[k:]) in found.name.split(", "):
-                return found
+        for each in symbols(path) if path.exists() else ():
+            if ".".join(parts[k:]) in each.name.split(", "):
+                return each
     raise KeyError(f"{dotted} is nowhere in reference/")
 
 
@@ -245,13 +245,13 @@ def clauses_with(kind: str) -> list[str]:
 def marked_tests() -> tuple[Symbol, ...]:
     """All marked tests. Raises InputError where there are none, as in a wheel."""
     paths = sorted((ROOT / "tests").rglob("test_*.py"))
-    found = tuple(each for path in paths for each in symbols(path) if each.marks)
-    if not found:
+    tests = tuple(each for path in paths for each in symbols(path) if each.marks)
+    if not tests:
         raise InputError(
             "the tests are not here: this is made from the tests too. Run it in a "
             "checkout of the repository, not from an installed wheel."
         )
-    return found
+    return tests
 
 
 def marked_with(key: str) -> list[Symbol]:
@@ -276,8 +276,8 @@ def boards_of(test: Symbol) -> list[str]:
     return list(dict.fromkeys(text for text in texts if is_board(text)))
 
 
-def _constants(found: Symbol) -> list[ast.Constant]:
-    nodes = ast.walk(ast.parse(found.source))
+def _constants(of: Symbol) -> list[ast.Constant]:
+    nodes = ast.walk(ast.parse(of.source))
     return [node for node in nodes if isinstance(node, ast.Constant)]
 
 
@@ -293,10 +293,10 @@ def passes_of(board: str) -> list[tuple[str, list[str]]]:
 
     A line that is no row parts two: "then", or a film's caption.
     """
-    found: list[tuple[str, list[str]]] = [("", [])]
+    passes: list[tuple[str, list[str]]] = [("", [])]
     for row in board.split("\n"):
         if SIGNS.fullmatch(row):
-            found[-1][1].append(row)
+            passes[-1][1].append(row)
         else:
-            found.append((row, []))
-    return [(caption, rows) for caption, rows in found if any(rows)]
+            passes.append((row, []))
+    return [(caption, rows) for caption, rows in passes if any(rows)]

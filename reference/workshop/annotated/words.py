@@ -40,9 +40,9 @@ def named_in(text: str) -> list[str]:
 
     "Alg. 2:13-15" are three lines, "Figs. 4-6" three figures, "Alg. 1" is the whole.
     """
-    found = []
+    names = []
     one = re.sub(r"\b(Alg|Eq|Tab|Fig)s\.", r"\1.", text)
     for kind, first, last in re.findall(_RANGE, one):
         numbers = range(int(first), int(last or first) + 1) if first.isdigit() else ()
-        found += [f"{kind}{number}" for number in numbers or [first]]
-    return [name for name in found if name in TITLES]
+        names += [f"{kind}{number}" for number in numbers or [first]]
+    return [name for name in names if name in TITLES]

@@ -35,27 +35,29 @@ def _check(arguments: Namespace) -> None:
     try:
         building = load(arguments.file)
     except MistakesError as error:
-        found = [
+        mistakes = [
             {"line": m.line, "column": m.column, "message": m.what, "hint": m.hint}
             for m in error.mistakes
         ]
         if arguments.json:
-            print(json.dumps({"file": error.path, "mistakes": found}))
+            print(json.dumps({"file": error.path, "mistakes": mistakes}))
         raise
     for one, other in dict.fromkeys(touching(building)):
-        where = f"{one.id} and {other.id} touch at a corner; nobody passes there."
-        note(f"note: {where} Draw a wall, or a door.")
+        note(
+            f"note: {one.id} and {other.id} touch at a corner; nobody passes there. "
+            "Draw a wall, or a door."
+        )
     kinds = [landmark.kind for landmark in building.landmarks]
-    facts = {
+    counts = {
         "floors": building.floors,
         "rooms": [len(building.rooms(floor)) for floor in range(building.floors)],
         "doors": kinds.count(Kind.DOOR),
         "exits": kinds.count(Kind.EXIT),
         "stairwells": len(building.stairwells),
     }
-    counts = ", ".join(f"{name} {count}" for name, count in facts.items())
+    words = ", ".join(f"{name} {count}" for name, count in counts.items())
     title = building.title
-    tell(arguments, {"title": title, **facts}, f"ok: {title}, {counts}")
+    tell(arguments, {"title": title, **counts}, f"ok: {title}, {words}")
 
 
 @options.command(

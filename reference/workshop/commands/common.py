@@ -14,9 +14,9 @@ from reference.workshop.storage.runs import RunError, held
 from reference.workshop.storage.workers import cluster, workers
 
 
-def tell(arguments: Namespace, facts: dict[str, Any], text: str) -> None:
-    """Print facts as JSON where that is asked for, else as text."""
-    print(json.dumps(facts) if arguments.json else text)
+def tell(arguments: Namespace, report: dict[str, Any], text: str) -> None:
+    """Print a report as JSON where that is asked for, else as text."""
+    print(json.dumps(report) if arguments.json else text)
 
 
 def note(words: str) -> None:
@@ -65,8 +65,9 @@ def resumable(
         with held(folder, arguments.resume, start) as run, hands as executor:
             yield run, executor
     except BrokenExecutor as error:
-        what = "a worker has died, perhaps for want of memory: take fewer"
-        raise RunError(f"{what}. {on}") from error
+        raise RunError(
+            f"a worker has died, perhaps for want of memory: take fewer. {on}"
+        ) from error
     except KeyboardInterrupt:
         if folder and not folder.exists():  # it has not begun
             raise

@@ -111,9 +111,9 @@ def evacuate(arguments: Namespace) -> None:
     rows = []
     for name in list(told[0])[:-1]:
         words = name.replace("health", "health_of_those_out").replace("_", " ")
-        rows.append((words, *(facts[name] for facts in told)))
-    facts = {"pairs": told} if len(told) > 1 else told[0]
-    tell(arguments, facts, table(rows, "<" + ">" * len(told)))
+        rows.append((words, *(of_pair[name] for of_pair in told)))
+    report = {"pairs": told} if len(told) > 1 else told[0]
+    tell(arguments, report, table(rows, "<" + ">" * len(told)))
     for path in filter(None, (arguments.animate, arguments.record, arguments.density)):
         note(f"written: {path}")
 
@@ -152,8 +152,8 @@ def _episode(
 
             animate(simulations, film, _headings(pairs), going)
         deque(going, maxlen=0)
-    found = [asdict(simulation.outcome()) for simulation in simulations]
-    known = [{k: None if isnan(v) else v for k, v in one.items()} for one in found]
+    outcomes = [asdict(simulation.outcome()) for simulation in simulations]
+    known = [{k: None if isnan(v) else v for k, v in one.items()} for one in outcomes]
     return [
         {"robots": robots, "fire": fire, "seed": seed, **one}
         for (robots, fire), one in zip(pairs, known, strict=True)

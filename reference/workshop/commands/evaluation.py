@@ -53,8 +53,8 @@ def evaluate(arguments: Namespace) -> None:
         if baseline and baseline not in evaluation.robots:
             raise ContradictionError(f"--baseline {baseline}: add it to --robots")
         note(evaluation.about())
-        found = runs.evaluate(evaluation, out, executor)
-        _tell(arguments, evaluation, found)
+        played = runs.evaluate(evaluation, out, executor)
+        _tell(arguments, evaluation, played)
 
 
 def _evaluation(arguments: Namespace) -> Evaluation:
@@ -63,29 +63,31 @@ def _evaluation(arguments: Namespace) -> Evaluation:
     robots, fires = arguments.robots or (), arguments.fire or ()
     if arguments.resume:
         begun = matches.resume(arguments.out, robots, fires)
-        where = {"building": begun.arena.building, "people": begun.arena.people}
-        refuse_options(asked, vars(begun) | where)
+        arena = {"building": begun.arena.building, "people": begun.arena.people}
+        refuse_options(asked, vars(begun) | arena)
         return begun
     given = {name: value for name, value in asked.items() if value is not None}
     return matches.begin(robots or ["sweep"], fires or ["random"], **given)
 
 
-def _tell(arguments: Namespace, evaluation: Evaluation, found: list[RunResult]) -> None:
+def _tell(
+    arguments: Namespace, evaluation: Evaluation, played: list[RunResult]
+) -> None:
     """Print and keep what the runs come to."""
-    ruler, of_ruler = _ruler(evaluation, found, arguments.baseline)
-    cells = results.cells(found, ruler, arguments.baseline)
-    facts = results.as_json(evaluation, ruler, cells)
+    ruler, of_ruler = _ruler(evaluation, played, arguments.baseline)
+    cells = results.cells(played, ruler, arguments.baseline)
+    report = results.as_json(evaluation, ruler, cells)
     if arguments.out:
-        write_json(arguments.out / "cells.json", facts)
-        _draw(arguments.out, evaluation.arena, ruler, cells, found)
+        write_json(arguments.out / "cells.json", report)
+        _draw(arguments.out, evaluation.arena, ruler, cells, played)
     shown = [name for name in results.HEADINGS if ruler or name != "score"]
     table = results.table(cells, shown)
     below = f"[95 % bootstrap intervals over runs]  {of_ruler}"
-    tell(arguments, facts, "\n".join([evaluation.about(), table, below]))
+    tell(arguments, report, "\n".join([evaluation.about(), table, below]))
 
 
 def _ruler(
-    evaluation: Evaluation, found: list[RunResult], baseline: str | None
+    evaluation: Evaluation, played: list[RunResult], baseline: str | None
 ) -> tuple[Ruler | None, str]:
     """The paper's ruler, or one that a baseline calibrates; and which, or why none."""
     ruler, which = PAPER, "the paper's ruler"
@@ -94,21 +96,21 @@ def _ruler(
         arena = evaluation.arena
         points = critical_points(arena.drawn, arena.scenario)
         try:
-            ruler = results.ruler_of(found, baseline, *points)
+            ruler = results.ruler_of(played, baseline, *points)
         except RulerError as error:
             return None, f"no E, since no ruler comes of {baseline}: {error}"
     return ruler, f"E by {which}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
 
 
 def _draw(
-    folder: Path, arena: Arena, ruler: Ruler | None, cells: list[Cell], found: Any
+    folder: Path, arena: Arena, ruler: Ruler | None, cells: list[Cell], played: Any
 ) -> None:
     """Draw pictures beside the runs; those of a ruler only where there is one."""
     from reference.workshop.drawing import crossplay, save
     from reference.workshop.drawing.ruler import contours, curve
 
     save(crossplay.matrix(cells), folder / "matrix.png")
-    save(crossplay.curves(found), folder / "evacuations.png")
+    save(crossplay.curves(played), folder / "evacuations.png")
     for name in ("ruler.png", "scores.png"):  # fewer runs may have yielded a ruler
         (folder / name).unlink(missing_ok=True)
     if ruler:

@@ -39,19 +39,19 @@ def experiment(arguments: Namespace) -> None:
         asked, executor = work
         note(f"trainings: {len(asked.trainings)}, then tests")
         failed = jobs.train_teams(asked, folder, executor)
-        if found := jobs.play_tests(asked, folder, executor):
-            _tell(arguments, asked, found, folder)
+        if played := jobs.play_tests(asked, folder, executor):
+            _tell(arguments, asked, played, folder)
     if failed:
         raise RunError("\n".join(f"{team}: {why}" for team, why in failed.items()))
 
 
-def _tell(arguments: Namespace, asked: Any, found: list[Any], folder: Path) -> None:
+def _tell(arguments: Namespace, asked: Any, played: list[Any], folder: Path) -> None:
     """Write the page and its pictures; print the table and the answer."""
     from reference.workshop.comparing import jobs, report
     from reference.workshop.comparing.results import as_plain, table
     from reference.workshop.drawing import crossplay, curves, save
 
-    results = report.Results(asked, found)
+    results = report.Results(asked, played)
     cells, answer = results.cells(), results.answer()
     save(crossplay.matrix(cells, fill(report.OVER, 80)), folder / "matrix.png")
     arms: dict[str, list[curves.Run]] = {}
@@ -60,6 +60,6 @@ def _tell(arguments: Namespace, asked: Any, found: list[Any], folder: Path) -> N
     save(curves.of_arms(arms), folder / "curves.png")
     page = report.page(results, "matrix.png", "curves.png")
     write_whole(folder / "page.md", page.encode())
-    facts = {"answer": answer, "cells": [as_plain(cell) for cell in cells]}
-    tell(arguments, facts, f"{table(cells, report.SHOWN)}\n{answer}")
+    told = {"answer": answer, "cells": [as_plain(cell) for cell in cells]}
+    tell(arguments, told, f"{table(cells, report.SHOWN)}\n{answer}")
     note(f"the page is {folder / 'page.md'}")

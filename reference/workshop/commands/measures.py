@@ -30,8 +30,8 @@ def validate(arguments: Namespace) -> None:
     rows = [("verdict", "case", "what", "accepted", "measured"), *map(_row, cases)]
     missing = {} if arguments.only else NOT_MODELLED
     rows += [("not modelled", k, *reason, "") for k, reason in missing.items()]
-    facts = {"seed": seed, "cases": cases, "not_modelled": missing}
-    tell(arguments, facts, table(rows, "<<<<<"))
+    report = {"seed": seed, "cases": cases, "not_modelled": missing}
+    tell(arguments, report, table(rows, "<<<<<"))
     if arguments.output:
         from reference.workshop.drawing import save, validation
 
@@ -61,13 +61,13 @@ def bench(arguments: Namespace) -> None:
     from reference.workshop.measuring.bench import measure
 
     name = "paper" if arguments.building is None else arguments.building
-    facts = measure(name, arguments.seed or 0)
+    report = measure(name, arguments.seed or 0)
     rows = [
         (name.replace("_", " "), case, value)
-        for name, found in facts.items()
-        for case, value in found.items()
+        for name, cases in report.items()
+        for case, value in cases.items()
     ]
-    tell(arguments, facts, table(rows, "<<>"))
+    tell(arguments, report, table(rows, "<<>"))
 
 
 @options.command(

@@ -70,8 +70,10 @@ def output(names: str, ends: str, note: str, default: Path | None = None) -> Opt
         if path.suffix.lower() not in ends.split(", "):
             raise ArgumentTypeError(f"'{text}' does not end in one of {ends}")
         if not os.access(path.parent, os.W_OK):
-            what = "cannot be written. Name a file in a folder that exists and is yours"
-            raise OSError(f"{path}: {what}.")
+            raise OSError(
+                f"{path}: cannot be written. Name a file in a folder that exists and "
+                "is yours."
+            )
         return path
 
     note += f" ({ends}); default: {default}" if default else f" ({ends})"

@@ -79,16 +79,16 @@ def train(arguments: Namespace) -> None:
         note(training.about())
         tensorboard = arguments.tensorboard
         path = loop.train(training, out, executor, tensorboard=tensorboard)
-    facts = {
+    report = {
         "building": training.task.building,
         **training.facts(),
         "checkpoint": str(path),
         "summaries": str(out / SUMMARIES),
     }
-    figures = ((k, v) for k, v in facts.items() if isinstance(v, int | float))
+    figures = ((k, v) for k, v in report.items() if isinstance(v, int | float))
     rows = [(name.replace("_", " "), value) for name, value in figures]
-    tell(arguments, facts, table(rows, "<>"))
-    if facts["preset"] == "tiny":
+    tell(arguments, report, table(rows, "<>"))
+    if report["preset"] == "tiny":
         note(TINY)
     sides = (word for side in training.learners for word in (f"--{side}", path))
     note(f"to see how it was learned, and what:\n  {again('curves', out)}")
@@ -98,17 +98,17 @@ def train(arguments: Namespace) -> None:
 def _training(arguments: Namespace) -> Any:
     """Begin a training, or resume the one in the folder."""
     if arguments.robots and (arguments.fire or arguments.imitate):
-        what = "nobody learns" if arguments.fire else "nobody imitates"
-        raise ContradictionError(f"{what}: leave --robots out, or the other one.")
-    from reference.workshop.training import session
+        nobody = "nobody learns" if arguments.fire else "nobody imitates"
+        raise ContradictionError(f"{nobody}: leave --robots out, or the other one.")
+    from reference.workshop.training import starting
 
     if arguments.resume:
-        training = session.resume(arguments.out)
-        asked = {name: getattr(arguments, name) for name in session.OPTIONS}
+        training = starting.resume(arguments.out)
+        asked = {name: getattr(arguments, name) for name in starting.OPTIONS}
         instead = f"take --initialize-from {arguments.out} into another folder"
-        refuse_options(asked, session.options_of(training.task), instead)
+        refuse_options(asked, starting.options_of(training.task), instead)
         return training
-    return session.begin(arguments)
+    return starting.begin(arguments)
 
 
 @options.command(

@@ -146,31 +146,32 @@ class Experiment:
 
         Raises SettingsError.
         """
-        where = f"arms: {name}"
-        rows = _stated(self.arms[name], where)
+        arm = f"arms: {name}"
+        rows = _stated(self.arms[name], arm)
         fires: Any = ()
         if isinstance(rows.get("fire"), str | list):
             fires = rows.pop("fire")
             fires = (fires,) if isinstance(fires, str) else tuple(map(str, fires))
-            _refuse_unknown(f"{where}: fire", fires, FIXED)
+            _refuse_unknown(f"{arm}: fire", fires, FIXED)
             if "random_fires" in {**rows, **self.settings}:
-                raise SettingsError(f"{where}: random_fires needs a fire that learns")
+                raise SettingsError(f"{arm}: random_fires needs a fire that learns")
         if "scenario" in rows:
-            raise SettingsError(f"{where}: the scenario is everybody's: [settings]")
-        return changed(self.base, rows, where), fires
+            raise SettingsError(f"{arm}: the scenario is everybody's: [settings]")
+        return changed(self.base, rows, arm), fires
 
     @cached_property
     def trainings(self) -> dict[str, Task]:
         """Every training by its team's name."""
-        found, plan = {}, self.arena.plan
+        trainings = {}
         for name in self.arms:
             settings, fires = self.arm(name)
-            fixed: dict[Side, Any] = {"fire": tuple(map(self._fixed, fires))}
-            fixed = fixed if fires else {}
+            fixed: dict[Side, Any] = {}
+            if fires:
+                fixed["fire"] = tuple(map(self._fixed, fires))
             for seed in self.seeds:
-                task = Task(self.building, plan, settings, seed, fixed)
-                found[f"{name}-{seed}"] = task
-        return found
+                task = Task(self.building, self.arena.plan, settings, seed, fixed)
+                trainings[f"{name}-{seed}"] = task
+        return trainings
 
     def _fixed(self, fire: str) -> Any:
         """Find a fire that learns nothing here. Raises CheckpointError."""
@@ -183,16 +184,16 @@ class Experiment:
         return Arena(self.building, plan_of(load(self.building)), scenario)
 
 
-def _refuse_unknown(what: str, words: Collection[str], known: Collection[str]) -> None:
+def _refuse_unknown(name: str, words: Collection[str], known: Collection[str]) -> None:
     for word in words:
         if word not in known:
-            raise SettingsError(f"{what} {unknown(word, known)}")
-    _refuse_twice(what, words)
+            raise SettingsError(f"{name} {unknown(word, known)}")
+    _refuse_twice(name, words)
 
 
-def _refuse_twice(what: str, named: Collection[Any]) -> None:
+def _refuse_twice(name: str, named: Collection[Any]) -> None:
     if len({*named}) < len(named):
-        raise SettingsError(f"{what}: name each once")
+        raise SettingsError(f"{name}: name each once")
 
 
 def _stated(rows: Any, where: str) -> dict[str, Any]:
@@ -204,8 +205,9 @@ def _stated(rows: Any, where: str) -> dict[str, Any]:
         raise SettingsError(f"{where}: nobody imitates here: leave out {min(idle)}")
     for side, row in product(SIDES, BUDGET):
         if isinstance(rows.get(side), Mapping) and row in rows[side]:
-            follows = "follows from `decisions`. Leave it out."
-            raise SettingsError(f"{where}: {side}.{row} {follows}")
+            raise SettingsError(
+                f"{where}: {side}.{row} follows from `decisions`. Leave it out."
+            )
     return rows
 
 

@@ -37,12 +37,12 @@ LOG, DONE = "log.txt", "training.json"
 
 def folders(experiment: Experiment, folder: Path) -> dict[str, Path]:
     """The folder of each team's training, by the team's name."""
-    found, plan = {}, experiment.arena.plan
+    by_team = {}
     for team in experiment.trainings:
         settings, fires = experiment.arm(arm_of(team))
-        name = f"{team}-{_digest(plan, asdict(settings), fires)}"
-        found[team] = folder.absolute() / "trainings" / name
-    return found
+        name = f"{team}-{_digest(experiment.arena.plan, asdict(settings), fires)}"
+        by_team[team] = folder.absolute() / "trainings" / name
+    return by_team
 
 
 def over(experiment: Experiment, folder: Path) -> dict[str, Path]:

@@ -141,11 +141,15 @@ class Evaluation:
 
     def simulation(self, robots: str, fire: str, seed: int) -> Simulation:
         """Set up a run, before its first tick."""
-        find, sample = self.files.get, self.sample
-        guide = deepcopy(_loaded(robots, find(robots), "robots", sample))
-        foe = deepcopy(_loaded(fire, find(fire), "fire", sample))
-        building, scenario = self.arena.drawn, self.arena.scenario
-        return encounter(building, scenario, guide, foe, seed, self.errors)
+        files, sample = self.files, self.sample
+        return encounter(
+            self.arena.drawn,
+            self.arena.scenario,
+            robots=deepcopy(_loaded(robots, files.get(robots), "robots", sample)),
+            fire=deepcopy(_loaded(fire, files.get(fire), "fire", sample)),
+            seed=seed,
+            errors=self.errors,
+        )
 
     def about(self) -> str:
         """Describe the evaluation in a line."""
@@ -222,17 +226,17 @@ def _learned(
     robots: Iterable[str], fires: Iterable[str], files: dict[str, Pinned]
 ) -> dict[str, Any]:
     """Load the policies that learned, by option; pin all checkpoints and code."""
-    found = dict[str, Any]()
+    policies = dict[str, Any]()
     players: list[tuple[Side, str]] = [("robots", word) for word in robots]
     players += [("fire", word) for word in fires]
     for side, word in players:
         with naming(option := f"--{side} {word}"):
             made = strategy_named(files[word].path if word in files else word, side)
             if hasattr(made, "refuse_elsewhere"):
-                found[option] = made
+                policies[option] = made
             if word not in (*NAMES[side], *files):
                 files[word] = Pinned.of(word)
-    return found
+    return policies
 
 
 def _refuse_misfits(learned: Mapping[str, Any], arena: Arena) -> None:

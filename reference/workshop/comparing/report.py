@@ -40,10 +40,10 @@ class Results:
     runs  by row and column, all that were played
     """
 
-    def __init__(self, experiment: Experiment, found: Iterable[RunResult]):
+    def __init__(self, experiment: Experiment, results: Iterable[RunResult]):
         self.experiment = experiment
         self.runs: dict[tuple[str, str], list[RunResult]] = {}
-        for run in found:
+        for run in results:
             column = arm_of(run.fire) if is_code(arm_of(run.fire)) else run.fire
             if column not in (*FIXED, WORST) and not is_code(column):
                 column = OWN if column == run.robots else f"{arm_of(column)}'s fires"
@@ -53,12 +53,15 @@ class Results:
 
     def values(self, row: str, column: str, figure: str) -> np.ndarray:
         """Collect a figure of a row's trainings: (T, N), means over several fires."""
-        found: dict[str, dict[int, list[float]]] = {}
+        trainings: dict[str, dict[int, list[float]]] = {}
         for run in self.runs[row, column]:
-            of_training = found.setdefault(run.robots, {})
-            of_training.setdefault(run.seed, []).append(getattr(run, figure))
+            by_seed = trainings.setdefault(run.robots, {})
+            by_seed.setdefault(run.seed, []).append(getattr(run, figure))
         return np.array(
-            [[np.mean(of[seed]) for seed in sorted(of)] for of in found.values()]
+            [
+                [np.mean(by_seed[seed]) for seed in sorted(by_seed)]
+                for by_seed in trainings.values()
+            ]
         )
 
     def cells(self) -> list[Cell]:
@@ -71,10 +74,10 @@ class Results:
         ]
 
     def _cell(self, place: tuple[str, str]) -> Cell:
-        facts: dict[str, Any] = dict.fromkeys(Cell.__dataclass_fields__)
-        facts |= {"robots": place[0], "fire": place[1], "n": len(self.runs[place])}
-        shown = {name: of_trainings(self.values(*place, name)) for name in SHOWN}
-        return Cell(**facts | shown)
+        figures: dict[str, Any] = dict.fromkeys(Cell.__dataclass_fields__)
+        figures |= {"robots": place[0], "fire": place[1], "n": len(self.runs[place])}
+        figures |= {name: of_trainings(self.values(*place, name)) for name in SHOWN}
+        return Cell(**figures)
 
     def answer(self) -> str:
         """Say what intervals say about each pair; caution about few trainings."""

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from reference.evaluation.score import Point, Ruler, RulerError, from_runs
+from reference.evaluation.score import Case, Point, Ruler, RulerError, calibrated
 from reference.workshop.comparing.intervals import Interval, of_mean, of_means
 from reference.workshop.comparing.matches import Evaluation
 from reference.workshop.comparing.runs import DIGITS, RunResult
@@ -40,6 +40,9 @@ class Cell:
     evacuation_time: Interval | None
     mean_health: Interval | None
 
+
+FEWEST_RUNS = 6  # [F12, chosen] two in each third
+CLEARLY = 2.0  # [F12, chosen] standard errors between easy and hard thirds: 95 %
 
 MEASURED = ("survival", "reward", "difficulty", "evacuation_time", "mean_health")
 
@@ -89,6 +92,44 @@ def _score(runs: Sequence[RunResult], ruler: Ruler) -> Interval | None:
 def _interval(values: Iterable[float | None]) -> Interval | None:
     known = [value for value in values if value is not None]
     return of_mean(known) if known else None
+
+
+def from_runs(
+    rewards: Sequence[float],
+    difficulties: Sequence[float],
+    worst: Point,
+    best: Point,
+    fires: Sequence[str],
+) -> Ruler:
+    """Calibrate a ruler from a baseline's runs and critical points [F12, chosen].
+
+    The two equal cases are the means of the third of the runs with the easiest fires
+    and of the third with the hardest: the same robots deserve the same score. They are
+    to score 1 on average over the named fires, each fire's runs taken by their means.
+
+    Take runs against weak and strong fires alike. Raises RulerError for fewer than
+    FEWEST_RUNS, and where the hard third did not CLEARLY earn less than the easy one.
+    """
+    if len(fires) < FEWEST_RUNS:
+        raise RulerError(
+            f"{len(fires)} runs make no ruler: give at least {FEWEST_RUNS}"
+        )
+    R, h = np.array(rewards, dtype=float), np.array(difficulties, dtype=float)
+
+    def mean(part: np.ndarray) -> Case:
+        return float(R[part].mean()), float(h[part].mean())
+
+    ranked, third = np.sort(h), len(h) // 3
+    easy, hard = h <= ranked[third - 1], h >= ranked[-third]  # with ties
+    error = np.sqrt(sum(R[part].var(ddof=1) / part.sum() for part in (easy, hard)))
+    if not R[easy].mean() - R[hard].mean() > CLEARLY * error:
+        raise RulerError(
+            f"the baseline earned {R[easy].mean():.0f} in the easiest third of the "
+            f"fires, {R[hard].mean():.0f} in the hardest, give or take {error:.0f}: "
+            "run more seeds, or weak and strong fires alike"
+        )
+    of_fires = [mean(np.array(fires) == name) for name in np.unique(fires)]
+    return calibrated(worst, best, (mean(easy), mean(hard)), of_fires)
 
 
 def ruler_of(

@@ -92,10 +92,10 @@ def evaluate(
             if table:
                 table.append(map(row_of, results))
             bar.update(len(results))
-    found = [done[run] for run in runs]
+    ordered = [done[run] for run in runs]
     if folder:
-        table_of(folder / RUNS, found)
-    return found
+        table_of(folder / RUNS, ordered)
+    return ordered
 
 
 def play(job: tuple[Evaluation, tuple[Run, ...]]) -> list[RunResult]:
@@ -111,14 +111,25 @@ def _result(run: Run, simulation: Simulation, people: Any) -> RunResult:
     """Sum up a run that is over; people: those who were there at its beginning."""
     h = difficulty(simulation.building, arrival_of(simulation), people)
     out = [event.time for event in simulation.events if isinstance(event, Evacuated)]
-    facts: dict[str, Any] = {"difficulty": h, **vars(simulation.outcome())}
-    facts = {name: round(value, DIGITS) for name, value in facts.items()}
-    del facts["person_seconds"]
-    survival = facts["evacuated"] / max(1, facts["people"])
+    outcome = simulation.outcome()
     times = tuple(round(time, DIGITS) for time in sorted(out))
-    last, health = (times[-1], facts["mean_health"]) if times else (None, None)
-    facts |= {"evacuation_time": last, "mean_health": health}
-    return RunResult(*run, survival=survival, times=times, **facts)
+    robots, fire, seed = run
+    return RunResult(
+        robots=robots,
+        fire=fire,
+        seed=seed,
+        people=outcome.people,
+        evacuated=outcome.evacuated,
+        died=outcome.died,
+        inside=outcome.inside,
+        survival=outcome.evacuated / max(1, outcome.people),
+        reward=round(outcome.reward, DIGITS),
+        difficulty=round(h, DIGITS),
+        evacuation_time=times[-1] if times else None,
+        mean_health=round(outcome.mean_health, DIGITS) if times else None,
+        simulated_seconds=round(outcome.simulated_seconds, DIGITS),
+        times=times,
+    )
 
 
 # -- The table ----------------------------------------------------------------------

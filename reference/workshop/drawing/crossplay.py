@@ -27,9 +27,9 @@ LINES = cycler(color=color_sequences["petroff8"], linestyle=2 * ["-", "--", ":",
 """Petroff's eight colours, which every eye tells apart, each with its dashes."""
 
 
-def players(found: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]:
+def players(cells: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]:
     """All robots or fires, in the order of first appearance."""
-    return list(dict.fromkeys(getattr(each, side) for each in found))
+    return list(dict.fromkeys(getattr(cell, side) for cell in cells))
 
 
 def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:

@@ -137,11 +137,11 @@ def figure(runs: Sequence[Run]) -> Figure:
     Faint: a run as recorded, or the running means of several. Bold: the mean of running
     means. Raises ValueError where there is nothing to draw.
     """
-    found = {
+    lines_of = {
         panel: {k: xy for k, *which in curves if (xy := points(runs, *which))}
         for panel, curves in PANELS.items()
     }
-    panels = [panel for panel in found if found[panel]]
+    panels = [panel for panel in lines_of if lines_of[panel]]
     if not panels:
         raise InputError("too few rows to draw: train for longer first.")
     names = ", ".join(run.name for run in runs)
@@ -151,7 +151,7 @@ def figure(runs: Sequence[Run]) -> Figure:
     for axes, panel in zip(rest, panels, strict=True):
         axes.grid(axis="y")
         axes.set_title(panel)
-        for label, lines in found[panel].items():
+        for label, lines in lines_of[panel].items():
             means = [(x, smooth(x, y)) for x, y in lines]
             for line in means if len(runs) > 1 else lines:
                 axes.plot(*line, lw=0.9, alpha=0.4, color=LOOKS[label]["color"])
@@ -172,8 +172,8 @@ def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
     whole = page.sheet("Survivors in training, by arm", 11, 5.2)
     axes, lines = whole.subplots(), {}
     for name, runs in arms.items():
-        if found := points(runs, "robots", summaries.SURVIVAL, "step"):
-            lines[name] = mean_of([(x, smooth(x, y)) for x, y in found])
+        if survivors := points(runs, "robots", summaries.SURVIVAL, "step"):
+            lines[name] = mean_of([(x, smooth(x, y)) for x, y in survivors])
     colours = cycler(color=LINES.by_key()["color"])
     axes.set_prop_cycle(cycler(linestyle=["-", "--", ":"]) * colours)
     for name in sorted(lines, key=lambda name: -lines[name][1][-1]):

@@ -241,8 +241,8 @@ def _paint_floors(axes: Axes, building: Building) -> np.ndarray:
     step = 1.1 * (right - left), 1.15 * (high - low)  # with room for a floor's name
     moves = np.stack([column * step[0], -row * step[1]], axis=1)
     for floor, (x, y) in enumerate(moves):
-        where = (left + x, right + x, low + y, high + y)
-        axes.imshow(page.paint(building.kind[floor]), extent=where)
+        extent = (left + x, right + x, low + y, high + y)
+        axes.imshow(page.paint(building.kind[floor]), extent=extent)
         name = page.floor_title(building, floor)
         axes.annotate(name, (left + x, high + y), (0, 3), textcoords="offset points")
     axes.set(xlim=(left, right + max(moves[:, 0])), ylim=(low + min(moves[:, 1]), high))

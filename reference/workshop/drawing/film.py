@@ -65,7 +65,10 @@ def animate(
         first = simulations[0]
         scene = Scene(first.building, len(first.world.bodies), headings)
         frames = _frames(scene, simulations, instants)
-        {".gif": _gif, ".mp4": _mp4}[suffix](partial, scene, frames)
+        if suffix == ".gif":
+            _gif(partial, frames)
+        else:
+            _mp4(partial, scene, frames)
 
 
 def _instants(runs: Sequence[Simulation], going: Iterable[None]) -> Iterator[bool]:
@@ -162,7 +165,7 @@ def _palette(page: Image.Image) -> Image.Image:
 # -- Formats ------------------------------------------------------------------------
 
 
-def _gif(path: Path, scene: Scene, frames: Iterable[Frame]) -> None:
+def _gif(path: Path, frames: Iterable[Frame]) -> None:
     """Write the first frame with a header, the others as bare patches."""
     with open(path, "wb") as file:
         for image, corner, seconds in patches(frames):

@@ -145,8 +145,8 @@ def paint_floor(axes: Axes, building: Building, floor: int, alpha: float = 1.0) 
 
 
 def floor_title(building: Building, floor: int) -> str:
-    """Name a floor: "Floor 2: offices", or "Floor 2" where the plan has no name."""
-    name = building.plan.storeys[floor].name
+    """Name a floor: "Floor 2: offices", or "Floor 2" where the drawing has no name."""
+    name = building.drawing.storeys[floor].name
     return shortened(f"Floor {floor + 1}: {name}" if name else f"Floor {floor + 1}", 28)
 
 

@@ -95,13 +95,13 @@ def widest(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     first = cells.min(axis=0)
     room = np.zeros(np.ptp(cells, axis=0) + 1, dtype=bool)
     room[tuple((cells - first).T)] = True
-    found = []
+    rectangles = []
     for top, last in combinations_with_replacement(range(len(room)), 2):
         inside = room[top : last + 1].all(axis=0)
         borders = np.flatnonzero(np.diff(inside, prepend=False, append=False))
         for left, right in borders.reshape(-1, 2):
-            found.append((top, left, last + 1 - top, right - left))
-    *corner, height, width = max(found, key=lambda box: box[2] * box[3])
+            rectangles.append((top, left, last + 1 - top, right - left))
+    *corner, height, width = max(rectangles, key=lambda box: box[2] * box[3])
     size = np.array((height, width))
     return first + corner + (size - 1) / 2, size
 
@@ -144,7 +144,7 @@ def lettering(area: Area, metre: float, largest: float) -> tuple[float, bool]:
     upright = bool(level < _SMALL_TEXT < steep)
     size = min(steep if upright else level, largest)
     fits = size >= _SMALLEST_TEXT and not area.name.startswith("room-")
-    return size * fits, upright
+    return (size if fits else 0.0), upright
 
 
 def points_per_metre(axes: Axes) -> float:

@@ -129,9 +129,9 @@ def add_boxes(axes: Axes, kind: np.ndarray, look: Look, up: float = 0.0) -> None
     rise = around[row + 1, col + 1]
     low = np.stack([around[row + 2, col + 1], around[row + 1, col], 0 * rise - SLAB], 1)
     rise = rise[:, None] - low  # (k, 3) of each side, above its neighbour's top
-    where = np.stack(np.broadcast_arrays(col[:, None], -row[:, None], low), axis=2)
+    corner = np.stack(np.broadcast_arrays(col[:, None], -row[:, None], low), axis=2)
     size = np.stack(np.broadcast_arrays(1.0, 1.0, rise), axis=2)
-    corners = where[:, :, None] + SIDES * size[:, :, None]  # (k, 3, 4, 3)
+    corners = corner[:, :, None] + SIDES * size[:, :, None]  # (k, 3, 4, 3)
     ink = np.array([to_rgb(look.inks[each]) for each in Kind])[kind[row, col]]
     seen, fill = rise > 0, ink[:, None] * SHADES[:, None]
     line: Style = {"ec": look.edges or fill[seen], "lw": 0.3 if look.edges else 0.5}

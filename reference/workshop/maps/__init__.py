@@ -16,7 +16,7 @@ from pathlib import Path
 import reference
 from reference import floorplan
 from reference.building import Building, built
-from reference.floorplan import Plan
+from reference.floorplan import Drawing
 from reference.workshop.maps import semantics, syntax
 from reference.workshop.maps.mistakes import MOST, Mistake, MistakesError
 from reference.workshop.maps.syntax import MOST_LINES, MOST_SIGNS, Line
@@ -32,7 +32,7 @@ def load(name: str | PathLike[str]) -> Building:
     return built(parse(text) if "\n" in text else read(find(name)))
 
 
-def read(path: str | PathLike[str]) -> Plan:
+def read(path: str | PathLike[str]) -> Drawing:
     """Read the drawing in a file. Raises MistakesError, OSError if there is none.
 
     Reads no more than the largest drawing, even from a device without end.
@@ -47,7 +47,7 @@ def read(path: str | PathLike[str]) -> Plan:
     return parse(raw.decode("utf-8", "replace"), str(path))
 
 
-def parse(text: str, path: str = "<text>") -> Plan:
+def parse(text: str, path: str = "<text>") -> Drawing:
     """Read the drawing in a text, called `path` in messages. Raises MistakesError."""
     text = text.removeprefix("\ufeff")
     lines = re.split(r"\r\n?|\n", text[:MOST_SIGNS], maxsplit=MOST_LINES)
@@ -55,19 +55,19 @@ def parse(text: str, path: str = "<text>") -> Plan:
         end = Line(len(lines), lines[-1])
         _refuse([end.mistake("too-long", lines=MOST_LINES, signs=MOST_SIGNS)], path)
     page = syntax.Page(lines)
-    for found in syntax.stages(page):
-        _refuse(found, path)
-    plan = floorplan.parse(text, path)
-    for found in semantics.stages(plan, page):
-        _refuse(found, path)
-    return plan
+    for mistakes in syntax.stages(page):
+        _refuse(mistakes, path)
+    drawing = floorplan.parse(text, path)
+    for mistakes in semantics.stages(drawing, page):
+        _refuse(mistakes, path)
+    return drawing
 
 
-def _refuse(found: Iterable[Mistake], path: str) -> None:
-    """Raise MistakesError with all that a stage has found, if anything."""
-    first = dict.fromkeys(islice(found, MOST))  # the head's before those of its rows
-    if mistakes := sorted(first, key=lambda mistake: (mistake.line, mistake.column)):
-        raise MistakesError(path, mistakes)
+def _refuse(mistakes: Iterable[Mistake], path: str) -> None:
+    """Raise MistakesError with the mistakes of a stage, if there are any."""
+    first = dict.fromkeys(islice(mistakes, MOST))  # the head's before its rows'
+    if ordered := sorted(first, key=lambda mistake: (mistake.line, mistake.column)):
+        raise MistakesError(path, ordered)
 
 
 def find(name: str | PathLike[str]) -> Path:

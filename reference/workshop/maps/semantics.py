@@ -23,22 +23,22 @@ from reference.building import (
     pieces,
     signs_of,
 )
-from reference.floorplan import STAIRWELLS, Plan
+from reference.floorplan import STAIRWELLS, Drawing
 from reference.workshop.maps.mistakes import Mistake
-from reference.workshop.maps.syntax import Drawing, Page
+from reference.workshop.maps.syntax import Floor, Page
 
 
-def stages(plan: Plan, page: Page) -> Iterator[Iterable[Mistake]]:
+def stages(drawing: Drawing, page: Page) -> Iterator[Iterable[Mistake]]:
     """What each stage of checks finds, once the stages before find nothing.
 
     Ways come last: else a missing entrance is many rooms that nobody can leave.
     """
-    yield _too_large(plan, page)
-    building = built(plan)
-    yield chain.from_iterable(_outer_wall(building, d) for d in page.drawings)
+    yield _too_large(drawing, page)
+    building = built(drawing)
+    yield chain.from_iterable(_outer_wall(building, floor) for floor in page.floors)
     checks = [_gates, _stairwells, _rooms]
-    found = (check(building, d) for d in page.drawings for check in checks)
-    yield chain(_some_exit(building, page), *found)
+    wrong = (check(building, floor) for floor in page.floors for check in checks)
+    yield chain(_some_exit(building, page), *wrong)
     yield _shafts(building, page)
     yield _ways_out(building, page)
 
@@ -52,9 +52,9 @@ CELL_BYTES, DOOR_BYTES = 6_500, 12
 floor; a byte more for each cell and door. Measured with sight of 5 m."""
 
 
-def _too_large(plan: Plan, page: Page) -> Iterator[Mistake]:
+def _too_large(drawing: Drawing, page: Page) -> Iterator[Mistake]:
     """Refuse what takes too long or does not fit, before its rooms are found."""
-    signs = signs_of(plan)
+    signs = signs_of(drawing)
     gates = (signs == "+") | (signs == "E")
     doors, rooms = (
         sum(ndimage.label(floor)[1] for floor in mask)
@@ -62,7 +62,7 @@ def _too_large(plan: Plan, page: Page) -> Iterator[Mistake]:
     )
     each = signs.size * (CELL_BYTES + doors) + signs[0].size * doors * DOOR_BYTES
     needed = each / 1e9
-    first = page.drawings[0].heading
+    first = page.floors[0].heading
     if max(doors, rooms) > MOST_PARTS:
         yield first.mistake("parts-limit", most=MOST_PARTS)
     elif needed > MOST_MEMORY:
@@ -72,31 +72,31 @@ def _too_large(plan: Plan, page: Page) -> Iterator[Mistake]:
 # -- One floor ----------------------------------------------------------------------
 
 
-def _outer_wall(building: Building, drawing: Drawing) -> Iterator[Mistake]:
+def _outer_wall(building: Building, floor: Floor) -> Iterator[Mistake]:
     """Floor beside the outside; or a blank between two walls, meant as a third."""
-    signs = _rimmed(building, drawing)
+    signs = _rimmed(building, floor)
     room, outside = is_room(signs), signs == " "
     wall = ~(outside | room)
     between = [np.roll(wall, 1, axis) & np.roll(wall, -1, axis) for axis in (0, 1)]
     gap = outside & ndimage.binary_dilation(room) & (between[0] | between[1])
     hole = room & ndimage.binary_dilation(outside & ~gap)
     for cells in pieces(gap) + pieces(hole):
-        yield drawing.mistake("hole", cells[0] - 1)
+        yield floor.mistake("hole", cells[0] - 1)
 
 
-def _rimmed(building: Building, drawing: Drawing) -> np.ndarray:
+def _rimmed(building: Building, floor: Floor) -> np.ndarray:
     """(rows + 2, cols + 2) characters of a floor, and outside all around it."""
-    return np.pad(building.signs[drawing.floor], 1, constant_values=" ")
+    return np.pad(building.signs[floor.index], 1, constant_values=" ")
 
 
-def _gates(building: Building, drawing: Drawing) -> Iterator[Mistake]:
+def _gates(building: Building, floor: Floor) -> Iterator[Mistake]:
     """Doors, entrances and exits that join nothing, or the wrong things."""
-    outside = ndimage.binary_dilation(_rimmed(building, drawing) == " ")[1:-1, 1:-1]
+    outside = ndimage.binary_dilation(_rimmed(building, floor) == " ")[1:-1, 1:-1]
     for gate in building.landmarks:
-        if gate.floor == drawing.floor:
+        if gate.floor == floor.index:
             leads_outside = bool(outside[*gate.cells.T].any())
             if wrong := _wrong(building, gate, leads_outside):
-                yield drawing.mistake(wrong, gate.cells[0])
+                yield floor.mistake(wrong, gate.cells[0])
 
 
 def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
@@ -112,35 +112,35 @@ def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
     return "" if rooms and stairs < 2 <= rooms + stairs else "door-nowhere"
 
 
-def _stairwells(building: Building, drawing: Drawing) -> Iterator[Mistake]:
+def _stairwells(building: Building, floor: Floor) -> Iterator[Mistake]:
     """Stairwells in two parts, open to something else, or without an entrance."""
-    signs = _rimmed(building, drawing)
+    signs = _rimmed(building, floor)
     for letter in STAIRWELLS:
         mine = signs == letter
         for part in pieces(mine)[1:]:
-            yield drawing.mistake("stairwell-split", part[0] - 1, letter=letter)
+            yield floor.mistake("stairwell-split", part[0] - 1, letter=letter)
         unclosed = ~mine & (signs != "#") & (signs != "+")
         openings = np.argwhere(mine & ndimage.binary_dilation(unclosed))
         for cell in openings[:1]:
-            yield drawing.mistake("stairwell-open", cell - 1, letter=letter)
+            yield floor.mistake("stairwell-open", cell - 1, letter=letter)
         if not len(openings) and "+" not in signs[ndimage.binary_dilation(mine)]:
             for cell in np.argwhere(mine)[:1]:
-                yield drawing.mistake("stairwell-closed", cell - 1, letter=letter)
+                yield floor.mistake("stairwell-closed", cell - 1, letter=letter)
 
 
-def _rooms(building: Building, drawing: Drawing) -> Iterator[Mistake]:
+def _rooms(building: Building, floor: Floor) -> Iterator[Mistake]:
     """A floor without a room, a second name in one room, or one name in two."""
-    if not building.rooms(drawing.floor):
-        yield drawing.heading.mistake("no-room", floor=drawing.floor + 1)
+    if not building.rooms(floor.index):
+        yield floor.heading.mistake("no-room", floor=floor.index + 1)
     names: dict[int, str] = {}  # of rooms by their index
-    for row, text in enumerate(building.plan.storeys[drawing.floor].rows):
+    for row, text in enumerate(building.drawing.storeys[floor.index].rows):
         for word in re.finditer("[a-z][a-z0-9]*", text):
             cell, name = (row, word.start()), word[0]
-            room = int(building.area[drawing.floor, *cell])
+            room = int(building.area[floor.index, *cell])
             if room in names:
-                yield drawing.mistake("second-name", cell, name=name, room=names[room])
+                yield floor.mistake("second-name", cell, name=name, room=names[room])
             elif name in names.values():
-                yield drawing.mistake("same-name", cell, name=name)
+                yield floor.mistake("same-name", cell, name=name)
             names.setdefault(room, name)
 
 
@@ -149,7 +149,7 @@ def _rooms(building: Building, drawing: Drawing) -> Iterator[Mistake]:
 
 def _some_exit(building: Building, page: Page) -> Iterator[Mistake]:
     if not building.exits:
-        yield page.drawings[0].heading.mistake("no-exit")
+        yield page.floors[0].heading.mistake("no-exit")
 
 
 def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
@@ -157,8 +157,8 @@ def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
     for well in building.stairwells:
         cells = {floor: building.areas[i].cells for floor, i in well.areas.items()}
         if len(cells) == 1:
-            drawing = page.drawing_of(well.lowest)
-            yield drawing.mistake("stairwell-alone", well.cells[0], letter=well.letter)
+            floor = page.floor_of(well.lowest)
+            yield floor.mistake("stairwell-alone", well.cells[0], letter=well.letter)
         for lower, upper in pairwise(cells):
             if upper > lower + 1:
                 kind = "stairwell-skips"
@@ -166,8 +166,13 @@ def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
                 kind = "stairwell-moves"
             else:
                 continue
-            facts = {"letter": well.letter, "lower": lower + 1, "upper": upper + 1}
-            yield page.drawing_of(upper).mistake(kind, cells[upper][0], **facts)
+            yield page.floor_of(upper).mistake(
+                kind,
+                cells[upper][0],
+                letter=well.letter,
+                lower=lower + 1,
+                upper=upper + 1,
+            )
 
 
 def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:
@@ -176,8 +181,8 @@ def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:
     lost = ways.subgraph(set(ways) - nx.ancestors(ways, OUTSIDE) - {OUTSIDE})
     for part in nx.weakly_connected_components(lost):
         room = next(a for a in building.areas if a.id in part and a.kind == "room")
-        drawing = page.drawing_of(room.floor)
-        yield drawing.mistake("no-way-out", room.cells[0], room=room.name)
+        floor = page.floor_of(room.floor)
+        yield floor.mistake("no-way-out", room.cells[0], room=room.name)
 
 
 # -- What is no mistake, and rarely meant -------------------------------------------
@@ -186,9 +191,9 @@ def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:
 def touching(building: Building) -> Iterator[tuple[Area, Area]]:
     """Find rooms that touch at a corner only, where people see but cannot pass."""
     for area, kind in zip(building.area, building.kind, strict=True):
-        for here, what in ((area, kind), (area[:, ::-1], kind[:, ::-1])):
+        for here, kinds in ((area, kind), (area[:, ::-1], kind[:, ::-1])):
             first, second = here[:-1, :-1], here[1:, 1:]
-            walls = (what[1:, :-1] == Kind.WALL) & (what[:-1, 1:] == Kind.WALL)
-            found = walls & (first != second) & (np.minimum(first, second) >= 0)
-            for pair in zip(first[found], second[found], strict=True):
+            walls = (kinds[1:, :-1] == Kind.WALL) & (kinds[:-1, 1:] == Kind.WALL)
+            touch = walls & (first != second) & (np.minimum(first, second) >= 0)
+            for pair in zip(first[touch], second[touch], strict=True):
                 yield building.areas[pair[0]], building.areas[pair[1]]

@@ -57,7 +57,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Drawing:
+class Floor:
     """A floor's heading and rows; its numbers are empty where nobody can read them.
 
     Rows before any heading are a drawing too; the first one stands for its heading.
@@ -77,14 +77,14 @@ class Drawing:
         return range(0)
 
     @property
-    def floor(self) -> int:
-        """Index of its (first) floor, once its number is read."""
+    def index(self) -> int:
+        """Its number less one, or its first number's, once the heading is read."""
         return self.numbers[0] - 1
 
     def mistake(self, kind: str, cell: Iterable[int], **facts: Any) -> Mistake:
         """A mistake at a cell: row and column, counted from 0."""
         row, column = map(int, cell)
-        return self.rows[row].mistake(kind, column + 1, floor=self.floor + 1, **facts)
+        return self.rows[row].mistake(kind, column + 1, floor=self.index + 1, **facts)
 
 
 class Page:
@@ -93,29 +93,27 @@ class Page:
     def __init__(self, written: Iterable[str]) -> None:
         self.lines = [Line(number, text) for number, text in enumerate(written, 1)]
         self.settings: dict[str, list[Line]] = {"building": [], "size": []}
-        self.drawings: list[Drawing] = []
+        self.floors: list[Floor] = []
         self.prose: list[Line] = []
         for line in filter(lambda line: line.code, self.lines):
             if said := next(filter(line.reads, self.settings), ""):
                 self.settings[said].append(line)
             elif _HEADING.match(line.code) or _meant(line) != "heading":
-                self.drawings.append(Drawing(line))
-            elif _PROSE.match(line.code) and not any(
-                d.rows for d in self.drawings[-1:]
-            ):
+                self.floors.append(Floor(line))
+            elif _PROSE.match(line.code) and not (self.floors and self.floors[-1].rows):
                 self.prose.append(line)
             else:
-                self.drawings = self.drawings or [Drawing(line)]
-                self.drawings[-1].rows.append(line)
+                self.floors = self.floors or [Floor(line)]
+                self.floors[-1].rows.append(line)
 
     @property
     def rows(self) -> list[Line]:
         """Rows of all drawings."""
-        return [row for drawing in self.drawings for row in drawing.rows]
+        return [row for floor in self.floors for row in floor.rows]
 
-    def drawing_of(self, floor: int) -> Drawing:
+    def floor_of(self, index: int) -> Floor:
         """The drawing of a floor by its index, once their numbers are read."""
-        return next(d for d in self.drawings if floor + 1 in d.numbers)
+        return next(floor for floor in self.floors if index + 1 in floor.numbers)
 
     @cached_property
     def size(self) -> tuple[int, int]:
@@ -127,7 +125,7 @@ class Page:
     def drawn(self) -> dict[str, int]:
         """Columns and rows of the drawings."""
         columns = max((len(row.code) for row in self.rows), default=30)
-        rows = max((len(drawing.rows) for drawing in self.drawings), default=9)
+        rows = max((len(floor.rows) for floor in self.floors), default=9)
         return {"columns": columns, "rows": rows}
 
 
@@ -143,8 +141,8 @@ def _foreign_signs(page: Page) -> Iterator[Mistake]:
     """The first sign of each line that is not ASCII, also in a note."""
     rows = {row.number for row in page.rows}
     for line in page.lines:
-        if found := re.search(r"[^\t -~]", line.written):
-            sign, place = found[0], found.start() + 1
+        if foreign := re.search(r"[^\t -~]", line.written):
+            sign, place = foreign[0], foreign.start() + 1
             name = unicodedata.name(sign, f"U+{ord(sign):04X}")
             if sign in "\0\ufffd":
                 yield line.mistake("not-text", place)
@@ -174,8 +172,8 @@ def _signs(page: Page) -> Iterator[Mistake]:
     """
     rim = {sign for row in page.rows for sign in row.code.lstrip()[0] + row.code[-1]}
     for row in page.rows:
-        for found in _WORD.finditer(row.code):
-            word = found[0]
+        for match in _WORD.finditer(row.code):
+            word = match[0]
             one = word[0] if len({*word}) == 1 else ""
             if _MEANS.fullmatch(word) and not (one.islower() and one in rim):
                 continue
@@ -189,14 +187,14 @@ def _signs(page: Page) -> Iterator[Mistake]:
             if one in _NO_SIGN:
                 kind, plain = _NO_SIGN[one]
             sign = "a tab" if one == "\t" else repr((one or word)[:80])
-            yield row.mistake(kind, found.start() + 1, sign=sign, plain=plain)
+            yield row.mistake(kind, match.start() + 1, sign=sign, plain=plain)
 
 
 def _closed_blanks(page: Page) -> Iterator[Mistake]:
     """Find blanks with walls all around: floor if no other is drawn, or beside it."""
     width = max((len(row.code) for row in page.rows), default=0)
-    for drawing in page.drawings:
-        rows = ["", *(f" {row.code}" for row in drawing.rows), ""]
+    for floor in page.floors:
+        rows = ["", *(f" {row.code}" for row in floor.rows), ""]
         signs = np.array([[*row.ljust(width + 2)] for row in rows])
         room = np.char.islower(signs) | (signs == ".")
         closed, outside = ndimage.label(signs == " ")[0], 1
@@ -204,7 +202,7 @@ def _closed_blanks(page: Page) -> Iterator[Mistake]:
         sizes = np.bincount(closed.ravel())
         meant = [k for k in np.unique(beside) if k > outside and sizes[k] > THIN]
         for row, column in np.argwhere(np.isin(closed, meant))[:1] - 1:
-            yield drawing.rows[row].mistake("blank", int(column) + 1)
+            yield floor.rows[row].mistake("blank", int(column) + 1)
 
 
 # -- Headings and settings ----------------------------------------------------------
@@ -212,31 +210,32 @@ def _closed_blanks(page: Page) -> Iterator[Mistake]:
 
 def _headings(page: Page) -> Iterator[Mistake]:
     """Headings that nobody can read."""
-    floor = 1
-    for drawing in page.drawings:
-        if drawing.numbers:
-            floor = drawing.numbers[-1] + 1
-        elif drawing.headless:
-            floor += 1
+    follows = 1
+    for floor in page.floors:
+        if floor.numbers:
+            follows = floor.numbers[-1] + 1
+        elif floor.headless:
+            follows += 1
         else:
-            kind, facts = _meant(drawing.heading), {"floor": floor, "above": floor + 1}
-            yield drawing.heading.mistake(kind, **facts, **page.drawn)
-            floor += bool(drawing.rows)
-    if not page.drawings:
+            numbers = {"floor": follows, "above": follows + 1}
+            yield floor.heading.mistake(_meant(floor.heading), **numbers, **page.drawn)
+            if floor.rows:
+                follows += 1
+    if not page.floors:
         yield page.lines[-1].mistake("no-floor")
 
 
 def _head(page: Page) -> Iterator[Mistake]:
     """All that is missing above the first row, at once; and what is no row of it."""
-    first, drawn = page.drawings[0], page.drawn
+    first, drawn = page.floors[0], page.drawn
     lines = {
         "building": "building: NAME",
         "size": "size: {columns} x {rows}".format(**drawn),
         "floor": "floor 1:",
     }
-    found = [key for key, said in page.settings.items() if said]
-    found += [] if first.headless else ["floor"]
-    if missing := [lines[key] for key in lines if key not in found]:
+    there = [key for key, said in page.settings.items() if said]
+    there += [] if first.headless else ["floor"]
+    if missing := [lines[key] for key in lines if key not in there]:
         told = ", ".join(f"'{line.partition(':')[0]}:'" for line in missing)
         write = ", ".join(f"'{line}'" for line in missing)
         yield first.heading.mistake("no-head", told=told, write=write)
@@ -251,7 +250,7 @@ def _meant(line: Line) -> str:
 
 
 def _settings(page: Page) -> Iterator[Mistake]:
-    top = min((d.heading.number for d in page.drawings), default=inf)
+    top = min((floor.heading.number for floor in page.floors), default=inf)
     for key, lines in page.settings.items():
         for line in lines:
             if line is not lines[0] or line.number > top:
@@ -266,22 +265,22 @@ def _settings(page: Page) -> Iterator[Mistake]:
 def _floor_numbers(page: Page) -> Iterator[Mistake]:
     """Report the first only: what follows may well be right once it is mended."""
     follows = 1
-    for drawing in page.drawings:
-        if drawing.headless:
+    for floor in page.floors:
+        if floor.headless:
             follows = 2
-        elif (first := drawing.numbers[0]) != follows:
-            yield drawing.heading.mistake("floor-order", first=first, follows=follows)
+        elif (first := floor.numbers[0]) != follows:
+            yield floor.heading.mistake("floor-order", first=first, follows=follows)
             return
         else:
-            follows = drawing.numbers[-1] + 1
+            follows = floor.numbers[-1] + 1
     if follows > MOST_FLOORS + 1:
-        yield page.drawings[-1].heading.mistake("floor-limit", most=MOST_FLOORS)
+        yield page.floors[-1].heading.mistake("floor-limit", most=MOST_FLOORS)
 
 
 def _blanks(page: Page) -> Iterator[Mistake]:
     blank = {line.number for line in page.lines if not line.written.strip(" \t")}
-    for drawing in page.drawings:
-        for above, below in pairwise(drawing.rows):
+    for floor in page.floors:
+        for above, below in pairwise(floor.rows):
             if between := blank.intersection(range(above.number, below.number)):
                 yield page.lines[min(between) - 1].mistake("blank-line")
 
@@ -292,15 +291,17 @@ def _blanks(page: Page) -> Iterator[Mistake]:
 def _shape(page: Page) -> Iterator[Mistake]:
     """Rows that are too wide, lost or doubled, or a size that is wrong altogether."""
     (width, height), (columns, rows) = page.size, page.drawn.values()
-    if columns != width and all(len(d.rows) == rows != height for d in page.drawings):
+    if columns != width and all(
+        len(floor.rows) == rows != height for floor in page.floors
+    ):
         yield page.settings["size"][0].mistake("size", **page.drawn)
         return
     for row in page.rows:
         if (wide := len(row.code)) > width:
             yield row.mistake("row-width", width + 1, wide=wide, width=width)
-    for drawing in page.drawings:
-        if (count := len(drawing.rows)) != height:
-            line = drawing.rows[height] if count > height else drawing.heading
+    for floor in page.floors:
+        if (count := len(floor.rows)) != height:
+            line = floor.rows[height] if count > height else floor.heading
             yield line.mistake("rows", count=count, height=height)
 
 

@@ -55,17 +55,17 @@ def measure(name: str, seed: int) -> dict[str, Any]:
     start = process_time()
     building = Building(read(find(name)))
     Simulation(building)
-    facts: dict[str, Any] = {"load_seconds": {name: process_time() - start}}
-    speeds = facts["person_seconds_per_second"] = {}
+    figures: dict[str, Any] = {"load_seconds": {name: process_time() - start}}
+    speeds = figures["person_seconds_per_second"] = {}
     for case, (people, end) in tqdm(CASES.items(), disable=None, leave=False):
         with suppress(InputError):  # they do not fit
             speeds[case] = median(_crowds(building, people, end, seed))
-    decisions = facts["decisions_per_second"] = {}
-    samples = facts["samples_per_second"] = {}
+    decisions = figures["decisions_per_second"] = {}
+    samples = figures["samples_per_second"] = {}
     for each in tqdm(PRESETS, unit="preset", disable=None, leave=False):
         decisions[each], learners = _learning(each, building, seed)
         samples |= {f"{each}, {side}": speed for side, speed in learners.items()}
-    return facts
+    return figures
 
 
 def _crowds(building: Building, people: int, end: float, seed: int) -> Iterator[float]:

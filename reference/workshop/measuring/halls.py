@@ -48,12 +48,13 @@ class Crowd(Simulation):
         """Run one tick in which nobody thinks."""
         self.due[:] = False
         bodies = self.world.bodies
-        for floor in range(self.building.floors) if self._anywhere else ():
-            marks = np.array(self.building.ways_out(floor))
-            who = np.flatnonzero(bodies.walking & (bodies.floor == floor))
-            cells = bodies.place[who] % self.navigation.floor_size
-            far = self.navigation.metres[marks[:, None], cells]
-            bodies.landmark[who] = marks[far.argmin(axis=0)]
+        if self._anywhere:
+            for floor in range(self.building.floors):
+                marks = np.array(self.building.ways_out(floor))
+                who = np.flatnonzero(bodies.walking & (bodies.floor == floor))
+                cells = bodies.place[who] % self.navigation.floor_size
+                far = self.navigation.metres[marks[:, None], cells]
+                bodies.landmark[who] = marks[far.argmin(axis=0)]
         return super().step()
 
 
@@ -91,9 +92,9 @@ def people(building: Building, seed: int, *groups: tuple[int, Spot]) -> World:
         chosen = rng.choice(len(quarters), count, replace=False)
         place.append(quarters[chosen])
         aside.append(np.stack([chosen % 2, chosen // 2 % 2], axis=1) / 2 - 0.25)
-    where = np.concatenate(place)
-    position = navigation_of(building).centres[where] + np.concatenate(aside)
-    world = with_people_at(building, BARE, where, position, rng)
+    spots = np.concatenate(place)
+    position = navigation_of(building).centres[spots] + np.concatenate(aside)
+    world = with_people_at(building, BARE, spots, position, rng)
     world.bodies.health[:] = inf
     return world
 

@@ -119,13 +119,13 @@ class _Recorder:
 
 def _file(simulation: Simulation, floor: int, rows: np.ndarray) -> bytes:
     """Make the content of one floor's file; rows: (k, 9) as in `trajectory_data`."""
-    facts = [("version", "2"), ("fps", str(1 / simulation.tick))]
+    metadata = [("version", "2"), ("fps", str(1 / simulation.tick))]
     area = 0, walkable_area(simulation.building, floor)
     frames = ((frame, 0) for frame in range(simulation.ticks + 2))
     places = ", ".join("?" * rows.shape[1])
     with closing(sqlite3.connect(":memory:")) as file:
         file.executescript(FORMAT)
-        file.executemany("INSERT INTO metadata VALUES (?, ?)", facts)
+        file.executemany("INSERT INTO metadata VALUES (?, ?)", metadata)
         file.execute("INSERT INTO geometry VALUES (?, ?)", area)
         file.executemany("INSERT INTO frame_data VALUES (?, ?)", frames)
         file.executemany(f"INSERT INTO trajectory_data VALUES ({places})", rows)

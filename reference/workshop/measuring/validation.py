@@ -60,12 +60,12 @@ CASES["fundamental-diagram"]["note"] = "real people: " + ", ".join(
     f"{speed} at {density}" for density, speed in ONE_WAY.items()
 )
 
-Found = dict[str, float]
-Measured = tuple[bool, Found]
+Numbers = dict[str, float]
+Measured = tuple[bool, Numbers]
 """Does a case pass, and what came out; a measure's docstring says what that is."""
 
 
-def within(numbers: Found, low: float, high: float) -> Measured:
+def within(numbers: Numbers, low: float, high: float) -> Measured:
     """Pass if every number lies between two bounds."""
     return all(low <= number <= high for number in numbers.values()), numbers
 
@@ -146,7 +146,7 @@ def fundamental_diagram(seed: int) -> Measured:
 
 def doors(seed: int) -> Measured:
     """People per metre and second, by width, of exits and inner doors."""
-    found = Found()
+    numbers = Numbers()
     for name, gate, beyond in (("exit", "E", ""), ("door", "+", "........E")):
         for wide in (1, 2, 3):
             first = (6 - wide) // 2
@@ -154,8 +154,8 @@ def doors(seed: int) -> Measured:
             building = hall(*("#........" + each + beyond for each in gates))
             crowd = Crowd(people(building, seed, (100, np.s_[0, 1:6, 1:9])), seed)
             passed = times(crowd, east_of(building, 10))
-            found[f"{name} {wide} m"] = flow(passed) / wide
-    return within(found, 0.6, 1.33)
+            numbers[f"{name} {wide} m"] = flow(passed) / wide
+    return within(numbers, 0.6, 1.33)
 
 
 def large_room(seed: int) -> Measured:
@@ -170,13 +170,13 @@ def counterflow(seed: int) -> Measured:
     """Seconds of a hundred through 10 m x 2 m, by those against them."""
     rows = ["E" + "." * 10 + "#" * 10 + "." * 10 + "E"] * 10
     rows[4:6] = ["E" + "." * 30 + "E"] * 2
-    building, found = hall(*rows), Found()
+    building, numbers = hall(*rows), Numbers()
     west, east = (m.index for m in sorted(building.landmarks, key=lambda m: m.position))
     for n in (0, 10, 50, 100):
         sides = (100, np.s_[0, 1:11, 1:11]), (n, np.s_[0, 1:11, 21:31])
         crowd = Crowd(people(building, seed, *sides), seed, [east] * 100 + [west] * n)
-        found[f"{n}"] = float(times(crowd, east_of(building, 21))[:100].max())
-    return all(a < b < inf for a, b in pairwise(found.values())), found
+        numbers[f"{n}"] = float(times(crowd, east_of(building, 21))[:100].max())
+    return all(a < b < inf for a, b in pairwise(numbers.values())), numbers
 
 
 # -- Corners and stairs -------------------------------------------------------------
@@ -208,8 +208,8 @@ def large_corner(seed: int) -> Measured:
     spot = np.s_[0, 1:21, 1:8]
     inside, outside = (seconds(b, seed, 500, spot) for b in (short, long))
     turn = seconds(bend(20, 41, 10), seed, 500, np.s_[0, 11:31, 1:8])
-    found = {"inside": inside, "corner": turn, "outside": outside}
-    return inside <= turn <= outside < inf, found
+    numbers = {"inside": inside, "corner": turn, "outside": outside}
+    return inside <= turn <= outside < inf, numbers
 
 
 def down() -> Building:
@@ -229,24 +229,24 @@ def stairs(seed: int) -> Measured:
         crowd = people(down(), seed, (count, np.s_[1, 1:6, 1:9]))
         return times(Crowd(crowd, seed), past)
 
-    found = Found()
+    numbers = Numbers()
     for name, count in (("alone", 1), ("in a crowd", 100)):
         enter = when(count, lambda bodies: bodies.stairwell >= 0)
         leave = when(count, lambda bodies: bodies.walking & (bodies.floor == 0))
-        found[name] = float(FLIGHT / np.mean(leave - enter))
-    passed, _ = within(found, 0.64, 1.07)
-    found["flow"] = flow(leave) / 2
-    return passed and found["flow"] <= 1.1, found
+        numbers[name] = float(FLIGHT / np.mean(leave - enter))
+    passed, _ = within(numbers, 0.64, 1.07)
+    numbers["flow"] = flow(leave) / 2
+    return passed and numbers["flow"] <= 1.1, numbers
 
 
 def before_stairs(seed: int) -> Measured:
     """People per m² where a room ends, and before stairs."""
-    found = Found()
+    numbers = Numbers()
     for name, first in (("room", 7), ("stairs", 19)):
         spot = np.s_[1, 2:4, first : first + 2]
         world = people(down(), seed, (150, np.s_[1, 1:6, 1:9]))
-        found[name] = densest(Crowd(world, seed), spot)
-    return within(found, 3.5, 9)  # IMO: where congestion begins
+        numbers[name] = densest(Crowd(world, seed), spot)
+    return within(numbers, 3.5, 9)  # IMO: where congestion begins
 
 
 # -- The paper's building -----------------------------------------------------------
@@ -254,13 +254,13 @@ def before_stairs(seed: int) -> Measured:
 
 def everybody_knows(seed: int) -> Measured:
     """Percent out alive who know the way, by their number."""
-    found = Found()
+    numbers = Numbers()
     for count in (100, 200, 400):
         scenario = Scenario(people=count, robots_per_floor=0)
         world = beginning(load("paper"), scenario, np.random.default_rng(seed))
         crowd = Crowd(world, seed, limit=Scenario.time_limit)
-        found[f"{count}"] = 100 * crowd.run().evacuated / count
-    return within(found, 100, 100)
+        numbers[f"{count}"] = 100 * crowd.run().evacuated / count
+    return within(numbers, 100, 100)
 
 
 def led(kind: type[Simulation], count: int, seed: int) -> float:
@@ -271,14 +271,16 @@ def led(kind: type[Simulation], count: int, seed: int) -> float:
 
 def ghosts(seed: int) -> Measured:
     """Percent out alive led by sweep, as ghosts without bodies, and points apart."""
-    found, kinds = Found(), (Simulation, Ghosts)
+    numbers, kinds = Numbers(), (Simulation, Ghosts)
     for count, runs in ((100, 3), (400, 3), (200, 30)):  # 200 decide
         seeds = range(seed, seed + runs)
         pairs = [[led(kind, count, each) for kind in kinds] for each in seeds]
-        found[f"{count}"], found[f"{count} ghosts"] = np.mean(pairs, axis=0).tolist()
+        numbers[f"{count}"], numbers[f"{count} ghosts"] = np.mean(
+            pairs, axis=0
+        ).tolist()
     mean, low, high = of_mean(np.diff(pairs).ravel())
-    found |= {"200 apart": mean, "at least": low, "at most": high}
-    return high <= CROWDING, found
+    numbers |= {"200 apart": mean, "at least": low, "at most": high}
+    return high <= CROWDING, numbers
 
 
 # -- The table ----------------------------------------------------------------------
@@ -304,14 +306,14 @@ def measured(name: str, seed: int, runs: int | None = None) -> dict[str, Any]:
     told: dict[str, Any] = {"runs": 3, "note": ""} | CASES[name]
     measure, count = MEASURES[name], runs or told["runs"]
     passed, each = zip(*map(measure, range(seed, seed + count)), strict=True)
-    found = {k: [f[k] for f in each if isfinite(f[k])] for k in each[0]}
+    numbers = {k: [f[k] for f in each if isfinite(f[k])] for k in each[0]}
     return told | {
         "case": name,
         "what": str(measure.__doc__).rstrip("."),
         "measured": {
-            k: round(float(np.mean(v)), 3) if v else None for k, v in found.items()
+            k: round(float(np.mean(v)), 3) if v else None for k, v in numbers.items()
         },
-        "never": {k: count - len(v) for k, v in found.items() if len(v) < count},
+        "never": {k: count - len(v) for k, v in numbers.items() if len(v) < count},
         "runs": count,
         "failed": passed.count(False),
         "verdict": "passes" if all(passed) else "fails",

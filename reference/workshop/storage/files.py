@@ -31,8 +31,8 @@ def told(error: Exception) -> str:
     """Put an error into words for people; system errors name their file."""
     if not isinstance(error, OSError) or error.strerror is None:
         return str(error)
-    where = f"{error.filename}: " if error.filename else ""
-    return f"{where}cannot be read or written ({error.strerror})."
+    file = f"{error.filename}: " if error.filename else ""
+    return f"{file}cannot be read or written ({error.strerror})."
 
 
 # -- Writing ------------------------------------------------------------------------
@@ -116,9 +116,9 @@ def read_json(path: Path) -> dict[str, Any]:
     """Read a JSON object as plain data. Raises ValueError for others, OSError."""
     text = read_text(path)
     with suppress(ValueError, RecursionError):
-        if isinstance(found := json.loads(text), dict):
-            json.dumps(found, ensure_ascii=False).encode()  # can be written, too
-            return found
+        if isinstance(content := json.loads(text), dict):
+            json.dumps(content, ensure_ascii=False).encode()  # can be written, too
+            return content
     raise InputError(f"{path}: is no JSON object, or is damaged. Name another file.")
 
 

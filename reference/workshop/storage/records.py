@@ -59,8 +59,8 @@ def checked(name: str, value: Any, hint: Any) -> Any:
             raise SettingsError(f"{name} is {value!r:.60}: it must be a list")
         return tuple(checked(f"one of {name}", part, parts[0]) for part in value)
     if issubclass(kind, Mapping):
-        found = mapping(value, name)
-        return {key: checked(f"{name}: {key}", v, parts[1]) for key, v in found.items()}
+        rows = mapping(value, name)
+        return {key: checked(f"{name}: {key}", v, parts[1]) for key, v in rows.items()}
     check_type(name, value, kind)
     return value
 

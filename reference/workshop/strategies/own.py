@@ -52,10 +52,10 @@ def from_code(word: str, side: Side) -> Any:
     decide. What the code itself raises is not caught.
     """
     name, asked = word.partition(":")[2], ASKED[side]
-    if (found := getattr(_module(word), name, None)) is None:
+    if (named := getattr(_module(word), name, None)) is None:
         raise InputError(f"{word}: {code_file(word)} has no '{name}'.")
-    decides = hasattr(found, "decide") and not isinstance(found, type)
-    made = found if decides or not callable(found) else found()
+    decides = hasattr(named, "decide") and not isinstance(named, type)
+    made = named if decides or not callable(named) else named()
     try:
         signature(made.decide).bind(*asked)
     except (AttributeError, TypeError):
@@ -81,8 +81,10 @@ def _module(word: str) -> ModuleType:
     except ModuleNotFoundError as error:
         if not f"{name}.".startswith(f"{error.name}."):
             raise
-        where = "Write it here as mine:Guide for `class Guide` in mine.py"
-        raise InputError(f"{word}: there is no module '{name}'. {where}.") from None
+        raise InputError(
+            f"{word}: there is no module '{name}'. Write it here as mine:Guide for "
+            "`class Guide` in mine.py."
+        ) from None
 
 
 # -- Policies that have learned -----------------------------------------------------
@@ -111,16 +113,17 @@ class Trained:
         and the time limit may differ.
         """
         own = self.building
-        if own.plan != building.plan:
+        if own.drawing != building.drawing:
             raise InputError(
                 f"it has learned {own.title}, not this drawing of {building.title}. "
                 "Leave the building out, or name its own."
             )
-        for what, number in _facts(building, scenario).items():
-            if number != (trained := _facts(own, self.scenario)[what]):
+        trained = _counts(own, self.scenario)
+        for name, count in _counts(building, scenario).items():
+            if count != trained[name]:
                 raise InputError(
-                    f"its {self.side} learned with {trained} {what}; here it is "
-                    f"{number}. Take as many, or train for it."
+                    f"its {self.side} learned with {trained[name]} {name}; here it is "
+                    f"{count}. Take as many, or train for it."
                 )
 
     def emitted(
@@ -155,7 +158,7 @@ class TrainedFire(Trained):
         return fire_decision(self.building, emitted[0])
 
 
-def _facts(building: Building, scenario: Scenario) -> dict[str, float]:
+def _counts(building: Building, scenario: Scenario) -> dict[str, float]:
     """Collect the numbers that a policy's inputs depend on."""
     return {
         "people": sum(scenario.start_counts(building.floors)),

@@ -119,8 +119,8 @@ def newest(folder: Path) -> Path | None:
 
 def _in(folder: Path) -> list[Path]:
     """The checkpoints of a folder, oldest first."""
-    found = folder.glob("checkpoint-[0-9]*.pt")
-    return sorted(found, key=lambda path: (len(path.name), path.name))
+    paths = folder.glob("checkpoint-[0-9]*.pt")
+    return sorted(paths, key=lambda path: (len(path.name), path.name))
 
 
 def save(checkpoint: Checkpoint, path: Path) -> None:
@@ -142,9 +142,9 @@ def load(path: str | os.PathLike[str]) -> Checkpoint:
     """
     path = SHIPPED if path == LEARNED else Path(path)
     if path.is_dir():
-        if (found := newest(path)) is None:
+        if (latest := newest(path)) is None:
             raise CheckpointError(f"{path}: there is no checkpoint in this folder.")
-        path = found
+        path = latest
     content = _content(path)
     made, game, version = (content.get(name) for name in ("format", "game", "version"))
     if (made, game) != (FORMAT, reference.GAME):
@@ -162,8 +162,8 @@ def _content(path: Path) -> dict[str, Any]:
     refuse_no_file(path)
     with path.open("rb") as file, must_fit(path, "is damaged, or is no checkpoint"):
         archive = ZipFile(file)
-        odd = [part for part in archive.infolist() if part.compress_type]
-        if odd or archive.testzip():  # torch compresses nothing, and does not look
+        packed = [part for part in archive.infolist() if part.compress_type]
+        if packed or archive.testzip():  # torch compresses nothing, and does not look
             raise BadZipFile
         file.seek(0)
         content = torch.load(file, map_location="cpu", weights_only=True)
@@ -199,12 +199,13 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     }
     rows = {f.name: content[f.name] for f in fields(Checkpoint)}
     rows["task"] = replace(record_from(Task, task, "task"), **sides)
-    found = record_from(Checkpoint, rows, "checkpoint")
-    parse(found.task.plan, "its plan")
-    learners = found.learners.values()
+    checkpoint = record_from(Checkpoint, rows, "checkpoint")
+    parse(checkpoint.task.plan, "its plan")
+    learners = checkpoint.learners.values()
     states = [{name: state[name] for name in NETWORKS} for state in learners]
-    both, others = map(found.player, SIDES), found.task.fixed.values()
-    players = [*both, *chain(*others), *found.task.initial.values()]
+    players = [checkpoint.player(side) for side in SIDES]
+    players += chain(*checkpoint.task.fixed.values())
+    players += checkpoint.task.initial.values()
     networks = [who.weights for who in players if isinstance(who, Learned)]
     for state in learners:
         networks += [state["critic"], *state["versions"].values()]
@@ -214,9 +215,9 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     for leaf in _leaves([states, networks], Tensor | float):
         if not torch.as_tensor(leaf).isfinite().all():
             raise ValueError("weights that are no finite numbers")
-    if min([found.round, *(state["steps"] for state in learners)]) < 0:
+    if min([checkpoint.round, *(state["steps"] for state in learners)]) < 0:
         raise ValueError("counts below 0")
-    return found
+    return checkpoint
 
 
 def _leaves(plain: Any, kind: Any) -> Iterator[Any]:

@@ -18,11 +18,11 @@ def figures(learner: Learner) -> Summary:
     buffer = Decisions.joined(learner.buffer)
     live = buffer.alive
     values, returns = buffer.values[live], buffer.returns[live]
-    found = {
+    measured = {
         SIGNAL: _signal_to_noise(learner, buffer),
         EXPLAINED: 1 - (returns - values).var() / returns.var(),
     }
-    return {name: float(x) for name, x in found.items() if x.isfinite()}
+    return {name: float(x) for name, x in measured.items() if x.isfinite()}
 
 
 def _signal_to_noise(learner: Learner, buffer: Decisions) -> Tensor:

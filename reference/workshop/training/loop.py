@@ -98,7 +98,7 @@ def _intervals(training: Training) -> dict[Side, int]:
     """How many checkpoint_intervals of each side are over; imitation is one more."""
     both = training.learners.items()
     over = {side: who.steps // who.settings.checkpoint_interval for side, who in both}
-    return {side: number + training.imitated for side, number in over.items()}
+    return {side: number + int(training.imitated) for side, number in over.items()}
 
 
 def _bar(training: Training) -> "tqdm[NoReturn]":
@@ -115,7 +115,9 @@ def _show(bar: "tqdm[NoReturn]", training: Training, rows: Sequence[Row]) -> Non
     if latest := training.latest:
         reward, share = latest["group_reward"], latest["survival"]
         bar.set_postfix(reward=f"{reward:,.0f}", survivors=f"{share:.0%}")
-    for row in rows if bar.disable else ():
+    if not bar.disable:
+        return
+    for row in rows:
         told = f"{row['side']}: {row['phase']}, step {row['step']:,}"
         if OWN_REWARD in row:
             told += f", reward {row[OWN_REWARD]:,.0f}, survival {row[SURVIVAL]:.0%}"

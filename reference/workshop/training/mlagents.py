@@ -108,7 +108,9 @@ def _parsed(text: str) -> Any:
 def _twice(node: Any) -> Iterator[tuple[int, str]]:
     """Lines and names of keys that a mapping has already; YAML would take the last."""
     seen = set[str]()
-    for part in node.value if node is not None and node.id != "scalar" else ():
+    if node is None or node.id == "scalar":
+        return
+    for part in node.value:
         key, value = part if isinstance(part, tuple) else (None, part)
         if key is not None:
             if (name := str(key.value)) in seen:
@@ -137,19 +139,22 @@ def _last(path: str) -> str:
 
 def _refuse_not_built(top: Mapping[str, Any]) -> None:
     """Raise SettingsError for what is not built: a trainer first, then all sections."""
-    found = [LESSONS] if top.get(LESSONS) else []
+    not_built = [LESSONS] if top.get(LESSONS) else []
     parts = {"default_settings": top.get("default_settings"), **top["behaviors"]}
     flat = {name: _flat(mapping(rows, name)) for name, rows in parts.items()}
     for name, rows in flat.items():
         for path, others in OTHERS.items():
             if (word := rows.get(path)) in others:
                 instead = " or ".join(ROWS[PLACES[path]].choices)
-                what = f"{name}: {_last(path)} {word} is not built here: write"
-                raise SettingsError(f"{what} {instead}")
+                raise SettingsError(
+                    f"{name}: {_last(path)} {word} is not built here: write {instead}"
+                )
         off = {key for path in rows if rows[path] not in PASS if (key := _off(path))}
-        found += [f"{name}: {', '.join(sorted(off))}"] if off else []
-    if found:
-        raise SettingsError(f"this is not built here, leave it out: {'; '.join(found)}")
+        if off:
+            not_built.append(f"{name}: {', '.join(sorted(off))}")
+    if not_built:
+        sections = "; ".join(not_built)
+        raise SettingsError(f"this is not built here, leave it out: {sections}")
 
 
 def _off(path: str) -> str:
@@ -215,13 +220,13 @@ def _number(value: Any) -> Any:
 
 def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
     """Match sides to behaviours: by name, or as a poca, which is the robots'."""
-    found: dict[Side, list[str]] = {"robots": [], "fire": []}
+    of_sides: dict[Side, list[str]] = {"robots": [], "fire": []}
     clear, pocas = not behaviours, list[str]()
     for name, rows in behaviours.items():
         poca = isinstance(rows, Mapping) and rows.get("trainer_type") == "poca"
         fire, robot = "fire" in name.lower(), "robot" in name.lower()
         robots = robot if fire != robot else poca
-        found["robots" if robots else "fire"].append(name)
+        of_sides["robots" if robots else "fire"].append(name)
         clear |= poca or fire or robot
         pocas += [name] if poca else []
     if len(pocas) > 1:
@@ -230,10 +235,10 @@ def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
             f"behaviors: {names} are poca; one group learns here, the robots. "
             "Leave all but one out"
         )
-    if not clear or max(map(len, found.values())) > 1:
+    if not clear or max(map(len, of_sides.values())) > 1:
         names = ", ".join(behaviours)
         raise SettingsError(
             f"behaviors: who are {names}? Name the robots' Robot, the fire's Fire, and "
             "leave others out"
         )
-    return {side: names[0] for side, names in found.items() if names}
+    return {side: names[0] for side, names in of_sides.items() if names}

@@ -1,19 +1,17 @@
-"""A training: begun or resumed, whose turn it is to learn, and a round's jobs.
+"""A training: who learns, whose turn it is, and a round's jobs.
 
 Clauses: C1, D1, D6, E1, E2, E3, E6.  Robots and fire play the same episodes and learn
 from them, both at once, or one of them against somebody who does not learn.
 """
 
-from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from pathlib import Path
 from statistics import mean
 from typing import Any
 
 import numpy as np
 
-from reference.building import building_of, plan_of
+from reference.building import building_of
 from reference.fire import NoFire, RandomFire
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.players import Learned
@@ -21,26 +19,18 @@ from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
 from reference.learning.settings import SIDES, Side
 from reference.simulation import Simulation
-from reference.workshop.maps import load as load_building
 from reference.workshop.storage.records import SettingsError, record_from
-from reference.workshop.storage.runs import refuse_version
 from reference.workshop.storage.workers import chunks
 from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
-    CheckpointError,
     Task,
-    load,
-    must_fit,
     names_of,
     restore,
     state_of,
 )
 from reference.workshop.training.gradient import figures
 from reference.workshop.training.imitation import Demonstration, clone
-from reference.workshop.training.mlagents import read_yaml
-from reference.workshop.training.policies import POLICIES, fixed_player
-from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.summaries import PRETRAINING, Row, Summary, Sums
 
 OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
@@ -177,8 +167,8 @@ class Training:
             spacing *= 2
         for side, learner in self.learners.items():
             now = {n: t.clone() for n, t in learner.actor.state_dict().items()}
-            found = self.versions[side] | {self.round: now}
-            self.versions[side] = {r: w for r, w in found.items() if not r % spacing}
+            versions = self.versions[side] | {self.round: now}
+            self.versions[side] = {r: w for r, w in versions.items() if not r % spacing}
 
     def learn(self, episodes: Sequence[Episode]) -> list[Row]:
         """Update the learners whose turn it is; return the summary rows due.
@@ -211,7 +201,11 @@ class Training:
         return [row for row in rows if row is not None]
 
     def _update(self, side: Side) -> dict[str, float]:
-        """Update a learner; of a policy that it was given, at first the critic alone [E1]."""
+        """Update a learner.
+
+        [E1, chosen] A policy that was copied, or that learned elsewhere, stays as it is
+        for `critic_rounds`; only its critic learns then.
+        """
         learner, task = self.learners[side], self.task
         measured = figures(learner)
         given = side in task.initial or (side == "robots" and task.imitate is not None)
@@ -279,13 +273,13 @@ class Training:
         """Restore a training. Raises ValueError and others where parts do not fit."""
         training = cls(checkpoint.task)
         progress = record_from(Progress, checkpoint.progress, "progress")
-        own = {**vars(progress), "summaries": training.summaries}
-        vars(training).update(own, round=checkpoint.round)
+        training.round, training.episodes = checkpoint.round, progress.episodes
+        training.imitated, training.latest = progress.imitated, dict(progress.latest)
         for side, learner in training.learners.items():
-            training.kept[side] = [*progress.kept[side]]
             restore(learner, checkpoint.learners[side])
+            training.kept[side] = [*progress.kept[side]]
             training.versions[side] = dict(checkpoint.learners[side]["versions"])
-            vars(training.summaries[side]).update(vars(progress.summaries[side]))
+            training.summaries[side].restore(progress.summaries[side])
         return training
 
 
@@ -346,72 +340,3 @@ def seeds_of(run: int, purpose: int, number: int, count: int) -> tuple[int, ...]
     """Derive seeds from a run's seed, a purpose and a number."""
     sequence = np.random.SeedSequence(run, spawn_key=(purpose, number))
     return tuple(sequence.generate_state(count, np.uint64).tolist())
-
-
-# -- By the options of `train` ------------------------------------------------------
-
-OPTIONS = ("preset", "settings", "building", "trainer", "head", *SIDES, "imitate")
-OPTIONS += ("initialize_from", "seed")
-"""What defines a training; None where it was not asked for."""
-
-
-def begin(asked: Namespace) -> Training:
-    """Begin a training; by default preset laptop on the paper's building.
-
-    Raises SettingsError, CheckpointError for a side that does not fit, MistakesError
-    for the map, OSError for an unreadable file.
-    """
-    settings = _settings(asked)
-    name = "tiny" if settings.preset == "tiny" else "paper"
-    if asked.building is not None:
-        name = asked.building
-    building = load_building(name)
-    scenario = settings.scenario
-    named = {side: who for side in SIDES if (who := getattr(asked, side)) is not None}
-    fixed = {
-        side: tuple(fixed_player(word, side, building, scenario) for word in words)
-        for side, words in named.items()
-    }
-    initial: dict[Side, Learned] = {}
-    if (path := asked.initialize_from) is not None:
-        taken = {*fixed, "robots"} if asked.imitate else {*fixed}
-        both = {side: load(path).player(side) for side in SIDES if side not in taken}
-        initial = {s: who for s, who in both.items() if isinstance(who, Learned)}
-        for side in initial:
-            POLICIES[side](path).refuse_elsewhere(building, scenario)
-        if not initial:
-            raise CheckpointError(f"{path}: nobody learned there who learns here.")
-    seed, plan = asked.seed or 0, plan_of(building)
-    return Training(Task(name, plan, settings, seed, fixed, initial, asked.imitate))
-
-
-def _settings(asked: Namespace) -> Settings:
-    """Change a preset by the file and the options. Raises SettingsError."""
-    made = preset(asked.preset or "laptop")
-    if asked.settings is not None:
-        made = read_yaml(asked.settings, made, asked.head)
-    robots, scenario = made.robots, made.scenario
-    trainer, head = asked.trainer or robots.trainer_type, asked.head or robots.head
-    robots = replace(robots, trainer_type=trainer, head=head)
-    if asked.robots == ["none"]:
-        scenario = replace(scenario, robots_per_floor=0)
-    return replace(made, robots=robots, scenario=scenario)
-
-
-def resume(folder: Path) -> Training:
-    """Resume from the newest checkpoint in a folder.
-
-    Raises RunError if it is another version's, CheckpointError if there is none or if
-    it is damaged.
-    """
-    checkpoint = load(folder)
-    refuse_version(folder, checkpoint.version)
-    with must_fit(folder, "its parts do not fit each other"):
-        return Training.resumed(checkpoint)
-
-
-def options_of(task: Task) -> dict[str, Any]:
-    """The options that began a training, as far as its task tells them."""
-    s = task.settings
-    own = {"preset": s.preset, "trainer": s.robots.trainer_type, "head": s.robots.head}
-    return own | {side: list(who) for side, who in task.fixed.items()} | vars(task)

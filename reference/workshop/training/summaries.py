@@ -96,6 +96,11 @@ class Summary:
         """Return the sums so far, for a checkpoint."""
         return Sums(self.last, self.sums, self.counts)
 
+    def restore(self, state: Sums) -> None:
+        """Load what `state` gave."""
+        self.last = state.last
+        self.sums, self.counts = dict(state.sums), dict(state.counts)
+
 
 def table_until(folder: Path, rounds: int) -> Table:
     """Go on with a training's table, without its rows of later rounds than `rounds`.

@@ -1,0 +1,91 @@
+"""Begin a training by the options of `train`, or resume one from its folder.
+
+Clauses: E1, E2.
+"""
+
+from argparse import Namespace
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from reference.building import plan_of
+from reference.learning.players import Learned
+from reference.learning.settings import SIDES, Side
+from reference.workshop.maps import load as load_building
+from reference.workshop.storage.runs import refuse_version
+from reference.workshop.training.checkpoints import (
+    CheckpointError,
+    Task,
+    load,
+    must_fit,
+)
+from reference.workshop.training.mlagents import read_yaml
+from reference.workshop.training.policies import POLICIES, fixed_player
+from reference.workshop.training.presets import Settings, preset
+from reference.workshop.training.session import Training
+
+OPTIONS = ("preset", "settings", "building", "trainer", "head", *SIDES, "imitate")
+OPTIONS += ("initialize_from", "seed")
+"""What defines a training; None where it was not asked for."""
+
+
+def begin(asked: Namespace) -> Training:
+    """Begin a training; by default preset laptop on the paper's building.
+
+    Raises SettingsError, CheckpointError for a side that does not fit, MistakesError
+    for the map, OSError for an unreadable file.
+    """
+    settings = _settings(asked)
+    name = "tiny" if settings.preset == "tiny" else "paper"
+    if asked.building is not None:
+        name = asked.building
+    building = load_building(name)
+    scenario = settings.scenario
+    named = {side: who for side in SIDES if (who := getattr(asked, side)) is not None}
+    fixed = {
+        side: tuple(fixed_player(word, side, building, scenario) for word in words)
+        for side, words in named.items()
+    }
+    initial: dict[Side, Learned] = {}
+    if (path := asked.initialize_from) is not None:
+        taken = {*fixed, "robots"} if asked.imitate else {*fixed}
+        both = {side: load(path).player(side) for side in SIDES if side not in taken}
+        initial = {s: who for s, who in both.items() if isinstance(who, Learned)}
+        for side in initial:
+            POLICIES[side](path).refuse_elsewhere(building, scenario)
+        if not initial:
+            raise CheckpointError(f"{path}: nobody learned there who learns here.")
+    seed, plan = asked.seed or 0, plan_of(building)
+    return Training(Task(name, plan, settings, seed, fixed, initial, asked.imitate))
+
+
+def _settings(asked: Namespace) -> Settings:
+    """Change a preset by the file and the options. Raises SettingsError."""
+    made = preset(asked.preset or "laptop")
+    if asked.settings is not None:
+        made = read_yaml(asked.settings, made, asked.head)
+    robots, scenario = made.robots, made.scenario
+    trainer, head = asked.trainer or robots.trainer_type, asked.head or robots.head
+    robots = replace(robots, trainer_type=trainer, head=head)
+    if asked.robots == ["none"]:
+        scenario = replace(scenario, robots_per_floor=0)
+    return replace(made, robots=robots, scenario=scenario)
+
+
+def resume(folder: Path) -> Training:
+    """Resume from the newest checkpoint in a folder.
+
+    Raises RunError if it is another version's, CheckpointError if there is none or if
+    it is damaged.
+    """
+    checkpoint = load(folder)
+    refuse_version(folder, checkpoint.version)
+    with must_fit(folder, "its parts do not fit each other"):
+        return Training.resumed(checkpoint)
+
+
+def options_of(task: Task) -> dict[str, Any]:
+    """The options that began a training, as far as its task tells them."""
+    s = task.settings
+    own = {"preset": s.preset, "trainer": s.robots.trainer_type, "head": s.robots.head}
+    return own | {side: list(who) for side, who in task.fixed.items()} | vars(task)
