@@ -51,7 +51,7 @@ BOOK = (
     "simulation",  # one tick: SENSE, DECIDE, MOVE, BURN, SETTLE
     "game",  # the learning problem:
     "game.observations",  # the 167 numbers and the grid
-    "game.codec",  # how the paper's policies read and speak
+    "game.codec",  # what networks read, what their actions mean
     "game.environment",  # who decides when, what an action means, who leaves
     "learning",  # the learners:
     "learning.settings",  # rows of Tables I and II

@@ -110,7 +110,7 @@ def _describe(parser: ArgumentParser, command: Command) -> None:
 
 
 def _process() -> int:
-    """Run the command line; all that stops it is a KeyboardInterrupt, as Ctrl-C is."""
+    """Run the command line; signals that stop it raise KeyboardInterrupt, as Ctrl-C."""
     os.environ.pop("MPLBACKEND", None)  # may name what is not installed here
     for number in STOPS:
         if signal.getsignal(number) != signal.SIG_IGN:  # as `nohup` has it

@@ -27,7 +27,7 @@ from reference.world import (
 )
 
 PURPOSES = ("people", "flames", "fire", "robots", "elsewhere", "bodies")
-"""A random generator each: two runs may differ in one and share the rest.
+"""Each has a random generator, so two runs may differ in one and share the rest.
 
 people: their places, pace and rank; flames: delays; fire, robots: their strategies;
 elsewhere: where a fire burns instead of an occupied place; bodies: the random steps of

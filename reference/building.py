@@ -5,7 +5,7 @@ Clauses: A1-A7, B1 and the coordinates of A8.
     row, col   place in the text, row 0 is the north edge
     x, y       metres, east and north; the main body's middle is the origin
     floor      0 is the first floor; ids, which people read, count from 1
-    beside     sharing a side: touching at a corner is no contact
+    beside     with a common side; two cells that share a corner only are not
 """
 
 import re
@@ -273,10 +273,10 @@ class Building:
     def ways(self) -> nx.MultiDiGraph:
         """Rooms, stairwells and the outside, joined as people walk: out, and down [A3].
 
-        An edge is a door, entrance, exit or storey of stairs. Its `length` goes, as the
-        crow flies, from the middle of one side through the middle of the door to the
-        middle of the other (metres). Nobody walks up [A3, chosen]: stairs are left by
-        the entrances of the lowest floor only.
+        An edge is a door, entrance, exit or storey of stairs. Its `length` (metres) is
+        that of two straight lines: from the middle of one room to the middle of the
+        door, and from there to the middle of the other room. Nobody walks up [A3,
+        chosen]: people leave stairs by the entrances of the lowest floor only.
         """
         ways = nx.MultiDiGraph()
         for area in self.areas:
@@ -306,7 +306,7 @@ class Building:
 
     @cached_property
     def graph(self) -> Graph:
-        """The same without directions: what is joined to what."""
+        """The same graph without directions."""
         return self.ways.to_undirected()
 
 
@@ -320,8 +320,8 @@ def _walked(mark: Landmark, here: Area, ends: tuple[str, ...]) -> bool:
 def burn(graph: Graph, doors: Collection[str]) -> Graph:
     """View a graph of rooms without the doors with these ids [A6].
 
-    [A6, chosen] A destroyed door is no way out any more, though it is a hole that one
-    sees and walks through while its cell does not burn.
+    [A6, chosen] A destroyed door is no longer a way out. It is a hole: people see
+    through it, and walk through it while its cell does not burn.
     """
     edges = [edge for edge in graph.edges(keys=True) if edge[2] in doors]
     return nx.restricted_view(graph, [], edges)
@@ -346,7 +346,7 @@ def pieces(mask: np.ndarray) -> list[np.ndarray]:
 
 @lru_cache(maxsize=4)
 def built(drawing: Drawing) -> Building:
-    """Build what is drawn: one object per drawing, of the last few.
+    """Build a drawing; equal drawings give the same object, if it is still kept.
 
     Navigation and sight are cached per object, so do not write into its arrays.
     """

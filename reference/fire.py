@@ -40,8 +40,8 @@ def snapped(x: float) -> float:
 class Generator:
     """The fire source generator: Eqs. 2-3, and rule D6 in both modes.
 
-    [D6, chosen] If another place burns, it is the first free one in an order drawn
-    once per run: with the same seed the same refused places lead to the same fires,
+    [D6, chosen] The other place is the first free one in an order that is drawn once
+    per run. So with the same seed the same occupied places lead to the same fires,
     whoever guides.
     """
 
@@ -52,7 +52,7 @@ class Generator:
     def generate(self, world: World, decision: Decision) -> FireLit | FireRefused:
         """Turn a decision into a source, or refuse it [D6].
 
-        In training an occupied place yields no fire; otherwise another free one burns.
+        For an occupied place there is no fire in training, else one at a free place.
         """
         floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
         cell, free = (floor, *world.building.cell(x, y)), free_places(world)
@@ -90,7 +90,7 @@ class Spread:
 
     Every border between two cells has a fixed, seeded delay; a cell burns from the
     earliest time that a chain of delays from any source reaches it, for BURN_SECONDS.
-    What is left of the borders is bond percolation: a longer delay carries no flames.
+    Borders with a longer delay carry no flames: this is bond percolation.
     """
 
     def __init__(self, building: Building, rng: Rng):
@@ -135,8 +135,8 @@ class Spread:
 def fuel(building: Building) -> np.ndarray:
     """Mark the cells that can burn, (floors, rows, cols) bool.
 
-    Room cells and doors, but for those within PROTECTED_METRES on foot of an exit or
-    stairwell entrance [D6, D7, chosen].
+    These are room cells and doors, except those within PROTECTED_METRES on foot of an
+    exit or stairwell entrance [D6, D7, chosen].
     """
     ways = [m.index for m in building.landmarks if m.kind is not Kind.DOOR]
     metres = navigation_of(building).distance_to(*ways)
@@ -146,7 +146,7 @@ def fuel(building: Building) -> np.ndarray:
 
 @lru_cache(maxsize=512)
 def rim(building: Building, landmark: int) -> np.ndarray:
-    """Find what can burn around a protected landmark's clearance, (k,) places.
+    """Find the cells that can burn beside a landmark's clearance, (k,) places.
 
     [D6, D7, chosen] The clearance is all that one can walk to from there without
     crossing `fuel`: once its whole rim burns, nobody outside gets in.

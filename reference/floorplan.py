@@ -12,8 +12,9 @@ A file says `building: NAME`, `size: COLUMNS x ROWS` and then, for each floor fr
 upwards, `floor 1: NAME` above its drawing; `floor 2-3:` draws once and builds twice.
 Every drawing has all the rows, none of them blank.
 
-What cannot be read is refused in one line. `python -m reference check FILE` explains
-it, and finds mistakes that are well written, such as a room without a door.
+A text that cannot be read is refused in one line. `python -m reference check FILE`
+explains the mistake; it also finds mistakes in what can be read, such as a room without
+a door.
 """
 
 import re
@@ -82,7 +83,7 @@ _ROW = re.compile(rf"(?:[#.+E{STAIRWELLS}a-z ]|(?<=[a-z0-9])[0-9])*")
 
 
 class _Reader:
-    """Reads a drawing line by line; rows belong to the floor whose heading was last."""
+    """Reads a drawing line by line; a row belongs to the floor named last above it."""
 
     def __init__(self) -> None:
         self.line, self.title, self.size = 0, "", (0, 0)

@@ -90,7 +90,7 @@ def desired(me: Mind, observe: View) -> int | None:
     """Find the stair or door in view to go to, or None [B6, chosen].
 
     It is intact, not yet visited, and has no flame in sight on or beside the way.
-    Stairs that lead down come before doors. One set off to and out of sight since, say
+    Stairs that lead down come before doors. A goal that has gone out of sight, say
     behind a corner, stays desired: else people walk to and fro.
     """
     kind, mark, _ = me.goal
@@ -154,7 +154,7 @@ def leader_in_sight(me: Mind, observe: View) -> bool:
 def unexplored(me: Mind, observe: View) -> Goal | None:
     """Find the unexplored direction that needs the least turning, or None [B2].
 
-    A direction once taken is followed to its patch, unless flames bar it.
+    People follow a direction that they have taken to its patch, unless flames bar it.
     """
     kind, patch, _ = me.goal
     taken = kind is Aim.DIRECTION and patch not in (NOWHERE, observe.patch)
@@ -223,8 +223,8 @@ def act_on_instruction(me: Mind, observe: View, goal: Goal) -> Goal:
 def back_to_last_door(me: Mind, observe: View) -> Goal:
     """Go back through the door passed last, then the one before [B6, Alg. 2:17].
 
-    A human still in that door has turned back already and takes the one before.
-    With no door left, they look again at what they saw longest ago.
+    Who stands in that door has turned back already, and takes the door before it. With
+    no door left, people look again at what they saw longest ago.
     """
     if me.trail and me.trail[-1].door == observe.here:
         me.trail.pop()
@@ -237,8 +237,8 @@ def look_again(me: Mind, observe: View) -> Goal:
     """Go to the floor in view that was looked at longest ago, or never [B6, chosen].
 
     It stays the goal until it is looked at, or older floor comes in view. So somebody
-    alone, without fire, sees every part of a connected floor in the end: floor next to
-    what was looked at was in view then, and is older if it was not looked at since.
+    alone, without fire, sees every part of a connected floor in the end: a place beside
+    what was looked at was in view then, and counts as older until it is looked at.
     """
     ways = {p for p in observe.ground if not observe.burns_towards(p)}
     if me.goal.aim is Aim.DIRECTION and not observe.burns_towards(me.goal.place):

@@ -24,7 +24,7 @@ LOOK_AHEAD = 6
 """[A7, chosen] metres: the longest line tried when a way is pulled straight."""
 
 KEPT_WAYS = 512
-"""Searches that are kept, the last ones: some 20 MB for the paper's building."""
+"""How many searches are kept: some 20 MB for the paper's building."""
 
 NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
 
@@ -54,7 +54,7 @@ def cells_crossed(d_row: int, d_col: int) -> tuple[list[tuple[int, int]], list[l
 
 
 def shifted(grid: np.ndarray, d_row: int, d_col: int) -> np.ndarray:
-    """The grid seen from every cell at an offset; False beyond its edges."""
+    """For every cell, the grid's value at an offset from it; False beyond the edges."""
     _, rows, cols = grid.shape
     down, right = abs(d_row), abs(d_col)
     wide = np.zeros((len(grid), rows + 2 * down, cols + 2 * right), dtype=grid.dtype)
@@ -86,7 +86,7 @@ class StraightLines:
     def reaches(self, p: np.ndarray | int, q: np.ndarray | int) -> np.ndarray:
         """(k,) bool: does the line from place p to place q of the same floor arrive?
 
-        Of one pair of whole numbers, one bool.
+        For one pair of whole numbers: one bool.
         """
         d_row = q // self.cols - p // self.cols
         d_col = q - p - d_row * self.cols
@@ -231,9 +231,9 @@ class Navigation:
         return d, waypoint
 
     def way(self, start: int, goal: int, cost: np.ndarray | None = None) -> list[int]:
-        """Corners of the shortest way, the goal last; with cost: all places on it.
+        """The corners of the shortest way, the goal last; with cost: all its places.
 
-        Empty if there is none.
+        Empty if there is no way.
         """
         d, after = self.shortest([goal], cost)
         if not np.isfinite(d[start]):

@@ -36,8 +36,8 @@ MOST_FRAMES_PER_TICK = 25  # [F8, chosen] in longer ticks people step through wa
 SIGHT_RANGE = 5.0  # [B2, chosen] metres, in smoke: about as wide as a small office
 
 RAYS = 360
-"""[B1, chosen] rays all around a human, one per degree: a door 4 m along the wall where
-one stands fills 2 degrees; with fewer rays, people in corners see no way out."""
+"""[B1, chosen] rays all around a human, one per degree. A door 4 m away, in the wall
+beside which one stands, fills 2 degrees: with fewer rays people in corners miss it."""
 
 LOSS_PER_SECOND = HEALTH_RATE * FRAMES_PER_SECOND  # [F7] rate and framesp of Eq. 7
 NO_HEALTH = 1e-9  # [B7, chosen] less is rounding: 1000 ticks of 0.1 leave 1e-12
@@ -72,23 +72,23 @@ FIRE_FIRST_DECISION = 2  # [D2, chosen] the first source appears at 10 s ...
 FIRE_EVERY_DECISIONS = 5  # [D2, chosen] ... 25 s apart: 8 last as long as health
 FIRE_REFUSED_PENALTY = 10.0  # [D6, chosen] "a certain reward" deducted, health points
 PROTECTED_METRES = 4.0
-"""[D7, chosen] nothing burns this near, on foot, to exits and stairwell entrances; a
-source there is refused though nothing stands there [D6, deviation]: codes keep ways out
-free of fuel. It delays what two fires beside two exits do to people, until flames have
-walked round the clearance; it does not prevent it."""
+"""[D7, chosen] nothing burns this near, on foot, to exits and stairwell entrances:
+building codes keep ways out free of fuel. A source there is refused, although nothing
+stands there [D6, deviation]. The clearance delays the harm of two fires beside two
+exits, until flames have walked round it; it does not prevent it."""
 
 SPREAD_RATE = 0.06  # [D7, chosen] ignitions per second and border between two cells
 BURN_SECONDS = 40.0
-"""[D7, chosen] a cell burns so long, and is ash then: dark, passable, without heat,
-never lit again. A border whose delay is longer carries no flames, so one in eleven;
-a fire may die out. With flames that never ended, two fires beside two exits decided."""
+"""[D7, chosen] how long a cell burns. Then it is ash: dark, passable, without heat, and
+never lit again. One border in eleven has a longer delay and carries no flames, so a
+fire may die out. If flames never ended, two fires at two exits would decide all."""
 
 FLAME_SECONDS = 1.0  # [D7, chosen] flames spread, and new ones appear, this often
 BURN_LOSS = 10.0  # [B7, chosen] health lost per second inside flames
 HEAT_LOSS = 2.0  # [B7, chosen] health lost per second beside flames
 BURN_COST, HEAT_COST = 50.0, 4.0
-"""[C5, chosen] metres that a metre in or beside flames counts as in planning a way:
-robots do not burn, but the people they lead do."""
+"""[C5, chosen] what a metre in flames, or beside them, costs when a way is planned, in
+metres: robots do not burn, but the people they lead do."""
 
 # -- Rewards and evaluation (Appendix F) --------------------------------------------
 
@@ -157,7 +157,7 @@ MOST = 10_000  # [B8, chosen] people, robots of a floor, sources: more would not
 class Scenario:
     """What is varied from one experiment to the next; the defaults are the paper's.
 
-    Health alone decides everybody by 200 s [F8, chosen], before the time limit.
+    After 200 s nobody has health left [F8, chosen]; the time limit comes later.
     """
 
     people: int = PEOPLE  # spread evenly over the floors [B8]
@@ -165,7 +165,7 @@ class Scenario:
     rooms: tuple[str, ...] = ()  # ids of rooms to start in ("1/hall"); empty: anywhere
     robots_per_floor: int = ROBOTS_PER_FLOOR  # [C2]
     sources: int = FIRE_SOURCES  # at most so many fire sources [C2]
-    training: bool = False  # rule D6: an occupied place yields no fire (else another)
+    training: bool = False  # rule D6: no fire on an occupied place (else on another)
     time_limit: float = 240.0  # s: people inside then are neither saved nor dead
     sight_range: float = SIGHT_RANGE  # metres [B2]
     frames_per_tick: int = FRAMES_PER_TICK

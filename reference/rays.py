@@ -4,8 +4,8 @@ Clauses: A3, A5, A6, B1, B2, B6, C6.  Walls do not move, so during a simulation 
 a table look-up.  A ray returns the first thing it meets.  Doors, entrances and exits
 stop it too, though they have no volume [A5, deviation: one room at a time is seen]; so
 only people standing in a door see through it.  A destroyed door is a hole: rays pass it
-[A6, chosen].  Bodies are seen through entrances, which have no leaf: so a robot that
-Eq. 1 moves inside a stairwell still leads [A3, C6, chosen].  Rays go all around, 360
+[A6, chosen].  Entrances have no leaf, so bodies are seen through them: a robot that
+Eq. 1 sends into a stairwell still leads [A3, C6, chosen].  Rays go all around, 360
 degrees, and neither people nor flames stop one [B1, chosen].
 
     p, q   places (see navigation)
@@ -33,12 +33,12 @@ PATCH = 4
 """[B6, chosen] metres: directions that end in the same patch of floor count as one."""
 
 DIM = 3.0
-"""[B2, chosen] metres short of the limit of sight: what is farther is seen, but not
-well, and does not count as explored. So who sees farther explores a room sooner."""
+"""[B2, chosen] metres: what lies so near to the limit of sight is seen, but not well,
+and does not count as explored. So people who see farther explore a room sooner."""
 
 
 KEPT = 1 << 15
-"""Answers of each kind that are kept, the last ones."""
+"""How many answers of each kind are kept."""
 
 NO_HOLES: frozenset[int] = frozenset()
 
@@ -80,7 +80,7 @@ class Sight:
     overlooked(p)        places in line of sight with all places beside them
     looked_at(p, holes)  patches of floor seen well: nearer than the limit by DIM
     line(p, landmark, holes)  places on the line to a landmark in view, and those on or
-               beside it; both without p: flames one stands in do not bar the way out
+               beside it; p is in neither: flames where one stands bar no way out
     """
 
     def __init__(self, building: Building, reach: float):
@@ -207,7 +207,7 @@ class Sight:
     def _landmarks_from(
         self, p: int, holes: frozenset[int] = NO_HOLES
     ) -> dict[int, Hit]:
-        """Not the entrances of stairs that end here: a sign says so [B6, chosen]."""
+        """Leave out entrances of stairs that end here: a sign says so [B6, chosen]."""
         nearest: dict[int, Hit] = {}
         met = [q for q in self._stops(p, holes) if self._marks[q] in self._useful]
         for hit in sorted((self._hit(p, q) for q in met), key=attrgetter("distance")):

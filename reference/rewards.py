@@ -9,7 +9,7 @@ from reference.paper import FIRE_REFUSED_PENALTY, FIXED_PENALTY, FIXED_REWARD
 from reference.world import Died, Evacuated, Event, FireRefused, LeftFloor
 
 Pay = Callable[[Sequence[Event], int, Sequence[int]], float]
-"""What a robot is paid for events: its floor, and each human's first floor."""
+"""Events, a robot's floor, the floor where each human began -> the robot's reward."""
 
 
 def group_reward(events: Iterable[Event]) -> float:

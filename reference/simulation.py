@@ -58,8 +58,9 @@ class Simulation:
     world   what exists now;  events  all that has happened
     tick    seconds of one step;  decision_ticks  ticks from one decision to the next
     due     (n,) bool, who thinks next;  turn  (n,) each one's tick of RECONSIDER_TICKS
-    full_until  (landmarks + 1,) s, when each lets somebody in; the last: nowhere
-    walked_to  (k, 2) metres where last tick's walkers got to, before stairs took any
+    full_until  (landmarks + 1,) s, until then each is full; the last: no landmark
+    walked_to  (k, 2) metres where people walked to in the last tick, before any took
+            stairs
     """
 
     def __init__(
@@ -235,7 +236,7 @@ class Simulation:
     def fill_doors(self, touched: Touched) -> None:
         """Close the doors, entrances and exits just entered until they have room [A5].
 
-        A way that became free within the last tick counts from then on.
+        A way that became free during the last tick is full again from that moment on.
         """
         place, now = self.world.bodies.place, self.world.time
         entered = Counter(int(self._marks[place[i]]) for i, _ in touched)

@@ -25,7 +25,7 @@ class View:
     landmarks   intact doors, ways down and exits that rays meet, by index, the nearest
                 first
     holes       destroyed doors in view: rays pass [A6]
-    place, patch, room, here  that one stands in; the last is a door, entrance or exit;
+    place, patch, room, here  where one stands; `here` is a door, entrance or exit;
                 NOWHERE for none
     rank        one's own;  halted_since  s, when one's body last made headway
     bodies      people and robots in sight: place and metres of each
@@ -53,7 +53,7 @@ class View:
 
     @property
     def of_room(self) -> Collection[int]:
-        """Landmarks in view that no hole lies before."""
+        """Landmarks in view, without those that are seen through a hole."""
         if not self.holes:
             return self.landmarks
         return self.landmarks.keys() & self._sight.landmarks(self.place)

@@ -1,7 +1,7 @@
 """People walk, many at once, and take the stairs one by one.
 
-Clauses: A3, A5, A9, B3, B5, F8.  Those who walk may be of one world, or of several
-worlds of one building that share a clock and have their bodies in common arrays.
+Clauses: A3, A5, A9, B3, B5, F8.  The people may be of one world, or of several worlds
+of one building that share a clock and keep their bodies in common arrays.
 
 On the stairs nobody is seen and nobody is in the way; the bottleneck is the entrance at
 either end [A3, chosen].  The paper's entrances join a floor's platform and its
@@ -24,7 +24,7 @@ from reference.navigation import navigation_of
 from reference.world import NOBODY, NOWHERE, World
 
 Touched = list[tuple[int, int]]
-"""People who have come upon a landmark, and the places they came from."""
+"""People who have stepped onto a landmark, and the places they came from."""
 
 Lookup = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k,) places or landmarks, and (k,) people who ask -> (k,) bool."""
@@ -33,8 +33,8 @@ Lookup = Callable[[np.ndarray, np.ndarray], np.ndarray]
 def targets(world: World, who: np.ndarray) -> np.ndarray:
     """(k, 2) metres where these people walk straight at.
 
-    Who gains nothing for DETOUR_SECONDS plans again, from cell to cell [A9, chosen]:
-    nobody leans on a corner for ever.
+    A person without headway for DETOUR_SECONDS plans again, from cell to cell [A9,
+    chosen]. So nobody leans on a corner for ever.
     """
     bodies, nav = world.bodies, navigation_of(world.building)
     marks, target = bodies.landmark[who], bodies.target[who]
@@ -52,7 +52,7 @@ def targets(world: World, who: np.ndarray) -> np.ndarray:
 
 
 def free_for(world: World, who: np.ndarray, burns: Lookup, full: Lookup) -> Free:
-    """Tell where people may stand: not in walls, full doors, or flames if careful.
+    """Tell where people may stand: not in walls, full doors, or flames unless reckless.
 
     burns: is there a flame in a place?  full: is a landmark full?
     """

@@ -19,7 +19,7 @@ from reference.building import Building, Graph, burn
 
 NOBODY = -1
 NOWHERE = -1
-FLOOR_APART = 1e4  # metres between two floors, where distances are taken of all at once
+FLOOR_APART = 1e4  # metres: floors are set this far apart to measure all at once
 
 
 class Mode(IntEnum):
@@ -116,7 +116,7 @@ class Mind:
     waits_until: float = 0.0  # s: a stuck follower without leader waits till then
     goal: Goal = STAY  # where it has set off to
     doors: set[int] = field(default_factory=set)  # visited on this floor [B6]
-    seen_from: dict[int, int] = field(default_factory=dict)  # door -> room, first
+    seen_from: dict[int, int] = field(default_factory=dict)  # door -> the first room
     trail: list[Passed] = field(default_factory=list)  # the way back, newest last
     patches: set[int] = field(default_factory=set)  # of floor explored [B2]
     been: dict[int, float] = field(default_factory=dict)  # place -> s, newest last

@@ -1,7 +1,8 @@
-"""How a network reads what a side observes, and speaks what it does: as the paper does.
+"""Encode what a side observes for its network, and decode the network's actions.
 
-Clauses: C1, C3, C5, D1, D2, E3-E5.  The environment's actions are coordinates of the
-whole floor, in [-1, 1].  A subclass may read and speak otherwise, `workshop.remedies`.
+Clauses: C1, C3, C5, D1, D2, E3-E5.  Here both are as in the paper; subclasses in
+`workshop.remedies` do it otherwise.  The environment's actions are coordinates of the
+whole floor, in [-1, 1].
 
     G    agents of a side;  R  robots, the fire's G is 1
     V    numbers a network reads;  K  of its action;  A  of the environment's action
@@ -79,7 +80,7 @@ class PolicyCodec:
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(N, V) float32, what a network reads of observations (N, V).
 
-        The fire's numbers are scaled: Table II does not [E4, deviation].
+        The fire's numbers are scaled; Table II does not scale them [E4, deviation].
         headed: (R, 2), where robots go; the paper's policies do not read it.
         """
         return self.layout.scaled(vectors) if self.side == "fire" else vectors

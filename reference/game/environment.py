@@ -54,8 +54,8 @@ def destination(building: Building, action: np.ndarray) -> Destination | None:
 def fire_decision(building: Building, action: np.ndarray) -> Decision:
     """Convert the fire's action, (3,) normalised, to a floor and metres [D2].
 
-    [-1, 1] is cut into one equal share per floor; the first number lies in one of them,
-    where the paper has a branch; the learner's head has one [D2, deviation].
+    [-1, 1] is cut into equal shares, one per floor; the first number chooses a share.
+    The paper has a discrete branch instead, as our networks have [D2, deviation].
     """
     share = (float(action[0].clip(-1, 1)) + 1) / 2
     floor = min(int(share * building.floors), building.floors - 1)

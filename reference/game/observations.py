@@ -248,8 +248,8 @@ def grid_shape(building: Building) -> tuple[int, int, int]:
 def grid(world: World) -> np.ndarray:
     """(channels, height, width) uint8, 0 or 1; every agent sees the same [C3] [D1].
 
-    Channels: walls of all floors, then burning cells, then exits. [C3, chosen] Where a
-    floor has no exit, the stairwell entrances take its channel, being the way out.
+    Channels: walls of all floors, then burning cells, then exits. [C3, chosen] If a
+    floor has no exit, its channel shows the stairwell entrances, the way out there.
     Row 0 is the north edge of the main body, stairwells lie outside; a smaller body
     fills the north-west corner and the rest is 0.
     """

@@ -159,8 +159,8 @@ class _Run:
     def see(self) -> None:
         """End the step; add its rewards to a side's last decision.
 
-        What happens before its first decision is not learned from, nor is what an agent
-        that has left would be paid.
+        Rewards before its first decision are not learned from, nor are those of an
+        agent that has left.
         """
         seen, rewards, _, _, self.infos = self.environment.end_step()
         self.vectors |= {agent: observed["vector"] for agent, observed in seen.items()}

@@ -77,5 +77,5 @@ class TrainerSettings:
     reward_scale: Annotated[float, Row(None, low=ABOVE_0)] = REWARD_SCALE
 
     def codec(self, side: Side, building: Building, scenario: Scenario) -> PolicyCodec:
-        """How this side's networks read and speak: as the paper does."""
+        """Make the codec of this side's networks: the paper's."""
         return PolicyCodec(side, building, scenario)

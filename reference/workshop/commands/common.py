@@ -20,7 +20,7 @@ def tell(arguments: Namespace, report: dict[str, Any], text: str) -> None:
 
 
 def note(words: str) -> None:
-    """Print what is no result."""
+    """Print a note to stderr."""
     print(words, file=sys.stderr)
 
 

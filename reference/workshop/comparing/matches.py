@@ -1,8 +1,8 @@
 """What an evaluation plays: which robots meet which fires, where, from which seeds.
 
 Clauses: F4, F12.  All matches share one building and scenario, so that runs are paired
-by seed.  Checkpoints, if any, determine both.  A training's folder is pinned to
-its newest checkpoint, though more may come while runs are played.
+by seed.  If there are checkpoints, they determine both.  A training's folder stands for
+the checkpoint that is its newest when the evaluation begins.
 """
 
 from collections.abc import Iterable, Mapping, Sequence

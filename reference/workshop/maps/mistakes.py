@@ -37,7 +37,7 @@ class Mistake:
 
     @property
     def place(self) -> str:
-        """Where it is, after the sign or name that it is about, if it begins so."""
+        """Line and column, after the word in quotes that `what` begins with, if any."""
         about = self.what.split()[0] + " at " if self.what.startswith("'") else ""
         return f"{about}{self.line}:{self.column}"
 

@@ -31,7 +31,7 @@ from reference.workshop.maps.syntax import Floor, Page
 def stages(drawing: Drawing, page: Page) -> Iterator[Iterable[Mistake]]:
     """What each stage of checks finds, once the stages before find nothing.
 
-    Ways come last: else a missing entrance is many rooms that nobody can leave.
+    Ways come last: else one missing entrance shows as many rooms without a way out.
     """
     yield _too_large(drawing, page)
     building = built(drawing)

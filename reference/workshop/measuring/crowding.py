@@ -26,7 +26,7 @@ class Crowding:
         self._dead: list[np.ndarray] = []
 
     def watch(self, simulation: Simulation) -> Callable[[], None]:
-        """Take in one more evacuation; call what is returned as `ticks` does."""
+        """Watch one more evacuation; returns what notes an instant, for `ticks`."""
         walkable = simulation.building.walkable
         floor = np.where(walkable, _around(walkable), np.inf)  # square metres
         highest, dead = np.zeros(walkable.shape), np.zeros(walkable.shape, int)

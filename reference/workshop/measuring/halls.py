@@ -1,4 +1,4 @@
-"""People who know the way and do not think, on small maps, and what to measure of them.
+"""Crowds that know the way and do not think, on small maps, and what is measured there.
 
 Clauses: A3, A9, F8.
 
@@ -59,7 +59,7 @@ class Crowd(Simulation):
 
 
 class Ghosts(Simulation):
-    """People who meet nobody, as if each had a floor alone: what crowding costs."""
+    """People who walk as if each were alone: this shows what crowding costs."""
 
     def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
         position, pace = self.world.bodies.position[who], self.world.bodies.pace[who]

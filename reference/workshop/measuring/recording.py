@@ -95,7 +95,7 @@ class _Recorder:
         self.walked = np.empty(0, int)  # who walked in the tick to come
 
     def note(self) -> None:
-        """Note who walks, or did until now; of who left, a step more."""
+        """Note who walks, or walked until now; one step more for those who left."""
         bodies, tick = self.simulation.world.bodies, self.simulation.ticks
         position, before = bodies.position.copy(), self.position
         position[self.walked] = self.simulation.walked_to  # before stairs took any in

@@ -1,10 +1,9 @@
-"""The robot's frame: how a policy reads the 167 numbers and speaks a destination.
+"""The robot's frame: observations and destinations from where a robot stands.
 
 Clauses: C1, C4-C7, D6.  [C5, chosen] The environment keeps the paper's interface,
-coordinates of the whole floor.  A policy reads and speaks from where its robot stands:
-points relative to it, those people first whom nobody leads, and a destination that may
-mean one of a few anchors.  All of it follows from the observation, the map, and where
-robots are headed.
+coordinates of the whole floor.  In the frame points are relative to the robot, people
+whom nobody leads come first, and a destination may be one of a few anchors.  All of it
+is computed from the observation, the map, and where robots are headed.
 
     B   robots, of all worlds at once;  n  people;  R  robots;  K  anchors
     way    metres on foot, flames not counted;  near  1 / (1 + way / HALFWAY)
@@ -30,7 +29,7 @@ KEEP, STAY = 0, 1
 
 
 class View:
-    """What robots see, step by step.
+    """What robots observe, in their frames.
 
     me     (B, 2) metres, floor (B,), place (B,): where they stand
     alone, lost, mine  (B, n) bool, people whom nobody leads, those on my floor, and
@@ -69,7 +68,7 @@ class View:
         self._find_anchors()
 
     def _sort_people(self) -> None:
-        """Lost people first, by way, then mine, my mates', those elsewhere [C4]."""
+        """Sort people: lost ones, mine, my mates', others; the nearest first [C4]."""
         place, inside = self.map.places(self.humans), _there(self.humans)
         walking = inside & ~self.map.stairs[place]
         robots, at_work = self.map.places(self.robots), _there(self.robots)
@@ -83,7 +82,7 @@ class View:
         self.order = np.lexsort((way, group), axis=1)
 
     def _find_anchors(self) -> None:
-        """Keep, stay, ways out, feet of stairs, rims, the nearest lost people [C5]."""
+        """List anchors: keep, stay, ways out, feet, rims, nearest lost people [C5]."""
         first = self.order[:, :PEOPLE]
         people = np.take_along_axis(self.humans[..., :2], first[..., None], axis=1)
         people[~np.take_along_axis(self.lost, first, axis=1)] = np.nan

@@ -20,8 +20,8 @@ from reference.learning.networks import (
 from reference.workshop.remedies.frame import UNIT
 
 FIRST_SIGMA, SIGMAS = 0.5, (0.02, 1.0)
-"""[C5, chosen] of one Gaussian in a robot's frame, units: where it begins, and between
-which it stays; a free number hardly moves in a short training."""
+"""[C5, chosen] of one Gaussian in a robot's frame, units: sigma at first and bounds.
+As a free parameter it would hardly move in a short training."""
 
 
 class FrameHead(nn.Module):
@@ -79,7 +79,7 @@ class MixtureHead(nn.Module):
     """Weigh anchors by one linear layer [C5, chosen].
 
     The numbers that a network reads begin with the K anchors, C numbers each, and with
-    K numbers, 1 for those that may be meant now. The first anchor has the commitment
+    K numbers, 1 for those that may be chosen now. The first anchor has the commitment
     as a bonus.
     """
 

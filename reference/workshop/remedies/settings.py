@@ -1,4 +1,4 @@
-"""What helps learning, beside the paper: other ways to read and speak, other credit.
+"""Settings with remedies, what helps learning beside the paper: codec, head and credit.
 
 Clauses: C5, C7, D2, E3, E5.  The trainers compute what ML-Agents computes; settings
 with remedies give them another `PolicyCodec`, with another head, and other credit.
@@ -41,14 +41,14 @@ LIT = 2.0
 class SideSettings(TrainerSettings):
     """A table with remedies; all are off in Tables I and II [C5, C7, E5, chosen].
 
-    head        how policies read and speak: see this module
+    head        which codec and which head policies have: see this module
     spread      metres, standard deviation of a mixture around each anchor
 
     The robots' own:
 
     commitment  logit bonus of the anchor "where I am headed"; without it a new policy
                 would turn round before it arrives anywhere
-    masks       a mixture may not mean what helps nobody, `workshop.remedies.frame`
+    masks       a mixture may not choose anchors that help nobody, see `frame`
     credit      group: robots are paid the group's reward, as in the paper; floor: each
                 the part of it that it can touch, see `credit`
     """
@@ -73,7 +73,7 @@ class SideSettings(TrainerSettings):
             )
 
     def codec(self, side: Side, building: Building, scenario: Scenario) -> PolicyCodec:
-        """How this side's networks read and speak."""
+        """Make the codec of this side's networks."""
         if self.head == "floor":
             codec = PolicyCodec(side, building, scenario)
         elif side == "fire":
@@ -89,11 +89,11 @@ class SideSettings(TrainerSettings):
 
 
 class RobotsFrame(PolicyCodec):
-    """Robots read and speak from where they stand [C5, chosen].
+    """Robots observe and decide in their own frame [C5, chosen].
 
     size  V, how many numbers a network reads;  anchors  K: the first 2K numbers are
     x and y of the anchors, units from the robot, the next K are 1 for those that may
-    be meant now
+    be chosen now
     """
 
     def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):
@@ -168,7 +168,7 @@ class MixtureOfFire(PolicyCodec):
         )
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
-        """(N, V) float32: anchors, which may be meant, and what the paper's reads."""
+        """(N, V) float32: anchors, which may be chosen, and what the paper's reads."""
         sources = self.layout.read(vectors, "fires")[:, None]  # (N, 1, F, 3)
         off = self.anchors[:, None, 1:] * UNIT - sources[..., :2]
         near = np.hypot(off[..., 0], off[..., 1]) < LIT

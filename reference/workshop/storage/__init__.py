@@ -1,1 +1,1 @@
-"""What is kept: files, records, run folders; and the workers that make it."""
+"""Files, records and folders of runs, and the workers that do jobs."""

@@ -1,7 +1,7 @@
 """Begin or resume runs in folders, trainings and evaluations alike.
 
-A folder is held by one run at a time.  A resumed run must keep the version, and keeps
-the options it was begun with.
+One run at a time works in a folder.  A run is resumed by the version that began it, and
+with the same options.
 """
 
 from collections.abc import Callable, Iterator, Mapping
@@ -17,11 +17,11 @@ from reference.workshop.storage.files import make_folder
 
 
 class RunError(InputError):
-    """A run that can neither begin nor resume; one message for people."""
+    """A run can neither begin nor resume; the message is meant for people."""
 
 
 class ContradictionError(RunError):
-    """Options that contradict each other, or that a resumed run keeps."""
+    """Options contradict each other, or those that a resumed run began with."""
 
 
 Started = TypeVar("Started")

@@ -52,7 +52,7 @@ def stop(number: int, frame: Any) -> NoReturn:
 
 @contextmanager
 def undisturbed() -> Iterator[None]:
-    """Put off a KeyboardInterrupt, by whichever signal, until the block is over."""
+    """Delay a KeyboardInterrupt, from any signal, until the end of the block."""
     heard = list[int]()
 
     def later(number: int, frame: Any) -> None:
@@ -188,7 +188,7 @@ class _Pool(ProcessPoolExecutor):
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Block signals, so that processes are born deaf to them."""
+    """Block signals here, so that processes that start now ignore them."""
     before = _mask(signal.SIG_BLOCK, STOPS)
     try:
         yield

@@ -25,8 +25,8 @@ class Guard(Observer):
     """Do as `observer`, but stand where `fixed` will light its next fire.
 
     [D6] No fire starts in a cell where a robot stands. The nearest robot of that floor
-    sets off at the last decision at which it is in time; with nobody in time, or where
-    Eq. 1 leads elsewhere, none does.
+    sets off at the last decision that lets it arrive in time. If none can, or if Eq. 1
+    would send it elsewhere, all do as `observer`.
     """
 
     def __init__(self, places: Sequence[Decision] | None = None):

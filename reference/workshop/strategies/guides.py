@@ -60,9 +60,9 @@ def _round(building: Building, robot: Robot) -> list[Destination]:
 class Sweep:
     """Fetch groups of people, several if that pays, and lead them to a way out.
 
-    Saves most people per metre, the way out included: leads its people out, or first
-    fetches one more group. Flames add metres, so a way that begins to burn is given up
-    at the next decision.
+    A robot does what saves most people per metre, the way out included: it leads its
+    people out, or fetches one more group first. Flames add metres, so it gives up a way
+    that begins to burn at its next decision.
     """
 
     DETOUR = inf  # metres, summed over those led, for each person fetched
@@ -156,8 +156,8 @@ def fetches(
 ) -> Iterator[tuple[np.ndarray, int, Destination, float]]:
     """Yield groups of lost people on a robot's floor, and on the stairs down to it.
 
-    Of each: people (n,) bool, their place and position, metres till the robot has them.
-    None if it leads as many as it can.
+    Each is people (n,) bool, their place, their position, and the metres until the
+    robot has them. There are none for a robot that leads as many as it can.
     """
     if led >= FULL:
         return
@@ -220,8 +220,8 @@ def guided_by(world: World) -> np.ndarray:
 def as_observed(world: World) -> World:
     """Replace what robots do not observe by guesses: who follows whom, and goals [C1].
 
-    Whoever is in sight of a robot on foot, flames or not, follows the nearest such;
-    nobody else is led, nobody is headed for a landmark, all on stairs are halfway.
+    People within sight of robots, measured on foot and without flames, follow the
+    nearest. Nobody else is led, nobody heads for a landmark, all on stairs are halfway.
     """
     nav, bodies, robots = navigation_of(world.building), world.bodies, world.robots
     body, place, active = (

@@ -100,8 +100,8 @@ def guides(
     """Guess who leads whom [C1, chosen]: (..., n) index of a robot, or NOBODY.
 
     robots (..., R), people (..., n): places; at_work (..., R), walking (..., n) bool.
-    The nearest robot at work, if it is in sight on foot, flames or not: right nineteen
-    times in twenty.
+    It is the nearest robot at work, if that is within sight, measured on foot and
+    without flames. This is right nineteen times in twenty.
     """
     if not robots.shape[-1]:
         return np.full(people.shape, NOBODY)
@@ -129,8 +129,8 @@ def way_marks(building: Building, floor: int) -> tuple[list[Any], list[Any]]:
 def rims(building: Building, floor: int) -> list[Any]:
     """Find where one guards a floor's exits and entrances, points in metres [D6].
 
-    [C5, chosen] Of the cells that flames may enter and that Eq. 1 leaves alone, the
-    nearest on foot to each.
+    [C5, chosen] For each, the nearest cell on foot that flames may enter and that is
+    not near a stairwell, where Eq. 1 would move the robot.
     """
     nav = navigation_of(building)
     guarded = (fuel(building) & (building.kind == Kind.FLOOR)).ravel()

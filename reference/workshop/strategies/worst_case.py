@@ -40,10 +40,10 @@ core for an evacuation of the paper's building."""
 class WorstCase:
     """Simulates the busiest cells, each to the end, and lights the worst.
 
-    [F4, Eq. 5, chosen] The robots play by their own strategy. Later fires act as
-    `BusiestFire`: without them this one would never take the first of two exits. All
-    candidates meet the same chances, which are fresh, so that the fire does not know
-    how flames will really spread.
+    [F4, Eq. 5, chosen] The robots play by their own strategy. Later fires are those of
+    `BusiestFire`: without them this one would never block the first of two exits. All
+    candidates are tried with the same random numbers. These are new ones, so the fire
+    does not know how flames will really spread.
     """
 
     def __init__(self) -> None:

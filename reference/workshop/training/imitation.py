@@ -1,7 +1,7 @@
 """Imitation: robots that first copy a hand-written strategy, as an option [E1, chosen].
 
-Clauses: C5, C7, E1.  An aid to ask for, never the default: what it teaches is not the
-paper's.  The actor is fitted to what the strategy would have decided; then the critic
+Clauses: C5, C7, E1.  It is never the default, since the paper has nothing like it.  The
+actor is fitted to what the strategy would have decided; then the critic
 learns alone for some rounds, and then both learn as always.
 
     G, S  as in `players`
@@ -85,9 +85,9 @@ class _Teacher(Player):
     def _recorded(self, moment: Moment, wanted: np.ndarray) -> Record:
         """Record actions as the head's, with log_probs of 0.
 
-        Who keeps a destination means it once more, or the own place without one. What
-        the head cannot say is left out, `alive` False: what no anchor of a mixture is
-        near, and to keep anything by a Gaussian.
+        A robot that keeps its destination counts as choosing it again, or its own place
+        if it has none. What the head cannot express is left out, `alive` False: for a
+        mixture what is near no anchor, for a Gaussian to keep a destination.
         """
         kept, (seen,) = np.isnan(wanted).any(axis=1), self.read([moment])
         aims = np.where(kept[:, None], headed(moment.world), wanted)

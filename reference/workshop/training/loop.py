@@ -43,8 +43,8 @@ def train(
     The folder gets checkpoints, the first before anything else, and summaries.csv; rows
     that an interruption has left of later rounds are dropped. Returns the last
     checkpoint's path. Raises OSError where nothing can be written; the checkpoints that
-    are there stay whole. A KeyboardInterrupt drops a round that is being played, lets
-    one that is being learned from end, and goes on when a checkpoint is saved.
+    are there stay whole. A KeyboardInterrupt drops a round that is being played; one
+    that is being learned from ends first. Then a checkpoint is saved, and it is raised.
     """
     tables: list[Table | Board] = []
     if tensorboard:
@@ -85,7 +85,8 @@ def _play(jobs: Sequence[Job]) -> list[Episode]:
 def _save(training: Training, folder: Path, due: Iterable[Side]) -> Path:
     """Write a checkpoint; each side keeps its newest `keep_checkpoints` [E1] [E2].
 
-    due: whose it is; one that a stop leaves is nobody's, and goes when another comes
+    due: the sides that keep it. No side keeps what a stop leaves: it is deleted when
+    the next one is written.
     """
     for side in due:
         most = training.learners[side].settings.keep_checkpoints

@@ -43,8 +43,8 @@ class Settings:
                          curriculum, the building first
     imitation_episodes   of a strategy that is imitated first, if any
     imitation_epochs     passes through these episodes
-    critic_rounds        before a policy learns that was copied, or made in another
-                         training: a critic that knows nothing would undo it
+    critic_rounds        in which the critic learns alone, if its policy was copied or
+                         learned elsewhere: an untrained critic would undo that
     """
 
     preset: str
