@@ -167,15 +167,12 @@ class Experiment:
             settings, fires = self.arm(name)
             fixed: dict[Side, Any] = {}
             if fires:
-                fixed["fire"] = tuple(map(self._fixed, fires))
+                there = self.arena.drawn, self.arena.scenario
+                fixed["fire"] = tuple(fixed_player(f, "fire", *there) for f in fires)
             for seed in self.seeds:
                 task = Task(self.building, self.arena.plan, settings, seed, fixed)
                 trainings[f"{name}-{seed}"] = task
         return trainings
-
-    def _fixed(self, fire: str) -> Any:
-        """Find a fire that learns nothing here. Raises CheckpointError."""
-        return fixed_player(fire, "fire", self.arena.drawn, self.arena.scenario)
 
     @cached_property
     def arena(self) -> Arena:

@@ -25,7 +25,6 @@ from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     Task,
-    names_of,
     restore,
     state_of,
 )
@@ -236,9 +235,11 @@ class Training:
         """Name each side's trainer and head, or its fixed player."""
         names: dict[str, str] = {}
         for side in SIDES:
-            settings, fixed = getattr(self.settings, side), self.task.fixed.get(side)
-            learner = f"{settings.trainer_type} ({settings.head} head)"
-            names[side] = names_of(fixed) if fixed else learner
+            settings = getattr(self.settings, side)
+            names[side] = f"{settings.trainer_type} ({settings.head} head)"
+        for side, players in self.task.fixed.items():
+            words = (who if isinstance(who, str) else "a network" for who in players)
+            names[side] = ", ".join(words)
         return names
 
     def facts(self) -> dict[str, Any]:
