@@ -63,8 +63,8 @@ print("two doors:", sorted(cut_off("1/door-2", "1/door-11")))
 bridges = [
     door
     for one, other in nx.bridges(graph)
-    for door, facts in graph[one][other].items()
-    if facts["kind"] == "door"
+    for door, edge in graph[one][other].items()
+    if edge["kind"] == "door"
 ]
 for door in bridges:
     print(f"{door} is the only way out of {', '.join(cut_off(door))}")

@@ -67,7 +67,7 @@ while not simulation.done:
 #>   46.6 s  1/door-10, 5 visited
 
 # %% Compared with the shortest way
-# `navigation` knows it. People do not.
+# `navigation` knows the shortest way. People do not.
 
 (way_out,) = museum.exits
 walked = np.hypot(*np.diff(path, axis=0).T).sum()
@@ -82,7 +82,7 @@ print(f"saw {len(known) / museum.walkable.sum():.0%} of the floor")
 
 # %% The picture
 # Follow the thick line from the rays into the coin room, back, and round to the exit.
-# The visitor never saw the eastern rooms, on the other way out.
+# There is another way out, through the eastern rooms. The visitor never saw them.
 
 figure = drawing.top(museum)
 axes = figure.axes[0]

@@ -90,13 +90,13 @@ for metres in (5, 6.5, 8, 10, 12):
 #>   10 m of sight: 197 get out
 #>   12 m of sight: 192 get out
 
-# Those who see farther explore a room sooner, so more get out. The last 3 m of their
-# range people see, but not well: they count as unexplored. Five runs are few. Six
-# people more or less, as with 10 m, are luck. Try more seeds.
+# Those who see farther explore a room sooner, so more get out. Floor in the last 3 m of
+# their range is seen, but not well: it counts as unexplored. Five runs are few, and a
+# difference of six people is luck. Try more seeds.
 
 # %% Where is it dense, and where do people die?
 # Six evacuations of the same building, now with fires at random places [D7]. Density is
-# people per square metre, here each evacuation's highest, the mean over all six.
+# people per square metre: the highest of each evacuation, averaged over the six.
 
 runs = [Simulation(institute, fire=RandomFire(), seed=seed) for seed in range(6)]
 seen = crowding(runs)
@@ -108,8 +108,8 @@ print(f"densest: {seen.density.max():.2f} per m2 on floor {densest[0] + 1}")
 print(drawing.save(drawing.crowded(seen), "out/04_where.png"))
 #> out/04_where.png
 
-# It is densest at doors and in the corridors between them. Even there the highest is,
-# on average, hardly more than one person on two square metres: nobody is crushed.
+# It is densest at doors and in the corridors between them. Even there the highest
+# density is about one person on two square metres: nobody is crushed.
 # People die where time has run out while they searched, or where flames cut them off.
 
 # %% Exercise

@@ -96,8 +96,9 @@ for robots in (NoRobots(), Shepherd(), Sweep()):
 #> Sweep    [36, 39, 40, 39], 154 of 160 get out
 
 # %% Look at a failure
-# Shepherds save more than nobody does, but not with seed 2. A mean does not say why. So
-# look at both robots of the first floor in that evacuation, after 45 seconds.
+# With shepherds more people get out than without robots, but not with seed 2. A mean
+# does not say why. So look at both robots of the first floor in that evacuation, after
+# 45 seconds.
 
 simulation = Simulation(institute, robots=Shepherd(), seed=2, fire=fire)
 while simulation.world.time < 45:
@@ -111,8 +112,8 @@ for robot in simulation.world.robots[:2]:
 #> 17 m from the exit, leads 3, says follow me
 
 # One leads three people past the exit to fetch others. All ten who die in this
-# evacuation die after three minutes, on this floor. Health falls all the time [B7]: who
-# waits for others, pays for it.
+# evacuation die after three minutes, on this floor. Health falls all the time [B7], so
+# waiting for others costs lives.
 
 # %% Exercise
 # How many followers should a shepherd wait for? Try 1, 2, 3 and 5. Then let the best of

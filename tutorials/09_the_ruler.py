@@ -53,11 +53,11 @@ for reward in (-12000, 0, 10000, 14000, 15000):
 #> R  15000: y =  1425.10
 
 # %% How hard a fire was
-# Eq. 8 adds h²/(kα²). So little reward under a hard fire can be worth as much as more
-# under an easy one. The appendix does not define h. Here h grows with the square root
-# of the share of their ways out that people lose; an early loss counts more [F11]. It
-# depends on when each cell begins to burn, not on what robots do. Exits do not burn,
-# but flames all around close them [D7]. One exit closed, then both:
+# Eq. 8 adds h²/(kα²). So a small reward under a hard fire can be worth as much as a
+# large one under an easy fire. The appendix does not define h. Here h grows with the
+# square root of the share of their ways out that people lose. An early loss counts more
+# [F11]. h depends on when each cell begins to burn, not on what robots do. Exits do not
+# burn, but flames all around close them [D7]. One exit closed, then both:
 
 people = people_in(Simulation(institute, Scenario()).world)  # before they set off
 burnt = np.full(institute.kind.shape, np.inf)

@@ -100,8 +100,8 @@ print("more than before training:", after > before + 0.3)
 # %% Your robots beside others
 # `FlatRobots` makes a strategy of any policy on these observations. A strategy plays
 # wherever `sweep` of tutorial 6 does: here in the same sixteen drills. In so small a
-# building without fire nobody needs a guide, and robots that lead cost people time: a
-# comparison that one wants to see before one trusts a learning curve.
+# building without fire nobody needs a guide, and robots that lead cost people time.
+# Make such a comparison before you trust a learning curve.
 
 
 def means(seen: np.ndarray) -> np.ndarray:
@@ -139,10 +139,11 @@ print(save(figure, "out/11_beside_sweep.png"))
 #     .venv/bin/python -m reference evaluate --fire none \
 #         --robots none sweep tutorials.experiments.sb3_robots:Guide
 #
-# A file `mine.py` of yours is `mine:Guide`. `PPO(..., seed=0)` fails inside supersuit,
-# whose environments have no `seed`: leave it out. A learner with a central critic, such
-# as MAPPO, reads `world.state()`. Without `fire=` the fire is one more agent, and
-# `robots="sweep"` leaves it alone; `FlatFire` makes a strategy of its policy.
+# A class `Guide` in your file `mine.py` is named `mine:Guide`. Leave `seed` out of
+# `PPO(..., seed=0)`: supersuit's environments have no `seed`, so it fails. A learner
+# with a central critic, such as MAPPO, reads `world.state()`. Without `fire=` the fire
+# is one more agent. With `robots="sweep"` it is the only one, and `FlatFire` makes a
+# strategy of its policy.
 
 # %% Exercise
 # Be the fire yourself, against `sweep` by its name. Choose the middle of the second

@@ -116,7 +116,7 @@ print("survivors of `busiest`:", saved(busy), " of its sequence:", saved(blind))
 # `tutorials/experiments/is_it_adaptive.py` asks it of any fire.
 #
 # So there is something to teach: whoever knows the attack saves more under it, and less
-# elsewhere. RESULTS.md has the long version, of more evacuations.
+# elsewhere. RESULTS.md tells more, from more evacuations.
 
 # %% Exercise
 # `closer` lights the free cell nearest to each way out in turn. Read its sequence from

@@ -15,8 +15,8 @@ graph = load("museum").graph
 area = dict(graph.nodes(data="area", default=0))
 doors = [
     door
-    for _, _, door, facts in graph.edges(keys=True, data=True)
-    if facts["kind"] == "door"
+    for _, _, door, edge in graph.edges(keys=True, data=True)
+    if edge["kind"] == "door"
 ]
 
 

@@ -18,7 +18,7 @@ first = []  # of every episode: y - V and y - Q, for agent 1's first decision
 
 
 class Watched(MAPOCA):
-    """MA-POCA, and one looks on."""
+    """MA-POCA that notes two advantages in each episode."""
 
     @torch.no_grad()
     def targets(self, e: Episode) -> Batch:
