@@ -186,7 +186,7 @@ def test_refuses_networks_of_another_shape(checkpoint):
     """Before anything is played."""
     wider = replace(checkpoint.task, settings=tiny(robots={"hidden_units": 16}))
     other = replace(checkpoint, task=wider)
-    with pytest.raises(CheckpointError, match="not of the shape"):
+    with pytest.raises(CheckpointError, match="does not fit its settings"):
         LearnedRobots(other)
 
 

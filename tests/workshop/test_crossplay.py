@@ -294,10 +294,10 @@ def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
     asked = begin((str(mine),), ("none",), episodes=1)
     interrupted(asked, Path("out"))
     shutil.copy(run / "checkpoint-000000.pt", mine)
-    with pytest.raises(InputError, match="or no more the checkpoint"):
+    with pytest.raises(InputError, match="or is no longer the checkpoint"):
         resume(Path("out"))
     mine.unlink()
-    with pytest.raises(InputError, match="is not here, or"):
+    with pytest.raises(InputError, match="is missing, or"):
         resume(Path("out"))
 
 

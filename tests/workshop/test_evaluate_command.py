@@ -83,7 +83,7 @@ def test_robots_may_observe_with_errors(capsys):
     title = capsys.readouterr().out.splitlines()[0]
     assert title.endswith("1 runs, errors of observation up to 3 m")
     assert main(f"{AGAIN} --errors 1".split()) == 2
-    assert "--errors: what is resumed goes on as it was" in capsys.readouterr().err
+    assert "--errors: a resumed run keeps its options" in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -93,7 +93,7 @@ def test_a_resumed_evaluation_takes_in_more(tmp_path, capsys, monkeypatch):
     evaluated(capsys, "--episodes 2 --out eval")
     before = (tmp_path / "eval/runs.csv").read_text()
     assert main(f"{AGAIN} --seed 1".split()) == 2
-    assert "--seed: what is resumed goes on as it was" in capsys.readouterr().err
+    assert "--seed: a resumed run keeps its options" in capsys.readouterr().err
     assert main(f"{AGAIN} --people 6 --episodes 2 --fire greedy".split()) == 0
     title, heads, random, greedy, note = capsys.readouterr().out.splitlines()
     assert title.endswith("1 robots x 2 fires x 2 seeds from 0 on, 4 runs")
@@ -115,7 +115,7 @@ def test_a_baseline_that_makes_no_ruler_costs_the_score_alone(tmp_path, capsys):
     assert not ruler.exists() and (tmp_path / "eval/matrix.png").exists()
     _, heads, _, why = capsys.readouterr().out.splitlines()
     assert "reward R" in heads and "score E" not in heads
-    assert "no E, since no ruler comes of sweep: 1 runs make no ruler" in why
+    assert "no E, since the runs of sweep calibrate none: 1 runs make no ruler" in why
 
 
 def test_who_stops_is_told_how_to_go_on(monkeypatch, capsys):

@@ -75,7 +75,9 @@ def test_what_is_kept_has_the_digest_of_the_code_and_code_that_changed_is_refuse
     Path(f"{mine}.py").write_text(CODE + "# faster\n")
     status, message = refusal(capsys, *again.split())
     assert status == 1
-    assert f"{mine}:Guide: is not here, or no more the checkpoint or code" in message
+    assert (
+        f"{mine}:Guide: is missing, or is no longer the checkpoint or code" in message
+    )
 
 
 @pytest.mark.parametrize(
@@ -188,7 +190,7 @@ def test_a_policy_brings_the_building_and_scenario_that_it_has_learned_in(mine, 
     facts = json.loads(capsys.readouterr().out)
     assert (facts["building"], facts["people"]) == ("tiny", 5)
     status, message = refusal(capsys, *match, "--building", "museum")
-    assert (status, "it has learned Tiny office" in message) == (1, True)
+    assert (status, "it has learned in Tiny office" in message) == (1, True)
     status, message = refusal(capsys, *match, "--people", "6")
     assert (status, "its robots learned with 5 people" in message) == (1, True)
     status, message = refusal(capsys, *match, "--sample")

@@ -170,7 +170,7 @@ def test_train_begins_with_the_networks_of_a_checkpoint(once, run, capsys):
     assert train("--out", "x", "--robots", "sweep", "--initialize-from", "new") == 1
     assert "nobody learned there who learns here" in capsys.readouterr().err
     assert train("--out", "x", "--initialize-from", "learned") == 1
-    assert "has learned Institute" in capsys.readouterr().err
+    assert "has learned in Institute" in capsys.readouterr().err
     assert not os.path.exists("x")
 
 
@@ -338,7 +338,7 @@ def test_evacuate_takes_the_mean_action_unless_asked_for_sampling(run, capsys):
 @pytest.mark.parametrize(
     ("options", "code", "hint"),
     [
-        (["--robots", "RUN", "--building", "paper"], 1, "has learned Tiny office"),
+        (["--robots", "RUN", "--building", "paper"], 1, "has learned in Tiny office"),
         (["--robots", "RUN", "--people", "7"], 1, "learned with 6 people"),
         (["--robots", "run/nowhere.pt"], 2, "is no file and names nobody who plays"),
     ],

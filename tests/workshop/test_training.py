@@ -315,7 +315,9 @@ def test_against_a_script_the_other_side_learns_alone(fixed, tmp_path):
 def test_refuses_a_scenario_in_which_there_is_nothing_to_decide(tmp_path):
     """Without fire sources the fire would never be past its max_steps."""
     idle = tiny(scenario=replace(tiny().scenario, sources=0))
-    with pytest.raises(SettingsError, match="fire: nobody learns where sources is 0"):
+    with pytest.raises(
+        SettingsError, match="fire: nothing to learn while sources is 0"
+    ):
         begun(idle)
     nobody = tiny(scenario=replace(tiny().scenario, people=0))
     with pytest.raises(SettingsError, match="nobody to evacuate"):

@@ -145,7 +145,7 @@ def test_refuses_a_player_who_cannot_decide():
 def test_refuses_a_policy_that_learned_elsewhere_and_a_mode_that_there_is_not():
     """At the door, not with the first decision or picture."""
     elsewhere = FlatRobots(np.zeros_like, "museum", SCENE)
-    with pytest.raises(ValueError, match="it has learned Museum"):
+    with pytest.raises(ValueError, match="it has learned in Museum"):
         made(robots=elsewhere)
     with pytest.raises(ValueError, match=r"'human': there is None, \['rgb_array'\]"):
         made(render_mode="human")

@@ -98,7 +98,7 @@ def _ruler(
         try:
             ruler = results.ruler_of(played, baseline, *points)
         except RulerError as error:
-            return None, f"no E, since no ruler comes of {baseline}: {error}"
+            return None, f"no E, since the runs of {baseline} calibrate none: {error}"
     return ruler, f"E by {which}: k = {ruler.k:.3g}, beta = {ruler.beta:,.4g}"
 
 

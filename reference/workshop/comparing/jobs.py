@@ -76,7 +76,7 @@ def train_teams(
         for k, why in as_done(executor, fit, jobs):
             team, path = left[k], own[left[k]]
             if not why and not (path / DONE).exists():
-                why = f"{path}: a worker sees another. Name one that all share."
+                why = f"{path}: a worker has another. Name one that all share."
             if why:
                 failed[team] = why
             bar.update()

@@ -89,8 +89,8 @@ class Pinned:
             if Pinned.of(self.path) == self:
                 return
         raise RunError(
-            f"{self.path}: is not here, or no more the checkpoint or code that runs "
-            "were played with. Bring it back, or begin anew in another folder."
+            f"{self.path}: is missing, or is no longer the checkpoint or code of the "
+            "runs so far. Bring it back, or begin anew in another folder."
         )
 
 

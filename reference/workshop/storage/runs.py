@@ -79,8 +79,8 @@ def refuse_version(path: Path, version: object, game: object = reference.GAME) -
         raise RunError(
             f"{path}: was written by version {version!s:.40} of game {game!s:.40}, "
             f"this is {reference.__version__} of game {reference.GAME}, in which runs "
-            "may end otherwise. Go on with the version that wrote it, or begin anew in "
-            "another folder."
+            "may end differently. Go on with the version that wrote it, or begin anew "
+            "in another folder."
         )
 
 
@@ -96,6 +96,6 @@ def refuse_options(
     named = [f"--{k}" for k, v in given.items() if v not in (None, begun.get(k))]
     if named:
         raise ContradictionError(
-            f"{', '.join(named).replace('_', '-')}: what is resumed goes on as it was "
-            f"begun. Leave this out, or {instead}."
+            f"{', '.join(named).replace('_', '-')}: a resumed run keeps its options. "
+            f"Leave this out, or {instead}."
         )

@@ -241,8 +241,8 @@ def cluster(address: str) -> Iterator[Executor]:
         except (CancelledError, ImportError, KilledWorker) as error:
             why = f" ({error!s:.200})" if str(error) else ""
             raise InputError(
-                f"{address}: the scheduler is gone, or a worker failed{why}. Mend it, "
-                "and go on with --resume."
+                f"{address}: the scheduler is gone, or a worker failed{why}. Repair "
+                "it, and go on with --resume."
             ) from error
         finally:
             executor.shutdown(wait=False)

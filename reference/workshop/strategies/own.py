@@ -115,8 +115,8 @@ class Trained:
         own = self.building
         if own.drawing != building.drawing:
             raise InputError(
-                f"it has learned {own.title}, not this drawing of {building.title}. "
-                "Leave the building out, or name its own."
+                f"it has learned in {own.title}, not in this drawing of "
+                f"{building.title}. Leave the building out, or name its own."
             )
         trained = _counts(own, self.scenario)
         for name, count in _counts(building, scenario).items():

@@ -49,7 +49,7 @@ class LearnedPolicy(Trained):
             )
         self.learned, self.sample = who, sample
         name = "the checkpoint" if source is checkpoint else source
-        with must_fit(name, "its network is not of the shape its settings tell"):
+        with must_fit(name, "its network does not fit its settings"):
             self.player = who.player(self.side, self.building, self.scenario)
 
     def emitted(

@@ -68,7 +68,7 @@ class Settings:
         odd = [n for n in OF_ROBOTS if getattr(self.fire, n) not in (0, CREDITS[0])]
         if odd or self.fire.head == "frame":
             row = odd[0] if odd else "frame"
-            raise SettingsError(f"fire: {row} is about robots that walk")
+            raise SettingsError(f"fire: {row} is about robots only")
         for name in {*self.stand_ins} - {*FIRES} or {"none"} - {*FIRES}:
             raise SettingsError(f"stand_ins: {unknown(name, FIRES)}")
         if not self.scenario.training:

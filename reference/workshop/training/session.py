@@ -317,7 +317,7 @@ def _learner(task: Task, side: Side) -> Learner:
     settings, scenario = getattr(task.settings, side), task.settings.scenario
     row = "robots_per_floor" if side == "robots" else "sources"
     if not getattr(scenario, row):
-        raise SettingsError(f"{side}: nobody learns where {row} is 0")
+        raise SettingsError(f"{side}: nothing to learn while {row} is 0")
     if (
         side == "fire"
         and "robots" not in task.fixed
