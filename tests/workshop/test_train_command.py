@@ -198,8 +198,8 @@ def test_resume_of_a_training_that_is_over_tells_what_came_of_it(
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (["--head", "floor", "--seed", "5"], "--head, --seed: what is resumed goes on"),
-        (["--initialize-from", "x"], "--initialize-from: what is resumed goes on"),
+        (["--head", "floor", "--seed", "5"], "--head, --seed: a resumed run keeps"),
+        (["--initialize-from", "x"], "--initialize-from: a resumed run keeps"),
         (["--settings", "my.yaml"], "take --initialize-from "),
     ],
 )
