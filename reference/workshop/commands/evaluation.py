@@ -47,7 +47,9 @@ def evaluate(arguments: Namespace) -> None:
     out, baseline = arguments.out, arguments.baseline
     if arguments.resume and not out:
         raise ContradictionError("--resume goes with --out: which folder?")
-    same = ("evaluate", *(("--baseline", baseline) if baseline else ()))
+    same = ["evaluate"]
+    if baseline:
+        same += ["--baseline", baseline]
     with resumable(arguments, out, partial(_evaluation, arguments), *same) as work:
         evaluation, executor = work
         if baseline and baseline not in evaluation.robots:

@@ -69,7 +69,8 @@ class MistakesError(FloorPlanError):
             places = [p for p in reversed(each.values()) if p != same[0].place][:MORE]
             if more := len(same) - 1 - len(places):
                 places.append(f"{more} more")
-            page += [f"    also: {', '.join(places)}"] if places else []
+            if places:
+                page.append(f"    also: {', '.join(places)}")
         if (more := len(alike) - SHOWN) > 0:
             page.append(f"… and {more} more")
         return "\n".join(page)

@@ -228,7 +228,8 @@ def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
         robots = robot if fire != robot else poca
         of_sides["robots" if robots else "fire"].append(name)
         clear |= poca or fire or robot
-        pocas += [name] if poca else []
+        if poca:
+            pocas.append(name)
     if len(pocas) > 1:
         names = " and ".join(pocas)
         raise SettingsError(
