@@ -38,7 +38,7 @@ PUSHES = 3  # [A9, chosen] rounds in which a crowd passes pushes on
 HELD_UP = 0.1  # [A9, chosen] m/s: a body that advances more slowly is held up ...
 SHUFFLE = 0.3  # [A9, chosen] m/s: ... and tries a step at this speed ...
 SHUFFLE_TURN = 2.2
-"""[A9, chosen] ... at most so many radians off the way: a little backwards too, since
+"""[A9, chosen] ... at most this many radians off the way: a little backwards too, since
 arches of people before a door dissolve only if somebody makes room ..."""
 
 SHUFFLE_RIGHT = 1.0

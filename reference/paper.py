@@ -194,7 +194,7 @@ class Scenario:
         return self.frames_per_tick / FRAMES_PER_SECOND
 
     def start_counts(self, floors: int) -> tuple[int, ...]:
-        """How many people start on each of so many floors, lowest first."""
+        """How many people start on each floor of a building, lowest first."""
         if (counts := self.people_per_floor) is None:
             share, rest = divmod(self.people, floors)
             return tuple(share + (floor < rest) for floor in range(floors))

@@ -298,7 +298,7 @@ class Simulation:
             self.due[i] = bodies.walking[i]
 
     def _touch(self, i: int, before: int, mark: int) -> None:
-        """Fire the trigger of the door, entrance or exit a body has come upon [A5]."""
+        """Fire the trigger of the door, entrance or exit that a body touches [A5]."""
         bodies = self.world.bodies
         landmark = self.building.landmarks[mark]
         if landmark.leads_out:

@@ -26,7 +26,7 @@ GRID_KINDS = WALLS, FIRES, EXITS = "walls", "fires", "exits"
 """[C3, chosen] kinds of channels, in this order; each has one channel per floor."""
 
 SMALLEST_GRID = 20
-"""[C3, chosen] cells: the `simple` encoder's two convolutions need so many."""
+"""[C3, chosen] cells: fewer are too small for the `simple` encoder's convolutions."""
 
 
 # -- What a vector holds ------------------------------------------------------------

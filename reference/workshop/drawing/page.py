@@ -88,7 +88,7 @@ def sheet(title: str, width: float, height: float, layout: Any = None) -> Figure
 
 
 def shortened(words: str, longest: int) -> str:
-    """Cut words off after so many letters."""
+    """Cut words off after `longest` letters."""
     return words if len(words) <= longest else f"{words[: longest - 1]}…"
 
 

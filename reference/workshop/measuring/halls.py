@@ -85,7 +85,7 @@ def hall(*rows: str) -> Building:
 
 
 def people(building: Building, seed: int, *groups: tuple[int, Spot]) -> World:
-    """Put so many people in each spot, four a square metre at most; nobody dies."""
+    """Put people in spots, (count, spot) each, at most four on 1 m²; nobody dies."""
     rng, place, aside = np.random.default_rng(seed), [], []
     for count, spot in groups:
         quarters = np.repeat(places(building, spot), 4)
@@ -107,7 +107,7 @@ def places(building: Building, spot: Spot) -> np.ndarray:
 
 
 def times(crowd: Crowd, past: Past = lambda bodies: ~bodies.inside) -> np.ndarray:
-    """Run until everybody is past something, else out of the building.
+    """Run until everybody is past something; by default, out of the building.
 
     Returns when, (n,) s, inf for never.
     """

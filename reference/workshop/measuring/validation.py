@@ -71,7 +71,7 @@ def within(numbers: Numbers, low: float, high: float) -> Measured:
 
 
 def seconds(building: Building, seed: int, count: int, spot: Spot) -> float:
-    """Seconds until so many people in a spot have left the building, inf for never."""
+    """Seconds until `count` people in a spot have left the building, inf for never."""
     return float(times(Crowd(people(building, seed, (count, spot)), seed)).max())
 
 
@@ -102,7 +102,7 @@ def speeds(seed: int) -> Measured:
 
 
 def weidmann(density: float) -> float:
-    """Mean speed, m/s, at so many people per square metre."""
+    """Mean speed, m/s, at a density, people per square metre."""
     return max(0.0, 1.34 * (1 - exp(-1.913 * (1 / density - 1 / 5.4))))
 
 
@@ -183,7 +183,7 @@ def counterflow(seed: int) -> Measured:
 
 
 def bend(width: int, along: int, up: int) -> Building:
-    """A corridor round a left corner: so many metres along, then up, on its inside."""
+    """A corridor round a left corner: metres along, then up, on its inside."""
     wall = "#" * (along + 1)
     rows = [wall + "." * width + "#"] * up
     rows += ["#" + "." * (along + width) + "#"] * width
@@ -264,7 +264,7 @@ def everybody_knows(seed: int) -> Measured:
 
 
 def led(kind: type[Simulation], count: int, seed: int) -> float:
-    """Percent out alive of so many people led by sweep."""
+    """Percent out alive of `count` people led by sweep."""
     run = kind(load("paper"), Scenario(people=count), Sweep(), seed=seed)
     return 100 * run.run().evacuated / count
 

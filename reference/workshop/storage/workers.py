@@ -40,7 +40,7 @@ Given = TypeVar("Given")
 
 
 def chunks(items: Sequence[Given], size: int) -> list[tuple[Given, ...]]:
-    """Split what there is to do into jobs of at most so many, in order."""
+    """Split what there is to do into jobs of at most `size`, in order."""
     return [tuple(items[k : k + size]) for k in range(0, len(items), size)]
 
 
@@ -146,7 +146,7 @@ class InProcess(Executor):
 
 @contextmanager
 def workers(count: int) -> Iterator[Executor]:
-    """Yield a pool of so many processes with a thread each; 0: this process.
+    """Yield a pool of `count` processes with a thread each; 0: this process.
 
     They are spawned, since torch's threads do not survive a fork. They ignore Ctrl-C,
     and end with the block, or with this process if it is killed. Raises InputError

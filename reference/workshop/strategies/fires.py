@@ -108,7 +108,7 @@ class BusiestFire:
 
 
 def busiest(world: World, count: int) -> list[Decision]:
-    """List the free cells that most people will cross, at most so many, APART.
+    """List at most `count` free cells that most people will cross, APART metres.
 
     Everybody takes the cheapest way outside. Among equals, those nearest to the way out
     come first.

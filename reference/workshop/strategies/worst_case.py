@@ -146,7 +146,7 @@ def another_future(
     fire: FireStrategy,
     seed: int,
 ) -> Simulation:
-    """Continue copies of a world and of who plays in it, with fresh chances.
+    """Continue copies of a world and its strategies, with new random numbers.
 
     [D7, chosen] Exponential delays have no memory: what is left of one is distributed
     like a new one. So flames spread anew from all that burns now, each cell for as long

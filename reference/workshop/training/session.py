@@ -37,8 +37,8 @@ OF_NETWORK = ("head", "hidden_units", "num_layers", "normalize", "commitment", "
 """Rows of settings on which the meaning of a network's weights depends."""
 
 EARLIER = 4
-"""[E6, chosen] so many earlier versions of a side are in the league, at even distances,
-and at most twice as many."""
+"""[E6, chosen] earlier versions of a side in the league, at even distances: at least
+these, at most twice as many."""
 
 
 @dataclass(frozen=True)
