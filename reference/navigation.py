@@ -243,11 +243,15 @@ class Navigation:
             chain.append(int(after[chain[-1]]))
         if cost is not None:  # a straight line might graze what the way avoids
             return chain[1:] or chain
-        corners = [start]
+        return [*self.corners(chain), goal]
+
+    def corners(self, chain: list[int]) -> list[int]:
+        """The places of a chain where a straight walk has to turn, without its ends."""
+        corners = [chain[0]]
         for here, there in pairwise(chain):
             if not self.clear.reaches(corners[-1], there):
                 corners.append(here)
-        return [*corners[1:], goal]
+        return corners[1:]
 
     def onward(self, p: int, *goals: int) -> int:
         """The next place from p on the shortest way to a goal of its floor."""

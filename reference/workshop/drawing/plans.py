@@ -3,7 +3,7 @@
 Clauses: A2 for the graph, A8 (Figs. 4-6).  Every panel is in metres, north is up.
 """
 
-from itertools import combinations_with_replacement, pairwise
+from itertools import combinations_with_replacement
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -77,11 +77,7 @@ def _way_from(mark: Landmark, area: Area, building: Building) -> np.ndarray:
     inside = (building.area == area.index) | (building.landmark == mark.index)
     start, door = nav.place(area.floor, *node), int(nav.goals[mark.index][0])
     chain = [start, *nav.way(start, door, np.where(inside, 1.0, np.inf))]
-    corners = [start]
-    for here, there in pairwise(chain):
-        if not nav.clear.reaches(corners[-1], there):
-            corners.append(here)
-    return np.vstack([node, nav.centres[corners[1:]], mark.position])[::-1].T
+    return np.vstack([node, nav.centres[nav.corners(chain)], mark.position])[::-1].T
 
 
 # -- Names that fit into their rooms ------------------------------------------------
