@@ -23,7 +23,7 @@ from reference.paper import Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop import drawing
-from reference.workshop.drawing import film, player
+from reference.workshop.drawing import film, web_film
 from reference.workshop.drawing.evacuation import (
     CURVES,
     INKS,
@@ -299,7 +299,7 @@ def test_an_empty_house_can_be_drawn():
 
 
 DARK = dict(
-    re.findall(r"--(\w+): (#\w{6})", player.PLAYER.read_text().split("dark)")[1])
+    re.findall(r"--(\w+): (#\w{6})", web_film.TEMPLATE.read_text().split("dark)")[1])
 )
 """Inks of a film's page in the dark that are others than in the light."""
 

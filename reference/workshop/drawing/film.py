@@ -1,8 +1,8 @@
 """An evacuation, or two side by side, as a moving picture: GIF, web page, or MP4.
 
-Clause: A8, extended in time.  A web page holds data, see `player`.  In the others what
-stands still is painted once and only what moved is painted on top (blitting); a GIF
-stores only the pixels that changed.
+Clause: A8, extended in time.  A web page holds data, see `web_film`.  In the others
+what stands still is painted once, and only what moved is painted on top (blitting); a
+GIF stores only the pixels that changed.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -23,9 +23,9 @@ from tqdm import tqdm
 
 from reference.paper import InputError
 from reference.simulation import Simulation
-from reference.workshop.drawing import player
+from reference.workshop.drawing import web_film
 from reference.workshop.drawing.evacuation import Scene, Tally, tally
-from reference.workshop.drawing.player import SECONDS_PER_FRAME
+from reference.workshop.drawing.web_film import SECONDS_PER_FRAME
 from reference.workshop.measuring.recording import ticks
 from reference.workshop.storage.files import replacing
 
@@ -60,7 +60,7 @@ def animate(
     instants = _instants(simulations, going or ticks(simulations))
     with replacing(target) as partial:
         if suffix == ".html":
-            player.write(partial, simulations, headings, instants)
+            web_film.write(partial, simulations, headings, instants)
             return
         first = simulations[0]
         scene = Scene(first.building, len(first.world.bodies), headings)

@@ -1,6 +1,6 @@
 """An evacuation, or two side by side, as a web page that holds data and a player.
 
-Clause: A8, extended in time.  The page draws: `player.html` is its template, here is
+Clause: A8, extended in time.  The page draws: `web_film.html` is its template, here is
 what it asks for.  Floors are SVG, whose colours the page's style chooses.
 
     B  bodies: people, then robots
@@ -24,7 +24,7 @@ from reference.workshop.drawing.evacuation import INKS, STEPS, TRAIL_SECONDS
 from reference.world import NOWHERE, DoorBurnt, Fate
 
 SECONDS_PER_FRAME = 0.6  # simulated
-PLAYER = Path(__file__).with_name("player.html")
+TEMPLATE = Path(__file__).with_name("web_film.html")
 NEVER = -1
 ROBOT = len(Fate) + 1  # a state, as a human's are: its mode while inside, 2 out, 3 dead
 BODY = "x y floor health state stairwell leader says toX toY"
@@ -59,9 +59,9 @@ def write(
         ],
         "runs": [reel.packed() for reel in reels],
     }
-    content = Template(PLAYER.read_text("utf-8"), autoescape=True).render(
+    content = Template(TEMPLATE.read_text("utf-8"), autoescape=True).render(
         film=film,
-        script=PLAYER.with_suffix(".js").read_text("utf-8"),
+        script=TEMPLATE.with_suffix(".js").read_text("utf-8"),
         title=building.title,
         headings=[(words or building.title).split("\n") for words in headings],
         names=[page.floor_title(building, k) for k in range(building.floors)],

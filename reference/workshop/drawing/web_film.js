@@ -1,4 +1,4 @@
-// The player of a film: draws `film`, which player.py made, on a canvas for each floor.
+// The player of a film: draws `film`, which web_film.py made, on a canvas for each floor.
 // k  frame;  t  seconds;  i  a body: people, then robots;  one  a body in a frame
 
 const STATES = ["follower", "leader", "out", "dead", "robot"]

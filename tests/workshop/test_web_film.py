@@ -19,13 +19,13 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import drawing
 from reference.workshop.drawing import page
-from reference.workshop.drawing.player import BODY, NEVER, floor_svg
+from reference.workshop.drawing.web_film import BODY, NEVER, floor_svg
 from reference.workshop.maps import load
 from reference.workshop.measuring.recording import ticks
 from reference.workshop.strategies.guides import Escort
 from reference.world import Fate
 
-SCRIPT = ROOT / "reference" / "workshop" / "drawing" / "player.js"
+SCRIPT = ROOT / "reference" / "workshop" / "drawing" / "web_film.js"
 STEP = 3  # ticks from frame to frame
 
 
