@@ -35,6 +35,7 @@ class Crowding:
         self._dead.append(dead)
 
         def note() -> None:
+            """Note this instant's densities, and who is dead."""
             bodies = simulation.world.bodies
             people = _around(_count(simulation, bodies.walking))
             np.maximum(highest, people / floor, out=highest)

@@ -9,6 +9,7 @@ Clauses: C5, C7, D2.
 
 import os
 import sys
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from inspect import signature
@@ -90,7 +91,7 @@ def _module(word: str) -> ModuleType:
 # -- Policies that have learned -----------------------------------------------------
 
 
-class Trained:
+class Trained(ABC):
     """A policy of one building and scenario; it remembers no decision.
 
     name, building, scenario  what it has learned in
@@ -126,11 +127,11 @@ class Trained:
                     f"{count}. Take as many, or train for it."
                 )
 
+    @abstractmethod
     def emitted(
         self, vectors: np.ndarray, world: World, rng: np.random.Generator
     ) -> np.ndarray:
         """(G, A) actions in [-1, 1] for (G, V) observations."""
-        raise NotImplementedError
 
 
 class TrainedRobots(Trained):
