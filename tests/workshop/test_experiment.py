@@ -22,7 +22,12 @@ from reference.paper import InputError
 from reference.workshop.commands import common
 from reference.workshop.comparing import jobs, report
 from reference.workshop.comparing.design import Experiment, read
-from reference.workshop.comparing.jobs import arm_of, folders, play_tests, train_teams
+from reference.workshop.comparing.jobs import (
+    arm_of,
+    finish_trainings,
+    folders,
+    play_tests,
+)
 from reference.workshop.comparing.report import OWN, Results
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.storage import workers as workforce
@@ -59,7 +64,7 @@ def small(**changes) -> Experiment:
 def performed(experiment, folder, executor=None):
     """Do what is missing; return the results of all tests."""
     executor = executor or InProcess()
-    assert train_teams(experiment, folder, executor) == {}
+    assert finish_trainings(experiment, folder, executor) == {}
     return play_tests(experiment, folder, executor)
 
 
@@ -91,7 +96,7 @@ def test_what_has_changed_is_made_anew_and_the_rest_stays(whole, tmp_path):
     """One arm's gamma, and one more seed: three trainings, beside those there are."""
     copytree(whole, tmp_path, dirs_exist_ok=True)
     arms = SMALL["arms"] | {"learning": {"robots": {"gamma": 0.5}}}
-    assert train_teams(small(arms=arms, seeds=[3, 4]), tmp_path, InProcess()) == {}
+    assert finish_trainings(small(arms=arms, seeds=[3, 4]), tmp_path, InProcess()) == {}
     names = [path.name[:-9] for path in (tmp_path / "trainings").iterdir()]
     assert sorted(names) == ["learning-3", "learning-3", "learning-4", "ppo-3", "ppo-4"]
 
@@ -106,7 +111,7 @@ def test_a_training_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypat
 
     train = jobs.train
     monkeypatch.setattr(jobs, "train", broken)
-    failed = train_teams(small(), tmp_path, InProcess())
+    failed = finish_trainings(small(), tmp_path, InProcess())
     assert failed == {"ppo-3": "MemoryError: no more"}
     results = play_tests(small(), tmp_path, InProcess())
     assert {arm_of(r.robots) for r in results} == {"learning", "sweep"}
@@ -115,7 +120,7 @@ def test_a_training_that_fails_is_named_and_the_others_go_on(tmp_path, monkeypat
 def test_a_worker_that_trains_elsewhere_is_told(tmp_path, monkeypatch):
     """On a machine that does not share the folder."""
     monkeypatch.setattr(jobs, "fit", lambda job: "")
-    (why, _) = train_teams(small(), tmp_path, InProcess()).values()
+    (why, _) = finish_trainings(small(), tmp_path, InProcess()).values()
     assert "learning-3" in why and "Name one that all share" in why
 
 
@@ -164,7 +169,7 @@ def test_a_worker_of_a_cluster_may_be_killed_in_the_middle_of_a_training(
 ):
     """Another one goes on with its job, to the same end."""
     with cluster(machines.scheduler_address) as executor, ThreadPoolExecutor(1) as here:
-        ends = here.submit(train_teams, small(), tmp_path, executor)
+        ends = here.submit(finish_trainings, small(), tmp_path, executor)
         while not list(tmp_path.glob("trainings/*/log.txt")) and not ends.done():
             time.sleep(0.02)
         os.kill(machines.workers[0].pid, signal.SIGKILL)

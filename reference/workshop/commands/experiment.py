@@ -38,11 +38,11 @@ def experiment(arguments: Namespace) -> None:
     with resumable(arguments, folder, read, "experiment", arguments.file) as work:
         asked, executor = work
         note(f"trainings: {len(asked.trainings)}, then tests")
-        failed = jobs.train_teams(asked, folder, executor)
+        failed = jobs.finish_trainings(asked, folder, executor)
         if played := jobs.play_tests(asked, folder, executor):
             _tell(arguments, asked, played, folder)
     if failed:
-        raise RunError("\n".join(f"{team}: {why}" for team, why in failed.items()))
+        raise RunError("\n".join(f"{name}: {why}" for name, why in failed.items()))
 
 
 def _tell(arguments: Namespace, asked: Any, played: list[Any], folder: Path) -> None:
@@ -55,8 +55,8 @@ def _tell(arguments: Namespace, asked: Any, played: list[Any], folder: Path) -> 
     cells, answer = results.cells(), results.answer()
     save(crossplay.matrix(cells, fill(report.OVER, 80)), folder / "matrix.png")
     arms: dict[str, list[curves.Run]] = {}
-    for team, made in jobs.over(asked, folder).items():
-        arms.setdefault(jobs.arm_of(team), []).append(curves.read(made))
+    for name, made in jobs.over(asked, folder).items():
+        arms.setdefault(jobs.arm_of(name), []).append(curves.read(made))
     save(curves.of_arms(arms), folder / "curves.png")
     page = report.page(results, "matrix.png", "curves.png")
     write_whole(folder / "page.md", page.encode())

@@ -61,7 +61,7 @@ BUDGET = ("max_steps", "summary_freq", "checkpoint_interval", "keep_checkpoints"
 
 @dataclass(frozen=True)
 class Test:
-    """Evacuations of every team against every fire, all from the same seeds."""
+    """Evacuations of all robots against all fires, from the same seeds."""
 
     fires: tuple[str, ...] = ("random",)
     robots: tuple[str, ...] = ()
@@ -95,8 +95,8 @@ class Experiment:
         _refuse_twice("seeds", self.seeds)
         try:
             self._refuse_names()
-            teams, test = self.trainings, self.test
-            sides = (*teams, *test.robots), (*teams, *test.fires)
+            tasks, test = self.trainings, self.test
+            sides = (*tasks, *test.robots), (*tasks, *test.fires)
             Evaluation(self.arena, *sides, test.seed, test.episodes)  # not too many
             building, scenario = self.arena.drawn, self.arena.scenario
             for side, words in zip(SIDES, (test.robots, test.fires), strict=True):
@@ -104,7 +104,7 @@ class Experiment:
                     if word == LEARNED or is_code(word):
                         fitting(word, side, building, scenario)
             for name in self.arms:  # each refuses what does not fit
-                Training(teams[f"{name}-{self.seeds[0]}"])
+                Training(tasks[f"{name}-{self.seeds[0]}"])
         except OSError as error:  # of the map
             raise SettingsError(str(error)) from None
 
@@ -161,7 +161,7 @@ class Experiment:
 
     @cached_property
     def trainings(self) -> dict[str, Task]:
-        """Every training by its team's name."""
+        """Every training by its name, such as "adversary-0" of an arm and a seed."""
         trainings = {}
         for name in self.arms:
             settings, fires = self.arm(name)

@@ -1,10 +1,10 @@
-"""The jobs of an experiment: train every team, then let all of them meet all fires.
+"""The jobs of an experiment: all trainings, then all robots meet all fires.
 
 Clauses: E6, F12.  A job is a pure function of plain data, for any executor whose
 workers share the experiment's folder.  The name of what it makes has a digest of all
 that it follows from: what is made is not made again, and what changed is made anew.
 
-    trainings/TEAM-DIGEST/  of an arm and a seed: checkpoint, curve, log
+    trainings/NAME-DIGEST/  of an arm and a seed: checkpoint, curve, log
     tests-DIGEST/           an evaluation, as `evaluate` keeps it; digest: of the arena
 """
 
@@ -36,24 +36,24 @@ LOG, DONE = "log.txt", "training.json"
 
 
 def folders(experiment: Experiment, folder: Path) -> dict[str, Path]:
-    """The folder of each team's training, by the team's name."""
-    by_team = {}
-    for team in experiment.trainings:
-        settings, fires = experiment.arm(arm_of(team))
-        name = f"{team}-{_digest(experiment.arena.plan, asdict(settings), fires)}"
-        by_team[team] = folder.absolute() / "trainings" / name
-    return by_team
+    """The folder of each training, by its name."""
+    paths = {}
+    for training in experiment.trainings:
+        settings, fires = experiment.arm(arm_of(training))
+        name = f"{training}-{_digest(experiment.arena.plan, asdict(settings), fires)}"
+        paths[training] = folder.absolute() / "trainings" / name
+    return paths
 
 
 def over(experiment: Experiment, folder: Path) -> dict[str, Path]:
-    """The folders of the trainings that are over, by the team's name."""
+    """The folders of the trainings that are over, by name."""
     own = folders(experiment, folder).items()
-    return {team: at for team, at in own if (at / DONE).exists() and newest(at)}
+    return {name: at for name, at in own if (at / DONE).exists() and newest(at)}
 
 
-def arm_of(team: str) -> str:
-    """The arm of a team, or of a fire that learned with it: its name's first part."""
-    return team.partition("-")[0]
+def arm_of(training: str) -> str:
+    """The arm of a training, which is the first part of its name."""
+    return training.partition("-")[0]
 
 
 def _digest(*plain: Any) -> str:
@@ -63,24 +63,24 @@ def _digest(*plain: Any) -> str:
     return sha256(json.dumps(parts).encode()).hexdigest()[:8]
 
 
-def train_teams(
+def finish_trainings(
     experiment: Experiment,
     folder: Path,
     executor: Executor,
 ) -> dict[str, str]:
     """Finish all trainings; return which failed, and why."""
     own, done = folders(experiment, folder), over(experiment, folder)
-    left, failed = [team for team in own if team not in done], dict[str, str]()
-    jobs = [(experiment.trainings[team], str(own[team])) for team in left]
+    left, failed = [name for name in own if name not in done], dict[str, str]()
+    jobs = [(experiment.trainings[name], str(own[name])) for name in left]
     with tqdm(total=len(own), initial=len(done), unit="training", disable=None) as bar:
         for k, why in as_done(executor, fit, jobs):
-            team, path = left[k], own[left[k]]
+            name, path = left[k], own[left[k]]
             if not why and not (path / DONE).exists():
                 why = f"{path}: a worker has another. Name one that all share."
             if why:
-                failed[team] = why
+                failed[name] = why
             bar.update()
-            tqdm.write(f"{team}: {why or 'done'}", file=sys.stderr)
+            tqdm.write(f"{name}: {why or 'done'}", file=sys.stderr)
     return failed
 
 
@@ -117,26 +117,33 @@ def play_tests(
     folder: Path,
     executor: Executor,
 ) -> list[RunResult]:
-    """Let all teams meet all fires, as far as their trainings are over.
+    """Let all robots meet all fires, as far as their trainings are over.
 
-    Results name a team with a digest of its checkpoint, and code of one's own with a
-    digest of its file.
+    Results name a training with a digest of its checkpoint, and code of one's own with
+    a digest of its file.
     """
     test, files = experiment.test, dict[str, Pinned]()
-    for team, path in over(experiment, folder).items():
+    for name, path in over(experiment, folder).items():
         made = Pinned.of(path)
-        files[f"{team}-{made.sha256[:8]}"] = made
+        files[f"{name}-{made.sha256[:8]}"] = made
     own = {w: Pinned.of(w) for w in (*test.robots, *test.fires) if is_code(w)}
     named = {word: f"{word}-{code.sha256[:8]}" for word, code in own.items()}
     robots = *files, *(named.get(word, word) for word in test.robots)
     others = [fire for fire in test.fires if fire not in experiment.arms]
     fires = (
         *(named.get(word, word) for word in others),
-        *(team for team in files if arm_of(team) in test.fires),
+        *(name for name in files if arm_of(name) in test.fires),
     )
     files |= {named[word]: code for word, code in own.items()}
     if not robots or not fires:
         return []
-    start = experiment.arena, robots, fires, test.seed, test.episodes, False, files
+    evaluation = Evaluation(
+        arena=experiment.arena,
+        robots=robots,
+        fires=fires,
+        seed=test.seed,
+        episodes=test.episodes,
+        files=files,
+    )
     there = folder / f"tests-{_digest(asdict(experiment.arena))}"
-    return evaluate(Evaluation(*start), there, executor)
+    return evaluate(evaluation, there, executor)

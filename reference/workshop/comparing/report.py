@@ -25,7 +25,7 @@ from reference.workshop.comparing.results import Cell, table
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.strategies.own import is_code
 
-OWN = "own fire"  # the one that a team has learned with
+OWN = "own fire"  # the one of the same training
 ENOUGH = 5  # trainings of an arm; with fewer a result is preliminary
 SHOWN = ("survival", "reward", "difficulty")
 OVER = (
