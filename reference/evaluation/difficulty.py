@@ -51,9 +51,9 @@ def difficulty(building: Building, arrival: np.ndarray, people: np.ndarray) -> f
 
     Without fire x = 0; if no way is ever open x = 1. A way counts as open again when
     what closed it has burnt out [D7], so all of a building burning at once is worth
-    0.36 only, h = 2312: for more, fires must take turns. What burns besides never
-    lowers h. The root is there because Eq. 8 squares h: on the paper's ruler the fire's
-    part of E is x itself.
+    0.36 only, h = 2312: for more, fires must take turns. More burning cells, the others
+    as before, never lower h. The root is there because Eq. 8 squares h: on the paper's
+    ruler the fire's part of E is x itself.
     """
     if not people.any():
         return 0.0
