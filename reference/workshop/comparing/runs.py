@@ -113,11 +113,8 @@ def _result(run: Run, simulation: Simulation, people: Any) -> RunResult:
     out = [event.time for event in simulation.events if isinstance(event, Evacuated)]
     outcome = simulation.outcome()
     times = tuple(round(time, DIGITS) for time in sorted(out))
-    robots, fire, seed = run
     return RunResult(
-        robots=robots,
-        fire=fire,
-        seed=seed,
+        *run,
         people=outcome.people,
         evacuated=outcome.evacuated,
         died=outcome.died,
