@@ -438,6 +438,8 @@ def test_refuses_an_mp4_without_ffmpeg_at_once(simulation, tmp_path, monkeypatch
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(ValueError, match=r"needs ffmpeg.*write a \.gif"):
         drawing.animate([simulation], tmp_path / "film.mp4")
+    with pytest.raises(ValueError, match=r"film\.avi: write a \.gif, \.html or \.mp4"):
+        drawing.animate([simulation], tmp_path / "film.avi")
     assert simulation.world.time == 0
 
 

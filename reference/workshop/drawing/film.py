@@ -48,13 +48,14 @@ def animate(
     lines of one say who plays
     going: runs them instead, and pauses after each tick; see `recording.ticks`.
 
-    All of the file is written, or nothing. Raises ValueError for .mp4 without ffmpeg,
-    OSError for an unwritable path.
+    All of the file is written, or nothing. Raises ValueError for another suffix and
+    for .mp4 without ffmpeg, OSError for an unwritable path.
     """
     if isinstance(simulations, Simulation):
         simulations = [simulations]
-    target = Path(path)
-    suffix = target.suffix.lower()
+    target, suffix = Path(path), Path(path).suffix.lower()
+    if suffix not in (".gif", ".html", ".mp4"):
+        raise InputError(f"{target}: write a .gif, .html or .mp4")
     if suffix == ".mp4" and which("ffmpeg") is None:
         raise InputError(f"{target}: needs ffmpeg; install it or write a .gif or .html")
     instants = _instants(simulations, going or ticks(simulations))
