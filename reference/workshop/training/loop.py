@@ -1,7 +1,7 @@
 """The adversarial loop with files: PLAY, LEARN, TELL, KEEP, round after round.
 
 Clauses: E1, E2, E6.  A round's episodes are pure jobs, so that neither the number of
-workers nor an interruption between two rounds changes the result.
+workers nor an interruption between two rounds changes the result; torch's threads do.
 """
 
 import sys
