@@ -38,7 +38,7 @@ CHANGES = [
     (Simulation, "Alg. 2:1", "self._leave(i, Fate.EVACUATED)", "pass"),
     (Leader, "Alg. 2:2", "exit_in_view(observe)", "None"),
     (Leader, "Alg. 2:2", "exit_in_view(", "None if observe.robots else exit_in_view("),
-    (Leader, "Alg. 2:3", "return go_to(found)", "pass"),
+    (Leader, "Alg. 2:3", "return go_to(nearest)", "pass"),
     (Leader, "Alg. 2:5", "desired(me, observe)", "None"),
     (Leader, "Alg. 2:6-7", "observe.robots:", "False:"),
     (Leader, "Alg. 2:6-7", "robots:", "robots and not observe.landmarks:"),
