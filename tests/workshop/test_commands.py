@@ -164,6 +164,13 @@ def test_draw_writes_a_picture_and_says_where(shed, view, tmp_path, capsys):
     assert (tmp_path / f"shed-{view}.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_a_picture_takes_the_place_of_a_link_to_itself(shed, tmp_path):
+    """Such a link leads nowhere; what it stands for is the name alone."""
+    (tmp_path / "loop.png").symlink_to("loop.png")
+    assert main(["draw", shed, "-o", "loop.png"]) == 0
+    assert (tmp_path / "loop.png").read_bytes().startswith(b"\x89PNG")
+
+
 @pytest.mark.parametrize(("framework", "windows"), [("tk", 1), (None, 0)])
 def test_draw_watches_in_a_window_where_there_is_one(
     framework, windows, shed, tmp_path, monkeypatch
@@ -323,9 +330,11 @@ def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
     [
         ("check nowhere.txt", 1, "nowhere.txt"),
         ("draw tiny -o missing/tiny.png", 1, "Name a file in a folder that exists"),
+        ("draw tiny -o tiny.bmp", 2, "does not end in one of .png, .svg, .pdf"),
         ("draw tiny --view inside", 2, "invalid choice: 'inside'"),
         ("evacuate --building=", 1, "Is a directory"),
         ("evacuate --people 100000", 1, "0 to 10,000"),
+        ("evacuate --animate missing/run.gif", 1, "Name a file in a folder that"),
         ("evacuate --animate run.avi", 2, "does not end in one of .gif, .html, .mp4"),
         ("evacuate --robots none sweep patrol", 2, "one pair or two"),
         ("evacuate tiny", 2, "unrecognized arguments: tiny; a map is named by --bui"),
@@ -337,8 +346,10 @@ def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
         ("evaluate --resume", 2, "--resume goes with --out"),
         ("evaluate --resume --out nowhere", 1, "there is no evaluation"),
         ("evaluate --baseline patrol --workers 0", 2, "add it to --robots"),
+        ("evaluate --robots swep", 2, "Did you mean 'sweep'?"),
         ("evaluate --sample", 2, "--sample goes with a checkpoint"),
         ("evaluate --people 9000", 1, "fit"),
+        (f"evaluate --episodes {10**12}", 2, "is not a whole number from 1 to 1000000"),
         (f"curves {'a' * 5000}", 1, "File name too long"),
         ("curves /dev/zero", 1, "/dev/zero"),
         ("train --settings /dev/zero", 1, "/dev/zero"),

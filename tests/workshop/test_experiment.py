@@ -380,8 +380,13 @@ def test_the_files_that_ship_can_be_read(file):
             "random_fires needs a fire that learns",
         ),
         ({"arms": {"a" * 300: {}}}, "'a{60}' can be no arm's name: take up to 40"),
+        (
+            {"arms": {"a": {"fire": "random"}}, "settings": {"random_fires": 0.5}},
+            "arms: a: random_fires needs a fire that learns",
+        ),
         ({"settings": {"random_fires": 1.0}}, "never plays where random_fires is 1"),
         ({"arms": {"a": {"imitation_epochs": 5}}}, "leave out imitation_epochs"),
+        ({"settings": {"scenario": {"sources": 10**12}}}, "sources are 0 to 10,000"),
         ({"settings": {"episodes_per_job": 10**12}}, "from 1 up to 10000"),
         ({"seeds": [-1]}, "upwards"),
         ({"seeds": [0, 1, 0]}, "seeds: name each once"),

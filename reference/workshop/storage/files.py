@@ -57,7 +57,7 @@ def replacing(path: Path) -> Iterator[Path]:
     A folder replaces none but an empty one. If the block ends early, even by Ctrl-C,
     what was made is removed. Raises OSError with a message for people.
     """
-    whole = Path(os.path.realpath(path))
+    whole = Path(os.path.realpath(path))  # which also takes a link to itself
     partial = whole.with_name(f".{whole.stem[:40]}-{os.getpid()}-part{whole.suffix}")
     advice = "What was there is as it was. Make room, or name another place."
     try:
