@@ -9,10 +9,11 @@ from typing import Any
 
 from reference.building import building_of
 from reference.fire import FireStrategy
+from reference.game.environment import until_next_decision
 from reference.learning.players import Learned
 from reference.learning.poca import LEARNERS
 from reference.learning.ppo import Learner, Summary
-from reference.learning.rollouts import Episode, Job, play
+from reference.learning.rollouts import Advance, Episode, Job, play
 from reference.learning.settings import Side, TrainerSettings
 from reference.paper import Scenario
 from reference.robots import RobotStrategy
@@ -21,19 +22,21 @@ from reference.robots import RobotStrategy
 def adversarial(
     plan: str,
     scenario: Scenario,
-    sides: dict[Side, Learner | RobotStrategy | FireStrategy],
+    sides: dict[Side, Learner | Learned | RobotStrategy | FireStrategy],
     rounds: Iterable[Sequence[int]],
+    advance: Advance = until_next_decision,
 ) -> Iterator[list[Episode]]:
     """Play and learn, round after round; yield each round's episodes [E6].
 
     plan: the text of a floor file; sides: who plays "robots" and "fire"; a `Learner`
-    also learns; rounds: the seeds of each round's episodes.
+    also learns; rounds: the seeds of each round's episodes; advance: see `play`.
     """
     learners = {s: who for s, who in sides.items() if isinstance(who, Learner)}
     for seeds in rounds:
         # PLAY
         now: Any = sides | {s: player_of(learner) for s, learner in learners.items()}
-        episodes = play(Job(plan, scenario, **now, seeds=tuple(seeds)))
+        job = Job(plan, scenario, **now, seeds=tuple(seeds))
+        episodes = play(job, advance=advance)
         # LEARN
         for side, learner in learners.items():
             learn(side, learner, episodes)

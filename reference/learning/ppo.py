@@ -296,8 +296,8 @@ class Learner:
 # * an episode's length counts the robots' decisions, for the fire too (the original:
 #   each agent's own); a summary's row stands at the step where its round ended (the
 #   original: at multiples of `summary_freq`);
-# * a training that begins with a policy learned before takes the actor alone (the
-#   original: whatever fits);
+# * a training that begins with a policy learned before takes the actor alone, and at
+#   first its new critic learns alone (the original: whatever fits);
 # * rewards are scaled by `reward_scale` before anything is learned from them (the
 #   original's own scale is `strength`, which multiplies it here);
 # * MA-POCA's critic takes continuous actions alone: our robots have no branch (C5).

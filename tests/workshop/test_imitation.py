@@ -53,8 +53,8 @@ def test_robots_that_copied_sweep_go_where_it_would():
 
 @pytest.mark.paper("E1", "chosen")
 @pytest.mark.parametrize("imitates", [True, False])
-def test_of_a_policy_that_was_given_the_critic_learns_alone_at_first(imitates):
-    """Copied, or of another training: a critic that knows nothing would undo it."""
+def test_the_critic_of_a_policy_made_elsewhere_learns_alone_at_first(imitates):
+    """A copy, or of another training: a critic that knows nothing would undo it."""
     settings = replace(tiny(), critic_rounds=1)
     if imitates:
         training = begun(settings, imitate="sweep")

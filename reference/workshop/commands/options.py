@@ -125,7 +125,7 @@ SAMPLE = flag(
 )
 WRONG = "robots observe positions up to N metres off, in the worst way; default: 0"
 ERRORS = number("--errors", 0, WRONG, most=40)
-PLAY = "processes that work, with the same results; 0: this one; default: all cores"
+PLAY = "how many processes; results are the same; 0: this one; default: all cores"
 WORKERS = number("--workers", 0, PLAY, most=1000, default=CORES)
 LARGEST = 2**53  # as a whole number in JSON
 SEED = number("--seed", 0, "same seed, same run", most=LARGEST, default=SUPPRESS)

@@ -57,12 +57,11 @@ class Results:
         for run in self.runs[row, column]:
             by_seed = trainings.setdefault(run.robots, {})
             by_seed.setdefault(run.seed, []).append(getattr(run, figure))
-        return np.array(
-            [
-                [np.mean(by_seed[seed]) for seed in sorted(by_seed)]
-                for by_seed in trainings.values()
-            ]
-        )
+        means = [
+            [np.mean(by_seed[seed]) for seed in sorted(by_seed)]
+            for by_seed in trainings.values()
+        ]
+        return np.array(means)
 
     def cells(self) -> list[Cell]:
         """List the matrix, row by row."""

@@ -291,9 +291,8 @@ def _blanks(page: Page) -> Iterator[Mistake]:
 def _shape(page: Page) -> Iterator[Mistake]:
     """Rows that are too wide, lost or doubled, or a size that is wrong altogether."""
     (width, height), (columns, rows) = page.size, page.drawn.values()
-    if columns != width and all(
-        len(floor.rows) == rows != height for floor in page.floors
-    ):
+    alike = {len(floor.rows) for floor in page.floors} == {rows}
+    if columns != width and alike and rows != height:
         yield page.settings["size"][0].mistake("size", **page.drawn)
         return
     for row in page.rows:

@@ -275,9 +275,8 @@ def ghosts(seed: int) -> Measured:
     for count, runs in ((100, 3), (400, 3), (200, 30)):  # 200 decide
         seeds = range(seed, seed + runs)
         pairs = [[led(kind, count, each) for kind in kinds] for each in seeds]
-        numbers[f"{count}"], numbers[f"{count} ghosts"] = np.mean(
-            pairs, axis=0
-        ).tolist()
+        bodies, none = np.mean(pairs, axis=0).tolist()
+        numbers |= {f"{count}": bodies, f"{count} ghosts": none}
     mean, low, high = of_mean(np.diff(pairs).ravel())
     numbers |= {"200 apart": mean, "at least": low, "at most": high}
     return high <= CROWDING, numbers

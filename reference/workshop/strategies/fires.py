@@ -108,7 +108,7 @@ class BusiestFire:
 
 
 def busiest(world: World, count: int) -> list[Decision]:
-    """List at most `count` free cells that most people will cross, APART metres.
+    """List at most `count` free cells that most people will cross, none within APART.
 
     Everybody takes the cheapest way outside. Among equals, those nearest to the way out
     come first.
