@@ -32,7 +32,7 @@ from reference.workshop.commands.options import Command
 from reference.workshop.commands.training import curves, train
 from reference.workshop.storage.files import told
 from reference.workshop.storage.runs import ContradictionError
-from reference.workshop.storage.workers import STOPPED_BY, STOPS, stop
+from reference.workshop.storage.workers import STOPPED_BY, STOPS, stop, stop_again
 
 MAPS, RUNS = (
     (check, draw, floors),
@@ -115,6 +115,7 @@ def _process() -> int:
     for number in STOPS:
         if signal.getsignal(number) != signal.SIG_IGN:  # as `nohup` has it
             signal.signal(number, stop)
+    sys.unraisablehook = stop_again
     try:
         status = main()
     except Exception:  # a library's own, perhaps in the place of a stop

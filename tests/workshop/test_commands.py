@@ -409,6 +409,16 @@ except KeyboardInterrupt:
     pass
 raise ValueError("no bounding box")
 """
+IGNORED = f"""
+import weakref
+def callback(reference):
+    {SLOW}
+thing = {{1}}
+reference = weakref.ref(thing, callback)
+del thing
+for _ in range(600):
+    time.sleep(0.1)
+"""
 
 
 @STOPS
@@ -417,6 +427,7 @@ raise ValueError("no bounding box")
     [
         ("numpy", SLOW, ""),
         ("matplotlib", IN_ITS_PLACE, "stopped; nothing half-written is left\n"),
+        ("matplotlib", IGNORED, "stopped; nothing half-written is left\n"),
     ],
 )
 def test_stopped_while_it_is_loaded_or_drawing(

@@ -19,7 +19,7 @@ from concurrent.futures import (
 from concurrent.futures import wait as wait_for
 from contextlib import contextmanager
 from multiprocessing import active_children, get_context, parent_process
-from threading import RLock, Thread, current_thread, main_thread
+from threading import RLock, Thread, Timer, current_thread, main_thread
 from typing import Any, NoReturn, TypeVar
 
 from tqdm import tqdm
@@ -48,6 +48,14 @@ def stop(number: int, frame: Any) -> NoReturn:
     """Handle a signal as Ctrl-C is; keep it, since a library may lose the exception."""
     STOPPED_BY.append(number)
     raise KeyboardInterrupt
+
+
+def stop_again(lost: Any) -> None:
+    """Stop a moment later, where Python has ignored the exception: in a destructor."""
+    if isinstance(lost.exc_value, KeyboardInterrupt):
+        Timer(0.01, signal.raise_signal, STOPPED_BY[-1:]).start()
+    else:
+        sys.__unraisablehook__(lost)
 
 
 @contextmanager
