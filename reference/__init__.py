@@ -83,7 +83,7 @@ WORKSHOP = (
     "workshop.training.policies",  # a learned policy is a strategy
     "workshop.training.summaries",  # what a training writes down as it runs
     "workshop.training.gradient",  # signal and noise of an update
-    "workshop.training.session",  # who learns, and from what
+    "workshop.training.rounds",  # who learns, and from what
     "workshop.training.starting",  # begun or resumed
     "workshop.training.loop",  # the adversarial loop, with files
     "workshop.comparing",  # robots x fires x seeds, experiments, with intervals

@@ -13,7 +13,7 @@ from reference.workshop.storage.workers import InProcess
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.loop import train
 from reference.workshop.training.presets import Settings, preset
-from reference.workshop.training.session import Training
+from reference.workshop.training.rounds import Training
 
 TINY = plan_of(load("tiny"))
 

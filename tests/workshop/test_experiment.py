@@ -35,7 +35,7 @@ from reference.workshop.storage.records import SettingsError, record_from
 from reference.workshop.storage.runs import held
 from reference.workshop.storage.workers import InProcess, cluster
 from reference.workshop.training.checkpoints import load
-from reference.workshop.training.session import Training
+from reference.workshop.training.rounds import Training
 
 FILES = ROOT / "tutorials" / "experiments"
 TINY = ["experiment", str(FILES / "tiny.toml"), "--workers", "0", "--out"]

@@ -20,7 +20,7 @@ from reference.workshop.storage.workers import InProcess, one_thread, workers
 from reference.workshop.strategies.fires import BusiestFire
 from reference.workshop.training.checkpoints import load, newest
 from reference.workshop.training.loop import train
-from reference.workshop.training.session import Training, seeds_of
+from reference.workshop.training.rounds import Training, seeds_of
 from reference.workshop.training.summaries import (
     COLUMNS,
     OF_EPISODES,

@@ -49,7 +49,7 @@ from reference.workshop.strategies.own import is_code
 from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.policies import fixed_player
 from reference.workshop.training.presets import Settings, changed, preset
-from reference.workshop.training.session import Training
+from reference.workshop.training.rounds import Training
 
 FIXED = (*FIRES, LEARNED)  # fires that learn nothing in an experiment
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # of an arm; files are named after it

@@ -30,7 +30,7 @@ from reference.workshop.strategies import SHIPPED
 from reference.workshop.strategies.own import is_code
 from reference.workshop.training.checkpoints import Task, load, newest
 from reference.workshop.training.loop import train
-from reference.workshop.training.session import Training
+from reference.workshop.training.rounds import Training
 
 LOG, DONE = "log.txt", "training.json"
 

@@ -19,7 +19,7 @@ from reference.workshop.lockstep import together
 from reference.workshop.storage.files import Table, make_folder
 from reference.workshop.storage.workers import in_order, one_thread, undisturbed
 from reference.workshop.training.checkpoints import keep, newest
-from reference.workshop.training.session import Training
+from reference.workshop.training.rounds import Training
 from reference.workshop.training.summaries import (
     EXPLAINED,
     OWN_REWARD,

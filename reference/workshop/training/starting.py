@@ -22,7 +22,7 @@ from reference.workshop.training.checkpoints import (
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import POLICIES, fixed_player
 from reference.workshop.training.presets import Settings, preset
-from reference.workshop.training.session import Training
+from reference.workshop.training.rounds import Training
 
 OPTIONS = ("preset", "settings", "building", "trainer", "head", *SIDES, "imitate")
 OPTIONS += ("initialize_from", "seed")
