@@ -172,7 +172,7 @@ def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp
     evaluate(begin((word,), ("none",), episodes=1), folder, InProcess())
     shutil.copy(first, training / "checkpoint-000002.pt")
     again = resume(folder, fires=("random",))
-    assert (again.robots, again.files[word].path) == ((word,), first)
+    assert (again.robots, again.files[word]) == ((word,), first)
     assert {r.robots for r in evaluate(again, folder, InProcess())} == {word}
 
 
@@ -186,7 +186,7 @@ def test_a_file_is_the_policy_that_was_learned_for_a_side(run, side, kind):
 def test_each_run_has_strategies_of_its_own_and_the_worst_case_knows_whom_it_meets():
     """They begin as they were made, though they are made once."""
     evaluation = begin(("patrol",), ("worst-case",), "tiny", people=2)
-    runs = [evaluation.simulation(*run) for run in evaluation.runs[:2]]
+    runs = evaluation.simulations(evaluation.runs[:2])
     one, other = (run.robot_strategy for run in runs)
     assert one is not other and vars(one) == vars(other)
     assert all(run.fire_strategy.robots is run.robot_strategy for run in runs)
@@ -285,20 +285,6 @@ def test_refuses_rows_that_do_not_add_up_and_those_of_other_people(small):
         runs.table_of(path, [row])
         with pytest.raises(InputError, match=r"runs.csv: .*people do not add up, or"):
             evaluate(begin(**SMALL | {"people": people}), folder, Stopped())
-
-
-def test_refuses_to_go_on_with_another_checkpoint_than_before(run, tmp_path):
-    """Its runs would not be those of the same robots."""
-    mine = tmp_path / "mine.pt"
-    shutil.copy(run / "checkpoint-000001.pt", mine)
-    asked = begin((str(mine),), ("none",), episodes=1)
-    interrupted(asked, Path("out"))
-    shutil.copy(run / "checkpoint-000000.pt", mine)
-    with pytest.raises(InputError, match="or is no longer the checkpoint"):
-        resume(Path("out"))
-    mine.unlink()
-    with pytest.raises(InputError, match="is missing, or"):
-        resume(Path("out"))
 
 
 @pytest.mark.parametrize(

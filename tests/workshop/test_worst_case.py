@@ -191,7 +191,7 @@ def test_a_learned_policy_can_be_disturbed_and_the_worst_fire_plays_on(tmp_path)
     word, ways = str(tmp_path / "own.pt"), {}
     for errors in (0, 3):
         made = begin((word, "none"), ("worst-case",), episodes=1, errors=errors)
-        one, other = (made.simulation(*run) for run in made.runs)
+        one, other = made.simulations(made.runs)
         assert type(one.fire_strategy.robots) is LearnedRobots
         assert type(other.robot_strategy) is NoRobots
         one.step()

@@ -139,7 +139,7 @@ def _episode(
 
     film: gets all;  folder: gets the first one's trajectories;  crowding: watches it
     """
-    simulations = [evaluation.simulation(*pair, seed) for pair in pairs]
+    simulations = evaluation.simulations([(*pair, seed) for pair in pairs])
     notes = list[Callable[[], None]]()
     with ExitStack() as stack:
         if folder:

@@ -5,7 +5,7 @@ workers share the experiment's folder.  The name of what it makes has a digest o
 that it follows from: what is made is not made again, and what changed is made anew.
 
     trainings/NAME-DIGEST/  of an arm and a seed: checkpoint, curve, log
-    tests-DIGEST/           an evaluation, as `evaluate` keeps it; digest: of the arena
+    tests-DIGEST/           an evaluation, as `evaluate` keeps it, of an arena and code
 """
 
 import json
@@ -21,13 +21,13 @@ from tqdm import tqdm
 
 import reference
 from reference.workshop.comparing.design import Experiment
-from reference.workshop.comparing.matches import Evaluation, Pinned
+from reference.workshop.comparing.matches import Evaluation
 from reference.workshop.comparing.runs import RunResult, evaluate
 from reference.workshop.storage.files import make_folder, write_json
 from reference.workshop.storage.runs import held
 from reference.workshop.storage.workers import InProcess, as_done, one_thread
 from reference.workshop.strategies import SHIPPED
-from reference.workshop.strategies.own import is_code
+from reference.workshop.strategies.own import code_digest, is_code
 from reference.workshop.training.checkpoints import Task, load, newest
 from reference.workshop.training.loop import train
 from reference.workshop.training.rounds import Training
@@ -119,22 +119,15 @@ def play_tests(
 ) -> list[RunResult]:
     """Let all robots meet all fires, as far as their trainings are over.
 
-    Results name a training with a digest of its checkpoint, and code of one's own with
-    a digest of its file.
+    Results name a training as its folder, whose digest is of all that made it.
     """
-    test, files = experiment.test, dict[str, Pinned]()
-    for name, path in over(experiment, folder).items():
-        made = Pinned.of(path)
-        files[f"{name}-{made.sha256[:8]}"] = made
-    own = {w: Pinned.of(w) for w in (*test.robots, *test.fires) if is_code(w)}
-    named = {word: f"{word}-{code.sha256[:8]}" for word, code in own.items()}
-    robots = *files, *(named.get(word, word) for word in test.robots)
-    others = [fire for fire in test.fires if fire not in experiment.arms]
+    test, done = experiment.test, over(experiment, folder).values()
+    files = {path.name: str(newest(path)) for path in done}
+    robots = *files, *test.robots
     fires = (
-        *(named.get(word, word) for word in others),
+        *(fire for fire in test.fires if fire not in experiment.arms),
         *(name for name in files if arm_of(name) in test.fires),
     )
-    files |= {named[word]: code for word, code in own.items()}
     if not robots or not fires:
         return []
     evaluation = Evaluation(
@@ -145,5 +138,7 @@ def play_tests(
         episodes=test.episodes,
         files=files,
     )
-    there = folder / f"tests-{_digest(asdict(experiment.arena))}"
+    own = filter(is_code, (*test.robots, *test.fires))
+    code = {word: code_digest(word) for word in own}
+    there = folder / f"tests-{_digest(asdict(experiment.arena), code)}"
     return evaluate(evaluation, there, executor)

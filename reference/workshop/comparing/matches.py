@@ -5,12 +5,11 @@ by seed.  If there are checkpoints, they determine both.  A training's folder st
 the checkpoint that is its newest when the evaluation begins.
 """
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from copy import deepcopy
 from dataclasses import asdict, dataclass, field, replace
-from functools import lru_cache
-from hashlib import sha256
+from functools import cache
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -18,14 +17,13 @@ from typing import Any
 import reference
 from reference.building import Building, building_of, plan_of
 from reference.learning.settings import Side
-from reference.paper import ROBOTS_PER_FLOOR, InputError, Scenario
+from reference.paper import ROBOTS_PER_FLOOR, Scenario
 from reference.simulation import Simulation
-from reference.workshop.comparing.named import NAMES, encounter, strategy_named
+from reference.workshop.comparing.named import encounter, strategy_named
 from reference.workshop.maps import load
 from reference.workshop.storage.files import naming, read_json, write_json
 from reference.workshop.storage.records import record_from
 from reference.workshop.storage.runs import ContradictionError, RunError, refuse_version
-from reference.workshop.strategies.own import code_file, is_code
 
 EPISODES = 100
 """[F12, chosen] runs of a match: half the width of survival's interval is then about
@@ -58,51 +56,6 @@ class Arena:
 
 
 @dataclass(frozen=True)
-class Pinned:
-    """The checkpoint, or the code, that a word named when the evaluation began.
-
-    path  of a checkpoint, or `module:Name`, whose digest is that of the module's file
-    """
-
-    path: str
-    sha256: str
-
-    @classmethod
-    def of(cls, source: str | Path) -> "Pinned":
-        """Digest code, a checkpoint or a folder's newest one.
-
-        Raises InputError, OSError.
-        """
-        word, path = str(source), Path(source)
-        if is_code(word):
-            path = code_file(word)
-        elif path.is_dir():
-            from reference.workshop.training.checkpoints import newest
-
-            path = newest(path) or path
-            word = str(path)
-        return cls(word, sha256(path.read_bytes()).hexdigest())
-
-    def refuse_changed(self) -> None:
-        """Raise RunError unless it still is what it was."""
-        with suppress(InputError, OSError):
-            if Pinned.of(self.path) == self:
-                return
-        raise RunError(
-            f"{self.path}: is missing, or is no longer the checkpoint or code of the "
-            "runs so far. Bring it back, or begin anew in another folder."
-        )
-
-
-@lru_cache(maxsize=32)
-def _loaded(word: str, pinned: Pinned | None, side: Side, sample: bool) -> Any:
-    """Make a strategy, of which copies are played: networks are read once."""
-    if pinned:
-        pinned.refuse_changed()
-    return strategy_named(pinned.path if pinned else word, side, sample)
-
-
-@dataclass(frozen=True)
 class Evaluation:
     """All that determines its runs; run i of each match has seed + i.
 
@@ -110,7 +63,7 @@ class Evaluation:
 
     sample  draw learned policies' actions instead of taking the likeliest
     errors  metres that robots observe wrongly by, in the worst case [F4]
-    files   what was pinned of each word that names a checkpoint or code
+    files   the checkpoints of words that name another thing, such as a folder
     """
 
     arena: Arena
@@ -119,7 +72,7 @@ class Evaluation:
     seed: int = 0
     episodes: int = EPISODES
     sample: bool = False
-    files: Mapping[str, Pinned] = field(default_factory=dict)
+    files: Mapping[str, str] = field(default_factory=dict)
     errors: int = 0
 
     def __post_init__(self) -> None:
@@ -139,17 +92,27 @@ class Evaluation:
         """Everything there is to play, in order."""
         return list(product(self.robots, self.fires, self.seeds))
 
-    def simulation(self, robots: str, fire: str, seed: int) -> Simulation:
-        """Set up a run, before its first tick."""
-        files, sample = self.files, self.sample
-        return encounter(
-            self.arena.drawn,
-            self.arena.scenario,
-            robots=deepcopy(_loaded(robots, files.get(robots), "robots", sample)),
-            fire=deepcopy(_loaded(fire, files.get(fire), "fire", sample)),
-            seed=seed,
-            errors=self.errors,
-        )
+    def simulations(self, runs: Iterable[Run]) -> list[Simulation]:
+        """Set up runs, before their first tick; copies of the same players play.
+
+        Raises as `strategy_named` does.
+        """
+
+        @cache
+        def player(word: str, side: Side) -> Any:
+            return strategy_named(self.files.get(word, word), side, self.sample)
+
+        return [
+            encounter(
+                self.arena.drawn,
+                self.arena.scenario,
+                robots=deepcopy(player(robots, "robots")),
+                fire=deepcopy(player(fire, "fire")),
+                seed=seed,
+                errors=self.errors,
+            )
+            for robots, fire, seed in runs
+        ]
 
     def about(self) -> str:
         """Describe the evaluation in a line."""
@@ -179,7 +142,7 @@ def begin(
     Raises InputError for an unknown word, for strategies that do not fit the arena,
     for more people than fit and for the map; OSError for a file that cannot be read.
     """
-    files = dict[str, Pinned]()
+    files = _newest((*robots, *fires))
     learned = _learned(robots, fires, files)
     if sample and not any(hasattr(policy, "sample") for policy in learned.values()):
         raise ContradictionError("--sample goes with a checkpoint. Leave it out here.")
@@ -205,14 +168,11 @@ def resume(
 ) -> Evaluation:
     """Resume the evaluation in a folder, with any further robots and fires.
 
-    Raises RunError if there is none, if it is another version's or if its checkpoints
-    have changed; else as `begin`.
+    Raises RunError if there is none or if it is another version's; else as `begin`.
     """
     begun = _read(folder / ABOUT)
-    for pinned in begun.files.values():
-        pinned.refuse_changed()
+    files = _newest((*robots, *fires)) | dict(begun.files)
     robots, fires = _once((*begun.robots, *robots)), _once((*begun.fires, *fires))
-    files = dict(begun.files)
     with naming(folder / ABOUT):
         _refuse_misfits(_learned(robots, fires, files), begun.arena)
     return replace(begun, robots=robots, fires=fires, files=files)
@@ -222,20 +182,28 @@ def _once(words: Iterable[str]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(words))
 
 
+def _newest(words: Iterable[str]) -> dict[str, str]:
+    """The newest checkpoint of each word that names a folder."""
+    folders = [word for word in words if os.path.isdir(word)]
+    if not folders:
+        return {}
+    from reference.workshop.training.checkpoints import newest
+
+    return {word: str(newest(Path(word)) or word) for word in folders}
+
+
 def _learned(
-    robots: Iterable[str], fires: Iterable[str], files: dict[str, Pinned]
+    robots: Iterable[str], fires: Iterable[str], files: Mapping[str, str]
 ) -> dict[str, Any]:
-    """Load the policies that learned, by option; pin all checkpoints and code."""
-    policies = dict[str, Any]()
+    """Load the policies that learned, by option."""
     players: list[tuple[Side, str]] = [("robots", word) for word in robots]
     players += [("fire", word) for word in fires]
+    policies = dict[str, Any]()
     for side, word in players:
         with naming(option := f"--{side} {word}"):
-            made = strategy_named(files[word].path if word in files else word, side)
-            if hasattr(made, "refuse_elsewhere"):
-                policies[option] = made
-            if word not in (*NAMES[side], *files):
-                files[word] = Pinned.of(word)
+            made = strategy_named(files.get(word, word), side)
+        if hasattr(made, "refuse_elsewhere"):
+            policies[option] = made
     return policies
 
 

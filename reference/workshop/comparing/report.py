@@ -44,7 +44,7 @@ class Results:
         self.experiment = experiment
         self.runs: dict[tuple[str, str], list[RunResult]] = {}
         for run in results:
-            column = arm_of(run.fire) if is_code(arm_of(run.fire)) else run.fire
+            column = run.fire
             if column not in (*FIXED, WORST) and not is_code(column):
                 column = OWN if column == run.robots else f"{arm_of(column)}'s fires"
             self.runs.setdefault((arm_of(run.robots), column), []).append(run)

@@ -15,6 +15,7 @@ from reference.evaluation.score import Case, Point, Ruler, RulerError, calibrate
 from reference.workshop.comparing.intervals import Interval, of_mean, of_means
 from reference.workshop.comparing.matches import Evaluation
 from reference.workshop.comparing.runs import DIGITS, RunResult
+from reference.workshop.strategies.own import code_digest, is_code
 
 
 @dataclass(frozen=True)
@@ -211,13 +212,18 @@ def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
 def as_json(
     evaluation: Evaluation, ruler: Ruler | None, cells: Iterable[Cell]
 ) -> dict[str, Any]:
-    """Describe what was evaluated, by which ruler, and the cells' figures by name."""
+    """Describe what was evaluated, by which ruler, and the cells' figures by name.
+
+    code: digests of the files of what is the user's own.
+    """
+    own = filter(is_code, (*evaluation.robots, *evaluation.fires))
     return {
         "building": evaluation.arena.building,
         "people": evaluation.arena.people,
         "seeds": list(evaluation.seeds),
         "sample": evaluation.sample,
-        "files": {word: asdict(file) for word, file in evaluation.files.items()},
+        "files": dict(evaluation.files),
+        "code": {word: code_digest(word) for word in own},
         "ruler": asdict(ruler) if ruler else None,
         "cells": [as_plain(cell) for cell in cells],
     }

@@ -101,7 +101,7 @@ def evaluate(
 def play(job: tuple[Evaluation, tuple[Run, ...]]) -> list[RunResult]:
     """Play some runs to their end, in lockstep; measure how hard their fires were."""
     evaluation, runs = job
-    simulations = [evaluation.simulation(*run) for run in runs]
+    simulations = evaluation.simulations(runs)
     people = [people_in(simulation.world) for simulation in simulations]
     to_the_end(simulations)
     return [_result(*each) for each in zip(runs, simulations, people, strict=True)]

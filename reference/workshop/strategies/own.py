@@ -11,6 +11,7 @@ import os
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from hashlib import sha256
 from importlib import import_module
 from inspect import signature
 from pathlib import Path
@@ -54,7 +55,7 @@ def from_code(word: str, side: Side) -> Any:
     """
     name, asked = word.partition(":")[2], ASKED[side]
     if (named := getattr(_module(word), name, None)) is None:
-        raise InputError(f"{word}: {code_file(word)} has no '{name}'.")
+        raise InputError(f"{word}: {_file(word)} has no '{name}'.")
     decides = hasattr(named, "decide") and not isinstance(named, type)
     made = named if decides or not callable(named) else named()
     try:
@@ -65,7 +66,12 @@ def from_code(word: str, side: Side) -> Any:
     return made
 
 
-def code_file(word: str) -> Path:
+def code_digest(word: str) -> str:
+    """Digest the file of the module that a word names. Raises as `_file` does."""
+    return sha256(_file(word).read_bytes()).hexdigest()
+
+
+def _file(word: str) -> Path:
     """The file of the module that a word names. Raises InputError if it has none."""
     if path := _module(word).__file__:
         return Path(path)
