@@ -37,6 +37,7 @@ def tiny(**changes) -> Settings:
         "fire": replace(settings.fire, **small | fire | changes.pop("fire", {})),
         "scenario": replace(settings.scenario, time_limit=40.0),
         "episodes_per_job": 1,
+        "imitation_rounds": 2,
         "imitation_episodes": 2,
         "imitation_epochs": 1,
     }

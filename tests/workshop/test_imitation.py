@@ -11,6 +11,7 @@ from reference.building import building_of
 from reference.fire import RandomFire
 from reference.game.codec import Moment
 from reference.game.observations import headed, robot_vectors
+from reference.learning.adversarial import player_of
 from reference.learning.experience import Decisions, decisions_of
 from reference.learning.players import Learned
 from reference.learning.rollouts import play
@@ -30,6 +31,15 @@ def off_course(training, seed=5):
     return UNIT * off[seen.alive].detach()
 
 
+def after_8_s(scenario):
+    """What robots decide from, in an evacuation that `sweep` guides."""
+    sim = Simulation(building_of(TINY), scenario, Sweep(), RandomFire(), 1)
+    for _ in range(40):
+        sim.step()
+    vectors = robot_vectors(sim.world, sim.scenario)
+    return Moment(vectors, np.ones(len(vectors), dtype=bool), sim.world)
+
+
 def weights(learner):
     """All weights of the policy, and all of the critic, as they are now."""
     both = learner.actor, learner.critic
@@ -41,21 +51,37 @@ def weights(learner):
 def test_robots_that_copied_sweep_go_where_it_would():
     """In evacuations that they have not seen; they did not before."""
     settings = tiny(robots={"hidden_units": 32})
-    settings = replace(settings, imitation_episodes=32, imitation_epochs=100)
+    settings = replace(settings, imitation_episodes=16, imitation_epochs=100)
     training = begun(settings, imitate="sweep")
     before = off_course(training)
-    training.learn([e for job in training.jobs() for e in play(job)])
+    for _ in range(settings.imitation_rounds):
+        training.learn([e for job in training.jobs() for e in play(job)])
     after = off_course(training)
     assert len(after) == len(before) > 60
     assert (after < 1).float().mean() > (before < 1).float().mean() + 0.15
     assert after.mean() < 0.75 * before.mean()
 
 
+def test_the_teacher_plays_first_then_its_pupil_and_the_teacher_says_what_it_would():
+    """So the copy learns what to do where it gets by itself (DAgger)."""
+    training, asked = begun(imitate="sweep"), []
+    side = "robots", building_of(TINY), training.settings.scenario
+    moment = after_8_s(training.settings.scenario)
+    while not training.imitated:
+        asked.append(training.jobs()[0].robots.player(*side).act([moment]))
+        (alone, _) = player_of(training.learners["robots"]).player(*side).act([moment])
+        training.learn([e for job in training.jobs() for e in play(job)])
+    (teachers, (said,)), (pupils, (still_said,)) = asked
+    assert all(np.array_equal(said[name], still_said[name]) for name in said)
+    assert np.array_equal(pupils, alone)
+    assert not np.array_equal(pupils, teachers, equal_nan=True)
+
+
 @pytest.mark.paper("E1", "chosen")
 @pytest.mark.parametrize("imitates", [True, False])
 def test_the_critic_of_a_policy_made_elsewhere_learns_alone_at_first(imitates):
     """A copy, or of another training: a critic that knows nothing would undo it."""
-    settings = replace(tiny(), critic_rounds=1)
+    settings = replace(tiny(), critic_rounds=1, imitation_rounds=1)
     if imitates:
         training = begun(settings, imitate="sweep")
         training.learn([e for job in training.jobs() for e in play(job)])
@@ -79,19 +105,15 @@ def test_a_mixture_is_taught_the_point_that_the_teacher_means():
     teacher = Demonstration(settings.robots, {}, "patrol").player(
         "robots", building_of(TINY), settings.scenario
     )
-    sim = Simulation(building_of(TINY), settings.scenario, Sweep(), RandomFire(), 1)
-    for _ in range(40):
-        sim.step()
-    vectors = robot_vectors(sim.world, sim.scenario)
-    moment = Moment(vectors, np.ones(len(vectors), dtype=bool), sim.world)
-    under_way = ~np.isnan(headed(sim.world)[:, 0])
+    moment = after_8_s(settings.scenario)
+    under_way = ~np.isnan(headed(moment.world)[:, 0])
     assert under_way.any()
-    nothing_new = np.full((len(vectors), 2), np.nan, dtype=np.float32)
+    nothing_new = np.full((len(moment.alive), 2), np.nan, dtype=np.float32)
     told = teacher._recorded(moment, nothing_new)
     (seen,), K = teacher.read([moment]), teacher.codec.anchors
     anchors = seen[:, : 2 * K].reshape(-1, K, 2)
     keep, stay = anchors[:, KEEP], anchors[:, STAY]
     assert np.allclose(told["actions"], np.where(under_way[:, None], keep, stay))
     assert told["alive"].all() and not stay.any()
-    told = teacher._recorded(moment, headed(sim.world))
+    told = teacher._recorded(moment, headed(moment.world))
     assert np.allclose(told["actions"], keep) and told["alive"][under_way].all()

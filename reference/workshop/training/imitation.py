@@ -1,8 +1,9 @@
 """Imitation: robots that first copy a hand-written strategy, as an option [E1, chosen].
 
 Clauses: C5, C7, E1.  It is never the default, since the paper has nothing like it.  The
-actor is fitted to what the strategy would have decided; then the critic
-learns alone for some rounds, and then both learn as always.
+actor is fitted to what the strategy would have decided: at first where the strategy
+itself leads, then, round after round, where the copy leads (DAgger, Ross et al. 2011).
+Then the critic learns alone for some rounds, and then both learn as always.
 
     G, S  as in `players`
 """
@@ -38,31 +39,37 @@ CLONING_BATCH = 64  # [C7, chosen] group decisions of its minibatches
 
 @dataclass(frozen=True)
 class Demonstration(Learned):
-    """A hand-written strategy plays; its decisions are recorded as a learner's.
+    """What a hand-written strategy decides is recorded as the learner's decisions.
 
-    settings  of the learner;  teacher  the strategy's name
+    settings, weights  of the learner, who plays; without weights the teacher does
+    teacher  the strategy's name
     """
 
     teacher: str
 
     def player(self, side: Side, building: Building, scenario: Scenario) -> Player:
         """Make the player that records the teacher."""
-        return _Teacher(self.teacher, side, building, scenario, self.settings)
+        learner = super().player(side, building, scenario) if self.weights else None
+        return _Teacher(self.teacher, learner, side, building, scenario, self.settings)
 
 
 class _Teacher(Player):
-    """Robots guided by a strategy, a fresh one in each episode."""
+    """Robots guided by a strategy, a fresh one in each episode, or by its pupil."""
 
-    def __init__(self, name: str, *learner: Any):
+    def __init__(self, name: str, pupil: Player | None, *learner: Any):
         super().__init__(*learner)
-        self.name = name
+        self.name, self.pupil = name, pupil
         self.guides: dict[int, tuple[RobotStrategy, np.random.Generator]] = {}
 
     def act(self, moments: Sequence[Moment]) -> tuple[np.ndarray, list[Record]]:
-        """Play the strategy: (S, G, 2) actions, nan to keep a destination, and the same
-        as decisions of the learner's head, `alive` where they can be taught."""
+        """Ask the strategy: (S, G, 2) actions, nan to keep a destination, and the same
+        as decisions of the learner's head, `alive` where they can be taught.
+
+        The actions are the pupil's, if there is one.
+        """
         wanted = [self._decided(moment) for moment in moments]
-        return np.stack(wanted), list(map(self._recorded, moments, wanted))
+        done = self.pupil.act(moments)[0] if self.pupil else np.stack(wanted)
+        return done, list(map(self._recorded, moments, wanted))
 
     def _decided(self, moment: Moment) -> np.ndarray:
         """(G, 2) the teacher's actions; nan where it keeps the old destination."""

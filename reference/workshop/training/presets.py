@@ -41,8 +41,10 @@ class Settings:
                          in turn, plays as it did earlier: fictitious play (Brown 1951)
     calm                 share of the robots' max_steps before anybody sets fires: a
                          curriculum, the building first
-    imitation_episodes   of a strategy that is imitated first, if any
-    imitation_epochs     passes through these episodes
+    imitation_rounds     before robots learn, if they imitate a strategy: it plays the
+                         first; in the others robots play, and it says what it would do
+    imitation_episodes   of such a round
+    imitation_epochs     passes through all these episodes, after each of the rounds
     critic_rounds        in which the critic learns alone, if its policy was copied or
                          learned elsewhere: an untrained critic would undo that
     """
@@ -57,7 +59,8 @@ class Settings:
     stand_ins: tuple[str, ...] = ("random",)
     league: Annotated[float, Row(low=0, high=1)] = 0.0
     calm: Annotated[float, Row(low=0, high=1)] = 0.0
-    imitation_episodes: Annotated[int, Row(high=MOST)] = 256
+    imitation_rounds: Annotated[int, Row(high=MOST)] = 4
+    imitation_episodes: Annotated[int, Row(high=MOST)] = 240
     imitation_epochs: Annotated[int, Row(high=MOST)] = 10
     critic_rounds: Annotated[int, Row(low=0, high=MOST)] = 6
 

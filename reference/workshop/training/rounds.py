@@ -6,14 +6,16 @@ from them, both at once, or one of them against somebody who does not learn.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
+from itertools import chain
 from statistics import mean
 from typing import Any
 
 import numpy as np
 
 from reference.building import building_of
-from reference.fire import NoFire, RandomFire
+from reference.fire import NoFire
 from reference.learning.adversarial import learner_for, player_of
+from reference.learning.experience import Trajectory
 from reference.learning.players import Learned
 from reference.learning.ppo import Learner
 from reference.learning.rollouts import Episode, Job
@@ -58,6 +60,7 @@ class Training:
 
     round  rounds that are over;  episodes  that were learned from;  latest  means of
     the last round's facts;  imitated  whether copying, if asked for, is over
+    shown  what the strategy that is copied has decided, an item for each round of it
     kept   rounds of the checkpoints that each side keeps, oldest first
     versions  of each side in the league: its actor's weights after earlier rounds
     """
@@ -70,6 +73,7 @@ class Training:
         self.summaries = {s: Summary(s, who.settings.summary_freq) for s, who in both}
         self.round = self.episodes = 0
         self.imitated = task.imitate is None
+        self.shown: list[list[Trajectory]] = []
         self.latest: dict[str, float] = {}
         self.kept: dict[Side, list[int]] = {side: [] for side in self.learners}
         self.versions: dict[Side, dict[int, Any]] = {side: {} for side in self.learners}
@@ -107,15 +111,17 @@ class Training:
     def jobs(self) -> list[Job]:
         """Make the round's jobs; seeds follow from the run's and the round's number.
 
-        Before the first round, robots that imitate watch their teacher.
+        Before the first round, robots that imitate ask their teacher.
         """
         s, task = self.settings, self.task
         now: dict[Side, Any] = {s: player_of(who) for s, who in self.learners.items()}
-        purpose, count = ROUNDS, s.jobs_per_round * s.episodes_per_job
+        purpose, number = ROUNDS, self.round
+        count = s.jobs_per_round * s.episodes_per_job
         if not self.imitated:
-            now["robots"] = Demonstration(s.robots, {}, str(task.imitate))
-            purpose, count = DEMONSTRATIONS, s.imitation_episodes
-        seeds = seeds_of(task.seed, purpose, self.round, count)
+            purpose, number = DEMONSTRATIONS, len(self.shown)
+            count, plays = s.imitation_episodes, self.shown and now["robots"].weights
+            now["robots"] = Demonstration(s.robots, plays or {}, str(task.imitate))
+        seeds = seeds_of(task.seed, purpose, number, count)
         jobs, first = [], self.round * s.jobs_per_round
         for number, chunk in enumerate(chunks(seeds, s.episodes_per_job), first):
             who: Any = now | self._others(number)
@@ -132,10 +138,7 @@ class Training:
         """
         fixed, share = self.task.fixed.items(), self.settings.random_fires
         others = {side: _player(side, who[job % len(who)]) for side, who in fixed}
-        if not self.imitated:
-            others.setdefault("fire", RandomFire())
-            return others
-        if self.calm:
+        if self.imitated and self.calm:
             return others | {"fire": NoFire()}
         if "fire" in others or "robots" not in self.learning():
             return others
@@ -216,11 +219,11 @@ class Training:
         return measured | update
 
     def _imitate(self, demonstrations: Sequence[Episode]) -> list[Row]:
-        """Clone what was demonstrated; return a summary row for each epoch."""
-        trajectories = [e.robots for e in demonstrations if e.robots is not None]
-        epochs = self.settings.imitation_epochs
-        losses = clone(self.learners["robots"], trajectories, epochs)
-        self.imitated = True
+        """Clone all that was demonstrated; return a summary row for each epoch."""
+        self.shown.append([e.robots for e in demonstrations if e.robots is not None])
+        shown, epochs = [*chain(*self.shown)], self.settings.imitation_epochs
+        losses = clone(self.learners["robots"], shown, epochs)
+        self.imitated = len(self.shown) == self.settings.imitation_rounds
         when = {"side": "robots", "step": 0, "round": 0, "episodes": 0}
         return [{**when, "phase": "imitation", PRETRAINING: loss} for loss in losses]
 
@@ -271,9 +274,14 @@ class Training:
 
     @classmethod
     def resumed(cls, checkpoint: Checkpoint) -> "Training":
-        """Restore a training. Raises ValueError and others where parts do not fit."""
+        """Restore a training. Raises ValueError and others where parts do not fit.
+
+        Robots that have not copied all they were to copy begin anew.
+        """
         training = cls(checkpoint.task)
         progress = record_from(Progress, checkpoint.progress, "progress")
+        if not progress.imitated:
+            return training
         training.round, training.episodes = checkpoint.round, progress.episodes
         training.imitated, training.latest = progress.imitated, dict(progress.latest)
         for side, learner in training.learners.items():
