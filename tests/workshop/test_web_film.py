@@ -192,6 +192,16 @@ def test_a_minute_of_two_crowds_is_a_small_page(tmp_path):
     assert (tmp_path / "film.html").stat().st_size < 100_000
 
 
+def test_three_evacuations_stand_side_by_side_and_one_can_be_chosen(tmp_path):
+    """As three ages of robots that learn."""
+    runs, path = [evacuation(3.0) for _ in range(3)], tmp_path / "film.html"
+    drawing.animate(runs, path, ["young", "older", "old"])
+    text = path.read_text(encoding="utf-8")
+    assert text.count("<article") == 3
+    shown = re.findall(r'name="shown".*?> *(\w+)</label>', text)
+    assert shown == ["all", "young", "older", "old"]
+
+
 def test_a_title_with_markup_stays_a_title(tmp_path):
     """A map may be called what it likes."""
     plan = replace(load("tiny").drawing, title="</script><script>alert(1)</script>")

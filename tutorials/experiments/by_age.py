@@ -3,13 +3,15 @@
     python tutorials/experiments/by_age.py out/league --episodes 30
 
 Above the diagonal robots meet fires of their future, below it those of their past. Runs
-are kept in DIR/by_age: what was played there is not played again.
+are kept in DIR/by_age: what was played there is not played again. Beside them three
+ages of robots and fire play the same seed in one film, by_age.html.
 """
 
 from argparse import ArgumentParser
 from dataclasses import replace
 from pathlib import Path
 
+from reference import animate
 from reference.workshop.comparing import begin, cells, evaluate
 from reference.workshop.comparing.results import table
 from reference.workshop.drawing import crossplay, save
@@ -36,6 +38,7 @@ def main():
     parser.add_argument("--tenths", type=int, default=10, help="how many ages")
     parser.add_argument("--episodes", type=int, default=30, help="of each match")
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--seed", type=int, default=5000, help="of the film")
     asked = parser.parse_args()
     found, folder = ages(asked.training, asked.tenths), asked.training / "by_age"
     evaluation = begin([*found], [*found], seed=5000, episodes=asked.episodes)
@@ -47,6 +50,11 @@ def main():
     ]
     print(table(matches, ["survival"]))
     print(save(crossplay.matrix(matches), folder / "by_age.png"))
+    words = [*found]
+    three = [words[0], words[len(words) // 2], words[-1]]
+    runs = evaluation.simulations([(word, word, asked.seed) for word in three])
+    headings = [f"robots at {found[word]}\nand the fire of that age" for word in three]
+    animate(runs, folder / "by_age.html", headings)
 
 
 if __name__ == "__main__":

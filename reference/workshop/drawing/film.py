@@ -1,4 +1,4 @@
-"""An evacuation, or two side by side, as a moving picture: GIF, web page, or MP4.
+"""An evacuation, or several side by side, as a moving picture: GIF, web page, or MP4.
 
 Clause: A8, extended in time.  A web page holds data, see `web_film`.  In the others
 what stands still is painted once, and only what moved is painted on top (blitting); a
@@ -42,7 +42,7 @@ def animate(
     headings: Sequence[str] = ("",),
     going: Iterable[None] | None = None,
 ) -> None:
-    """Run one simulation, or two in one building, to the end and film them.
+    """Run one simulation, or several in one building, to the end and film them.
 
     path: .gif, .html or .mp4.  headings: of each, "" is the building's title; further
     lines of one say who plays

@@ -193,7 +193,8 @@ function marks(run, which) { // at the slider
     const tick = document.createElement("i")
     tick.style.left = `calc(8px + ${t / film.limit} * (100% - 16px))`
     tick.title = `${what} after ${Math.round(t)} s`
-    tick.className = `${ink} ${which ? "second" : "first"}`
+    tick.className = ink
+    tick.dataset.run = which
     slider.before(tick)
   }
 }
@@ -238,7 +239,9 @@ function layout() { // floors as large as the window lets them be
   if (narrow && radios[0].checked) radios[1].checked = true
   const chosen = radios.findIndex(radio => radio.checked) - 1
   all("article").forEach((article, k) => { article.hidden = chosen >= 0 && k != chosen })
-  all("footer i").forEach(i => { i.hidden = chosen >= 0 && chosen != i.matches(".second") })
+  all("footer i").forEach(i => {
+    i.hidden = chosen < 0 ? i.dataset.run > 1 : i.dataset.run != chosen
+  })
   all(".floors").forEach(grid => {
     grid.style.display = "none"
     all("figure", grid).forEach((figure, floor) => { figure.hidden = alone >= 0 && alone != floor })

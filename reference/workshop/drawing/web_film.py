@@ -1,4 +1,4 @@
-"""An evacuation, or two side by side, as a web page that holds data and a player.
+"""An evacuation, or several side by side, as a web page that holds data and a player.
 
 Clause: A8, extended in time.  The page draws: `web_film.html` is its template, here is
 what it asks for.  Floors are SVG, whose colours the page's style chooses.
