@@ -51,7 +51,7 @@ def weights(learner):
 def test_robots_that_copied_sweep_go_where_it_would():
     """In evacuations that they have not seen; they did not before."""
     settings = tiny(robots={"hidden_units": 32})
-    settings = replace(settings, imitation_episodes=16, imitation_epochs=100)
+    settings = replace(settings, imitation_episodes=16, imitation_epochs=40)
     training = begun(settings, imitate="sweep")
     before = off_course(training)
     for _ in range(settings.imitation_rounds):

@@ -63,7 +63,7 @@ def test_code_of_ones_own_meets_everybody_under_the_name_that_was_typed(mine, ca
 
 
 def test_results_have_the_digest_of_the_code(mine, capsys):
-    """Beside the words that were typed: which version of it has played?"""
+    """Beside the words that were typed; so one knows which version has played."""
     assert main(f"{MATCH} {mine}:Guide --out out".split()) == 0
     kept = json.loads(Path("out/cells.json").read_text())["code"]
     assert kept == {f"{mine}:Guide": sha256(CODE.encode()).hexdigest()}

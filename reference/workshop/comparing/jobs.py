@@ -138,7 +138,6 @@ def play_tests(
         episodes=test.episodes,
         files=files,
     )
-    own = filter(is_code, (*test.robots, *test.fires))
-    code = {word: code_digest(word) for word in own}
+    code = {w: code_digest(w) for w in (*test.robots, *test.fires) if is_code(w)}
     there = folder / f"tests-{_digest(asdict(experiment.arena), code)}"
     return evaluate(evaluation, there, executor)

@@ -115,13 +115,12 @@ class Training:
         """
         s, task = self.settings, self.task
         now: dict[Side, Any] = {s: player_of(who) for s, who in self.learners.items()}
-        purpose, number = ROUNDS, self.round
-        count = s.jobs_per_round * s.episodes_per_job
+        which = ROUNDS, self.round, s.jobs_per_round * s.episodes_per_job
         if not self.imitated:
-            purpose, number = DEMONSTRATIONS, len(self.shown)
-            count, plays = s.imitation_episodes, self.shown and now["robots"].weights
-            now["robots"] = Demonstration(s.robots, plays or {}, str(task.imitate))
-        seeds = seeds_of(task.seed, purpose, number, count)
+            which = DEMONSTRATIONS, len(self.shown), s.imitation_episodes
+            weights = now["robots"].weights if self.shown else {}
+            now["robots"] = Demonstration(s.robots, weights, str(task.imitate))
+        seeds = seeds_of(task.seed, *which)
         jobs, first = [], self.round * s.jobs_per_round
         for number, chunk in enumerate(chunks(seeds, s.episodes_per_job), first):
             who: Any = now | self._others(number)

@@ -1,0 +1,59 @@
+"""How much of the robots' gradient is signal, and does λ change that?
+
+    python tutorials/experiments/signal_by_lambda.py out/league --fire busiest fixed
+
+Robots of a training play evacuations, without learning from them. Their gradient's
+signal over its noise is printed for several λ: 1 believes what happened after a
+decision, 0 what the critic says of the next one. Below 0 there is less than by chance.
+"""
+
+from argparse import ArgumentParser
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+
+from reference.learning.adversarial import player_of
+from reference.learning.rollouts import Job, play
+from reference.workshop.lockstep import together
+from reference.workshop.storage.workers import chunks, one_thread
+from reference.workshop.strategies import FIRES
+from reference.workshop.training.checkpoints import load
+from reference.workshop.training.gradient import figures
+from reference.workshop.training.rounds import Training
+
+LAMBDAS = 0.0, 0.5, 0.8, 0.95, 1.0
+IN_LOCKSTEP = 8
+
+
+def played(job):
+    """What the robots of a job saw, did and earned."""
+    with one_thread():
+        return [episode.robots for episode in play(job, advance=together)]
+
+
+if __name__ == "__main__":
+    parser = ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("training", type=Path, help="its folder")
+    parser.add_argument("--fire", nargs="+", choices=FIRES, default=["busiest"])
+    parser.add_argument("--episodes", type=int, default=96, help="under each fire")
+    parser.add_argument("--seed", type=int, default=300_000)
+    parser.add_argument("--workers", type=int, default=2)
+    asked = parser.parse_args()
+    training = Training.resumed(load(asked.training))
+    learner, task = training.learners["robots"], training.task
+    seeds = chunks(range(asked.seed, asked.seed + asked.episodes), IN_LOCKSTEP)
+    who, scenario = player_of(learner), training.settings.scenario
+    jobs = [
+        Job(task.plan, scenario, who, FIRES[name](), some)
+        for name in asked.fire
+        for some in seeds
+    ]
+    with ProcessPoolExecutor(asked.workers) as pool:
+        lives = [life for part in pool.map(played, jobs) for life in part]
+    print(f"{len(lives)} evacuations, {sum(life.steps for life in lives):,} decisions")
+    asis = learner.settings
+    for lambd in LAMBDAS:
+        learner.settings, learner.buffer = replace(asis, lambd=lambd), []
+        learner.add(lives)
+        told = (f"{name} {figure:.2f}" for name, figure in figures(learner).items())
+        print(f"lambda {lambd}: {', '.join(told)}")
