@@ -385,7 +385,7 @@ def test_the_files_that_ship_can_be_read(file):
             "arms: a: random_fires needs a fire that learns",
         ),
         ({"settings": {"random_fires": 1.0}}, "never plays where random_fires is 1"),
-        ({"arms": {"a": {"imitation_epochs": 5}}}, "leave out imitation_epochs"),
+        ({"arms": {"a": {"imitation_rounds": 5}}}, "leave out imitation_rounds"),
         ({"settings": {"scenario": {"sources": 10**12}}}, "sources are 0 to 10,000"),
         ({"settings": {"episodes_per_job": 10**12}}, "from 1 up to 10000"),
         ({"seeds": [-1]}, "upwards"),

@@ -98,6 +98,16 @@ def test_the_critic_of_a_policy_made_elsewhere_learns_alone_at_first(imitates):
         assert not torch.equal(critic, critic_now)
 
 
+def test_robots_imitate_under_the_fires_that_they_then_learn_under():
+    """One that learns, and those that stand in for it."""
+    training = begun(replace(tiny(), random_fires=0.5), imitate="sweep")
+    before = {type(job.fire) for job in training.jobs()}
+    while not training.imitated:
+        training.learn([e for job in training.jobs() for e in play(job)])
+    assert before == {type(job.fire) for job in training.jobs()}
+    assert before == {RandomFire, Learned}
+
+
 @pytest.mark.paper("C5", "chosen")
 def test_a_mixture_is_taught_the_point_that_the_teacher_means():
     """In units from the robot: a new one, the one it is headed to, or its own place."""

@@ -4,7 +4,7 @@
 
 Robots of a training play evacuations, without learning from them. Their gradient's
 signal over its noise is printed for several λ: 1 believes what happened after a
-decision, 0 what the critic says of the next one. Below 0 there is less than by chance.
+decision, 0 what the critic says of the next one. Near 0, on either side, there is none.
 """
 
 from argparse import ArgumentParser

@@ -54,7 +54,8 @@ from reference.workshop.training.rounds import Training
 FIXED = (*FIRES, LEARNED)  # fires that learn nothing in an experiment
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")  # of an arm; files are named after it
 ROWS, SAVED = 100, 20  # rows of a curve; checkpoints of a training on its way
-OF_IMITATION = {"imitation_episodes", "imitation_epochs", "critic_rounds"}
+OF_IMITATION = {f"imitation_{row}" for row in ("rounds", "episodes", "epochs")}
+OF_IMITATION |= {"critic_rounds"}
 BUDGET = ("max_steps", "summary_freq", "checkpoint_interval", "keep_checkpoints")
 """Rows of a side that follow from `decisions`."""
 

@@ -5,7 +5,7 @@ workers share the experiment's folder.  The name of what it makes has a digest o
 that it follows from: what is made is not made again, and what changed is made anew.
 
     trainings/NAME-DIGEST/  of an arm and a seed: checkpoint, curve, log
-    tests-DIGEST/           an evaluation, as `evaluate` keeps it, of an arena and code
+    tests-DIGEST/           an evaluation; digest: of the arena and own code
 """
 
 import json

@@ -63,7 +63,7 @@ class Evaluation:
 
     sample  draw learned policies' actions instead of taking the likeliest
     errors  metres that robots observe wrongly by, in the worst case [F4]
-    files   the checkpoints of words that name another thing, such as a folder
+    files   the checkpoint that a word means, if it names a folder
     """
 
     arena: Arena

@@ -212,10 +212,7 @@ def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:
 def as_json(
     evaluation: Evaluation, ruler: Ruler | None, cells: Iterable[Cell]
 ) -> dict[str, Any]:
-    """Describe what was evaluated, by which ruler, and the cells' figures by name.
-
-    code: digests of the files of what is the user's own.
-    """
+    """Describe what was evaluated, whose code played, the ruler, the cells' figures."""
     own = filter(is_code, (*evaluation.robots, *evaluation.fires))
     return {
         "building": evaluation.arena.building,

@@ -223,6 +223,7 @@ class Training:
         shown, epochs = [*chain(*self.shown)], self.settings.imitation_epochs
         losses = clone(self.learners["robots"], shown, epochs)
         self.imitated = len(self.shown) == self.settings.imitation_rounds
+        self.shown = [] if self.imitated else self.shown  # it may be a gigabyte
         when = {"side": "robots", "step": 0, "round": 0, "episodes": 0}
         return [{**when, "phase": "imitation", PRETRAINING: loss} for loss in losses]
 
