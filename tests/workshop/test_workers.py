@@ -6,7 +6,11 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
+from concurrent.futures import (
+    BrokenExecutor,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+)
 
 import pytest
 from conftest import ROOT
@@ -55,6 +59,23 @@ def test_a_stop_waits_until_what_must_not_be_disturbed_is_over():
     with ThreadPoolExecutor(1) as thread:
         thread.submit(undisturbed().__enter__).result()
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+
+def test_a_stop_waits_until_a_worker_has_started(monkeypatch):
+    """Else the worker complains of half a beginning; any thread can hear signals."""
+    started = []
+
+    def submit(pool, work):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.1)
+        started.append(work)
+
+    monkeypatch.setattr(ProcessPoolExecutor, "submit", submit)
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(time.sleep, 0.5)
+        with pytest.raises(KeyboardInterrupt), workers(1) as pool:
+            pool.submit("work")
+    assert started == ["work"]
 
 
 # -- Processes ----------------------------------------------------------------------

@@ -59,14 +59,15 @@ def stop_again(lost: Any) -> None:
 
 
 @contextmanager
-def undisturbed() -> Iterator[None]:
-    """Delay a KeyboardInterrupt, from any signal, until the end of the block."""
+def undisturbed(told: str = "") -> Iterator[None]:
+    """Delay a KeyboardInterrupt, from any signal, to the end; say `told` at once."""
     heard = list[int]()
 
     def later(number: int, frame: Any) -> None:
         """Handle a signal."""
         heard.append(number)
-        print("\nstopping as soon as this round is learned from", file=sys.stderr)
+        if told:
+            print(f"\n{told}", file=sys.stderr)
 
     raising = {number: signal.getsignal(number) for number in STOPS}
     if current_thread() is not main_thread():  # which alone hears signals
@@ -196,12 +197,16 @@ class _Pool(ProcessPoolExecutor):
 
 @contextmanager
 def _deaf() -> Iterator[None]:
-    """Block signals here, so that processes that start now ignore them."""
-    before = _mask(signal.SIG_BLOCK, STOPS)
-    try:
-        yield
-    finally:
-        _mask(signal.SIG_SETMASK, before)
+    """Block signals here, so that processes that start now ignore them.
+
+    This process hears them afterwards: another of its threads may not block them.
+    """
+    with undisturbed():
+        before = _mask(signal.SIG_BLOCK, STOPS)
+        try:
+            yield
+        finally:
+            _mask(signal.SIG_SETMASK, before)
 
 
 def _begin_work() -> None:

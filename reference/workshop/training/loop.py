@@ -59,7 +59,7 @@ def train(
             while not training.over and not stop():
                 # PLAY
                 episodes = in_order(executor, _play, training.jobs())
-                with undisturbed():
+                with undisturbed("stopping as soon as this round is learned from"):
                     # LEARN
                     rows = training.learn(episodes)
                     # TELL
