@@ -10,7 +10,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields, replace
 from io import BytesIO
-from itertools import chain
 from pathlib import Path
 from sys import intern
 from typing import Any
@@ -92,11 +91,6 @@ class Checkpoint:
             weights = self.learners[side]["actor"]
             return Learned(getattr(self.task.settings, side), weights)
         return self.task.fixed[side][0]
-
-
-def names_of(players: Iterable[Learned | str]) -> str:
-    """Name players that do not learn."""
-    return ", ".join(who if isinstance(who, str) else "a network" for who in players)
 
 
 # -- Files --------------------------------------------------------------------------
@@ -204,9 +198,8 @@ def _checkpoint(content: dict[str, Any]) -> Checkpoint:
     learners = checkpoint.learners.values()
     states = [{name: state[name] for name in NETWORKS} for state in learners]
     players = [checkpoint.player(side) for side in SIDES]
-    players += chain(*checkpoint.task.fixed.values())
-    players += checkpoint.task.initial.values()
-    networks = [who.weights for who in players if isinstance(who, Learned)]
+    everybody = [players, checkpoint.task.fixed, checkpoint.task.initial]
+    networks = [who.weights for who in _leaves(everybody, Learned)]
     for state in learners:
         networks += [state["critic"], *state["versions"].values()]
     for name, weight in (pair for weights in networks for pair in weights.items()):

@@ -91,7 +91,7 @@ def _save(training: Training, folder: Path, due: Iterable[Side]) -> Path:
     for side in due:
         most = training.learners[side].settings.keep_checkpoints
         rounds = dict.fromkeys([*training.kept[side], training.round])
-        training.kept = training.kept | {side: [*rounds][-most:]}
+        training.kept[side] = tuple(rounds)[-most:]
     return keep(training.checkpoint(), folder, chain(*training.kept.values()))
 
 

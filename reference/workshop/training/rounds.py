@@ -4,7 +4,7 @@ Clauses: C1, D1, D6, E1, E2, E3, E6.  Robots and fire play the same episodes and
 from them, both at once, or one of them against somebody who does not learn.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import chain
 from statistics import mean
@@ -27,13 +27,12 @@ from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     Task,
-    names_of,
     restore,
     state_of,
 )
 from reference.workshop.training.gradient import figures
 from reference.workshop.training.imitation import Demonstration, clone
-from reference.workshop.training.summaries import PRETRAINING, Row, Summary, Sums
+from reference.workshop.training.summaries import PRETRAINING, Row, Summary
 
 OF_LEARNERS, ROUNDS, DEMONSTRATIONS = range(3)  # what seeds are for
 OF_NETWORK = ("head", "hidden_units", "num_layers", "normalize", "commitment", "spread")
@@ -50,9 +49,9 @@ class Progress:
 
     episodes: int
     imitated: bool
-    kept: Mapping[Any, tuple[int, ...]]
-    latest: Mapping[str, float]
-    summaries: Mapping[Any, Sums]
+    kept: dict[Side, tuple[int, ...]]
+    latest: dict[str, float]
+    summaries: dict[Side, Summary]
 
 
 class Training:
@@ -66,16 +65,23 @@ class Training:
     """
 
     def __init__(self, task: Task):
-        """Make the learners. Raises what `learners_of` does."""
+        """Make a learner for each side that nobody else plays.
+
+        Raises SettingsError if there is nothing to learn, or if a network to begin with
+        means something else, and ValueError for more people than fit into the building.
+        """
         self.task, self.settings = task, task.settings
-        self.learners = learners_of(task)
-        both = self.learners.items()
-        self.summaries = {s: Summary(s, who.settings.summary_freq) for s, who in both}
+        building, scenario = building_of(task.plan), task.settings.scenario
+        if not sum(scenario.start_counts(building.floors)):
+            raise SettingsError("there is nobody to evacuate: raise people")
+        Simulation(building, scenario)
+        self.learners = {s: _learner(task, s) for s in SIDES if s not in task.fixed}
+        self.summaries = {side: Summary(0, {}, {}) for side in self.learners}
         self.round = self.episodes = 0
         self.imitated = task.imitate is None
         self.shown: list[list[Trajectory]] = []
         self.latest: dict[str, float] = {}
-        self.kept: dict[Side, list[int]] = {side: [] for side in self.learners}
+        self.kept: dict[Side, tuple[int, ...]] = dict.fromkeys(self.learners, ())
         self.versions: dict[Side, dict[int, Any]] = {side: {} for side in self.learners}
 
     # -- Whose turn it is -----------------------------------------------------------
@@ -184,7 +190,7 @@ class Training:
         self.latest = {name: mean(f[name] for f in facts) for name in facts[0]}
         phase = "together" if len(learning) > 1 else learning[0]
         when = {"round": self.round + 1, "episodes": self.episodes, "phase": phase}
-        rows = []
+        rows: list[Row] = []
         for side in learning:
             learner, summary = self.learners[side], self.summaries[side]
             played = [e.facts for e in episodes if getattr(e, side) is not None]
@@ -195,12 +201,14 @@ class Training:
                     f"{side}: nothing to decide in a whole round. Give the scenario "
                     "more time, people, robots or sources."
                 )
-            summary.add(played or facts, update)
-            rows.append(summary.row(learner.steps, when))
+            summary.add(side, played or facts, update)
+            means = summary.row(learner.steps, learner.settings.summary_freq)
+            if means is not None:
+                rows.append({"side": side, "step": learner.steps, **when, **means})
         self.round += 1
         if self.settings.league:
             self._remember()
-        return [row for row in rows if row is not None]
+        return rows
 
     def _update(self, side: Side) -> dict[str, float]:
         """Update a learner.
@@ -242,7 +250,8 @@ class Training:
             settings = getattr(self.settings, side)
             names[side] = f"{settings.trainer_type} ({settings.head} head)"
         for side, players in self.task.fixed.items():
-            names[side] = names_of(players)
+            words = (who if isinstance(who, str) else "a network" for who in players)
+            names[side] = ", ".join(words)
         return names
 
     def facts(self) -> dict[str, Any]:
@@ -267,9 +276,9 @@ class Training:
             side: state_of(who) | {"versions": self.versions[side]}
             for side, who in self.learners.items()
         }
-        sums = {side: summary.state() for side, summary in self.summaries.items()}
-        kept = {side: tuple(rounds) for side, rounds in self.kept.items()}
-        progress = Progress(self.episodes, self.imitated, kept, self.latest, sums)
+        progress = Progress(
+            self.episodes, self.imitated, self.kept, self.latest, self.summaries
+        )
         return Checkpoint(self.task, self.round, learners, asdict(progress))
 
     @classmethod
@@ -283,12 +292,12 @@ class Training:
         if not progress.imitated:
             return training
         training.round, training.episodes = checkpoint.round, progress.episodes
-        training.imitated, training.latest = progress.imitated, dict(progress.latest)
+        training.imitated, training.latest = progress.imitated, progress.latest
         for side, learner in training.learners.items():
             restore(learner, checkpoint.learners[side])
-            training.kept[side] = [*progress.kept[side]]
+            training.kept[side] = progress.kept[side]
             training.versions[side] = dict(checkpoint.learners[side]["versions"])
-            training.summaries[side].restore(progress.summaries[side])
+            training.summaries[side] = progress.summaries[side]
         return training
 
 
@@ -305,19 +314,6 @@ def _player(side: Side, who: Learned | str) -> Any:
 
 
 # -- Learners -----------------------------------------------------------------------
-
-
-def learners_of(task: Task) -> dict[Side, Learner]:
-    """Make a learner for each side that nobody else plays.
-
-    Raises SettingsError if there is nothing to learn, or if a network to begin with
-    means something else, and ValueError for more people than fit into the building.
-    """
-    building, scenario = building_of(task.plan), task.settings.scenario
-    if not sum(scenario.start_counts(building.floors)):
-        raise SettingsError("there is nobody to evacuate: raise people")
-    Simulation(building, scenario)
-    return {side: _learner(task, side) for side in SIDES if side not in task.fixed}
 
 
 def _learner(task: Task, side: Side) -> Learner:

@@ -50,56 +50,44 @@ COLUMNS = (*WHEN, *OF_EPISODES, *OF_UPDATES)
 Row = dict[str, Any]
 
 
-@dataclass(frozen=True)
-class Sums:
-    """What a checkpoint keeps of a summary: see `Summary`."""
+@dataclass
+class Summary:
+    """One side's next row: sums over what has come in since the row before.
+
+    last  step of the row before;  sums and counts  by column
+    """
 
     last: int
-    sums: Mapping[str, float]
-    counts: Mapping[str, int]
+    sums: dict[str, float]
+    counts: dict[str, int]
 
     def __post_init__(self) -> None:
         known = self.sums.keys() == self.counts.keys() <= {*COLUMNS}
         if not known or min(self.counts.values(), default=1) < 1:
             raise SettingsError("sums and counts of a summary do not fit")
 
-
-class Summary:
-    """One side's next row: means of what has come in since the row before."""
-
-    def __init__(self, side: Side, every: int):
-        self.side, self.every, self.last = side, every, 0
-        own = {OWN_REWARD: "fire_reward"} if side == "fire" else {}
-        self.facts = OF_EPISODES | own
-        self.sums: dict[str, float] = {}
-        self.counts: dict[str, int] = {}
-
     def add(
-        self, facts: Iterable[Mapping[str, float]], update: Mapping[str, float]
+        self,
+        side: Side,
+        facts: Iterable[Mapping[str, float]],
+        update: Mapping[str, float],
     ) -> None:
         """Add facts of episodes, and the update's figures, if there was one."""
-        named = ({name: f[of] for name, of in self.facts.items()} for f in facts)
+        own = {OWN_REWARD: "fire_reward"} if side == "fire" else {}
+        columns = (OF_EPISODES | own).items()
+        named = ({name: fact[of] for name, of in columns} for fact in facts)
         for values in (*named, update):
             for name, value in values.items():
                 self.sums[name] = self.sums.get(name, 0.0) + value
                 self.counts[name] = self.counts.get(name, 0) + 1
 
-    def row(self, step: int, when: Mapping[str, Any]) -> Row | None:
-        """The next row, if this step is past another multiple of `summary_freq`."""
-        if step // self.every == self.last // self.every:
+    def row(self, step: int, every: int) -> Row | None:
+        """The means, if this step is past another multiple of `every`; begin anew."""
+        if step // every == self.last // every:
             return None
         means = {name: self.sums[name] / self.counts[name] for name in self.sums}
         self.last, self.sums, self.counts = step, {}, {}
-        return {"side": self.side, "step": step, **when, **means}
-
-    def state(self) -> Sums:
-        """Return the sums so far, for a checkpoint."""
-        return Sums(self.last, self.sums, self.counts)
-
-    def restore(self, state: Sums) -> None:
-        """Load what `state` gave."""
-        self.last = state.last
-        self.sums, self.counts = dict(state.sums), dict(state.counts)
+        return means
 
 
 def table_until(folder: Path, rounds: int) -> Table:
