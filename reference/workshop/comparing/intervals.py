@@ -108,8 +108,7 @@ def _means(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _interval(whole: np.ndarray, drawn: np.ndarray) -> Interval:
-    low, high = _ends(drawn)
-    return Interval(float(whole), float(low), float(high))
+    return Interval(float(whole), *map(float, _ends(drawn)))
 
 
 def _ends(drawn: np.ndarray) -> np.ndarray:

@@ -64,9 +64,7 @@ def _digest(*plain: Any) -> str:
 
 
 def finish_trainings(
-    experiment: Experiment,
-    folder: Path,
-    executor: Executor,
+    experiment: Experiment, folder: Path, executor: Executor
 ) -> dict[str, str]:
     """Finish all trainings; return which failed, and why."""
     own, done = folders(experiment, folder), over(experiment, folder)
@@ -113,9 +111,7 @@ def fit(job: tuple[Task, str]) -> str:
 
 
 def play_tests(
-    experiment: Experiment,
-    folder: Path,
-    executor: Executor,
+    experiment: Experiment, folder: Path, executor: Executor
 ) -> list[RunResult]:
     """Let all robots meet all fires, as far as their trainings are over.
 
@@ -130,14 +126,8 @@ def play_tests(
     )
     if not robots or not fires:
         return []
-    evaluation = Evaluation(
-        arena=experiment.arena,
-        robots=robots,
-        fires=fires,
-        seed=test.seed,
-        episodes=test.episodes,
-        files=files,
-    )
+    arena = experiment.arena
+    evaluation = Evaluation(arena, robots, fires, test.seed, test.episodes, files=files)
     code = {w: code_digest(w) for w in (*test.robots, *test.fires) if is_code(w)}
-    there = folder / f"tests-{_digest(asdict(experiment.arena), code)}"
+    there = folder / f"tests-{_digest(asdict(arena), code)}"
     return evaluate(evaluation, there, executor)

@@ -116,14 +116,12 @@ class Evaluation:
 
     def about(self) -> str:
         """Describe the evaluation in a line."""
-        line = (
+        off = f", errors of observation up to {self.errors} m" if self.errors else ""
+        return (
             f"{self.arena.drawn.title}, {self.arena.people} people: "
             f"{len(self.robots)} robots x {len(self.fires)} fires x {self.episodes} "
-            f"seeds from {self.seed} on, {len(self.runs):,} runs"
+            f"seeds from {self.seed} on, {len(self.runs):,} runs{off}"
         )
-        if self.errors:
-            line += f", errors of observation up to {self.errors} m"
-        return line
 
 
 def begin(
@@ -168,12 +166,20 @@ def resume(
 ) -> Evaluation:
     """Resume the evaluation in a folder, with any further robots and fires.
 
-    Raises RunError if there is none or if it is another version's; else as `begin`.
+    Raises InputError if there is none or if it is another version's; else as `begin`.
     """
-    begun = _read(folder / ABOUT)
+    path = folder / ABOUT
+    if not path.exists():
+        raise RunError(
+            f"{folder}: there is no evaluation to go on with. Leave --resume out to "
+            "begin, or name the folder of one."
+        )
+    content = read_json(path)
+    refuse_version(path, content.pop("version", "unknown"), content.pop("game", 1))
+    begun = record_from(Evaluation, content, str(path))
     files = _newest((*robots, *fires)) | dict(begun.files)
     robots, fires = _once((*begun.robots, *robots)), _once((*begun.fires, *fires))
-    with naming(folder / ABOUT):
+    with naming(path):
         _refuse_misfits(_learned(robots, fires, files), begun.arena)
     return replace(begun, robots=robots, fires=fires, files=files)
 
@@ -219,15 +225,3 @@ def write(evaluation: Evaluation, folder: Path) -> None:
     """Write the evaluation into its folder, whole or not at all. Raises OSError."""
     written_by = {"version": reference.__version__, "game": reference.GAME}
     write_json(folder / ABOUT, written_by | asdict(evaluation))
-
-
-def _read(path: Path) -> Evaluation:
-    """Read what `write` wrote. Raises InputError for anything else."""
-    if not path.exists():
-        raise RunError(
-            f"{path.parent}: there is no evaluation to go on with. Leave --resume out "
-            "to begin, or name the folder of one."
-        )
-    content = read_json(path)
-    refuse_version(path, content.pop("version", "unknown"), content.pop("game", 1))
-    return record_from(Evaluation, content, str(path))

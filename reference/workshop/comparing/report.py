@@ -65,18 +65,15 @@ class Results:
 
     def cells(self) -> list[Cell]:
         """List the matrix, row by row."""
-        rows = dict.fromkeys(row for row, _ in self.runs)
-        return [
-            self._cell(place)
-            for place in product(rows, self.columns)
-            if place in self.runs
-        ]
-
-    def _cell(self, place: tuple[str, str]) -> Cell:
-        figures: dict[str, Any] = dict.fromkeys(Cell.__dataclass_fields__)
-        figures |= {"robots": place[0], "fire": place[1], "n": len(self.runs[place])}
-        figures |= {name: of_trainings(self.values(*place, name)) for name in SHOWN}
-        return Cell(**figures)
+        cells, rows = [], dict.fromkeys(row for row, _ in self.runs)
+        for row, column in product(rows, self.columns):
+            if runs := self.runs.get((row, column)):
+                figures: dict[str, Any] = dict.fromkeys(Cell.__dataclass_fields__)
+                figures |= {"robots": row, "fire": column, "n": len(runs)}
+                for name in SHOWN:
+                    figures[name] = of_trainings(self.values(row, column, name))
+                cells.append(Cell(**figures))
+        return cells
 
     def answer(self) -> str:
         """Say what intervals say about each pair; caution about few trainings."""

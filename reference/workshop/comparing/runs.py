@@ -62,15 +62,13 @@ class RunResult:
 
 
 def evaluate(
-    evaluation: Evaluation,
-    folder: Path | None,
-    executor: Executor,
+    evaluation: Evaluation, folder: Path | None, executor: Executor
 ) -> list[RunResult]:
     """Play all runs; return their results in order.
 
-    Runs already in the folder are not played again; new ones are written there at
-    once. Without a folder nothing is written. Raises OSError where something cannot
-    be written, ValueError for a damaged table of runs.
+    Runs already in the folder are not played again; without a folder nothing is
+    written. Raises OSError where something cannot be written, ValueError for a damaged
+    table of runs.
     """
     done, table = {}, None
     if folder:
