@@ -69,8 +69,8 @@ def read_yaml(
     text = read_text(Path(path), MOST_BYTES)
     try:
         top = mapping(_parsed(text), "the file")
-        _refuse_old(top)
         top["behaviors"] = mapping(top.get("behaviors"), "behaviors")
+        _refuse_old(top)
         _refuse_not_built(top)
         rows = _stated(top, names := _sides(top["behaviors"]))
     except SettingsError as error:
@@ -124,17 +124,13 @@ def _twice(node: Any) -> Iterator[tuple[int, str]]:
 
 def _refuse_old(top: Mapping[str, Any]) -> None:
     """Raise SettingsError for rows without sections, as in ML-Agents' releases 1, 2."""
-    for rows in (*top.values(), *mapping(top.get("behaviors"), "behaviors").values()):
+    for rows in (*top.values(), *top["behaviors"].values()):
         flat = _flat(rows) if isinstance(rows, Mapping) else {}
-        if lost := [place for place in PLACES if "." in place and _last(place) in flat]:
+        if lost := [at for at, name in PLACES.items() if at != name and name in flat]:
             raise SettingsError(
                 "this is laid out as in ML-Agents' releases 1 and 2. Write all "
                 f"behaviours under `behaviors:`, and there {', '.join(lost)}"
             )
-
-
-def _last(path: str) -> str:
-    return path.rpartition(".")[2]
 
 
 def _refuse_not_built(top: Mapping[str, Any]) -> None:
@@ -147,7 +143,7 @@ def _refuse_not_built(top: Mapping[str, Any]) -> None:
             if (word := rows.get(path)) in others:
                 instead = " or ".join(ROWS[PLACES[path]].choices)
                 raise SettingsError(
-                    f"{name}: {_last(path)} {word} is not built here: write {instead}"
+                    f"{name}: {PLACES[path]} {word} is not built here: write {instead}"
                 )
         off = {key for path in rows if rows[path] not in PASS if (key := _off(path))}
         if off:
@@ -177,9 +173,8 @@ def _stated(top: dict[str, Any], names: Mapping[Side, str]) -> dict[str, Any]:
         own = {row: _number(value) for row, value in own.items()}
         rows = _rows(top.get("default_settings"), "default_settings")
         if side in names:
-            rows |= {"head": "floor"} | _rows(
-                top["behaviors"][names[side]], names[side]
-            )
+            behaviour = names[side]
+            rows |= {"head": "floor"} | _rows(top["behaviors"][behaviour], behaviour)
         if "learning_rate_schedule" in rows:  # as ML-Agents documents
             both = ("beta_schedule", "epsilon_schedule")
             rows = dict.fromkeys(both, rows["learning_rate_schedule"]) | rows
