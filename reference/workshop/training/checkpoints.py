@@ -32,6 +32,7 @@ from reference.workshop.storage.records import check_type, mapping, record_from
 from reference.workshop.strategies import LEARNED, SHIPPED
 from reference.workshop.training.presets import Settings
 
+PATTERN = "checkpoint-[0-9]*.pt"
 KIND = "checkpoint of fire-rescue-reference"
 FORMAT = 7
 """Grows whenever observations, actions or networks come to mean something else."""
@@ -101,20 +102,15 @@ def keep(checkpoint: Checkpoint, folder: Path, rounds: Iterable[int] = ()) -> Pa
     numbers = checkpoint.round, *rounds
     path, *kept = (folder / f"checkpoint-{number:06}.pt" for number in numbers)
     save(checkpoint, path)
-    for old in {*_in(folder)} - {path, *kept}:
+    for old in {*folder.glob(PATTERN)} - {path, *kept}:
         old.unlink(missing_ok=True)
     return path
 
 
 def newest(folder: Path) -> Path | None:
     """The latest checkpoint in a folder, if there is one."""
-    return next(reversed(_in(folder)), None)
-
-
-def _in(folder: Path) -> list[Path]:
-    """The checkpoints of a folder, oldest first."""
-    paths = folder.glob("checkpoint-[0-9]*.pt")
-    return sorted(paths, key=lambda path: (len(path.name), path.name))
+    paths = folder.glob(PATTERN)
+    return max(paths, key=lambda path: (len(path.name), path.name), default=None)
 
 
 def save(checkpoint: Checkpoint, path: Path) -> None:
