@@ -18,12 +18,7 @@ import torch
 from reference.building import Building
 from reference.game.codec import Moment
 from reference.game.observations import grid, headed, to_normalised
-from reference.learning.experience import (
-    Decisions,
-    Record,
-    Trajectory,
-    decisions_of,
-)
+from reference.learning.experience import Decisions, Record, Trajectory, decisions_of
 from reference.learning.players import Learned, Player
 from reference.learning.ppo import Learner
 from reference.learning.settings import Side
@@ -73,7 +68,7 @@ class _Teacher(Player):
 
     def _decided(self, moment: Moment) -> np.ndarray:
         """(G, 2) the teacher's actions; nan where it keeps the old destination."""
-        world, seed = moment.world, moment.seed
+        world, seed, building = moment.world, moment.seed, self.codec.building
         if seed not in self.guides:
             self.guides[seed] = ROBOTS[self.name](), np.random.default_rng(seed)
         strategy, rng = self.guides[seed]
@@ -82,11 +77,8 @@ class _Teacher(Player):
         decided = strategy.decide(world, [world.robots[k] for k in active], rng)
         for k, destination in zip(active, decided, strict=True):
             if destination is not None:
-                target = actual_target(
-                    self.codec.building, world.robots[k].floor, *destination
-                )
-                spot = to_normalised(self.codec.building, np.array(target))
-                actions[k] = spot.clip(-1, 1)
+                target = actual_target(building, world.robots[k].floor, *destination)
+                actions[k] = to_normalised(building, np.array(target)).clip(-1, 1)
         return actions
 
     def _recorded(self, moment: Moment, wanted: np.ndarray) -> Record:

@@ -40,11 +40,10 @@ def train(
 ) -> Path:
     """Train until every side is past its max_steps, or until told to stop.
 
-    The folder gets checkpoints, the first before anything else, and summaries.csv; rows
-    that an interruption has left of later rounds are dropped. Returns the last
-    checkpoint's path. Raises OSError where nothing can be written; the checkpoints that
-    are there stay whole. A KeyboardInterrupt drops a round that is being played; one
-    that is being learned from ends first. Then a checkpoint is saved, and it is raised.
+    The folder gets checkpoints, the first before anything else, and summaries.csv.
+    Returns the last checkpoint's path. Raises OSError where nothing can be written. A
+    KeyboardInterrupt drops a round that is being played; one that is being learned from
+    ends first. Then a checkpoint is saved, and it is raised.
     """
     tables: list[Table | Board] = []
     if tensorboard:

@@ -322,11 +322,8 @@ def _learner(task: Task, side: Side) -> Learner:
     row = "robots_per_floor" if side == "robots" else "sources"
     if not getattr(scenario, row):
         raise SettingsError(f"{side}: nothing to learn while {row} is 0")
-    if (
-        side == "fire"
-        and "robots" not in task.fixed
-        and task.settings.random_fires == 1
-    ):
+    stood_in = task.settings.random_fires == 1 and "robots" not in task.fixed
+    if side == "fire" and stood_in:
         raise SettingsError("fire: it never plays where random_fires is 1")
     (seed,) = seeds_of(task.seed, OF_LEARNERS, SIDES.index(side), 1)
     learner = learner_for(side, task.plan, scenario, settings, seed)

@@ -11,14 +11,10 @@ from typing import Any
 from reference.building import plan_of
 from reference.learning.players import Learned
 from reference.learning.settings import SIDES, Side
-from reference.workshop.maps import load as load_building
+from reference.workshop import maps
 from reference.workshop.storage.runs import refuse_version
-from reference.workshop.training.checkpoints import (
-    CheckpointError,
-    Task,
-    load,
-    must_fit,
-)
+from reference.workshop.training import checkpoints
+from reference.workshop.training.checkpoints import CheckpointError, Task
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import POLICIES, fixed_player
 from reference.workshop.training.presets import Settings, preset
@@ -39,7 +35,7 @@ def begin(asked: Namespace) -> Training:
     name = "tiny" if settings.preset == "tiny" else "paper"
     if asked.building is not None:
         name = asked.building
-    building = load_building(name)
+    building = maps.load(name)
     scenario = settings.scenario
     named = {side: who for side in SIDES if (who := getattr(asked, side)) is not None}
     fixed = {
@@ -49,7 +45,8 @@ def begin(asked: Namespace) -> Training:
     initial: dict[Side, Learned] = {}
     if (path := asked.initialize_from) is not None:
         taken = {*fixed, "robots"} if asked.imitate else {*fixed}
-        both = {side: load(path).player(side) for side in SIDES if side not in taken}
+        free = [side for side in SIDES if side not in taken]
+        both = {side: checkpoints.load(path).player(side) for side in free}
         initial = {s: who for s, who in both.items() if isinstance(who, Learned)}
         for side in initial:
             POLICIES[side](path).refuse_elsewhere(building, scenario)
@@ -78,9 +75,9 @@ def resume(folder: Path) -> Training:
     Raises RunError if it is another version's, CheckpointError if there is none or if
     it is damaged.
     """
-    checkpoint = load(folder)
+    checkpoint = checkpoints.load(folder)
     refuse_version(folder, checkpoint.version)
-    with must_fit(folder, "its parts do not fit each other"):
+    with checkpoints.must_fit(folder, "its parts do not fit each other"):
         return Training.resumed(checkpoint)
 
 
