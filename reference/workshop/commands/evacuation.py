@@ -88,16 +88,7 @@ def evacuate(arguments: Namespace) -> None:
     """Evacuates a building and tells who got out; episode i uses seed + i."""
     pairs = _pairs(arguments)
     robots, fires = zip(*pairs, strict=True)
-    evaluation = begin(
-        robots,
-        fires,
-        arguments.building,
-        arguments.people,
-        arguments.seed or 0,
-        arguments.episodes,
-        arguments.sample,
-        arguments.errors or 0,
-    )
+    evaluation = begin(robots, fires, **options.of_evaluation(arguments))
     crowding, played = Crowding() if arguments.density else None, []
     film, folder = arguments.animate, arguments.record
     for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
@@ -150,7 +141,8 @@ def _episode(
         if film:
             from reference.workshop.drawing.film import animate
 
-            animate(simulations, film, _headings(pairs), going)
+            headings = [f"{_heading(pair)}\n{_who(*pair)}" for pair in pairs]
+            animate(simulations, film, headings, going)
         deque(going, maxlen=0)
     outcomes = [asdict(simulation.outcome()) for simulation in simulations]
     known = [{k: None if isnan(v) else v for k, v in one.items()} for one in outcomes]
@@ -160,13 +152,9 @@ def _episode(
     ]
 
 
-def _headings(pairs: Sequence[Pair]) -> list[str]:
-    """Name what a film shows of each pair, and say below who plays."""
-    return [
-        f"{_heading((robots, fire))}\nrobots: {said_of(robots, 'robots')}\n"
-        f"fire: {said_of(fire, 'fire')}"
-        for robots, fire in pairs
-    ]
+def _who(robots: str, fire: str) -> str:
+    """Say who plays, a line for each side."""
+    return f"robots: {said_of(robots, 'robots')}\nfire: {said_of(fire, 'fire')}"
 
 
 def _heading(pair: Pair) -> str:

@@ -19,8 +19,6 @@ from reference.workshop.comparing.runs import RunResult
 from reference.workshop.storage.files import write_json
 from reference.workshop.storage.runs import ContradictionError, refuse_options
 
-ASKED = ("building", "people", "seed", "episodes", "sample", "errors")
-
 
 @options.command(
     "evaluate --robots none patrol sweep --fire none random greedy \\\n"
@@ -61,15 +59,14 @@ def evaluate(arguments: Namespace) -> None:
 
 def _evaluation(arguments: Namespace) -> Evaluation:
     """Begin an evaluation, or resume one with further robots and fires."""
-    asked = {name: getattr(arguments, name) for name in ASKED}
+    asked = options.of_evaluation(arguments)
     robots, fires = arguments.robots or (), arguments.fire or ()
     if arguments.resume:
         begun = matches.resume(arguments.out, robots, fires)
         arena = {"building": begun.arena.building, "people": begun.arena.people}
         refuse_options(asked, vars(begun) | arena)
         return begun
-    given = {name: value for name, value in asked.items() if value is not None}
-    return matches.begin(robots or ["sweep"], fires or ["random"], **given)
+    return matches.begin(robots or ["sweep"], fires or ["random"], **asked)
 
 
 def _tell(

@@ -101,14 +101,18 @@ def player(
 
 def strategies() -> str:
     """List everybody who can play, with what they do."""
-    rows = []
+    rows = list[str]()
     for side, words in ABOUT.items():
-        rows += [
-            "",
-            f"{side}:",
-            *(f"  {word:<12}{does}" for word, does in words.items()),
-        ]
+        rows += ["", f"{side}:"]
+        rows += [f"  {word:<12}{does}" for word, does in words.items()]
     return "\n".join(rows)
+
+
+def of_evaluation(arguments: Namespace) -> dict[str, Any]:
+    """What was asked for of an evaluation's place and runs, by name."""
+    names = ("building", "people", "seed", "episodes", "sample", "errors")
+    asked = {name: getattr(arguments, name) for name in names}
+    return {name: value for name, value in asked.items() if value is not None}
 
 
 PICTURES = ".png, .svg, .pdf"

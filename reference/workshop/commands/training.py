@@ -69,16 +69,14 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
 )
 def train(arguments: Namespace) -> None:
     """Trains robots and fire against each other, into a folder one can go on from."""
-    out, same = arguments.out, ["train"]
-    if arguments.tensorboard:
-        same.append("--tensorboard")
+    out = arguments.out
+    same = ["train", "--tensorboard"] if arguments.tensorboard else ["train"]
     with resumable(arguments, out, partial(_training, arguments), *same) as work:
         from reference.workshop.training import loop
 
         training, executor = work
         note(training.about())
-        tensorboard = arguments.tensorboard
-        path = loop.train(training, out, executor, tensorboard=tensorboard)
+        path = loop.train(training, out, executor, tensorboard=arguments.tensorboard)
     report = {
         "building": training.task.building,
         **training.facts(),
