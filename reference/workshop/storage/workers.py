@@ -69,11 +69,10 @@ def undisturbed(told: str = "") -> Iterator[None]:
         if told:
             print(f"\n{told}", file=sys.stderr)
 
-    raising = {number: signal.getsignal(number) for number in STOPS}
-    if current_thread() is not main_thread():  # which alone hears signals
-        raising.clear()
-    raises = (stop, signal.default_int_handler)
-    before = {s: h for s, h in raising.items() if h in raises}
+    heeded = STOPS if current_thread() is main_thread() else []  # it alone hears any
+    handlers = {number: signal.getsignal(number) for number in heeded}
+    raising = (stop, signal.default_int_handler)
+    before = {s: handler for s, handler in handlers.items() if handler in raising}
     for number in before:
         signal.signal(number, later)
     try:
@@ -114,9 +113,7 @@ def in_order(
 
 
 def as_done(
-    executor: Executor,
-    work: Callable[[Given], Made],
-    jobs: Iterable[Given],
+    executor: Executor, work: Callable[[Given], Made], jobs: Iterable[Given]
 ) -> Iterator[tuple[int, Made]]:
     """Yield number and result of each job as it is done.
 
