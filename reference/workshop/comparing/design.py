@@ -166,10 +166,9 @@ class Experiment:
         trainings = {}
         for name in self.arms:
             settings, fires = self.arm(name)
-            fixed: dict[Side, Any] = {}
-            if fires:
-                there = self.arena.drawn, self.arena.scenario
-                fixed["fire"] = tuple(fixed_player(f, "fire", *there) for f in fires)
+            there = self.arena.drawn, self.arena.scenario
+            players = tuple(fixed_player(fire, "fire", *there) for fire in fires)
+            fixed: dict[Side, Any] = {"fire": players} if fires else {}
             for seed in self.seeds:
                 task = Task(self.building, self.arena.plan, settings, seed, fixed)
                 trainings[f"{name}-{seed}"] = task

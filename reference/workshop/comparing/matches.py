@@ -166,7 +166,7 @@ def resume(
 ) -> Evaluation:
     """Resume the evaluation in a folder, with any further robots and fires.
 
-    Raises InputError if there is none or if it is another version's; else as `begin`.
+    Raises RunError if there is none or if it is another version's; else as `begin`.
     """
     path = folder / ABOUT
     if not path.exists():

@@ -58,27 +58,18 @@ def cells(
     matches: dict[tuple[str, str], dict[int, RunResult]] = {}
     for run in results:
         matches.setdefault((run.robots, run.fire), {})[run.seed] = run
-    return [
-        _cell(match, runs, matches.get((baseline or "", match[1]), {}), ruler)
-        for match, runs in matches.items()
-    ]
-
-
-def _cell(
-    match: tuple[str, str],
-    runs: dict[int, RunResult],
-    others: dict[int, RunResult],
-    ruler: Ruler | None,
-) -> Cell:
-    """Average one match; runs, others: by seed."""
-    figures: dict[str, Any] = {
-        name: _interval(getattr(run, name) for run in runs.values())
-        for name in MEASURED
-    }
-    shared = runs.keys() & others.keys()
-    gain = _interval(runs[k].survival - others[k].survival for k in sorted(shared))
-    score = _score(list(runs.values()), ruler) if ruler else None
-    return Cell(*match, len(runs), gain=gain, score=score, **figures)
+    averaged = []
+    for (robots, fire), by_seed in matches.items():
+        runs, others = [*by_seed.values()], matches.get((baseline or "", fire), {})
+        shared = [(by_seed[k], others[k]) for k in sorted(by_seed) if k in others]
+        figures: dict[str, Any] = {
+            "gain": _interval(run.survival - other.survival for run, other in shared),
+            "score": _score(runs, ruler) if ruler else None,
+        }
+        for name in MEASURED:
+            figures[name] = _interval(getattr(run, name) for run in runs)
+        averaged.append(Cell(robots, fire, len(runs), **figures))
+    return averaged
 
 
 def _score(runs: Sequence[RunResult], ruler: Ruler) -> Interval | None:

@@ -48,6 +48,7 @@ OF_UPDATES = (
 )
 COLUMNS = (*WHEN, *OF_EPISODES, *OF_UPDATES)
 Row = dict[str, Any]
+Figures = Mapping[str, float]
 
 
 @dataclass
@@ -66,12 +67,7 @@ class Summary:
         if not known or min(self.counts.values(), default=1) < 1:
             raise SettingsError("sums and counts of a summary do not fit")
 
-    def add(
-        self,
-        side: Side,
-        facts: Iterable[Mapping[str, float]],
-        update: Mapping[str, float],
-    ) -> None:
+    def add(self, side: Side, facts: Iterable[Figures], update: Figures) -> None:
         """Add facts of episodes, and the update's figures, if there was one."""
         own = {OWN_REWARD: "fire_reward"} if side == "fire" else {}
         columns = (OF_EPISODES | own).items()
