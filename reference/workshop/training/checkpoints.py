@@ -5,7 +5,6 @@ executes code.  It records its building, scenario, game and version, and is refu
 where it does not belong.
 """
 
-import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field, fields, replace
@@ -124,7 +123,7 @@ def save(checkpoint: Checkpoint, path: Path) -> None:
     write_whole(path, memory.getbuffer())
 
 
-def load(path: str | os.PathLike[str]) -> Checkpoint:
+def load(path: str | Path) -> Checkpoint:
     """Read the checkpoint in a file, or the newest one in a training's folder.
 
     path: LEARNED stands for what ships. Raises CheckpointError for anything else,

@@ -18,7 +18,6 @@ Keys without a counterpart here pass if their value switches them off, or if the
 about Unity's program or the machine; others are refused, all sections at once.
 """
 
-import os
 import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -57,16 +56,14 @@ NAMES: dict[Side, str] = {"robots": "Robot", "fire": "Fire"}  # of behaviours
 MOST_BYTES = 1 << 16  # of a file
 
 
-def read_yaml(
-    path: str | os.PathLike[str], base: Settings, head: str | None = None
-) -> Settings:
+def read_yaml(path: Path, base: Settings, head: str | None = None) -> Settings:
     """Replace in `base` what a trainer file of ML-Agents, or one of ours, states.
 
     head: of the robots, if the command line names one.  Notes on stderr which behaviour
     is taken for which side, and with which head. Raises SettingsError, also without
     PyYAML, and OSError for an unreadable file.
     """
-    text = read_text(Path(path), MOST_BYTES)
+    text = read_text(path, MOST_BYTES)
     try:
         top = mapping(_parsed(text), "the file")
         top["behaviors"] = mapping(top.get("behaviors"), "behaviors")
