@@ -79,9 +79,6 @@ class Ruler:
         return (max(β - y, 0.0) * k) ** 0.5 * α
 
 
-# -- Calibration --------------------------------------------------------------------
-
-
 def base_and_control(worst: Point, best: Point) -> tuple[float, float]:
     """Solve Eq. 4 for b and c through two critical points, (reward, y) each [F2].
 
@@ -111,8 +108,6 @@ def calibrated(
         ruler, beta=float(np.mean([ruler.score(*case) for case in baseline]))
     )
 
-
-# -- The paper's --------------------------------------------------------------------
 
 PAPER = Ruler(ALPHA, *base_and_control(WORST_POINT, BEST_POINT), k=K, beta=BETA)
 """The constants that the appendix prints, b and c to more digits [F2] [F9]."""
