@@ -25,21 +25,16 @@ yet lit: the middle, one storey below the ground, where nothing else can be."""
 GRID_KINDS = WALLS, FIRES, EXITS = "walls", "fires", "exits"
 """[C3, chosen] kinds of channels, in this order; each has one channel per floor."""
 
-SMALLEST_GRID = 20
-"""[C3, chosen] cells: fewer are too small for the `simple` encoder's convolutions."""
+SMALLEST_GRID = 20  # [C3, chosen] cells: fewer are too small for the convolutions
 
 
 class Block(NamedTuple):
-    """Rows of a vector that say the same kind of thing: numbers start .. stop - 1.
+    """Rows of a vector that say the same kind of thing: numbers start .. stop - 1."""
 
-    what       each row says;  unit  of its numbers;  rows  how many
-    low, high  bounds of a row's numbers
-    """
-
-    what: str
-    unit: str
-    rows: int
-    low: tuple[float, ...]
+    what: str  # each row says
+    unit: str  # of its numbers
+    rows: int  # how many
+    low: tuple[float, ...]  # bounds of a row's numbers
     high: tuple[float, ...]
     start: int = 0
 
