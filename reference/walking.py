@@ -23,9 +23,7 @@ from reference.motion import DIAMETER, Free
 from reference.navigation import navigation_of
 from reference.world import NOBODY, NOWHERE, World
 
-Touched = list[tuple[int, int]]
-"""People who have stepped onto a landmark, and the places they came from."""
-
+Touched = list[tuple[int, int]]  # who stepped onto a landmark, and from which place
 Lookup = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k,) places or landmarks, and (k,) people who ask -> (k,) bool."""
 

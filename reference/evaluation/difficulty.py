@@ -17,14 +17,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from reference.building import Building
 from reference.fire import fuel, rim
-from reference.paper import (
-    ALPHA,
-    BETA,
-    BURN_SECONDS,
-    FLAME_SECONDS,
-    HEALTH_SECONDS,
-    K,
-)
+from reference.paper import ALPHA, BETA, BURN_SECONDS, FLAME_SECONDS, HEALTH_SECONDS, K
 from reference.simulation import Simulation
 from reference.world import World
 

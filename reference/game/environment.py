@@ -121,8 +121,6 @@ class Environment:
     ):
         """robots, fire: None for agents, or the strategy that plays this side.
 
-        pay: what robots are paid.
-
         Raises ValueError for more people than fit, and if there is nobody to act.
         """
         self.building, self.scenario = building, scenario or Scenario()
