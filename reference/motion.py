@@ -25,7 +25,7 @@ SHOULDERS = 0.25  # [A9, chosen] metres: people who meet turn sideways, as deep 
 NEAR = 1.6  # [A9, chosen] metres: neighbours farther away are ignored
 GAP_SECONDS = 0.6  # [A9, chosen] the model's time gap T: v = s / T
 PUSH, PUSH_RANGE = 1.5, 0.2  # [A9, chosen] strength and range (m) of repulsion
-ASIDE = 0.3  # [A9, chosen] metres right of their target people aim: two fit a door
+ASIDE = 0.3  # [A9, chosen] metres right of their target people aim: two streams pass
 KEEP_RIGHT = 0.6  # [A9, chosen] sideways pull while somebody comes towards me
 THERE = 0.05  # [A9, chosen] metres: whoever is this near their target is there
 IDLE = 0.05  # [A9, chosen] m/s: bodies that mean to walk more slowly stand ...
