@@ -64,23 +64,7 @@ def with_people_at(
     They begin as followers without a leader: Alg. 1:3 makes them leaders at once.
     """
     bodies, shape = _bodies(building, place, position, rng), building.kind.shape
-    world = World(
-        building=building,
-        time=0.0,
-        bodies=bodies,
-        minds=[Mind(Mode.FOLLOWER) for _ in place],
-        robots=_robots(building, scenario.robots_per_floor, len(bodies)),
-        flames=_no_flames(shape),
-        burnt=set(),
-    )
-    for robot in world.robots:
-        robot.active = world.anybody_at_or_above(robot.floor)
-    return world
-
-
-def _no_flames(shape: tuple[int, ...]) -> Flames:
-    """Nothing burns; shape: floors, rows and columns."""
-    return Flames(
+    no_flames = Flames(
         arrival=np.full(shape, inf),
         burning=np.zeros(shape, dtype=bool),
         ash=np.zeros(shape, dtype=bool),
@@ -89,6 +73,18 @@ def _no_flames(shape: tuple[int, ...]) -> Flames:
         cost=np.ones(shape),
         sources=[],
     )
+    world = World(
+        building=building,
+        time=0.0,
+        bodies=bodies,
+        minds=[Mind(Mode.FOLLOWER) for _ in place],
+        robots=_robots(building, scenario.robots_per_floor, len(bodies)),
+        flames=no_flames,
+        burnt=set(),
+    )
+    for robot in world.robots:
+        robot.active = world.anybody_at_or_above(robot.floor)
+    return world
 
 
 def _bodies(

@@ -63,12 +63,7 @@ class Area:
 
 @dataclass(frozen=True, eq=False)
 class Landmark:
-    """A door, stairwell entrance or exit [A5]; cells: (k, 2) rows and columns.
-
-    sides: ids of the areas beside it, and OUTSIDE of an exit
-    stairwell: index of the one it leads into, -1 for none
-    leads_out: is it an exit, or an entrance to stairs that go down?
-    """
+    """A door, stairwell entrance or exit [A5]; cells: (k, 2) rows and columns."""
 
     index: int
     id: str
@@ -76,9 +71,9 @@ class Landmark:
     floor: int
     cells: np.ndarray
     position: tuple[float, float]
-    sides: tuple[str, ...]
-    stairwell: int
-    leads_out: bool
+    sides: tuple[str, ...]  # ids of the areas beside it, and OUTSIDE of an exit
+    stairwell: int  # index of the one it leads into, -1 for none
+    leads_out: bool  # is it an exit, or an entrance to stairs that go down?
 
     @property
     def width(self) -> int:
@@ -151,8 +146,6 @@ class Building:
         """Travel between processes as text."""
         return building_of, (plan_of(self),)
 
-    # -- Cells and metres -----------------------------------------------------------
-
     def random_point(self, cells: np.ndarray, rng: Rng) -> tuple[float, float]:
         """Draw one of these cells, (rows, cols) bool; return its middle."""
         return self.metres(*rng.choice(np.argwhere(cells)).tolist())
@@ -173,8 +166,6 @@ class Building:
         for thing in things:
             index[thing.floor, *thing.cells.T] = thing.index
         return index
-
-    # -- Rooms, stairwells, landmarks -----------------------------------------------
 
     def _find_areas(self) -> tuple[Area, ...]:
         """Find rooms, then stairwells of each floor, in reading order."""
@@ -267,16 +258,13 @@ class Building:
         """The rooms of a floor, corridors included, stairwells not."""
         return [a for a in self.areas if a.floor == floor and a.kind == "room"]
 
-    # -- The graph ------------------------------------------------------------------
-
     @cached_property
     def ways(self) -> nx.MultiDiGraph:
         """Rooms, stairwells and the outside, joined as people walk: out, and down [A3].
 
         An edge is a door, entrance, exit or storey of stairs. Its `length` (metres) is
-        that of two straight lines: from the middle of one room to the middle of the
-        door, and from there to the middle of the other room. Nobody walks up [A3,
-        chosen]: people leave stairs by the entrances of the lowest floor only.
+        that of two straight lines, from the middles of both rooms to that of the door.
+        Nobody walks up [A3, chosen]: people leave stairs on the lowest floor only.
         """
         ways = nx.MultiDiGraph()
         for area in self.areas:
@@ -357,10 +345,7 @@ _parsed = lru_cache(maxsize=4)(parse)
 
 
 def building_of(plan: str) -> Building:
-    """Build from the text of a floor file; other processes are sent this text.
-
-    Raises FloorPlanError.
-    """
+    """Build from the text of a floor file. Raises FloorPlanError."""
     return built(_parsed(plan))
 
 

@@ -22,8 +22,7 @@ from reference.navigation import navigation_of, shifted
 from reference.paper import Scenario
 from reference.world import FireLit, FireRefused, Flames, World
 
-Decision = tuple[int, float, float]
-"""What the fire agent decides: floor, X, Y [D2]."""
+Decision = tuple[int, float, float]  # floor, X, Y: what the fire agent decides [D2]
 
 
 def snapped(x: float) -> float:
@@ -40,9 +39,9 @@ def snapped(x: float) -> float:
 class Generator:
     """The fire source generator: Eqs. 2-3, and rule D6 in both modes.
 
-    [D6, chosen] The other place is the first free one in an order that is drawn once
-    per run. So with the same seed the same occupied places lead to the same fires,
-    whoever guides.
+    For an occupied place there is no fire in training, else one at another place: the
+    first free one in an order that is drawn once per run [D6, chosen]. So with the same
+    seed the same occupied places lead to the same fires, whoever guides.
     """
 
     def __init__(self, building: Building, scenario: Scenario, rng: Rng):
@@ -50,10 +49,7 @@ class Generator:
         self.order = rng.permutation(building.kind.size)
 
     def generate(self, world: World, decision: Decision) -> FireLit | FireRefused:
-        """Turn a decision into a source, or refuse it [D6].
-
-        For an occupied place there is no fire in training, else one at a free place.
-        """
+        """Turn a decision into a source; refuse it or move it if occupied [D6]."""
         floor, x, y = decision[0], snapped(decision[1]), snapped(decision[2])
         cell, free = (floor, *world.building.cell(x, y)), free_places(world)
         shape = world.building.kind.shape
@@ -80,9 +76,6 @@ def decision_at(world: World, p: int) -> Decision:
     nav = navigation_of(world.building)
     x, y = nav.centres[p].tolist()
     return int(p) // nav.floor_size, x, y
-
-
-# -- Flames -------------------------------------------------------------------------
 
 
 class Spread:
@@ -163,9 +156,6 @@ def cells_beside(building: Building, cells: np.ndarray) -> np.ndarray:
     for step in ((0, 1), (1, 0), (0, -1), (-1, 0)):
         beside |= shifted(cells, *step)
     return beside & building.walkable
-
-
-# -- Who decides --------------------------------------------------------------------
 
 
 class FireStrategy(Protocol):

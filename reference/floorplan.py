@@ -13,8 +13,7 @@ upwards, `floor 1: NAME` above its drawing; `floor 2-3:` draws once and builds t
 Every drawing has all the rows, none of them blank.
 
 A text that cannot be read is refused in one line. `python -m reference check FILE`
-explains the mistake; it also finds mistakes in what can be read, such as a room without
-a door.
+explains it, and finds mistakes in what can be read, such as a room without a door.
 """
 
 import re

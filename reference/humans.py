@@ -304,17 +304,11 @@ def forget(me: Mind) -> None:
 
 
 def arrive(me: Mind, landmark: int, beyond: int) -> None:
-    """Forget the floor above; begin on this one as a leader who knows its entrance.
-
-    Nobody goes back by this entrance: nobody walks up.
-    """
+    """Forget the floor above; begin on this one as a leader who knows its entrance."""
     me.mode, me.leader = Mode.LEADER, NOBODY
     forget(me)
     pass_landmark(me, landmark, NOWHERE, beyond)
-    me.trail.clear()
-
-
-# -- Minds and bodies ---------------------------------------------------------------
+    me.trail.clear()  # nobody goes back by this entrance: nobody walks up
 
 
 def decide(world: World, who: np.ndarray, views: list[View]) -> None:

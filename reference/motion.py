@@ -25,16 +25,12 @@ SHOULDERS = 0.25  # [A9, chosen] metres: people who meet turn sideways, as deep 
 NEAR = 1.6  # [A9, chosen] metres: neighbours farther away are ignored
 GAP_SECONDS = 0.6  # [A9, chosen] the model's time gap T: v = s / T
 PUSH, PUSH_RANGE = 1.5, 0.2  # [A9, chosen] strength and range (m) of repulsion
-ASIDE = 0.3
-"""[A9, chosen] metres right of the target that people aim: two streams fit a door."""
-
+ASIDE = 0.3  # [A9, chosen] metres right of their target people aim: two streams pass
 KEEP_RIGHT = 0.6  # [A9, chosen] sideways pull while somebody comes towards me
 THERE = 0.05  # [A9, chosen] metres: whoever is this near their target is there
 IDLE = 0.05  # [A9, chosen] m/s: bodies that mean to walk more slowly stand ...
 GIVE_WAY = 0.6  # [A9, chosen] m/s: ... and step aside for people who walk at them
-
 PUSHES = 3  # [A9, chosen] rounds in which a crowd passes pushes on
-
 HELD_UP = 0.1  # [A9, chosen] m/s: a body that advances more slowly is held up ...
 SHUFFLE = 0.3  # [A9, chosen] m/s: ... and tries a step at this speed ...
 SHUFFLE_TURN = 2.2
@@ -50,21 +46,15 @@ Free = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 class Pairs(NamedTuple):
-    """Neighbours, each pair counted both ways; all are (k,), to_j is (k, 2).
+    """Neighbours, each pair counted both ways; all are (k,), to_j is (k, 2)."""
 
-    i, j    the body that looks, and the one looked at
-    to_j    unit vector from i to j;  apart  metres between their middles
-    room    metres that the middles keep apart
-    facing  bool, they walk at each other;  yields  bool, i gives way
-    """
-
-    i: np.ndarray
-    j: np.ndarray
-    to_j: np.ndarray
-    apart: np.ndarray
-    room: np.ndarray
-    facing: np.ndarray
-    yields: np.ndarray
+    i: np.ndarray  # the body that looks
+    j: np.ndarray  # the one looked at
+    to_j: np.ndarray  # unit vector from i to j
+    apart: np.ndarray  # metres between their middles
+    room: np.ndarray  # metres that the middles keep apart
+    facing: np.ndarray  # bool, they walk at each other
+    yields: np.ndarray  # bool, i gives way
 
     def off(self, points: np.ndarray) -> np.ndarray:
         """(k, 2) metres from each i to its j, if bodies stand at points (n, 2)."""
@@ -87,8 +77,7 @@ def step(
 ) -> np.ndarray:
     """Move n bodies by one tick; return their new positions, (n, 2) metres.
 
-    position, target: (n, 2) metres; pace: (n,) m/s; near, turns: see `neighbours` and
-    `turns`.
+    position, target: (n, 2) metres; pace: (n,) m/s; near: what `neighbours` found.
     """
     e, far, v = _heading(position, target, pace, seconds)
     if not near.size:

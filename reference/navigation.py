@@ -20,12 +20,8 @@ from scipy.sparse.csgraph import dijkstra
 
 from reference.building import Building
 
-LOOK_AHEAD = 6
-"""[A7, chosen] metres: the longest line tried when a way is pulled straight."""
-
-KEPT_WAYS = 512
-"""How many searches are kept: some 20 MB for the paper's building."""
-
+LOOK_AHEAD = 6  # [A7, chosen] metres: the longest line tried to pull a way straight
+KEPT_WAYS = 512  # searches that are kept: some 20 MB for the paper's building
 NEIGHBOURS = ((0, 1), (1, 0), (0, -1), (-1, 0), (1, 1), (1, -1), (-1, -1), (-1, 1))
 
 
@@ -84,10 +80,7 @@ class StraightLines:
                 self.table[:, k] = _clear(free, ends, d_row, d_col, strict).ravel()
 
     def reaches(self, p: np.ndarray | int, q: np.ndarray | int) -> np.ndarray:
-        """(k,) bool: does the line from place p to place q of the same floor arrive?
-
-        For one pair of whole numbers: one bool.
-        """
+        """(k,) bool, or one: does the line from p to q of the same floor arrive?"""
         d_row = q // self.cols - p // self.cols
         d_col = q - p - d_row * self.cols
         near = (abs(d_row) <= self.reach) & (abs(d_col) <= self.reach)
@@ -122,8 +115,7 @@ class Navigation:
     steps     of each floor, (floor_size, floor_size) metres
     clear     StraightLines: can a body walk straight from p to q?
     goals     of each landmark, (k,) places of its cells
-    metres    (landmarks, floor_size) to each landmark from p % floor_size, where p is
-              a place of its floor
+    metres    (landmarks, floor_size) to each from p % floor_size, p on its floor
     waypoint  (landmarks, floor_size) where to walk straight at on the way there
     to_landmarks  (places,) metres to the nearest landmark
     """
@@ -165,8 +157,6 @@ class Navigation:
         shape = (self.floor_size, self.floor_size)
         return csr_matrix((np.hypot(down, right), ends), shape=shape)
 
-    # -- Places and points ----------------------------------------------------------
-
     def place(self, floor: int, x: float, y: float) -> int:
         """The place around a point inside the drawing."""
         row, col = self.building.cell(x, y)
@@ -190,10 +180,7 @@ class Navigation:
         return int(free[np.argmin((off**2).sum(axis=1))])
 
     def beyond(self, door: int, side: int) -> int:
-        """Find the place across a door cell from one of its sides (area index).
-
-        Returns the door cell itself where there is no other side.
-        """
+        """Find the place across a door cell from one side, an area; else the cell."""
         areas = self.building.area.ravel()
         around = (door + 1, door - 1, door + self.cols, door - self.cols)
         across = (p for p in around if areas[p] not in (-1, side))
@@ -205,8 +192,6 @@ class Navigation:
         through, _ = cells_crossed(d_row, d_col)
         places = [p + row * self.cols + col for row, col in through]
         return places if p == q else [*places, q]
-
-    # -- Ways -----------------------------------------------------------------------
 
     def distance_to(self, *landmarks: int) -> np.ndarray:
         """(places,) metres to the nearest of some landmarks; inf on other floors."""
@@ -292,11 +277,9 @@ class Navigation:
             steps, cost = steps.copy(), np.frombuffer(price)
             left = np.repeat(cost, np.diff(steps.indptr))
             steps.data *= np.maximum(left, cost[steps.indices])
+        ends = np.subtract(goals, start)
         d, before, _ = dijkstra(
-            steps,
-            indices=np.subtract(goals, start),
-            min_only=True,
-            return_predecessors=True,
+            steps, indices=ends, min_only=True, return_predecessors=True
         )
         return d, (np.where(before < 0, here, before) + start).astype(np.int32)
 

@@ -2,8 +2,7 @@
 
 Clauses: A1, A3, A5, A9, B1, B2, B4-B8, C2, C5, C6, D2, D6, D7, E1, E2, E4, E5, F1, F2,
 F4-F10.
-Stated numbers carry only their clause; chosen ones and deviations say why they are
-what they are.
+Chosen numbers and deviations say why they are what they are.
 """
 
 from dataclasses import dataclass
@@ -150,8 +149,6 @@ class InputError(ValueError):
 
 MOST = 10_000  # [B8, chosen] people, robots of a floor, sources: more would not fit
 
-# -- One experiment -----------------------------------------------------------------
-
 
 @dataclass(frozen=True)
 class Scenario:
@@ -169,8 +166,7 @@ class Scenario:
     time_limit: float = 240.0  # s: people inside then are neither saved nor dead
     sight_range: float = SIGHT_RANGE  # metres [B2]
     frames_per_tick: int = FRAMES_PER_TICK
-    decision_seconds: float = DECISION_SECONDS
-    """Rounded to whole ticks; the fire's decisions follow [D2]."""
+    decision_seconds: float = DECISION_SECONDS  # rounded to ticks; fire follows [D2]
 
     def __post_init__(self) -> None:
         counts = [self.people, self.robots_per_floor, self.sources]

@@ -5,8 +5,7 @@ a table look-up.  A ray returns the first thing it meets.  Doors, entrances and 
 stop it too, though they have no volume [A5, deviation: one room at a time is seen]; so
 only people standing in a door see through it.  A destroyed door is a hole: rays pass it
 [A6, chosen].  Entrances have no leaf, so bodies are seen through them: a robot that
-Eq. 1 sends into a stairwell still leads [A3, C6, chosen].  Rays go all around, 360
-degrees, and neither people nor flames stop one [B1, chosen].
+Eq. 1 sends into a stairwell still leads [A3, C6, chosen].
 
     p, q   places (see navigation)
     k      number of a ray, counted counter-clockwise from east
@@ -21,30 +20,21 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from reference.building import Building, Kind
-from reference.navigation import (
-    Navigation,
-    StraightLines,
-    navigation_of,
-    shifted,
-)
+from reference.navigation import Navigation, StraightLines, navigation_of, shifted
 from reference.paper import RAYS
 
-PATCH = 4
-"""[B6, chosen] metres: directions that end in the same patch of floor count as one."""
-
+PATCH = 4  # [B6, chosen] metres: directions that end in one patch of floor are one
 DIM = 3.0
 """[B2, chosen] metres: what lies so near to the limit of sight is seen, but not well,
 and does not count as explored. So people who see farther explore a room sooner."""
 
-
-KEPT = 1 << 15
-"""How many answers of each kind are kept."""
-
-NO_HOLES: frozenset[int] = frozenset()
+KEPT = 1 << 15  # answers of each kind that are kept
+Holes = frozenset[int]  # destroyed doors in view, which rays pass [A6]
+NO_HOLES: Holes = frozenset()
 
 
 class Hit(NamedTuple):
-    """What a ray returns: a label, how far away (m), and which landmark, if any."""
+    """What a ray returns: a label, metres, and which landmark, if any [B1]."""
 
     kind: str
     distance: float
@@ -52,14 +42,11 @@ class Hit(NamedTuple):
 
 
 class Direction(NamedTuple):
-    """An unexplored direction: a ray that returns nothing [B2].
+    """An unexplored direction: a ray that returns nothing [B2]."""
 
-    patch  of floor it leads to;  place  its last place;  unit  vector along it
-    """
-
-    patch: int
-    place: int
-    unit: tuple[float, float]
+    patch: int  # of floor it leads to
+    place: int  # the last that it passes
+    unit: tuple[float, float]  # vector along it
 
 
 class Sight:
@@ -71,7 +58,7 @@ class Sight:
     patches  (places,) the patch of floor each lies in
     rooms    places of rooms and their doors
 
-    Once asked for, these are kept; holes: destroyed doors in view, which rays pass [A6]
+    Once asked for, these are kept:
 
     landmarks(p, holes)  the nearest hit of each landmark that rays meet, by distance
     open(p, holes)       the directions whose rays return nothing, one per patch
@@ -154,28 +141,23 @@ class Sight:
     def _metres(self, p: int, q: int) -> float:
         return dist(self._centres[p], self._centres[q])
 
-    def _flown_on(
-        self, p: int, holes: frozenset[int]
-    ) -> dict[int, tuple[list[int], int]]:
+    def _flown_on(self, p: int, holes: Holes) -> dict[int, tuple[list[int], int]]:
         """Rays from p that meet a hole: places passed, and where each stops, or -1."""
         hits = self.hits[:, p]
         met = np.isin(self.building.landmark.ravel()[hits], list(holes)) & (hits >= 0)
-        rays = np.flatnonzero(met).tolist()
-        return {k: self._cast_through(p, k, holes) for k in rays}
+        beyond = {}
+        for k in np.flatnonzero(met).tolist():
+            passed, stop = [p], -1
+            for d_row, d_col in _cells_along(2 * np.pi * k / RAYS, self.reach):
+                q = p + d_row * self.navigation.cols + d_col
+                if not self._clear[q] and self._marks[q] not in holes:
+                    stop = q
+                    break
+                passed.append(q)
+            beyond[k] = passed, stop
+        return beyond
 
-    def _cast_through(
-        self, p: int, k: int, holes: frozenset[int]
-    ) -> tuple[list[int], int]:
-        """Cast the k-th ray through holes."""
-        passed, cols = [p], self.navigation.cols
-        for d_row, d_col in _cells_along(2 * np.pi * k / RAYS, self.reach):
-            q = p + d_row * cols + d_col
-            if not self._clear[q] and self._marks[q] not in holes:
-                return passed, q
-            passed.append(q)
-        return passed, -1
-
-    def _rays(self, p: int, holes: frozenset[int]) -> tuple[np.ndarray, np.ndarray]:
+    def _rays(self, p: int, holes: Holes) -> tuple[np.ndarray, np.ndarray]:
         """`hits` and `ends` from p; rays that meet a hole fly on."""
         hits, ends = self.hits[:, p], self.ends[:, p]
         if holes and (beyond := self._beyond(p, holes)):
@@ -184,7 +166,7 @@ class Sight:
                 hits[k], ends[k] = stop, passed[-1]
         return hits, ends
 
-    def _in_line(self, p: int, holes: frozenset[int] = NO_HOLES) -> frozenset[int]:
+    def _in_line(self, p: int, holes: Holes = NO_HOLES) -> frozenset[int]:
         line = frozenset(self.sees.reached_from(p).tolist())
         beyond = self._beyond(p, holes).values() if holes else ()
         return line.union(*(passed for passed, _ in beyond))
@@ -199,14 +181,12 @@ class Sight:
         """The place nearest to p."""
         return min(sorted(places), key=lambda q: self._metres(p, q), default=p)
 
-    def _stops(self, p: int, holes: frozenset[int]) -> list[int]:
+    def _stops(self, p: int, holes: Holes) -> list[int]:
         """The places where the rays from p stop, in the rays' order."""
         hits, _ = self._rays(p, holes)
         return list(dict.fromkeys(hits[hits >= 0].tolist()))
 
-    def _landmarks_from(
-        self, p: int, holes: frozenset[int] = NO_HOLES
-    ) -> dict[int, Hit]:
+    def _landmarks_from(self, p: int, holes: Holes = NO_HOLES) -> dict[int, Hit]:
         """Leave out entrances of stairs that end here: a sign says so [B6, chosen]."""
         nearest: dict[int, Hit] = {}
         met = [q for q in self._stops(p, holes) if self._marks[q] in self._useful]
@@ -214,7 +194,7 @@ class Sight:
             nearest.setdefault(hit.landmark, hit)
         return nearest
 
-    def _open_from(self, p: int, holes: frozenset[int] = NO_HOLES) -> list[Direction]:
+    def _open_from(self, p: int, holes: Holes = NO_HOLES) -> list[Direction]:
         ways: dict[int, Direction] = {}
         hits, ends = self._rays(p, holes)
         for q in dict.fromkeys(ends[hits < 0].tolist()):
@@ -225,19 +205,17 @@ class Sight:
                 ways[patch] = Direction(patch, q, (x, y))
         return list(ways.values())
 
-    def _seen_from(self, p: int, holes: frozenset[int] = NO_HOLES) -> frozenset[int]:
+    def _seen_from(self, p: int, holes: Holes = NO_HOLES) -> frozenset[int]:
         ends = (way.place for way in self.open(p, holes))
         return self.in_line(p, holes).union(self._stops(p, holes), ends)
 
-    def _looked_at_from(
-        self, p: int, holes: frozenset[int] = NO_HOLES
-    ) -> frozenset[int]:
+    def _looked_at_from(self, p: int, holes: Holes = NO_HOLES) -> frozenset[int]:
         seen = self.seen(p, holes)
         well = [q for q in seen if self._metres(p, q) <= self.reach - DIM]
         return frozenset(self.patches[[p, *well]].tolist())
 
     def _line_to(
-        self, p: int, landmark: int, holes: frozenset[int]
+        self, p: int, landmark: int, holes: Holes
     ) -> tuple[frozenset[int], frozenset[int]]:
         met = sorted(q for q in self._stops(p, holes) if self._marks[q] == landmark)
         end = min(met, key=lambda q: self._metres(p, q))

@@ -18,11 +18,8 @@ from reference.navigation import Navigation, navigation_of
 from reference.paper import NEAR_STAIRWELL, ROBOT_SPEED
 from reference.world import NOWHERE, Robot, World
 
-Destination = tuple[float, float]
-"""X_r, Y_r in metres [C5]."""
-
-Destinations = list[Destination | None]
-"""Of robots, in their order; None: it keeps the old one."""
+Destination = tuple[float, float]  # X_r, Y_r in metres [C5]
+Destinations = list[Destination | None]  # of robots; None: it keeps the old one
 
 FOLLOWER_GAP, CROWD_GAP = 1.2, 0.4
 """[C7, chosen] metres: a robot waits while its n followers are on average farther
@@ -129,9 +126,6 @@ def said_on_the_way(building: Building, floor: int, target: Destination) -> int:
 def flame_cost(world: World, floor: int) -> np.ndarray | None:
     """What a metre costs in each place, given flames on this floor; None without."""
     return world.flames.cost if world.flames.burning[floor].any() else None
-
-
-# -- Who decides --------------------------------------------------------------------
 
 
 class RobotStrategy(Protocol):

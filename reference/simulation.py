@@ -59,8 +59,7 @@ class Simulation:
     tick    seconds of one step;  decision_ticks  ticks from one decision to the next
     due     (n,) bool, who thinks next;  turn  (n,) each one's tick of RECONSIDER_TICKS
     full_until  (landmarks + 1,) s, until then each is full; the last: no landmark
-    walked_to  (k, 2) metres where people walked to in the last tick, before any took
-            stairs
+    walked_to  (k, 2) metres, where the last tick's walk led, before any took stairs
     """
 
     def __init__(
@@ -102,8 +101,6 @@ class Simulation:
         self.full_until = np.zeros(len(building.landmarks) + 1)
         self.turn = np.arange(len(self.world.bodies)) % paper.RECONSIDER_TICKS
         self.due = np.ones(len(self.world.bodies), dtype=bool)
-
-    # -- The tick -------------------------------------------------------------------
 
     @property
     def done(self) -> bool:
@@ -160,10 +157,7 @@ class Simulation:
 
     @property
     def fire_turn(self) -> bool:
-        """Does the fire decide in this tick? At every k-th decision of robots [D2].
-
-        And only while it has sources left [D6].
-        """
+        """Is it the fire's turn: a k-th decision [D2], with sources left [D6]?"""
         number, between = divmod(self.ticks, self.decision_ticks)
         since = number - paper.FIRE_FIRST_DECISION
         due = since >= 0 and since % paper.FIRE_EVERY_DECISIONS == 0 and not between
@@ -224,14 +218,9 @@ class Simulation:
         """Tell where these people may stand."""
         burning = self.world.flames.burning.ravel()
         full = self.full_until > self.world.time + 1e-9
-
-        def burns(place: np.ndarray, asking: np.ndarray) -> np.ndarray:
-            return burning[place]
-
-        def is_full(mark: np.ndarray, asking: np.ndarray) -> np.ndarray:
-            return full[mark]
-
-        return walking.free_for(self.world, who, burns, is_full)
+        return walking.free_for(
+            self.world, who, lambda place, _: burning[place], lambda mark, _: full[mark]
+        )
 
     def fill_doors(self, touched: Touched) -> None:
         """Close the doors, entrances and exits just entered until they have room [A5].

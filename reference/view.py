@@ -21,28 +21,22 @@ from reference.world import FLOOR_APART, NOWHERE, Aim, Goal, World
 class View:
     """What one human sees at one instant: "observe" in Algorithms 1 and 2.
 
-    time        s
-    landmarks   intact doors, ways down and exits that rays meet, by index, the nearest
-                first
-    holes       destroyed doors in view: rays pass [A6]
-    place, patch, room, here  where one stands; `here` is a door, entrance or exit;
-                NOWHERE for none
-    rank        one's own;  halted_since  s, when one's body last made headway
-    bodies      people and robots in sight: place and metres of each
-    robots      in sight, the nearest first, and what each says
+    landmarks  intact doors, ways down, exits that rays meet, by index, nearest first
+    bodies     people and robots in sight: place and metres of each
+    robots     in sight, the nearest first, and what each says
     """
 
     _world: World
     _sight: Sight
-    time: float
+    time: float  # s
     landmarks: dict[int, Hit]
-    holes: frozenset[int]
-    place: int
-    patch: int
-    room: int
-    here: int
-    rank: float
-    halted_since: float
+    holes: frozenset[int]  # destroyed doors in view: rays pass [A6]
+    place: int  # where one stands
+    patch: int  # of floor that one stands in
+    room: int  # that one stands in, NOWHERE for none
+    here: int  # door, entrance or exit that one stands in, NOWHERE for none
+    rank: float  # one's own
+    halted_since: float  # s, when one's body last made headway
     bodies: dict[int, tuple[int, float]] = field(default_factory=dict)
     robots: dict[int, int] = field(default_factory=dict)
 

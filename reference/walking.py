@@ -23,9 +23,7 @@ from reference.motion import DIAMETER, Free
 from reference.navigation import navigation_of
 from reference.world import NOBODY, NOWHERE, World
 
-Touched = list[tuple[int, int]]
-"""People who have stepped onto a landmark, and the places they came from."""
-
+Touched = list[tuple[int, int]]  # who stepped onto a landmark, and from which place
 Lookup = Callable[[np.ndarray, np.ndarray], np.ndarray]
 """(k,) places or landmarks, and (k,) people who ask -> (k,) bool."""
 
@@ -101,9 +99,6 @@ def _notice_stuck(world: World, who: np.ndarray, target: np.ndarray) -> None:
     calm = bodies.reckless_until[who] < time - 1e-9
     halted = who[~ahead & calm & (waited > paper.STUCK_SECONDS)]
     bodies.reckless_until[halted] = time + paper.RECKLESS_SECONDS
-
-
-# -- Stairs -------------------------------------------------------------------------
 
 
 def enter_stairs(world: World, i: int, entrance: int) -> None:

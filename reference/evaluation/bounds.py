@@ -46,8 +46,7 @@ def losses(building: Building) -> tuple[float, ...]:
 def mean_ways(building: Building) -> tuple[float, ...]:
     """Avg[Min(len_j)] of Eq. 7, metres, lowest floor first [F6].
 
-    The mean, over the cells of a floor's rooms, of the walk to the nearest exit or
-    entrance of stairs down.
+    From every cell of the floor's rooms to the nearest exit or entrance of stairs down.
     """
     nav, ways = navigation_of(building), []
     for floor in range(building.floors):

@@ -17,8 +17,7 @@ import numpy as np
 
 from reference.paper import ALPHA, BEST_POINT, BETA, WORST_POINT, InputError, K
 
-LARGEST = 1e12
-"""[F1, chosen] limit of y: above it, difficulty would not count any more."""
+LARGEST = 1e12  # [F1, chosen] limit of y: above it, difficulty would not count
 
 Number = TypeVar("Number", float, np.ndarray)
 Point = tuple[float, float]  # a reward, health points, and its y
@@ -31,17 +30,13 @@ class RulerError(InputError):
 
 @dataclass(frozen=True)
 class Ruler:
-    """The constants of E.
+    """The constants of E."""
 
-    alpha  α, health points;  base  b of Eq. 4;  control  c of Eq. 4
-    k      weight of reward against difficulty;  beta  β, the e′ that scores 1
-    """
-
-    alpha: float
-    base: float
-    control: float
-    k: float
-    beta: float
+    alpha: float  # α, health points
+    base: float  # b of Eq. 4
+    control: float  # c of Eq. 4
+    k: float  # weight of reward against difficulty
+    beta: float  # β, the e′ that scores 1
 
     def reward_part(self, reward: Number) -> Number:
         """y = b^(R/α) / c [F1, Eq. 4]; RulerError where it exceeds LARGEST."""
@@ -63,10 +58,7 @@ class Ruler:
         return h**2 / (k * α**2)
 
     def score(self, reward: Number, difficulty: Number) -> Number:
-        """E = e′ / β, where e′ = b^(R/α)/c + h²/(kα²) [F9, Eq. 8].
-
-        1 is as good as the baseline.
-        """
+        """E = e′ / β, where e′ = b^(R/α)/c + h²/(kα²) [F9, Eq. 8]."""
         return (self.reward_part(reward) + self.difficulty_part(difficulty)) / self.beta
 
     def reward_at(self, y: float) -> float:
@@ -77,9 +69,6 @@ class Ruler:
         """Invert Eq. 8: the h with which this reward scores 1, at least 0 [F10]."""
         k, β, α, y = self.k, self.beta, self.alpha, self.reward_part(reward)
         return (max(β - y, 0.0) * k) ** 0.5 * α
-
-
-# -- Calibration --------------------------------------------------------------------
 
 
 def base_and_control(worst: Point, best: Point) -> tuple[float, float]:
@@ -107,12 +96,9 @@ def calibrated(
     harder = unit.difficulty_part(h_2) - unit.difficulty_part(h_1)
     richer = unit.reward_part(R_1) - unit.reward_part(R_2)
     ruler = replace(unit, k=harder / richer)
-    return replace(
-        ruler, beta=float(np.mean([ruler.score(*case) for case in baseline]))
-    )
+    beta = float(np.mean([ruler.score(*case) for case in baseline]))
+    return replace(ruler, beta=beta)
 
-
-# -- The paper's --------------------------------------------------------------------
 
 PAPER = Ruler(ALPHA, *base_and_control(WORST_POINT, BEST_POINT), k=K, beta=BETA)
 """The constants that the appendix prints, b and c to more digits [F2] [F9]."""

@@ -26,38 +26,25 @@ RAW_LIMIT = 3.0  # [E3, torch/action_model.py] a raw action is clipped, then div
 
 @dataclass(frozen=True)
 class Moment:
-    """What a side decides from, at one step of one episode.
+    """What a side decides from, at one step of one episode."""
 
-    vectors  (G, V) float32, observed; for agents that have left, what they saw last
-    alive    (G,) bool, who has not left
-    world    of it networks read the grid, and where robots are headed
-    rng      what actions are sampled with; None: the mean or most likely action
-    seed     of the episode
-    """
-
-    vectors: np.ndarray
-    alive: np.ndarray
-    world: World
-    rng: np.random.Generator | None = None
-    seed: int = 0
+    vectors: np.ndarray  # (G, V) float32, what each agent observed last
+    alive: np.ndarray  # (G,) bool, who has not left
+    world: World  # of it networks read the grid, and where robots are headed
+    rng: np.random.Generator | None = None  # for sampling; None: mean or likeliest
+    seed: int = 0  # of the episode
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """Shapes of a network's inputs and outputs.
+    """Shapes of a network's inputs and outputs."""
 
-    vector      V;  grid  (channels, height, width)
-    continuous  Gaussian components;  branches  options of each discrete branch
-    head        makes another head than the paper's, given the hidden units
-    kinds       (G,) which of several rewards each agent is paid; (): all the same
-    """
-
-    vector: int
-    grid: tuple[int, int, int]
-    continuous: int
-    branches: tuple[int, ...] = ()
-    head: Callable[[int], Any] | None = None
-    kinds: tuple[int, ...] = ()
+    vector: int  # V
+    grid: tuple[int, int, int]  # channels, height, width
+    continuous: int  # Gaussian components
+    branches: tuple[int, ...] = ()  # options of each discrete branch
+    head: Callable[[int], Any] | None = None  # given H, another than the paper's
+    kinds: tuple[int, ...] = ()  # (G,) which reward each is paid; (): all the same
 
 
 class PolicyCodec:

@@ -38,9 +38,6 @@ Returns = tuple[Seen, dict[str, float], dict[str, bool], dict[str, bool], Infos]
 """Observations, rewards, terminations, truncations and infos, by agent."""
 
 
-# -- Actions ------------------------------------------------------------------------
-
-
 def action_size(agent: str) -> int:
     """Size of an action: a robot's x, y [C5]; the fire's floor, x, y [D2]."""
     return 3 if agent == FIRE else 2
@@ -93,9 +90,6 @@ class AgentFire:
         return self.chosen
 
 
-# -- The environment ----------------------------------------------------------------
-
-
 def until_next_decision(simulations: Sequence[Simulation]) -> None:
     """Run each simulation to its next decision or its end, one after the other."""
     for simulation in simulations:
@@ -126,8 +120,6 @@ class Environment:
         pay: Pay = robot_reward,
     ):
         """robots, fire: None for agents, or the strategy that plays this side.
-
-        pay: what robots are paid.
 
         Raises ValueError for more people than fit, and if there is nobody to act.
         """

@@ -25,24 +25,16 @@ yet lit: the middle, one storey below the ground, where nothing else can be."""
 GRID_KINDS = WALLS, FIRES, EXITS = "walls", "fires", "exits"
 """[C3, chosen] kinds of channels, in this order; each has one channel per floor."""
 
-SMALLEST_GRID = 20
-"""[C3, chosen] cells: fewer are too small for the `simple` encoder's convolutions."""
-
-
-# -- What a vector holds ------------------------------------------------------------
+SMALLEST_GRID = 20  # [C3, chosen] cells: fewer are too small for the convolutions
 
 
 class Block(NamedTuple):
-    """Rows of a vector that say the same kind of thing: numbers start .. stop - 1.
+    """Rows of a vector that say the same kind of thing: numbers start .. stop - 1."""
 
-    what       each row says;  unit  of its numbers;  rows  how many
-    low, high  bounds of a row's numbers
-    """
-
-    what: str
-    unit: str
-    rows: int
-    low: tuple[float, ...]
+    what: str  # each row says
+    unit: str  # of its numbers
+    rows: int  # how many
+    low: tuple[float, ...]  # bounds of a row's numbers
     high: tuple[float, ...]
     start: int = 0
 
@@ -117,9 +109,6 @@ def vector_layout(building: Building, scenario: Scenario) -> Layout:
         fires=points("fire source", most),
         fires_per_floor=Block("fire sources on floor", "1", floors, zero, (most,)),
     )
-
-
-# -- From the world to vectors ------------------------------------------------------
 
 
 def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
@@ -213,9 +202,6 @@ def headed(world: World) -> np.ndarray:
     return to_normalised(world.building, metres).clip(-1, 1).astype(np.float32)
 
 
-# -- Normalised coordinates --------------------------------------------------------
-
-
 def to_normalised(building: Building, metres: np.ndarray) -> np.ndarray:
     """Convert metres (..., 2) so that the main body is [-1, 1] x [-1, 1]."""
     middle, half = _middle_and_half(building)
@@ -233,9 +219,6 @@ def _middle_and_half(building: Building) -> tuple[np.ndarray, np.ndarray]:
     """(2,) the middle of the main body, and (2,) half its size."""
     low, high = np.reshape(building.body, (2, 2))
     return (low + high) / 2, (high - low) / 2
-
-
-# -- The grid -----------------------------------------------------------------------
 
 
 def grid_shape(building: Building) -> tuple[int, int, int]:

@@ -17,8 +17,7 @@ from torch import Tensor
 RECORDED = ("vectors", "grids", "alive", "actions", "log_probs")
 """Columns of a `Trajectory` and of `Decisions`."""
 
-Record = dict[str, np.ndarray]
-"""One decision of a side: a row of these columns."""
+Record = dict[str, np.ndarray]  # one decision of a side: a row of these columns
 
 
 @dataclass(kw_only=True)
@@ -27,23 +26,16 @@ class Trajectory:
 
     vectors, grids and alive have T + 1 rows. The last row is observed after the last
     decision; for an agent that is done, it is its last observation. alive[T] marks
-    agents that time cut off with something left to decide: they are bootstrapped.
-
-    vectors    (T + 1, G, V) float32, what each agent observes
-    grids      (T + 1, channels, height, width) uint8, shared by the agents
-    alive      (T + 1, G) bool, which agents decide
-    actions    (T, G, K) float32, as a `ActionDistribution` stores them
-    log_probs  (T, G, K) float32, of the actions when they were sampled; a head may
-               have one for all components
-    rewards    (T, G) of each agent, or (T,) of all alike; health points
+    agents that time cut off with something left to decide: they are bootstrapped. A
+    head may have one log-probability for all components of an action.
     """
 
-    vectors: np.ndarray
-    grids: np.ndarray
-    alive: np.ndarray
-    actions: np.ndarray
-    log_probs: np.ndarray
-    rewards: np.ndarray
+    vectors: np.ndarray  # (T + 1, G, V) float32, what each agent observes
+    grids: np.ndarray  # (T + 1, channels, height, width) uint8, shared by the agents
+    alive: np.ndarray  # (T + 1, G) bool, which agents decide
+    actions: np.ndarray  # (T, G, K) float32, as an `ActionDistribution` stores them
+    log_probs: np.ndarray  # (T, G, K) float32, of the actions when sampled
+    rewards: np.ndarray  # (T, G) of each agent, or (T,) of all alike; health points
 
     def __len__(self) -> int:
         """Group decisions, T."""
@@ -59,8 +51,7 @@ class Trajectory:
 class Decisions:
     """N group decisions of the buffer, and their learning targets, (N, G) each.
 
-    The first five are a trajectory's, without its last row; baselines are 0 without
-    MA-POCA.
+    The first five are a trajectory's, without its last row; PPO's baselines are 0.
     """
 
     vectors: Tensor
@@ -89,9 +80,8 @@ class Decisions:
     def joined(parts: "Sequence[Decisions]") -> "Decisions":
         """Concatenate parts in their order."""
         columns = [part.columns() for part in parts]
-        return Decisions(
-            **{name: torch.cat([c[name] for c in columns]) for name in columns[0]}
-        )
+        joined = {name: torch.cat([c[name] for c in columns]) for name in columns[0]}
+        return Decisions(**joined)
 
 
 def decisions_of(t: Trajectory) -> Decisions:
@@ -124,9 +114,6 @@ def minibatches(
 
     An epoch has as many as there are whole batches of steps; the tail is dropped. A
     batch smaller than the group still holds one group decision.
-
-    [E3, deviation] ML-Agents shuffles single agents' rows; ours keep a group together,
-    since it is encoded once. For a group of one this is the same.
     """
     steps = int(decisions.alive.sum())
     size = max(1, len(decisions) * batch_size // max(1, steps))

@@ -22,22 +22,15 @@ from reference.learning.settings import TrainerSettings
 MOST_DEVIATIONS = 5.0  # [E4] normalised inputs are clipped there
 RELU_GAIN = 1.41  # [E3, torch/encoders.py] of the layer after the convolutions
 MEAN_GAIN, BRANCH_GAIN = 0.2, 0.1  # [E3, torch/distributions.py] hardly a preference
-
 REFUSED = -1e9  # the score of what may not be chosen
 
 
-# -- Inputs -------------------------------------------------------------------------
-
-
 class Normaliser(nn.Module):
-    """Running mean and variance of a vector [E4]; begins with one pseudo-sample.
+    """Running mean and variance of a vector [E4]; begins with one pseudo-sample."""
 
-    count n;  mean (V,);  squares S (V,), the sum of squared deviations
-    """
-
-    count: Tensor
-    mean: Tensor
-    squares: Tensor
+    count: Tensor  # samples
+    mean: Tensor  # (V,)
+    squares: Tensor  # (V,), the sum of squared deviations
 
     def __init__(self, size: int):
         super().__init__()
@@ -149,9 +142,6 @@ class Body(nn.Module):
         return self.layers(self.encoder(vectors, grids))
 
 
-# -- Policies -----------------------------------------------------------------------
-
-
 class ActionDistribution:
     """A distribution over actions: C Gaussians, then D branches, all independent.
 
@@ -202,10 +192,7 @@ class ActionDistribution:
 
 
 class GaussianHead(nn.Module):
-    """The paper's head: unsquashed Gaussians, and discrete branches [C5] [D2].
-
-    A linear layer gives the mean; log sigma is a free vector that begins at 0.
-    """
+    """The paper's head: unsquashed Gaussians, and discrete branches [C5] [D2]."""
 
     def __init__(self, hidden: int, continuous: int, branches: tuple[int, ...] = ()):
         super().__init__()
@@ -217,9 +204,8 @@ class GaussianHead(nn.Module):
 
     def forward(self, x: Tensor, vectors: Tensor) -> ActionDistribution:
         """From the body's (..., H); other heads also read vectors (..., V)."""
-        return ActionDistribution(
-            self.mean(x), self.log_sigma, [b(x) for b in self.branches]
-        )
+        branches = [branch(x) for branch in self.branches]
+        return ActionDistribution(self.mean(x), self.log_sigma, branches)
 
 
 class Actor(nn.Module):

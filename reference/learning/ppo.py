@@ -35,20 +35,13 @@ LEAST_BETA = 1e-5
 ADVANTAGE_EPSILON = 1e-10  # [E3, ppo/trainer.py] added to the standard deviation
 ADAM_EPSILON = 1e-8  # [E3, ppo/optimizer_torch.py]
 
-Summary = dict[str, float]
-"""Means by ML-Agents' summary names."""
-
-
-# -- Formulas -----------------------------------------------------------------------
+Summary = dict[str, float]  # means by ML-Agents' summary names
 
 
 def scheduled(
     start: float, floor: float, step: int, max_steps: int, schedule: str = "linear"
 ) -> float:
-    """A setting at a step: (start − floor)·(1 − min(step, max)/max) + floor.
-
-    `constant` stays at its start [E3, torch/utils.py].
-    """
+    """A setting at a step: linear to its floor, or constant [E3, torch/utils.py]."""
     if schedule == "constant":
         return start
     return (start - floor) * (1 - min(step, max_steps) / max_steps) + floor
@@ -102,9 +95,6 @@ def value_loss(values: Tensor, returns: Tensor) -> Tensor:
     return (values - returns).square().mean()
 
 
-# -- Critic and learner -------------------------------------------------------------
-
-
 class Critic(nn.Module):
     """PPO's critic: the value of an agent's own observation [E2]."""
 
@@ -136,8 +126,6 @@ class Learner:
 
     def _critic(self) -> Any:
         return Critic(self.sizes, self.settings)
-
-    # -- Experience -----------------------------------------------------------------
 
     def add(self, trajectories: Sequence[Trajectory]) -> None:
         """Add whole episodes: normalise, value them, count their steps."""
@@ -204,8 +192,6 @@ class Learner:
         s = self.settings
         A = gae(rewards, values, next_value, s.gamma, s.lambd)
         return A, A + values
-
-    # -- The update -----------------------------------------------------------------
 
     def update(self) -> Summary:
         """Learn from the whole buffer, `num_epoch` times, and empty it."""
@@ -298,6 +284,5 @@ class Learner:
 #   original: at multiples of `summary_freq`);
 # * a training that begins with a policy learned before takes the actor alone, and at
 #   first its new critic learns alone (the original: whatever fits);
-# * rewards are scaled by `reward_scale` before anything is learned from them (the
-#   original's own scale is `strength`, which multiplies it here);
+# * rewards are scaled by `reward_scale`, too (the original: by `strength` alone);
 # * MA-POCA's critic takes continuous actions alone: our robots have no branch (C5).

@@ -35,18 +35,14 @@ Advance = Callable[[Sequence[Simulation]], None]
 
 @dataclass(frozen=True)
 class Job:
-    """Episodes to play by networks or strategies.
+    """Episodes to play by networks or strategies."""
 
-    plan    the text of a floor file
-    record  sides whose decisions are recorded, if a network plays them
-    """
-
-    plan: str
+    plan: str  # the text of a floor file
     scenario: Scenario
     robots: Learned | RobotStrategy
     fire: Learned | FireStrategy
     seeds: tuple[int, ...]
-    record: tuple[Side, ...] = SIDES
+    record: tuple[Side, ...] = SIDES  # whose decisions to record, if a network plays
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,7 @@ from reference.paper import Scenario
 Side = Literal["robots", "fire"]
 SIDES: tuple[Side, ...] = ("robots", "fire")
 
-ATTENTION_HEADS = 4
-"""[E3, torch/attention.py] `hidden_units` is divided among them."""
+ATTENTION_HEADS = 4  # [E3, torch/attention.py] `hidden_units` is divided among them
 
 REWARD_SCALE = 0.001
 """[E4, deviation] an episode is worth thousands of health points; scaled returns are of
@@ -29,12 +28,9 @@ ABOVE_0 = math.ulp(0.0)  # the smallest number above 0
 
 
 class Row(NamedTuple):
-    """Allowed values of a setting: one of the choices, or a number from low to high.
+    """Allowed values of a setting: one of the choices, or a number from low to high."""
 
-    section  in ML-Agents' files; () the behaviour itself, None: a setting of our own
-    """
-
-    section: tuple[str, ...] | None = ()
+    section: tuple[str, ...] | None = ()  # in ML-Agents' files; (): top; None: ours
     choices: tuple[str, ...] = ()
     low: float = 1
     high: float = math.inf
@@ -47,10 +43,7 @@ Schedule = Annotated[str, Row(HYPER, ("linear", "constant"))]  # to a floor at m
 
 @dataclass(frozen=True)
 class TrainerSettings:
-    """One side's table; a step is one agent's decision.
-
-    reward_scale  ours: factor on rewards before anything is learned from them
-    """
+    """One side's table, and a scale of ours; a step is one agent's decision."""
 
     trainer_type: Annotated[str, Row((), ("poca", "ppo"))]  # a group, or each alone
     batch_size: Annotated[int, Row(HYPER)]  # steps of a minibatch ...
