@@ -146,6 +146,8 @@ class Building:
         """Travel between processes as text."""
         return building_of, (plan_of(self),)
 
+    # -- Cells and metres -----------------------------------------------------------
+
     def random_point(self, cells: np.ndarray, rng: Rng) -> tuple[float, float]:
         """Draw one of these cells, (rows, cols) bool; return its middle."""
         return self.metres(*rng.choice(np.argwhere(cells)).tolist())
@@ -166,6 +168,8 @@ class Building:
         for thing in things:
             index[thing.floor, *thing.cells.T] = thing.index
         return index
+
+    # -- Rooms, stairwells, landmarks -----------------------------------------------
 
     def _find_areas(self) -> tuple[Area, ...]:
         """Find rooms, then stairwells of each floor, in reading order."""
@@ -257,6 +261,8 @@ class Building:
     def rooms(self, floor: int) -> list[Area]:
         """The rooms of a floor, corridors included, stairwells not."""
         return [a for a in self.areas if a.floor == floor and a.kind == "room"]
+
+    # -- The graph ------------------------------------------------------------------
 
     @cached_property
     def ways(self) -> nx.MultiDiGraph:

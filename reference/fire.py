@@ -78,6 +78,9 @@ def decision_at(world: World, p: int) -> Decision:
     return int(p) // nav.floor_size, x, y
 
 
+# -- Flames -------------------------------------------------------------------------
+
+
 class Spread:
     """How flames spread and burn out in one run: first passage [D7, chosen].
 
@@ -156,6 +159,9 @@ def cells_beside(building: Building, cells: np.ndarray) -> np.ndarray:
     for step in ((0, 1), (1, 0), (0, -1), (-1, 0)):
         beside |= shifted(cells, *step)
     return beside & building.walkable
+
+
+# -- Who decides --------------------------------------------------------------------
 
 
 class FireStrategy(Protocol):

@@ -311,6 +311,9 @@ def arrive(me: Mind, landmark: int, beyond: int) -> None:
     me.trail.clear()  # nobody goes back by this entrance: nobody walks up
 
 
+# -- Minds and bodies ---------------------------------------------------------------
+
+
 def decide(world: World, who: np.ndarray, views: list[View]) -> None:
     """Let these people think; then copy their goals to their bodies."""
     bodies, minds = world.bodies, [world.minds[i] for i in who.tolist()]

@@ -157,6 +157,8 @@ class Navigation:
         shape = (self.floor_size, self.floor_size)
         return csr_matrix((np.hypot(down, right), ends), shape=shape)
 
+    # -- Places and points ----------------------------------------------------------
+
     def place(self, floor: int, x: float, y: float) -> int:
         """The place around a point inside the drawing."""
         row, col = self.building.cell(x, y)
@@ -192,6 +194,8 @@ class Navigation:
         through, _ = cells_crossed(d_row, d_col)
         places = [p + row * self.cols + col for row, col in through]
         return places if p == q else [*places, q]
+
+    # -- Ways -----------------------------------------------------------------------
 
     def distance_to(self, *landmarks: int) -> np.ndarray:
         """(places,) metres to the nearest of some landmarks; inf on other floors."""

@@ -149,6 +149,8 @@ class InputError(ValueError):
 
 MOST = 10_000  # [B8, chosen] people, robots of a floor, sources: more would not fit
 
+# -- One experiment -----------------------------------------------------------------
+
 
 @dataclass(frozen=True)
 class Scenario:

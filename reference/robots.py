@@ -128,6 +128,9 @@ def flame_cost(world: World, floor: int) -> np.ndarray | None:
     return world.flames.cost if world.flames.burning[floor].any() else None
 
 
+# -- Who decides --------------------------------------------------------------------
+
+
 class RobotStrategy(Protocol):
     """Decides where the robots go next [C7]."""
 

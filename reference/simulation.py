@@ -102,6 +102,8 @@ class Simulation:
         self.turn = np.arange(len(self.world.bodies)) % paper.RECONSIDER_TICKS
         self.due = np.ones(len(self.world.bodies), dtype=bool)
 
+    # -- The tick -------------------------------------------------------------------
+
     @property
     def done(self) -> bool:
         """Nobody is inside any more, or time is up."""

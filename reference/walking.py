@@ -101,6 +101,9 @@ def _notice_stuck(world: World, who: np.ndarray, target: np.ndarray) -> None:
     bodies.reckless_until[halted] = time + paper.RECKLESS_SECONDS
 
 
+# -- Stairs -------------------------------------------------------------------------
+
+
 def enter_stairs(world: World, i: int, entrance: int) -> None:
     """Move a human who has touched an entrance onto its stairs, which lead down."""
     building, bodies = world.building, world.bodies

@@ -195,6 +195,9 @@ def _counted(fate: bytes, floor: bytes, floors: int) -> tuple[int, ...]:
     return tuple(np.bincount(on, minlength=floors).tolist())
 
 
+# -- Events -------------------------------------------------------------------------
+
+
 @dataclass(frozen=True)
 class Event:
     """Something that happened at a time, seconds."""

@@ -80,6 +80,9 @@ def ways_lost(building: Building, arrival: np.ndarray) -> np.ndarray:
     return 1 - np.divide(d0, d, out=np.ones_like(d), where=known)
 
 
+# -- Measuring a run ----------------------------------------------------------------
+
+
 def people_in(world: World) -> np.ndarray:
     """Count people in each room and on each storey of the stairs, (areas,).
 
@@ -101,6 +104,9 @@ def arrival_of(simulation: Simulation) -> np.ndarray:
     while len(world.flames.sources) < sources and world.time < HEALTH_SECONDS:
         after.step()
     return world.flames.arrival
+
+
+# -- The graph, each edge cut in two at its landmark --------------------------------
 
 
 @lru_cache(maxsize=8)
@@ -157,6 +163,9 @@ def _passed(building: Building) -> np.ndarray:
             metres[area, inside] += d0[node] - d0[further]
             node = further
     return metres / metres.sum(axis=1, keepdims=True)
+
+
+# -- What flames do to it -----------------------------------------------------------
 
 
 def _free(building: Building, arrival: np.ndarray) -> np.ndarray:

@@ -38,6 +38,9 @@ Returns = tuple[Seen, dict[str, float], dict[str, bool], dict[str, bool], Infos]
 """Observations, rewards, terminations, truncations and infos, by agent."""
 
 
+# -- Actions ------------------------------------------------------------------------
+
+
 def action_size(agent: str) -> int:
     """Size of an action: a robot's x, y [C5]; the fire's floor, x, y [D2]."""
     return 3 if agent == FIRE else 2
@@ -88,6 +91,9 @@ class AgentFire:
     def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
         """The place chosen last."""
         return self.chosen
+
+
+# -- The environment ----------------------------------------------------------------
 
 
 def until_next_decision(simulations: Sequence[Simulation]) -> None:

@@ -28,6 +28,9 @@ GRID_KINDS = WALLS, FIRES, EXITS = "walls", "fires", "exits"
 SMALLEST_GRID = 20  # [C3, chosen] cells: fewer are too small for the convolutions
 
 
+# -- What a vector holds ------------------------------------------------------------
+
+
 class Block(NamedTuple):
     """Rows of a vector that say the same kind of thing: numbers start .. stop - 1."""
 
@@ -109,6 +112,9 @@ def vector_layout(building: Building, scenario: Scenario) -> Layout:
         fires=points("fire source", most),
         fires_per_floor=Block("fire sources on floor", "1", floors, zero, (most,)),
     )
+
+
+# -- From the world to vectors ------------------------------------------------------
 
 
 def robot_vectors(world: World, scenario: Scenario) -> np.ndarray:
@@ -202,6 +208,9 @@ def headed(world: World) -> np.ndarray:
     return to_normalised(world.building, metres).clip(-1, 1).astype(np.float32)
 
 
+# -- Normalised coordinates --------------------------------------------------------
+
+
 def to_normalised(building: Building, metres: np.ndarray) -> np.ndarray:
     """Convert metres (..., 2) so that the main body is [-1, 1] x [-1, 1]."""
     middle, half = _middle_and_half(building)
@@ -219,6 +228,9 @@ def _middle_and_half(building: Building) -> tuple[np.ndarray, np.ndarray]:
     """(2,) the middle of the main body, and (2,) half its size."""
     low, high = np.reshape(building.body, (2, 2))
     return (low + high) / 2, (high - low) / 2
+
+
+# -- The grid -----------------------------------------------------------------------
 
 
 def grid_shape(building: Building) -> tuple[int, int, int]:

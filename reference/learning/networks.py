@@ -25,6 +25,9 @@ MEAN_GAIN, BRANCH_GAIN = 0.2, 0.1  # [E3, torch/distributions.py] hardly a prefe
 REFUSED = -1e9  # the score of what may not be chosen
 
 
+# -- Inputs -------------------------------------------------------------------------
+
+
 class Normaliser(nn.Module):
     """Running mean and variance of a vector [E4]; begins with one pseudo-sample."""
 
@@ -140,6 +143,9 @@ class Body(nn.Module):
     def forward(self, vectors: Tensor, grids: Tensor) -> Tensor:
         """(B, [G,] V) and (B, channels, height, width) -> (B, [G,] H)."""
         return self.layers(self.encoder(vectors, grids))
+
+
+# -- Policies -----------------------------------------------------------------------
 
 
 class ActionDistribution:

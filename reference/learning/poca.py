@@ -34,6 +34,8 @@ from reference.learning.settings import ATTENTION_HEADS, TrainerSettings
 NORM_EPSILON = 1e-5  # [E3, torch/layers.py] under the root of a layer norm
 POOLING_EPSILON = 1e-7  # [E3, torch/attention.py] added to the number of live agents
 
+# -- Formulas -----------------------------------------------------------------------
+
 
 def lambda_returns(
     rewards: Tensor, values: Tensor, next_value: Tensor, gamma: float, lambd: float
@@ -63,6 +65,9 @@ def baseline_loss(
     clipped = old_baselines + (baselines - old_baselines).clamp(-epsilon, epsilon)
     losses = (baselines - returns).square(), (clipped - returns).square()
     return torch.maximum(*losses).mean()
+
+
+# -- The learner --------------------------------------------------------------------
 
 
 class Learner(ppo.Learner):
@@ -117,6 +122,9 @@ class Learner(ppo.Learner):
         baseline = float(buffer.baselines[buffer.alive].mean())
         estimates = super()._estimates(buffer)
         return estimates | {"Policy/Extrinsic Baseline Estimate": baseline}
+
+
+# -- The critic ---------------------------------------------------------------------
 
 
 class GroupCritic(nn.Module):

@@ -38,6 +38,9 @@ ADAM_EPSILON = 1e-8  # [E3, ppo/optimizer_torch.py]
 Summary = dict[str, float]  # means by ML-Agents' summary names
 
 
+# -- Formulas -----------------------------------------------------------------------
+
+
 def scheduled(
     start: float, floor: float, step: int, max_steps: int, schedule: str = "linear"
 ) -> float:
@@ -95,6 +98,9 @@ def value_loss(values: Tensor, returns: Tensor) -> Tensor:
     return (values - returns).square().mean()
 
 
+# -- Critic and learner -------------------------------------------------------------
+
+
 class Critic(nn.Module):
     """PPO's critic: the value of an agent's own observation [E2]."""
 
@@ -126,6 +132,8 @@ class Learner:
 
     def _critic(self) -> Any:
         return Critic(self.sizes, self.settings)
+
+    # -- Experience -----------------------------------------------------------------
 
     def add(self, trajectories: Sequence[Trajectory]) -> None:
         """Add whole episodes: normalise, value them, count their steps."""
@@ -192,6 +200,8 @@ class Learner:
         s = self.settings
         A = gae(rewards, values, next_value, s.gamma, s.lambd)
         return A, A + values
+
+    # -- The update -----------------------------------------------------------------
 
     def update(self) -> Summary:
         """Learn from the whole buffer, `num_epoch` times, and empty it."""
