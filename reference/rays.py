@@ -5,7 +5,8 @@ a table look-up.  A ray returns the first thing it meets.  Doors, entrances and 
 stop it too, though they have no volume [A5, deviation: one room at a time is seen]; so
 only people standing in a door see through it.  A destroyed door is a hole: rays pass it
 [A6, chosen].  Entrances have no leaf, so bodies are seen through them: a robot that
-Eq. 1 sends into a stairwell still leads [A3, C6, chosen].
+Eq. 1 sends into a stairwell still leads [A3, C6, chosen].  Neither people nor flames
+stop a ray [B1, chosen].
 
     p, q   places (see navigation)
     k      number of a ray, counted counter-clockwise from east
