@@ -220,6 +220,8 @@ def test_scripted_fires_stand_in_in_turn():
     assert fires[1::2] == [BusiestFire, NoFire]
     with pytest.raises(SettingsError, match=r"stand_ins: 'bussy' .* mean 'busiest'"):
         tiny(stand_ins=("bussy",))
+    with pytest.raises(SettingsError, match="stand_ins: name at least one"):
+        tiny(stand_ins=())
 
 
 def same_weights(player, weights):

@@ -72,7 +72,9 @@ class Settings:
         if odd or self.fire.head == "frame":
             row = odd[0] if odd else "frame"
             raise SettingsError(f"fire: {row} is about robots only")
-        for name in {*self.stand_ins} - {*FIRES} or {"none"} - {*FIRES}:
+        if not self.stand_ins:
+            raise SettingsError("stand_ins: name at least one fire")
+        for name in {*self.stand_ins} - {*FIRES}:
             raise SettingsError(f"stand_ins: {unknown(name, FIRES)}")
         if not self.scenario.training:
             raise SettingsError("scenario: training must be true [D6]")
