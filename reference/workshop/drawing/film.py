@@ -13,11 +13,9 @@ from pathlib import Path
 from shutil import which
 from subprocess import DEVNULL, PIPE, Popen
 from tempfile import TemporaryFile
-from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.text import Text
 from PIL import GifImagePlugin, Image
 from tqdm import tqdm
 
@@ -98,23 +96,15 @@ def _frames(
 
 def painter(scene: Scene) -> Callable[[], np.ndarray]:
     """Make a function that paints pixels of the scene, valid until its next call."""
-    canvas, written = FigureCanvasAgg(scene.figure), dict[Text, tuple[str, Any]]()
-    for artist in (*scene.moving, *scene.texts):
+    canvas = FigureCanvasAgg(scene.figure)
+    for artist in scene.moving:
         artist.set_animated(True)
     canvas.draw()
     page = canvas.copy_from_bbox(scene.figure.bbox)
 
     def pixels() -> np.ndarray:
-        """Paint on the page what moves, and texts where they changed."""
+        """Paint on the page what moves."""
         canvas.restore_region(page)
-        for text in scene.texts:
-            words, seen = written.get(text, ("", None))
-            if words == text.get_text():
-                canvas.restore_region(seen)
-            else:
-                scene.figure.draw_artist(text)
-                box = text.get_window_extent().padded(2)
-                written[text] = text.get_text(), canvas.copy_from_bbox(box)
         for artist in scene.moving:
             scene.figure.draw_artist(artist)
         return np.asarray(canvas.buffer_rgba())
@@ -140,19 +130,16 @@ def patches(
         palette = palette or _palette(page.convert("RGB"))
         now = pixels.view(np.uint32)[..., 0].copy()
         changed = np.ones(now.shape, bool) if before is None else now != before
-        down, across = (_span(np.flatnonzero(changed.any(axis=k))) for k in (1, 0))
-        box = page.crop((across.start, down.start, across.stop, down.stop))
-        part = box.convert("RGB").quantize(palette=palette, dither=Image.Dither.NONE)
-        patch = np.where(changed[down, across], np.asarray(part), np.uint8(CLEAR))
+        box = Image.fromarray(changed).getbbox() or (0, 0, 1, 1)
+        left, top, right, bottom = box
+        part = page.crop(box).convert("RGB")
+        part = part.quantize(palette=palette, dither=Image.Dither.NONE)
+        patch = np.array(part)
+        patch[~changed[top:bottom, left:right]] = CLEAR
         image = Image.fromarray(patch)
         image.putpalette(palette.getpalette() or [])
-        yield image, (across.start, down.start), seconds
+        yield image, (left, top), seconds
         before = now
-
-
-def _span(changed: np.ndarray) -> slice:
-    """Slice from the first changed row or column to the last; one if none has."""
-    return slice(int(changed[0]), int(changed[-1]) + 1) if len(changed) else slice(0, 1)
 
 
 def _palette(page: Image.Image) -> Image.Image:
