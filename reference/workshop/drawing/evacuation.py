@@ -95,6 +95,7 @@ class Scene:
 
     sides   what moves in each evacuation
     moving  the artists that `show` changes, in the order of painting
+    texts   those that it writes
     """
 
     def __init__(
@@ -130,6 +131,7 @@ class Scene:
         pairs = zip(panels, curves, strict=True)
         self.sides = [Side(*pair, building, moves) for pair in pairs]
         self.moving = [artist for side in self.sides for artist in side.moving]
+        self.texts = [text for side in self.sides for text in side.texts]
 
     def show(self, world: World, history: Sequence[Tally], side: int = 0) -> None:
         """Move everything of one evacuation to where it is in a world."""
@@ -157,8 +159,8 @@ class Side:
         self.lines = {k: curve.plot([], [], **look)[0] for k, look in CURVES.items()}
         self.texts = [_note(axes, "", x, 20, 12) for x in (0, 80)]
         there: list[Artist] = [*self.marks.values(), *self.people.values()]
-        there.sort(key=Artist.get_zorder)
-        self.moving = [*self.texts, *there, *self.lines.values()]
+        self.moving = sorted(there, key=Artist.get_zorder)
+        self.moving += self.lines.values()
 
     def show(self, world: World, history: Sequence[Tally]) -> None:
         """Move everything to where it is in a world."""

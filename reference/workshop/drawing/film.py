@@ -13,9 +13,11 @@ from pathlib import Path
 from shutil import which
 from subprocess import DEVNULL, PIPE, Popen
 from tempfile import TemporaryFile
+from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.text import Text
 from PIL import GifImagePlugin, Image
 from tqdm import tqdm
 
@@ -96,15 +98,23 @@ def _frames(
 
 def painter(scene: Scene) -> Callable[[], np.ndarray]:
     """Make a function that paints pixels of the scene, valid until its next call."""
-    canvas = FigureCanvasAgg(scene.figure)
-    for artist in scene.moving:
+    canvas, written = FigureCanvasAgg(scene.figure), dict[Text, tuple[str, Any]]()
+    for artist in (*scene.moving, *scene.texts):
         artist.set_animated(True)
     canvas.draw()
     page = canvas.copy_from_bbox(scene.figure.bbox)
 
     def pixels() -> np.ndarray:
-        """Paint on the page what moves."""
+        """Paint on the page what moves, and texts where they changed."""
         canvas.restore_region(page)
+        for text in scene.texts:
+            words, seen = written.get(text, ("", None))
+            if words == text.get_text():
+                canvas.restore_region(seen)
+            else:
+                scene.figure.draw_artist(text)
+                box = text.get_window_extent().padded(2)
+                written[text] = text.get_text(), canvas.copy_from_bbox(box)
         for artist in scene.moving:
             scene.figure.draw_artist(artist)
         return np.asarray(canvas.buffer_rgba())
