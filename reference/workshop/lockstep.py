@@ -59,9 +59,8 @@ class Lockstep:
         }
         minds = [mind for world in worlds for mind in world.minds]
         robots = [robot for world in worlds for robot in world.robots]
-        self.world = replace(
-            worlds[0], bodies=Bodies(**arrays), minds=minds, robots=robots
-        )
+        bodies = Bodies(**arrays)
+        self.world = replace(worlds[0], bodies=bodies, minds=minds, robots=robots)
         self.due = np.concatenate([run.due for run in runs])
         self.full_until = np.stack([run.full_until for run in runs])
         self._turn = np.tile(runs[0].turn, len(runs))

@@ -191,10 +191,9 @@ def _cited(path: Path) -> Iterator[Citation]:
         around = [s for s in symbols(path) if s.first <= number <= s.last]
         for text in re.findall(r"\[([A-F]\d{1,2}\b[^\[\]]*)\]", line):
             keys = [*re.findall(r"\b[A-F]\d{1,2}\b", text), *named_in(text)]
-            kinds = [kind for kind in KINDS if kind in re.split("[,;:] *", text)]
-            yield Citation(
-                tuple(dict.fromkeys(keys)), tuple(kinds), around[-1], number, line
-            )
+            once = tuple(dict.fromkeys(keys))
+            kinds = tuple(k for k in KINDS if k in re.split("[,;:] *", text))
+            yield Citation(once, kinds, around[-1], number, line)
         heads = " ".join(symbol.doc.split("\n")[0] for symbol in around)
         algorithm = re.search(r"Alg\. \d(?=\])", heads)
         numbers = re.search(r"  # ([\d, ]+)(?:\D|$)", line)

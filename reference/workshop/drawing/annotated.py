@@ -50,12 +50,10 @@ def inline(figure: Figure) -> str:
     return f"data:image/png;base64,{b64encode(small.getvalue()).decode()}"
 
 
-TILES = {"#": "wall", "E": "exit", ",": "ash", ":": "hole"} | dict.fromkeys(
-    "ABCD", "stairs"
-)
-DISCS = {"R": "robot", "!": "goal", "?": "goal"} | dict.fromkeys(
-    "pqrstuvwxyz", "person"
-)
+TILES = {"#": "wall", "E": "exit", ",": "ash", ":": "hole"}
+TILES |= dict.fromkeys("ABCD", "stairs")
+DISCS = {"R": "robot", "!": "goal", "?": "goal"}
+DISCS |= dict.fromkeys("pqrstuvwxyz", "person")
 
 
 def board(rows: list[str]) -> str:
@@ -65,10 +63,9 @@ def board(rows: list[str]) -> str:
         for x, sign in enumerate(row):
             kind = TILES.get(sign, "floor")
             if sign == "+":
-                near = [
-                    line[max(x - 1, 0) : x + 2] for line in rows[max(y - 1, 0) : y + 2]
-                ]
-                kind = "entrance" if set("ABCD") & set("".join(near)) else "door"
+                around = rows[max(y - 1, 0) : y + 2]
+                near = "".join(line[max(x - 1, 0) : x + 2] for line in around)
+                kind = "entrance" if set("ABCD") & set(near) else "door"
             if sign != " ":
                 tiles[kind] = tiles.get(kind, "") + f"M{x} {y}h1v1h-1z"
             if sign in DISCS:

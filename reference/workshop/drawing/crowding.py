@@ -40,8 +40,7 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
         axes.scatter(x, y, np.clip(sizes, 4, None), color=INK, marker="x", zorder=3)
     label = f"highest people per m², in {SQUARE} m x {SQUARE} m"
     figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)
-    died = page.samples(
-        {"died here (larger: more people)": {"ls": "", "marker": "x", "color": INK}}
-    )
+    cross: Style = {"ls": "", "marker": "x", "color": INK}
+    died = page.samples({"died here (larger: more people)": cross})
     page.legend(figure, [*page.swatches(building.kind), *died])
     return figure

@@ -50,10 +50,8 @@ def read(path: str | Path) -> Run:
             f"{file}: there is no such table. Name the folder of a training, or the "
             f"{summaries.SUMMARIES} in it."
         )
-    rows = read_table(file, names := summaries.COLUMNS, _numbers)
-    return Run(
-        path.name, {name: np.array([row[name] for row in rows]) for name in names}
-    )
+    rows, names = read_table(file, summaries.COLUMNS, _numbers), summaries.COLUMNS
+    return Run(path.name, {k: np.array([row[k] for row in rows]) for k in names})
 
 
 def _numbers(row: dict[str, str]) -> dict[str, Any]:
@@ -69,29 +67,27 @@ LOOKS: dict[str, Style] = {
     "people": {"color": COLOURS[Kind.EXIT], "ls": "-"},
 }
 SURVIVORS = "share of people who survive"
+
+
+def _of_both(column: str) -> tuple[tuple[str, str, str], ...]:
+    """Lines of a panel: what a column says of each side."""
+    return ("robots", "robots", column), ("fire", "fire", column)
+
+
 PANELS = {
     "reward of an episode, health points": (
         ("robots", "", summaries.GROUP_REWARD),
         ("fire", "fire", summaries.OWN_REWARD),
     ),
     SURVIVORS: (("people", "", summaries.SURVIVAL),),
-    "entropy of the policies, nats": (
-        ("robots", "robots", "Policy/Entropy"),
-        ("fire", "fire", "Policy/Entropy"),
-    ),
+    "entropy of the policies, nats": _of_both("Policy/Entropy"),
     "losses of the critics, (scaled return)²": (
         ("robots", "robots", "Losses/Value Loss"),
         ("robots' baseline", "robots", "Losses/Baseline Loss"),
         ("fire", "fire", "Losses/Value Loss"),
     ),
-    "variance of returns that the critics explain": (
-        ("robots", "robots", summaries.EXPLAINED),
-        ("fire", "fire", summaries.EXPLAINED),
-    ),
-    "signal / noise of the policies' gradients": (
-        ("robots", "robots", summaries.SIGNAL),
-        ("fire", "fire", summaries.SIGNAL),
-    ),
+    "variance of returns that the critics explain": _of_both(summaries.EXPLAINED),
+    "signal / noise of the policies' gradients": _of_both(summaries.SIGNAL),
 }
 """Lines of each panel: a label, whose rows ("" for both sides') and which column."""
 

@@ -140,19 +140,16 @@ def patches(
         palette = palette or _palette(page.convert("RGB"))
         now = pixels.view(np.uint32)[..., 0].copy()
         changed = np.ones(now.shape, bool) if before is None else now != before
-        down, across = (_span(np.flatnonzero(changed.any(axis=k))) for k in (1, 0))
-        box = page.crop((across.start, down.start, across.stop, down.stop))
-        part = box.convert("RGB").quantize(palette=palette, dither=Image.Dither.NONE)
-        patch = np.where(changed[down, across], np.asarray(part), np.uint8(CLEAR))
+        box = Image.fromarray(changed).getbbox() or (0, 0, 1, 1)
+        left, top, right, bottom = box
+        part = page.crop(box).convert("RGB")
+        part = part.quantize(palette=palette, dither=Image.Dither.NONE)
+        patch = np.array(part)
+        patch[~changed[top:bottom, left:right]] = CLEAR
         image = Image.fromarray(patch)
         image.putpalette(palette.getpalette() or [])
-        yield image, (across.start, down.start), seconds
+        yield image, (left, top), seconds
         before = now
-
-
-def _span(changed: np.ndarray) -> slice:
-    """Slice from the first changed row or column to the last; one if none has."""
-    return slice(int(changed[0]), int(changed[-1]) + 1) if len(changed) else slice(0, 1)
 
 
 def _palette(page: Image.Image) -> Image.Image:

@@ -20,13 +20,10 @@ _BOX: Style = {"boxstyle": "round,pad=0.3", "fc": "white", "ec": page.TEXT, "lw"
 _SMALL_TEXT, _SMALLEST_TEXT = 6.0, 4.0
 _LETTER = 0.62  # width of a letter, in heights
 
+_SIGNS = (Kind.DOOR, "s", 4), (Kind.ENTRANCE, "s", 4), (Kind.EXIT, "*", 11)
 WAYS: dict[Kind, Style] = {
     kind: {"color": COLOURS[kind], "lw": 1.8, "marker": marker, "ms": size}
-    for kind, marker, size in (
-        (Kind.DOOR, "s", 4),
-        (Kind.ENTRANCE, "s", 4),
-        (Kind.EXIT, "*", 11),
-    )
+    for kind, marker, size in _SIGNS
 }
 """Edges of the graph: a mark at the door, lines to the rooms on its sides."""
 
@@ -122,11 +119,7 @@ def write_name(
     size, upright = lettering(area, points_per_metre(axes), largest)
     if size:
         x, y = np.add(node_of(building, area), 0 if move is None else move)
-        place: Style = {
-            "rotation": 90 if upright else 0,
-            "ha": "center",
-            "va": "center",
-        }
+        place: Style = {"ha": "center", "va": "center", "rotation": 90 * upright}
         axes.text(x, y, area.name, fontsize=size, **place, **look)
 
 

@@ -10,7 +10,6 @@ given; they show nothing else of the world.
 from collections.abc import Iterable
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
@@ -90,20 +89,16 @@ def _page(
             axes.imshow(cells[channel], ListedColormap(["white", ink]), vmax=1)
             axes.set_title(f"{channel}: {GRID_KINDS[kind]}, floor {floor + 1}")
             axes.spines[:].set_visible(True)
-    _write(table(vector, layout.blocks.values()), figure.add_subplot(spec[-1, :]))
-    marks = page.samples({name: _LOOKS[name] for name in points})
-    page.legend(figure, [*marks, *page.swatches([], **_INKS)])
-    return figure
-
-
-def _write(rows: list[tuple[str, str, str]], axes: Axes) -> None:
-    """Write a table in place of a panel."""
-    axes.set_axis_off()
-    look: Style = {"edges": "open", "cellLoc": "left", "loc": "upper center"}
-    words = axes.table(rows, **look)
+    below = figure.add_subplot(spec[-1, :])
+    below.set_axis_off()
+    look = {"edges": "open", "cellLoc": "left", "loc": "upper center"}
+    words = below.table(table(vector, layout.blocks.values()), **look)
     words.auto_set_font_size(False)
     words.set_fontsize(8)
     words.auto_set_column_width(range(3))
+    marks = page.samples({name: _LOOKS[name] for name in points})
+    page.legend(figure, [*marks, *page.swatches([], **_INKS)])
+    return figure
 
 
 def table(vector: np.ndarray, blocks: Iterable[Block]) -> list[tuple[str, str, str]]:

@@ -47,8 +47,7 @@ class Mistake:
         line = _CONTROL.sub("?", self.written[start : start + LONGEST])
         caret = re.sub(r"[^\t]", " ", line[: self.column - 1 - start]) + "^"
         shown = "\n".join(f"    {text}".rstrip() for text in (line, caret))
-        place = f"{self.line}:{self.column}"
-        return f"{place}: {self.what}\n{shown}\n    hint: {self.hint}"
+        return f"{self.line}:{self.column}: {self.what}\n{shown}\n    hint: {self.hint}"
 
 
 class MistakesError(FloorPlanError):

@@ -38,7 +38,8 @@ def stages(drawing: Drawing, page: Page) -> Iterator[Iterable[Mistake]]:
     yield chain.from_iterable(_outer_wall(building, floor) for floor in page.floors)
     checks = [_gates, _stairwells, _rooms]
     wrong = (check(building, floor) for floor in page.floors for check in checks)
-    yield chain(_some_exit(building, page), *wrong)
+    missing = [] if building.exits else [page.floors[0].heading.mistake("no-exit")]
+    yield chain(missing, *wrong)
     yield _shafts(building, page)
     yield _ways_out(building, page)
 
@@ -147,11 +148,6 @@ def _rooms(building: Building, floor: Floor) -> Iterator[Mistake]:
 # -- Between floors -----------------------------------------------------------------
 
 
-def _some_exit(building: Building, page: Page) -> Iterator[Mistake]:
-    if not building.exits:
-        yield page.floors[0].heading.mistake("no-exit")
-
-
 def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
     """Stairwells on one floor only, with a floor left out, or not above themselves."""
     for well in building.stairwells:
@@ -160,19 +156,12 @@ def _shafts(building: Building, page: Page) -> Iterator[Mistake]:
             floor = page.floor_of(well.lowest)
             yield floor.mistake("stairwell-alone", well.cells[0], letter=well.letter)
         for lower, upper in pairwise(cells):
+            floor, cell = page.floor_of(upper), cells[upper][0]
+            facts = {"letter": well.letter, "lower": lower + 1, "upper": upper + 1}
             if upper > lower + 1:
-                kind = "stairwell-skips"
+                yield floor.mistake("stairwell-skips", cell, **facts)
             elif not np.array_equal(cells[lower], cells[upper]):
-                kind = "stairwell-moves"
-            else:
-                continue
-            yield page.floor_of(upper).mistake(
-                kind,
-                cells[upper][0],
-                letter=well.letter,
-                lower=lower + 1,
-                upper=upper + 1,
-            )
+                yield floor.mistake("stairwell-moves", cell, **facts)
 
 
 def _ways_out(building: Building, page: Page) -> Iterator[Mistake]:

@@ -255,10 +255,7 @@ def _settings(page: Page) -> Iterator[Mistake]:
         for line in lines:
             if line is not lines[0] or line.number > top:
                 yield line.mistake("setting-again", key=key)
-            elif (
-                key == "size"
-                and not 1 <= min(page.size) <= max(page.size) <= MOST_CELLS
-            ):
+            elif key == "size" and not all(0 < n <= MOST_CELLS for n in page.size):
                 yield line.mistake("size-limit", most=MOST_CELLS)
 
 

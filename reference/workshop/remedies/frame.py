@@ -40,11 +40,7 @@ class View:
     """
 
     def __init__(
-        self,
-        codec: PolicyCodec,
-        vectors: np.ndarray,
-        headed: np.ndarray,
-        masks: bool = False,
+        self, codec: PolicyCodec, vectors: np.ndarray, headed: np.ndarray, masks: bool
     ):
         """vectors (B, V) and headed (B, 2): observed, as `PolicyCodec.read` takes them.
 

@@ -35,9 +35,8 @@ class FrameHead(nn.Module):
 
     def forward(self, x: Tensor, vectors: Tensor) -> ActionDistribution:
         """Distribution from the body's (..., H)."""
-        return ActionDistribution(
-            self.mean(x), self.log_sigma(x).clamp(*map(log, SIGMAS)), []
-        )
+        log_sigma = self.log_sigma(x).clamp(*map(log, SIGMAS))
+        return ActionDistribution(self.mean(x), log_sigma, [])
 
 
 class Mixture(ActionDistribution):

@@ -163,9 +163,8 @@ class MixtureOfFire(PolicyCodec):
 
         K, C = self.anchors.shape
         head = partial(MixtureHead, (K, C), self.settings.spread, 0.0)
-        return Sizes(
-            self.layout.size + (C + 1) * K, grid_shape(self.building), C, (), head
-        )
+        shape = self.layout.size + (C + 1) * K, grid_shape(self.building)
+        return Sizes(*shape, C, head=head)
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(N, V) float32: anchors, which may be chosen, and what the paper's reads."""
@@ -174,9 +173,7 @@ class MixtureOfFire(PolicyCodec):
         near = np.hypot(off[..., 0], off[..., 1]) < LIT
         lit = (near & (sources[..., 2] == self.anchors[:, None, 0])).any(axis=-1)
         allowed = ~lit | lit.all(axis=-1, keepdims=True)
-        anchors = np.broadcast_to(
-            self.anchors.ravel(), (len(vectors), self.anchors.size)
-        )
+        anchors = np.tile(self.anchors.ravel(), (len(vectors), 1))
         parts = [anchors, allowed, super().read(vectors, headed)]
         return np.concatenate(parts, axis=1, dtype=np.float32)
 

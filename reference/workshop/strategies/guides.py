@@ -79,9 +79,8 @@ class Sweep:
         self, world: World, robot: Robot, led: int, lost: np.ndarray
     ) -> Destination | None:
         """Choose for one robot; take the group it chooses out of `lost`."""
-        d = navigation_of(world.building).distances(
-            [robot.place], flame_cost(world, robot.floor)
-        )
+        nav, cost = navigation_of(world.building), flame_cost(world, robot.floor)
+        d = nav.distances([robot.place], cost)
         way, on, here = self._way_out(world, robot, d, led)
         best, most = None, led / (TRIP + here)
         for people, place, to, metres in fetches(world, robot, d, lost, led):
@@ -230,9 +229,8 @@ def as_observed(world: World) -> World:
     )
     guide = guides(nav, place, active > 0, bodies.place, bodies.walking)
     leader = np.append(body, NOBODY)[guide]
-    halfway = np.where(
-        np.isfinite(bodies.stairs_until), world.time + STAIRS_SECONDS / 2, inf
-    )
+    on_stairs = np.isfinite(bodies.stairs_until)
+    halfway = np.where(on_stairs, world.time + STAIRS_SECONDS / 2, inf)
     landmark = np.full_like(bodies.landmark, NOWHERE)
     known = {"leader": leader, "landmark": landmark, "stairs_until": halfway}
     return replace(world, bodies=replace(bodies, **known))

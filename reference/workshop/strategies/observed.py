@@ -135,8 +135,7 @@ def rims(building: Building, floor: int) -> list[Any]:
     nav = navigation_of(building)
     guarded = (fuel(building) & (building.kind == Kind.FLOOR)).ravel()
     for well in (well for well in building.stairwells if floor in well.areas):
-        off = nav.centres - well.centre
-        guarded &= np.hypot(off[:, 0], off[:, 1]) > NEAR_STAIRWELL
+        guarded &= np.hypot(*(nav.centres - well.centre).T) > NEAR_STAIRWELL
     marks = [m for m in building.landmarks if m.floor == floor]
     ways = [m.index for m in marks if m.kind is not Kind.DOOR]
     metres = [np.where(guarded, nav.distance_to(way), np.inf) for way in ways]
@@ -150,8 +149,7 @@ def before_stairwell(building: Building, floor: int, index: int) -> Destination:
     well = building.stairwells[index]
     d = nav.distance_to(well.entrances[floor][0])
     d[building.kind.ravel() != Kind.FLOOR] = np.inf
-    off = nav.centres - well.centre
-    d[np.hypot(off[:, 0], off[:, 1]) <= NEAR_STAIRWELL] = np.inf
+    d[np.hypot(*(nav.centres - well.centre).T) <= NEAR_STAIRWELL] = np.inf
     x, y = nav.centres[int(np.argmin(d))].tolist()
     return x, y
 

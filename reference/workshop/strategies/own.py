@@ -19,6 +19,7 @@ from types import ModuleType
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator as Rng
 
 from reference.building import Building
 from reference.fire import Decision
@@ -134,9 +135,7 @@ class Trained(ABC):
                 )
 
     @abstractmethod
-    def emitted(
-        self, vectors: np.ndarray, world: World, rng: np.random.Generator
-    ) -> np.ndarray:
+    def emitted(self, vectors: np.ndarray, world: World, rng: Rng) -> np.ndarray:
         """(G, A) actions in [-1, 1] for (G, V) observations."""
 
 
@@ -145,9 +144,7 @@ class TrainedRobots(Trained):
 
     side: Side = "robots"
 
-    def decide(
-        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
-    ) -> Destinations:
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Choose the next destination of each of these robots, metres."""
         emitted = self.emitted(robot_vectors(world, self.scenario), world, rng)
         row = {robot.body: k for k, robot in enumerate(world.robots)}
@@ -159,7 +156,7 @@ class TrainedFire(Trained):
 
     side: Side = "fire"
 
-    def decide(self, world: World, rng: np.random.Generator) -> Decision:
+    def decide(self, world: World, rng: Rng) -> Decision:
         """Choose floor and metres of the next source."""
         emitted = self.emitted(fire_vector(world, self.scenario)[None], world, rng)
         return fire_decision(self.building, emitted[0])
@@ -193,9 +190,7 @@ class Flat(Trained):
         self.name, self.building = building, load(building)
         self.layout = vector_layout(self.building, self.scenario)
 
-    def emitted(
-        self, vectors: np.ndarray, world: World, rng: np.random.Generator
-    ) -> np.ndarray:
+    def emitted(self, vectors: np.ndarray, world: World, rng: Rng) -> np.ndarray:
         """(G, A) actions in [-1, 1] for (G, V) observations."""
         seen = self.layout.scaled(vectors).clip(-1, 1).astype(np.float32)
         if self.side == "robots":

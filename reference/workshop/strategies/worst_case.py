@@ -15,6 +15,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator as Rng
 from numpy.typing import ArrayLike
 from scipy.sparse.csgraph import dijkstra
 
@@ -54,7 +55,7 @@ class WorstCase:
         """Say whom it attacks; it asks copies of the robots what they would do."""
         self.robots, self.scenario = robots, scenario
 
-    def decide(self, world: World, rng: np.random.Generator) -> Decision | None:
+    def decide(self, world: World, rng: Rng) -> Decision | None:
         """Light the candidate that leaves least reward; a random cell if none."""
         candidates = busiest(world, CANDIDATES)
         if not candidates:
@@ -78,9 +79,7 @@ class Disturbed:
         self.robots, self.scenario, self.most = robots, scenario, most
         self.fire = BusiestFire() if isinstance(fire, WorstCase) else fire
 
-    def decide(
-        self, world: World, robots: Sequence[Robot], rng: np.random.Generator
-    ) -> Destinations:
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Send robots where the worst of these errors lets them go."""
         at_work, answers = {robot.body for robot in robots}, list[Any]()
         for most in (0.0, *[self.most] * DRAWS):
@@ -92,7 +91,7 @@ class Disturbed:
         return destinations
 
 
-def with_errors(world: World, most: float, rng: np.random.Generator) -> World:
+def with_errors(world: World, most: float, rng: Rng) -> World:
     """Copy a world as robots observe it with a random error δ, |δ| ≤ most metres.
 
     [F4, chosen] δ shifts people, robots and fire sources in x and in y, for all robots
@@ -129,9 +128,7 @@ class First:
         return self.decisions.pop() if self.decisions else self.strategy.decide(*seen)
 
 
-def _worst(
-    world: World, scenario: Scenario, tries: Sequence[Any], rng: np.random.Generator
-) -> int:
+def _worst(world: World, scenario: Scenario, tries: Sequence[Any], rng: Rng) -> int:
     """Which robots and fire leave least reward, each tried in the same future."""
     seed = int(rng.integers(2**32))
     futures = [another_future(world, scenario, r, f, seed) for r, f in tries]
