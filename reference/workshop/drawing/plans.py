@@ -119,7 +119,8 @@ def write_name(
     size, upright = lettering(area, points_per_metre(axes), largest)
     if size:
         x, y = np.add(node_of(building, area), 0 if move is None else move)
-        place: Style = {"ha": "center", "va": "center", "rotation": 90 * upright}
+        place: Style = {"ha": "center", "va": "center"}
+        place["rotation"] = 90 if upright else 0
         axes.text(x, y, area.name, fontsize=size, **place, **look)
 
 
