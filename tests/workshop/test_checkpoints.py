@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from movies import turns
+from movies import shipped, turns
 from trainings import begun, equal, room_for, tiny
 
 from reference.fire import RandomFire
@@ -18,14 +18,8 @@ from reference.game.observations import robot_vectors
 from reference.paper import InputError
 from reference.robots import NoRobots
 from reference.simulation import Simulation
-from reference.workshop.maps import load as load_building
 from reference.workshop.training import checkpoints
-from reference.workshop.training.checkpoints import (
-    CheckpointError,
-    keep,
-    load,
-    save,
-)
+from reference.workshop.training.checkpoints import CheckpointError, keep, load, save
 from reference.workshop.training.policies import LearnedFire, LearnedRobots
 from reference.workshop.training.starting import resume
 from reference.world import FireLit
@@ -193,22 +187,16 @@ def test_refuses_networks_of_another_shape(checkpoint):
 # -- A learned policy is a strategy -------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def office():
-    """The building the checkpoint knows."""
-    return load_building("tiny")
-
-
-SMALL = tiny().scenario
+OFFICE, SMALL = shipped("tiny"), tiny().scenario
 
 
 @pytest.mark.paper("C5")
 @pytest.mark.paper("C7")
 @pytest.mark.paper("D2")
-def test_learned_policies_play_both_sides_of_an_evacuation(path, office):
+def test_learned_policies_play_both_sides_of_an_evacuation(path):
     """By file name, where a strategy's name would stand; same seed, same run."""
     robots, fire = LearnedRobots(str(path)), LearnedFire(path)
-    runs = [Simulation(office, SMALL, robots, fire, seed=5) for _ in range(2)]
+    runs = [Simulation(OFFICE, SMALL, robots, fire, seed=5) for _ in range(2)]
     outcomes = [run.run() for run in runs]
     assert outcomes[0] == outcomes[1]
     assert runs[0].events == runs[1].events
@@ -216,11 +204,11 @@ def test_learned_policies_play_both_sides_of_an_evacuation(path, office):
     assert all(robot.destination is not None for robot in runs[0].world.robots)
 
 
-def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path, office):
+def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path):
     """The environment's robots, told the mean actions, go the same ways."""
     policy = LearnedRobots(path)
-    alone = Simulation(office, SMALL, policy, RandomFire(), seed=7)
-    environment = Environment(office, SMALL, fire=RandomFire())
+    alone = Simulation(OFFICE, SMALL, policy, RandomFire(), seed=7)
+    environment = Environment(OFFICE, SMALL, fire=RandomFire())
     environment.reset(seed=7)
     for _ in turns(environment):
         world = environment.simulation.world
@@ -233,18 +221,18 @@ def test_a_learned_strategy_does_what_its_network_would_do_as_an_agent(path, off
     assert alone.run() == environment.simulation.outcome()
 
 
-def test_copies_of_a_simulation_share_the_network(path, office):
+def test_copies_of_a_simulation_share_the_network(path):
     """Look-ahead copies a simulation hundreds of times."""
     policy = LearnedRobots(path)
     assert deepcopy(policy) is policy
-    simulation = Simulation(office, SMALL, policy, RandomFire(), seed=2)
+    simulation = Simulation(OFFICE, SMALL, policy, RandomFire(), seed=2)
     ahead = simulation.copy()
     assert ahead.run() == simulation.run()
 
 
-def test_a_fire_that_learned_against_robots_can_burn_without_any(path, office):
+def test_a_fire_that_learned_against_robots_can_burn_without_any(path):
     """It sees them as gone home."""
-    simulation = Simulation(office, SMALL, NoRobots(), LearnedFire(path), seed=0)
+    simulation = Simulation(OFFICE, SMALL, NoRobots(), LearnedFire(path), seed=0)
     assert simulation.run().people == 6
 
 
@@ -256,16 +244,14 @@ def test_a_fire_that_learned_against_robots_can_burn_without_any(path, office):
         ({"decision_seconds": 1.0}, "learned with 5.0 seconds between decisions"),
     ],
 )
-def test_refuses_a_scenario_that_its_network_cannot_read(
-    path, office, changes, message
-):
+def test_refuses_a_scenario_that_its_network_cannot_read(path, changes, message):
     """By what differs, before anything runs."""
     other = replace(SMALL, **changes)
     elsewhere = replace(SMALL, people_per_floor=(0, 6), time_limit=90.0)
     for policy in (LearnedRobots(path), LearnedFire(path)):
         with pytest.raises(InputError, match=message):
-            policy.refuse_elsewhere(office, other)
-        policy.refuse_elsewhere(office, elsewhere)  # the network reads the same
+            policy.refuse_elsewhere(OFFICE, other)
+        policy.refuse_elsewhere(OFFICE, elsewhere)  # the network reads the same
 
 
 def test_refuses_a_side_that_nobody_learned(tmp_path):

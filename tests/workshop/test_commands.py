@@ -8,11 +8,13 @@ import subprocess
 import sys
 import time
 from inspect import getdoc
+from subprocess import PIPE
 
 import pytest
 from conftest import ROOT
 from matplotlib import pyplot
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from processes import python
 from refusals import refusal
 
 from reference.__main__ import COMMANDS, main
@@ -94,14 +96,6 @@ def test_check_notes_rooms_that_touch_at_a_corner(tmp_path, capsys):
     assert notes[1].startswith("note: 1/room-2 and 1/two touch at a corner")
 
 
-def test_refuses_a_map_with_a_mistake_and_shows_the_place(tmp_path, capsys):
-    """The page of mistakes goes to stderr, exit status 1."""
-    (tmp_path / "bad.txt").write_text(SHED.replace("#...+...E", "#...|...E"))
-    status, message = refusal(capsys, "check", "bad.txt")
-    assert status == 1
-    assert message.startswith("bad.txt:7:5: ")
-
-
 # -- floors -------------------------------------------------------------------------
 
 
@@ -135,21 +129,17 @@ def test_check_watches_a_map_until_ctrl_c(shed, tmp_path, capsys, monkeypatch):
     assert re.search(f"\n{line}$", told.err)
 
 
-def test_check_tells_programs_what_is_wrong(shed, tmp_path, capsys):
-    """All mistakes of a stage as JSON, each with its place, beside the page."""
+def test_check_tells_people_and_programs_what_is_wrong(shed, tmp_path, capsys):
+    """All mistakes of a stage, each with its place; the JSON stands beside the page."""
     (tmp_path / "shed.txt").write_text(SHED.replace("+", "|"))
-    assert main(["check", shed, "--json"]) == 1
-    told = capsys.readouterr()
+    status, page = refusal(capsys, "check", shed)
     mistake = {"line": 7, "column": 5, "hint": "Type '#' instead."}
     mistake["message"] = "'|' has no meaning in a drawing"
+    assert status == 1 and page.startswith(f"{shed}:7:5: {mistake['message']}\n")
+    assert main(["check", shed, "--json"]) == 1
+    told = capsys.readouterr()
     assert json.loads(told.out) == {"file": shed, "mistakes": [mistake]}
-    assert told.err.startswith(f"{shed}:7:5: {mistake['message']}\n")
-
-
-def test_refuses_to_print_what_may_never_end(capsys):
-    """A device is no map that one copies."""
-    status, message = refusal(capsys, "floors", "/dev/zero")
-    assert (status, message[:23]) == (1, "/dev/zero: is a folder,")
+    assert told.err == page
 
 
 # -- draw ---------------------------------------------------------------------------
@@ -308,9 +298,7 @@ def test_the_first_look_compares_three_evacuations_from_one_seed(capsys, filmed)
         "nobody guides, fire random",
         "guided by escort, fire random",
     ]
-    alone = "evacuate --robots escort --fire busiest --seed 5 --json"
-    assert main(alone.split()) == 0
-    assert json.loads(capsys.readouterr().out)["runs"] == runs[2:]
+    assert {run["seed"] for run in runs} == {5}
 
 
 def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
@@ -329,6 +317,7 @@ def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
     ("command", "status", "hint"),
     [
         ("check nowhere.txt", 1, "nowhere.txt"),
+        ("floors /dev/zero", 1, "/dev/zero: is a folder,"),
         ("draw tiny -o missing/tiny.png", 1, "Name a file in a folder that exists"),
         ("draw tiny -o tiny.bmp", 2, "does not end in one of .png, .svg, .pdf"),
         ("draw tiny --view inside", 2, "invalid choice: 'inside'"),
@@ -339,6 +328,9 @@ def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
         ("evacuate --robots none sweep patrol", 2, "one pair or two"),
         ("evacuate tiny", 2, "unrecognized arguments: tiny; a map is named by --bui"),
         ("evacuate --fire busy", 2, "Did you mean 'busiest'?"),
+        ("evacuate --fire worst_case", 2, "mean 'worst-case'"),
+        ("evacuate --fire sweep", 2, "'sweep' is no file"),
+        ("evacuate --robots worst-case", 2, "nobody who plays the robots: none, r"),
         ("evacuate --fire nowhere.pt", 2, "'nowhere.pt' is no file"),
         ("evacuate --people 0", 2, "'0' is not a whole number from 1 to 1000000"),
         ("evacuate --episodes many", 2, "'many' is not a whole number from 1 to"),
@@ -346,7 +338,6 @@ def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
         ("evaluate --resume", 2, "--resume goes with --out"),
         ("evaluate --resume --out nowhere", 1, "there is no evaluation"),
         ("evaluate --baseline patrol --workers 0", 2, "add it to --robots"),
-        ("evaluate --robots swep", 2, "Did you mean 'sweep'?"),
         ("evaluate --sample", 2, "--sample goes with a checkpoint"),
         ("evaluate --people 9000", 1, "fit"),
         (f"evaluate --episodes {10**12}", 2, "is not a whole number from 1 to 1000000"),
@@ -364,6 +355,9 @@ def test_refuses_what_cannot_be(command, status, hint, capsys, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
+STOPPED = "stopped; nothing half-written is left\n"
+
+
 @pytest.fixture
 def stopped(tmp_path):
     """A function: stop the first look once its film is begun, say what it says."""
@@ -371,9 +365,7 @@ def stopped(tmp_path):
     def stop(number):
         before = set(tmp_path.iterdir())
         words = ["-m", "reference", "--animate", "film.gif"]
-        command, env = [sys.executable, *words], {"PYTHONPATH": str(ROOT)}
-        pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-        process = subprocess.Popen(command, env=os.environ | env, text=True, **pipes)
+        process = python(*words, stdout=PIPE, stderr=PIPE)
         while set(tmp_path.iterdir()) == before and process.poll() is None:
             time.sleep(0.05)
         process.send_signal(number)
@@ -384,20 +376,14 @@ def stopped(tmp_path):
     return stop
 
 
-STOPS = pytest.mark.parametrize(
-    "number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
-)
-
-
 @pytest.mark.slow
-@STOPS
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_stopped_it_ends_with_one_line_and_leaves_nothing_half_written(
     number, stopped, tmp_path
 ):
     """Ctrl-C, SIGTERM or a closed terminal in the middle of its animation."""
     err = stopped(number)
-    assert err.splitlines()[-1] == "stopped; nothing half-written is left"
-    assert "Traceback" not in err
+    assert err.endswith(STOPPED) and "Traceback" not in err
     assert list(tmp_path.iterdir()) == []
 
 
@@ -421,13 +407,12 @@ for _ in range(600):
 """
 
 
-@STOPS
 @pytest.mark.parametrize(
-    ("library", "code", "told"),
+    ("number", "library", "code", "told"),
     [
-        ("numpy", SLOW, ""),
-        ("matplotlib", IN_ITS_PLACE, "stopped; nothing half-written is left\n"),
-        ("matplotlib", IGNORED, "stopped; nothing half-written is left\n"),
+        (signal.SIGINT, "numpy", SLOW, ""),
+        (signal.SIGTERM, "matplotlib", IN_ITS_PLACE, STOPPED),
+        (signal.SIGHUP, "matplotlib", IGNORED, STOPPED),
     ],
 )
 def test_stopped_while_it_is_loaded_or_drawing(

@@ -26,12 +26,10 @@ from reference.workshop.comparing import (
     table,
 )
 from reference.workshop.comparing.intervals import of_mean
-from reference.workshop.comparing.named import strategy_named
 from reference.workshop.comparing.results import as_json
 from reference.workshop.maps import load
 from reference.workshop.storage.workers import InProcess, one_thread, workers
 from reference.workshop.strategies.guides import Sweep
-from reference.workshop.training.policies import POLICIES
 
 SMALL = {"robots": ("none", "sweep"), "fires": ("random",), "building": "tiny"}
 SMALL |= {"people": 4, "episodes": 2}
@@ -176,13 +174,6 @@ def test_a_folder_means_the_checkpoint_that_was_newest_at_the_beginning(run, tmp
     assert {r.robots for r in evaluate(again, folder, InProcess())} == {word}
 
 
-@pytest.mark.parametrize(("side", "kind"), POLICIES.items())
-def test_a_file_is_the_policy_that_was_learned_for_a_side(run, side, kind):
-    """And so is the folder it is in."""
-    for named in (run, run / "checkpoint-000001.pt"):
-        assert type(strategy_named(str(named), side)) is kind
-
-
 def test_each_run_has_strategies_of_its_own_and_the_worst_case_knows_whom_it_meets():
     """They begin as they were made, though they are made once."""
     evaluation = begin(("patrol",), ("worst-case",), "tiny", people=2)
@@ -285,18 +276,3 @@ def test_refuses_rows_that_do_not_add_up_and_those_of_other_people(small):
         runs.table_of(path, [row])
         with pytest.raises(InputError, match=r"runs.csv: .*people do not add up, or"):
             evaluate(begin(**SMALL | {"people": people}), folder, Stopped())
-
-
-@pytest.mark.parametrize(
-    ("word", "side", "message"),
-    [
-        ("swep", "robots", "names nobody who plays the robots.*mean 'sweep'"),
-        ("worst_case", "fire", "mean 'worst-case'"),
-        ("worst-case", "robots", "names nobody who plays the robots: none, random"),
-        ("sweep", "fire", "'sweep' is no file"),
-    ],
-)
-def test_refuses_a_word_that_means_nothing(word, side, message):
-    """With the nearest that does."""
-    with pytest.raises(ValueError, match=message):
-        strategy_named(word, side)

@@ -117,10 +117,6 @@ def _evaluation(path: Path) -> None:
         evaluate(resume(path.parent), path.parent, Stopped())
 
 
-def _played(path: Path) -> None:
-    LearnedRobots(path)
-
-
 def _resumed(path: Path) -> None:
     resume_training(path.parent)
 
@@ -148,7 +144,7 @@ KINDS = {
     "settings": Kind("settings.yaml", _settings, _from_yaml, _yaml, cases=50),
     "summaries.csv": Kind("run/summaries.csv", read_summaries),
     "checkpoint played": Kind(
-        "run/checkpoint-000002.pt", _played, _from_torch, torch.save, cases=50
+        "run/checkpoint-000002.pt", LearnedRobots, _from_torch, torch.save, cases=50
     ),
     "checkpoint resumed": Kind(
         "run/checkpoint-000002.pt", _resumed, _from_torch, torch.save, "run", 50

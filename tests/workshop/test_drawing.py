@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
+from movies import shipped
 from pages import overlaps, writing
 from PIL import Image, ImageSequence
 
@@ -34,7 +35,6 @@ from reference.workshop.drawing.evacuation import (
 )
 from reference.workshop.drawing.page import COLOURS, MEANINGS, sheet
 from reference.workshop.drawing.relief import SOLID, add_boxes, project
-from reference.workshop.maps import load
 from reference.workshop.strategies.guides import Sweep
 from reference.world import Fate, Mode
 
@@ -43,21 +43,15 @@ SHORT = Scenario(people=8, robots_per_floor=1, time_limit=6.0)
 
 
 @cache
-def house(name):
-    """A shipped building, read once."""
-    return load(name)
-
-
-@cache
 def drawn(view, name):
     """A view of a shipped building, drawn once for all who look at it."""
-    return getattr(drawing, view)(house(name))
+    return getattr(drawing, view)(shipped(name))
 
 
 def evacuation(limit=6.0, name="tiny"):
     """Some seconds, in which everything happens that can be drawn."""
     rule = replace(SHORT, time_limit=limit)
-    return Simulation(house(name), rule, Sweep(), RandomFire(), seed=1)
+    return Simulation(shipped(name), rule, Sweep(), RandomFire(), seed=1)
 
 
 @pytest.fixture
@@ -98,7 +92,7 @@ def colour_at(axes, x, y):
 @pytest.mark.paper("A8", "Figs. 4-6")
 def test_every_cell_has_the_colour_of_its_kind_at_its_place_in_metres():
     """Walls are dark, doors blue, entrances purple, exits green: where they stand."""
-    building, axes = house("tiny"), drawn("top", "tiny").axes[0]
+    building, axes = shipped("tiny"), drawn("top", "tiny").axes[0]
     for kind in Kind:
         x, y = building.metres(*np.argwhere(building.kind[0] == kind)[0])
         colour = colour_at(axes, x - 0.4, y + 0.4)
@@ -123,7 +117,7 @@ def test_nothing_is_clipped_in_any_view_of_any_building(name, view):
 @pytest.mark.paper("A8", "Figs. 4-6")
 def test_every_name_lies_inside_its_room():
     """All four corners of the writing are in the room that is written on."""
-    institute, figure = house("paper"), drawn("top", "paper")
+    institute, figure = shipped("paper"), drawn("top", "paper")
     figure.draw_without_rendering()
     named = [area for area in institute.areas if not area.name.startswith("room-")]
     written = 0
@@ -140,7 +134,7 @@ def test_every_name_lies_inside_its_room():
 @pytest.mark.paper("A2")
 def test_the_drawn_graph_has_all_nodes_and_its_edges_never_cross_a_wall():
     """An edge leads from a door round the corners of a room to its node."""
-    institute, figure = house("paper"), drawn("graph", "paper")
+    institute, figure = shipped("paper"), drawn("graph", "paper")
     assert {area.name for area in institute.areas} <= set(writing(figure))
     starts = Counter[tuple[float, float]]()
     for floor, axes in enumerate(figure.axes):
@@ -170,7 +164,7 @@ def test_what_is_nearer_is_painted_later():
 @pytest.mark.paper("A8", "Fig. 2")
 def test_the_walkable_picture_says_how_much_one_may_walk_on():
     """The number is the building's own."""
-    area = (house("tiny").kind >= Kind.FLOOR).sum()
+    area = (shipped("tiny").kind >= Kind.FLOOR).sum()
     title = f"Tiny office: where one may walk, {area} m²"
     assert title in writing(drawn("walkable", "tiny"))
 
@@ -179,7 +173,7 @@ def test_the_walkable_picture_says_how_much_one_may_walk_on():
 @pytest.mark.parametrize("name", ["paper", "maze"])
 def test_the_close_up_finds_every_kind_of_passage_there_is(name):
     """An exit, an entrance and a door, wherever the building has them."""
-    building, figure = house(name), drawn("closeup", name)
+    building, figure = shipped(name), drawn("closeup", name)
     named = [axes.get_title() for axes in figure.axes]
     assert {MEANINGS[mark.kind] for mark in building.landmarks} == {*named}
 
@@ -294,7 +288,7 @@ def test_no_instant_of_any_building_is_clipped(name):
 def test_an_empty_house_can_be_drawn():
     """No people, no robots, no fire."""
     scenario = Scenario(people=0, robots_per_floor=0)
-    world = Simulation(house("tiny"), scenario, NoRobots(), NoFire()).world
+    world = Simulation(shipped("tiny"), scenario, NoRobots(), NoFire()).world
     assert "0 inside, 0 out, 0 dead" in " ".join(writing(drawing.frame(world)))
 
 
@@ -484,7 +478,7 @@ def test_a_notebook_shows_buildings_and_simulations(simulation):
 
 def test_a_notebook_draws_a_simulation_s_curves_from_its_events():
     """From its beginning, everybody inside, to what is counted now."""
-    run = Simulation(load("tiny"), Scenario(people=6), seed=1)
+    run = Simulation(shipped("tiny"), Scenario(people=6), seed=1)
     run.run()
     first, *others = drawing.history_of(run)
     assert (first.time, first.inside) == (0, 6)
@@ -506,7 +500,7 @@ def test_a_figure_is_saved_whole_and_alone(tmp_path, suffix):
 def test_a_name_may_hold_any_sign_and_any_length():
     """A dollar is a dollar, not the beginning of a formula; nothing is clipped."""
     name = r"Dollar $\frac{$ " + "bank " * 30
-    plan = house("tiny").drawing
+    plan = shipped("tiny").drawing
     storeys = tuple(replace(storey, name=name) for storey in plan.storeys)
     bank = Building(replace(plan, title=name, storeys=storeys))
     world = Simulation(bank, SHORT, fire=RandomFire(), robots=Sweep()).world

@@ -180,12 +180,10 @@ REFUSED = {  # what stands under `Robot`: what the message says
     "network_settings: {vis_encode_type: fancy}": "'fancy' is unknown",
     "reward_signals: {curiosity: {strength: 0.02}}": "Robot: reward_signals.curiosity",
     "behavioral_cloning: {demo_path: d}": "not built here, leave it out: Robot: behav",
-    "self_play: {window: 10}": "Robot: self_play",
     "init_path: results/old": "Robot: init_path",
     "max_steps: 0.5": "robots: max_steps is 0.5: it must be a whole number",
     "max_steps: 5\n    max_steps: 6": "line 4: 'max_steps' is there already",
     "hyperparameters: {beta: .nan}": "beta is nan: it must be a number from 0 up to 1",
-    "trainer_type: sac": "sac is not built here: write poca or ppo",
     "hyperparameters: {batch_size: 99999}": "is less than batch_size",
 }
 

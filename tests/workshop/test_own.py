@@ -46,7 +46,10 @@ def mine(tmp_path, monkeypatch):
 
 
 def test_code_of_ones_own_meets_everybody_under_the_name_that_was_typed(mine, capsys):
-    """A class, or an object with `decide`: it plays as what it inherits from."""
+    """A class, or an object with `decide`: it plays as what it inherits from.
+
+    Results have the digest of the code, so one knows which version has played.
+    """
     words = f"{MATCH} {mine}:Guide {mine}:ready --fire random {mine}:Spark --json"
     assert main(words.split()) == 0
     facts = json.loads(capsys.readouterr().out)
@@ -56,17 +59,11 @@ def test_code_of_ones_own_meets_everybody_under_the_name_that_was_typed(mine, ca
     assert {tuple(reward.values()) for reward in found.values()} == {
         tuple(found["sweep", "random"].values())
     }
-    assert (
-        main(f"evacuate --robots {mine}:Guide --people 2 --building tiny".split()) == 0
-    )
+    own = [f"{mine}:{name}" for name in ("Guide", "ready", "Spark")]
+    assert facts["code"] == dict.fromkeys(own, sha256(CODE.encode()).hexdigest())
+    played = f"evacuate --robots {mine}:Guide --people 2 --building tiny"
+    assert main(played.split()) == 0
     assert f"{mine}:Guide" in capsys.readouterr().out
-
-
-def test_results_have_the_digest_of_the_code(mine, capsys):
-    """Beside the words that were typed; so one knows which version has played."""
-    assert main(f"{MATCH} {mine}:Guide --out out".split()) == 0
-    kept = json.loads(Path("out/cells.json").read_text())["code"]
-    assert kept == {f"{mine}:Guide": sha256(CODE.encode()).hexdigest()}
 
 
 @pytest.mark.parametrize(

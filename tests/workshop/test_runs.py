@@ -1,11 +1,10 @@
 """Runs in folders: one at a time, and what is told to a second one."""
 
-import os
-import subprocess
-import sys
+from subprocess import PIPE
 
 import pytest
 from conftest import ROOT
+from processes import python
 
 from reference.__main__ import main
 from reference.workshop.storage.runs import RunError, held
@@ -26,10 +25,8 @@ with held(Path(sys.argv[1]), False, list):
 @pytest.fixture
 def holder(tmp_path):
     """Another process that holds the folder `out` in the test's own."""
-    command = [sys.executable, "-c", HOLDING, str(tmp_path / "out")]
-    surroundings = os.environ | {"PYTHONPATH": str(ROOT)}
-    with subprocess.Popen(command, env=surroundings, stdout=subprocess.PIPE) as process:
-        assert process.stdout.readline() == b"held\n"
+    with python("-c", HOLDING, str(tmp_path / "out"), stdout=PIPE) as process:
+        assert process.stdout.readline() == "held\n"
         yield process
         process.kill()
 

@@ -1,12 +1,11 @@
 """Tutorials and answers run, and print what stands beneath their prints as `#> `."""
 
-import os
-import subprocess
-import sys
 from pathlib import Path
+from subprocess import PIPE
 
 import pytest
 from conftest import ROOT
+from processes import python
 
 TUTORIALS = sorted((ROOT / "tutorials").glob("[0-9][0-9]_*.py"))
 ANSWERS = sorted((ROOT / "tutorials" / "answers").glob("*.py"))
@@ -37,16 +36,11 @@ def promised(tutorial: Path) -> list[str]:
 
 def printed(tutorial: Path, folder: Path) -> list[str]:
     """The lines that it does print; its pictures go to `out/` in the folder."""
-    surroundings = os.environ | {"MPLBACKEND": "Agg", "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(
-        [sys.executable, *WARNINGS, tutorial],
-        cwd=folder,
-        env=surroundings,
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr
-    return [line.rstrip() for line in done.stdout.splitlines()]
+    agg = {"MPLBACKEND": "Agg"}
+    process = python(*WARNINGS, tutorial, cwd=folder, env=agg, stdout=PIPE, stderr=PIPE)
+    out, err = process.communicate()
+    assert process.returncode == 0, err
+    return [line.rstrip() for line in out.splitlines()]
 
 
 @pytest.mark.parametrize("tutorial", TUTORIALS, ids=lambda path: path.stem)

@@ -3,17 +3,12 @@
 import errno
 import os
 import signal
-import subprocess
-import sys
 import time
-from concurrent.futures import (
-    BrokenExecutor,
-    ProcessPoolExecutor,
-    ThreadPoolExecutor,
-)
+from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, ThreadPoolExecutor
+from subprocess import DEVNULL, PIPE
 
 import pytest
-from conftest import ROOT
+from processes import python
 
 from reference.paper import InputError
 from reference.workshop.storage.workers import InProcess, as_done, undisturbed, workers
@@ -96,13 +91,9 @@ if __name__ == "__main__":
 def test_a_worker_has_one_thread_and_ends_with_a_process_that_is_killed(tmp_path):
     """It does not load torch, and holds the output open as long as it lives."""
     (tmp_path / "program.py").write_text(PROGRAM)
-    running = subprocess.Popen(
-        [sys.executable, tmp_path / "program.py"],
-        env=os.environ | {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "3"},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-    )
-    assert running.stdout.readline() == b"1 3\n"
+    program, threads = tmp_path / "program.py", {"OMP_NUM_THREADS": "3"}
+    running = python(program, env=threads, stdout=PIPE, stderr=DEVNULL)
+    assert running.stdout.readline() == "1 3\n"
     running.kill()
     running.communicate(timeout=120)
 
@@ -119,9 +110,7 @@ with workers(1) as pool:
 
 def test_a_job_that_no_worker_has_read_is_not_waited_for():
     """The worker is still being started, and a large job waits in a pipe."""
-    surroundings = os.environ | {"PYTHONPATH": str(ROOT)}
-    command = [sys.executable, "-c", LARGE]
-    assert subprocess.call(command, env=surroundings, timeout=120) == 0
+    assert python("-c", LARGE).wait(120) == 0
 
 
 def test_a_result_that_is_half_written_is_not_waited_for():

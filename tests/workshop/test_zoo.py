@@ -102,14 +102,6 @@ def test_infos_tell_how_the_episode_stands():
     assert info["reward"] == outcome.reward and info["acts"] == 0
 
 
-def test_a_building_and_a_strategy_may_be_named():
-    """So that a framework's registry needs no more than words."""
-    environment = zoo.parallel_env("museum", robots="sweep")
-    assert environment.environment.building.title == shipped("museum").title
-    environment.reset(seed=1)
-    assert environment.agents == [FIRE]
-
-
 def moved(environment, seed):
     """What two further steps with the same random actions return."""
     rng, told = np.random.default_rng(seed), []
@@ -134,16 +126,12 @@ def test_a_pickled_environment_goes_on_like_the_original(flat):
     assert same(moved(copied, 1), moved(environment, 1))
 
 
-def test_refuses_a_player_who_cannot_decide():
-    """At once, not some decisions later; a slip in a name is told."""
+def test_refuses_a_player_who_cannot_decide_here_and_a_mode_that_there_is_not():
+    """At the door, not with the first decision or picture; a slip in a name is told."""
     with pytest.raises(ValueError, match="Did you mean 'sweep'"):
         made(robots="sweeep")
     with pytest.raises(TypeError, match="fire=3 has no method `decide`"):
         made(fire=3)
-
-
-def test_refuses_a_policy_that_learned_elsewhere_and_a_mode_that_there_is_not():
-    """At the door, not with the first decision or picture."""
     elsewhere = FlatRobots(np.zeros_like, "museum", SCENE)
     with pytest.raises(ValueError, match="it has learned in Museum"):
         made(robots=elsewhere)
