@@ -128,12 +128,6 @@ def test_every_cell_is_found_again_from_its_metres(paper):
 # -- The graph ----------------------------------------------------------------------
 
 
-def test_networkx_finds_the_way_out_of_a_room(house):
-    """Through the stairwell, storey by storey, and out by the exit."""
-    way = nx.shortest_path(house.graph, "2/c", OUTSIDE)
-    assert way == ["2/c", "2/A", "1/A", "1/a2", "1/room-2", OUTSIDE]
-
-
 @pytest.mark.paper("A3")
 def test_an_edge_tells_what_it_is_how_wide_and_how_long(house):
     """A door's length goes from the middle of one room to the middle of the other."""

@@ -454,12 +454,6 @@ def test_an_unvisited_door_comes_before_an_unexplored_direction():
     assert view(stage(DOOR_OR_DIRECTION), "p").open
 
 
-@pytest.mark.paper("B6", "Alg. 2:2: if an exit is in view")
-def test_an_exit_in_view_behind_flames_is_gone_for():
-    """Flames in the way make a door undesired, but not an exit."""
-    assert sets_off(BLOCKED, sight_range=10) == "#p...*....!"
-
-
 @pytest.mark.paper("B6", "Alg. 2:6-7, chosen: become their follower")
 def test_of_two_suitable_leaders_the_higher_rank_is_followed():
     """Both head for the door where p wants to go; r outranks q, though q is nearer."""

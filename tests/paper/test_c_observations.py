@@ -411,16 +411,6 @@ def test_a_robot_remembers_where_it_goes_until_it_is_there():
 # -- On the whole ------------------------------------------------------------------
 
 
-def test_observing_does_not_change_the_world():
-    """Looking twice is the same as looking once, and the run goes on alike."""
-    one, other = (scene(seconds=15, time_limit=25) for _ in "12")
-    for _ in range(3):
-        vectors(one), observations.grid(one.world)
-        fire_vector(one)
-    assert np.array_equal(vectors(one), vectors(other))
-    assert str(one.run()) == str(other.run())
-
-
 def test_refuses_a_scenario_for_another_number_of_floors():
     """In a sentence, not in numpy's words."""
     scenario = replace(Scenario(), people_per_floor=(1, 2))

@@ -271,16 +271,6 @@ def test_a_place_where_somebody_died_is_free(fate):
     assert free_places(sim.world)[sim.world.bodies.place[body("p")]]
 
 
-@pytest.mark.paper("D6")
-def test_a_refusal_in_training_is_an_event_and_lights_nothing():
-    """What the fire agent pays for."""
-    nowhere, once = Always(0, 99, 0), {"decision_seconds": 1.0, "training": True}
-    sim = stage("#######\n#p....E\n#######", fire=nowhere, **once)
-    play(sim, FIRE_FIRST_DECISION + 0.2)
-    assert [type(e) for e in sim.events] == [FireRefused]
-    assert sim.world.flames.sources == []
-
-
 class Always:
     """A fire that decides for one place whenever it is asked."""
 

@@ -212,16 +212,6 @@ def test_an_update_goes_num_epoch_times_through_whole_minibatches():
 
 
 @pytest.mark.paper("E3")
-def test_a_buffer_is_full_with_more_than_buffer_size_steps():
-    """Eight of two agents do not fill it, nine do; both count for the schedules."""
-    learner = made(buffer_size=8)
-    learner.add([life("#####", "###..", sizes=MIXED)])
-    assert (learner.steps, learner.full) == (8, False)
-    learner.add([life("#", sizes=MIXED)])
-    assert (learner.steps, learner.full) == (9, True)
-
-
-@pytest.mark.paper("E3")
 def test_advantages_are_normalised_once_over_the_whole_buffer():
     """Not minibatch by minibatch, nor again in the next epoch; without the absent."""
     learner, before, _ = watched("####", "##..", batch_size=6, num_epoch=2)

@@ -83,16 +83,6 @@ def test_the_readings_of_equation_7(frames, divided, fixed_reward, best):
     assert R_b == pytest.approx(best, rel=0.01)
 
 
-@pytest.mark.paper("F6")
-@pytest.mark.parametrize("name", ["museum", "tiny", "tower"])
-def test_equation_7_sums_over_as_many_floors_as_there_are(name):
-    """One, two, five: people × (floors × 100 + 100), less what is lost on the way."""
-    building = shipped(name)
-    lost = PEOPLE * sum(losses(building))
-    full = PEOPLE * (building.floors * HEALTH + FIXED_REWARD)
-    assert best_reward(building) == pytest.approx(full - lost)
-
-
 # -- Health carried over ------------------------------------------------------------
 
 

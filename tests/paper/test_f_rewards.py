@@ -8,8 +8,6 @@ from reference.paper import (
     FIRE_REFUSED_PENALTY,
     FIXED_PENALTY,
     FIXED_REWARD,
-    HEALTH,
-    PEOPLE,
     Scenario,
 )
 from reference.rewards import fire_reward, group_reward, robot_reward
@@ -57,14 +55,6 @@ def test_who_leaves_a_floor_alive_pays_their_health_and_at_the_exit_a_fixed_rewa
         if group_reward(events)
     ]
     assert Board("\n".join(strip)) == RESCUES
-
-
-@pytest.mark.paper("F5")
-def test_a_death_costs_the_fixed_penalty():
-    """And forty of them are the worst case, -12000."""
-    deaths = [Died(60.0, person, 0) for person in range(PEOPLE)]
-    assert group_reward(deaths[:1]) == -FIXED_PENALTY
-    assert group_reward(deaths) == -12000
 
 
 @pytest.mark.paper("E5")
@@ -130,17 +120,6 @@ def test_who_comes_down_to_the_ground_floor_counts_for_its_robots_wherever_from(
 def test_the_fire_gains_what_the_robots_lose_and_pays_for_refusals():
     """A certain reward is deducted for each."""
     assert fire_reward([*OUT, REFUSED, REFUSED]) == -240 - 2 * FIRE_REFUSED_PENALTY
-
-
-@pytest.mark.paper("F8")
-def test_the_best_case_from_the_third_floor_is_critical_point_2():
-    """Three floors of 8.33 health each, carried over, and out: forty times 350."""
-    loss = 25 / 3
-    best = [
-        *(LeftFloor(0, 0, 2 - k, HEALTH - (k + 1) * loss) for k in range(3)),
-        Evacuated(0, 0, 0, HEALTH - 3 * loss, 0),
-    ]
-    assert PEOPLE * group_reward(best) == pytest.approx(14000)
 
 
 @pytest.mark.paper("F8")
