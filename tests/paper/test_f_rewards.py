@@ -1,19 +1,15 @@
 """What events are worth, summed by hand."""
 
 import pytest
-from movies import Board, body, shipped, show, stage, ticks
+from movies import Board, body, show, stage, ticks
 
-from reference.fire import RandomFire
 from reference.paper import (
     FIRE_REFUSED_PENALTY,
     FIXED_PENALTY,
     FIXED_REWARD,
-    Scenario,
 )
 from reference.rewards import fire_reward, group_reward, robot_reward
-from reference.simulation import Simulation
 from reference.workshop.remedies.credit import floor_reward
-from reference.workshop.strategies.guides import Sweep
 from reference.world import Died, DoorBurnt, Evacuated, FireLit, FireRefused, LeftFloor
 
 OUT = [
@@ -120,15 +116,3 @@ def test_who_comes_down_to_the_ground_floor_counts_for_its_robots_wherever_from(
 def test_the_fire_gains_what_the_robots_lose_and_pays_for_refusals():
     """A certain reward is deducted for each."""
     assert fire_reward([*OUT, REFUSED, REFUSED]) == -240 - 2 * FIRE_REFUSED_PENALTY
-
-
-@pytest.mark.paper("F8")
-def test_the_outcomes_reward_is_the_sum_over_its_people():
-    """Person by person, from the events of a whole run."""
-    sides = {"fire": RandomFire(), "robots": Sweep()}
-    sim = Simulation(shipped("tiny"), Scenario(people=20), seed=2, **sides)
-    outcome = sim.run()
-    assert outcome.evacuated and outcome.died
-    by_hand = sum(e.health for e in sim.events if isinstance(e, LeftFloor))
-    by_hand += FIXED_REWARD * outcome.evacuated - FIXED_PENALTY * outcome.died
-    assert outcome.reward == pytest.approx(by_hand)
