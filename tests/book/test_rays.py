@@ -103,7 +103,7 @@ def test_nobody_sees_through_a_door(between, seen):
 @pytest.mark.paper("B1")
 def test_on_the_threshold_one_sees_both_rooms():
     """Rays begin in the door there."""
-    sim = stage("#########\n#p..+..qE\n#########")
+    sim = stage("#p..+..qE")
     door = int(sim.navigation.places_of(0, sim.building.landmarks[0].cells)[0])
     for letter in "pq":
         assert sim.sight.sees.reaches(
@@ -126,8 +126,7 @@ def rays(sim):
 )
 def test_a_ray_returns_what_it_hits(board, kind):
     """Every element of the building has its label."""
-    wall = "#" * len(board)
-    hits = rays(stage(f"{wall}\n{board}\n{wall}"))
+    hits = rays(stage(board))
     assert kind in {hit.kind for hit in hits if hit}
     assert (hits[0].kind == kind) is (kind != "wall")
 
@@ -135,7 +134,7 @@ def test_a_ray_returns_what_it_hits(board, kind):
 @pytest.mark.paper("B1")
 def test_people_robots_and_flames_in_sight_are_told_apart():
     """And a robot is known by what it says."""
-    sim = stage("#########\n#p.qR*..E\n#########")
+    sim = stage("#p.qR*..E")
     seen, (robot,) = view(sim, "p"), sim.world.robots
     assert set(seen.bodies) == {body("q"), robot.body}
     assert seen.robots == {robot.body: robot.says}
@@ -154,21 +153,7 @@ def test_rays_are_counted_counter_clockwise_from_east():
 @pytest.mark.paper("B1")
 def test_a_ray_names_the_entrance_it_hits():
     """Purple things are told from blue ones, and which one it is."""
-    sim = stage(
-        """
-           #######
-        ####.....#
-        #AA+..p..#
-        ####.....E
-           #######
-
-           #######
-        ####.....#
-        #AA+.....#
-        ####.....#
-           #######
-        """
-    )
+    sim = stage("#AA+..p..E\n\n#AA+.....#")
     west = rays(sim)[RAYS // 2]
     assert west.kind == "entrance"
     assert west.landmark == mark(sim, Kind.ENTRANCE)
@@ -178,7 +163,7 @@ def test_a_ray_names_the_entrance_it_hits():
 @pytest.mark.paper("B2")
 def test_a_ray_that_returns_nothing_is_unexplored():
     """Along a corridor longer than sight; the walls on both sides are hit."""
-    sim = stage("##########\n#p.......E\n##########")
+    sim = stage("#p.......E")
     hits = rays(sim)
     assert hits[0] is None
     assert hits[RAYS // 4].kind == hits[RAYS // 2].kind == "wall"

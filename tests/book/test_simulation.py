@@ -286,7 +286,7 @@ def test_health_falls_with_every_frame(frames):
 
     Sums of many small losses round up or down; neither counts.
     """
-    board = "############\n#p.........E\n############"
+    board = "#p.........E"
     sim = stage(board, frames_per_tick=frames)
     sim.world.bodies.pace[:] = 0
     play(sim, 10)
@@ -314,7 +314,7 @@ def test_health_falls_on_the_stairs_too():
 def test_the_dead_stand_in_nobodys_way():
     """Where q has died p walks as if nobody had ever been there."""
     ways, gone = [], str.maketrans("qx", "..")
-    for board in ("########\n#p..q..E\n########", "########\n#p.....E\n########"):
+    for board in ("#p..q..E", "#p.....E"):
         sim = stage(board, sight_range=8, leads="p")
         sim.world.bodies.health[1:] = 0
         sim.world.bodies.pace[1:] = 0
@@ -351,12 +351,8 @@ def test_an_empty_building_is_done_at_once():
 @pytest.mark.parametrize("frames", [2, 5, 10])
 def test_the_length_of_a_tick_does_not_change_the_time_things_take(frames):
     """Twelve metres to the exit at walking speed."""
-    sim = stage(
-        "###############\n#p............E\n###############",
-        frames_per_tick=frames,
-        sight_range=14,
-        leads="p",
-    )
+    said = {"frames_per_tick": frames, "sight_range": 14, "leads": "p"}
+    sim = stage("#p............E", **said)
     seconds = sim.run().simulated_seconds
     assert seconds == pytest.approx(12.5 / WALKING_SPEED, abs=1.5)
 
@@ -487,18 +483,7 @@ def test_an_exit_lets_a_limited_flow_through(frames):
 @pytest.mark.paper("A5", "deviation")
 def test_stairs_let_fewer_people_through_than_doors():
     """STAIRS_FLOW people per second and metre, here from a queue before them."""
-    sim = stage(
-        """
-        ################
-        #AA+...........E
-        ################
-
-        ################
-        #AA+pqrstuvwxyz#
-        ################
-        """,
-        sight_range=14,
-    )
+    sim = stage("#AA+...........E\n\n#AA+pqrstuvwxyz#", sight_range=14)
     sim.run()
     left = [event for event in sim.events if isinstance(event, LeftFloor)]
     times = [event.time for event in left if event.floor == 1]
@@ -509,7 +494,7 @@ def test_stairs_let_fewer_people_through_than_doors():
 @pytest.mark.paper("A5", "deviation")
 def test_who_is_in_a_full_door_walks_on():
     """It is full for others: p, who fills it, does not slow down in it."""
-    sim = stage("##########\n#p..+....E\n##########")
+    sim = stage("#p..+....E")
     play_until(sim, lambda: sim.world.minds[0].doors)
     assert sim.full_until[0] > sim.world.time
     x = sim.world.bodies.position[0, 0]

@@ -89,8 +89,7 @@ def test_an_exit_joins_a_room_and_the_outside(house):
     assert outer == ["1/exit-1"]
 
 
-@pytest.mark.paper("A3")
-@pytest.mark.paper("A4")
+@pytest.mark.paper("A3", "A4")
 def test_ways_out_are_exits_and_stairs_that_go_down(house):
     """On the lowest floor the stairs lead nowhere."""
     ways = [[house.landmarks[m].id for m in house.ways_out(f)] for f in (0, 1)]

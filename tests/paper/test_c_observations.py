@@ -120,10 +120,7 @@ def changed(sim, change):
     return np.flatnonzero(vectors(sim)[0] != before).tolist()
 
 
-@pytest.mark.paper("C1")
-@pytest.mark.paper("C2")
-@pytest.mark.paper("C3")
-@pytest.mark.paper("D1")
+@pytest.mark.paper("C1", "C2", "C3", "D1")
 def test_in_the_paper_all_observe_167_numbers_and_a_grid_of_9_by_40_by_40():
     """40 people, 6 robots, their team, the time, 8 fires, 3 floors: the rows that
     `vector_layout` itself lists."""
@@ -177,8 +174,7 @@ def test_fire_sources_come_in_the_order_of_lighting():
     assert (fires[2:] == SENTINEL).all()
 
 
-@pytest.mark.paper("D1")
-@pytest.mark.paper("C1")
+@pytest.mark.paper("D1", "C1")
 def test_the_number_of_robots_at_work_in_the_team_is_there():
     """Three on each floor, none above once all there are out; the fire: of all."""
     sim = scene(robots_per_floor=3)
@@ -291,8 +287,7 @@ def test_the_fire_keeps_everybody_at_their_own_number():
     assert np.array_equal(seen.robots, np.float32(robots))
 
 
-@pytest.mark.paper("C4")
-@pytest.mark.paper("D1")
+@pytest.mark.paper("C4", "D1")
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_robots_and_the_fire_are_told_the_same(name):
     """The same numbers to the last bit, people and robots in whatever order."""
@@ -324,8 +319,7 @@ def test_a_scaled_vector_lies_between_its_bounds(name):
     assert (np.abs(layout.scaled(fire_vector(sim))) <= 1).all()
 
 
-@pytest.mark.paper("C5")
-@pytest.mark.paper("D2")
+@pytest.mark.paper("C5", "D2")
 def test_actions_are_in_coordinates_of_the_main_body():
     """Its corners are at 1 and -1."""
     building = shipped("paper")

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from movies import (
-    Board,
+    beside,
     body,
     built,
     canvas,
@@ -262,40 +262,19 @@ def flames(spread, *sources):
 ONE, OTHER = FireLit(0.0, 0, -10.5, 5.5), FireLit(20.0, 0, 3.5, -8.5)
 
 
-ROOMS = """
-    ###############
-    #......#......#
-    #......#......#
-    #............pE
-    ###############
-    """
-BURNING = """
-    ###############
-    #......#......#
-    #..*...#......#
-    #............pE
-    ###############
-    then
-    ###############
-    #.****.#......#
-    #.***..#......#
-    #****........pE
-    ###############
-    then
-    ###############
-    #*,,,,.#......#
-    #*,,,**#......#
-    #,,,,**......pE
-    ###############
-    """
-
-
 @pytest.mark.paper("D7")
 def test_flames_walk_from_cell_to_cell_and_leave_ash():
     """Lit at 2 s; as seen at 3, 20 and 60 s. Each border takes its own time."""
-    fire = Always(0, *built(ROOMS).metres(2, 3))
-    sim = stage(ROOMS, fire=fire, still="p", decision_seconds=1, sources=1)
-    assert Board("\nthen\n".join(play(sim, s) for s in (3, 17, 40))) == BURNING
+    board, *burning = beside("""
+        ###############    ###############    ###############    ###############
+        #......#......#    #......#......#    #.****.#......#    #*,,,,.#......#
+        #......#......#    #..*...#......#    #.***..#......#    #*,,,**#......#
+        #............pE    #............pE    #****........pE    #,,,,**......pE
+        ###############    ###############    ###############    ###############
+        """)
+    fire = Always(0, *built(board).metres(2, 3))
+    sim = stage(board, fire=fire, still="p", decision_seconds=1, sources=1)
+    assert [play(sim, seconds) for seconds in (3, 17, 40)] == burning
 
 
 @pytest.mark.paper("D7")
@@ -458,34 +437,14 @@ def test_a_door_is_destroyed_as_soon_as_flames_burn_beside_it():
 @pytest.mark.paper("A6")
 def test_entrances_and_exits_are_not_regular_doors_and_do_not_burn():
     """Flames stand beside all three; only the door in the middle is destroyed."""
-    board = """
-        ################
-        #AA+*p....*+..*E
-        ################
-
-        ################
-        #AA+...........#
-        ################
-        """
-    assert (
-        later(board, 3, still="p")
-        == """
-        ################
-        #AA+*p....*:..*E
-        ################
-
-        ################
-        #AA+...........#
-        ################
-        """
-    )
+    board = "#AA+*p....*+..*E\n\n#AA+...........#"
+    assert later(board, 3, still="p") == "#AA+*p....*:..*E\n\n#AA+...........#"
 
 
 # -- Strategies ---------------------------------------------------------------------
 
 
-@pytest.mark.paper("C2")
-@pytest.mark.paper("D2")
+@pytest.mark.paper("C2", "D2")
 def test_sources_appear_at_every_kth_decision_until_all_are_lit():
     """The first at 10 s, then every 25 s; the generator stops, and refuses none."""
     scenario = Scenario(people=4, sources=3, time_limit=90)
@@ -528,7 +487,7 @@ def test_a_random_fire_chooses_free_cells_of_rooms_on_all_floors():
 @pytest.mark.parametrize("fire", FIRES)
 def test_nothing_ever_burns_where_all_cells_are_protected(fire):
     """Scripted fires decide nothing; whoever decides is refused, in both modes."""
-    sim = stage("######\n#p...E\n######", fire=fire)
+    sim = stage("#p...E", fire=fire)
     assert not fuel(sim.building).any()
     sim.run()
     assert not [e for e in sim.events if isinstance(e, FireLit | FireRefused)]

@@ -127,8 +127,7 @@ def returns(learner, t):
     return learner.buffer[-1].returns, seen
 
 
-@pytest.mark.paper("E2")
-@pytest.mark.paper("E3")
+@pytest.mark.paper("E2", "E3")
 @pytest.mark.parametrize(
     ("drawn", "horizon", "parts"),
     [

@@ -40,8 +40,7 @@ RESCUES = """
     """
 
 
-@pytest.mark.paper("F8")
-@pytest.mark.paper("F5")
+@pytest.mark.paper("F8", "F5")
 def test_who_leaves_a_floor_alive_pays_their_health_and_at_the_exit_a_fixed_reward():
     """p is out with 99.5, q comes down with 99.3 and is out with 88.6, r dies."""
     sim = stage("#AA+.......pE\n\n#AA+.q.....r#", health={"r": 2})
@@ -65,28 +64,13 @@ def test_nothing_else_is_worth_anything_to_the_robots():
     assert group_reward([DoorBurnt(1.0, 3), FireLit(1.0, 0, 0.5, 0.5), REFUSED]) == 0
 
 
-HOUSE = """
-       #########
-    ####.......#
-    #AA+......pE
-    ####.......#
-       #########
-
-       #########
-    ####.......#
-    #AA+q.....r#
-    ####.......#
-       #########
-    """
-
-
 @pytest.mark.paper("E5", "chosen")
 def test_credit_by_floor_pays_a_robot_what_it_can_touch():
     """p leaves below, q comes down and leaves, r dies above.
 
     Downstairs a robot touches p, and q once it is there; upstairs q to the end, and r.
     """
-    sim = stage(HOUSE)
+    sim = stage("#AA+.......pE\n\n#AA+.q.....r#")
     began = sim.world.bodies.floor.tolist()
     sim.world.bodies.health[body("r")] = 0.05
     events = [event for tick in ticks(sim, 60) for event in tick]
