@@ -14,8 +14,9 @@
 
 Floors are drawn one below the other, the first floor first, with a blank line between;
 a floor of one row stands between two walls.  A line "then" parts one board from the
-next.  People walk at WALKING_SPEED, robots stand still unless a strategy is given, and
-nothing is left to chance.  What no board shows is said in words of a scene:
+next; boards that stand beside each other, before and after, are parted by `beside`.
+People walk at WALKING_SPEED, robots stand still unless a strategy is given, and nothing
+is left to chance.  What no board shows is said in words of a scene:
 
     leads="pq"              these lead; all others follow nobody yet
     follows="pq rR2"        p follows q, r the second robot, seen where it is just now
@@ -26,7 +27,6 @@ nothing is left to chance.  What no board shows is said in words of a scene:
     stuck="p"  still="q"    p made no headway for too long; q stands still for good
     time=7.0                seconds since the evacuation began
     health={"p": 5}         of 100
-    burnt="+2"              what `:` draws
 """
 
 import inspect
@@ -34,6 +34,7 @@ import re
 import sys
 from contextlib import contextmanager
 from functools import cache
+from itertools import groupby, zip_longest
 from math import ceil
 
 import numpy as np
@@ -166,6 +167,18 @@ class Sent:
         return [self.where.get(robot.body - first) for robot in robots]
 
 
+class Script:
+    """Robots that all go to the next of some places, in metres, at each decision."""
+
+    def __init__(self, *places):
+        self.left, self.asked = list(places), []
+
+    def decide(self, world, robots, rng):
+        """Nothing more at the end of the list."""
+        self.asked.append(world.time)
+        return [self.left.pop(0) if self.left else None] * len(robots)
+
+
 def ticks(sim, seconds=None):
     """Step to the end, or some seconds long at most; the events of each tick.
 
@@ -237,37 +250,33 @@ def canvas(sim):
 def framed(sim, floors):
     """A board from signs, without the walls that no row draws."""
     drawn_rows = slice(1, 2) if sim.building.title == CORRIDOR else slice(None)
-    return Board(
-        joined(["".join(row).rstrip() for row in rows[drawn_rows]] for rows in floors)
-    )
+    rows = [["".join(row).rstrip() for row in floor[drawn_rows]] for floor in floors]
+    return Board("\n\n".join("\n".join(floor) for floor in rows))
 
 
 # -- Films --------------------------------------------------------------------------
 
 
-def film(sim, seconds, algorithm, who):
-    """A strip of boards: each time somebody passes other lines of their algorithm, or
-    sets off to something else; and the end of its loop, line 1."""
-    mine = sim.world.robots[body(who)] if who[0] == "R" else mind(sim, who)
-    code, strip, known, inside = algorithm.__code__, [], set(), True
+def film(sim, seconds, algorithm):
+    """A strip of boards: each time p passes other lines of their algorithm, or sets off
+    to something else; and the end of its loop, line 1."""
+    me, code, strip, known = mind(sim, "p"), algorithm.__code__, [], set()
     source = inspect.getsource(algorithm).splitlines()
     printed = {
         code.co_firstlineno + k: [int(n) for n in re.findall(r"\d+", found[1])]
         for k, line in enumerate(source)
         if (found := re.search(r"  # ([\d, ]+)(?:\D|$)", line))
     }
-    while sim.world.time < seconds - 1e-9 and inside and not sim.done:
-        with lines_run(code, mine) as run:
+    while sim.world.time < seconds - 1e-9 and sim.world.bodies.inside[0]:
+        with lines_run(code, me) as run:
             sim.step()
         lines = sorted({n for line in run for n in printed.get(line, ())})
-        if who[0] != "R":
-            inside = bool(sim.world.bodies.inside[body(who)])
-        key = tuple(lines), who[0] != "R" and mine.goal.aim
-        if (lines and key not in known) or not inside:
+        key = tuple(lines), me.goal.aim
+        if lines and key not in known:
             known.add(key)
-            said = f"lines {', '.join(map(str, lines))}" if inside else "line 1, out"
-            board = heading(sim, mine.goal) if who[0] != "R" and inside else goes(sim)
-            strip.append(f"{sim.world.time:.1f} s: {said}\n{board}")
+            said = f"lines {', '.join(map(str, lines))}"
+            strip.append(f"{sim.world.time:.1f} s: {said}\n{heading(sim, me.goal)}")
+    strip.append(f"{sim.world.time:.1f} s: line 1, out\n{show(sim)}")
     return Board("\n".join(strip))
 
 
@@ -417,12 +426,6 @@ def still(world, letters):
     world.bodies.pace[[body(letter) for letter in letters]] = 0.0
 
 
-def burnt(world, text):
-    """These doors have burnt, which ":" draws too."""
-    for _, doors in named(text):
-        world.burnt.update(landmark(world.building, door) for door in doors)
-
-
 def clock(world, seconds):
     """So many seconds have passed; everybody made headway just now."""
     world.time = world.bodies.anchor_time[:] = seconds
@@ -434,21 +437,10 @@ def health(world, points):
         world.bodies.health[body(letter)] = left
 
 
-WORDS = {"time": clock, "burnt": burnt, "at": at, "says": says, "visited": visited}
-WORDS |= {"leads": leads, "follows": follows, "lost": lost}
-WORDS |= {"stuck": stuck, "still": still, "health": health}
+WORDS = {"time": clock, "at": at, "says": says, "visited": visited, "leads": leads}
+WORDS |= {"follows": follows, "lost": lost, "stuck": stuck, "still": still}
+WORDS |= {"health": health}
 """What is said of a scene, in the order in which it comes true."""
-
-
-class Send:
-    """A strategy that sends all robots to one place, in metres."""
-
-    def __init__(self, x, y):
-        self.destination = (x, y)
-
-    def decide(self, world, robots, rng):
-        """Always the same."""
-        return [self.destination] * len(robots)
 
 
 # -- From text to world -------------------------------------------------------------
@@ -466,9 +458,12 @@ def split(board):
     ]
 
 
-def joined(floors):
-    """A board from the rows of each floor."""
-    return "\n\n".join("\n".join(rows) for rows in floors)
+def beside(picture):
+    """The boards that stand beside each other in a picture, from left to right."""
+    columns = zip_longest(*drawn(picture).splitlines(), fillvalue=" ")
+    parts = groupby(columns, key=lambda column: set(column) == {" "})
+    boards = [zip(*part, strict=True) for blank, part in parts if not blank]
+    return [Board("\n".join("".join(row).rstrip() for row in rows)) for rows in boards]
 
 
 def built(board):

@@ -13,13 +13,17 @@ WIDTH, GAP = 88, "    "
 class Board(str):
     """A board as it was found; equal to one that is drawn with any indentation.
 
-    Its rows are boards, too: so a failing test shows a row as it shows a board.
+    Its rows are boards, too: so a failing test shows a row as it shows a board. So is
+    what one sign becomes another on.
     """
 
     __hash__ = str.__hash__
 
     def splitlines(self, keepends=False):
         return [Board(row) for row in super().splitlines(keepends)]
+
+    def replace(self, old, new):
+        return Board(super().replace(old, new))
 
     def __eq__(self, other):
         return str.__eq__(self, drawn(other))

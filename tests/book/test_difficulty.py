@@ -75,8 +75,7 @@ def lost(building, cells):
 # -- What F11 asks ------------------------------------------------------------------
 
 
-@pytest.mark.paper("F10")
-@pytest.mark.paper("F11")
+@pytest.mark.paper("F10", "F11")
 @pytest.mark.parametrize("name", ["tiny", "paper", "tower", "maze"])
 def test_h_is_0_without_fire_and_2312_if_all_burns_at_once(name):
     """It burns out, so that is 0.6 of HARDEST, which scores 1 on the paper's ruler."""
@@ -230,7 +229,7 @@ def test_an_exit_is_shut_once_all_that_can_burn_around_its_clearance_does():
 @pytest.mark.paper("D7", "chosen")
 def test_a_room_wholly_inside_a_clearance_is_never_shut():
     """Whatever burns around it; the room before it is."""
-    building = built("###########\n#....+....E\n###########")
+    building = built("#....+....E")
     hall, porch = (a.index for a in building.rooms(0))
     everything = burning(building, fuel(building))
     shut = ways_lost(building, everything)[0]
@@ -267,7 +266,7 @@ def test_nobody_walks_up_the_stairs_to_get_out():
 @pytest.mark.parametrize("half", [4, 2, 1])
 def test_a_way_gets_as_much_longer_as_its_room_has_become_smaller(half):
     """With half of the room gone it is twice as long, and half of it is lost."""
-    building = built("######\n#....E\n######")
+    building = built("#....E")
     cells = (building.area >= 0) & (np.arange(6) > 4 - half)
     assert lost(building, cells)[0] == pytest.approx(half / 4)
 
@@ -291,21 +290,7 @@ def test_every_metre_of_the_way_counts_the_same():
 @pytest.mark.paper("F11")
 def test_people_are_counted_where_they_are():
     """In rooms and on the stairs; nobody, no difficulty."""
-    sim = stage(
-        """
-           #########
-        ####pq.+r..#
-        #AA+...#...E
-        ####...#...#
-           #########
-
-           #########
-        ####.......#
-        #AA+.st....#
-        ####.......#
-           #########
-        """
-    )
+    sim = stage("#AA+pq.+r..E\n\n#AA+.st....#")
     enter_stairs(sim.world, body("s"), sim.building.stairwells[0].entrances[1][0])
     counts = [2, 1, 0, 1, 1]  # rooms, then stairs, floor by floor
     assert people_in(sim.world).tolist() == counts

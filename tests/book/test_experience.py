@@ -65,15 +65,6 @@ def numbered(*agents):
 
 
 @pytest.mark.paper("E3")
-def test_a_lone_agent_s_rows_are_shuffled_and_the_tail_is_dropped():
-    """Eleven rows in batches of four: two batches, no row twice, another order."""
-    batches = drawn(numbered("#" * 11), 4)
-    rows = torch.cat([b.advantages[:, 0] for b in batches]).tolist()
-    assert [len(b) for b in batches] == [4, 4]
-    assert len(set(rows)) == 8 and rows != sorted(rows)
-
-
-@pytest.mark.paper("E3")
 @given(st.integers(1, 40), st.integers(1, 4), st.integers(1, 40), st.integers(0, 9))
 def test_there_are_as_many_minibatches_as_whole_batches_of_steps(T, G, size, seed):
     """Each of a size, no decision in two of them, however the group shrinks."""

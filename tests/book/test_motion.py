@@ -53,15 +53,6 @@ def test_a_body_stops_at_its_aim():
     assert np.hypot(*(track[-1, 0] - track[-2, 0])) < 0.1 * WALKING_SPEED * TICK
 
 
-@given(st.floats(-3, 3), st.floats(-3, 3))
-@settings(max_examples=50)
-def test_a_body_slides_along_a_wall_and_never_enters_it(x, y):
-    """Wherever it means to go."""
-    free = corridor(1)
-    track = walk([[0, 0]], [[x, y]], ticks=20, free=free)
-    assert free(track[:, 0]).all()
-
-
 def test_a_body_slides_along_a_wall_towards_its_aim():
     """It does not stop at the first touch."""
     track = walk([[0, 0]], [[5, 2]], ticks=60, free=corridor(1))
@@ -141,17 +132,6 @@ def test_nobody_overtakes_through_anybody_in_a_narrow_corridor(width):
     assert min(gaps(at).min() for at in track) >= TOUCHING
     in_order = (np.diff(track[..., 0], axis=1) > 0).all()
     assert in_order or width > 2 * BODY_RADIUS
-
-
-def test_two_streams_pass_each_other_in_a_corridor():
-    """Ten each way, three metres wide: all arrive."""
-    rows, sides = np.divmod(np.arange(10), 2)
-    east = np.stack([rows * 0.8, sides - 0.5], axis=1)
-    west = east * [-1, 1] + [20, 0]
-    start = np.concatenate([east, west])
-    aim = np.where(np.arange(20)[:, None] < 10, [40.0, 0], [-20.0, 0])
-    track = walk(start, aim, 150, corridor(3))
-    assert (track[-1, :10, 0] > 20).all() and (track[-1, 10:, 0] < 0).all()
 
 
 @pytest.mark.paper("A9", "chosen")

@@ -127,7 +127,7 @@ def test_a_dear_place_costs_on_the_way_in_and_on_the_way_out(dtype):
 
     A cost is read as a number, whatever its type.
     """
-    nav = navigation_of(built("#######\n#.....E\n#######"))
+    nav = navigation_of(built("#.....E"))
     cost = np.ones(nav.places, dtype)
     cost[nav.cols + 3] = 5
     there = nav.distances([nav.cols + 1], cost)[nav.cols + 3]
@@ -139,25 +139,19 @@ def test_a_dear_place_costs_on_the_way_in_and_on_the_way_out(dtype):
 
 def test_the_nearest_free_place_to_a_wall_is_beside_it():
     """A destination inside a wall is corrected to where one can stand."""
-    nav = navigation_of(built("#######\n#.....E\n#######"))
+    nav = navigation_of(built("#.....E"))
     x, y = nav.building.metres(0, 3)
     assert nav.nearest_free(0, x, y) == nav.cols + 3
 
 
 def test_the_place_beyond_a_door_is_on_its_other_side():
     """Seen from either room."""
-    building = built("#######\n#..+..E\n#######")
+    building = built("#..+..E")
     nav = navigation_of(building)
     door = nav.cols + 3
     west, east = (int(building.area.ravel()[door + step]) for step in (-1, 1))
     assert nav.beyond(door, west) == door + 1
     assert nav.beyond(door, east) == door - 1
-
-
-def test_a_building_may_be_smaller_than_anybody_looks_ahead():
-    """Three cells and an exit."""
-    nav = navigation_of(built("#####\n#...E\n#####"))
-    assert nav.metres[0, nav.cols + 1] == 3
 
 
 @pytest.mark.paper("A7")

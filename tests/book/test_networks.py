@@ -93,8 +93,7 @@ def leaky(x):
     return torch.where(x > 0, x, 0.01 * x)
 
 
-@pytest.mark.paper("C4")
-@pytest.mark.paper("E2")
+@pytest.mark.paper("C4", "E2")
 @pytest.mark.parametrize("kind", [Actor, Critic])
 def test_a_group_s_image_is_encoded_once_as_if_for_each_agent(kind):
     """Of policies the means; PPO's critic is told each agent's own observation."""

@@ -62,9 +62,7 @@ def replayed(episode: Episode, environment: Environment):
     return paid, seen, [agent for agent in cut if cut[agent]]
 
 
-@pytest.mark.paper("C8")
-@pytest.mark.paper("D6")
-@pytest.mark.paper("E3")
+@pytest.mark.paper("C8", "D6", "E3")
 @pytest.mark.paper("E4", "deviation")
 @pytest.mark.parametrize(
     ("seconds", "robots_go_on", "fire_goes_on"),
@@ -134,8 +132,7 @@ def test_each_round_both_sides_learn_and_play_the_next_with_what_they_learned():
         assert np.array_equal(one.actions, other.actions), side
 
 
-@pytest.mark.paper("D2")
-@pytest.mark.paper("E3")
+@pytest.mark.paper("D2", "E3")
 @pytest.mark.parametrize("name", ["tiny", "paper"])
 def test_a_gaussian_fire_s_branch_is_a_floor(name):
     """Branch k lights floor k; a number beyond 3 is clipped."""

@@ -59,9 +59,7 @@ def test_what_is_about_robots_is_refused_for_the_fire():
         replace(settings, fire=replace(settings.fire, head="frame"))
 
 
-@pytest.mark.paper("E1")
-@pytest.mark.paper("E2")
-@pytest.mark.paper("D6")
+@pytest.mark.paper("E1", "E2", "D6")
 @pytest.mark.parametrize("name", PRESETS)
 def test_every_preset_trains_a_group_against_one_fire(name):
     """MA-POCA against PPO, normalised against not, by the rule of training."""

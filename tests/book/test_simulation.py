@@ -26,6 +26,7 @@ from reference.motion import SHOULDERS
 from reference.paper import (
     DOOR_FLOW,
     FIXED_PENALTY,
+    FIXED_REWARD,
     FRAMES_PER_SECOND,
     HEALTH,
     HEALTH_RATE,
@@ -85,6 +86,7 @@ def audit(sim):
         assert np.array_equal(now["fate"][out], before["fate"][out])
         before = now
     everybody_has_one_end(sim)
+    events_come_in_order(sim)
 
 
 def nobody_is_lost(sim, now):
@@ -126,15 +128,21 @@ def everybody_has_one_end(sim):
             assert not any(isinstance(e, Evacuated | Died) for e in mine[:-1])
 
 
+def events_come_in_order(sim):
+    """And whoever passes an exit has left the floor in the same tick."""
+    times = [event.time for event in sim.events]
+    assert times == sorted(times)
+    for before, event in pairwise(sim.events):
+        if isinstance(event, Evacuated):
+            left = event.time, event.person, event.floor, event.health
+            assert before == LeftFloor(*left)
+
+
 PAPER = [
     ("paper", PEOPLE, "patrol", "greedy", 7, 240),
     pytest.param("paper", 1000, "patrol", "greedy", 7, 20, marks=pytest.mark.slow),
 ]
-TINY = [
-    pytest.param("tiny", 20, *match, seed, 240, marks=[pytest.mark.slow] * (seed > 4))
-    for match in MATCHES
-    for seed in range(20)
-]
+TINY = [("tiny", 20, *match, seed, 240) for match in MATCHES for seed in range(5)]
 
 
 @pytest.mark.parametrize(
@@ -143,7 +151,7 @@ TINY = [
 def test_nobody_is_ever_in_a_wall_lost_or_counted_twice(
     name, people, robots, fire, seed, limit
 ):
-    """From the first tick to the last; five seeds, or twenty, on two small floors."""
+    """From the first tick to the last; five seeds on two small floors."""
     audit(run(name, people, robots, fire, seed, time_limit=limit))
 
 
@@ -220,32 +228,7 @@ def test_nothing_impossible_happens_in_any_building(
     assert sim.events == copied.events == twin.events
 
 
-@pytest.mark.parametrize(("robots", "fire"), MATCHES)
-def test_events_come_in_order(robots, fire):
-    """Step by step; and whoever passes an exit has left the floor in the same tick."""
-    sim = run(robots=robots, fire=fire, seed=4)
-    told = [event for events in ticks(sim) for event in events]
-    times = [event.time for event in sim.events]
-    assert told == sim.events and times == sorted(times)
-    for before, event in pairwise(sim.events):
-        if isinstance(event, Evacuated):
-            assert before == LeftFloor(
-                event.time, event.person, event.floor, event.health
-            )
-
-
 # -- Same seed, same run ------------------------------------------------------------
-
-
-@pytest.mark.parametrize(("robots", "fire"), [*MATCHES, ("random", "random")])
-def test_the_same_seed_gives_the_same_run_bit_for_bit(robots, fire):
-    """Positions, health, events: everything."""
-    one, other = (run(robots=robots, fire=fire, seed=9) for _ in range(2))
-    for _ in range(150):
-        one.step(), other.step()
-        assert equal(bodies(one), bodies(other))
-    assert one.events == other.events
-    assert np.array_equal(one.world.flames.arrival, other.world.flames.arrival)
 
 
 @pytest.mark.parametrize("robots", ["sweep", "patrol", "random"])
@@ -303,7 +286,7 @@ def test_health_falls_with_every_frame(frames):
 
     Sums of many small losses round up or down; neither counts.
     """
-    board = "############\n#p.........E\n############"
+    board = "#p.........E"
     sim = stage(board, frames_per_tick=frames)
     sim.world.bodies.pace[:] = 0
     play(sim, 10)
@@ -331,7 +314,7 @@ def test_health_falls_on_the_stairs_too():
 def test_the_dead_stand_in_nobodys_way():
     """Where q has died p walks as if nobody had ever been there."""
     ways, gone = [], str.maketrans("qx", "..")
-    for board in ("########\n#p..q..E\n########", "########\n#p.....E\n########"):
+    for board in ("#p..q..E", "#p.....E"):
         sim = stage(board, sight_range=8, leads="p")
         sim.world.bodies.health[1:] = 0
         sim.world.bodies.pace[1:] = 0
@@ -341,7 +324,8 @@ def test_the_dead_stand_in_nobodys_way():
 
 @pytest.mark.parametrize("limit", [20.0, 240.0])
 def test_the_outcome_adds_up(limit):
-    """People, mean health of those who got out, seconds times people inside."""
+    """People, mean health of those who got out, seconds times people inside; and the
+    reward, by hand."""
     sim = run(seed=6, time_limit=limit)
     inside, before = 0.0, sim.world.bodies.inside.sum()
     for _ in ticks(sim):
@@ -352,6 +336,9 @@ def test_the_outcome_adds_up(limit):
     assert outcome.people == outcome.evacuated + outcome.died + outcome.inside == 20
     assert outcome.mean_health == pytest.approx(np.mean(out))
     assert outcome.person_seconds == pytest.approx(inside)
+    earned = sum(event.health for event in sim.events if isinstance(event, LeftFloor))
+    earned += FIXED_REWARD * outcome.evacuated - FIXED_PENALTY * outcome.died
+    assert outcome.reward == pytest.approx(earned)
     assert (outcome.inside > 0) == (outcome.simulated_seconds == pytest.approx(limit))
 
 
@@ -364,12 +351,8 @@ def test_an_empty_building_is_done_at_once():
 @pytest.mark.parametrize("frames", [2, 5, 10])
 def test_the_length_of_a_tick_does_not_change_the_time_things_take(frames):
     """Twelve metres to the exit at walking speed."""
-    sim = stage(
-        "###############\n#p............E\n###############",
-        frames_per_tick=frames,
-        sight_range=14,
-        leads="p",
-    )
+    said = {"frames_per_tick": frames, "sight_range": 14, "leads": "p"}
+    sim = stage("#p............E", **said)
     seconds = sim.run().simulated_seconds
     assert seconds == pytest.approx(12.5 / WALKING_SPEED, abs=1.5)
 
@@ -427,15 +410,6 @@ def test_a_door_is_no_obstacle():
         sim = stage(f"############\n#p...{middle}.....E\n############", sight_range=12)
         times.append(sim.run().simulated_seconds)
     assert times[0] == pytest.approx(times[1], abs=1.2)
-
-
-@pytest.mark.paper("A5")
-def test_a_trigger_fires_when_somebody_touches_it():
-    """A door is remembered, a stairwell entered, an exit passed."""
-    sim = stage("#########\n#p.+..q.E\n#########")
-    play(sim, 12)
-    assert len(sim.world.minds[0].doors) == 1
-    assert [type(event) for event in sim.events] == [LeftFloor, Evacuated] * 2
 
 
 LANDING = """
@@ -509,18 +483,7 @@ def test_an_exit_lets_a_limited_flow_through(frames):
 @pytest.mark.paper("A5", "deviation")
 def test_stairs_let_fewer_people_through_than_doors():
     """STAIRS_FLOW people per second and metre, here from a queue before them."""
-    sim = stage(
-        """
-        ################
-        #AA+...........E
-        ################
-
-        ################
-        #AA+pqrstuvwxyz#
-        ################
-        """,
-        sight_range=14,
-    )
+    sim = stage("#AA+...........E\n\n#AA+pqrstuvwxyz#", sight_range=14)
     sim.run()
     left = [event for event in sim.events if isinstance(event, LeftFloor)]
     times = [event.time for event in left if event.floor == 1]
@@ -531,7 +494,7 @@ def test_stairs_let_fewer_people_through_than_doors():
 @pytest.mark.paper("A5", "deviation")
 def test_who_is_in_a_full_door_walks_on():
     """It is full for others: p, who fills it, does not slow down in it."""
-    sim = stage("##########\n#p..+....E\n##########")
+    sim = stage("#p..+....E")
     play_until(sim, lambda: sim.world.minds[0].doors)
     assert sim.full_until[0] > sim.world.time
     x = sim.world.bodies.position[0, 0]

@@ -89,8 +89,7 @@ def test_an_exit_joins_a_room_and_the_outside(house):
     assert outer == ["1/exit-1"]
 
 
-@pytest.mark.paper("A3")
-@pytest.mark.paper("A4")
+@pytest.mark.paper("A3", "A4")
 def test_ways_out_are_exits_and_stairs_that_go_down(house):
     """On the lowest floor the stairs lead nowhere."""
     ways = [[house.landmarks[m].id for m in house.ways_out(f)] for f in (0, 1)]
@@ -126,12 +125,6 @@ def test_every_cell_is_found_again_from_its_metres(paper):
 
 
 # -- The graph ----------------------------------------------------------------------
-
-
-def test_networkx_finds_the_way_out_of_a_room(house):
-    """Through the stairwell, storey by storey, and out by the exit."""
-    way = nx.shortest_path(house.graph, "2/c", OUTSIDE)
-    assert way == ["2/c", "2/A", "1/A", "1/a2", "1/room-2", OUTSIDE]
 
 
 @pytest.mark.paper("A3")

@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from movies import (
-    Send,
     body,
     mark,
     mind,
@@ -81,7 +80,7 @@ class ProbeFire:
 @pytest.mark.paper("B4")
 def test_everybody_looks_before_anybody_decides():
     """p sets off to the door now; q, who thinks after p, sees that a turn later."""
-    sim = stage("############\n#p..q..+...E\n############", leads="pq", sight_range=7)
+    sim = stage("#p..q..+...E", leads="pq", sight_range=7)
     sim.world.bodies.rank[body("p")] = 9
     sim.step()
     assert sim.world.bodies.landmark[body("p")] == mark(sim, Kind.DOOR)
@@ -93,7 +92,7 @@ def test_everybody_looks_before_anybody_decides():
 def test_people_decide_before_strategies():
     """When the robots' first turn comes, p has become a leader already."""
     robots = Probe(lambda world: world.minds[0].mode)
-    stage("###########\n#p..R.....E\n###########", robots=robots).step()
+    stage("#p..R.....E", robots=robots).step()
     assert robots.saw == [Mode.LEADER]
 
 
@@ -109,7 +108,7 @@ def test_people_on_the_stairs_are_not_seen():
 @pytest.mark.paper("D2")
 def test_robots_and_fire_see_the_same_world():
     """Robots do not see the fire that breaks out now; the fire sees them unmoved."""
-    board = "############\n#p..R......E\n############"
+    board = "#p..R......E"
     robots = Probe(lambda w: (w.robots[0].position[0], len(w.flames.sources)), x=4.5)
     fire = ProbeFire(lambda w: w.robots[0].position[0], 0, 3.5, 0.5)
     hurry = {"decision_seconds": 1, "sight_range": 1.5}
@@ -126,7 +125,7 @@ def test_robots_and_fire_see_the_same_world():
 @pytest.mark.paper("B6", "Alg. 2:3: walk to it")
 def test_people_decide_before_they_move():
     """Within one tick p sees the exit and has begun to walk there."""
-    sim = stage("########\n#p.....E\n########", sight_range=8, leads="p")
+    sim = stage("#p.....E", sight_range=8, leads="p")
     start = sim.world.bodies.position[0].copy()
     sim.step()
     assert sim.world.bodies.position[0, 0] - start[0] == pytest.approx(
@@ -141,7 +140,7 @@ def test_people_decide_before_they_move():
 )
 def test_robots_decide_before_they_move():
     """The first decision is walked in its own tick."""
-    sim = stage("#########\n#R.....pE\n#########", robots=Send(1.5, 0.5))
+    sim = stage("#R...1.pE")
     start = sim.world.robots[0].position[0]
     sim.step()
     walked = sim.world.robots[0].position[0] - start
@@ -151,7 +150,7 @@ def test_robots_decide_before_they_move():
 @pytest.mark.paper("C7", "Alg. 3:2, chosen: help people out")
 def test_robots_move_before_people():
     """The robot waits for p, who is a step too far behind when the tick begins."""
-    sim = stage("############\n#p..R......E\n############", follows="pR")
+    sim = stage("#p..R......E", follows="pR")
     robot = sim.world.robots[0]
     robot.way = [robot.place + 5]
     gap = FOLLOWER_GAP + CROWD_GAP
@@ -184,7 +183,7 @@ def test_people_move_before_flames_move_on():
     Lit at 2 s, it burns at 3 s.
     """
     fire = ProbeFire(lambda world: None, 0, -2.5, 0.5)
-    board = "############\n#.p........E\n############"
+    board = "#.p........E"
     sim = stage(board, fire=fire, decision_seconds=1, sight_range=12)
     bodies = sim.world.bodies
     bodies.pace[:] = 0
@@ -193,16 +192,16 @@ def test_people_move_before_flames_move_on():
     bodies.position[0, 0] += 0.45
     assert not sim.world.flames.burning.any()
     sim.step()
-    assert show(sim) == "############\n#..p.......E\n############"
+    assert show(sim) == "#..p.......E"
     bodies.fate[:] = Fate.EVACUATED  # out of the picture, to see what burns
-    assert show(sim) == "############\n#..*.......E\n############"
+    assert show(sim) == "#..*.......E"
 
 
 @pytest.mark.paper("B7")
 def test_flames_move_on_before_they_hurt():
     """The tick in which the cell beside p begins to burn costs p more already."""
     fire = ProbeFire(lambda world: None, 0, -2.5, 0.5)
-    board = "############\n#.p........E\n############"
+    board = "#.p........E"
     sim = stage(board, fire=fire, decision_seconds=1)
     sim.world.bodies.pace[:] = 0
     health = []
@@ -242,12 +241,11 @@ def test_health_falls_before_deaths_are_settled():
     assert show(sim) == "#x.....E"
 
 
-@pytest.mark.paper("B7")
-@pytest.mark.paper("A4")
+@pytest.mark.paper("B7", "A4")
 @pytest.mark.parametrize(("ticks_left", "end"), [(0.5, Died), (1.5, Evacuated)])
 def test_who_dies_on_the_threshold_of_the_exit_is_not_saved(ticks_left, end):
     """Death and exit in one tick are a death."""
-    sim = stage("########\n#....p.E\n########", sight_range=8, leads="p")
+    sim = stage("#....p.E", sight_range=8, leads="p")
     bodies = sim.world.bodies
     bodies.position[0, 0] += 1.4
     bodies.place[0] += 1
@@ -268,7 +266,7 @@ def test_a_door_fires_once_for_who_walks_through_it():
 @pytest.mark.parametrize("burnt", [False, True])
 def test_a_burnt_door_is_passed_without_being_remembered(burnt):
     """It is no landmark any more [A6]; the hole that it leaves is walked through."""
-    sim = stage("#########\n#.p+....E\n#########", leads="p")
+    sim = stage("#.p+....E", leads="p")
     door, me = mark(sim, Kind.DOOR), mind(sim, "p")
     beyond = sim.navigation.cols + 4
     me.goal = Goal(Aim.THRESHOLD, door, beyond)
@@ -282,7 +280,7 @@ def test_a_burnt_door_is_passed_without_being_remembered(burnt):
 @pytest.mark.parametrize("start", [0.0, 0.27, 0.54])
 def test_after_a_door_one_thinks_at_once(start):
     """In the very next tick, whatever one's turn: the body has the new goal."""
-    sim = stage("#########\n#.p.+...E\n#########", leads="p")
+    sim = stage("#.p.+...E", leads="p")
     bodies, me = sim.world.bodies, mind(sim, "p")
     bodies.position[0, 0] -= start
     bodies.place[0] = sim.navigation.place(0, *bodies.position[0])

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from movies import (
-    Send,
+    Script,
+    beside,
     built,
     goes,
     later,
@@ -36,19 +37,6 @@ from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import Sweep
 from reference.world import NOWHERE, Evacuated, LeftFloor
 
-
-class Script:
-    """A strategy that reads its decisions, for one robot, from a list."""
-
-    def __init__(self, *destinations):
-        self.left, self.asked = list(destinations), []
-
-    def decide(self, world, robots, rng):
-        """The next one; nothing more at the end of the list."""
-        self.asked.append((world.time, [robot.body for robot in robots]))
-        return [self.left.pop(0) if self.left else None] * len(robots)
-
-
 UPSTAIRS = """
        #########
     ####.......#
@@ -60,19 +48,6 @@ UPSTAIRS = """
     ####......p#
     #AA+...R...#
     ####.....2.#
-       #########
-    """
-DOWNSTAIRS = """
-       #########
-    ####......p#
-    #AA+...R.1.#
-    ####.......#
-       ####E####
-
-       #########
-    ####.......#
-    #AA+...R...#
-    ####...2...#
        #########
     """
 
@@ -119,21 +94,21 @@ def test_a_robot_is_done_when_its_level_and_all_above_are_empty():
 
     So agents of one group finish at different times.
     """
-    assert begun(DOWNSTAIRS, still="p") == DOWNSTAIRS.replace("2", ".")
-    after = """
-           #########
-        ####......p#
-        #AA+.....R.#
-        ####.......#
-           ####E####
+    board, after = beside("""
+           #########       #########
+        ####......p#    ####......p#
+        #AA+...R.1.#    #AA+.....R.#
+        ####.......#    ####.......#
+           ####E####       ####E####
 
-           #########
-        ####.......#
-        #AA+...R...#
-        ####.......#
-           #########
-        """
-    assert later(DOWNSTAIRS, 2, still="p") == after
+           #########       #########
+        ####.......#    ####.......#
+        #AA+...R...#    #AA+...R...#
+        ####...2...#    ####.......#
+           #########       #########
+        """)
+    assert begun(board, still="p") == board.replace("2", ".")
+    assert later(board, 2, still="p") == after
 
 
 @pytest.mark.paper(
@@ -147,7 +122,7 @@ def test_a_robot_under_way_stands_still_once_its_work_is_done():
     assert later(board, 5, still="p") == "#p.R.......E\n\n#.R........E"
 
 
-@pytest.mark.paper("C7", "Alg. 3:2: help people out")
+@pytest.mark.paper("C7", "Alg. 3", "Alg. 3:2: help people out")
 def test_a_robot_leads_those_who_follow_it_out():
     """It waits for p, who is slow, and says: this exit."""
     sim = stage("#p.R...........1E")
@@ -249,66 +224,34 @@ def test_a_destination_near_a_stairwell_becomes_its_centre(x, y):
 @pytest.mark.paper("C6", "Eq. 1")
 def test_a_robot_decided_beside_a_stairwell_walks_onto_the_stairs():
     """Eq. 1 corrects where it goes, and there it ends: q's robot, three metres off."""
-    board = """
-           #########
-        ####......p#
-        #AA+...R...E
-        ####.......#
-           #########
-
-           #########
-        ####......q#
-        #AA+2..R...#
-        ####.......#
-           #########
-        """
-    assert begun(board, sight_range=1.5).splitlines()[8] == "#A2+...R...#"
-    assert (
-        later(board, 6, sight_range=1.5, still="pq").splitlines()[8] == "#RA+.......#"
-    )
+    board = "#AA+...R..pE\n\n#AA+2..R..q#"
+    assert begun(board, sight_range=1.5).splitlines()[2] == "#A2+...R..q#"
+    after = later(board, 6, sight_range=1.5, still="pq")
+    assert after.splitlines()[2] == "#RA+......q#"
 
 
 @pytest.mark.paper("C6", "Eq. 1")
 def test_a_stairwell_attracts_on_its_own_floors_only():
     """A does not reach the third floor."""
-    board = """
-           ########
-        ####p.....####
-        #AA+1..R..+BB#
-        ####......####
-           ###E####
+    board, after = beside("""
+           ########          ########
+        ####p.....####    ####p.....####
+        #AA+1..R..+BB#    #A1+...R..+BB#
+        ####......####    ####......####
+           ###E####          ###E####
 
-           ########
-        ####q.....####
-        #AA+2..R..+BB#
-        ####......####
-           ########
+           ########          ########
+        ####q.....####    ####q.....####
+        #AA+2..R..+BB#    #A2+...R..+BB#
+        ####......####    ####......####
+           ########          ########
 
-           ########
-           #r.....####
-           #3..R..+BB#
-           #......####
-           ########
-        """
-    after = """
-           ########
-        ####p.....####
-        #A1+...R..+BB#
-        ####......####
-           ###E####
-
-           ########
-        ####q.....####
-        #A2+...R..+BB#
-        ####......####
-           ########
-
-           ########
-           #r.....####
-           #3..R..+BB#
-           #......####
-           ########
-        """
+           ########          ########
+           #r.....####       #r.....####
+           #3..R..+BB#       #3..R..+BB#
+           #......####       #......####
+           ########          ########
+        """)
     assert begun(board) == after
 
 
@@ -345,24 +288,7 @@ def test_of_two_stairwells_nearby_the_nearer_one_is_meant():
 )
 def test_of_two_stairwells_over_the_same_cells_the_one_that_leads_down_is_meant():
     """A joins floors 1 and 2, B floors 3 and 4; robots of floor 4 mean B."""
-    floors = """
-        ##########
-        #AA+.....E
-        ##########
-
-        ##########
-        #AA+.....#
-        ##########
-
-        ##########
-        #BB+.....E
-        ##########
-
-        ##########
-        #BB+.....#
-        ##########
-        """
-    building = built(floors)
+    building = built("#AA+.....E\n\n#AA+.....#\n\n#BB+.....E\n\n#BB+.....#")
     a, b = building.stairwells
     assert a.centre == b.centre
     said = said_on_the_way(building, 3, b.centre)
@@ -392,7 +318,7 @@ def test_the_instruction_goes_with_the_destination(floor, where, leads_out):
         "exit": next(building.landmarks[m].position for m in building.exits),
         "middle": (0.0, 0.0),
     }
-    sim = stage(UPSTAIRS, robots=Send(*targets[where]))
+    sim = stage(UPSTAIRS, robots=Script(targets[where]))
     sim.step()
     (way_out,) = building.ways_out(floor)
     assert sim.world.robots[floor].says == (way_out if leads_out else NOWHERE)
@@ -473,22 +399,14 @@ def test_a_robot_leads_around_flames_where_it_can(flame, passes):
 @pytest.mark.paper("C5", "chosen")
 def test_a_metre_in_flames_counts_more_than_one_beside_them():
     """The robot takes the longer way, beside two flames instead of through one."""
-    board = """
-        #############
-        #R...*...1.pE
-        #.#######.###
-        #.........###
-        ####*#*######
-        #############
-        """
-    after = """
-        #############
-        #....*.....pE
-        #.#######.###
-        #....R....###
-        ####*#*######
-        #############
-        """
+    board, after = beside("""
+        #############    #############
+        #R...*...1.pE    #....*.....pE
+        #.#######.###    #.#######.###
+        #.........###    #....R....###
+        ####*#*######    ####*#*######
+        #############    #############
+        """)
     assert later(board, 4, still="p") == after
 
 
@@ -534,5 +452,4 @@ def test_robots_decide_every_few_seconds():
     script = Script()
     sim = stage("#p..R.....E", robots=script, still="p")
     play(sim, 3 * DECISION_SECONDS)
-    times = [time for time, _ in script.asked]
-    assert times == pytest.approx([0, DECISION_SECONDS, 2 * DECISION_SECONDS])
+    assert script.asked == pytest.approx([0, DECISION_SECONDS, 2 * DECISION_SECONDS])

@@ -10,7 +10,7 @@ from movies import fire_named, robots_named, shipped, turns
 from reference.fire import RandomFire
 from reference.game import observations
 from reference.game.environment import FIRE, Environment, action_size
-from reference.paper import DECISION_SECONDS, Scenario
+from reference.paper import Scenario
 from reference.rewards import fire_reward, group_reward
 from reference.simulation import Simulation
 from reference.workshop.remedies.credit import floor_reward
@@ -122,16 +122,6 @@ def test_what_is_returned_belongs_to_whoever_gets_it():
 
 
 # -- The robots' actions ------------------------------------------------------------
-
-
-def test_a_step_is_one_decision():
-    """Five seconds."""
-    environment = game()
-    for _ in range(3):
-        environment.step(idle(environment))
-    assert environment.decision == 3
-    seconds = environment.simulation.world.time
-    assert seconds == pytest.approx(3 * DECISION_SECONDS)
 
 
 @pytest.mark.paper("C5")

@@ -127,8 +127,7 @@ def returns(learner, t):
     return learner.buffer[-1].returns, seen
 
 
-@pytest.mark.paper("E2")
-@pytest.mark.paper("E3")
+@pytest.mark.paper("E2", "E3")
 @pytest.mark.parametrize(
     ("drawn", "horizon", "parts"),
     [
@@ -209,16 +208,6 @@ def test_an_update_goes_num_epoch_times_through_whole_minibatches():
     assert not learner.buffer and not learner.full
     step = learner.optimiser.state_dict()["state"][0]["step"]
     assert step == 6
-
-
-@pytest.mark.paper("E3")
-def test_a_buffer_is_full_with_more_than_buffer_size_steps():
-    """Eight of two agents do not fill it, nine do; both count for the schedules."""
-    learner = made(buffer_size=8)
-    learner.add([life("#####", "###..", sizes=MIXED)])
-    assert (learner.steps, learner.full) == (8, False)
-    learner.add([life("#", sizes=MIXED)])
-    assert (learner.steps, learner.full) == (9, True)
 
 
 @pytest.mark.paper("E3")

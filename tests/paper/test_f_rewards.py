@@ -1,21 +1,15 @@
 """What events are worth, summed by hand."""
 
 import pytest
-from movies import Board, body, shipped, show, stage, ticks
+from movies import Board, body, show, stage, ticks
 
-from reference.fire import RandomFire
 from reference.paper import (
     FIRE_REFUSED_PENALTY,
     FIXED_PENALTY,
     FIXED_REWARD,
-    HEALTH,
-    PEOPLE,
-    Scenario,
 )
 from reference.rewards import fire_reward, group_reward, robot_reward
-from reference.simulation import Simulation
 from reference.workshop.remedies.credit import floor_reward
-from reference.workshop.strategies.guides import Sweep
 from reference.world import Died, DoorBurnt, Evacuated, FireLit, FireRefused, LeftFloor
 
 OUT = [
@@ -46,8 +40,7 @@ RESCUES = """
     """
 
 
-@pytest.mark.paper("F8")
-@pytest.mark.paper("F5")
+@pytest.mark.paper("F8", "F5")
 def test_who_leaves_a_floor_alive_pays_their_health_and_at_the_exit_a_fixed_reward():
     """p is out with 99.5, q comes down with 99.3 and is out with 88.6, r dies."""
     sim = stage("#AA+.......pE\n\n#AA+.q.....r#", health={"r": 2})
@@ -57,14 +50,6 @@ def test_who_leaves_a_floor_alive_pays_their_health_and_at_the_exit_a_fixed_rewa
         if group_reward(events)
     ]
     assert Board("\n".join(strip)) == RESCUES
-
-
-@pytest.mark.paper("F5")
-def test_a_death_costs_the_fixed_penalty():
-    """And forty of them are the worst case, -12000."""
-    deaths = [Died(60.0, person, 0) for person in range(PEOPLE)]
-    assert group_reward(deaths[:1]) == -FIXED_PENALTY
-    assert group_reward(deaths) == -12000
 
 
 @pytest.mark.paper("E5")
@@ -79,28 +64,13 @@ def test_nothing_else_is_worth_anything_to_the_robots():
     assert group_reward([DoorBurnt(1.0, 3), FireLit(1.0, 0, 0.5, 0.5), REFUSED]) == 0
 
 
-HOUSE = """
-       #########
-    ####.......#
-    #AA+......pE
-    ####.......#
-       #########
-
-       #########
-    ####.......#
-    #AA+q.....r#
-    ####.......#
-       #########
-    """
-
-
 @pytest.mark.paper("E5", "chosen")
 def test_credit_by_floor_pays_a_robot_what_it_can_touch():
     """p leaves below, q comes down and leaves, r dies above.
 
     Downstairs a robot touches p, and q once it is there; upstairs q to the end, and r.
     """
-    sim = stage(HOUSE)
+    sim = stage("#AA+.......pE\n\n#AA+.q.....r#")
     began = sim.world.bodies.floor.tolist()
     sim.world.bodies.health[body("r")] = 0.05
     events = [event for tick in ticks(sim, 60) for event in tick]
@@ -130,26 +100,3 @@ def test_who_comes_down_to_the_ground_floor_counts_for_its_robots_wherever_from(
 def test_the_fire_gains_what_the_robots_lose_and_pays_for_refusals():
     """A certain reward is deducted for each."""
     assert fire_reward([*OUT, REFUSED, REFUSED]) == -240 - 2 * FIRE_REFUSED_PENALTY
-
-
-@pytest.mark.paper("F8")
-def test_the_best_case_from_the_third_floor_is_critical_point_2():
-    """Three floors of 8.33 health each, carried over, and out: forty times 350."""
-    loss = 25 / 3
-    best = [
-        *(LeftFloor(0, 0, 2 - k, HEALTH - (k + 1) * loss) for k in range(3)),
-        Evacuated(0, 0, 0, HEALTH - 3 * loss, 0),
-    ]
-    assert PEOPLE * group_reward(best) == pytest.approx(14000)
-
-
-@pytest.mark.paper("F8")
-def test_the_outcomes_reward_is_the_sum_over_its_people():
-    """Person by person, from the events of a whole run."""
-    sides = {"fire": RandomFire(), "robots": Sweep()}
-    sim = Simulation(shipped("tiny"), Scenario(people=20), seed=2, **sides)
-    outcome = sim.run()
-    assert outcome.evacuated and outcome.died
-    by_hand = sum(e.health for e in sim.events if isinstance(e, LeftFloor))
-    by_hand += FIXED_REWARD * outcome.evacuated - FIXED_PENALTY * outcome.died
-    assert outcome.reward == pytest.approx(by_hand)

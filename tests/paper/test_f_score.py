@@ -98,8 +98,7 @@ def test_without_fire_even_the_best_reward_scores_below_one():
 # -- Calibration --------------------------------------------------------------------
 
 
-@pytest.mark.paper("F9")
-@pytest.mark.paper("F12")
+@pytest.mark.paper("F9", "F12")
 def test_the_procedure_reproduces_the_papers_constants():
     """Two critical points, two equal cases, in any order, and a baseline of E = 1."""
     ruler = calibrated(*POINTS, (EASY, HARD), [HARD])

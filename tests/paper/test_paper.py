@@ -75,23 +75,18 @@ def agrees(value, printed):
 
 
 @pytest.mark.paper("E1", "Tab. I")
-@pytest.mark.paper("E4")
-@pytest.mark.paper("E5")
-def test_table_i_is_complete_and_as_printed():
-    """The robots' trainer, every row."""
-    printed = dict(rows(TABLE_I))
-    assert set(paper.TABLE_I) == set(printed)
-    assert all(agrees(paper.TABLE_I[name], value) for name, value in printed.items())
-
-
 @pytest.mark.paper("E2", "Tab. II")
-@pytest.mark.paper("E4")
-@pytest.mark.paper("E5")
-def test_table_ii_is_complete_and_as_printed():
-    """The fire's trainer, every row."""
-    printed = dict(rows(TABLE_II))
-    assert set(paper.TABLE_II) == set(printed)
-    assert all(agrees(paper.TABLE_II[name], value) for name, value in printed.items())
+@pytest.mark.paper("E4", "E5")
+@pytest.mark.parametrize(
+    ("ours", "printed"),
+    [(paper.TABLE_I, TABLE_I), (paper.TABLE_II, TABLE_II)],
+    ids=["robots", "fire"],
+)
+def test_the_tables_are_complete_and_as_printed(ours, printed):
+    """Both trainers, every row."""
+    printed = dict(rows(printed))
+    assert set(ours) == set(printed)
+    assert all(agrees(ours[name], value) for name, value in printed.items())
 
 
 def test_the_tables_cannot_be_changed_by_accident():
@@ -103,8 +98,7 @@ def test_the_tables_cannot_be_changed_by_accident():
 # -- Derived numbers ----------------------------------------------------------------
 
 
-@pytest.mark.paper("B7")
-@pytest.mark.paper("F8")
+@pytest.mark.paper("B7", "F8")
 def test_fifty_frames_a_second_and_reward_100_reproduce_equation_7():
     """15000 / 40 = 3 (100 - loss) + 100: 8.33 health, 16.7 s, 22 to 25 m of walking."""
     loss = paper.HEALTH - (15000 / paper.PEOPLE - paper.FIXED_REWARD) / 3
