@@ -137,9 +137,9 @@ def spot(sim, what):
 
 
 @pytest.mark.paper("D6")
-@pytest.mark.parametrize("what", [*PLACES, "door", "outside"])
+@pytest.mark.parametrize("what", [*PLACES, "door", "protected", "outside"])
 def test_refuses_an_occupied_place_in_training(what):
-    """No fire in walls and ways, nor where it burns, or somebody or a robot stands."""
+    """No fire in walls, in ways and near them, nor where it burns or a body stands."""
     sim = stage(BOARD, training=True)
     where = spot(sim, what)
     event = generated(sim, where, sim.rng["fire"])
@@ -148,7 +148,7 @@ def test_refuses_an_occupied_place_in_training(what):
 
 
 @pytest.mark.paper("D6")
-@pytest.mark.parametrize("what", [*PLACES, "door", "outside"])
+@pytest.mark.parametrize("what", [*PLACES, "door", "protected", "outside"])
 def test_an_occupied_place_yields_another_free_one_outside_training(what):
     """Somewhere at random, where a source is allowed; other draws for every case."""
     sim = stage(BOARD, training=False)

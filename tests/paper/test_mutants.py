@@ -213,8 +213,8 @@ E1 learning/adversarial
   - LEARNERS[settings.trainer_type]
   + LEARNERS["ppo"]
 E1 workshop/training/loop
-  - [*rounds][-most:]
-  + [*rounds][:most]
+  - tuple(rounds)[-most:]
+  + tuple(rounds)[:most]
 E1 learning/poca
   - return R - baselines, R
   + return R - values, R
