@@ -93,6 +93,11 @@ class Checkpoint:
         return self.task.fixed[side][0]
 
 
+def names_of(players: Iterable[Learned | str]) -> str:
+    """Name players that do not learn."""
+    return ", ".join(who if isinstance(who, str) else "a network" for who in players)
+
+
 # -- Files --------------------------------------------------------------------------
 
 

@@ -27,6 +27,7 @@ from reference.workshop.strategies import FIRES, SCRIPTS
 from reference.workshop.training.checkpoints import (
     Checkpoint,
     Task,
+    names_of,
     restore,
     state_of,
 )
@@ -250,8 +251,7 @@ class Training:
             settings = getattr(self.settings, side)
             names[side] = f"{settings.trainer_type} ({settings.head} head)"
         for side, players in self.task.fixed.items():
-            words = (who if isinstance(who, str) else "a network" for who in players)
-            names[side] = ", ".join(words)
+            names[side] = names_of(players)
         return names
 
     def facts(self) -> dict[str, Any]:
