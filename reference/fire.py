@@ -78,9 +78,6 @@ def decision_at(world: World, p: int) -> Decision:
     return int(p) // nav.floor_size, x, y
 
 
-# -- Flames -------------------------------------------------------------------------
-
-
 class Spread:
     """How flames spread and burn out in one run: first passage [D7, chosen].
 

@@ -2,7 +2,8 @@
 
 Clauses: A1, A3, A5, A9, B1, B2, B4-B8, C2, C5, C6, D2, D6, D7, E1, E2, E4, E5, F1, F2,
 F4-F10.
-Chosen numbers and deviations say why they are what they are.
+Stated numbers carry only their clause; chosen ones and deviations say why they are
+what they are.
 """
 
 from dataclasses import dataclass

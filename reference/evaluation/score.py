@@ -71,9 +71,6 @@ class Ruler:
         return (max(β - y, 0.0) * k) ** 0.5 * α
 
 
-# -- Calibration --------------------------------------------------------------------
-
-
 def base_and_control(worst: Point, best: Point) -> tuple[float, float]:
     """Solve Eq. 4 for b and c through two critical points, (reward, y) each [F2].
 
@@ -102,8 +99,6 @@ def calibrated(
     beta = float(np.mean([ruler.score(*case) for case in baseline]))
     return replace(ruler, beta=beta)
 
-
-# -- The paper's --------------------------------------------------------------------
 
 PAPER = Ruler(ALPHA, *base_and_control(WORST_POINT, BEST_POINT), k=K, beta=BETA)
 """The constants that the appendix prints, b and c to more digits [F2] [F9]."""

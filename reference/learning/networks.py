@@ -198,7 +198,10 @@ class ActionDistribution:
 
 
 class GaussianHead(nn.Module):
-    """The paper's head: unsquashed Gaussians, and discrete branches [C5] [D2]."""
+    """The paper's head: unsquashed Gaussians, and discrete branches [C5] [D2].
+
+    A linear layer gives the mean; log sigma is a free vector that begins at 0.
+    """
 
     def __init__(self, hidden: int, continuous: int, branches: tuple[int, ...] = ()):
         super().__init__()

@@ -133,8 +133,6 @@ class Learner:
     def _critic(self) -> Any:
         return Critic(self.sizes, self.settings)
 
-    # -- Experience -----------------------------------------------------------------
-
     def add(self, trajectories: Sequence[Trajectory]) -> None:
         """Add whole episodes: normalise, value them, count their steps."""
         self.update_normalisers(trajectories)
@@ -200,8 +198,6 @@ class Learner:
         s = self.settings
         A = gae(rewards, values, next_value, s.gamma, s.lambd)
         return A, A + values
-
-    # -- The update -----------------------------------------------------------------
 
     def update(self) -> Summary:
         """Learn from the whole buffer, `num_epoch` times, and empty it."""

@@ -174,6 +174,7 @@ class FlatEnvironment(ZooEnvironment):
         self._observed = self.state_space = spaces.Box(-1, 1, (self.layout.size,))
 
     def step(self, actions: Mapping[str, Any]) -> Returns:
+        """Take one decision of all agents; see `Environment.step`."""
         if not self.agents:
             return super().step({})
         seen, rewards, _, cut, infos = super().step(actions)
