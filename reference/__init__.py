@@ -74,7 +74,7 @@ WORKSHOP = (
     "workshop.maps",  # floor files: find, check, load
     "workshop.lockstep",  # many simulations tick together
     "workshop.strategies",  # hand-written robots and fires by name, the worst fire
-    "workshop.remedies",  # what helps learning: other frames, heads, credit
+    "workshop.remedies",  # what helps learning: other frames, heads
     "workshop.training",  # trainings, kept in files:
     "workshop.training.presets",  # whole settings: tiny, laptop, paper
     "workshop.training.mlagents",  # ML-Agents' trainer files
@@ -106,7 +106,7 @@ FRONT_DOOR = {
 }
 """Names that `from reference import ...` knows, and where each is made."""
 
-__version__ = "0.14.0"
+__version__ = "0.15.0"
 
 GAME = 6
 """Increases when rules or numbers of the game change: policies learned in another game

@@ -3,13 +3,10 @@
 Clauses: B7, D2, D6, E5, F5, F8.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable
 
 from reference.paper import FIRE_REFUSED_PENALTY, FIXED_PENALTY, FIXED_REWARD
 from reference.world import Died, Evacuated, Event, FireRefused, LeftFloor
-
-Pay = Callable[[Sequence[Event], int, Sequence[int]], float]
-"""Events, a robot's floor, the floor where each human began -> the robot's reward."""
 
 
 def group_reward(events: Iterable[Event]) -> float:
@@ -28,11 +25,6 @@ def group_reward(events: Iterable[Event]) -> float:
             case Died():
                 reward -= FIXED_PENALTY
     return reward
-
-
-def robot_reward(events: Sequence[Event], floor: int, began: Sequence[int]) -> float:
-    """Reward of any robot: the group's [E5]."""
-    return group_reward(events)
 
 
 def fire_reward(events: Iterable[Event]) -> float:

@@ -17,7 +17,6 @@ import numpy as np
 from reference.building import Building
 from reference.game.observations import grid_shape, vector_layout
 from reference.paper import Scenario
-from reference.rewards import Pay, robot_reward
 from reference.world import World
 
 AXES = 2  # [C5] [D2] continuous numbers: x and y
@@ -44,25 +43,21 @@ class Sizes:
     continuous: int  # Gaussian components
     branches: tuple[int, ...] = ()  # options of each discrete branch
     head: Callable[[int], Any] | None = None  # given H, another than the paper's
-    kinds: tuple[int, ...] = ()  # (G,) which reward each is paid; (): all the same
 
 
 class PolicyCodec:
     """Encode observations for one side's network, and decode its actions."""
 
     def __init__(self, side: str, building: Building, scenario: Scenario):
-        """pay: of a robot;  kinds: see `Sizes`; the paper has one, the group's [E5]."""
         self.side, self.building, self.scenario = side, building, scenario
         self.layout = vector_layout(building, scenario)
-        self.pay: Pay = robot_reward
-        self.kinds: tuple[int, ...] = ()
 
     @property
     def sizes(self) -> Sizes:
         """What goes in and comes out [C1] [C3] [C5] [D2]."""
         branches = (self.building.floors,) if self.side == "fire" else ()
         shape = self.layout.size, grid_shape(self.building)
-        return Sizes(*shape, AXES, branches, kinds=self.kinds)
+        return Sizes(*shape, AXES, branches)
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(N, V) float32, what a network reads of observations (N, V).

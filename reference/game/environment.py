@@ -20,10 +20,10 @@ from reference.building import Building
 from reference.fire import Decision, FireStrategy
 from reference.game import observations
 from reference.paper import Scenario
-from reference.rewards import Pay, fire_reward, robot_reward
+from reference.rewards import fire_reward, group_reward
 from reference.robots import Destination, Destinations, RobotStrategy
 from reference.simulation import Simulation
-from reference.world import Event, Robot, World
+from reference.world import Robot, World
 
 FIRE = "fire_0"
 
@@ -112,9 +112,9 @@ class Environment:
 
     An observation has a "vector" (`observations.vector_layout`) and the "grid", both
     float32.  An action is clipped to [-1, 1]: a robot's is (2,) x, y, or all nan to
-    keep the old destination; the fire's is (3,) a floor, x, y.  Robots are paid as
-    `pay` says, by default the group's reward [E5], the fire its own [D6].  An agent's
-    info `acts` is 1 if its next action is read and else 0.
+    keep the old destination; the fire's is (3,) a floor, x, y.  Robots are paid the
+    group's reward [E5], the fire its own [D6].  An agent's info `acts` is 1 if its next
+    action is read and else 0.
     """
 
     def __init__(
@@ -123,14 +123,13 @@ class Environment:
         scenario: Scenario | None = None,
         robots: RobotStrategy | None = None,
         fire: FireStrategy | None = None,
-        pay: Pay = robot_reward,
     ):
         """robots, fire: None for agents, or the strategy that plays this side.
 
         Raises ValueError for more people than fit, and if there is nobody to act.
         """
         self.building, self.scenario = building, scenario or Scenario()
-        self._robots, self._fire, self._pay = robots, fire, pay
+        self._robots, self._fire = robots, fire
         self._begin(seed=0)
         count = len(self.simulation.world.robots) if robots is None else 0
         self._robot_agents = [f"robot_{k}" for k in range(count)]
@@ -150,7 +149,6 @@ class Environment:
             self._agent_fire if self._fire is None else deepcopy(self._fire),
             seed,
         )
-        self._began = self.simulation.world.bodies.floor.tolist()
         self.decision = 0
 
     def reset(
@@ -207,15 +205,9 @@ class Environment:
         cut = dict.fromkeys(there, done and inside)
         self.agents = [a for a in there if not (ended[a] or cut[a])]
         events = self.simulation.events[self._already :]
-        rewards = {agent: self._reward(agent, events) for agent in there}
+        of_fire, of_robot = fire_reward(events), group_reward(events)  # [D6] [E5]
+        rewards = {agent: of_fire if agent == FIRE else of_robot for agent in there}
         return self._observed(there), rewards, ended, cut, self._infos(there)
-
-    def _reward(self, agent: str, events: Sequence[Event]) -> float:
-        """What an agent is paid for the events of a step [E5] [D6]."""
-        if agent == FIRE:
-            return fire_reward(events)
-        robot = self.simulation.world.robots[self._robot_agents.index(agent)]
-        return self._pay(events, robot.floor, self._began)
 
     def _at_work(self) -> dict[str, bool]:
         """Tell which agents have something to do; the fire always has."""

@@ -35,7 +35,7 @@ class Trajectory:
     alive: np.ndarray  # (T + 1, G) bool, which agents decide
     actions: np.ndarray  # (T, G, K) float32, as an `ActionDistribution` stores them
     log_probs: np.ndarray  # (T, G, K) float32, of the actions when sampled
-    rewards: np.ndarray  # (T, G) of each agent, or (T,) of all alike; health points
+    rewards: np.ndarray  # (T,) of the group, or of the only agent; health points
 
     def __len__(self) -> int:
         """Group decisions, T."""

@@ -115,9 +115,9 @@ def linear(size: int, out: int, deviation: float) -> nn.Linear:
     return layer
 
 
-def value_head(size: int, kinds: int = 1) -> nn.Linear:
-    """To a value or several: Glorot's uniform, zero bias [E3, torch/layers.py]."""
-    layer = nn.Linear(size, kinds)
+def value_head(size: int) -> nn.Linear:
+    """To a value: Glorot's uniform, zero bias [E3, torch/layers.py]."""
+    layer = nn.Linear(size, 1)
     nn.init.xavier_uniform_(layer.weight)
     nn.init.zeros_(layer.bias)
     return layer

@@ -8,7 +8,6 @@ attention stand below the learner.
     r    reward of the group;  V  value of the group;  b  baseline of one agent
     R    λ-return;  A  advantage, R − b;  γ, λ, ε, β, T, M  as in `ppo`
     B    group decisions in a batch;  G  agents of the group;  H  hidden units
-    W    kinds of reward; in the paper there is one, the group's [E5]
     f    an agent with its action;  g  without it: the inputs of the attention
 """
 
@@ -80,9 +79,10 @@ class Learner(ppo.Learner):
 
     def _values(self, decisions: Decisions) -> tuple[Tensor, Tensor]:
         """Compute the group's value for each agent, and its baseline: (T, G) each."""
-        return self.critic.with_baselines(
+        values, baselines = self.critic.with_baselines(
             decisions.vectors, decisions.grids, decisions.alive, decisions.actions
         )
+        return values[:, None].expand_as(baselines).clone(), baselines
 
     def next_values(self, t: Trajectory, ends: list[int]) -> Tensor:
         """Compute the values after the decisions `ends`: (len(ends), G).
@@ -97,7 +97,7 @@ class Learner(ppo.Learner):
             torch.from_numpy(t.alive[ends]),
         )
         goes_on = torch.from_numpy(t.alive[after].any(axis=1))
-        return values * goes_on[:, None]
+        return (values * goes_on)[:, None].expand(-1, t.alive.shape[1])
 
     def targets(
         self, rewards: Tensor, values: Tensor, baselines: Tensor, next_value: Tensor
@@ -131,8 +131,7 @@ class GroupCritic(nn.Module):
     """MA-POCA's critic: one network for the value and all baselines [E1].
 
     For the value, every live agent enters as g. For the baseline of agent j, j enters
-    as g and its mates as f: the group's value without knowing what j did.  Where agents
-    are paid several kinds of reward, each has its value, and an agent's is its own.
+    as g and its mates as f: the group's value without knowing what j did.
     """
 
     most: Tensor
@@ -147,50 +146,39 @@ class GroupCritic(nn.Module):
         self.f = nn.Sequential(linear(with_action, hidden, gain), nn.SiLU())
         self.attention = SelfAttention(hidden)
         self.trunk = layers(hidden, hidden, settings.num_layers, gain)
-        self.kinds = sizes.kinds
-        self.value = value_head(hidden + 1, max(sizes.kinds, default=0) + 1)
+        self.value = value_head(hidden + 1)
         self.register_buffer("most", torch.ones(()))
 
     def forward(self, vectors: Tensor, grids: Tensor, alive: Tensor) -> Tensor:
-        """Values of groups: (B, G, V), (B, channels, height, width), (B, G) bool.
+        """Values (B,) of groups: (B, G, V), (B, channels, height, width), (B, G) bool.
 
-        Returns (B, G), for each agent; of one kind of reward they are all alike. Rows
-        of absent agents have no effect, but must be finite.
+        Rows of absent agents have no effect, but must be finite.
         """
         g = self.g(self.encoder(vectors, grids))
-        return self._of_group(g, alive)
+        return self._value(self.attention(g, alive), alive)
 
     def with_baselines(
         self, vectors: Tensor, grids: Tensor, alive: Tensor, actions: Tensor
     ) -> tuple[Tensor, Tensor]:
-        """Values and baselines, (B, G); actions: (B, G, C), what the agents did.
+        """Values (B,) and baselines (B, G); actions: (B, G, C), what the agents did.
 
         The baseline of an absent agent means nothing.
         """
         encoded = self.encoder(vectors, grids)
         g = self.g(encoded)
         f = self.f(torch.cat([encoded, actions], dim=-1))
-        baselines = self._values(self.attention.counterfactual(f, g, alive), alive)
-        return self._of_group(g, alive), self._own(baselines)
+        value = self._value(self.attention(g, alive), alive)
+        baselines = self._value(self.attention.counterfactual(f, g, alive), alive)
+        return value, baselines
 
-    def _of_group(self, g: Tensor, alive: Tensor) -> Tensor:
-        """(B, G, H) -> (B, G): the values of the group, for each agent."""
-        values = self._values(self.attention(g, alive), alive)[:, None]
-        return self._own(values.expand(-1, alive.shape[1], -1))
-
-    def _own(self, values: Tensor) -> Tensor:
-        """(B, G, W) -> (B, G): of each agent the kind that it is paid."""
-        G = values.shape[1]
-        return values[:, range(G), self.kinds or [0] * G]
-
-    def _values(self, pooled: Tensor, alive: Tensor) -> Tensor:
-        """(B, [G,] H) -> (B, [G,] W): trunk, number of agents, head."""
+    def _value(self, pooled: Tensor, alive: Tensor) -> Tensor:
+        """(B, H) -> (B,), or (B, G, H) -> (B, G): trunk, number of agents, head."""
         n = alive.sum(dim=1, dtype=pooled.dtype)
         self.most = torch.maximum(self.most, n.max())
         share = (2 * n / self.most - 1).reshape(-1, *[1] * (pooled.dim() - 1))
         x = [self.trunk(pooled), share.expand(*pooled.shape[:-1], 1)]
-        values: Tensor = self.value(torch.cat(x, dim=-1))
-        return values
+        value: Tensor = self.value(torch.cat(x, dim=-1))[..., 0]
+        return value
 
 
 class SelfAttention(nn.Module):

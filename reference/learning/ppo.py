@@ -157,7 +157,6 @@ class Learner:
         """Compute a trajectory's values, advantages and returns."""
         decisions = decisions_of(t)
         rewards = torch.from_numpy(t.rewards).float() * self.reward_scale
-        rewards = rewards.reshape(len(t), -1).expand_as(decisions.alive)
         spans = list(segments(t.alive, self.settings.time_horizon))
         ends = sorted({last - 1 for _, last, _ in spans})
         decisions.values, decisions.baselines = self._values(decisions)
@@ -166,7 +165,7 @@ class Learner:
         for first, last, agents in spans:
             span = slice(first, last)
             A, R = self.targets(
-                rewards[span, agents],
+                rewards[span, None].expand(-1, len(agents)),
                 decisions.values[span, agents],
                 decisions.baselines[span, agents],
                 next_values[last - 1, agents],

@@ -88,8 +88,6 @@ def _begun(job: Job) -> "list[_Run]":
         if isinstance(who, Learned)
     }
     scripts: Any = {s: None if s in players else who for s, who in sides.items()}
-    if "robots" in players:
-        scripts["pay"] = players["robots"].codec.pay
     return [
         _Run(Environment(building, job.scenario, **scripts), seed, players, job.record)
         for seed in job.seeds
@@ -135,7 +133,7 @@ class _Run:
         self.rngs = {side: np.random.default_rng([seed, k]) for k, side in streams}
         recorded = [side for side in players if side in record]
         self.records: dict[Side, list[Record]] = {side: [] for side in recorded}
-        self.rewards: dict[Side, list[np.ndarray]] = {side: [] for side in recorded}
+        self.rewards: dict[Side, list[float]] = {side: [] for side in recorded}
 
     def moment(self, side: Side) -> Moment:
         """Collect what the side's player needs; alive: whose actions are read now."""
@@ -150,19 +148,19 @@ class _Run:
         self.actions.update(zip(self.agents[side], actions, strict=True))
         if side in self.records:
             self.records[side].append(record)
-            self.rewards[side].append(np.zeros(len(self.agents[side])))
+            self.rewards[side].append(0.0)
 
     def see(self) -> None:
         """End the step; add its rewards to a side's last decision.
 
-        Rewards before its first decision are not learned from, nor are those of an
-        agent that has left.
+        Rewards before its first decision are not learned from.
         """
         seen, rewards, _, _, self.infos = self.environment.end_step()
         self.vectors |= {agent: observed["vector"] for agent, observed in seen.items()}
         for side, paid in self.rewards.items():
-            if paid:
-                paid[-1] += [rewards.get(agent, 0.0) for agent in self.agents[side]]
+            alike = [rewards[a] for a in self.agents[side] if a in rewards]
+            if paid and alike:
+                paid[-1] += alike[0]
 
     def episode(self) -> Episode:
         """Make the whole episode, once it is over."""
@@ -192,7 +190,7 @@ class _Run:
             name: np.stack([row[name] for row in [*records, last] if name in row])
             for name in records[0]
         }
-        return Trajectory(rewards=np.stack(self.rewards[side]), **columns)
+        return Trajectory(rewards=np.array(self.rewards[side]), **columns)
 
     def _cut_off(self, side: Side) -> np.ndarray | bool:
         """(G,) bool, or one for all: has time left them with something to decide?"""

@@ -43,16 +43,15 @@ def test_the_preset_paper_is_the_two_tables_row_by_row():
         rows = asdict(settings)
         assert (rows.pop("head"), rows.pop("reward_scale")) == ("floor", 0.001)
         assert rows.pop("spread")  # of a mixture
-        assert {rows.pop(name) for name in OF_ROBOTS} == {0, "group"}
+        assert {rows.pop(name) for name in OF_ROBOTS} == {0}
         assert rows == dict(table)
 
 
 def test_what_is_about_robots_is_refused_for_the_fire():
-    """It does not walk, and is no group."""
+    """It does not walk."""
     settings = preset("tiny")
-    robots = replace(settings.robots, credit="floor")
     for name in OF_ROBOTS:
-        fire = replace(settings.fire, **{name: getattr(robots, name)})
+        fire = replace(settings.fire, **{name: getattr(settings.robots, name)})
         with pytest.raises(SettingsError, match=f"fire: {name} is about robots"):
             replace(settings, fire=fire)
     with pytest.raises(SettingsError, match="fire: frame is about robots"):

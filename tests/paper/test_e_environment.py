@@ -13,7 +13,6 @@ from reference.game.environment import FIRE, Environment, action_size
 from reference.paper import Scenario
 from reference.rewards import fire_reward, group_reward
 from reference.simulation import Simulation
-from reference.workshop.remedies.credit import floor_reward
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import Patrol
 from reference.world import Fate, FireLit, FireRefused
@@ -277,24 +276,6 @@ def test_every_robot_is_paid_what_the_group_earns(paid):
         total, seen = total + sum(group), seen + 1
     assert seen == environment.decision
     assert total == pytest.approx(group_reward(environment.simulation.events))
-
-
-@pytest.mark.paper("E5", "chosen")
-def test_by_floor_a_robot_is_paid_the_part_that_it_can_touch():
-    """Until it leaves, step by step; two of a floor alike, and others otherwise."""
-    brisk = Scenario(people=5, training=True, sight_range=12, time_limit=60)
-    environment = Environment(shipped("paper"), brisk, pay=floor_reward)
-    began = environment.simulation.world.bodies.floor.tolist()
-    paid = dict.fromkeys(environment.possible_agents, 0.0)
-    for _, rewards, *_ in episode(environment, seed=1)[1:]:
-        for agent, reward in rewards.items():
-            paid[agent] += reward
-    events = environment.simulation.events
-    whole = [floor_reward(events, k, began) for k in range(3)]
-    assert paid["robot_0"] == paid["robot_1"] == pytest.approx(whole[0])
-    assert paid["robot_4"] == paid["robot_5"] == pytest.approx(whole[2])
-    assert len({*whole, group_reward(events)}) == 4
-    assert paid[FIRE] == pytest.approx(fire_reward(events))
 
 
 @pytest.mark.paper("D2", "chosen")

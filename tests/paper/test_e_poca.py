@@ -5,8 +5,6 @@ section is the point of it all: a small game with a known answer, played by the 
 and by one with a single line of it taken out.
 """
 
-from dataclasses import replace
-
 import numpy as np
 import oracle
 import pytest
@@ -130,40 +128,17 @@ def test_the_horizon_cuts_a_group_s_trajectories_too():
     assert returned(learner, t, part, 1, 2, 4, 0.0)
 
 
-# -- Credit -------------------------------------------------------------------------
-
-
-@pytest.mark.paper("E5", "chosen")
-def test_agents_paid_different_rewards_have_values_of_their_own():
-    """One kind of reward changes no target of the other, and the critic learns both."""
-    learner = player(gamma=0.0, kinds=(0, 1), learning_rate=0.03)
-    t, _ = bandit(learner, np.random.default_rng(1))
-    t.rewards = np.tile([1.0, -1.0], (len(t), 1))
-    other = replace(t, rewards=t.rewards * [5, 1])
-    one, two = (learner.valued(each) for each in (t, other))
-    assert (one.values[:, 0] != one.values[:, 1]).all()
-    same = [torch.equal(one.returns[:, k], two.returns[:, k]) for k in range(2)]
-    assert same == [False, True]
-    for _ in range(4):
-        learner.add([t])
-        learner.update()
-    learned = learner.valued(t)
-    for found in (learned.values, learned.baselines):
-        assert found.mean(dim=0).tolist() == pytest.approx([1, -1], abs=0.2)
-
-
 # -- A task with a known answer -----------------------------------------------------
 
 GAME = Sizes(vector=3, grid=(1, 20, 20), continuous=1)
 WHO = np.array([[1, 0, 0], [0, 1, 0]], dtype=np.float32)  # and what has happened
 
 
-def player(kind=Learner, kinds=(), **changes):
+def player(kind=Learner, **changes):
     """A learner small enough to learn a game in a second or two."""
     table = {"hidden_units": 16, "num_layers": 1, "normalize": False, "num_epoch": 3}
     table |= {"learning_rate": 0.01, "batch_size": 64, "buffer_size": 64}
-    sizes = replace(GAME, kinds=kinds)
-    return kind(settings("poca", **table | changes), sizes, seed=1)
+    return kind(settings("poca", **table | changes), GAME, seed=1)
 
 
 def moves(learner, vectors, rng):

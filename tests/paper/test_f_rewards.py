@@ -1,15 +1,12 @@
 """What events are worth, summed by hand."""
 
 import pytest
-from movies import Board, body, show, stage, ticks
+from movies import Board, show, stage, ticks
 
 from reference.paper import (
     FIRE_REFUSED_PENALTY,
-    FIXED_PENALTY,
-    FIXED_REWARD,
 )
-from reference.rewards import fire_reward, group_reward, robot_reward
-from reference.workshop.remedies.credit import floor_reward
+from reference.rewards import fire_reward, group_reward
 from reference.world import Died, DoorBurnt, Evacuated, FireLit, FireRefused, LeftFloor
 
 OUT = [
@@ -62,37 +59,6 @@ def test_the_reward_belongs_to_the_group():
 def test_nothing_else_is_worth_anything_to_the_robots():
     """Not even what the fire does."""
     assert group_reward([DoorBurnt(1.0, 3), FireLit(1.0, 0, 0.5, 0.5), REFUSED]) == 0
-
-
-@pytest.mark.paper("E5", "chosen")
-def test_credit_by_floor_pays_a_robot_what_it_can_touch():
-    """p leaves below, q comes down and leaves, r dies above.
-
-    Downstairs a robot touches p, and q once it is there; upstairs q to the end, and r.
-    """
-    sim = stage("#AA+.......pE\n\n#AA+.q.....r#")
-    began = sim.world.bodies.floor.tolist()
-    sim.world.bodies.health[body("r")] = 0.05
-    events = [event for tick in ticks(sim, 60) for event in tick]
-    of = {letter: body(letter) for letter in "pqr"}
-    left = {(e.person, e.floor): e.health for e in events if isinstance(e, LeftFloor)}
-    p, q_up, q = left[of["p"], 0], left[of["q"], 1], left[of["q"], 0]
-    assert len(left) == 3
-    down, up = (floor_reward(events, floor, began) for floor in (0, 1))
-    assert down == pytest.approx(p + FIXED_REWARD + q + FIXED_REWARD)
-    assert up == pytest.approx(q_up + q + FIXED_REWARD - FIXED_PENALTY)
-    for floor in (0, 1):
-        whole = robot_reward(events, floor, began)
-        assert whole == group_reward(events) == pytest.approx(down + q_up - 300)
-
-
-@pytest.mark.paper("E5", "chosen")
-def test_who_comes_down_to_the_ground_floor_counts_for_its_robots_wherever_from():
-    """And who was there before counts for no robot above; nothing else is paid."""
-    below = [LeftFloor(9.0, k, 0, 70.0 + k) for k in range(3)]
-    began = [0, 1, 2]
-    paid = [floor_reward([*below, REFUSED], k, began) for k in range(3)]
-    assert paid == [70 + 71 + 72, 71 + 72, 72]
 
 
 @pytest.mark.paper("D2", "chosen")

@@ -243,8 +243,8 @@ E4 learning/ppo
   - self.update_normalisers(trajectories)
   + pass
 E5 game/environment
-  - return self._pay(events, robot.floor, self._began)
-  + return 0.5 * self._pay(events, robot.floor, self._began)
+  - of_fire, of_robot = fire_reward(events), group_reward(events)  # [D6] [E5]
+  + of_fire, of_robot = fire_reward(events), 0.5 * group_reward(events)  # [D6] [E5]
 E6 learning/adversarial
   - learn(side, learner, episodes)
   + side == "robots" and learn(side, learner, episodes)

@@ -1,1 +1,1 @@
-"""What helps learning, beside the paper: other frames, other heads, other credit."""
+"""What helps learning, beside the paper: other frames and other heads."""

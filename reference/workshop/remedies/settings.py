@@ -1,7 +1,7 @@
-"""Settings with remedies, what helps learning beside the paper: codec, head and credit.
+"""Settings with remedies, what helps learning beside the paper: codec and head.
 
-Clauses: C5, C7, D2, E3, E5.  The trainers compute what ML-Agents computes; settings
-with remedies give them another `PolicyCodec`, with another head, and other credit.
+Clauses: C5, C7, D2, E3.  The trainers compute what ML-Agents computes; settings
+with remedies give them another `PolicyCodec`, with another head.
 
     floor    the paper's Gaussian: coordinates of the whole floor
     frame    one Gaussian in a robot's own frame, `workshop.remedies.frame`
@@ -25,7 +25,6 @@ from reference.game.observations import from_normalised, grid_shape, to_normalis
 from reference.learning.settings import ATTENTION_HEADS, Row, Side, TrainerSettings
 from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.workshop.remedies.credit import CREDITS, pay_by_floor
 from reference.workshop.remedies.frame import UNIT, View
 from reference.workshop.storage.records import SettingsError, check_rows
 from reference.workshop.strategies.fires import places_beside
@@ -39,7 +38,7 @@ LIT = 2.0
 
 @dataclass(frozen=True)
 class SideSettings(TrainerSettings):
-    """A table with remedies; all are off in Tables I and II [C5, C7, E5, chosen].
+    """A table with remedies; all are off in Tables I and II [C5, C7, chosen].
 
     head        which codec and which head policies have: see this module
     spread      metres, standard deviation of a mixture around each anchor
@@ -49,15 +48,12 @@ class SideSettings(TrainerSettings):
     commitment  logit bonus of the anchor "where I am headed"; without it a new policy
                 would turn round before it arrives anywhere
     masks       a mixture may not choose anchors that help nobody, see `frame`
-    credit      group: robots are paid the group's reward, as in the paper; floor: each
-                the part of it that it can touch, see `credit`
     """
 
     head: Annotated[str, Row(None, ("floor", "frame", "mixture"))] = "floor"
     spread: Annotated[float, Row(None, low=0.01)] = 0.4
     commitment: Annotated[float, Row(None, low=0)] = 0.0
     masks: Annotated[bool, Row(None)] = False
-    credit: Annotated[str, Row(None, CREDITS)] = "group"
 
     def __post_init__(self) -> None:
         check_rows(self)
@@ -75,14 +71,10 @@ class SideSettings(TrainerSettings):
     def codec(self, side: Side, building: Building, scenario: Scenario) -> PolicyCodec:
         """Make the codec of this side's networks."""
         if self.head == "floor":
-            codec = PolicyCodec(side, building, scenario)
-        elif side == "fire":
-            codec = MixtureOfFire(building, scenario, self)
-        else:
-            codec = RobotsFrame(building, scenario, self)
-        if self.credit == "floor":
-            pay_by_floor(codec)
-        return codec
+            return PolicyCodec(side, building, scenario)
+        if side == "fire":
+            return MixtureOfFire(building, scenario, self)
+        return RobotsFrame(building, scenario, self)
 
 
 # -- Codecs -------------------------------------------------------------------------
@@ -116,7 +108,7 @@ class RobotsFrame(PolicyCodec):
         if self.mixes:
             head = partial(MixtureHead, (self.anchors, AXES), s.spread, s.commitment)
         shape = self.size, grid_shape(self.building)
-        return Sizes(*shape, AXES, head=head, kinds=self.kinds)
+        return Sizes(*shape, AXES, head=head)
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(N, V) float32, what robots see in their frames."""

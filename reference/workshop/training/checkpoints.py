@@ -33,8 +33,8 @@ from reference.workshop.training.presets import Settings
 
 PATTERN = "checkpoint-[0-9]*.pt"
 KIND = "checkpoint of fire-rescue-reference"
-FORMAT = 7
-"""Grows whenever observations, actions or networks come to mean something else."""
+FORMAT = 8
+"""Grows whenever settings, observations, actions or networks mean something else."""
 
 
 class CheckpointError(InputError):

@@ -11,7 +11,6 @@ from typing import Annotated, Any
 
 from reference.learning.settings import Row
 from reference.paper import MOST, TABLE_I, TABLE_II, Scenario
-from reference.workshop.remedies.credit import CREDITS
 from reference.workshop.remedies.settings import SideSettings
 from reference.workshop.storage.records import (
     SettingsError,
@@ -24,7 +23,7 @@ from reference.workshop.strategies import FIRES
 
 SMALLER = tomllib.loads(Path(__file__).with_name("presets.toml").read_text("utf-8"))
 PRESETS = ("tiny", "laptop", "paper")
-OF_ROBOTS = ("commitment", "masks", "credit")  # rows that the fire cannot have
+OF_ROBOTS = ("commitment", "masks")  # rows that the fire cannot have
 
 
 @dataclass(frozen=True)
@@ -68,7 +67,7 @@ class Settings:
         check_rows(self)
         if self.fire.trainer_type != "ppo":
             raise SettingsError("fire: trainer_type must be ppo: one fire is no group")
-        odd = [n for n in OF_ROBOTS if getattr(self.fire, n) not in (0, CREDITS[0])]
+        odd = [n for n in OF_ROBOTS if getattr(self.fire, n)]
         if odd or self.fire.head == "frame":
             row = odd[0] if odd else "frame"
             raise SettingsError(f"fire: {row} is about robots only")
