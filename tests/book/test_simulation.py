@@ -21,22 +21,10 @@ from movies import (
     wait,
 )
 
+from reference import paper
 from reference.building import Building, Kind
 from reference.motion import SHOULDERS
-from reference.paper import (
-    DOOR_FLOW,
-    FIXED_PENALTY,
-    FIXED_REWARD,
-    FRAMES_PER_SECOND,
-    HEALTH,
-    HEALTH_RATE,
-    PEOPLE,
-    ROBOT_SPEED,
-    STAIRS_FLOW,
-    STAIRS_SECONDS,
-    WALKING_SPEED,
-    Scenario,
-)
+from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import maps
 from reference.workshop.lockstep import to_the_end
@@ -139,7 +127,7 @@ def events_come_in_order(sim):
 
 
 PAPER = [
-    ("paper", PEOPLE, "patrol", "greedy", 7, 240),
+    ("paper", paper.PEOPLE, "patrol", "greedy", 7, 240),
     pytest.param("paper", 1000, "patrol", "greedy", 7, 20, marks=pytest.mark.slow),
 ]
 TINY = [("tiny", 20, *match, seed, 240) for match in MATCHES for seed in range(5)]
@@ -159,7 +147,7 @@ def robots_keep_their_floor_and_speed(sim, before):
     """They walk through no wall; before: floors and positions a tick ago."""
     for robot, (floor, position) in zip(sim.world.robots, before, strict=True):
         assert robot.floor == floor and sim.navigation.walkable[robot.place]
-        assert dist(robot.position, position) <= ROBOT_SPEED * sim.tick + 1e-6
+        assert dist(robot.position, position) <= paper.ROBOT_SPEED * sim.tick + 1e-6
 
 
 @st.composite
@@ -290,12 +278,12 @@ def test_health_falls_with_every_frame(frames):
     sim = stage(board, frames_per_tick=frames)
     sim.world.bodies.pace[:] = 0
     play(sim, 10)
-    lost = HEALTH - sim.world.bodies.health[0]
-    assert lost == pytest.approx(HEALTH_RATE * FRAMES_PER_SECOND * 10) == 5
+    lost = paper.HEALTH - sim.world.bodies.health[0]
+    assert lost == pytest.approx(paper.HEALTH_RATE * paper.FRAMES_PER_SECOND * 10) == 5
     assert play(sim, 200) == board.replace("p", "x")
     (death,) = sim.events
     assert isinstance(death, Died) and death.time == pytest.approx(200, abs=0.02)
-    assert sim.outcome().reward == -FIXED_PENALTY
+    assert sim.outcome().reward == -paper.FIXED_PENALTY
 
 
 @pytest.mark.paper("B7")
@@ -337,7 +325,9 @@ def test_the_outcome_adds_up(limit):
     assert outcome.mean_health == pytest.approx(np.mean(out))
     assert outcome.person_seconds == pytest.approx(inside)
     earned = sum(event.health for event in sim.events if isinstance(event, LeftFloor))
-    earned += FIXED_REWARD * outcome.evacuated - FIXED_PENALTY * outcome.died
+    earned += (
+        paper.FIXED_REWARD * outcome.evacuated - paper.FIXED_PENALTY * outcome.died
+    )
     assert outcome.reward == pytest.approx(earned)
     assert (outcome.inside > 0) == (outcome.simulated_seconds == pytest.approx(limit))
 
@@ -354,7 +344,7 @@ def test_the_length_of_a_tick_does_not_change_the_time_things_take(frames):
     said = {"frames_per_tick": frames, "sight_range": 14, "leads": "p"}
     sim = stage("#p............E", **said)
     seconds = sim.run().simulated_seconds
-    assert seconds == pytest.approx(12.5 / WALKING_SPEED, abs=1.5)
+    assert seconds == pytest.approx(12.5 / paper.WALKING_SPEED, abs=1.5)
 
 
 # -- The beginning ------------------------------------------------------------------
@@ -368,7 +358,7 @@ def test_everybody_begins_in_a_room_cell_of_their_own():
     assert len(set(now.place.tolist())) == 200
     assert (sim.building.kind.ravel()[now.place] == Kind.FLOOR).all()
     assert np.bincount(now.floor).tolist() == [67, 67, 66]
-    assert (now.health == HEALTH).all()
+    assert (now.health == paper.HEALTH).all()
 
 
 def test_people_can_begin_in_rooms_by_name():
@@ -382,7 +372,7 @@ def test_people_can_begin_in_rooms_by_name():
 def test_people_walk_at_different_speeds_around_the_mean():
     """Nobody is much slower or faster than others."""
     pace = run("paper", people=400).world.bodies.pace
-    assert pace.mean() == pytest.approx(WALKING_SPEED, rel=0.02)
+    assert pace.mean() == pytest.approx(paper.WALKING_SPEED, rel=0.02)
     assert 0 < pace.std() < 0.3 and pace.min() > 0.5
 
 
@@ -434,9 +424,9 @@ def test_people_wait_on_the_stairs_until_the_entrance_is_free():
     people, entrance = sim.world.bodies, sim.building.stairwells[0].entrances[0][0]
     people.pace[0], people.position[0] = 0, sim.building.landmarks[entrance].position
     people.place[0] -= 1
-    play(sim, STAIRS_SECONDS + 6)
+    play(sim, paper.STAIRS_SECONDS + 6)
     assert not people.walking[1]
-    people.pace[0] = WALKING_SPEED
+    people.pace[0] = paper.WALKING_SPEED
     play(sim, 3)
     assert people.walking[1] and people.floor[1] == 0
 
@@ -445,12 +435,14 @@ def test_people_wait_on_the_stairs_until_the_entrance_is_free():
 def test_the_slow_take_longer_on_the_stairs():
     """STAIRS_SECONDS at the mean pace, twice that at half of it."""
     seconds = []
-    for pace in (WALKING_SPEED, WALKING_SPEED / 2):
+    for pace in (paper.WALKING_SPEED, paper.WALKING_SPEED / 2):
         sim = stage(LANDING.replace("p", "."))
         sim.world.bodies.pace[0] = pace
         play_until(sim, lambda sim=sim: sim.world.bodies.stairwell[0] >= 0)
         seconds.append(sim.world.bodies.stairs_until[0] - sim.world.time)
-    assert seconds == pytest.approx([STAIRS_SECONDS, 2 * STAIRS_SECONDS], abs=sim.tick)
+    assert seconds == pytest.approx(
+        [paper.STAIRS_SECONDS, 2 * paper.STAIRS_SECONDS], abs=sim.tick
+    )
 
 
 PARLOUR = """
@@ -476,7 +468,7 @@ def test_an_exit_lets_a_limited_flow_through(frames):
         times = [e.time for e in sim.events if isinstance(e, Evacuated)]
         assert len(times) == 48
         seconds.append(times[-1] - times[0])
-    least = 47 / (2 * DOOR_FLOW) - sim.tick
+    least = 47 / (2 * paper.DOOR_FLOW) - sim.tick
     assert 1.1 * least > seconds[0] >= least > 1.5 * seconds[1]
 
 
@@ -488,7 +480,7 @@ def test_stairs_let_fewer_people_through_than_doors():
     left = [event for event in sim.events if isinstance(event, LeftFloor)]
     times = [event.time for event in left if event.floor == 1]
     assert len(times) == 11
-    assert times[-1] - times[0] >= 10 / STAIRS_FLOW - sim.tick
+    assert times[-1] - times[0] >= 10 / paper.STAIRS_FLOW - sim.tick
 
 
 @pytest.mark.paper("A5", "deviation")
@@ -500,7 +492,7 @@ def test_who_is_in_a_full_door_walks_on():
     x = sim.world.bodies.position[0, 0]
     play(sim, 0.6)
     walked = sim.world.bodies.position[0, 0] - x
-    assert walked == pytest.approx(0.6 * WALKING_SPEED, rel=0.05)
+    assert walked == pytest.approx(0.6 * paper.WALKING_SPEED, rel=0.05)
 
 
 @pytest.mark.paper("A9", "chosen")

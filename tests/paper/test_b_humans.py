@@ -33,22 +33,11 @@ from movies import (
 )
 from scipy.ndimage import label
 
+from reference import paper
 from reference.building import Building, Kind
 from reference.floorplan import Drawing, Storey
 from reference.humans import pass_landmark, stuck, think
-from reference.paper import (
-    FOLLOW_DISTANCE,
-    GOAL_HYSTERESIS,
-    LEADER_GRACE_SECONDS,
-    LEADER_PAUSE_SECONDS,
-    MOST_FOLLOWERS,
-    RECKLESS_SECONDS,
-    SIGHT_RANGE,
-    STAIRS_SECONDS,
-    STUCK_SECONDS,
-    STUCK_WAIT_SECONDS,
-    Scenario,
-)
+from reference.paper import Scenario
 from reference.robots import followers_of
 from reference.simulation import Simulation
 from reference.view import look
@@ -130,7 +119,7 @@ def test_a_follower_stops_short_of_the_leader(farther, goes):
     """At FOLLOW_DISTANCE: whoever presses on would box the leader in."""
     sim = stage("#..pq..E", leads="q", follows="pq")
     x, y = sim.world.bodies.position[body("q")]
-    sim.world.bodies.position[body("p")] = x - FOLLOW_DISTANCE - farther, y
+    sim.world.bodies.position[body("p")] = x - paper.FOLLOW_DISTANCE - farther, y
     assert ("!" in thinks(sim)) is goes
 
 
@@ -229,7 +218,7 @@ def test_a_stuck_follower_without_leader_waits_before_leading():
     assert thinks(sim) == "#p.......E"
     assert thinks(sim) == "#p.......E" and mode(sim) == "FOLLOWER"
     play_until(sim, lambda: mode(sim) == "LEADER")
-    assert 0 <= sim.world.time - STUCK_WAIT_SECONDS <= SOON
+    assert 0 <= sim.world.time - paper.STUCK_WAIT_SECONDS <= SOON
     assert thinks(sim) == "#p.......!"
 
 
@@ -243,7 +232,7 @@ def test_a_leader_out_of_sight_is_forgiven_for_a_while(after, becomes):
     """One walks on to where q was seen last, here twelve metres away."""
     sim = stage(APART, follows="pq", still="q")
     mind(sim, "p").seen_place += 12 - 2 * sim.navigation.cols
-    play(sim, LEADER_GRACE_SECONDS + after)
+    play(sim, paper.LEADER_GRACE_SECONDS + after)
     assert mode(sim) == becomes
 
 
@@ -416,7 +405,7 @@ def test_of_two_suitable_leaders_the_higher_rank_is_followed():
 def test_nobody_walks_into_flames_until_stuck():
     """The exit is in view behind them; p waits, then gets out, burnt."""
     sim = stage("#p...*....E", sight_range=10)
-    assert play(sim, STUCK_SECONDS) == "#...p*....E"
+    assert play(sim, paper.STUCK_SECONDS) == "#...p*....E"
     assert play(sim, 20) == "#....*....E"
     assert events_of(sim, Evacuated) and not events_of(sim, Died)
 
@@ -430,7 +419,7 @@ def test_nobody_walks_into_flames_until_stuck():
 def test_who_has_not_got_ahead_for_long_enough_is_stuck(seconds, becomes):
     """Just below STUCK_SECONDS a follower without leader leads, just above it waits."""
     sim = stage("#p.......E")
-    sim.world.bodies.anchor_time[:] = -STUCK_SECONDS - seconds
+    sim.world.bodies.anchor_time[:] = -paper.STUCK_SECONDS - seconds
     assert thinks(sim) == "#p.......E"
     assert mode(sim) == becomes
 
@@ -440,8 +429,8 @@ def test_who_has_no_wish_to_move_is_not_stuck():
     """A follower beside a robot that waits is content."""
     sim = stage("#####\n#pR.#\n#...E\n#####", follows="pR")
     after = "#####\n#.p.#\n#...E\n#####"
-    assert play(sim, 2 * STUCK_SECONDS) == after and mode(sim) == "FOLLOWER of R1"
-    assert sim.world.time - sim.world.bodies.anchor_time[0] < STUCK_SECONDS
+    assert play(sim, 2 * paper.STUCK_SECONDS) == after and mode(sim) == "FOLLOWER of R1"
+    assert sim.world.time - sim.world.bodies.anchor_time[0] < paper.STUCK_SECONDS
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
@@ -449,7 +438,7 @@ def test_who_means_to_pass_a_door_gets_stuck_before_it_too():
     """Less than STUCK_METRES away from it, and held up."""
     assert sets_off("#..p+..E") == "#..p!..E"
     sim = stage("#..p+..E", leads="p", still="p")
-    play(sim, STUCK_SECONDS + 0.6)
+    play(sim, paper.STUCK_SECONDS + 0.6)
     assert sim.world.bodies.reckless_until[0] > sim.world.time
 
 
@@ -460,13 +449,15 @@ def test_recklessness_lasts_as_long_whenever_it_begins():
         sim = stage("#p...*....E", sight_range=10, still="p", time=begun)
         p, burns = np.array([0]), sim.world.flames.burning.ravel()
         flame, reckless = sim.navigation.centres[burns][:1], 0
-        for _ in range(round((STUCK_SECONDS + RECKLESS_SECONDS + 1) / sim.tick)):
+        for _ in range(
+            round((paper.STUCK_SECONDS + paper.RECKLESS_SECONDS + 1) / sim.tick)
+        ):
             free = free_for(
                 sim.world, p, lambda q, _, on=burns: on[q], lambda m, _: m < -1
             )
             reckless += free(flame, p)[0]
             sim.step()
-        assert reckless == round(RECKLESS_SECONDS / sim.tick)
+        assert reckless == round(paper.RECKLESS_SECONDS / sim.tick)
 
 
 @pytest.mark.paper("B7")
@@ -598,7 +589,7 @@ def test_a_way_through_flames_is_not_gone():
 @pytest.mark.parametrize(("metres_nearer", "kept"), [(2, True), (4, False)])
 def test_a_goal_is_kept_until_another_is_much_nearer(metres_nearer, kept):
     """GOAL_HYSTERESIS lies between the two cases."""
-    assert 2 < GOAL_HYSTERESIS < 4
+    assert 2 < paper.GOAL_HYSTERESIS < 4
     far = "." * metres_nearer
     sim = stage(f"#..+.p.{far}+..E", sight_range=9, leads="p")
     near, farther = mark(sim, Kind.DOOR), mark(sim, Kind.DOOR, 2)
@@ -641,7 +632,7 @@ def test_a_human_who_follows_somebody_does_not_suit():
 @pytest.mark.parametrize("places_left", [0, 1])
 def test_a_human_leads_only_so_many(places_left):
     """MOST_FOLLOWERS: more would only stand in the way; p finds the door alone."""
-    others = PEOPLE[1:][: MOST_FOLLOWERS - places_left]
+    others = PEOPLE[1:][: paper.MOST_FOLLOWERS - places_left]
     leader = PEOPLE[len(others) + 1]
     crowd = " ".join(letter + leader for letter in others)
     said = {"leads": f"p{leader}", "follows": crowd, "sight_range": 15}
@@ -705,7 +696,7 @@ def test_after_losing_a_leader_one_leads_oneself_for_a_while(seconds, after):
     sim.world.bodies.fate[body("q")] = Fate.EVACUATED  # out of sight ...
     assert thinks(sim) == "#..+.p.....+...E" and mode(sim) == "LEADER"
     sim.world.bodies.fate[body("q")] = Fate.INSIDE  # ... and back again
-    sim.world.time += LEADER_PAUSE_SECONDS + seconds
+    sim.world.time += paper.LEADER_PAUSE_SECONDS + seconds
     assert thinks(sim) == after
 
 
@@ -817,7 +808,7 @@ def test_without_any_door_to_go_back_to_one_goes_where_one_never_looked():
 
 @pytest.mark.paper("A9", "chosen")
 @pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
-@given(GRIDS, st.integers(0, 99), st.sampled_from([1.0, 2.5, SIGHT_RANGE]))
+@given(GRIDS, st.integers(0, 99), st.sampled_from([1.0, 2.5, paper.SIGHT_RANGE]))
 @settings(max_examples=30)
 def test_whoever_is_alone_finds_the_exit_of_any_floor_without_doors(rows, seed, reach):
     """Nothing burns; health lasts; and nobody stands for ten seconds on the way."""
@@ -940,7 +931,7 @@ def test_a_threshold_is_crossed_unless_it_burns_or_one_is_stuck(change):
     if change == "flames":
         light(sim, beyond)
     if change == "stuck":
-        sim.world.bodies.anchor_time[:] = sim.world.time - STUCK_SECONDS - 0.1
+        sim.world.bodies.anchor_time[:] = sim.world.time - paper.STUCK_SECONDS - 0.1
     assert (decide(sim, "p") == goal) is (change == "nothing")
 
 
@@ -989,7 +980,7 @@ def test_people_walk_down_past_the_middle_floor_without_entering_it():
         play_until(sim, where)
         times.append(sim.world.time)
     assert bodies.floor[0] == 0
-    assert np.diff(times) == pytest.approx([STAIRS_SECONDS] * 2, abs=sim.tick)
+    assert np.diff(times) == pytest.approx([paper.STAIRS_SECONDS] * 2, abs=sim.tick)
     play_until(sim, lambda: events_of(sim, Evacuated))
     assert [event.floor for event in events_of(sim, LeftFloor)] == [2, 1, 0]
 
@@ -1008,7 +999,7 @@ def test_on_the_stairs_people_follow_nobody():
 @pytest.mark.paper("B5", "stuck, chosen")
 def test_who_comes_out_of_a_stairwell_is_not_stuck():
     """Though the stairs have taken longer than STUCK_SECONDS."""
-    assert STAIRS_SECONDS > STUCK_SECONDS
+    assert paper.STAIRS_SECONDS > paper.STUCK_SECONDS
     sim = stage(TOWER.replace("q", "."))
     bodies = sim.world.bodies
     play_until(sim, lambda: not bodies.floor[0] and bodies.walking[0])

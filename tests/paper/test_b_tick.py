@@ -22,17 +22,10 @@ from movies import (
     view,
 )
 
+from reference import paper
 from reference.building import Kind
 from reference.fire import RandomFire
-from reference.paper import (
-    FLAME_SECONDS,
-    FRAMES_PER_TICK,
-    HEALTH_RATE,
-    HEAT_LOSS,
-    ROBOT_SPEED,
-    WALKING_SPEED,
-    Scenario,
-)
+from reference.paper import Scenario
 from reference.robots import CROWD_GAP, FOLLOWER_GAP, NoRobots
 from reference.simulation import Simulation
 from reference.world import (
@@ -47,7 +40,9 @@ from reference.world import (
     Mode,
 )
 
-LOSS = HEALTH_RATE * FRAMES_PER_TICK  # health that everybody loses in a tick
+LOSS = (
+    paper.HEALTH_RATE * paper.FRAMES_PER_TICK
+)  # health that everybody loses in a tick
 
 
 class Probe:
@@ -129,7 +124,7 @@ def test_people_decide_before_they_move():
     start = sim.world.bodies.position[0].copy()
     sim.step()
     assert sim.world.bodies.position[0, 0] - start[0] == pytest.approx(
-        WALKING_SPEED * sim.tick, rel=0.01
+        paper.WALKING_SPEED * sim.tick, rel=0.01
     )
 
 
@@ -144,7 +139,7 @@ def test_robots_decide_before_they_move():
     start = sim.world.robots[0].position[0]
     sim.step()
     walked = sim.world.robots[0].position[0] - start
-    assert walked == pytest.approx(ROBOT_SPEED * sim.tick)
+    assert walked == pytest.approx(paper.ROBOT_SPEED * sim.tick)
 
 
 @pytest.mark.paper("C7", "Alg. 3:2, chosen: help people out")
@@ -188,7 +183,7 @@ def test_people_move_before_flames_move_on():
     bodies = sim.world.bodies
     bodies.pace[:] = 0
     play(sim, 3 - sim.tick)
-    bodies.pace[:] = WALKING_SPEED
+    bodies.pace[:] = paper.WALKING_SPEED
     bodies.position[0, 0] += 0.45
     assert not sim.world.flames.burning.any()
     sim.step()
@@ -211,7 +206,7 @@ def test_flames_move_on_before_they_hurt():
         return sim.world.flames.burning.any()
 
     play_until(sim, burns)
-    last_two = [LOSS, LOSS + HEAT_LOSS * sim.tick]
+    last_two = [LOSS, LOSS + paper.HEAT_LOSS * sim.tick]
     assert -np.diff(health)[-2:] == pytest.approx(last_two)
 
 
@@ -226,7 +221,7 @@ def test_flames_move_on_once_a_second():
         states.append((sim.world.time, sim.world.flames.burning.sum()))
     changes = [after for (_, a), (after, b) in pairwise(states) if a != b]
     assert len(changes) > 2
-    assert np.mod(changes, FLAME_SECONDS) == pytest.approx(0, abs=1e-9)
+    assert np.mod(changes, paper.FLAME_SECONDS) == pytest.approx(0, abs=1e-9)
 
 
 # -- SETTLE -------------------------------------------------------------------------

@@ -1,6 +1,5 @@
 """What agents observe: number by number, cell by cell, in the observer's order."""
 
-from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 
@@ -399,10 +398,3 @@ def test_a_robot_remembers_where_it_goes_until_it_is_there():
 
 
 # -- On the whole ------------------------------------------------------------------
-
-
-def test_refuses_a_scenario_for_another_number_of_floors():
-    """In a sentence, not in numpy's words."""
-    scenario = replace(Scenario(), people_per_floor=(1, 2))
-    with pytest.raises(ValueError, match="names 2 floors, the building has 3"):
-        observations.vector_layout(shipped("paper"), scenario)

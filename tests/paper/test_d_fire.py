@@ -25,6 +25,7 @@ from movies import (
     wait,
 )
 
+from reference import paper
 from reference.building import Kind
 from reference.fire import (
     Generator,
@@ -36,19 +37,7 @@ from reference.fire import (
     rim,
     snapped,
 )
-from reference.paper import (
-    BURN_LOSS,
-    BURN_SECONDS,
-    DECISION_SECONDS,
-    FIRE_EVERY_DECISIONS,
-    FIRE_FIRST_DECISION,
-    FLAME_SECONDS,
-    HEAT_LOSS,
-    PROTECTED_METRES,
-    SPREAD_RATE,
-    WALKING_SPEED,
-    Scenario,
-)
+from reference.paper import Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop.strategies import FIRES
@@ -129,7 +118,7 @@ def spot(sim, what):
         return (0, *sim.building.landmarks[mark(sim, Kind.DOOR)].position)
     if what == "protected":
         at, row, col = found(split(BOARD), "E")[0]
-        return (at, *sim.building.metres(row, col - PROTECTED_METRES))
+        return (at, *sim.building.metres(row, col - paper.PROTECTED_METRES))
     if what == "outside":
         return (0, 99.5, 0.5)
     at, row, col = found(split(BOARD), PLACES[what])[0]
@@ -280,7 +269,7 @@ def test_flames_walk_from_cell_to_cell_and_leave_ash():
 @pytest.mark.paper("D7")
 def test_arrival_is_a_shortest_sum_of_delays_shorter_than_a_cell_burns(spread):
     """As networkx's Dijkstra finds it over the same delays; so a fire may die out."""
-    assert spread.delays.data.max() < BURN_SECONDS
+    assert spread.delays.data.max() < paper.BURN_SECONDS
     graph = nx.from_scipy_sparse_array(spread.delays)
     p = Simulation(
         spread.building, Scenario(people=0), NoRobots(), NoFire()
@@ -365,10 +354,10 @@ def test_what_burns_is_what_the_flames_have_reached_lately(spread, now):
     """The rest is ash; `advance` tells when the next cell begins or ends to burn."""
     fire = flames(spread, ONE, OTHER)
     next_time = spread.advance(fire, now)
-    begin, end = fire.arrival, fire.arrival + BURN_SECONDS
+    begin, end = fire.arrival, fire.arrival + paper.BURN_SECONDS
     assert np.array_equal(fire.burning, (begin <= now) & (now < end))
     assert np.array_equal(fire.ash, end <= now)
-    assert fire.ash.any() == (now > BURN_SECONDS)
+    assert fire.ash.any() == (now > paper.BURN_SECONDS)
     coming = np.concatenate([begin.ravel(), end.ravel()])
     assert next_time == coming[coming > now].min()
 
@@ -377,10 +366,10 @@ def test_what_burns_is_what_the_flames_have_reached_lately(spread, now):
 def test_a_cell_burns_for_40_s_and_is_ash_then():
     """It hurts nobody any more, and people walk over it."""
     sim = stage("#p.*...E", still="p")
-    assert play(sim, BURN_SECONDS - 1) == "#p.*...E"
+    assert play(sim, paper.BURN_SECONDS - 1) == "#p.*...E"
     assert play(sim, 2) == "#p.,...E"
     assert sim.world.flames.ash.sum() == 1 and not sim.world.flames.harm.any()
-    sim.world.bodies.pace[:] = WALKING_SPEED
+    sim.world.bodies.pace[:] = paper.WALKING_SPEED
     assert play(sim, 3) == "#..,.p.E"
 
 
@@ -392,14 +381,16 @@ def test_one_border_in_eleven_carries_no_flames(spread):
         burns[..., 1:] & burns[..., :-1]
     ).sum()
     carried = spread.delays.nnz / 2 / borders
-    assert carried == pytest.approx(1 - exp(-SPREAD_RATE * BURN_SECONDS), abs=0.02)
+    assert carried == pytest.approx(
+        1 - exp(-paper.SPREAD_RATE * paper.BURN_SECONDS), abs=0.02
+    )
 
 
 @pytest.mark.paper("D7", "chosen")
 def test_ash_is_never_lit_again():
     """Neither by flames beside it nor by a source [D6]."""
     sim = stage("#.*...pE", still="p")
-    wait(sim, BURN_SECONDS + 1)
+    wait(sim, paper.BURN_SECONDS + 1)
     place = (0, *sim.building.metres(1, 2))
     refusing = Generator(sim.building, Scenario(training=True), np.random.default_rng())
     assert isinstance(refusing.generate(sim.world, place), FireRefused)
@@ -413,7 +404,7 @@ def test_flames_hurt_and_so_does_standing_beside_them():
     """Most in them, less beside them, not at all farther away or behind a wall."""
     sim = stage("#.*.p.E")
     assert sim.world.flames.harm[0, 1].tolist() == (
-        [0, HEAT_LOSS, BURN_LOSS, HEAT_LOSS, 0, 0, 0]
+        [0, paper.HEAT_LOSS, paper.BURN_LOSS, paper.HEAT_LOSS, 0, 0, 0]
     )
     assert not sim.world.flames.harm[0, [0, 2]].any()
 
@@ -427,10 +418,10 @@ def test_a_door_is_destroyed_as_soon_as_flames_burn_beside_it():
     edge of the graph any more."""
     assert later("#p...*.+....E", 3, still="p") == "#p...*.+....E"
     sim = stage("#p....*+....E", still="p")
-    assert play(sim, FLAME_SECONDS) == "#p....*:....E"
+    assert play(sim, paper.FLAME_SECONDS) == "#p....*:....E"
     door = sim.building.landmarks[mark(sim, ":")].id
     assert door not in {key for *_, key in sim.world.graph.edges(keys=True)}
-    wait(sim, 5 * FLAME_SECONDS)
+    wait(sim, 5 * paper.FLAME_SECONDS)
     assert [type(event) for event in sim.events] == [DoorBurnt]
 
 
@@ -452,8 +443,8 @@ def test_sources_appear_at_every_kth_decision_until_all_are_lit():
     sim.world.bodies.pace[:] = 0  # nobody gets out
     sim.run()
     lit = [e for e in sim.events if isinstance(e, FireLit | FireRefused)]
-    first = FIRE_FIRST_DECISION * DECISION_SECONDS
-    step = FIRE_EVERY_DECISIONS * DECISION_SECONDS
+    first = paper.FIRE_FIRST_DECISION * paper.DECISION_SECONDS
+    step = paper.FIRE_EVERY_DECISIONS * paper.DECISION_SECONDS
     assert lit == sim.world.flames.sources
     assert [e.time for e in lit] == pytest.approx(first + step * np.arange(3))
 

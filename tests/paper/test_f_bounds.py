@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from movies import built, shipped
 
+from reference import paper
 from reference.evaluation.bounds import (
     best_reward,
     best_reward_carried,
@@ -13,19 +14,9 @@ from reference.evaluation.bounds import (
     worst_reward,
 )
 from reference.evaluation.score import PAPER, base_and_control
-from reference.paper import (
-    BEST_POINT,
-    FIXED_REWARD,
-    FRAMES_PER_SECOND,
-    HEALTH,
-    HEALTH_RATE,
-    PEOPLE,
-    WALKING_SPEED,
-    WORST_POINT,
-    Scenario,
-)
+from reference.paper import Scenario
 
-THIRD = (0, 0, PEOPLE)
+THIRD = (0, 0, paper.PEOPLE)
 """Everybody starts on the third floor."""
 
 # -- Equations 6 and 7 --------------------------------------------------------------
@@ -35,7 +26,7 @@ THIRD = (0, 0, PEOPLE)
 @pytest.mark.paper("F5", "B8")
 def test_the_worst_reward_is_everybodys_death():
     """-12000 for forty, and Critical Point 1 lies there."""
-    assert worst_reward() == -12000 == WORST_POINT[0]
+    assert worst_reward() == -12000 == paper.WORST_POINT[0]
 
 
 @pytest.mark.paper("F6")
@@ -65,19 +56,19 @@ def test_half_a_point_of_health_is_lost_in_a_second_of_the_way():
 @pytest.mark.parametrize(
     ("frames", "divided", "fixed_reward", "best"),
     [
-        (FRAMES_PER_SECOND, False, 100, 15_050),  # what we read
-        (FRAMES_PER_SECOND, True, 100, 12_200),  # framesp × rate as a denominator
-        (1 / FRAMES_PER_SECOND, True, 100, -9_480_000),  # framesp as seconds a frame
-        (FRAMES_PER_SECOND, True, 175, 15_200),  # literal again, another FixReward
+        (50, False, 100, 15_050),  # what we read
+        (50, True, 100, 12_200),  # framesp × rate as a denominator
+        (1 / 50, True, 100, -9_480_000),  # framesp as seconds a frame
+        (50, True, 175, 15_200),  # literal again, another FixReward
     ],
 )
 def test_the_readings_of_equation_7(frames, divided, fixed_reward, best):
     """As printed it gives 15000 only with a FixReward of 175, of which nothing is said;
     health lost is seconds × frames a second × rate."""
-    seconds = np.array(mean_ways(shipped("paper"))) / WALKING_SPEED
-    rate = frames * HEALTH_RATE
+    seconds = np.array(mean_ways(shipped("paper"))) / paper.WALKING_SPEED
+    rate = frames * paper.HEALTH_RATE
     loss = seconds / rate if divided else seconds * rate
-    R_b = PEOPLE * ((HEALTH - loss).sum() + fixed_reward)
+    R_b = paper.PEOPLE * ((paper.HEALTH - loss).sum() + fixed_reward)
     assert R_b == pytest.approx(best, rel=0.01)
 
 
@@ -90,8 +81,8 @@ def test_the_readings_of_equation_7(frames, divided, fixed_reward, best):
     [
         ([25 / 3] * 3, THIRD, 14_000),
         ([25 / 3] * 3, (14, 13, 13), 10_808),
-        ([10, 20, 30], (0, 0, 1), 70 + 50 + 40 + FIXED_REWARD),
-        ([60, 60, 60], (0, 0, 1), 40 + FIXED_REWARD),
+        ([10, 20, 30], (0, 0, 1), 70 + 50 + 40 + paper.FIXED_REWARD),
+        ([60, 60, 60], (0, 0, 1), 40 + paper.FIXED_REWARD),
     ],
     ids=["from the third", "spread", "the own floor costs first", "none below 0"],
 )
@@ -104,7 +95,7 @@ def test_what_is_lost_on_one_floor_is_missing_on_the_next(losses, starters, best
 def test_the_papers_points_are_those_of_everybody_on_its_third_floor():
     """-12000 and 14000, rounded as the paper rounds: b and c are the printed ones."""
     points = critical_points(shipped("paper"), Scenario(people_per_floor=THIRD))
-    assert points == (WORST_POINT, BEST_POINT)
+    assert points == (paper.WORST_POINT, paper.BEST_POINT)
     assert base_and_control(*points) == (PAPER.base, PAPER.control)
 
 

@@ -3,10 +3,8 @@
 import csv
 import json
 import signal
-import time
 
 import pytest
-from processes import python
 
 from reference.__main__ import main
 from reference.evaluation import score
@@ -119,20 +117,3 @@ def test_who_stops_is_told_how_to_go_on(monkeypatch, capsys):
     assert again.split()[3:] == [
         "evaluate", "--baseline", "sweep", "--resume", "--out", "eval"
     ]  # fmt: skip
-
-
-@pytest.mark.slow
-def test_an_evaluation_that_is_killed_goes_on_to_the_same_end(tmp_path):
-    """Rows that are there stay, and nothing half-written is in the way."""
-    many = f"{SMALL} --episodes 40 --workers 1 --out ".split()
-    process = python("-m", "reference", *many, "eval")
-    runs = tmp_path / "eval/runs.csv"
-    while not runs.exists() or runs.read_text().count("\n") < 2:
-        time.sleep(0.02)
-    process.kill()
-    process.wait()
-    begun = runs.read_text()
-    assert 2 <= begun.count("\n") < 41
-    assert main(AGAIN.split()) == 0
-    assert main([*many, "whole"]) == 0
-    assert runs.read_text() == (tmp_path / "whole/runs.csv").read_text()

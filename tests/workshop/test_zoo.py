@@ -187,15 +187,3 @@ def test_a_picture_is_a_frame_of_the_film():
     environment.reset(seed=1)
     assert np.array_equal(environment.render(), before)
     assert before.dtype == np.uint8 and before.shape[1:] == (1100, 3)
-
-
-def test_supersuit_makes_a_vector_of_environments():
-    """What stable-baselines3 takes: worlds in other processes, robots stacked."""
-    supersuit = pytest.importorskip("supersuit", reason="supersuit is no extra")
-    one = supersuit.pettingzoo_env_to_vec_env_v1(made(fire="random", flat=True))
-    many = supersuit.concat_vec_envs_v1(one, 2, num_cpus=2, base_class="gymnasium")
-    seen, _ = many.reset(seed=0)
-    actions = np.stack([one.action_space.sample() for _ in seen])
-    seen, rewards, *_ = many.step(actions)
-    assert seen.shape == (8, *one.observation_space.shape) and len(rewards) == 8
-    many.close()
