@@ -1,29 +1,12 @@
 """Floors as text: what a drawing means, and what is refused in one line."""
 
 import pytest
+from drawings import HOUSE
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reference.floorplan import Drawing, FloorPlanError, Storey, parse, to_text
 from reference.workshop import maps
-
-HOUSE = """building: Small house
-size:     14 x 5
-
-floor 1: ground
-   ###########
-####.....#...#
-#AA+.hall+lab#
-####.....#...#
-   ####E######
-
-floor 2: upstairs
-   ###########
-####.....#...#
-#AA+.desk+map#
-####.....#...#
-   ###########
-"""
 
 
 @pytest.mark.paper("A1")

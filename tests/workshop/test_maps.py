@@ -8,16 +8,14 @@ with the stage: page, characters, shape, floor, building.
 import os
 import pickle
 import re
-from contextlib import suppress
 from pathlib import Path
 from threading import Thread
 from time import process_time
 
-import numpy as np
 import pytest
+from drawings import HOUSE
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import ndimage
 
 from reference.floorplan import to_text
 from reference.workshop.maps import MistakesError, find, parse, read
@@ -27,24 +25,6 @@ HERE = Path(__file__).parent
 SHIPPED = sorted((HERE.parents[1] / "floors").glob("*.txt"))
 GOOD = sorted((HERE / "maps" / "good").glob("*.txt"))
 BAD = sorted((HERE / "maps" / "bad").glob("*.txt"))
-
-HOUSE = """building: Small house
-size:     14 x 5
-
-floor 1: ground
-   ###########
-####.....#...#
-#AA+.hall+lab#
-####.....#...#
-   ####E######
-
-floor 2: upstairs
-   ###########
-####.....#...#
-#AA+.desk+map#
-####.....#...#
-   ###########
-"""
 
 
 def named(path):
@@ -259,54 +239,6 @@ def test_refuses_a_scribbled_drawing_only_in_its_own_words(scribbles):
         lines = re.split(r"\r\n?|\n", text)
         assert all(m.written == lines[m.line - 1] for m in error.mistakes)
         assert all(m.column >= 1 for m in error.mistakes) and str(error)
-
-
-# -- Plans of other programs --------------------------------------------------------
-
-PLANS = sorted((HERE / "maps" / "plans").glob("*.txt"))
-
-
-def follow(lines, mistake):
-    """The lines of a drawing after somebody has done what a hint says, and no more."""
-    at, column, hint = mistake.line - 1, mistake.column - 1, mistake.hint
-    signs = re.findall(r"'(.)'", f"{mistake.what} {hint.partition(', or')[0]}")
-    if hint.startswith("Write"):
-        lines[at:at] = re.findall(r"'([^']+)'", hint)
-    elif hint.startswith("Type ';'"):
-        lines[at] = f";{lines[at]}"
-    elif hint.startswith("Type small"):
-        lines[at] = lines[at].lower()
-    elif "no meaning" in mistake.what:
-        new = "#" if "#" in signs else "."
-        old = str.maketrans(dict.fromkeys(signs, new))
-        lines = [line if line[:1] == ";" else line.translate(old) for line in lines]
-    elif "a blank is outside" in mistake.what:
-        cells = np.array([[*f" {line}".ljust(99)] for line in ["", *lines, ""]])
-        cells[ndimage.label(cells == " ")[0] > 1] = "."
-        lines = ["".join(row)[1:].rstrip() for row in cells[1:-1]]
-    elif hint.startswith("Type 'E'"):  # in the first wall below that is an outer one
-        row = at if "no way" in mistake.what else len(lines) - 2
-        column = column or lines[row].index(".")
-        while lines[row][column] != "#":
-            row += 1
-        lines[row] = f"{lines[row][:column]}E{lines[row][column + 1 :]}"
-    else:
-        sign = "#" if "'#'" in hint else "."
-        lines[at] = lines[at][:column] + sign + lines[at][column + 1 :]
-    return lines
-
-
-@pytest.mark.parametrize("path", PLANS, ids=named)
-def test_a_plan_of_another_program_is_mended_by_the_hints_alone(path):
-    """As games and gridworlds draw them, in at most three rounds."""
-    lines = path.read_text().splitlines()
-    for _ in range(3):
-        with suppress(MistakesError):
-            parse("\n".join(lines))
-            return
-        for mistake in reversed(refusal("\n".join(lines))):
-            lines = follow(lines, mistake)
-    parse("\n".join(lines))
 
 
 # -- Where floors are found ---------------------------------------------------------
