@@ -92,18 +92,6 @@ def test_sizes_follow_from_the_building_and_the_scenario(name, people, robots, s
     assert len(grid) == 3 * floors and min(grid.shape[1:]) >= 20
 
 
-@pytest.mark.parametrize("name", BUILDINGS)
-def test_no_number_is_beyond_its_limits(name):
-    """From the beginning to the end, on all floors."""
-    sim = scene(name, time_limit=30)
-    layout = observations.vector_layout(sim.building, sim.scenario)
-    for _ in range(round(sim.scenario.time_limit / 5)):
-        for numbers in (vectors(sim), fire_vector(sim)):
-            assert (layout.low <= numbers).all() and (numbers <= layout.high).all()
-        wait(sim, 5)
-    assert sim.done
-
-
 # -- Number by number ---------------------------------------------------------------
 
 
@@ -184,14 +172,6 @@ def test_the_number_of_robots_at_work_in_the_team_is_there():
     assert fire_vector(sim)[place] == 6
 
 
-def test_flames_that_spread_are_not_counted_as_fires():
-    """Burning cells are on the grid, sources are in the vector."""
-    sim = scene(seconds=30)
-    lit = len(sim.world.flames.sources)
-    assert sim.world.flames.burning.sum() > lit
-    assert decoded(sim).fires_per_floor.sum() == lit
-
-
 # -- Who is gone --------------------------------------------------------------------
 
 
@@ -235,10 +215,7 @@ def test_who_walks_down_the_stairs_is_seen_there():
 
 @pytest.mark.paper("C4", "deviation")
 def test_after_the_observer_come_its_team_and_then_the_others():
-    """By floors: own, own, then those of the other floors from below.
-
-    Else team mates would have the same observation and do the same.
-    """
+    """By floors: own, own, then those of the other floors from below."""
     sim = scene(robots_per_floor=2)
     floors = [decoded(sim, k).robots[:, 2].tolist() for k in range(6)]
     assert floors[0] == floors[1] == [0, 0, 1, 1, 2, 2]
@@ -304,15 +281,17 @@ def test_robots_and_the_fire_are_told_the_same(name):
 @pytest.mark.paper("E4", "deviation")
 @pytest.mark.parametrize("name", BUILDINGS)
 def test_a_scaled_vector_lies_between_its_bounds(name):
-    """-1 is a number's lower bound, 1 its upper one, 0 halfway, from end to end."""
-    sim = scene(name, seconds=30)
+    """-1 is its lower bound, 1 its upper one, from the beginning to the end."""
+    sim = scene(name, time_limit=30)
     layout = observations.vector_layout(sim.building, sim.scenario)
     ends = np.stack([layout.low, (layout.low + layout.high) / 2, layout.high])
     wanted = np.repeat([[-1.0], [0.0], [1.0]], layout.size, axis=1)
     np.testing.assert_allclose(layout.scaled(ends), wanted, atol=1e-6)
     assert layout.scaled(ends).dtype == np.float32
-    now = layout.scaled(np.stack([fire_vector(sim), *vectors(sim)]))
-    assert (np.abs(now) <= 1 + 1e-6).all() and np.unique(now).size > 20
+    while not sim.done:
+        wait(sim, 5)
+        now = layout.scaled(np.stack([fire_vector(sim), *vectors(sim)]))
+        assert (np.abs(now) <= 1 + 1e-6).all() and np.unique(now).size > 20
     sim = scene(name, robots_per_floor=0, sources=0)  # both counts can only be 0
     layout = observations.vector_layout(sim.building, sim.scenario)
     assert (np.abs(layout.scaled(fire_vector(sim))) <= 1).all()
@@ -395,6 +374,3 @@ def test_a_robot_remembers_where_it_goes_until_it_is_there():
     for robot, spot in zip(run.world.robots, told, strict=True):
         assert np.isnan(spot).all() == (not robot.way)
     assert np.nanmax(np.abs(told)) <= 1
-
-
-# -- On the whole ------------------------------------------------------------------
