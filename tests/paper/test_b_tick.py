@@ -24,10 +24,11 @@ from movies import (
 
 from reference import paper
 from reference.building import Kind
-from reference.fire import RandomFire
+from reference.fire import NoFire, RandomFire
 from reference.paper import Scenario
 from reference.robots import CROWD_GAP, FOLLOWER_GAP, NoRobots
 from reference.simulation import Simulation
+from reference.workshop.strategies.worst_case import First
 from reference.world import (
     NOBODY,
     NOWHERE,
@@ -46,24 +47,12 @@ LOSS = (
 
 
 class Probe:
-    """A strategy that notes what it is shown at each decision; robots go to (x, y)."""
+    """A robot or a fire that notes what it is shown, and decides always the same."""
 
-    def __init__(self, look, x=2.5, y=0.5):
-        self.look, self.destination, self.saw = look, (x, y), []
-
-    def decide(self, world, robots, rng):
-        """Note it."""
-        self.saw.append(self.look(world))
-        return [self.destination] * len(robots)
-
-
-class ProbeFire:
-    """A fire that notes what it is shown, and then breaks out in one place."""
-
-    def __init__(self, look, *decision):
+    def __init__(self, look, decision):
         self.look, self.decision, self.saw = look, decision, []
 
-    def decide(self, world, rng):
+    def decide(self, world, *_):
         """Note it."""
         self.saw.append(self.look(world))
         return self.decision
@@ -86,7 +75,7 @@ def test_everybody_looks_before_anybody_decides():
 @pytest.mark.paper("B4")
 def test_people_decide_before_strategies():
     """When the robots' first turn comes, p has become a leader already."""
-    robots = Probe(lambda world: world.minds[0].mode)
+    robots = Probe(lambda world: world.minds[0].mode, [None])
     stage("#p..R.....E", robots=robots).step()
     assert robots.saw == [Mode.LEADER]
 
@@ -104,8 +93,10 @@ def test_people_on_the_stairs_are_not_seen():
 def test_robots_and_fire_see_the_same_world():
     """Robots do not see the fire that breaks out now; the fire sees them unmoved."""
     board = "#p..R......E"
-    robots = Probe(lambda w: (w.robots[0].position[0], len(w.flames.sources)), x=4.5)
-    fire = ProbeFire(lambda w: w.robots[0].position[0], 0, 3.5, 0.5)
+    robots = Probe(
+        lambda w: (w.robots[0].position[0], len(w.flames.sources)), [(4.5, 0.5)]
+    )
+    fire = Probe(lambda w: w.robots[0].position[0], (0, 3.5, 0.5))
     hurry = {"decision_seconds": 1, "sight_range": 1.5}
     sim = stage(board, robots=robots, fire=fire, **hurry)
     sim.world.bodies.pace[:] = 0
@@ -173,11 +164,8 @@ def test_people_move_before_flames_hurt_them():
 
 @pytest.mark.paper("D7")
 def test_people_move_before_flames_move_on():
-    """p steps into a cell that begins to burn in this tick, and would not in the next.
-
-    Lit at 2 s, it burns at 3 s.
-    """
-    fire = ProbeFire(lambda world: None, 0, -2.5, 0.5)
+    """p steps into a cell that begins to burn in this tick, not only in the next."""
+    fire = First((0, -2.5, 0.5), NoFire())
     board = "#.p........E"
     sim = stage(board, fire=fire, decision_seconds=1, sight_range=12)
     bodies = sim.world.bodies
@@ -195,7 +183,7 @@ def test_people_move_before_flames_move_on():
 @pytest.mark.paper("B7")
 def test_flames_move_on_before_they_hurt():
     """The tick in which the cell beside p begins to burn costs p more already."""
-    fire = ProbeFire(lambda world: None, 0, -2.5, 0.5)
+    fire = First((0, -2.5, 0.5), NoFire())
     board = "#.p........E"
     sim = stage(board, fire=fire, decision_seconds=1)
     sim.world.bodies.pace[:] = 0
