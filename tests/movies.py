@@ -24,7 +24,7 @@ is left to chance.  What no board shows is said in words of a scene:
     visited="+2 q+1"        p has passed the second `+` of the board, q the first
     at="p+2"                p stands in this door
     says="R2E"              the second robot sends to the exit; "R" says "follow me"
-    stuck="p"  still="q"    p made no headway for too long; q stands still for good
+    still="p"               p stands still for good
     time=7.0                seconds since the evacuation began
     health={"p": 5}         of 100
 """
@@ -47,7 +47,7 @@ from reference.building import Building, Kind
 from reference.fire import Spread
 from reference.floorplan import Drawing, Storey, parse
 from reference.navigation import navigation_of
-from reference.paper import STUCK_SECONDS, WALKING_SPEED, Scenario
+from reference.paper import WALKING_SPEED, Scenario
 from reference.rays import sight_of
 from reference.simulation import Simulation
 from reference.view import look
@@ -415,12 +415,6 @@ def says(world, text):
         world.robots[body(robot)].says = told[0] if told else NOWHERE
 
 
-def stuck(world, letters):
-    """These have made no headway for longer than STUCK_SECONDS."""
-    for letter in letters:
-        world.bodies.anchor_time[body(letter)] = world.time - STUCK_SECONDS - 0.1
-
-
 def still(world, letters):
     """These stand still for good."""
     world.bodies.pace[[body(letter) for letter in letters]] = 0.0
@@ -438,8 +432,7 @@ def health(world, points):
 
 
 WORDS = {"time": clock, "at": at, "says": says, "visited": visited, "leads": leads}
-WORDS |= {"follows": follows, "lost": lost, "stuck": stuck, "still": still}
-WORDS |= {"health": health}
+WORDS |= {"follows": follows, "lost": lost, "still": still, "health": health}
 """What is said of a scene, in the order in which it comes true."""
 
 
