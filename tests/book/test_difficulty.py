@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from movies import body, built, robots_named, shipped, stage
+from movies import body, built, shipped, stage
 
 from reference.building import OUTSIDE, Kind, burn
 from reference.evaluation.difficulty import (
@@ -129,11 +129,7 @@ def arrival(spread, sources):
 @settings(max_examples=25)
 @given(fires(), st.floats(0, 60))
 def test_what_burns_besides_and_earlier_fire_are_at_least_as_difficult(fire, seconds):
-    """More cells, each as before; then all flames so many seconds sooner.
-
-    One source more does not always make more difficult: what it burns early is open
-    again when the rest burns.
-    """
+    """More cells, each as before; then all flames so many seconds sooner."""
     spread, sources = fire
     then, fewer = arrival(spread, sources), arrival(spread, sources[:-1])
     many = np.where(np.isfinite(fewer), fewer, then)
@@ -144,15 +140,11 @@ def test_what_burns_besides_and_earlier_fire_are_at_least_as_difficult(fire, sec
 
 @pytest.mark.paper("F11")
 def test_it_does_not_depend_on_the_robots():
-    """One random fire, met by all kinds of robots: the same h, however it ended.
-
-    With this seed D6 moves no source because of who stands there.
-    """
+    """One random fire, met by all kinds of robots: the same h, however it ended."""
     scenario, ends, found = Scenario(people=8), set(), set()
     for robots in ROBOTS:
-        run = Simulation(
-            shipped("tiny"), scenario, robots_named(robots), RandomFire(), seed=0
-        )
+        sides = ROBOTS[robots](), RandomFire()
+        run = Simulation(shipped("tiny"), scenario, *sides, seed=0)
         people = people_in(run.world)
         ends.add(run.run().simulated_seconds)
         found.add(difficulty(run.building, arrival_of(run), people))

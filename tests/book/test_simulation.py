@@ -7,14 +7,13 @@ from math import dist, isnan
 
 import numpy as np
 import pytest
+from alike import same
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from movies import (
     built,
-    fire_named,
     play,
     play_until,
-    robots_named,
     shipped,
     stage,
     ticks,
@@ -23,23 +22,21 @@ from movies import (
 
 from reference import paper
 from reference.building import Building, Kind
+from reference.fire import RandomFire
 from reference.motion import SHOULDERS
 from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import maps
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.measuring.halls import Ghosts
+from reference.workshop.strategies import FIRES, ROBOTS
 from reference.world import Died, Evacuated, Fate, LeftFloor
-
-MATCHES = [("none", "none"), ("sweep", "random"), ("patrol", "greedy")]
 
 
 def run(name="tiny", people=20, robots="sweep", fire="random", seed=0, **scenario):
     """A simulation of a building that ships, not yet begun."""
     scene = Scenario(people=people, **scenario)
-    return Simulation(
-        shipped(name), scene, robots_named(robots), fire_named(fire), seed
-    )
+    return Simulation(shipped(name), scene, ROBOTS[robots](), FIRES[fire](), seed)
 
 
 def bodies(sim):
@@ -48,24 +45,16 @@ def bodies(sim):
     return {f.name: getattr(now, f.name).copy() for f in fields(now)}
 
 
-def equal(one, other):
-    """Are two records of bodies equal, bit for bit?"""
-    return all(np.array_equal(one[name], other[name]) for name in one)
-
-
 # -- Invariants ---------------------------------------------------------------------
 
 
 def audit(sim):
     """Run to the end, and check after every tick and then what must never happen."""
-    before, robots = (
-        bodies(sim),
-        [(r.floor, tuple(r.position)) for r in sim.world.robots],
-    )
+    before, robots = bodies(sim), deepcopy(sim.world.robots)
     for _ in ticks(sim):
         now = bodies(sim)
         robots_keep_their_floor_and_speed(sim, robots)
-        robots = [(r.floor, tuple(r.position)) for r in sim.world.robots]
+        robots = deepcopy(sim.world.robots)
         nobody_is_lost(sim, now)
         nobody_is_in_a_wall(sim, now)
         nobody_is_in_anybody(sim, now)
@@ -126,28 +115,21 @@ def events_come_in_order(sim):
             assert before == LeftFloor(*left)
 
 
-PAPER = [
-    ("paper", paper.PEOPLE, "patrol", "greedy", 7, 240),
-    pytest.param("paper", 1000, "patrol", "greedy", 7, 20, marks=pytest.mark.slow),
-]
-TINY = [("tiny", 20, *match, seed, 240) for match in MATCHES for seed in range(5)]
-
-
 @pytest.mark.parametrize(
-    ("name", "people", "robots", "fire", "seed", "limit"), [*PAPER, *TINY]
+    ("people", "limit"),
+    [(paper.PEOPLE, 240), pytest.param(1000, 20, marks=pytest.mark.slow)],
 )
-def test_nobody_is_ever_in_a_wall_lost_or_counted_twice(
-    name, people, robots, fire, seed, limit
-):
-    """From the first tick to the last; five seeds on two small floors."""
-    audit(run(name, people, robots, fire, seed, time_limit=limit))
+def test_nobody_is_ever_in_a_wall_lost_or_counted_twice(people, limit):
+    """In the paper's building, from the first tick to the last."""
+    audit(run("paper", people, "patrol", "greedy", seed=7, time_limit=limit))
 
 
 def robots_keep_their_floor_and_speed(sim, before):
-    """They walk through no wall; before: floors and positions a tick ago."""
-    for robot, (floor, position) in zip(sim.world.robots, before, strict=True):
-        assert robot.floor == floor and sim.navigation.walkable[robot.place]
-        assert dist(robot.position, position) <= paper.ROBOT_SPEED * sim.tick + 1e-6
+    """They walk through no wall; before: the robots a tick ago."""
+    for robot, was in zip(sim.world.robots, before, strict=True):
+        assert robot.floor == was.floor and sim.navigation.walkable[robot.place]
+        step = dist(robot.position, was.position)
+        assert step <= paper.ROBOT_SPEED * sim.tick + 1e-6
 
 
 @st.composite
@@ -201,7 +183,7 @@ def test_nothing_impossible_happens_in_any_building(
         sight_range=sight,
         time_limit=30.0,
     )
-    sides = [(robots_named(robots), fire_named("random")) for _ in range(3)]
+    sides = [(ROBOTS[robots](), RandomFire()) for _ in range(3)]
     sim, twin, beside = (
         Simulation(building, scene, *side, seed + k)
         for side, k in zip(sides, (0, 0, 1), strict=True)
@@ -212,7 +194,7 @@ def test_nothing_impossible_happens_in_any_building(
     copied = twin.copy()
     to_the_end([twin, beside])
     copied.run()
-    assert equal(bodies(sim), bodies(copied)) and equal(bodies(sim), bodies(twin))
+    assert same(bodies(sim), bodies(copied)) and same(bodies(sim), bodies(twin))
     assert sim.events == copied.events == twin.events
 
 
@@ -228,9 +210,9 @@ def test_a_copy_runs_on_like_the_original_and_leaves_it_alone(robots):
     frozen, events = bodies(sim), list(sim.events)
     ahead = sim.copy()
     ahead_outcome = ahead.run()
-    assert equal(bodies(sim), frozen) and sim.events == events
+    assert same(bodies(sim), frozen) and sim.events == events
     sim_outcome = sim.run()
-    assert equal(bodies(sim), bodies(ahead)) and sim.events == ahead.events
+    assert same(bodies(sim), bodies(ahead)) and sim.events == ahead.events
     assert str(sim_outcome) == str(ahead_outcome)
 
 
@@ -241,8 +223,8 @@ def test_another_seed_gives_other_people_and_flames_and_other_robots_do_not():
         [sim.world.bodies.position for sim in begun],
         [sim.spread.delays.data for sim in begun],
     )
-    for one, same, other in (people, flames):
-        assert np.array_equal(one, same) and not np.array_equal(one, other)
+    for one, again, other in (people, flames):
+        assert np.array_equal(one, again) and not np.array_equal(one, other)
 
 
 # -- A world that exists already ----------------------------------------------------
@@ -270,10 +252,7 @@ def test_a_simulation_may_begin_with_a_world_that_exists(seed):
 @pytest.mark.paper("B7")
 @pytest.mark.parametrize("frames", [5, 10, 25])
 def test_health_falls_with_every_frame(frames):
-    """0.01 of 100, half a point a second: after 200 s all are dead, far from any fire.
-
-    Sums of many small losses round up or down; neither counts.
-    """
+    """0.01 of 100, half a point a second: after 200 s all are dead without any fire."""
     board = "#p.........E"
     sim = stage(board, frames_per_tick=frames)
     sim.world.bodies.pace[:] = 0
@@ -312,8 +291,7 @@ def test_the_dead_stand_in_nobodys_way():
 
 @pytest.mark.parametrize("limit", [20.0, 240.0])
 def test_the_outcome_adds_up(limit):
-    """People, mean health of those who got out, seconds times people inside; and the
-    reward, by hand."""
+    """People, mean health of who got out, person-seconds, and the reward, by hand."""
     sim = run(seed=6, time_limit=limit)
     inside, before = 0.0, sim.world.bodies.inside.sum()
     for _ in ticks(sim):
@@ -368,14 +346,6 @@ def test_people_can_begin_in_rooms_by_name():
     assert set(sim.building.area.ravel()[sim.world.bodies.place]) == {lobby}
 
 
-@pytest.mark.paper("F8")
-def test_people_walk_at_different_speeds_around_the_mean():
-    """Nobody is much slower or faster than others."""
-    pace = run("paper", people=400).world.bodies.pace
-    assert pace.mean() == pytest.approx(paper.WALKING_SPEED, rel=0.02)
-    assert 0 < pace.std() < 0.3 and pace.min() > 0.5
-
-
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
@@ -392,29 +362,7 @@ def test_refuses_more_people_than_fit_and_rooms_that_do_not_exist(asked, said):
 # -- Triggers -----------------------------------------------------------------------
 
 
-@pytest.mark.paper("A5")
-def test_a_door_is_no_obstacle():
-    """Through it a walk takes as long as without it."""
-    times = []
-    for middle in "+.":
-        sim = stage(f"############\n#p...{middle}.....E\n############", sight_range=12)
-        times.append(sim.run().simulated_seconds)
-    assert times[0] == pytest.approx(times[1], abs=1.2)
-
-
-LANDING = """
-       ######
-    ####....#
-    #AA+p...E
-    ####....#
-       ######
-
-       ######
-    ####....#
-    #AA+q...#
-    ####....#
-       ######
-    """
+LANDING = "#AA+p...E\n\n#AA+q...#"
 
 
 @pytest.mark.paper("A3", "chosen")
@@ -493,18 +441,3 @@ def test_who_is_in_a_full_door_walks_on():
     play(sim, 0.6)
     walked = sim.world.bodies.position[0, 0] - x
     assert walked == pytest.approx(0.6 * paper.WALKING_SPEED, rel=0.05)
-
-
-@pytest.mark.paper("A9", "chosen")
-@pytest.mark.parametrize(("name", "seed"), [("tower", 11), ("maze", 3), ("school", 5)])
-def test_nobody_leans_on_a_corner(name, seed):
-    """Three people, nothing burns: none stands still for ten seconds."""
-    sim = Simulation(shipped(name), Scenario(people=3), seed=seed)
-    bodies = sim.world.bodies
-    before, stands = bodies.position.copy(), np.zeros(3)
-    while not sim.done:
-        sim.step()
-        moved = np.hypot(*(bodies.position - before).T) > 0.01
-        stands = np.where(moved | ~bodies.walking, 0, stands + sim.tick)
-        assert stands.max() < 10
-        before = bodies.position.copy()
