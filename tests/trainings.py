@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-import torch
+from alike import same
 
 from reference.building import plan_of
 from reference.workshop.maps import load
@@ -73,25 +73,8 @@ class Stopped(InProcess):
         return super().submit(fn, *given)
 
 
-def tensors(state, name: str = "") -> dict[str, torch.Tensor | float | str]:
-    """Everything in a state by its path, tensors and plain values."""
-    if isinstance(state, dict):
-        parts = [tensors(part, f"{name}/{key}") for key, part in state.items()]
-    elif isinstance(state, list | tuple):
-        parts = [tensors(part, f"{name}/{k}") for k, part in enumerate(state)]
-    else:
-        return {name: state}
-    return {path: value for part in parts for path, value in part.items()}
-
-
-def equal(one, other) -> bool:
-    """Are two states the same to the last bit?"""
-    a, b = tensors(one), tensors(other)
-    return a.keys() == b.keys() and all(_same(a[path], b[path]) for path in a)
-
-
-def _same(a, b) -> bool:
-    return torch.equal(a, b) if isinstance(a, torch.Tensor) else a == b
+equal = same
+"""Are two states the same to the last bit, tensors and plain values?"""
 
 
 @contextmanager

@@ -25,6 +25,8 @@ from reference.workshop.measuring import bench
 from reference.workshop.strategies.fires import BusiestFire
 from reference.workshop.strategies.guides import Escort
 
+pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
+
 SHED = """\
 building: Shed
 size: 9 x 5
@@ -39,12 +41,6 @@ floor 1:
 
 PROMISED = """building robots fire seed episodes people evacuated died inside
 mean_health reward simulated_seconds person_seconds runs"""
-
-
-@pytest.fixture(autouse=True)
-def in_an_empty_folder(tmp_path, monkeypatch):
-    """What a command writes lands in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture
@@ -66,12 +62,6 @@ def test_check_counts_what_is_in_a_map_that_is_fine(shed, capsys):
     assert main(["check", shed, "--json"]) == 0
     facts = json.loads(capsys.readouterr().out)
     assert (facts["title"], facts["rooms"], facts["exits"]) == ("Shed", [2], 1)
-
-
-def test_check_needs_no_folder_to_write_in(monkeypatch):
-    """As on a read-only disk; only what writes asks for one."""
-    monkeypatch.setattr(os, "access", lambda *_: False)
-    assert main(["check", "tiny"]) == 0
 
 
 CORNER = """building: Corner
@@ -152,13 +142,6 @@ def test_draw_writes_a_picture_and_says_where(shed, view, tmp_path, capsys):
     assert main(["draw", shed, "--view", view]) == 0
     assert capsys.readouterr().out == f"shed-{view}.png\n"
     assert (tmp_path / f"shed-{view}.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_a_picture_takes_the_place_of_a_link_to_itself(shed, tmp_path):
-    """Such a link leads nowhere; what it stands for is the name alone."""
-    (tmp_path / "loop.png").symlink_to("loop.png")
-    assert main(["draw", shed, "-o", "loop.png"]) == 0
-    assert (tmp_path / "loop.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize(("framework", "windows"), [("tk", 1), (None, 0)])
@@ -290,19 +273,13 @@ def test_the_first_look_compares_three_evacuations_from_one_seed(capsys, filmed)
     """Nobody, guides, guides and a worse fire; the film shows the first two."""
     assert main(["--json", "--seed", "5"]) == 0
     runs = json.loads(capsys.readouterr().out)["runs"]
-    pairs = [("none", "random"), ("escort", "random"), ("escort", "busiest")]
-    assert [(run["robots"], run["fire"]) for run in runs] == pairs
+    assert {run["seed"] for run in runs} == {5}
+    pairs = [(run["robots"], run["fire"]) for run in runs]
+    assert pairs == [("none", "random"), ("escort", "random"), ("escort", "busiest")]
     ((path, headings),) = filmed
     assert path == "evacuation.html"
-    assert [heading[0] for heading in headings] == [
-        "nobody guides, fire random",
-        "guided by escort, fire random",
-    ]
-    assert {run["seed"] for run in runs} == {5}
-
-
-def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
-    """How many get out, and how well they are."""
+    firsts = [heading[0] for heading in headings]
+    assert firsts == ["nobody guides, fire random", "guided by escort, fire random"]
     assert main([]) == 0
     title, *lines = capsys.readouterr().out.splitlines()
     assert title == f"paper, 40 people, seed {TYPICAL}"
@@ -323,26 +300,20 @@ def test_the_first_look_tells_people_in_three_lines(capsys, filmed):
         ("draw tiny --view inside", 2, "invalid choice: 'inside'"),
         ("evacuate --building=", 1, "Is a directory"),
         ("evacuate --people 100000", 1, "0 to 10,000"),
-        ("evacuate --animate missing/run.gif", 1, "Name a file in a folder that"),
         ("evacuate --animate run.avi", 2, "does not end in one of .gif, .html, .mp4"),
         ("evacuate --robots none sweep patrol", 2, "one pair or two"),
         ("evacuate tiny", 2, "unrecognized arguments: tiny; a map is named by --bui"),
         ("evacuate --fire busy", 2, "Did you mean 'busiest'?"),
-        ("evacuate --fire worst_case", 2, "mean 'worst-case'"),
         ("evacuate --fire sweep", 2, "'sweep' is no file"),
         ("evacuate --robots worst-case", 2, "nobody who plays the robots: none, r"),
-        ("evacuate --fire nowhere.pt", 2, "'nowhere.pt' is no file"),
         ("evacuate --people 0", 2, "'0' is not a whole number from 1 to 1000000"),
-        ("evacuate --episodes many", 2, "'many' is not a whole number from 1 to"),
         (f"evacuate --seed {10**30}", 2, "is not a whole number from 0 to"),
         ("evaluate --resume", 2, "--resume goes with --out"),
         ("evaluate --resume --out nowhere", 1, "there is no evaluation"),
         ("evaluate --baseline patrol --workers 0", 2, "add it to --robots"),
         ("evaluate --sample", 2, "--sample goes with a checkpoint"),
         ("evaluate --people 9000", 1, "fit"),
-        (f"evaluate --episodes {10**12}", 2, "is not a whole number from 1 to 1000000"),
         (f"curves {'a' * 5000}", 1, "File name too long"),
-        ("curves /dev/zero", 1, "/dev/zero"),
         ("train --settings /dev/zero", 1, "/dev/zero"),
     ],
 )

@@ -13,7 +13,7 @@ from trainings import Stopped, begun, room_for, tiny, trained
 from reference.evaluation.difficulty import arrival_of, difficulty, people_in
 from reference.evaluation.score import PAPER
 from reference.fire import RandomFire
-from reference.paper import BEST_POINT, WORST_POINT, InputError, Scenario
+from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing import (
     RunResult,
@@ -21,7 +21,6 @@ from reference.workshop.comparing import (
     cells,
     evaluate,
     resume,
-    ruler_of,
     runs,
     table,
 )
@@ -31,14 +30,10 @@ from reference.workshop.maps import load
 from reference.workshop.storage.workers import InProcess, one_thread, workers
 from reference.workshop.strategies.guides import Sweep
 
+pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
+
 SMALL = {"robots": ("none", "sweep"), "fires": ("random",), "building": "tiny"}
 SMALL |= {"people": 4, "episodes": 2}
-
-
-@pytest.fixture(autouse=True)
-def in_an_empty_folder(tmp_path, monkeypatch):
-    """What is written lands in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
 
 
 @pytest.fixture(scope="module")
@@ -235,16 +230,6 @@ def test_the_table_is_aligned_and_says_what_is_missing():
     assert len({len(line) for line in (first, *lines)}) == 1
     assert note.startswith("-: nobody got out")
     assert "nobody" not in table(cells([a_result()], PAPER))
-
-
-@pytest.mark.paper("F12")
-def test_the_baseline_scores_one_on_the_ruler_made_of_its_runs():
-    """Over all of its runs, against all fires."""
-    rng = np.random.default_rng(1)
-    h = rng.uniform(500, 3500, 60)
-    runs = [a_result(seed=k, difficulty=d, reward=1.3e4 - d) for k, d in enumerate(h)]
-    ruler = ruler_of([*runs, a_result("none")], "sweep", WORST_POINT, BEST_POINT)
-    assert cells(runs, ruler)[0].score.mean == pytest.approx(1)
 
 
 # -- Refusals -----------------------------------------------------------------------

@@ -11,15 +11,11 @@ from reference.evaluation import score
 from reference.workshop import drawing
 from reference.workshop.comparing import runs
 
+pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
+
 SMALL = "evaluate --building tiny --people 6 --workers 0 "
 AGAIN = "evaluate --resume --out eval --workers 0 "
 FIGURES = ("survival", "reward", "difficulty", "score")
-
-
-@pytest.fixture(autouse=True)
-def elsewhere(tmp_path, monkeypatch):
-    """Files land in a folder of their own."""
-    monkeypatch.chdir(tmp_path)
 
 
 def evaluated(capsys, options):
