@@ -1,7 +1,6 @@
 """Checkpoints: whole or not at all, refused elsewhere, and used as strategies."""
 
 import os
-import pickle
 from copy import deepcopy
 from dataclasses import replace
 
@@ -111,11 +110,9 @@ HOLE = "building: x\nsize: 4 x 3\nfloor 1:\n####\n#..E\n#.##\n"
         ("format", 9, "and format 9, written by version .*; here they are"),
         ("game", 1, "is of game 1 and"),
         ("task", {}, "lacks a part"),
-        ("round", "third", "round is 'third': it must be a whole number"),
         ("task settings robots batch_size", -1, "batch_size"),
         ("task settings robots gamma", 10**400, "gamma is 10+: it must be a number"),
         ("learners robots actor", NAN, "no finite numbers"),
-        ("learners fire critic", NAN, "no finite numbers"),
         ("learners fire optimiser", NAN, "no finite numbers"),
         ("learners robots actor", HALF, "weights of another type, torch.float16"),
         ("learners robots optimiser", VAST, "tensors larger than the file"),
@@ -137,25 +134,10 @@ def test_refuses_content_that_is_not_a_checkpoint_s(path, place, value, message)
 
 
 def test_refuses_to_run_code_that_a_file_brings(tmp_path):
-    """Loading is `weights_only`: the file below would write another one."""
-    torch.save(
-        {"kind": checkpoints.KIND, "task": Mischief(tmp_path)}, tmp_path / "x.pt"
-    )
+    """Loading is `weights_only`: not even a function's name is looked up."""
+    torch.save({"kind": checkpoints.KIND, "task": os.mkdir}, tmp_path / "x.pt")
     with pytest.raises(CheckpointError, match="is no checkpoint"):
         load(tmp_path / "x.pt")
-    assert not (tmp_path / "mischief").exists()
-    pickle.loads(pickle.dumps(Mischief(tmp_path)))  # it would work without that
-    assert (tmp_path / "mischief").is_dir()
-
-
-class Mischief:
-    """Unpickled carelessly, it makes a folder."""
-
-    def __init__(self, folder):
-        self.folder = folder
-
-    def __reduce__(self):
-        return os.mkdir, (str(self.folder / "mischief"),)
 
 
 @pytest.mark.parametrize(
@@ -163,9 +145,7 @@ class Mischief:
     [
         ("episodes", -(10**400)),
         ("latest", {"survival": "x"}),
-        ("kept", {"robots": [0.5]}),
         ("summaries", {"robots": {"last": 0, "sums": {"x": 1.0}, "counts": {"x": 1}}}),
-        ("summaries", {"robots": {"row": None}}),
     ],
 )
 def test_refuses_progress_that_is_none(checkpoint, part, value, tmp_path):

@@ -83,25 +83,6 @@ def test_an_empty_cell_is_no_point_of_a_curve(run):
     assert x.tolist() == [10, 20, 30, 40, 50, 60]
 
 
-HEAD, ROW, _ = table([("robots", 2)]).split("\n", 2)
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("a,b\n1,2\n", "is no table of these runs"),
-        (f"{HEAD}\n{ROW}\n{ROW},7\n", "a row is damaged"),
-        (f"{HEAD}\n{ROW.replace('10', '9' * 400)}\n", r"damaged .*9999 is no number"),
-        (f"{HEAD}\n{ROW}{'x' * 200_000}\n", "damaged .*field larger"),
-    ],
-)
-def test_refuses_a_table_that_is_none_and_says_where(tmp_path, text, message):
-    """Never a traceback of csv or numpy."""
-    (tmp_path / "run.csv").write_text(text)
-    with pytest.raises(ValueError, match=rf"run\.csv: .*{message}"):
-        curves.read(tmp_path / "run.csv")
-
-
 def test_refuses_a_folder_without_a_table(tmp_path):
     """The message says what would do."""
     with pytest.raises(FileNotFoundError, match=r"Name the folder of a training"):

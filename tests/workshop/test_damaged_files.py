@@ -6,6 +6,7 @@ import shutil
 import tomllib
 from collections.abc import Callable
 from contextlib import suppress
+from copy import deepcopy
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,7 +19,6 @@ from trainings import Stopped, begun, tiny, trained
 from reference.paper import InputError
 from reference.workshop.comparing import begin, design, evaluate, resume
 from reference.workshop.drawing.curves import read as read_summaries
-from reference.workshop.maps import load as load_building
 from reference.workshop.storage.files import read_json
 from reference.workshop.storage.records import record_from
 from reference.workshop.storage.workers import InProcess, one_thread
@@ -37,7 +37,7 @@ SIGNS = (*(bytes([sign]) for sign in b'\0\xff{[,"\n-'), b": ", b"9" * 40, b"&a *
 
 def of_parts(plain: Any, rng: random.Random) -> Any:
     """Change, remove or exchange one to three parts of plain data, however deep."""
-    top = [_copied(plain)]
+    top = [deepcopy(plain)]
     for _ in range(rng.randint(1, 3)):
         places = list(_places(top))
         (here, key), (there, other) = rng.choice(places), rng.choice(places)
@@ -45,16 +45,10 @@ def of_parts(plain: Any, rng: random.Random) -> Any:
         if change == 0 and here is not top:
             del here[key]
         elif change == 1:
-            here[key] = _copied(there[other])
+            here[key] = deepcopy(there[other])
         else:
-            here[key] = _copied(rng.choice(ODD))
+            here[key] = deepcopy(rng.choice(ODD))
     return top[0]
-
-
-def _copied(plain):
-    if isinstance(plain, dict):
-        return {key: _copied(part) for key, part in plain.items()}
-    return [_copied(part) for part in plain] if isinstance(plain, list) else plain
 
 
 def _places(plain):
@@ -151,7 +145,6 @@ KINDS = {
     ),
     "experiment": Kind("tiny.toml", design.read, cases=50),
     "experiment's parts": Kind("tiny.json", _parts, _from_json, _json, cases=50),
-    "map": Kind("tiny.txt", load_building),
 }
 
 
@@ -161,7 +154,6 @@ def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole")
     few = begin(("none",), ("none", "random"), "tiny", people=2, episodes=1)
     evaluate(few, folder / "evaluation", InProcess())
-    shutil.copy(ROOT / "floors" / "tiny.txt", folder)
     shutil.copy(ROOT / "tutorials" / "experiments" / "tiny.toml", folder)
     _json(tomllib.loads((folder / "tiny.toml").read_text()), folder / "tiny.json")
     unity = _from_yaml(ROOT / "tests" / "workshop" / "trainers" / "unity.yaml")
