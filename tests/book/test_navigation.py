@@ -123,10 +123,7 @@ def test_a_dear_place_is_walked_around():
 
 @pytest.mark.parametrize("dtype", [int, np.float32, float])
 def test_a_dear_place_costs_on_the_way_in_and_on_the_way_out(dtype):
-    """A way is as long in either direction; at infinite cost there is none.
-
-    A cost is read as a number, whatever its type.
-    """
+    """A way is as long in either direction; at infinite cost there is none."""
     nav = navigation_of(built("#.....E"))
     cost = np.ones(nav.places, dtype)
     cost[nav.cols + 3] = 5

@@ -72,10 +72,7 @@ def replayed(episode: Episode, environment: Environment):
 def test_a_trajectory_is_what_the_environment_says_to_its_actions(
     seconds, robots_go_on, fire_goes_on
 ):
-    """Rewards, last observations, and who is cut off with something left to decide.
-
-    Robots are shown the very numbers; the fire's are scaled first.
-    """
+    """Rewards, last observations, and who is cut off with something left to decide."""
     scenario = replace(SCENARIO, time_limit=float(seconds))
     episode = played(scenario)
     environment = Environment(building_of(TINY), scenario)

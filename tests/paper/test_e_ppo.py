@@ -70,10 +70,7 @@ def test_advantages_are_normalised_with_the_deviation_of_all():
 
 @pytest.mark.paper("E3")
 def test_every_component_has_its_own_ratio_and_clip():
-    """ρ = (2, ½), A = 1, ε = 0.2: −(min(2, 1.2) + min(½, 0.8))/2 = −0.85.
-
-    A joint ratio would be 1, and its loss −1.
-    """
+    """ρ = (2, ½), A = 1, ε = 0.2: −(min(2, 1.2) + min(½, 0.8))/2; jointly it is −1."""
     log_probs, old = tensor(math.log(2), math.log(0.5))[None], tensor(0, 0)[None]
     assert policy_loss(log_probs, old, tensor(1), 0.2).item() == pytest.approx(-0.85)
     worse = policy_loss(log_probs, old, tensor(-1), 0.2).item()
@@ -141,10 +138,7 @@ def returns(learner, t):
 def test_a_trajectory_goes_on_from_a_value_unless_the_agent_is_done(
     drawn, horizon, parts
 ):
-    """GAE plus value for each part of an agent's life; what follows it counts or not.
-
-    In PPO a mate that goes on does not matter.
-    """
+    """GAE plus value for each part of an agent's life; its mates do not matter."""
     learner, t = made(time_horizon=horizon), life(*drawn, sizes=MIXED)
     found, seen = returns(learner, t)
     rewards, s = torch.from_numpy(t.rewards).float(), learner.settings

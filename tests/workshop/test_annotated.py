@@ -130,10 +130,7 @@ def test_every_link_leads_to_one_place_on_the_page_or_to_a_file(elements, page):
 
 
 def test_a_test_is_shown_with_its_boards(elements):
-    """Those that it names, which stand above it in the file, then those within it.
-
-    One that is on the page already is used again.
-    """
+    """Those that it names, then those within it; one that is there is used again."""
     (found,) = [t for t in marked_tests() if "takes_an_unexplored_dir" in t.name]
     assert boards_of(found)[0].startswith("################\n#p")
     shown = [e for e in elements[1] if e.tag == "figure" and e.find("svg") is not None]

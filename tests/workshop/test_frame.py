@@ -85,10 +85,7 @@ def test_people_whom_nobody_leads_come_first_the_nearest_on_foot_first():
 
 @pytest.mark.paper("C4", "chosen")
 def test_what_moves_together_looks_the_same_to_a_robot():
-    """Only what stands still, the way out, has come nearer; as if the hall were longer.
-
-    In the paper's own numbers, all have changed.
-    """
+    """Only what stands still, the way out, has come nearer: the hall may be longer."""
     sim = stage(HALL, sources=2)
     frame = frame_of(sim)
     layout = vector_layout(sim.building, sim.scenario)

@@ -10,7 +10,6 @@ from reference.floorplan import to_text
 from reference.learning.adversarial import learner_for, player_of
 from reference.learning.rollouts import Job, play
 from reference.paper import Scenario
-from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import encounter
 from reference.workshop.lockstep import to_the_end, together
@@ -110,14 +109,6 @@ def learned(side, settings, plan, scenario, head="mixture"):
     """A new policy of one side."""
     trainer = replace(getattr(settings, side), head=head)
     return player_of(learner_for(side, plan, scenario, trainer, 0))
-
-
-def test_a_fire_plays_where_a_strategy_wants_no_robots():
-    """It is shown robots that have left, for it was made for a world with some."""
-    settings, plan = preset("tiny"), to_text(load("tiny").drawing)
-    fire = learned("fire", settings, plan, settings.scenario)
-    (one,) = play(Job(plan, settings.scenario, NoRobots(), fire, seeds=(1,)))
-    assert one.robots is None and one.fire.alive[:-1].all()
 
 
 @pytest.mark.parametrize("head", ["floor", "frame", "mixture"])

@@ -46,10 +46,7 @@ def mine(tmp_path, monkeypatch):
 
 
 def test_code_of_ones_own_meets_everybody_under_the_name_that_was_typed(mine, capsys):
-    """A class, or an object with `decide`: it plays as what it inherits from.
-
-    Results have the digest of the code, so one knows which version has played.
-    """
+    """A class, or an object with `decide`; results have the digest of the code."""
     words = f"{MATCH} {mine}:Guide {mine}:ready --fire random {mine}:Spark --json"
     assert main(words.split()) == 0
     facts = json.loads(capsys.readouterr().out)

@@ -29,8 +29,8 @@ def begun():
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
-    """The folder of a recording, and the simulation that it shows."""
-    folder, run = tmp_path_factory.mktemp("made") / "recording", begun()
+    """The folder of a recording, empty before, and the simulation that it shows."""
+    folder, run = tmp_path_factory.mktemp("recording"), begun()
     record(run, folder)
     return folder, run
 
@@ -102,10 +102,7 @@ def test_the_last_two_rows_of_who_leaves_are_in_the_exit_or_entrance(recorded):
 
 
 def test_people_look_where_they_walk(recorded):
-    """The orientation is a unit vector along the last step; at first there is none.
-
-    The step more of who left ends in its cell, and keeps the orientation.
-    """
+    """Along the last step; at first nowhere. Who has left keeps the orientation."""
     found = rows(recorded[0], 0)
     for (frame, i), (x, y, *heading, _, _, _) in found.items():
         if frame == 0:
@@ -204,12 +201,3 @@ def test_a_recording_that_is_stopped_leaves_nothing(tmp_path):
         with pytest.raises(KeyboardInterrupt):
             record(run, tmp_path / name)
     assert list(tmp_path.rglob("*")) == [tmp_path / "empty"]
-
-
-def test_a_recording_takes_the_place_of_an_empty_folder(tmp_path):
-    """The same run is the same files."""
-    for name in ("one", "other"):
-        (tmp_path / name).mkdir()
-        record(Simulation(load("tiny"), Scenario(people=3), seed=2), tmp_path / name)
-    one, other = ((tmp_path / name).iterdir() for name in ("one", "other"))
-    assert sorted(p.read_bytes() for p in one) == sorted(p.read_bytes() for p in other)

@@ -75,10 +75,7 @@ def corner(points):
 @pytest.mark.paper("C5")
 @pytest.mark.paper("C7")
 def test_the_film_holds_where_everybody_is_and_robots_go_to_the_decimetre(film):
-    """In every frame; also who is dead, leads or is led, and what robots say.
-
-    -1 for a robot that is going nowhere.
-    """
+    """In every frame; also who is dead, leads or is led, and what robots say."""
     (run,), sent = film["runs"], 0
     numbers = unpacked(run["bodies"], -1, 10)
     for k, world in enumerate(instants()):

@@ -53,11 +53,9 @@ def test_pettingzoos_tests_of_the_parallel_api_and_of_seeds_pass(sides):
 
 @pytest.mark.parametrize("flat", [False, True])
 def test_pettingzoos_tests_of_states_and_pictures_pass(flat):
-    """For a central critic; through the conversion to agents that act in turn.
-
-    Its test of pictures asks for "human", which is refused, to read the modes only.
-    """
-    environment, modes = made(flat=flat), {"human": None}
+    """For a central critic; through the conversion to agents that act in turn."""
+    environment = made(flat=flat)
+    modes = {"human": None}  # refused here, and asked for to read the modes only
     environment.reset(seed=1)
     state_test(parallel_to_aec(made(flat=flat)), environment)
     render_test(
