@@ -1,6 +1,7 @@
 """What can be seen from where, against a line drawn cell by cell."""
 
 from itertools import pairwise
+from math import dist
 
 import numpy as np
 import pytest
@@ -62,7 +63,7 @@ def test_people_see_each_other_exactly_where_there_is_a_line_of_sight():
     sim = Simulation(
         shipped("paper"), Scenario(people=200), NoRobots(), NoFire(), seed=1
     )
-    bodies = sim.world.bodies
+    bodies, centres = sim.world.bodies, sim.navigation.centres
     who = np.arange(0, 200, 10)
     views = look(sim.world, sim.sight, who)
     for i, seen in zip(who.tolist(), views, strict=True):
@@ -72,15 +73,9 @@ def test_people_see_each_other_exactly_where_there_is_a_line_of_sight():
             j
             for j in near
             if line_of_sight(sim.building, bodies.place[i], bodies.place[j])
-            and cells_apart(sim, i, j) <= SIGHT_RANGE
+            and dist(*centres[bodies.place[[i, j]]]) <= SIGHT_RANGE
         }
         assert set(seen.bodies) == lines
-
-
-def cells_apart(sim, i, j):
-    """Metres between the middles of two people's cells."""
-    centres, place = sim.navigation.centres, sim.world.bodies.place
-    return np.hypot(*(centres[place[i]] - centres[place[j]]))
 
 
 @pytest.mark.paper("B2")

@@ -44,11 +44,6 @@ def paper():
     return load("paper")
 
 
-def named(things, wanted):
-    """The area or landmark with an id."""
-    return next(thing for thing in things if thing.id == wanted)
-
-
 # -- The grid -----------------------------------------------------------------------
 
 
@@ -77,16 +72,9 @@ def test_a_plus_beside_a_stairwell_is_its_entrance(house):
 
 def test_adjacent_cells_are_one_landmark_as_wide_as_they_are_many(house):
     """A door of two cells is one door of two metres."""
-    door = named(house.landmarks, "1/door-1")
+    (door,) = (mark for mark in house.landmarks if mark.id == "1/door-1")
     assert (door.width, door.sides) == (2, ("1/a2", "1/room-2"))
     assert (house.landmark[0, 2:4, 7] == door.index).all()
-
-
-@pytest.mark.paper("A4")
-def test_an_exit_joins_a_room_and_the_outside(house):
-    """It is the only thing that does."""
-    outer = [m.id for m in house.landmarks if OUTSIDE in m.sides]
-    assert outer == ["1/exit-1"]
 
 
 @pytest.mark.paper("A3", "A4")

@@ -163,13 +163,15 @@ def whole(tmp_path_factory):
     return folder
 
 
-def attack(kind: Kind, folder: Path, cases: int) -> int:
-    """Damage a file again and again; how often it was refused."""
-    path, rng = folder / kind.file, random.Random(0)
+@pytest.mark.parametrize("name", KINDS)
+def test_refuses_a_damaged_file_by_its_name_or_reads_it(name, whole, monkeypatch):
+    """Damaged again and again: nothing but an InputError ever comes of it."""
+    monkeypatch.setattr("os.fsync", lambda descriptor: None)
+    kind, rng, refused = KINDS[name], random.Random(0), 0
+    path = whole / kind.file
     before = path.read_bytes()
     parts = kind.parts(path) if kind.parts else None
-    refused = 0
-    for case in range(cases):
+    for case in range(kind.cases):
         if parts is None or case % 3 == 0:
             path.write_bytes(of_bytes(before, rng))
         else:
@@ -180,11 +182,4 @@ def attack(kind: Kind, folder: Path, cases: int) -> int:
             assert (kind.named or path.name) in str(error)
             refused += 1
         path.write_bytes(before)
-    return refused
-
-
-@pytest.mark.parametrize("name", KINDS)
-def test_refuses_a_damaged_file_by_its_name_or_reads_it(name, whole, monkeypatch):
-    """Nothing but an InputError ever comes of it."""
-    monkeypatch.setattr("os.fsync", lambda descriptor: None)
-    assert attack(KINDS[name], whole, KINDS[name].cases) > 0
+    assert refused

@@ -451,21 +451,6 @@ def test_an_ffmpeg_that_fails_or_complains_leaves_the_old_film(
     assert {path.name for path in tmp_path.iterdir()} == {"ffmpeg", "film.mp4"}
 
 
-@pytest.mark.parametrize("suffix", [".gif", ".html"])
-def test_an_interrupted_film_leaves_what_was_there_before(simulation, tmp_path, suffix):
-    """Ctrl-C in the middle: the old file stays, the new one is gone."""
-    target = tmp_path / f"film{suffix}"
-    target.write_text("yesterday's")
-
-    def interrupted():
-        yield
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        drawing.animate([simulation], target, going=interrupted())
-    assert [path.read_text() for path in tmp_path.iterdir()] == ["yesterday's"]
-
-
 def test_a_notebook_shows_buildings_and_simulations(simulation):
     """The extension tells IPython how to make a PNG of either."""
     shown = {}

@@ -54,12 +54,6 @@ def test_the_robots_of_one_training_and_the_fire_of_another_ship(tmp_path):
         shipped(robots, robots)
 
 
-def test_another_building_gets_a_clear_word(capsys):
-    """What was learned on one map is not played on another."""
-    assert main(["evacuate", "--robots", LEARNED, "--building", "tiny"]) == 1
-    assert "has learned in Institute" in capsys.readouterr().err
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("robots", "fire", "claimed"),
