@@ -187,25 +187,8 @@ def test_a_robot_decided_beside_a_stairwell_walks_onto_the_stairs():
 @pytest.mark.paper("C6", "Eq. 1")
 def test_a_stairwell_attracts_on_its_own_floors_only():
     """A does not reach the third floor."""
-    board, after = beside("""
-           ########          ########
-        ####p.....####    ####p.....####
-        #AA+1..R..+BB#    #A1+...R..+BB#
-        ####......####    ####......####
-           ###E####          ###E####
-
-           ########          ########
-        ####q.....####    ####q.....####
-        #AA+2..R..+BB#    #A2+...R..+BB#
-        ####......####    ####......####
-           ########          ########
-
-           ########          ########
-           #r.....####       #r.....####
-           #3..R..+BB#       #3..R..+BB#
-           #......####       #......####
-           ########          ########
-        """)
+    board = "#AA+1..R.pE\n\n#AA+2..R.q#\n\n####3..R.r#"
+    after = "#A1+...R.pE\n\n#A2+...R.q#\n\n####3..R.r#"
     assert begun(board) == after
 
 
