@@ -131,14 +131,14 @@ INSTRUCTED = "#AA+..R.....E\n\n#AA+..R.p...E"
 @pytest.mark.parametrize(
     ("said", "row"),
     [
-        ("R2", "#AA+..Rp....E"),
-        ("R2+2", "#AA+..p.....E"),
-        ("R2E2", "#AA+..R...p.E"),
+        ("R2", "#AA+..p.....E"),
+        ("R2+2", "#AA+.pR.....E"),
+        ("R2E2", "#AA+..R....pE"),
     ],
 )
 def test_a_follower_acts_on_the_robots_instruction(said, row):
     """West to the robot, past it to the stairwell, or east to the exit."""
-    board = later(INSTRUCTED, 1.6, says=said, follows="pR2")
+    board = later(INSTRUCTED, 2.4, says=said, follows="pR2")
     assert board.splitlines()[-1] == row
 
 
