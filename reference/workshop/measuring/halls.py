@@ -11,10 +11,9 @@ from math import inf
 
 import numpy as np
 
-from reference import motion
 from reference.beginning import with_people_at
 from reference.building import Building
-from reference.floorplan import parse
+from reference.floorplan import Drawing, Storey
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.simulation import Simulation
@@ -58,25 +57,10 @@ class Crowd(Simulation):
         return super().step()
 
 
-class Ghosts(Simulation):
-    """People who walk as if each were alone: this shows what crowding costs."""
-
-    def _walk(self, who: np.ndarray, target: np.ndarray) -> np.ndarray:
-        position, pace = self.world.bodies.position[who], self.world.bodies.pace[who]
-        turns, alone = motion.turns(self.rng["bodies"]), np.empty((2, 0), int)
-        free = self._free(who)
-        return motion.step(position, target, pace, self.tick, free, alone, turns)
-
-    def fill_doors(self, touched: list[tuple[int, int]]) -> None:
-        """Fill nothing."""
-
-
 def built(*floors: Sequence[str]) -> Building:
     """Build floors from their rows, the lowest first."""
-    text = f"building: case\nsize: {len(floors[0][0])} x {len(floors[0])}"
-    for number, rows in enumerate(floors, 1):
-        text += "\n".join(["", f"floor {number}:", *rows])
-    return Building(parse(text))
+    storeys = tuple(Storey("", tuple(rows)) for rows in floors)
+    return Building(Drawing("case", len(floors[0][0]), len(floors[0]), storeys))
 
 
 def hall(*rows: str) -> Building:

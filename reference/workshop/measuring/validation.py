@@ -2,7 +2,7 @@
 
 Clauses: A3, A9, F8.  Cases and what they accept are those of the guidelines of RiMEA
 (2016), IMO (MSC.1/Circ.1533) and ISO 20414; what these leave open is marked [chosen].
-In all but `ghosts` everybody knows the nearest way out and nobody thinks.
+Everybody knows the nearest way out and nobody thinks.
 
     n   people;  rows, cols  of a floor's drawing, walls included
 """
@@ -21,12 +21,9 @@ from reference import motion
 from reference.beginning import beginning
 from reference.building import Building
 from reference.paper import FLIGHT, WALKING_SPEED, WALKING_SPREAD, Scenario
-from reference.simulation import Simulation
-from reference.workshop.comparing.intervals import of_mean
 from reference.workshop.maps import load
 from reference.workshop.measuring.halls import (
     Crowd,
-    Ghosts,
     Past,
     Spot,
     built,
@@ -37,7 +34,6 @@ from reference.workshop.measuring.halls import (
     people,
     times,
 )
-from reference.workshop.strategies.guides import Sweep
 
 WORDS = tomllib.loads(Path(__file__).with_name("validation.toml").read_text("utf-8"))
 CASES: dict[str, dict[str, Any]] = WORDS["cases"]
@@ -46,7 +42,6 @@ NOT_MODELLED: dict[str, list[str]] = WORDS["not_modelled"]
 """Cases that need what the model does not have, by source: what, why not."""
 
 BESIDE = 0.2  # m/s [A9, chosen]: other published curves are as far from Weidmann's
-CROWDING = 28  # points [A9, chosen]: half of what bodies cost before they made room
 DENSITIES = (0.5, 1.0, 2.0, 3.0, 4.0, 5.0)  # people per square metre
 
 ONE_WAY = {0.6: 1.35, 1.1: 1.21, 1.6: 1.0, 2.05: 0.65, 2.5: 0.41, 3.05: 0.31}
@@ -263,25 +258,6 @@ def everybody_knows(seed: int) -> Measured:
     return within(numbers, 100, 100)
 
 
-def led(kind: type[Simulation], count: int, seed: int) -> float:
-    """Percent out alive of `count` people led by sweep."""
-    run = kind(load("paper"), Scenario(people=count), Sweep(), seed=seed)
-    return 100 * run.run().evacuated / count
-
-
-def ghosts(seed: int) -> Measured:
-    """Percent out alive led by sweep, as ghosts without bodies, and points apart."""
-    numbers, kinds = Numbers(), (Simulation, Ghosts)
-    for count, runs in ((100, 3), (400, 3), (200, 30)):  # 200 decide
-        seeds = range(seed, seed + runs)
-        pairs = [[led(kind, count, each) for kind in kinds] for each in seeds]
-        bodies, none = np.mean(pairs, axis=0).tolist()
-        numbers |= {f"{count}": bodies, f"{count} ghosts": none}
-    mean, low, high = of_mean(np.diff(pairs).ravel())
-    numbers |= {"200 apart": mean, "at least": low, "at most": high}
-    return high <= CROWDING, numbers
-
-
 # -- The table ----------------------------------------------------------------------
 
 MEASURES: dict[str, Callable[[int], Measured]] = {
@@ -290,7 +266,7 @@ MEASURES: dict[str, Callable[[int], Measured]] = {
         *(corridor, speeds, fundamental_diagram),
         *(doors, large_room, counterflow),
         *(corner, large_corner, stairs, before_stairs),
-        *(everybody_knows, ghosts),
+        everybody_knows,
     )
 }
 """How each case is measured, by a seed."""
