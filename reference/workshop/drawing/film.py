@@ -8,7 +8,6 @@ GIF stores only the pixels that changed.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from errno import EIO
-from io import BytesIO
 from pathlib import Path
 from shutil import which
 from subprocess import DEVNULL, PIPE, Popen
@@ -18,7 +17,7 @@ from typing import Any
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.text import Text
-from PIL import GifImagePlugin, Image
+from PIL import Image
 from tqdm import tqdm
 
 from reference.paper import InputError
@@ -122,60 +121,29 @@ def painter(scene: Scene) -> Callable[[], np.ndarray]:
     return pixels
 
 
-# -- Only what changed --------------------------------------------------------------
-
-
-def patches(
-    frames: Iterable[Frame],
-) -> Iterator[tuple[Image.Image, tuple[int, int], float]]:
-    """Reduce frames to 8-bit images of the smallest box around changed pixels.
-
-    Yields the patch, the first one whole, its (left, top) on the frame before, and for
-    how many seconds it is seen.
-    """
-    before, palette = None, None
-    for pixels, seconds in frames:
-        rows, cols, _ = pixels.shape
-        page = Image.frombuffer("RGBA", (cols, rows), pixels)
-        palette = palette or _palette(page.convert("RGB"))
-        now = pixels.view(np.uint32)[..., 0].copy()
-        changed = np.ones(now.shape, bool) if before is None else now != before
-        box = Image.fromarray(changed).getbbox() or (0, 0, 1, 1)
-        left, top, right, bottom = box
-        part = page.crop(box).convert("RGB")
-        part = part.quantize(palette=palette, dither=Image.Dither.NONE)
-        patch = np.array(part)
-        patch[~changed[top:bottom, left:right]] = CLEAR
-        image = Image.fromarray(patch)
-        image.putpalette(palette.getpalette() or [])
-        yield image, (left, top), seconds
-        before = now
-
-
-def _palette(page: Image.Image) -> Image.Image:
-    """Choose all colours but CLEAR: the legend shows those of later frames, too."""
-    palette = page.quantize(CLEAR, Image.Quantize.MAXCOVERAGE)
-    colours = palette.getpalette() or []
-    palette.putpalette((colours + 256 * colours[:3])[: 3 * 256])  # the rest: unused
-    return palette
-
-
 # -- Formats ------------------------------------------------------------------------
 
 
 def _gif(path: Path, frames: Iterable[Frame]) -> None:
-    """Write the first frame with a header, the others as bare patches."""
-    with open(path, "wb") as file:
-        for image, corner, seconds in patches(frames):
-            look = {"duration": 1000 * seconds}
-            if file.tell():
-                look |= {"transparency": CLEAR, "disposal": 1}
-                file.writelines(GifImagePlugin.getdata(image, corner, **look))
-            else:
-                whole = BytesIO()
-                image.save(whole, "GIF", optimize=False, loop=0, **look)
-                file.write(whole.getvalue().removesuffix(b";"))
-        file.write(b";")
+    """Write frames in the colours of the first; Pillow stores the pixels that change."""
+    pages = _in_few_colours(frames)
+    first = next(pages)
+    palette = bytes(first.getpalette() or [])
+    look: dict[str, Any] = {"palette": palette, "transparency": CLEAR, "loop": 0}
+    look |= {"append_images": pages, "optimize": True}
+    first.save(path, "GIF", save_all=True, **look)
+
+
+def _in_few_colours(frames: Iterable[Frame]) -> Iterator[Image.Image]:
+    """Reduce frames to 8-bit images of one palette, in which CLEAR is not used."""
+    palette = None
+    for pixels, seconds in frames:
+        page = Image.fromarray(pixels).convert("RGB")
+        if palette is None:  # the legend shows the colours of later frames, too
+            palette = page.quantize(CLEAR, Image.Quantize.MAXCOVERAGE)
+        image = page.quantize(palette=palette, dither=Image.Dither.NONE)
+        image.info["duration"] = 1000 * seconds
+        yield image
 
 
 def _mp4(path: Path, scene: Scene, frames: Iterable[Frame]) -> None:
