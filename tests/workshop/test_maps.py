@@ -20,6 +20,7 @@ from hypothesis import strategies as st
 from reference.floorplan import to_text
 from reference.workshop.maps import MistakesError, find, parse, read
 from reference.workshop.maps.mistakes import WORDS
+from reference.workshop.storage.files import told
 
 HERE = Path(__file__).parent
 SHIPPED = sorted((HERE.parents[1] / "floors").glob("*.txt"))
@@ -192,13 +193,12 @@ def test_refuses_a_building_whose_tables_would_not_fit_into_memory():
     parse(text.format(5))
 
 
-def test_reads_a_pipe_to_its_end(tmp_path, capsys):
-    """So `cat map.txt | python -m reference check /dev/stdin` works; it says so."""
+def test_reads_a_pipe_to_its_end(tmp_path):
+    """So `cat map.txt | python -m reference check /dev/stdin` works."""
     path = tmp_path / "map.txt"
     os.mkfifo(path)
     Thread(target=path.write_text, args=(HOUSE,), daemon=True).start()
     assert read(path) == parse(HOUSE)
-    assert "map.txt: waiting until somebody writes" in capsys.readouterr().err
 
 
 def test_refuses_an_endless_device(tmp_path):
@@ -210,12 +210,12 @@ def test_refuses_an_endless_device(tmp_path):
 
 
 def test_refuses_a_folder_and_a_missing_file_in_words(tmp_path):
-    """An OSError that a command can print as it is."""
-    with pytest.raises(IsADirectoryError, match=r"cannot read .*: Is a directory"):
-        read(tmp_path)
-    with pytest.raises(FileNotFoundError, match=r"cannot read .*map.txt: No such f"):
-        read(tmp_path / "map.txt")
-    with pytest.raises(OSError, match=r"cannot read x+: File name too long"):
+    """What the system says, with the file's name."""
+    for name in (tmp_path, tmp_path / "map.txt"):
+        with pytest.raises(OSError) as caught:
+            read(name)
+        assert told(caught.value).startswith(f"{name}: cannot be read")
+    with pytest.raises(OSError, match="File name too long"):
         find(300 * "x")
 
 

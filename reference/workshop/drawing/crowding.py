@@ -23,7 +23,6 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
     heading: instead of the building's title
     """
     building, runs = crowding.building, crowding.runs
-    assert building is not None
     density, deaths = crowding.density, crowding.deaths
     over = f"{runs} evacuations" if runs > 1 else "one evacuation"
     title = f"{heading or building.title}: {over}, {deaths.sum():.0f} died"

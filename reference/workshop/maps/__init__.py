@@ -7,7 +7,6 @@ looks like), `syntax` (how a drawing is written) and `semantics` (what is drawn)
 """
 
 import re
-import sys
 from collections.abc import Iterable
 from itertools import islice
 from os import PathLike
@@ -37,13 +36,8 @@ def read(path: str | PathLike[str]) -> Drawing:
 
     Reads no more than the largest drawing, even from a device without end.
     """
-    if Path(path).is_fifo() and not str(path).startswith("/dev/"):
-        print(f"{path}: waiting until somebody writes into this pipe", file=sys.stderr)
-    try:
-        with Path(path).open("rb") as text:
-            raw = text.read(MOST_SIGNS + 4)  # with a byte order mark
-    except OSError as error:
-        raise _unreadable(path, error) from None
+    with Path(path).open("rb") as text:
+        raw = text.read(MOST_SIGNS + 4)  # with a byte order mark
     return parse(raw.decode("utf-8", "replace"), str(path))
 
 
@@ -76,11 +70,8 @@ def find(name: str | PathLike[str]) -> Path:
     Raises FileNotFoundError with the names that ship, OSError for no possible path.
     """
     path, bare, shipped = Path(name), str(name).removesuffix(".txt"), shipped_floors()
-    try:
-        if path.exists() and not (path.is_dir() and bare in shipped):
-            return path
-    except OSError as error:
-        raise _unreadable(path, error) from None
+    if path.exists() and not (path.is_dir() and bare in shipped):
+        return path
     if bare in shipped:
         return shipped[bare]
     raise FileNotFoundError(
@@ -94,7 +85,3 @@ def shipped_floors() -> dict[str, Path]:
     package = Path(reference.__file__).parent
     files = [*package.glob("floors/*.txt"), *package.parent.glob("floors/*.txt")]
     return {file.stem: file for file in sorted(files)}
-
-
-def _unreadable(path: str | PathLike[str], error: OSError) -> OSError:
-    return type(error)(f"cannot read {path}: {error.strerror}")

@@ -20,8 +20,9 @@ SQUARE = 3  # metres
 class Crowding:
     """What happened at the cells of a building in all evacuations watched."""
 
+    building: Building
+
     def __init__(self) -> None:
-        self.building: Building | None = None
         self._highest: list[np.ndarray] = []  # density in each evacuation
         self._dead: list[np.ndarray] = []
 
