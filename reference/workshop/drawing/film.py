@@ -125,7 +125,7 @@ def painter(scene: Scene) -> Callable[[], np.ndarray]:
 
 
 def _gif(path: Path, frames: Iterable[Frame]) -> None:
-    """Write frames in the colours of the first; Pillow stores the pixels that change."""
+    """Write frames in the colours of the first; Pillow stores what changes."""
     pages = _in_few_colours(frames)
     first = next(pages)
     palette = bytes(first.getpalette() or [])
