@@ -131,7 +131,8 @@ def _gif(path: Path, frames: Iterable[Frame]) -> None:
     palette = bytes(first.getpalette() or [])
     look: dict[str, Any] = {"palette": palette, "transparency": CLEAR, "loop": 0}
     look |= {"append_images": pages, "optimize": True}
-    first.save(path, "GIF", save_all=True, **look)
+    with path.open("wb") as file:
+        first.save(file, "GIF", save_all=True, **look)
 
 
 def _in_few_colours(frames: Iterable[Frame]) -> Iterator[Image.Image]:
