@@ -270,12 +270,12 @@ def test_evacuate_plays_two_pairs_and_films_them_side_by_side(capsys, filmed):
 
 
 def test_the_first_look_compares_three_evacuations_from_one_seed(capsys, filmed):
-    """Nobody, guides, guides and a worse fire; the film shows the first two."""
+    """Nobody, guides, and both sides that learned; the film shows the first two."""
     assert main(["--json", "--seed", "5"]) == 0
     runs = json.loads(capsys.readouterr().out)["runs"]
     assert {run["seed"] for run in runs} == {5}
     pairs = [(run["robots"], run["fire"]) for run in runs]
-    assert pairs == [("none", "random"), ("escort", "random"), ("escort", "busiest")]
+    assert pairs == [("none", "random"), ("escort", "random"), ("learned", "learned")]
     ((path, headings),) = filmed
     assert path == "evacuation.html"
     firsts = [heading[0] for heading in headings]

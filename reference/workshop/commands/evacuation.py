@@ -14,18 +14,21 @@ from tqdm import tqdm
 
 from reference.workshop.commands import options
 from reference.workshop.commands.common import note, table, tell
-from reference.workshop.comparing.matches import Evaluation, begin
+from reference.workshop.comparing.matches import Arena, Evaluation, begin
 from reference.workshop.comparing.named import ABOUT, said_of
 from reference.workshop.measuring.crowding import Crowding
 from reference.workshop.measuring.recording import recording, ticks
 from reference.workshop.storage.runs import ContradictionError
+from reference.workshop.storage.workers import workers
+from reference.workshop.strategies import LEARNED
 
 Pair = tuple[str, str]
 """Who plays the robots, and who the fire."""
 
 Facts = dict[str, Any]
 
-COMPARED: list[Pair] = [("none", "random"), ("escort", "random"), ("escort", "busiest")]
+FILMED: list[Pair] = [("none", "random"), ("escort", "random")]
+LEARNED_BOTH: Pair = (LEARNED, LEARNED)
 FILM = Path("evacuation.html")
 TYPICAL = 10
 """A seed whose three evacuations end near the means over a hundred seeds."""
@@ -38,20 +41,28 @@ TYPICAL = 10
     options.JSON,
 )
 def first_look(arguments: Namespace) -> None:
-    """Plays one seed without guides, with guides, and with guides and a worse fire."""
+    """Plays one seed without guides, with guides, and with both sides that learned."""
     seed = TYPICAL if arguments.seed is None else arguments.seed
-    robots, fires = zip(*COMPARED, strict=True)
-    evaluation = begin(robots, fires, seed=seed, episodes=1)
-    runs = _episode(evaluation, COMPARED[:2], seed, arguments.animate)
-    runs += _episode(evaluation, COMPARED[2:], seed)
-    arena = evaluation.arena
+    with workers(1) as other:  # which loads torch in the meantime
+        learned = other.submit(_one_seed, [LEARNED_BOTH], seed)
+        arena, runs = _one_seed(FILMED, seed, arguments.animate)
+        runs += learned.result()[1]
     lines = [f"{arena.building}, {arena.people} people, seed {seed}"]
-    for pair, run in zip(COMPARED, runs, strict=True):
+    for pair, run in zip([*FILMED, LEARNED_BOTH], runs, strict=True):
         health = f"{run['mean_health'] or 0:.0f} of 100 health on average"
         out = f"{run['evacuated']:3} get out alive, with {health}"
-        lines.append(f"{_heading(pair) + ':':32}{out}")
+        lines.append(f"{_heading(pair) + ':':33}{out}")
     tell(arguments, {"seed": seed, "runs": runs}, "\n".join(lines))
     note(f"written: {arguments.animate}")
+
+
+def _one_seed(
+    pairs: Sequence[Pair], seed: int, film: Path | None = None
+) -> tuple[Arena, list[Facts]]:
+    """Play a seed with each pair in the paper's building; return what came of each."""
+    robots, fires = zip(*pairs, strict=True)
+    evaluation = begin(robots, fires, seed=seed, episodes=1)
+    return evaluation.arena, _episode(evaluation, pairs, seed, film)
 
 
 @options.command("strategies", options.JSON)
