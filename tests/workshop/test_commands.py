@@ -18,8 +18,9 @@ from processes import python
 from refusals import refusal
 
 from reference.__main__ import COMMANDS, main
+from reference.paper import InputError
 from reference.simulation import Simulation
-from reference.workshop.commands.evacuation import TYPICAL
+from reference.workshop.commands import evacuation
 from reference.workshop.comparing.named import NAMES
 from reference.workshop.measuring import bench
 from reference.workshop.strategies.fires import BusiestFire
@@ -280,9 +281,18 @@ def test_the_first_look_compares_three_evacuations_from_one_seed(capsys, filmed)
     assert path == "evacuation.html"
     firsts = [heading[0] for heading in headings]
     assert firsts == ["nobody guides, fire random", "guided by escort, fire random"]
+
+
+def test_the_first_look_tells_people_in_three_lines(capsys, filmed, monkeypatch):
+    """How many get out, and how well they are; even where no worker can be started."""
+
+    def refuse(count):
+        raise InputError("no shared memory")
+
+    monkeypatch.setattr(evacuation, "workers", refuse)
     assert main([]) == 0
     title, *lines = capsys.readouterr().out.splitlines()
-    assert title == f"paper, 40 people, seed {TYPICAL}"
+    assert title == f"paper, 40 people, seed {evacuation.TYPICAL}"
     told = r"[a-z, ]+:  +\d+ get out alive, with \d+ of 100 health on average"
     assert [bool(re.fullmatch(told, line)) for line in lines] == [True] * 3
 

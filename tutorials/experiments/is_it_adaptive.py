@@ -4,7 +4,8 @@
 
 A fire is adaptive only if it does more harm than its own most frequent sequence: the
 place that it lights most often first, second, and so on.  The sequence is read from
-other evacuations; then both burn in the same ones, in the paper's building.
+other evacuations; then both burn in the same ones, in the paper's building.  And
+`guard`, who knows that sequence, meets the fire.
 """
 
 from argparse import ArgumentParser
@@ -20,6 +21,7 @@ from reference.workshop.comparing.named import strategy_named
 from reference.workshop.lockstep import to_the_end
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.fires import FixedFire
+from reference.workshop.strategies.guard import Guard
 
 
 def evacuations(robots, fire, seeds):
@@ -63,6 +65,8 @@ if __name__ == "__main__":
         print(f"floor {floor + 1}, ({x:.1f}, {y:.1f}) in {share:.0%}")
     own = saved(evacuations(robots, fire, seeds))
     repeated = saved(evacuations(robots, FixedFire(places), seeds))
-    more, low, high = of_mean(repeated - own)
+    guarded = saved(evacuations(Guard(places), fire, seeds))
     print(f"{asked.robots} saves {own.mean():.1f} % from {asked.fire}, and")
-    print(f"{more:.1f} [{low:.1f}, {high:.1f}] points more from its sequence")
+    for values, words in ((repeated, "from its sequence"), (guarded, "as a guard")):
+        more, low, high = of_mean(values - own)
+        print(f"{more:.1f} [{low:.1f}, {high:.1f}] points more {words}")
