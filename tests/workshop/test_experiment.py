@@ -372,6 +372,7 @@ def test_the_files_that_ship_can_be_read(file):
         ({"armz": {}}, "Did you mean 'arms'"),
         ({"arms": {}}, "at least one arm"),
         ({"arms": {"a": {"fire": "bussiest"}}}, "Did you mean 'busiest'"),
+        ({"arms": {"learning": {"fire": []}}}, "arms: learning: fire names nobody"),
         ({"arms": {"a": {"robots": {"gama": 1}}}}, "Did you mean 'gamma'"),
         ({"arms": {"a": {"scenario": {}}}}, "scenario is everybody's"),
         ({"arms": {"a": {"preset": "paper"}}}, "preset stands at the top"),

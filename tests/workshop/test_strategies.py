@@ -50,6 +50,20 @@ def test_patrolling_robots_go_from_room_to_way_out_to_room():
     assert patrol.decide(sim.world, [robot], rng) == [None]
 
 
+def test_patrolling_robots_plan_their_round_once(monkeypatch):
+    """At their first decision; later ones only turn it."""
+    planned = []
+    monkeypatch.setattr(
+        "reference.workshop.strategies.guides._round",
+        lambda building, robot: planned.append(robot.body) or [(0.0, 0.0), (1.0, 1.0)],
+    )
+    sim = Simulation(shipped("tiny"), Scenario(people=0), Patrol(), NoFire())
+    patrol, (robot, *_) = Patrol(), sim.world.robots
+    for _ in range(5):
+        patrol.decide(sim.world, [robot], sim.rng["robots"])
+    assert planned == [robot.body]
+
+
 @pytest.mark.parametrize("robots", [Sweep(), Escort()])
 @pytest.mark.parametrize(("full", "first"), [(1, "way out"), (10, "q")])
 def test_robots_lead_no_more_than_can_pass_doors(full, first, robots, monkeypatch):
@@ -83,6 +97,17 @@ def test_idle_robots_wait_before_stairs_that_end_on_their_floor(robots):
     here = [robot for robot in sim.world.robots if robot.floor == 1]
     there = robots.decide(sim.world, here, sim.rng["robots"])
     assert there == [before_stairwell(sim.building, 1, 1)]
+
+
+@pytest.mark.paper("C6", "Eq. 1")
+def test_before_a_stairwell_is_the_nearest_cell_that_eq_1_leaves_alone():
+    """Where the room is too small for one, it is the cell beside the entrance."""
+    for room, column in (("...........", 8), ("...", 4)):
+        wall = "#" * len(room)
+        plan = f"   #{wall}#\n####{wall}##\n#AA+{room}*\n####{wall}##\n   #{wall}#"
+        sim = stage(f"{plan}\n\n{plan}".replace("*", "E", 1).replace("*", "#"))
+        x, y = before_stairwell(sim.building, 0, 0)
+        assert sim.building.cell(x, y) == (2, column)
 
 
 TWO_STAIRS = """

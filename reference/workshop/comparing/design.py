@@ -153,6 +153,10 @@ class Experiment:
         if isinstance(rows.get("fire"), str | list):
             fires = rows.pop("fire")
             fires = (fires,) if isinstance(fires, str) else tuple(map(str, fires))
+            if not fires:
+                raise SettingsError(
+                    f"{arm}: fire names nobody: leave it out for a fire that learns"
+                )
             _refuse_unknown(f"{arm}: fire", fires, FIXED)
             if "random_fires" in {**rows, **self.settings}:
                 raise SettingsError(f"{arm}: random_fires needs a fire that learns")

@@ -10,8 +10,9 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from reference.building import Building, Kind, Landmark
-from reference.fire import Decision, RandomFire, decision_at, free_places, fuel
+from reference.fire import Decision, RandomFire, decision_at, free_places
 from reference.navigation import navigation_of
+from reference.workshop.strategies.observed import lightable, nearest_places
 from reference.workshop.strategies.traffic import traffic, walk
 from reference.world import World
 
@@ -52,11 +53,10 @@ class CloserFire:
         """Choose by the number of sources so far; a random cell where none is free."""
         ways = [way for way in exits_first(world.building) if way.leads_out]
         way = ways[len(world.flames.sources) % len(ways)].index
-        metres = navigation_of(world.building).distance_to(way)
-        metres = np.where(free_places(world), metres, np.inf)
-        if np.isinf(metres).all():
+        places = nearest_places(world.building, [way], free_places(world))
+        if not places:
             return RandomFire().decide(world, rng)
-        return decision_at(world, int(metres.argmin()))
+        return decision_at(world, places[0])
 
 
 class FixedFire:
@@ -92,10 +92,7 @@ def exits_first(building: Building) -> list[Landmark]:
 
 def places_beside(building: Building, marks: Iterable[int]) -> list[int]:
     """The cell nearest on foot to each landmark that fire may enter, where one is."""
-    nav = navigation_of(building)
-    burns = fuel(building).ravel() & (building.kind == Kind.FLOOR).ravel()
-    near = (np.where(burns, nav.distance_to(mark), np.inf) for mark in marks)
-    return [int(d.argmin()) for d in near if np.isfinite(d).any()]
+    return nearest_places(building, marks, lightable(building))
 
 
 class BusiestFire:

@@ -17,7 +17,11 @@ from reference.building import Building
 from reference.navigation import navigation_of
 from reference.paper import ROBOT_SPEED, STAIRS_METRES, STAIRS_SECONDS
 from reference.robots import Destination, Destinations, flame_cost
-from reference.workshop.strategies.observed import before_stairwell, guides
+from reference.workshop.strategies.observed import (
+    before_stairwell,
+    guides,
+    stairs_that_end,
+)
 from reference.workshop.strategies.traffic import ways_outside
 from reference.world import NOBODY, NOWHERE, Robot, World
 
@@ -41,7 +45,9 @@ class Patrol:
         return [None if robot.way else self._next(world, robot) for robot in robots]
 
     def _next(self, world: World, robot: Robot) -> Destination:
-        stops = self._stops.setdefault(robot.body, _round(world.building, robot))
+        if robot.body not in self._stops:
+            self._stops[robot.body] = _round(world.building, robot)
+        stops = self._stops[robot.body]
         stops.append(stops.pop(0))
         return stops[-1]
 
@@ -199,11 +205,6 @@ def station(world: World, robot: Robot) -> Destination | None:
     counts = [int((coming == k).sum()) for k in wells]
     k = int(np.argmax(counts)) if any(counts) else robot.number % len(wells)
     return before_stairwell(world.building, robot.floor, wells[k])
-
-
-def stairs_that_end(building: Building, floor: int) -> list[int]:
-    """Indices of the stairwells from which people come out on a floor."""
-    return [k for k, well in enumerate(building.stairwells) if well.lowest == floor]
 
 
 def guided_by(world: World) -> np.ndarray:

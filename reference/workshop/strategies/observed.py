@@ -6,7 +6,7 @@ points that mean a way out; hand-written robots and the robot's frame share them
     p, q  places;  n  people;  R  robots
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import zip_longest
 from typing import Any
@@ -121,9 +121,14 @@ def way_marks(building: Building, floor: int) -> tuple[list[Any], list[Any]]:
     marks, wells = building.landmarks, building.stairwells
     outs = [np.clip(w.centre, low, high) for w in wells if w.leads_down(floor)]
     exits = [m for m in marks if m.kind is Kind.EXIT and m.floor == floor]
-    ends = [k for k, well in enumerate(wells) if well.lowest == floor]
     outs += [np.array(at_exit(building, mark)) for mark in exits]
+    ends = stairs_that_end(building, floor)
     return outs, [before_stairwell(building, floor, k) for k in ends]
+
+
+def stairs_that_end(building: Building, floor: int) -> list[int]:
+    """Indices of the stairwells from which people come out on a floor."""
+    return [k for k, well in enumerate(building.stairwells) if well.lowest == floor]
 
 
 def rims(building: Building, floor: int) -> list[Any]:
@@ -132,25 +137,43 @@ def rims(building: Building, floor: int) -> list[Any]:
     [C5, chosen] For each, the nearest cell on foot that flames may enter and that is
     not near a stairwell, where Eq. 1 would move the robot.
     """
-    nav = navigation_of(building)
-    guarded = (fuel(building) & (building.kind == Kind.FLOOR)).ravel()
+    nav, guarded = navigation_of(building), lightable(building)
     for well in (well for well in building.stairwells if floor in well.areas):
         guarded &= np.hypot(*(nav.centres - well.centre).T) > NEAR_STAIRWELL
     marks = [m for m in building.landmarks if m.floor == floor]
     ways = [m.index for m in marks if m.kind is not Kind.DOOR]
-    metres = [np.where(guarded, nav.distance_to(way), np.inf) for way in ways]
-    return [nav.centres[d.argmin()] for d in metres if np.isfinite(d).any()]
+    return [nav.centres[p] for p in nearest_places(building, ways, guarded)]
+
+
+def lightable(building: Building) -> np.ndarray:
+    """(places,) bool: room cells that flames may enter."""
+    return (fuel(building) & (building.kind == Kind.FLOOR)).ravel()
+
+
+def nearest_places(
+    building: Building, marks: Iterable[int], among: np.ndarray
+) -> list[int]:
+    """The place nearest on foot to each landmark, where there is one.
+
+    among: (places,) bool, those that count
+    """
+    nav = navigation_of(building)
+    metres = [np.where(among, nav.distance_to(mark), np.inf) for mark in marks]
+    return [int(d.argmin()) for d in metres if np.isfinite(d).any()]
 
 
 @lru_cache(maxsize=64)
 def before_stairwell(building: Building, floor: int, index: int) -> Destination:
-    """Find the room cell nearest to a stairwell that Eq. 1 does not pull inside."""
-    nav = navigation_of(building)
-    well = building.stairwells[index]
-    d = nav.distance_to(well.entrances[floor][0])
-    d[building.kind.ravel() != Kind.FLOOR] = np.inf
-    d[np.hypot(*(nav.centres - well.centre).T) <= NEAR_STAIRWELL] = np.inf
-    x, y = nav.centres[int(np.argmin(d))].tolist()
+    """Find the room cell nearest to a stairwell that Eq. 1 does not pull inside.
+
+    If it pulls from everywhere, the cell nearest to the entrance.
+    """
+    nav, well = navigation_of(building), building.stairwells[index]
+    entrance, room = well.entrances[floor][:1], building.kind.ravel() == Kind.FLOOR
+    outside = room & (np.hypot(*(nav.centres - well.centre).T) > NEAR_STAIRWELL)
+    found = nearest_places(building, entrance, outside)
+    found += nearest_places(building, entrance, room)
+    x, y = nav.centres[found[0]].tolist()
     return x, y
 
 
