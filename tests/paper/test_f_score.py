@@ -1,5 +1,8 @@
 """The ruler: what the paper prints of it, how it is calibrated, what it refuses."""
 
+from itertools import cycle
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -13,7 +16,7 @@ from reference.evaluation.score import (
     calibrated,
 )
 from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
-from reference.workshop.comparing.results import from_runs
+from reference.workshop.comparing.results import ruler_of
 
 POINTS = (WORST_POINT, BEST_POINT)
 EASY, HARD = (14_000.0, 2418.0), (10_000.0, 3559.0)
@@ -34,9 +37,13 @@ def baseline(runs, seed=0):
     return rng.normal(R, of_R), np.abs(rng.normal(h, of_h))
 
 
-def of_one_fire(rewards, difficulties, *points):
-    """The ruler of runs that all met the same fire."""
-    return from_runs(rewards, difficulties, *points, ["any"] * len(rewards))
+def ruler(rewards, difficulties, points=POINTS, fires=("any",)):
+    """The ruler of runs that met these fires in turn."""
+    runs = [
+        SimpleNamespace(robots="sweep", fire=fire, reward=reward, difficulty=h)
+        for reward, h, fire in zip(rewards, difficulties, cycle(fires))
+    ]
+    return ruler_of(runs, "sweep", *points)
 
 
 # -- What the paper prints ----------------------------------------------------------
@@ -113,22 +120,22 @@ def test_the_procedure_reproduces_the_papers_constants():
 def test_runs_of_a_baseline_make_a_ruler():
     """Their easiest and hardest third score alike, all of them together 1."""
     rewards, difficulties = baseline(90)
-    ruler = of_one_fire(rewards, difficulties, *POINTS)
+    made = ruler(rewards, difficulties)
     order = np.argsort(difficulties)
     easy, hard = (
-        ruler.score(rewards[part].mean(), difficulties[part].mean())
+        made.score(rewards[part].mean(), difficulties[part].mean())
         for part in (order[:30], order[-30:])
     )
     assert easy == pytest.approx(hard)
-    assert ruler.score(rewards.mean(), difficulties.mean()) == pytest.approx(1)
+    assert made.score(rewards.mean(), difficulties.mean()) == pytest.approx(1)
 
 
 @pytest.mark.paper("F12")
 def test_a_baseline_that_met_several_fires_scores_one_on_their_mean():
     """Each fire by itself lies about there; by one mean of all, all would lie above."""
-    (rewards, difficulties), fires = baseline(90), ["none", "random", "greedy"] * 30
-    by_fire = from_runs(rewards, difficulties, *POINTS, fires)
-    at_once = of_one_fire(rewards, difficulties, *POINTS)
+    rewards, difficulties = baseline(90)
+    by_fire = ruler(rewards, difficulties, fires=("none", "random", "greedy"))
+    at_once = ruler(rewards, difficulties)
     cells = [(rewards[k::3].mean(), difficulties[k::3].mean()) for k in range(3)]
     scores = [by_fire.score(*cell) for cell in cells]
     assert np.mean(scores) == pytest.approx(1)
@@ -141,8 +148,7 @@ def test_a_ruler_may_be_made_for_another_number_of_people():
     """A tenth of the people have a tenth of the rewards, and the same scores."""
     rewards, difficulties = baseline(60)
     points = [(reward / 10, y) for reward, y in POINTS]
-    few = of_one_fire(rewards / 10, difficulties, *points)
-    many = of_one_fire(rewards, difficulties, *POINTS)
+    few, many = ruler(rewards / 10, difficulties, points), ruler(rewards, difficulties)
     assert few.score(900.0, 1000.0) == pytest.approx(many.score(9000.0, 1000.0))
 
 
@@ -183,4 +189,4 @@ def test_refuses_rewards_that_lie_off_the_ruler(reward):
 def test_refuses_runs_that_make_no_ruler(rewards, difficulties, why):
     """k is inverse to what the baseline earned less, and would be anything."""
     with pytest.raises(RulerError, match=why):
-        of_one_fire(rewards, difficulties, *POINTS)
+        ruler(rewards, difficulties)

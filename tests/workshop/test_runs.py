@@ -7,7 +7,8 @@ from conftest import ROOT
 from processes import python
 
 from reference.__main__ import main
-from reference.workshop.storage.runs import RunError, held
+from reference.paper import InputError
+from reference.workshop.storage.runs import held
 
 TINY = ROOT / "tutorials" / "experiments" / "tiny.toml"
 HOLDING = """
@@ -52,7 +53,7 @@ def test_a_lock_ends_with_its_process(holder, tmp_path):
     holder.wait()
     with (
         held(tmp_path / "out", True, list),
-        pytest.raises(RunError, match="another run is at work"),
+        pytest.raises(InputError, match="another run is at work"),
         held(tmp_path / "out", True, list),
     ):
         pass

@@ -72,7 +72,6 @@ def draw(arguments: Namespace) -> None:
     from reference.workshop import drawing
 
     def work() -> None:
-        """Draw the map as it is now."""
         name = f"{find(arguments.file).stem}-{arguments.view}.png"
         picture = getattr(drawing, arguments.view)(load(arguments.file))
         path = drawing.save(picture, arguments.output or Path(name))

@@ -10,7 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from reference.workshop.storage.runs import RunError, held
+from reference.paper import InputError
+from reference.workshop.comparing.results import aligned
+from reference.workshop.storage.runs import held
 from reference.workshop.storage.workers import cluster, workers
 
 
@@ -32,11 +34,8 @@ def figure(value: float | str | None) -> str:
 
 
 def table(values: Sequence[Sequence[float | str | None]], align: str) -> str:
-    """Lay out rows in columns as wide as their words; align: < or > for each column."""
-    rows = [[figure(value) for value in row] for row in values]
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    form = "  ".join(f"{{:{a}{width}}}" for a, width in zip(align, widths, strict=True))
-    return "\n".join(form.format(*row).rstrip() for row in rows)
+    """Write figures and words in rows, `aligned`."""
+    return aligned([[figure(value) for value in row] for row in values], align)
 
 
 def again(*words: object) -> str:
@@ -65,7 +64,7 @@ def resumable(
         with held(folder, arguments.resume, start) as run, hands as executor:
             yield run, executor
     except BrokenExecutor as error:
-        raise RunError(
+        raise InputError(
             f"a worker has died, perhaps for want of memory: take fewer. {on}"
         ) from error
     except KeyboardInterrupt:

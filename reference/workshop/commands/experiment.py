@@ -9,10 +9,10 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
+from reference.paper import InputError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import note, resumable, tell
 from reference.workshop.storage.files import write_whole
-from reference.workshop.storage.runs import RunError
 
 
 @options.command(
@@ -42,7 +42,7 @@ def experiment(arguments: Namespace) -> None:
         if played := jobs.play_tests(asked, folder, executor):
             _tell(arguments, asked, played, folder)
     if failed:
-        raise RunError("\n".join(f"{name}: {why}" for name, why in failed.items()))
+        raise InputError("\n".join(f"{name}: {why}" for name, why in failed.items()))
 
 
 def _tell(arguments: Namespace, asked: Any, played: list[Any], folder: Path) -> None:

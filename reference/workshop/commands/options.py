@@ -51,7 +51,6 @@ def number(name: str, least: int, note: str, most: int = 10**6, **told: Any) -> 
     """Declare an option that takes a whole number in these bounds."""
 
     def whole(text: str) -> int:
-        """Read a number; refuse one out of bounds."""
         with suppress(ValueError):
             if least <= int(text) <= most:
                 return int(text)
@@ -87,7 +86,6 @@ def player(
     words = known or NAMES[side]
 
     def somebody(text: str) -> str:
-        """Refuse a name that nobody has."""
         try:
             refuse_unknown(text, side, words)
         except InputError as error:

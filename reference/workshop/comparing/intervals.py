@@ -72,23 +72,20 @@ def band(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return (whole, *_ends(drawn))
 
 
-def iqm(values: np.ndarray) -> np.ndarray:
-    """Compute the mean of the middle half, the interquartile mean, over the last axis.
-
-    The quarter at either end is rounded down: of five values one, of three none.
-    """
-    from scipy.stats import trim_mean  # which takes half a second to load
-
-    return np.asarray(trim_mean(values, TRIMMED, axis=-1))
-
-
 def _iqms(
     values: np.ndarray, rng: np.random.Generator
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Compute an arm's IQM, and (B,) those of B samples of trainings and episodes."""
+    """Compute an arm's IQM, and (B,) those of B samples of trainings and episodes.
+
+    It is the mean of the middle half; the quarter at either end is rounded down: of
+    five values one, of three none.
+    """
+    from scipy.stats import trim_mean  # which takes half a second to load
+
     whole, drawn = _means(values.T)
     which = rng.integers(len(values), size=drawn.shape)
-    return iqm(whole), iqm(np.take_along_axis(drawn, which, axis=1))
+    drawn = np.take_along_axis(drawn, which, axis=1)
+    return trim_mean(whole, TRIMMED), trim_mean(drawn, TRIMMED, axis=1)
 
 
 def _means(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

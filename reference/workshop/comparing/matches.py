@@ -17,13 +17,13 @@ from typing import Any
 import reference
 from reference.building import Building, building_of, plan_of
 from reference.learning.settings import Side
-from reference.paper import ROBOTS_PER_FLOOR, Scenario
+from reference.paper import ROBOTS_PER_FLOOR, InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import encounter, strategy_named
 from reference.workshop.maps import load
 from reference.workshop.storage.files import naming, read_json, write_json
 from reference.workshop.storage.records import record_from
-from reference.workshop.storage.runs import ContradictionError, RunError, refuse_version
+from reference.workshop.storage.runs import ContradictionError, refuse_version
 
 EPISODES = 100
 """[F12, chosen] runs of a match: half the width of survival's interval is then about
@@ -59,7 +59,7 @@ class Arena:
 class Evaluation:
     """All that determines its runs; run i of each match has seed + i.
 
-    Plain data, from which any process can play. Raises RunError for too many runs.
+    Plain data, from which any process can play. Raises InputError for too many runs.
 
     sample  draw learned policies' actions instead of taking the likeliest
     errors  metres that robots observe wrongly by, in the worst case [F4]
@@ -78,7 +78,7 @@ class Evaluation:
     def __post_init__(self) -> None:
         runs = len(self.robots) * len(self.fires) * self.episodes
         if not 1 <= runs <= MOST_RUNS or self.seed < 0:
-            raise RunError(
+            raise InputError(
                 f"{runs} runs from seed {self.seed} on: ask for 1 to {MOST_RUNS:,}."
             )
 
@@ -166,11 +166,11 @@ def resume(
 ) -> Evaluation:
     """Resume the evaluation in a folder, with any further robots and fires.
 
-    Raises RunError if there is none or if it is another version's; else as `begin`.
+    Raises InputError if there is none or if it is another version's; else as `begin`.
     """
     path = folder / ABOUT
     if not path.exists():
-        raise RunError(
+        raise InputError(
             f"{folder}: there is no evaluation to go on with. Leave --resume out to "
             "begin, or name the folder of one."
         )

@@ -5,7 +5,7 @@ score E is that of the mean reward and the mean difficulty, never a mean of scor
 convex, so that a mean of scores would reward unreliable robots.
 """
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -86,27 +86,24 @@ def _interval(values: Iterable[float | None]) -> Interval | None:
     return of_mean(known) if known else None
 
 
-def from_runs(
-    rewards: Sequence[float],
-    difficulties: Sequence[float],
-    worst: Point,
-    best: Point,
-    fires: Sequence[str],
+def ruler_of(
+    results: Iterable[RunResult], baseline: str, worst: Point, best: Point
 ) -> Ruler:
-    """Calibrate a ruler from a baseline's runs and critical points [F12, chosen].
+    """Calibrate the ruler on which a baseline scores 1 over its fires [F12, chosen].
 
-    The two equal cases are the means of the third of the runs with the easiest fires
+    The two equal cases are the means of the third of its runs with the easiest fires
     and of the third with the hardest: the same robots deserve the same score. They are
-    to score 1 on average over the named fires, each fire's runs taken by their means.
+    to score 1 on average over the fires, each fire's runs taken by their means.
 
-    Take runs against weak and strong fires alike. Raises RulerError for fewer than
-    FEWEST_RUNS, and where the hard third did not CLEARLY earn less than the easy one.
+    worst, best: the critical points, reward and y each. Take runs against weak and
+    strong fires alike. Raises RulerError for fewer than FEWEST_RUNS, and where the hard
+    third did not CLEARLY earn less than the easy one.
     """
-    if len(fires) < FEWEST_RUNS:
-        raise RulerError(
-            f"{len(fires)} runs make no ruler: give at least {FEWEST_RUNS}"
-        )
-    R, h = np.array(rewards, dtype=float), np.array(difficulties, dtype=float)
+    runs = [run for run in results if run.robots == baseline]
+    if len(runs) < FEWEST_RUNS:
+        raise RulerError(f"{len(runs)} runs make no ruler: give at least {FEWEST_RUNS}")
+    R, h = np.array([(run.reward, run.difficulty) for run in runs], dtype=float).T
+    fires = np.array([run.fire for run in runs])
 
     def mean(part: np.ndarray) -> Case:
         return float(R[part].mean()), float(h[part].mean())
@@ -120,21 +117,8 @@ def from_runs(
             f"fires, {R[hard].mean():.0f} in the hardest, give or take {error:.0f}: "
             "run more seeds, or weak and strong fires alike"
         )
-    of_fires = [mean(np.array(fires) == name) for name in np.unique(fires)]
+    of_fires = [mean(fires == name) for name in np.unique(fires)]
     return calibrated(worst, best, (mean(easy), mean(hard)), of_fires)
-
-
-def ruler_of(
-    results: Iterable[RunResult], baseline: str, worst: Point, best: Point
-) -> Ruler:
-    """Calibrate the ruler on which the baseline scores 1 on average over its fires.
-
-    [F12] worst, best: the critical points, reward and y each. Raises RulerError if its
-    runs yield no ruler.
-    """
-    runs = [run for run in results if run.robots == baseline]
-    rewards, difficulties = [r.reward for r in runs], [r.difficulty for r in runs]
-    return from_runs(rewards, difficulties, worst, best, [r.fire for r in runs])
 
 
 # -- For people ---------------------------------------------------------------------
@@ -159,14 +143,21 @@ def table(cells: Sequence[Cell], names: Sequence[str] = tuple(HEADINGS)) -> str:
     """
     names = [n for n in names if n != "gain" or any(cell.gain for cell in cells)]
     columns = [
-        _column(["robots", *(cell.robots for cell in cells)], str.ljust),
-        _column(["fire", *(cell.fire for cell in cells)], str.ljust),
-        _column(["runs", *(f"{cell.n:,}" for cell in cells)]),
-        *(_column([HEADINGS[name], *_figures(cells, name)]) for name in names),
+        ["robots", *(cell.robots for cell in cells)],
+        ["fire", *(cell.fire for cell in cells)],
+        ["runs", *(f"{cell.n:,}" for cell in cells)],
+        *([HEADINGS[name], *_figures(cells, name)] for name in names),
     ]
-    lines = ["  ".join(line).rstrip() for line in zip(*columns, strict=True)]
+    lines = aligned(list(zip(*columns, strict=True)), "<<>" + ">" * len(names))
     missing = any(getattr(cell, name) is None for cell in cells for name in names)
-    return "\n".join([*lines, NOTE] if missing else lines)
+    return f"{lines}\n{NOTE}" if missing else lines
+
+
+def aligned(rows: Sequence[Sequence[str]], align: str) -> str:
+    """Lay out rows in columns as wide as their words; align: < or > for each column."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    form = "  ".join(f"{{:{a}{width}}}" for a, width in zip(align, widths, strict=True))
+    return "\n".join(form.format(*row).rstrip() for row in rows)
 
 
 def _figures(cells: Sequence[Cell], name: str) -> list[str]:
@@ -174,12 +165,8 @@ def _figures(cells: Sequence[Cell], name: str) -> list[str]:
     means, ends = zip(*(mean_and_interval(cell, name) for cell in cells), strict=True)
     if name in MEANS or not any(ends):
         return list(means)
-    return [" ".join(both) for both in zip(means, _column(ends), strict=True)]
-
-
-def _column(texts: Sequence[str], align: Callable[..., str] = str.rjust) -> list[str]:
-    width = max(map(len, texts))
-    return [align(text, width) for text in texts]
+    width = max(map(len, ends))
+    return [f"{mean} {end:>{width}}" for mean, end in zip(means, ends, strict=True)]
 
 
 def mean_and_interval(cell: Cell, name: str) -> tuple[str, str]:

@@ -71,8 +71,8 @@ def record(simulation: Simulation, folder: Path) -> None:
 def recording(simulation: Simulation, folder: Path) -> Iterator[Callable[[], None]]:
     """Yield what notes an instant; at the end write floor-1.sqlite, floor-2.sqlite, ...
 
-    Call it at 0 s and after each tick. Writes all files or none. Raises RunError for a
-    folder that is not empty, OSError for one that cannot be written.
+    Call it at 0 s and after each tick. Writes all files or none. Raises InputError for
+    a folder that is not empty, OSError for one that cannot be written.
     """
     refuse_used(folder, "Name another folder.")
     with replacing(folder) as partial:

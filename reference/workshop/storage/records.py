@@ -34,8 +34,6 @@ def record_from(kind: type[Record], plain: Any, where: str) -> Record:
         for name, value in rows.items():
             if name not in known:
                 raise SettingsError(unknown(name, known))
-            if isinstance(value, float) and math.isnan(value):
-                _check_range(name, value, known[name])
             rows[name] = checked(name, value, known[name].kind)
         for name, parameter in signature(kind).parameters.items():
             if parameter.default is parameter.empty and name not in rows:
@@ -96,16 +94,11 @@ def check_rows(record: object) -> None:
         check_type(name, value, row.kind)
         if row.choices and value not in row.choices:
             raise SettingsError(f"{name} {unknown(value, row.choices)}")
-        _check_range(name, value, row)
-
-
-def _check_range(name: str, value: Any, row: Row) -> None:
-    """Raise SettingsError for a number that is out of its row's range, or is nan."""
-    if row.kind in (int, float) and not row.low <= value <= row.high:
-        start = "above 0" if row.low == ABOVE_0 else f"from {row.low}"
-        end = "upwards" if row.high == math.inf else f"up to {row.high}"
-        must = f"it must be {WORDS[row.kind]} {start} {end}"
-        raise SettingsError(f"{name} is {value}: {must}")
+        if row.kind in (int, float) and not row.low <= value <= row.high:
+            start = "above 0" if row.low == ABOVE_0 else f"from {row.low}"
+            end = "upwards" if row.high == math.inf else f"up to {row.high}"
+            must = f"it must be {WORDS[row.kind]} {start} {end}"
+            raise SettingsError(f"{name} is {value}: {must}")
 
 
 def check_type(name: str, value: object, kind: Any) -> None:

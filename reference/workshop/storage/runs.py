@@ -16,11 +16,7 @@ from reference.paper import InputError
 from reference.workshop.storage.files import make_folder
 
 
-class RunError(InputError):
-    """A run can neither begin nor resume; the message is meant for people."""
-
-
-class ContradictionError(RunError):
+class ContradictionError(InputError):
     """Options contradict each other, or those that a resumed run began with."""
 
 
@@ -36,8 +32,8 @@ def held(
     """Start a run and lock its folder, if any, until the block ends.
 
     A new run's folder is empty or not there yet; if nothing is written, none is left.
-    Raises RunError for another folder, or if another process holds the lock; OSError if
-    the folder cannot be made.
+    Raises InputError for another folder, or if another process holds the lock; OSError
+    if the folder cannot be made.
     """
     if folder is None:
         yield start()
@@ -57,7 +53,7 @@ def held(
             finally:
                 (folder / LOCK).unlink(missing_ok=True)
     except Timeout:
-        raise RunError(
+        raise InputError(
             f"{folder}: another run is at work in it. Wait for its end, or name "
             "another folder."
         ) from None
@@ -68,15 +64,15 @@ def held(
 
 
 def refuse_used(folder: Path, instead: str = OR_RESUME) -> None:
-    """Raise RunError for a folder that is not empty: a new run needs its own."""
+    """Raise InputError for a folder that is not empty: a new run needs its own."""
     if folder.exists() and any(path.name != LOCK for path in folder.iterdir()):
-        raise RunError(f"{folder}: is not empty. {instead}")
+        raise InputError(f"{folder}: is not empty. {instead}")
 
 
 def refuse_version(path: Path, version: object, game: object = reference.GAME) -> None:
-    """Raise RunError for what another version, or another game, wrote."""
+    """Raise InputError for what another version, or another game, wrote."""
     if (version, game) != (reference.__version__, reference.GAME):
-        raise RunError(
+        raise InputError(
             f"{path}: was written by version {version!s:.40} of game {game!s:.40}, "
             f"this is {reference.__version__} of game {reference.GAME}, in which runs "
             "may end differently. Go on with the version that wrote it, or begin anew "

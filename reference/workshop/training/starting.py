@@ -72,7 +72,7 @@ def _settings(asked: Namespace) -> Settings:
 def resume(folder: Path) -> Training:
     """Resume from the newest checkpoint in a folder.
 
-    Raises RunError if it is another version's, CheckpointError if there is none or if
+    Raises InputError if it is another version's, CheckpointError if there is none or if
     it is damaged.
     """
     checkpoint = checkpoints.load(folder)
