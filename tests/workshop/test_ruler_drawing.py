@@ -20,10 +20,9 @@ FEW = type(PAPER)(alpha=1000, base=B, control=C, k=0.02, beta=300)
 
 def cell(robots, fire, reward, difficulty):
     """A match, of which the picture shows no more than this."""
-    nothing = dict.fromkeys(("gain", "evacuation_time", "mean_health"))
-    survival = Interval(0.5, 0.5, 0.5)
-    figures = {"reward": reward, "difficulty": difficulty, "score": survival}
-    return Cell(robots, fire, 9, survival, **figures, **nothing)
+    half = Interval(0.5, 0.5, 0.5)
+    figures = {"survival": half, "reward": reward, "difficulty": difficulty}
+    return Cell(robots=robots, fire=fire, n=9, **figures, score=half)
 
 
 def cells(count, seed=0):

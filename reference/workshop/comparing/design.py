@@ -7,7 +7,7 @@ Clauses: E6, F12.
     preset = "laptop"             # default
     decisions = 480_000           # of the robots, in every training
     seeds = [0, 1, 2]             # one training of each arm per seed
-    compare = [["adversary", "random_fire"]]  # the first less the second
+    compare = [["adversary", "random_fire"]]  # arms or robots: first less second
     [settings]                    # rows that differ from the preset's, in all arms
     scenario.time_limit = 300.0
     [arms.random_fire]
@@ -72,12 +72,9 @@ class Test:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A checked file.
+    """A checked file, whose rows stand above.
 
     Raises SettingsError, InputError for what loading the map or a network raises.
-
-    settings  rows that differ from the preset's, in all arms
-    compare   pairs of arms or robots: the first less the second
     """
 
     arms: Mapping[str, Any]

@@ -35,10 +35,7 @@ OVER = (
 
 
 class Results:
-    """Tests by row (an arm, or robots written by hand) and column (a kind of fire).
-
-    runs  by row and column, all that were played
-    """
+    """Tests by row (an arm, or robots written by hand) and column (a kind of fire)."""
 
     def __init__(self, experiment: Experiment, results: Iterable[RunResult]):
         self.experiment = experiment
@@ -68,11 +65,10 @@ class Results:
         cells, rows = [], dict.fromkeys(row for row, _ in self.runs)
         for row, column in product(rows, self.columns):
             if runs := self.runs.get((row, column)):
-                figures: dict[str, Any] = dict.fromkeys(Cell.__dataclass_fields__)
-                figures |= {"robots": row, "fire": column, "n": len(runs)}
-                for name in SHOWN:
-                    figures[name] = of_trainings(self.values(row, column, name))
-                cells.append(Cell(**figures))
+                figures: dict[str, Any] = {
+                    name: of_trainings(self.values(row, column, name)) for name in SHOWN
+                }
+                cells.append(Cell(robots=row, fire=column, n=len(runs), **figures))
         return cells
 
     def answer(self) -> str:

@@ -18,7 +18,7 @@ from reference.workshop.comparing.runs import DIGITS, RunResult
 from reference.workshop.strategies.own import code_digest, is_code
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Cell:
     """One match: n runs, and each figure's mean, low and high, in units of `RunResult`.
 
@@ -34,12 +34,12 @@ class Cell:
     fire: str
     n: int
     survival: Interval
-    gain: Interval | None
+    gain: Interval | None = None
     reward: Interval
     difficulty: Interval
-    score: Interval | None
-    evacuation_time: Interval | None
-    mean_health: Interval | None
+    score: Interval | None = None
+    evacuation_time: Interval | None = None
+    mean_health: Interval | None = None
 
 
 FEWEST_RUNS = 6  # [F12, chosen] two in each third
@@ -68,7 +68,7 @@ def cells(
         }
         for name in MEASURED:
             figures[name] = _interval(getattr(run, name) for run in runs)
-        averaged.append(Cell(robots, fire, len(runs), **figures))
+        averaged.append(Cell(robots=robots, fire=fire, n=len(runs), **figures))
     return averaged
 
 

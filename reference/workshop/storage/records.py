@@ -29,12 +29,12 @@ def record_from(kind: type[Record], plain: Any, where: str) -> Record:
     where  the data stand, for messages. Raises SettingsError for unknown, missing or
     invalid rows.
     """
-    rows, known = mapping(plain, where), rows_of(kind)
+    rows, known = mapping(plain, where), get_type_hints(kind)
     try:
         for name, value in rows.items():
             if name not in known:
                 raise SettingsError(unknown(name, known))
-            rows[name] = checked(name, value, known[name].kind)
+            rows[name] = checked(name, value, known[name])
         for name, parameter in signature(kind).parameters.items():
             if parameter.default is parameter.empty and name not in rows:
                 raise SettingsError(f"{name} is missing")
