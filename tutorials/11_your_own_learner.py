@@ -130,9 +130,9 @@ print(save(figure, "out/11_beside_sweep.png"))
 # %% Others' learners
 # Each wants the environment in its own form, and supersuit converts it.
 # `experiments/sb3_robots.py` trains robots in this drill by stable-baselines3, in few
-# lines, and has a class `Guide` that plays what was trained. Code in the current folder
-# has a name in every command, so these robots get a line in the table of `evaluate`,
-# with survivors, R, h, E and intervals:
+# lines, and has a class `Guide` that plays what was trained. `evacuate` and `evaluate`
+# take code in the current folder by its name, so these robots get a line in the table
+# of `evaluate`, with survivors, R, h, E and intervals:
 #
 #     .venv/bin/pip install stable-baselines3 supersuit
 #     .venv/bin/python tutorials/experiments/sb3_robots.py

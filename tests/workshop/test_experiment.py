@@ -385,6 +385,7 @@ def test_the_files_that_ship_can_be_read(file):
         ({"seeds": [-1]}, "upwards"),
         ({"seeds": [0, 1, 0]}, "seeds: name each once"),
         ({"test": {"robots": ["sweep", "sweep"]}}, "robots: name each once"),
+        ({"test": {"fires": []}}, "fires: name at least one"),
         ({"test": {"episodes": 10**12}}, "seed 5000 on: ask for 1 to 1,000,000"),
         ({"test": {"fires": ["learned"]}}, "has learned in Institute"),
         ({"compare": [["learning"]]}, "compare: name two"),

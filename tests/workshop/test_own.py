@@ -89,6 +89,17 @@ def test_what_code_itself_raises_is_not_told_as_a_slip_in_its_name(mine):
         main(["evacuate", "--robots", f"{mine}:Guide"])
 
 
+def test_an_evaluation_does_not_go_on_with_code_that_has_changed(mine, capsys):
+    """Its rows would be of two strategies with one name."""
+    match = f"evaluate --building tiny --people 2 --episodes 1 --robots {mine}:Guide"
+    assert main(f"{match} --fire none --workers 0 --out out".split()) == 0
+    assert main(["evaluate", "--resume", "--workers", "0", "--out", "out"]) == 0
+    Path(f"{mine}.py").write_text(CODE + "# faster\n")
+    capsys.readouterr()
+    found, message = refusal(capsys, *["evaluate", "--resume", "--out", "out"])
+    assert (found, f"{mine}:Guide: its code has changed" in message) == (2, True)
+
+
 def test_an_experiment_tests_code_and_plays_it_anew_when_it_has_changed(mine):
     """Its page has the name that was typed."""
     rows = f"""

@@ -55,7 +55,7 @@ def _row(case: dict[str, Any]) -> tuple[str, ...]:
     )
 
 
-@options.command("bench --json", options.BUILDING, options.SEED, options.JSON)
+@options.command("bench --json", options.building("paper"), options.SEED, options.JSON)
 def bench(arguments: Namespace) -> None:
     """Measures what one second computes: person-seconds, decisions, samples."""
     from reference.workshop.measuring.bench import measure

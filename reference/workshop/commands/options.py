@@ -118,10 +118,16 @@ FILMS = ".gif, .html, .mp4"
 CORES = len(getattr(os, "sched_getaffinity", lambda _: range(os.cpu_count() or 1))(0))
 
 FILE = option("file", "a map, by path or by the name of one that ships")
-BUILDING = option(
-    "--building", "default: the checkpoint's or the preset's, else paper", metavar="MAP"
-)
-PEOPLE = number("--people", 1, f"default: the checkpoint's, else {paper.PEOPLE}")
+
+
+def building(default: str) -> Option:
+    """Declare the option that takes a map; default: which it is otherwise."""
+    return option("--building", f"default: {default}", metavar="MAP")
+
+
+BUILDING = building("that of the first checkpoint, else paper")
+COUNT = f"default: the checkpoint's, else {paper.PEOPLE}"
+PEOPLE = number("--people", 1, COUNT, most=paper.MOST)
 SAMPLE = flag(
     "--sample", "draw a learned policy's actions, not the likeliest", default=None
 )

@@ -39,7 +39,7 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
         choices=tuple(PRESETS),
     ),
     options.option("--settings", "ML-Agents' YAML; changes the preset", type=Path),
-    options.BUILDING,
+    options.building("tiny for preset tiny, else paper"),
     options.option(
         "--trainer",
         "of the robots; default: the preset's",

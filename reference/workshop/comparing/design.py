@@ -93,6 +93,8 @@ class Experiment:
         _refuse_twice("seeds", self.seeds)
         try:
             self._refuse_names()
+            if not self.test.fires:
+                raise SettingsError("test: fires: name at least one")
             tasks, test = self.trainings, self.test
             sides = (*tasks, *test.robots), (*tasks, *test.fires)
             Evaluation(self.arena, *sides, test.seed, test.episodes)  # not too many

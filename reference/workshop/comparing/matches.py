@@ -22,8 +22,9 @@ from reference.simulation import Simulation
 from reference.workshop.comparing.named import encounter, strategy_named
 from reference.workshop.maps import load
 from reference.workshop.storage.files import naming, read_json, write_json
-from reference.workshop.storage.records import record_from
+from reference.workshop.storage.records import mapping, record_from
 from reference.workshop.storage.runs import ContradictionError, refuse_version
+from reference.workshop.strategies.own import code_digest, is_code
 
 EPISODES = 100
 """[F12, chosen] runs of a match: half the width of survival's interval is then about
@@ -176,6 +177,11 @@ def resume(
         )
     content = read_json(path)
     refuse_version(path, content.pop("version", "unknown"), content.pop("game", 1))
+    for word, digest in mapping(content.pop("code", {}), f"{path}: code").items():
+        if code_digest(word) != digest:
+            raise ContradictionError(
+                f"{word}: its code has changed since. Take another folder for it."
+            )
     begun = record_from(Evaluation, content, str(path))
     files = _newest((*robots, *fires)) | dict(begun.files)
     robots, fires = _once((*begun.robots, *robots)), _once((*begun.fires, *fires))
@@ -222,6 +228,12 @@ def _refuse_misfits(learned: Mapping[str, Any], arena: Arena) -> None:
 
 
 def write(evaluation: Evaluation, folder: Path) -> None:
-    """Write the evaluation into its folder, whole or not at all. Raises OSError."""
+    """Write the evaluation into its folder, whole or not at all. Raises OSError.
+
+    Beside it stand version and game, and digests of the code that plays.
+    """
+    own = filter(is_code, (*evaluation.robots, *evaluation.fires))
+    code = {word: code_digest(word) for word in own}
     written_by = {"version": reference.__version__, "game": reference.GAME}
+    written_by |= {"code": code}
     write_json(folder / ABOUT, written_by | asdict(evaluation))

@@ -15,7 +15,7 @@ async function unpack([length, text]) { // sums of steps, `length` numbers a row
   const whole = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"))
   const numbers = new Int16Array(await new Response(whole).arrayBuffer())
   for (let k = 0; k < numbers.length; k++) if (k % length) numbers[k] += numbers[k - 1]
-  return range(numbers.length / length).map(r => numbers.subarray(r * length, (r + 1) * length))
+  return range(length ? numbers.length / length : 0).map(r => numbers.subarray(r * length, (r + 1) * length))
 }
 async function read(run, which) {
   const rows = await unpack(run.bodies), names = film.columns, cells = await unpack(run.flames)

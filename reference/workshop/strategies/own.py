@@ -124,7 +124,7 @@ class Trained(ABC):
         if own.drawing != building.drawing:
             raise InputError(
                 f"it has learned in {own.title}, not in this drawing of "
-                f"{building.title}. Leave the building out, or name its own."
+                f"{building.title}. Name the building that it learned in."
             )
         trained = _counts(own, self.scenario)
         for name, count in _counts(building, scenario).items():

@@ -14,6 +14,7 @@ from reference.game.codec import Moment
 from reference.learning.players import Learned
 from reference.learning.settings import Side
 from reference.paper import Scenario
+from reference.workshop.storage.files import naming
 from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies import SCRIPTS
 from reference.workshop.strategies.own import Trained, TrainedFire, TrainedRobots
@@ -81,5 +82,6 @@ def fixed_player(
     if word in SCRIPTS[side]:
         return word
     policy = POLICIES[side](word)
-    policy.refuse_elsewhere(building, scenario)
+    with naming(f"{side} {word}"):
+        policy.refuse_elsewhere(building, scenario)
     return policy.learned

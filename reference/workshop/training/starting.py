@@ -12,6 +12,7 @@ from reference.building import plan_of
 from reference.learning.players import Learned
 from reference.learning.settings import SIDES, Side
 from reference.workshop import maps
+from reference.workshop.storage.files import naming
 from reference.workshop.storage.runs import refuse_version
 from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import CheckpointError, Task
@@ -49,7 +50,8 @@ def begin(asked: Namespace) -> Training:
         both = {side: checkpoints.load(path).player(side) for side in free}
         initial = {s: who for s, who in both.items() if isinstance(who, Learned)}
         for side in initial:
-            POLICIES[side](path).refuse_elsewhere(building, scenario)
+            with naming(path):
+                POLICIES[side](path).refuse_elsewhere(building, scenario)
         if not initial:
             raise CheckpointError(f"{path}: nobody learned there who learns here.")
     seed, plan = asked.seed or 0, plan_of(building)
