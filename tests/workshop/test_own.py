@@ -82,6 +82,27 @@ def test_refuses_code_that_is_not_there_or_cannot_play(
     assert (found, hint in message, message.count("\n")) == (status, True, 1), message
 
 
+@pytest.mark.parametrize(
+    ("side", "answer"),
+    [
+        ("robots", "None"),
+        ("robots", "[(1.0, 2.0)]"),
+        ("robots", "[(float('nan'), 1.0)] * len(asked[1])"),
+        ("robots", "['ab'] * len(asked[1])"),
+        ("fire", "(0, 1.0)"),
+        ("fire", "(float('inf'), 1.0, 1.0)"),
+    ],
+)
+def test_refuses_a_decision_that_is_none(side, answer, mine, capsys):
+    """In a line that shows the answer."""
+    code = f"class Odd:\n    def decide(self, *asked):\n        return {answer}\n"
+    Path(f"{mine}.py").write_text(code)
+    played = f"evacuate --building tiny --people 2 --{side} {mine}:Odd"
+    found, message = refusal(capsys, *played.split())
+    assert (found, message.count("\n")) == (1, 1)
+    assert f"{mine}:Odd: decide returned " in message
+
+
 def test_what_code_itself_raises_is_not_told_as_a_slip_in_its_name(mine):
     """Whoever wrote it wants to see the line."""
     Path(f"{mine}.py").write_text("import no_such_library")

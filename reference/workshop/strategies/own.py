@@ -10,7 +10,8 @@ Clauses: C5, C7, D2.
 import os
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from hashlib import sha256
 from importlib import import_module
 from inspect import signature
@@ -38,6 +39,10 @@ from reference.world import Robot, World
 
 CODE = "MODULE:NAME"
 ASKED = {"robots": ("world", "robots", "rng"), "fire": ("world", "rng")}
+ANSWERS = {
+    "robots": "a list with (x, y) in metres, or None, for each of the robots",
+    "fire": "(floor, x, y), in metres, or None",
+}
 
 # -- Code ---------------------------------------------------------------------------
 
@@ -52,7 +57,7 @@ def from_code(word: str, side: Side) -> Any:
     """Make the strategy that a word names: an object with `decide`, or its class.
 
     Raises InputError for a module or name that is not there, and for what cannot
-    decide. What the code itself raises is not caught.
+    decide; so does a decision that is none. What the code itself raises is not caught.
     """
     name, asked = word.partition(":")[2], ASKED[side]
     if (named := getattr(_module(word), name, None)) is None:
@@ -64,7 +69,63 @@ def from_code(word: str, side: Side) -> Any:
     except (AttributeError, TypeError):
         needs = f"decide({', '.join(asked)})"
         raise InputError(f"{word}: who plays the {side} has {needs}.") from None
-    return made
+    if isinstance(made, Trained):
+        return made
+    return OwnRobots(made, word) if side == "robots" else OwnFire(made, word)
+
+
+class Own:
+    """A strategy of your own, whose answers are checked before anybody acts on them."""
+
+    def __init__(self, strategy: Any, word: str):
+        self.strategy, self.word = strategy, word
+
+
+class OwnRobots(Own):
+    """Robots of your own."""
+
+    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
+        """Decide as they do. Raises InputError for what is no list of destinations."""
+        answer = self.strategy.decide(world, robots, rng)
+        with refused(answer, self.word, "robots"):
+            points: Destinations = []
+            for point in answer:
+                points.append(None if point is None else metres(*point))
+            if len(points) != len(robots):
+                raise ValueError
+        return points
+
+
+class OwnFire(Own):
+    """A fire of your own."""
+
+    def decide(self, world: World, rng: Rng) -> Decision | None:
+        """Decide as it does. Raises InputError for what is no place."""
+        answer = self.strategy.decide(world, rng)
+        if answer is None:
+            return None
+        with refused(answer, self.word, "fire"):
+            floor, x, y = answer
+            return int(floor), *metres(x, y)
+
+
+def metres(x: Any, y: Any) -> tuple[float, float]:
+    """Read two finite numbers. Raises ValueError or TypeError for others."""
+    read = float(x), float(y)
+    if not np.isfinite(read).all():
+        raise ValueError
+    return read
+
+
+@contextmanager
+def refused(answer: Any, word: str, side: Side) -> Iterator[None]:
+    """Turn what goes wrong with an answer into an InputError that shows it."""
+    try:
+        yield
+    except (TypeError, ValueError, OverflowError):
+        raise InputError(
+            f"{word}: decide returned {answer!r:.60}; it should be {ANSWERS[side]}."
+        ) from None
 
 
 def code_digest(word: str) -> str:
