@@ -33,7 +33,7 @@ FILMED: list[Pair] = [("none", "random"), ("escort", "random")]
 LEARNED_BOTH: Pair = (LEARNED, LEARNED)
 FILM = Path("evacuation.html")
 TYPICAL = 10
-"""A seed whose three evacuations end within two people of the means in RESULTS."""
+"""A seed whose three evacuations end within three people of the means in RESULTS."""
 
 
 @options.command(
