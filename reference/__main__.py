@@ -18,6 +18,7 @@ if __name__ == "__main__":
 from argparse import ArgumentParser
 from argparse import RawDescriptionHelpFormatter as Formatter
 from collections.abc import Sequence
+from concurrent.futures import BrokenExecutor
 from contextlib import suppress
 from typing import NoReturn
 
@@ -39,6 +40,7 @@ MAPS, RUNS = (
     (strategies, evacuate, evaluate, train, curves, experiment),
 )
 COMMANDS = {c.run.__name__: c for c in (*MAPS, *RUNS, validate, bench, paper)}
+NO_BUGS = (InputError, OSError, UnicodeError, MemoryError, BrokenExecutor)
 STOPPED = "stopped; nothing half-written is left"
 
 
@@ -53,7 +55,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             sys.stdout.flush()
     except KeyboardInterrupt as stopped:  # its text, if any, says what is kept
         return _complain(str(stopped) or STOPPED, 130)
-    except (InputError, OSError, UnicodeError, MemoryError) as error:  # not a bug
+    except NO_BUGS as error:
         _drop_unprinted()
         if isinstance(error, BrokenPipeError):  # `| head -1` has closed the pipe
             return 1

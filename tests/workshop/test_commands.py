@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures import BrokenExecutor, Future
 from inspect import getdoc
 from subprocess import PIPE
 
@@ -23,6 +24,7 @@ from reference.simulation import Simulation
 from reference.workshop.commands import evacuation
 from reference.workshop.comparing.named import NAMES
 from reference.workshop.measuring import bench
+from reference.workshop.storage.workers import InProcess
 from reference.workshop.strategies.fires import BusiestFire
 from reference.workshop.strategies.guides import Escort
 
@@ -295,6 +297,20 @@ def test_the_first_look_tells_people_in_three_lines(capsys, filmed, monkeypatch)
     assert title == f"paper, 40 people, seed {evacuation.TYPICAL}"
     told = r"[a-z, ]+:  +\d+ get out alive, with \d+ of 100 health on average"
     assert [bool(re.fullmatch(told, line)) for line in lines] == [True] * 3
+
+
+def test_the_first_look_says_that_its_worker_has_died(capsys, filmed, monkeypatch):
+    """In one line, as other mishaps."""
+
+    class Dead(InProcess):
+        def submit(self, *given):
+            future = Future()
+            future.set_exception(BrokenExecutor("terminated abruptly"))
+            return future
+
+    monkeypatch.setattr(evacuation, "workers", lambda _: Dead())
+    assert main([]) == 1
+    assert capsys.readouterr().err == "terminated abruptly\n"
 
 
 # -- Refusals -----------------------------------------------------------------------

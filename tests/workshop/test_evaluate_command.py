@@ -5,6 +5,7 @@ import json
 import signal
 
 import pytest
+from trainings import room_for
 
 from reference.__main__ import main
 from reference.evaluation import score
@@ -97,6 +98,18 @@ def test_a_baseline_that_makes_no_ruler_costs_the_score_alone(tmp_path, capsys):
     _, heads, _, why = capsys.readouterr().out.splitlines()
     assert "reward R" in heads and "score E" not in heads
     assert "no E, since the runs of sweep calibrate none: 1 runs make no ruler" in why
+
+
+@pytest.mark.parametrize(
+    "command", [f"{SMALL} --out eval", "evacuate --building tiny --density dense.png"]
+)
+def test_what_was_played_is_told_though_no_picture_can_be_written(command, capsys):
+    """The numbers come first; the disk is full when it is a picture's turn."""
+    with room_for(5000):
+        assert main([*command.split(), "--episodes=1"]) == 1
+    said = capsys.readouterr()
+    assert "sweep" in said.out
+    assert "cannot be written" in said.err.splitlines()[-1]
 
 
 def test_who_stops_is_told_how_to_go_on(monkeypatch, capsys):

@@ -110,10 +110,6 @@ def evacuate(arguments: Namespace) -> None:
     for seed in tqdm(evaluation.seeds, unit="episode", disable=None, leave=False):
         played.append(_episode(evaluation, pairs, seed, film, folder, crowding))
         film = folder = None  # of the first one only
-    if crowding:
-        from reference.workshop.drawing import crowded, save
-
-        save(crowded(crowding, _heading(pairs[0])), arguments.density)
     told = [_told(evaluation, runs) for runs in zip(*played, strict=True)]
     rows = []
     for name in list(told[0])[:-1]:
@@ -121,6 +117,10 @@ def evacuate(arguments: Namespace) -> None:
         rows.append((words, *(of_pair[name] for of_pair in told)))
     report = {"pairs": told} if len(told) > 1 else told[0]
     tell(arguments, report, table(rows, "<" + ">" * len(told)))
+    if crowding:
+        from reference.workshop.drawing import crowded, save
+
+        save(crowded(crowding, _heading(pairs[0])), arguments.density)
     for path in filter(None, (arguments.animate, arguments.record, arguments.density)):
         note(f"written: {path}")
 

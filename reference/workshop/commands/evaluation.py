@@ -76,13 +76,13 @@ def _tell(
     ruler, of_ruler = _ruler(evaluation, played, arguments.baseline)
     cells = results.cells(played, ruler, arguments.baseline)
     report = results.as_json(evaluation, ruler, cells)
-    if arguments.out:
-        write_json(arguments.out / "cells.json", report)
-        _draw(arguments.out, evaluation.arena, ruler, cells, played)
     shown = [name for name in results.HEADINGS if ruler or name != "score"]
     table = results.table(cells, shown)
     below = f"[95 % bootstrap intervals over runs]  {of_ruler}"
     tell(arguments, report, "\n".join([evaluation.about(), table, below]))
+    if arguments.out:  # last: whatever cannot be written, the table has been told
+        write_json(arguments.out / "cells.json", report)
+        _draw(arguments.out, evaluation.arena, ruler, cells, played)
 
 
 def _ruler(
