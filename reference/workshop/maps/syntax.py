@@ -125,14 +125,13 @@ class Page:
     def drawn(self) -> dict[str, int]:
         """Columns and rows of the drawings."""
         columns = max((len(row.code) for row in self.rows), default=30)
-        rows = max((len(floor.rows) for floor in self.floors), default=9)
+        rows = max((len(floor.rows) for floor in self.floors if floor.rows), default=9)
         return {"columns": columns, "rows": rows}
 
 
 # -- Characters ---------------------------------------------------------------------
 
 _PLAIN = str.maketrans("\u2013\u2014\u2212\u00d7\u00b7\u2022", "---x..")
-THIN = 2  # blanks: so few are a hole in a wall
 _LINES = "|-=\\"  # signs to draw walls with
 _NO_SIGN = {"\t": ("sign-alike", " "), "`": ("sign", "")}  # the last: of a listing
 
@@ -191,17 +190,16 @@ def _signs(page: Page) -> Iterator[Mistake]:
 
 
 def _closed_blanks(page: Page) -> Iterator[Mistake]:
-    """Find blanks with walls all around: floor if no other is drawn, or beside it."""
+    """Find enclosed blanks beside a room; where no room is drawn, all of them."""
     width = max((len(row.code) for row in page.rows), default=0)
     for floor in page.floors:
         rows = ["", *(f" {row.code}" for row in floor.rows), ""]
         signs = np.array([[*row.ljust(width + 2)] for row in rows])
         room = np.char.islower(signs) | (signs == ".")
-        closed, outside = ndimage.label(signs == " ")[0], 1
-        beside = closed[ndimage.binary_dilation(room)] if room.any() else closed
-        sizes = np.bincount(closed.ravel())
-        meant = [k for k in np.unique(beside) if k > outside and sizes[k] > THIN]
-        for row, column in np.argwhere(np.isin(closed, meant))[:1] - 1:
+        parts, outside = ndimage.label(signs == " ")[0], 1
+        beside = parts[ndimage.binary_dilation(room)] if room.any() else parts
+        for closed in np.unique(beside[beside > outside]):
+            row, column = np.argwhere(parts == closed)[0] - 1
             yield floor.rows[row].mistake("blank", int(column) + 1)
 
 
