@@ -38,7 +38,13 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
         "and II, work for a cluster; default: laptop",
         choices=tuple(PRESETS),
     ),
-    options.option("--settings", "ML-Agents' YAML; changes the preset", type=Path),
+    options.option(
+        "--settings",
+        "YAML that changes the preset: ML-Agents' keys, and more, as in reference: "
+        "{scenario: {people: 12}}",
+        type=Path,
+        metavar="FILE",
+    ),
     options.building("tiny for preset tiny, else paper"),
     options.option(
         "--trainer",
@@ -96,8 +102,10 @@ def train(arguments: Namespace) -> None:
 def _training(arguments: Namespace) -> Any:
     """Begin a training, or resume the one in the folder."""
     if arguments.robots and (arguments.fire or arguments.imitate):
-        nobody = "nobody learns" if arguments.fire else "nobody imitates"
-        raise ContradictionError(f"{nobody}: leave --robots out, or the other one.")
+        other, does = ("fire", "learns") if arguments.fire else ("imitate", "imitates")
+        raise ContradictionError(
+            f"with --robots and --{other} nobody {does}: leave one of them out."
+        )
     from reference.workshop.training import starting
 
     if arguments.resume:
