@@ -15,7 +15,7 @@ if __name__ == "__main__":
         if getattr(sys, name) is None:  # closed: nobody listens
             setattr(sys, name, open(os.devnull, "w"))  # noqa: SIM115
 
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from argparse import RawDescriptionHelpFormatter as Formatter
 from collections.abc import Sequence
 from concurrent.futures import BrokenExecutor
@@ -49,7 +49,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OMP_WAIT_POLICY", "PASSIVE")  # before torch is loaded
     try:
         try:
-            arguments = _parser().parse_args(argv)
+            arguments = _arguments(argv)
             arguments.run(arguments)
         finally:
             sys.stdout.flush()
@@ -83,9 +83,17 @@ class _Parser(ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """Exit with status 2."""
-        if message.startswith("unrecognized"):
-            message += "; a map is named by --building; see --help"
         self.exit(2, f"{self.prog}: {message}\n")
+
+
+def _arguments(argv: Sequence[str] | None) -> Namespace:
+    """Read the command line; say how a map is named, if one can be."""
+    parser = _parser()
+    arguments, unknown = parser.parse_known_args(argv)
+    if unknown:
+        hint = "a map is named by --building; " if "building" in arguments else ""
+        parser.error(f"unrecognized arguments: {' '.join(unknown)}; {hint}see --help")
+    return arguments
 
 
 def _parser() -> ArgumentParser:

@@ -329,6 +329,7 @@ def test_the_first_look_says_that_its_worker_has_died(capsys, filmed, monkeypatc
         ("evacuate --animate run.avi", 2, "does not end in one of .gif, .html, .mp4"),
         ("evacuate --robots none sweep patrol", 2, "one pair or two"),
         ("evacuate tiny", 2, "unrecognized arguments: tiny; a map is named by --bui"),
+        ("paper tiny", 2, "unrecognized arguments: tiny; see --help"),
         ("evacuate --fire busy", 2, "Did you mean 'busiest'?"),
         ("evacuate --fire sweep", 2, "'sweep' is no file"),
         ("evacuate --robots worst-case", 2, "nobody who plays the robots: none, r"),
