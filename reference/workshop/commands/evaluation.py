@@ -17,6 +17,7 @@ from reference.workshop.comparing.matches import Arena, Evaluation
 from reference.workshop.comparing.results import Cell
 from reference.workshop.comparing.runs import RunResult
 from reference.workshop.storage.files import write_json
+from reference.workshop.storage.records import did_you_mean
 from reference.workshop.storage.runs import ContradictionError, refuse_options
 
 
@@ -51,7 +52,8 @@ def evaluate(arguments: Namespace) -> None:
     with resumable(arguments, out, partial(_evaluation, arguments), *same) as work:
         evaluation, executor = work
         if baseline and baseline not in evaluation.robots:
-            raise ContradictionError(f"--baseline {baseline}: add it to --robots")
+            told = f"--baseline {baseline}: add it to --robots."
+            raise ContradictionError(told + did_you_mean(baseline, evaluation.robots))
         note(evaluation.about())
         played = runs.evaluate(evaluation, out, executor)
         _tell(arguments, evaluation, played)
