@@ -166,7 +166,7 @@ def test_settings_survive_as_plain_numbers_and_words(name, scenario):
     [
         ({"fire": {"gamma": 2}}, "settings: fire: gamma is 2"),
         ({"robots": {"gama": 0.9}}, "settings: robots: .* Did you mean 'gamma'"),
-        ({"robots": [1]}, "settings: robots: this must be `key: value`"),
+        ({"robots": [1]}, "settings: robots: this must be names and values"),
         ({"scenario": {"people": "six"}}, "settings: scenario: people is 'six'"),
     ],
 )

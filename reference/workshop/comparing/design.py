@@ -30,16 +30,17 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from reference.building import plan_of
-from reference.learning.settings import SIDES, Side
+from reference.learning.settings import SIDES, Row, Side
 from reference.workshop.comparing.matches import EPISODES, Arena, Evaluation
 from reference.workshop.comparing.named import WORST, fitting
 from reference.workshop.maps import load
 from reference.workshop.storage.files import read_text
 from reference.workshop.storage.records import (
     SettingsError,
+    check_rows,
     mapping,
     record_from,
     unknown,
@@ -66,8 +67,11 @@ class Test:
 
     fires: tuple[str, ...] = ("random",)
     robots: tuple[str, ...] = ()
-    seed: int = 5000
+    seed: Annotated[int, Row(low=0)] = 5000
     episodes: int = EPISODES
+
+    def __post_init__(self) -> None:
+        check_rows(self)
 
 
 @dataclass(frozen=True)
@@ -88,6 +92,7 @@ class Experiment:
     test: Test = field(default_factory=Test)
 
     def __post_init__(self) -> None:
+        check_rows(self)
         if not self.arms or min(self.seeds, default=-1) < 0:
             raise SettingsError("name at least one arm and one seed, from 0 upwards")
         _refuse_twice("seeds", self.seeds)

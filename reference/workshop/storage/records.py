@@ -67,7 +67,7 @@ def mapping(value: Any, where: str) -> dict[str, Any]:
     """Check that a value is a mapping; None stands for an empty one."""
     if not isinstance(value, Mapping | None):
         raise SettingsError(
-            f"{where}: this must be `key: value` lines, not {value!r:.60}"
+            f"{where}: this must be names and values, not {value!r:.60}"
         )
     return {str(key): row for key, row in (value or {}).items()}
 
@@ -112,7 +112,7 @@ def check_type(name: str, value: object, kind: Any) -> None:
     absurd = isinstance(value, int | float) and not abs(value) <= LARGEST
     if not fits or odd or absurd:
         words = WORDS.get(kind) or f"a {kind.__name__}"
-        words += f" up to {LARGEST:g}" if fits and not odd else ""
+        words += f" up to {LARGEST:g}" if fits and not odd and value == value else ""
         raise SettingsError(f"{name} is {value!r:.60}: it must be {words}")
 
 
