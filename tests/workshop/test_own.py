@@ -78,8 +78,10 @@ def test_refuses_code_that_is_not_there_or_cannot_play(
     command, status, hint, mine, capsys
 ):
     """Before anything is played; a training keeps no code."""
-    found, message = refusal(capsys, *command.replace("MINE", mine).split())
+    asked = command.replace("MINE", mine).split()
+    found, message = refusal(capsys, *asked)
     assert (found, hint in message, message.count("\n")) == (status, True, 1), message
+    assert message.count(asked[-1]) == 1
 
 
 @pytest.mark.parametrize(

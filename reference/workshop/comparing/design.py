@@ -218,8 +218,9 @@ def _stated(rows: Any, where: str) -> dict[str, Any]:
 
 def read(path: Path) -> Experiment:
     """Read an experiment's file. Raises SettingsError, OSError."""
+    text = read_text(path)
     try:
-        content = tomllib.loads(read_text(path))
+        content = tomllib.loads(text)
     except (ValueError, RecursionError) as error:  # also an integer of 5,000 digits
         raise SettingsError(f"{path}: this is no TOML: {error}") from None
     return record_from(Experiment, content, str(path))

@@ -212,10 +212,9 @@ def _learned(
     players += [("fire", word) for word in fires]
     policies = dict[str, Any]()
     for side, word in players:
-        with naming(option := f"--{side} {word}"):
-            made = strategy_named(files.get(word, word), side)
+        made = strategy_named(files.get(word, word), side)
         if hasattr(made, "refuse_elsewhere"):
-            policies[option] = made
+            policies[f"--{side} {word}"] = made
     return policies
 
 

@@ -98,7 +98,7 @@ def _parsed(text: str) -> Any:
             raise ValueError(f"line {line}: '{name}' is there already")
         return yaml.safe_load(text)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
-        words = " ".join(str(error).split())
+        words = " ".join(str(error).replace('in "<unicode string>",', "at").split())
         raise SettingsError(f"this is no YAML: {words}") from None
 
 

@@ -43,13 +43,13 @@ class LearnedPolicy(Trained):
         self.task, who = checkpoint.task, checkpoint.player(self.side)
         self.name, self.building = self.task.building, building_of(self.task.plan)
         self.scenario = self.task.settings.scenario
+        name = "the checkpoint" if source is checkpoint else source
         if not isinstance(who, Learned):
             raise CheckpointError(
-                f"nobody learned for the {self.side} in this checkpoint. Write "
+                f"{name}: nobody learned for the {self.side} there. Write "
                 f"--{self.side} {who}, or name another checkpoint."
             )
         self.learned, self.sample = who, sample
-        name = "the checkpoint" if source is checkpoint else source
         with must_fit(name, "its network does not fit its settings"):
             self.player = who.player(self.side, self.building, self.scenario)
 

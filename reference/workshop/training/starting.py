@@ -49,9 +49,9 @@ def begin(asked: Namespace) -> Training:
         free = [side for side in SIDES if side not in taken]
         both = {side: checkpoints.load(path).player(side) for side in free}
         initial = {s: who for s, who in both.items() if isinstance(who, Learned)}
-        for side in initial:
+        for policy in [POLICIES[side](path) for side in initial]:
             with naming(path):
-                POLICIES[side](path).refuse_elsewhere(building, scenario)
+                policy.refuse_elsewhere(building, scenario)
         if not initial:
             raise CheckpointError(f"{path}: nobody learned there who learns here.")
     seed, plan = asked.seed or 0, plan_of(building)
