@@ -241,7 +241,12 @@ def test_the_table_is_aligned_and_says_what_is_missing():
         ("evaluation.json", '"version": "', '"version": "0.0.', "by version 0.0."),
         ("evaluation.json", '"game": ', '"game": 1', "version .* of game 1., this is"),
         ("runs.csv", "robots,fire,", "fire,", "is no table of these runs"),
-        ("runs.csv", "times\n", "times\nsweep,random\n", "row is damaged"),
+        (
+            "runs.csv",
+            "times\n",
+            "times\nsweep,random\n",
+            "runs.csv:2: this row is damaged",
+        ),
     ],
 )
 def test_refuses_files_that_are_not_its_own(file, old, new, message):
@@ -259,5 +264,5 @@ def test_refuses_rows_that_do_not_add_up_and_those_of_other_people(small):
     folder.mkdir()
     for row, people in ((replace(small[0], died=5), 4), (small[0], 5)):
         runs.table_of(path, [row])
-        with pytest.raises(InputError, match=r"runs.csv: .*people do not add up, or"):
+        with pytest.raises(InputError, match=r"runs.csv:2: .*people do not add up, or"):
             evaluate(begin(**SMALL | {"people": people}), folder, Stopped())

@@ -164,13 +164,13 @@ def read_table(
     head, _, rows = text[: text.rfind("\n") + 1].partition("\n")
     if text and head.rstrip("\r") != ",".join(columns):
         raise InputError(f"{path}: is no table of these runs. Name another folder.")
+    lines = csv.reader(StringIO(rows))
     try:
-        lines = csv.reader(StringIO(rows))
         return [made(dict(zip(columns, row, strict=True))) for row in lines if row]
     except (ValueError, csv.Error) as error:
         raise InputError(
-            f"{path}: a row is damaged ({error!s:.99}). Remove that row, or begin "
-            "anew in another folder."
+            f"{path}:{lines.line_num + 1}: this row is damaged ({error!s:.99}). Remove "
+            "it, or begin anew in another folder."
         ) from error
 
 
