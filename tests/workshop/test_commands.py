@@ -459,8 +459,11 @@ def test_bench_measures_the_world_both_learners_and_rollouts(capsys, monkeypatch
     monkeypatch.setattr(bench, "CASES", {"9": (9, 2.0), "too many": (10**5, 1.0)})
     for name in ("RUNS", "BATCHES", "EPISODES"):
         monkeypatch.setattr(bench, name, 1)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     assert main(["bench", "--building", "tiny", "--json"]) == 0
-    facts = json.loads(capsys.readouterr().out)
+    out, shown = capsys.readouterr()
+    assert "9:   0%" in shown and "laptop:   0%" in shown
+    facts = json.loads(out)
     assert [list(found) for found in facts.values()] == [
         ["tiny"],
         ["9"],

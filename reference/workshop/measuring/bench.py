@@ -7,6 +7,7 @@ on a machine changes little.
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from statistics import median
 from time import process_time
 from typing import Any
@@ -40,6 +41,8 @@ PRESETS = ("paper", "laptop")
 EPISODES = 16  # in jobs of as many as the preset plays in lockstep
 BATCHES = 4  # minibatches of a measured update, at least
 
+_bar = partial(tqdm, disable=None, leave=False)  # shown on a terminal
+
 
 def measure(name: str, seed: int) -> dict[str, Any]:
     """Measure a building, by path or name; return figures by what was measured.
@@ -57,20 +60,21 @@ def measure(name: str, seed: int) -> dict[str, Any]:
     Simulation(building)
     figures: dict[str, Any] = {"load_seconds": {name: process_time() - start}}
     speeds = figures["person_seconds_per_second"] = {}
-    for case, (people, end) in tqdm(CASES.items(), disable=None, leave=False):
+    for case in CASES:
         with suppress(InputError):  # they do not fit
-            speeds[case] = median(_crowds(building, people, end, seed))
+            speeds[case] = median(_crowds(building, case, seed))
     decisions = figures["decisions_per_second"] = {}
     samples = figures["samples_per_second"] = {}
-    for each in tqdm(PRESETS, unit="preset", disable=None, leave=False):
+    for each in PRESETS:
         decisions[each], learners = _learning(each, building, seed)
         samples |= {f"{each}, {side}": speed for side, speed in learners.items()}
     return figures
 
 
-def _crowds(building: Building, people: int, end: float, seed: int) -> Iterator[float]:
+def _crowds(building: Building, case: str, seed: int) -> Iterator[float]:
     """Person-seconds per second of runs up to a time."""
-    for k in range(seed, seed + RUNS):
+    people, end = CASES[case]
+    for k in _bar(range(seed, seed + RUNS), case):
         scenario = Scenario(people=people)
         simulation = Simulation(building, scenario, Sweep(), RandomFire(), k)
         start = process_time()
@@ -96,10 +100,10 @@ def _learning(
     with one_thread():
         play(job, advance=together)  # warm up
         start = process_time()
-        played = [episode for job in jobs for episode in play(job, advance=together)]
+        played = [e for job in _bar(jobs, name) for e in play(job, advance=together)]
         seconds = process_time() - start
         lives = {side: [t for e in played if (t := getattr(e, side))] for side in SIDES}
-        speeds = {side: _samples(learners[side], lives[side]) for side in SIDES}
+        speeds = {s: _samples(learners[s], lives[s]) for s in _bar(SIDES, name)}
     return sum(life.steps for life in lives["robots"]) / seconds, speeds
 
 
