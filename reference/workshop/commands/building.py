@@ -72,6 +72,7 @@ def draw(arguments: Namespace) -> None:
     from reference.workshop import drawing
 
     def work() -> None:
+        """Draw it once, and say where."""
         name = f"{find(arguments.file).stem}-{arguments.view}.png"
         picture = getattr(drawing, arguments.view)(load(arguments.file))
         path = drawing.save(picture, arguments.output or Path(name))

@@ -51,6 +51,7 @@ def number(name: str, least: int, note: str, most: int = 10**6, **told: Any) -> 
     """Declare an option that takes a whole number in these bounds."""
 
     def whole(text: str) -> int:
+        """Refuse what is no whole number, or out of bounds."""
         with suppress(ValueError):
             if least <= int(text) <= most:
                 return int(text)
@@ -86,6 +87,7 @@ def player(
     words = known or NAMES[side]
 
     def somebody(text: str) -> str:
+        """Refuse who is not known."""
         try:
             refuse_unknown(text, side, words)
         except InputError as error:

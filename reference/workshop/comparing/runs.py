@@ -154,6 +154,7 @@ def read(path: Path, evaluation: Evaluation | None = None) -> list[RunResult]:
     """
 
     def result(row: dict[str, str]) -> RunResult:
+        """Refuse a row that does not add up."""
         made = RunResult(**{name: COLUMNS[name](cell) for name, cell in row.items()})
         sums = {made.people, made.evacuated + made.died + made.inside}
         if len(sums | ({evaluation.arena.people} if evaluation else set())) > 1:
