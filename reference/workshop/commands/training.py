@@ -103,9 +103,7 @@ def _training(arguments: Namespace) -> Any:
     """Begin a training, or resume the one in the folder."""
     if arguments.robots and (arguments.fire or arguments.imitate):
         other, does = ("fire", "learns") if arguments.fire else ("imitate", "imitates")
-        raise ContradictionError(
-            f"with --robots and --{other} nobody {does}: leave one of them out."
-        )
+        raise ContradictionError(f"--robots, --{other}: nobody {does}. Leave one out.")
     from reference.workshop.training import starting
 
     if arguments.resume:
