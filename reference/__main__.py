@@ -35,10 +35,8 @@ from reference.workshop.storage.files import told
 from reference.workshop.storage.runs import ContradictionError
 from reference.workshop.storage.workers import STOPPED_BY, STOPS, stop, stop_again
 
-MAPS, RUNS = (
-    (check, draw, floors),
-    (strategies, evacuate, evaluate, train, curves, experiment),
-)
+MAPS = check, draw, floors
+RUNS = strategies, evacuate, evaluate, train, curves, experiment
 COMMANDS = {c.run.__name__: c for c in (*MAPS, *RUNS, validate, bench, paper)}
 NO_BUGS = (InputError, OSError, UnicodeError, MemoryError, BrokenExecutor)
 STOPPED = "stopped; nothing half-written is left"

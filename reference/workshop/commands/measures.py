@@ -45,14 +45,8 @@ def _row(case: dict[str, Any]) -> tuple[str, ...]:
         words[name] += f" (never in {count}/{runs})"
     numbers = ", ".join(f"{name}: {word}" for name, word in words.items())
     numbers += f" ({case['note']})" if case["note"] else ""
-    failed = f" {case['failed']}/{runs}" if case["failed"] else ""
-    return (
-        case["verdict"] + failed,
-        case["source"],
-        case["what"],
-        case["accepted"],
-        numbers,
-    )
+    verdict = case["verdict"] + (f" {case['failed']}/{runs}" if case["failed"] else "")
+    return verdict, case["source"], case["what"], case["accepted"], numbers
 
 
 @options.command("bench --json", options.building("paper"), options.SEED, options.JSON)

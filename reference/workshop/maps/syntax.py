@@ -225,12 +225,8 @@ def _headings(page: Page) -> Iterator[Mistake]:
 
 def _head(page: Page) -> Iterator[Mistake]:
     """All that is missing above the first row, at once; and what is no row of it."""
-    first, drawn = page.floors[0], page.drawn
-    lines = {
-        "building": "building: NAME",
-        "size": "size: {columns} x {rows}".format(**drawn),
-        "floor": "floor 1:",
-    }
+    first, size = page.floors[0], "size: {columns} x {rows}".format(**page.drawn)
+    lines = {"building": "building: NAME", "size": size, "floor": "floor 1:"}
     there = [key for key, said in page.settings.items() if said]
     there += [] if first.headless else ["floor"]
     if missing := [lines[key] for key in lines if key not in there]:

@@ -79,11 +79,10 @@ WORDS = {int: "a whole number", float: "a number", bool: "true or false", str: "
 
 def rows_of(record: type) -> dict[str, Row]:
     """The rows of a dataclass by name; a field without a `Row` has the defaults."""
-    rows = {}
+    kinds, rows = get_type_hints(record), {}
     for name, hint in get_type_hints(record, include_extras=True).items():
         (row,) = getattr(hint, "__metadata__", (Row(),))
-        kind = hint.__origin__ if hasattr(hint, "__metadata__") else hint
-        rows[name] = row._replace(kind=kind)
+        rows[name] = row._replace(kind=kinds[name])
     return rows
 
 

@@ -88,9 +88,7 @@ def _parsed(text: str) -> Any:
     try:
         import yaml
     except ImportError:
-        raise SettingsError(
-            "ML-Agents' files need PyYAML: pip install PyYAML"
-        ) from None
+        raise SettingsError("a YAML file needs PyYAML: pip install PyYAML") from None
     try:
         if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
             raise ValueError("write out what *aliases stand for")
