@@ -16,7 +16,7 @@ from typing import Any
 
 import reference
 from reference.building import Building, building_of, plan_of
-from reference.learning.settings import Side
+from reference.learning.settings import SIDES, Side
 from reference.paper import ROBOTS_PER_FLOOR, InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing.named import encounter, strategy_named
@@ -208,13 +208,12 @@ def _learned(
     robots: Iterable[str], fires: Iterable[str], files: Mapping[str, str]
 ) -> dict[str, Any]:
     """Load the policies that learned, by option."""
-    players: list[tuple[Side, str]] = [("robots", word) for word in robots]
-    players += [("fire", word) for word in fires]
     policies = dict[str, Any]()
-    for side, word in players:
-        made = strategy_named(files.get(word, word), side)
-        if hasattr(made, "refuse_elsewhere"):
-            policies[f"--{side} {word}"] = made
+    for side, words in zip(SIDES, (robots, fires), strict=True):
+        for word in words:
+            made = strategy_named(files.get(word, word), side)
+            if hasattr(made, "refuse_elsewhere"):
+                policies[f"--{side} {word}"] = made
     return policies
 
 
@@ -233,6 +232,5 @@ def write(evaluation: Evaluation, folder: Path) -> None:
     """
     own = filter(is_code, (*evaluation.robots, *evaluation.fires))
     code = {word: code_digest(word) for word in own}
-    written_by = {"version": reference.__version__, "game": reference.GAME}
-    written_by |= {"code": code}
-    write_json(folder / ABOUT, written_by | asdict(evaluation))
+    head = {"version": reference.__version__, "game": reference.GAME, "code": code}
+    write_json(folder / ABOUT, head | asdict(evaluation))

@@ -82,9 +82,8 @@ def evaluate(
     size = max(1, min(IN_LOCKSTEP, share))
     jobs = [(evaluation, some) for some in chunks(left, size)]
     begun = len(runs) - len(left)
-    with tqdm(
-        total=len(runs), initial=begun, unit="run", disable=None, leave=False
-    ) as bar:
+    bar = tqdm(total=len(runs), initial=begun, unit="run", disable=None, leave=False)
+    with bar:
         for _, results in as_done(executor, play, jobs):
             done |= {result.run: result for result in results}
             if table:

@@ -118,9 +118,8 @@ def check_type(name: str, value: object, kind: Any) -> None:
 def unknown(name: object, known: Iterable[str]) -> str:
     """Say that a name is none of the known ones, and which may be meant."""
     known = tuple(known)
-    return (
-        f"'{name}' is unknown.{did_you_mean(name, known)} There is: {', '.join(known)}"
-    )
+    near = did_you_mean(name, known)
+    return f"'{name}' is unknown.{near} There is: {', '.join(known)}"
 
 
 def first_line(thing: object) -> str:
