@@ -21,8 +21,9 @@ from reference.workshop.maps.semantics import touching
 from reference.workshop.storage.files import read_text, told
 
 VIEWS = ("top", "oblique", "walkable", "closeup", "graph")
+VIEW = "walkable: where one may walk; closeup: a door, an exit, stairs; default: top"
 POLL = 0.3  # seconds between two looks at a watched file
-WATCH = options.flag("--watch", "again at every save of the file; Ctrl-C ends")
+WATCH = options.flag("--watch", "again each time the file is saved; Ctrl-C ends")
 
 
 @options.command("check paper", options.FILE, WATCH, options.JSON)
@@ -64,11 +65,11 @@ def _check(arguments: Namespace) -> None:
     "draw paper --view oblique -o paper.png",
     options.FILE,
     WATCH,
-    options.option("--view", "default: top", choices=VIEWS, default="top"),
+    options.option("--view", VIEW, choices=VIEWS, default="top"),
     options.output("-o --output", options.PICTURES, "default: NAME-VIEW.png here"),
 )
 def draw(arguments: Namespace) -> None:
-    """Draws a map: the counterparts of the paper's six figures [A8], and its graph."""
+    """Draws a map as the paper does, from above or obliquely, or as a graph."""
     from reference.workshop import drawing
 
     def work() -> None:
@@ -105,7 +106,7 @@ def _at_every_save(
 
 @options.command(
     "floors tiny > mine.txt",
-    options.option("name", "print this one; default: list all", nargs="?"),
+    options.option("name", "a map to print; default: list all", nargs="?"),
 )
 def floors(arguments: Namespace) -> None:
     """Lists the maps that ship, or prints one, to be copied and changed."""

@@ -82,7 +82,7 @@ def strategies(arguments: Namespace) -> None:
     options.PEOPLE,
     options.player("robots", "default: sweep", default=["sweep"], nargs="+"),
     options.player("fire", "default: random", default=["random"], nargs="+"),
-    options.number("--episodes", 1, "how many to play; default: 1", default=1),
+    options.number("--episodes", 1, "how many, seed by seed; default: 1", default=1),
     options.SAMPLE,
     options.ERRORS,
     options.folder("--record", "trajectories of the first episode and pair, for PedPy"),
@@ -101,7 +101,7 @@ def strategies(arguments: Namespace) -> None:
     end=options.strategies(),
 )
 def evacuate(arguments: Namespace) -> None:
-    """Evacuates a building and tells who got out; episode i uses seed + i."""
+    """Evacuates a building and tells how many get out."""
     pairs = _pairs(arguments)
     robots, fires = zip(*pairs, strict=True)
     evaluation = begin(robots, fires, **options.of_evaluation(arguments))

@@ -42,7 +42,7 @@ from reference.workshop.storage.runs import ContradictionError, refuse_options
     end=options.strategies(),
 )
 def evaluate(arguments: Namespace) -> None:
-    """Lets all robots meet all fires on the same seeds: survivors, R, h and E."""
+    """Plays all robots against all fires: survival, reward R, difficulty h, score E."""
     out, baseline = arguments.out, arguments.baseline
     if arguments.resume and not out:
         raise ContradictionError("--resume goes with --out: which folder?")

@@ -18,11 +18,11 @@ from reference.workshop.storage.files import write_whole
 @options.command(
     "experiment mine.toml\n\nwhat stands in mine.toml:\n"
     "  python -m pydoc reference.workshop.comparing.design",
-    options.option("file", "what to train and test, its seeds too, in TOML", type=Path),
+    options.option("file", "TOML: what to train and test, from which seeds", type=Path),
     options.WORKERS,
     options.option(
         "--cluster",
-        "a Dask scheduler whose workers do it and share DIR, as tcp://10.0.0.1:8786",
+        "a Dask scheduler, as tcp://10.0.0.1:8786, whose workers all write into DIR",
         metavar="ADDRESS",
     ),
     options.folder("--out", "default: out/NAME for NAME.toml"),
@@ -30,7 +30,7 @@ from reference.workshop.storage.files import write_whole
     options.JSON,
 )
 def experiment(arguments: Namespace) -> None:
-    """Trains and tests the arms of an experiment's file, and writes a page about it."""
+    """Trains all variants in a file, tests them, and writes a page about it."""
     from reference.workshop.comparing import design, jobs
 
     folder = arguments.out or Path("out") / arguments.file.stem

@@ -51,7 +51,7 @@ def _row(case: dict[str, Any]) -> tuple[str, ...]:
 
 @options.command("bench --json", options.building("paper"), options.SEED, options.JSON)
 def bench(arguments: Namespace) -> None:
-    """Measures what one second computes: person-seconds, decisions, samples."""
+    """Measures speed: what is simulated, decided and learned from in a second."""
     from reference.workshop.measuring.bench import measure
 
     name = "paper" if arguments.building is None else arguments.building

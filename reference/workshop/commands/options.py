@@ -124,7 +124,7 @@ FILE = option("file", "a map, by path or by the name of one that ships")
 
 def building(default: str) -> Option:
     """Declare the option that takes a map; default: which it is otherwise."""
-    return option("--building", f"default: {default}", metavar="MAP")
+    return option("--building", f"where; default: {default}", metavar="MAP")
 
 
 BUILDING = building("that of the first checkpoint, else paper")
@@ -133,10 +133,11 @@ PEOPLE = number("--people", 1, COUNT, most=paper.MOST)
 SAMPLE = flag(
     "--sample", "draw a learned policy's actions, not the likeliest", default=None
 )
-WRONG = "robots observe positions up to N metres off, in the worst way; default: 0"
+WRONG = "robots misjudge positions by up to N metres, as harms most; default: 0"
 ERRORS = number("--errors", 0, WRONG, most=40)
-PLAY = "how many processes; results are the same; 0: this one; default: all cores"
+PLAY = "how many processes, which changes no result; 0: this one; default: all cores"
 WORKERS = number("--workers", 0, PLAY, most=1000, default=CORES)
 LARGEST = 2**53  # as a whole number in JSON
-SEED = number("--seed", 0, "same seed, same run", most=LARGEST, default=SUPPRESS)
+CHANCE = "all chance follows from N: the same seed, the same run"
+SEED = number("--seed", 0, CHANCE, most=LARGEST, default=SUPPRESS)
 JSON = flag("--json", "print one JSON object", default=SUPPRESS)
