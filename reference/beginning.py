@@ -129,7 +129,7 @@ def _starting_places(building: Building, scenario: Scenario, rng: Rng) -> np.nda
         if count > (most := len(places)):
             raise InputError(
                 f"{count} people do not fit {where}, which has room for {most}. "
-                "Lower the scenario's `people`."
+                "Ask for fewer: the scenario's `people`."
             )
         chosen.append(rng.choice(places, count, replace=False))
     return np.concatenate(chosen)

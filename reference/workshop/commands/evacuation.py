@@ -32,6 +32,7 @@ Facts = dict[str, Any]
 FILMED: list[Pair] = [("none", "random"), ("escort", "random")]
 LEARNED_BOTH: Pair = (LEARNED, LEARNED)
 FILM = Path("evacuation.html")
+EPISODES = "how many; episode i uses seed + i; default: 1"
 TYPICAL = 10
 """A seed whose three evacuations end within three people of the means in RESULTS."""
 
@@ -82,7 +83,7 @@ def strategies(arguments: Namespace) -> None:
     options.PEOPLE,
     options.player("robots", "default: sweep", default=["sweep"], nargs="+"),
     options.player("fire", "default: random", default=["random"], nargs="+"),
-    options.number("--episodes", 1, "how many, seed by seed; default: 1", default=1),
+    options.number("--episodes", 1, EPISODES, default=1),
     options.SAMPLE,
     options.ERRORS,
     options.folder("--record", "trajectories of the first episode and pair, for PedPy"),
