@@ -222,6 +222,9 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
     assert status("evacuate", "--robots", "old") == 0
 
 
+HUT = "building: Hut\nsize: 5 x 5\nfloor 1:\n#####\n#...#\n#...E\n#...#\n#####\n"
+
+
 @pytest.mark.parametrize(
     ("options", "code", "hint"),
     [
@@ -234,6 +237,7 @@ def test_refuses_to_resume_with_another_version(run, tmp_path, capsys):
         (["--settings", "alone.yaml"], 1, "robots_per_floor is 0"),
         (["--fire", "notes.txt"], 1, "notes.txt: is damaged"),
         (["--building", "nowhere"], 1, "nowhere"),
+        (["--building", "hut.txt"], 1, "nothing can burn there"),
     ],
 )
 def test_refuses_a_training_that_cannot_be(options, code, hint, capsys, tmp_path):
@@ -243,12 +247,13 @@ def test_refuses_a_training_that_cannot_be(options, code, hint, capsys, tmp_path
     (tmp_path / "notes.txt").write_text("my notes")
     empty = {"reference": {"scenario": {"robots_per_floor": 0}}}
     Path("alone.yaml").write_text(json.dumps(empty))
+    Path("hut.txt").write_text(HUT)
     assert train(*options) == code
     out, err = capsys.readouterr()
     assert out == ""
     assert hint in err
     left = sorted(path.name for path in tmp_path.rglob("*"))
-    assert left == ["alone.yaml", "full", "mine.txt", "notes.txt"]
+    assert left == ["alone.yaml", "full", "hut.txt", "mine.txt", "notes.txt"]
 
 
 def test_refuses_tensorboard_where_it_is_missing(quick, capsys, monkeypatch, tmp_path):

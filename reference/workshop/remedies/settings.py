@@ -24,7 +24,7 @@ from reference.game.codec import AXES, PolicyCodec, Sizes
 from reference.game.observations import from_normalised, grid_shape, to_normalised
 from reference.learning.settings import ATTENTION_HEADS, Row, Side, TrainerSettings
 from reference.navigation import navigation_of
-from reference.paper import Scenario
+from reference.paper import InputError, Scenario
 from reference.workshop.remedies.frame import UNIT, View
 from reference.workshop.storage.records import SettingsError, check_rows
 from reference.workshop.strategies.fires import places_beside
@@ -144,7 +144,9 @@ class MixtureOfFire(PolicyCodec):
     def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):
         super().__init__("fire", building, scenario)
         self.settings, nav = settings, navigation_of(building)
-        places = np.array(places_beside(building, range(len(building.landmarks))))
+        marks = range(len(building.landmarks))
+        if not len(places := np.array(places_beside(building, marks))):
+            raise InputError("nothing can burn there. Draw more, or take --fire none.")
         storeys = places // (nav.places // building.floors)
         self.anchors = np.column_stack([storeys, nav.centres[places] / UNIT])
 
