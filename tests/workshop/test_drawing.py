@@ -279,10 +279,17 @@ def test_a_trail_is_where_a_person_walked_lately(simulation):
 
 @pytest.mark.parametrize("name", ["paper", "tower"])
 def test_no_instant_of_any_building_is_clipped(name):
-    """The floors, the curve and the legend find room on the same page; so do two."""
+    """The floors, the curve and the legend find room on the same page; so do two, of
+    which maps are as large as ever where names are paths."""
     world = evacuation(name=name).world
     assert overlaps(scene_of(world).figure) == []
-    assert overlaps(scene_of(world, ["one", "another"]).figure) == []
+    names = "sweep", f"out/{'of-a-long-name/' * 9}checkpoint-000120.pt"
+    heads = (f"guided by {who}, fire {who}\nrobots: {who}, who lead" for who in names)
+    pages = [scene_of(world, [head, head]) for head in heads]
+    assert [overlaps(page.figure) for page in pages] == [[], []]
+    one, other = (page.sides[0].axes.get_position().bounds for page in pages)
+    assert one == pytest.approx(other)
+    assert any("…" in said and "120.pt" in said for said in writing(pages[1].figure))
 
 
 def test_an_empty_house_can_be_drawn():

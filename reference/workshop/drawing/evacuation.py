@@ -31,9 +31,8 @@ HEALTHS = ListedColormap(STEPS, name="health")
 
 TRAIL_SECONDS = 10
 TRAIL = f"walked in {TRAIL_SECONDS} s"
-INK = "#16191d"
+INK, ASH = "#16191d", "#8d8782"
 FLAME, EMBER, SOURCE, CHAR = "#f47b20", "#c43c00", "#d11a1a", "#1d120c"
-ASH = "#8d8782"
 INKS = {"ink": INK, "flame": FLAME, "ember": EMBER, "source": SOURCE, "char": CHAR}
 INKS |= {"ash": ASH, "text": page.TEXT, "faint": page.FAINT}
 CURVES: dict[str, Style] = {
@@ -107,29 +106,30 @@ class Scene:
         across, down = columns * building.kind.shape[2], rows * building.kind.shape[1]
         width = 9 + 2 * count
         high = min(5.2, 0.85 * width / count * down / across)
-        self.figure = Figure((width, high + 3), layout="constrained")
+        letters = int(6.8 * width / count)  # of a title; others are half as wide
+        self.figure = Figure((width, high + 3.5), layout="constrained")
         look: Style = {"height_ratios": (high, 1), "squeeze": False}
-        panels, curves = self.figure.subplots(2, count, **look)
-        for axes, curve, heading in zip(panels, curves, headings, strict=True):
-            moves = _paint_floors(axes, building)
+        pairs = self.figure.subplots(2, count, **look).T
+        for (axes, curve), heading in zip(pairs, headings, strict=True):
+            moves = _paint_floors(axes, building, 72 * high / down)
             title, *words = (heading or building.title).split("\n")
             look = {"fontsize": 14, "weight": "bold", "pad": 38 + 13 * len(words)}
-            axes.set_title(page.shortened(title, 66 // count), **look)
+            axes.set_title(page.shortened(title, letters), **look)
             for row, line in enumerate(reversed(words)):
-                _note(axes, page.shortened(line, 176 // count), 0, 36 + 13 * row, 9)
+                _note(axes, page.shortened(line, 2 * letters), 0, 36 + 13 * row, 9)
             curve.set(xlim=(0, HEALTH_SECONDS), ylim=(0, 1.05 * max(people, 1)))
             curve.set(xlabel="seconds", ylabel="people")
             curve.locator_params(axis="y", integer=True)
         health = ScalarMappable(Normalize(0, HEALTH), HEALTHS)
-        self.figure.colorbar(health, ax=panels, label="health", aspect=40, pad=0.01)
+        look = {"label": "health", "aspect": 40, "pad": 0.01, "panchor": (0, 1)}
+        self.figure.colorbar(health, ax=pairs[:, 0], **look)
         shapes = page.samples(looks(7.5) | CURVES)
         cells = page.swatches(building.kind[building.kind != Kind.FLOOR])
         page.legend(self.figure, [*shapes, *cells], ncols=9)
         for _ in range(2):  # to lay out ticks, then the page around them
             self.figure.draw_without_rendering()
         self.figure.set_layout_engine("none")  # a film's page must not jump
-        pairs = zip(panels, curves, strict=True)
-        self.sides = [Side(*pair, building, moves) for pair in pairs]
+        self.sides = [Side(axes, curve, building, moves) for axes, curve in pairs]
         self.moving = [artist for side in self.sides for artist in side.moving]
         self.texts = [text for side in self.sides for text in side.texts]
 
@@ -159,8 +159,7 @@ class Side:
         self.lines = {k: curve.plot([], [], **look)[0] for k, look in CURVES.items()}
         self.texts = [_note(axes, "", x, 20, 12) for x in (0, 80)]
         there: list[Artist] = [*self.marks.values(), *self.people.values()]
-        self.moving = sorted(there, key=Artist.get_zorder)
-        self.moving += self.lines.values()
+        self.moving = [*sorted(there, key=Artist.get_zorder), *self.lines.values()]
 
     def show(self, world: World, history: Sequence[Tally]) -> None:
         """Move everything to where it is in a world."""
@@ -225,28 +224,30 @@ class Side:
 
 
 def _note(axes: Axes, words: str, x: float, y: float, size: float) -> Text:
-    """Write words above some axes, x and y points from their upper left corner."""
-    place: Style = {"xycoords": "axes fraction", "textcoords": "offset points"}
-    return axes.annotate(words, (0, 1), (x, y), fontsize=size, **place)
+    """Write words above axes that keep their size, x and y points from their corner."""
+    at: Style = {"xycoords": "axes fraction", "textcoords": "offset points"}
+    return axes.annotate(words, (0, 1), (x, y), fontsize=size, in_layout=False, **at)
 
 
-def _paint_floors(axes: Axes, building: Building) -> np.ndarray:
+def _paint_floors(axes: Axes, building: Building, metre: float) -> np.ndarray:
     """Paint all floors on the same axes, and a scale; return each one's move.
 
-    moves: (floors, 2) metres from the building to the axes
+    metre: in points, about;  moves: (floors, 2) metres from the building to the axes
     """
     left, right, low, high = page.extent_of(building)
     _, columns = page.arranged(building, building.floors)
     row, column = np.divmod(np.arange(building.floors), columns)
-    step = 1.1 * (right - left), 1.15 * (high - low)  # with room for a floor's name
+    step = 1.1 * (right - left), high - low + 20 / metre  # with room for names
     moves = np.stack([column * step[0], -row * step[1]], axis=1)
+    letters = int(step[0] * metre / 6.5)
     for floor, (x, y) in enumerate(moves):
         extent = (left + x, right + x, low + y, high + y)
         axes.imshow(page.paint(building.kind[floor]), extent=extent)
-        name = page.floor_title(building, floor)
+        name = page.shortened(page.floor_title(building, floor), letters)
         axes.annotate(name, (left + x, high + y), (0, 3), textcoords="offset points")
     axes.set(xlim=(left, right + max(moves[:, 0])), ylim=(low + min(moves[:, 1]), high))
-    axes.set(yticks=[], xticks=[left, left + 5], xticklabels=["0", "5 m"])
+    scale = 5 * int(np.ceil(5 / metre))  # whose labels stay apart
+    axes.set(yticks=[], xticks=[left, left + scale], xticklabels=["0", f"{scale} m"])
     axes.spines[:].set_visible(False)
     return moves
 

@@ -5,6 +5,7 @@ page are inches, all places in a building metres, as in `building`.  Importing t
 module sets matplotlib's style.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from io import BytesIO
 from math import ceil, log
@@ -88,7 +89,10 @@ def sheet(title: str, width: float, height: float, layout: Any = None) -> Figure
 
 
 def shortened(words: str, longest: int) -> str:
-    """Cut words off after `longest` letters."""
+    """Cut the middle out of long words, such as paths, then the end of all off."""
+    for k in range(longest // 2, longest // 7, -1):  # letters that ends of words keep
+        if len(words) > longest:
+            words = re.sub(rf"(\S{{{k}}})\S\S+(\S{{{k}}})", r"\1…\2", words)
     return words if len(words) <= longest else f"{words[: longest - 1]}…"
 
 
