@@ -13,6 +13,7 @@ from reference.workshop.drawing import validation as drawing
 from reference.workshop.measuring.halls import Crowd, built, densest, flow, people
 from reference.workshop.measuring.validation import (
     CASES,
+    DENSITIES,
     MEASURED,
     MEASURES,
     NOT_MODELLED,
@@ -112,14 +113,14 @@ def test_a_case_that_fails_is_no_error_and_says_how_often(capsys, monkeypatch):
 
 
 def test_real_people_stand_beside_the_model_in_the_picture(monkeypatch, tmp_path):
-    """Eight points, where they come from, and no words on each other."""
-    monkeypatch.setattr(
-        drawing.validation, "speed_in_ring", lambda d, seed: weidmann(d)
-    )
-    figure = drawing.diagram(0)
+    """Eight points, where they come from, and no words on each other; a dot is each of
+    the table's three seeds, the line their means."""
+    monkeypatch.setattr(drawing.validation, "speed_in_ring", lambda d, seed: seed / d)
+    figure = drawing.diagram(4)
     lines = [np.transpose(line.get_data()).tolist() for line in figure.axes[0].lines]
-    for table in (ONE_WAY, OPPOSED):
+    for table in (ONE_WAY, OPPOSED, {d: 5 / d for d in DENSITIES}):
         assert [list(point) for point in table.items()] in lines
+    assert [[d, seed / d] for seed in (4, 5, 6) for d in DENSITIES] in lines
     assert any(MEASURED in text for text in writing(figure))
     assert overlaps(figure) == []
     path = tmp_path / "diagram.png"

@@ -36,8 +36,10 @@ from reference.workshop.measuring.halls import (
 )
 
 WORDS = tomllib.loads(Path(__file__).with_name("validation.toml").read_text("utf-8"))
-CASES: dict[str, dict[str, Any]] = WORDS["cases"]
-"""Each case's source, what is accepted, perhaps a note and the number of seeds."""
+CASES: dict[str, dict[str, Any]] = {
+    name: {"runs": 3, "note": ""} | case for name, case in WORDS["cases"].items()
+}
+"""Each case's source, what is accepted, the number of seeds and a note."""
 NOT_MODELLED: dict[str, list[str]] = WORDS["not_modelled"]
 """Cases that need what the model does not have, by source: what, why not."""
 
@@ -278,13 +280,12 @@ def measured(name: str, seed: int, runs: int | None = None) -> dict[str, Any]:
     It passes if it does so with every seed.  A number is the mean over the seeds where
     it is finite, None if there are none; `never` counts the others.
     """
-    told: dict[str, Any] = {"runs": 3, "note": ""} | CASES[name]
-    measure, count = MEASURES[name], runs or told["runs"]
-    passed, each = zip(*map(measure, range(seed, seed + count)), strict=True)
+    count = runs or CASES[name]["runs"]
+    passed, each = zip(*map(MEASURES[name], range(seed, seed + count)), strict=True)
     numbers = {k: [f[k] for f in each if isfinite(f[k])] for k in each[0]}
-    return told | {
+    return CASES[name] | {
         "case": name,
-        "what": str(measure.__doc__).rstrip("."),
+        "what": str(MEASURES[name].__doc__).rstrip("."),
         "measured": {
             k: round(float(np.mean(v)), 3) if v else None for k, v in numbers.items()
         },
