@@ -52,7 +52,7 @@ def test_everybody_who_died_is_counted_where_they_lie():
 
 
 def test_the_picture_says_over_how_many_evacuations_and_how_many_died():
-    """Doors keep their colours; nothing overlaps."""
+    """Below a long name, too; nothing overlaps, and no cross is explained in vain."""
     tiny = shipped("tiny")
     deaths = np.zeros(tiny.kind.shape, dtype=int)
     deaths[0, 3, 5] = 2
@@ -62,6 +62,10 @@ def test_the_picture_says_over_how_many_evacuations_and_how_many_died():
     assert "Tiny office: 7 evacuations, 2 died" in writing(figure)
     assert "died here (larger: more people)" in writing(figure)
     assert overlaps(figure) == []
+    name = "out/with-a-very-long-name/seed-3/checkpoints/checkpoint-000120.pt"
+    seen.deaths = 0 * deaths
+    said = " ".join(writing(crowded(seen, f"guided by {name}, no fire")))
+    assert "120.pt, no fire: 7 evacuations, 0 died" in said and "died here" not in said
 
 
 def test_evacuate_draws_the_density_of_all_episodes(tmp_path, monkeypatch, capsys):

@@ -25,7 +25,8 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
     building, runs = crowding.building, crowding.runs
     density, deaths = crowding.density, crowding.deaths
     over = f"{runs} evacuations" if runs > 1 else "one evacuation"
-    title = f"{heading or building.title}: {over}, {deaths.sum():.0f} died"
+    counts = f": {over}, {deaths.sum():.0f} died"
+    title = page.shortened(heading or building.title, 72 - len(counts)) + counts
     figure, panels = page.floor_page(building, title, range(building.floors))
     look: Style = {"vmin": 0, "vmax": max(1.0, density.max())}
     look |= {"cmap": DENSITIES, "extent": page.extent_of(building)}
@@ -40,6 +41,6 @@ def crowded(crowding: Crowding, heading: str = "") -> Figure:
     label = f"highest people per m², in {SQUARE} m x {SQUARE} m"
     figure.colorbar(image, ax=[*panels.values()], shrink=0.7, aspect=40, label=label)
     cross: Style = {"ls": "", "marker": "x", "color": INK}
-    died = page.samples({"died here (larger: more people)": cross})
-    page.legend(figure, [*page.swatches(building.kind), *died])
+    died = {"died here (larger: more people)": cross} if deaths.any() else {}
+    page.legend(figure, [*page.swatches(building.kind), *page.samples(died)])
     return figure

@@ -90,7 +90,7 @@ def sheet(title: str, width: float, height: float, layout: Any = None) -> Figure
 
 def shortened(words: str, longest: int) -> str:
     """Cut the middle out of long words, such as paths, then the end of all off."""
-    for k in range(longest // 2, longest // 7, -1):  # letters that ends of words keep
+    for k in range(longest // 2, longest // 4, -1):  # letters that ends of words keep
         if len(words) > longest:
             words = re.sub(rf"(\S{{{k}}})\S\S+(\S{{{k}}})", r"\1…\2", words)
     return words if len(words) <= longest else f"{words[: longest - 1]}…"
