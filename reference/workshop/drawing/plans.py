@@ -51,8 +51,10 @@ def graph(building: Building) -> Figure:
     """
     title = f"{building.title}: the graph"
     figure, panels = page.floor_page(building, title, range(building.floors), 0.28)
-    there = {page.MEANINGS[kind]: look for kind, look in WAYS.items()}
-    page.legend(figure, page.samples(NODES | there))
+    kinds = {a.kind for a in building.areas} | {m.kind for m in building.landmarks}
+    nodes = {kind: look for kind, look in NODES.items() if kind in kinds}
+    ways = {page.MEANINGS[kind]: look for kind, look in WAYS.items() if kind in kinds}
+    page.legend(figure, page.samples(nodes | ways))
     figure.draw_without_rendering()
     for *sides, key in building.graph.edges(keys=True):
         if key in building.landmark_of:  # stairs are none
