@@ -9,7 +9,7 @@ from reference.workshop.comparing import RunResult, cells
 from reference.workshop.comparing.results import mean_and_interval
 from reference.workshop.drawing.crossplay import curves, matrix
 
-ROBOTS = ["none", *(f"out/laptop-{k}/checkpoint-000120.pt" for k in "abcdefg")]
+ROBOTS = ["none", *(f"out/laptop-{k}/checkpoint-000120.pt" for k in range(25))]
 FIRES = [*"abcdef", "out/a-folder-with-a-name-that-nobody-types-twice", "$x_1$"]
 
 
@@ -33,12 +33,15 @@ def result(robots, fire, seed, out):
     return RunResult(robots, fire, seed, *saved, 0.0, 100.0, last, last, 200.0, times)
 
 
-@pytest.mark.parametrize("size", [(1, 1), (8, 8)])
+@pytest.mark.parametrize("size", [(1, 1), (8, 8), (26, 1)])
 def test_nothing_overlaps_in_either_picture(size):
-    """From one match to eight by eight, with checkpoints among the names."""
+    """From one match to many, with checkpoints among the names; nor do curves agree."""
     found = results(ROBOTS[: size[0]], FIRES[-size[1] :], runs=2)
     assert overlaps(matrix(cells(found, PAPER))) == []
-    assert overlaps(curves(found)) == []
+    figure = curves(found)
+    assert overlaps(figure) == []
+    lines = figure.axes[0].lines
+    assert len({(x.get_color(), x.get_linestyle()) for x in lines}) == size[0]
 
 
 @pytest.mark.paper("F12")

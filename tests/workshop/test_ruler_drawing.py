@@ -25,13 +25,13 @@ def cell(robots, fire, reward, difficulty):
     return Cell(robots=robots, fire=fire, n=9, **figures, score=half)
 
 
-def cells(count, seed=0):
+def cells(count, folder=""):
     """Matches as an evaluation has them, in two dense groups."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     for k in range(count):
         R, h = 7500 + rng.normal(0, 700), (1500, 2400)[k % 2] + rng.normal(0, 60)
         intervals = Interval(R, R - 300, R + 300), Interval(h, h - 50, h + 50)
-        yield cell(f"robots-{k}", f"fire-{k}", *intervals)
+        yield cell(f"{folder}robots-{k}", f"fire-{k}", *intervals)
 
 
 def single(robots, reward, difficulty, fire="none"):
@@ -97,17 +97,20 @@ def test_a_colour_is_a_team_and_a_shape_is_a_fire():
     """Wherever their pairs stand in the list."""
     pairs = [
         single(robots, 5000 + 500 * k, 900 * k, fire)
-        for k, (robots, fire) in enumerate(product(("none", "sweep"), ("a", "b")))
+        for k, (robots, fire) in enumerate(product(("none", "sweep"), "abcdefgh"))
     ]
     axes = drawing.contours(PAPER, pairs).axes[0]
     drawn = axes.lines[2::3]
-    a, b, c, d = ((line.get_markerfacecolor(), line.get_marker()) for line in drawn)
-    assert a[0] == b[0] != c[0] == d[0] and a[1] == c[1] != b[1] == d[1]
+    colours = [line.get_markerfacecolor() for line in drawn]
+    shapes = [line.get_marker() for line in drawn]
+    assert colours[:8] == 8 * colours[:1] != colours[8:] == 8 * colours[8:9]
+    assert shapes[:8] == shapes[8:] and len({*shapes}) == 8
 
 
 PAGES = {
     "for few people": lambda: drawing.curve(FEW, 1500),
     "twelve pairs": lambda: drawing.contours(PAPER, list(cells(12))),
+    "forty paths": lambda: drawing.contours(PAPER, list(cells(40, "out/of-a/" * 9))),
     "of few people": lambda: drawing.contours(FEW, [single("sweep", 800, 1500)]),
 }
 

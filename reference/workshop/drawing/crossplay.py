@@ -23,8 +23,9 @@ from reference.workshop.drawing.page import legend, sheet
 EVEN = LinearSegmentedColormap.from_list("even", ["#dc7d33", "#fbf7ef", "#62a0d8"])
 """Survival: orange where the fire wins, blue where the robots do, for every eye."""
 
-LINES = cycler(color=color_sequences["petroff8"], linestyle=2 * ["-", "--", ":", "-."])
-"""Petroff's eight colours, which every eye tells apart, each with its dashes."""
+_DASHES = [("-", "--", ":", "-.")[(k + k // 8) % 4] for k in range(32)]
+LINES = cycler(color=4 * color_sequences["petroff8"], linestyle=_DASHES)
+"""Petroff's eight colours, which every eye tells apart, with all dashes in turn."""
 
 
 def players(cells: Sequence[Cell] | Sequence[RunResult], side: str) -> list[str]:
@@ -40,7 +41,9 @@ def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
     over = caption or "means over a match's runs, with 95 % bootstrap intervals"
     robots, fires = players(cells, "robots"), players(cells, "fire")
     means = np.full((len(robots), len(fires)), np.nan)
-    page = sheet("Who beats whom", 3 + 1.7 * len(fires), 2.2 + 0.8 * len(robots))
+    names = [fill(name, 22) for name in robots]
+    high = max(0.8, *(0.17 * (1 + name.count("\n")) for name in names))  # of a row
+    page = sheet("Who beats whom", 3 + 1.7 * len(fires), 2.2 + high * len(robots))
     axes = page.subplots()
     for cell in cells:
         row, column = robots.index(cell.robots), fires.index(cell.fire)
@@ -50,7 +53,7 @@ def matrix(cells: Sequence[Cell], caption: str = "") -> Figure:
     image = axes.imshow(means, EVEN, vmin=0, vmax=1, aspect="auto")
     axes.set(xlabel="fire", ylabel="robots")
     axes.set_xticks(range(len(fires)), [fill(name, 22) for name in fires])
-    axes.set_yticks(range(len(robots)), [fill(name, 22) for name in robots])
+    axes.set_yticks(range(len(robots)), names)
     page.colorbar(image, format=PercentFormatter(1), label="survivors")
     page.supxlabel(fill(over, 28 + 16 * len(fires)), fontsize=8)
     return page
@@ -76,16 +79,10 @@ def curves(results: Sequence[RunResult]) -> Figure:
         axes.set_prop_cycle(LINES)
         for name in robots:
             runs = [run for run in results if run.run[:2] == (name, fire)]
-            mean, low, high = (100 * line for line in band(shares(runs, t)))
+            out = [np.searchsorted(r.times, t, "right") / r.people for r in runs]
+            mean, low, high = (100 * line for line in band(np.stack(out)))
             (line,) = axes.plot(t, mean, lw=1.9, label=fill(name, 24))
             axes.fill_between(t, low, high, color=line.get_color(), alpha=0.16, lw=0)
-    handles, _ = axes.get_legend_handles_labels()
-    legend(page, handles, ncols=4, handlelength=3.6)
+    columns = min(4, int(size[0] / (0.8 + 0.07 * min(24, max(map(len, robots))))))
+    legend(page, axes.lines, ncols=columns, handlelength=3.6)
     return page
-
-
-def shares(results: Sequence[RunResult], t: np.ndarray) -> np.ndarray:
-    """(n, T) shares of all people who are out by each of (T,) seconds, run by run."""
-    out = [np.searchsorted(run.times, t, side="right") for run in results]
-    people = np.array([run.people for run in results])
-    return np.stack(out) / people[:, None]

@@ -170,7 +170,7 @@ def of_arms(arms: Mapping[str, Sequence[Run]]) -> Figure:
     for name, runs in arms.items():
         if survivors := points(runs, "robots", summaries.SURVIVAL, "step"):
             lines[name] = mean_of([(x, smooth(x, y)) for x, y in survivors])
-    colours = cycler(color=LINES.by_key()["color"])
+    colours = cycler(color=LINES[:8].by_key()["color"])
     axes.set_prop_cycle(cycler(linestyle=["-", "--", ":"]) * colours)
     for name in sorted(lines, key=lambda name: -lines[name][1][-1]):
         axes.plot(*lines[name], lw=1.8, label=name)

@@ -97,9 +97,11 @@ def shortened(words: str, longest: int) -> str:
 
 
 def legend(figure: Figure, handles: Sequence[Artist], **look: Any) -> None:
-    """Add a legend along the lower edge."""
+    """Add a legend along the lower edge; for a high one the page becomes higher."""
     look = {"ncols": 8, "handleheight": 1.1} | look
-    figure.legend(handles=handles, loc="outside lower center", **look)
+    drawn = figure.legend(handles=handles, loc="outside lower center", **look)
+    inches = drawn.get_window_extent().height / figure.dpi
+    figure.set_figheight(figure.get_figheight() + max(0, inches - 1))
 
 
 def swatches(cells: ArrayLike, **more: str) -> list[Artist]:

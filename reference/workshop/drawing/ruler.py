@@ -21,7 +21,7 @@ from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import BLUE, TEXT, Style, legend, sheet
 
 BEST_REWARD = 15_000.0  # R_b as the paper rounds it [F6]
-MARKERS = "oDs^vPX"
+MARKERS = "oDs^vPX<>*hp"
 LEVELS = (0, 0.1, 0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75, 2)
 
 
