@@ -154,7 +154,8 @@ def test_the_player_reads_the_numbers_that_were_packed(film, burns, tmp_path):
 def test_the_page_needs_no_other_file_and_fits_a_phone(text):
     """No link leads out of it; a map's title and a heading are words, not markup."""
     assert not re.search(r"https?:|<link|<script .*src|@import|url\(", text)
-    for part in ("<canvas", 'type="range"', "Tiny office", "device-width"):
+    zoom = 'style="--room:', "15px / var(--decimetre", 'setProperty("--decimetre"'
+    for part in ("<canvas", 'type="range"', "Tiny office", "device-width", *zoom):
         assert part in text
     assert "<b>one</b>" not in text and "<script>alert" not in text
     assert '<p class="who">robots: x &amp; y</p>' in text

@@ -254,6 +254,7 @@ function layout() { // floors as large as the window lets them be
   const counts = range(narrow ? 1 : floors).map(k => k + 1)
   const columns = counts.reduce((a, b) => fits(b) > fits(a) ? b : a)
   metre = fits(columns)
+  root.style.setProperty("--decimetre", metre / 10)
   size = Math.max(3.4, Math.min(0.42 * metre, 7))
   density = devicePixelRatio * Math.min(4, visualViewport.scale)
   all(".floors").forEach(grid => Object.assign(grid.style,

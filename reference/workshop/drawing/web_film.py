@@ -149,6 +149,6 @@ def floor_svg(building: Building, floor: int) -> str:
         if size:
             y, x = 10 * plans.widest(area.cells)[0] + 5
             turn = f' transform="rotate(-90 {x:g} {y:g})"' if upright else ""
-            place = f'x="{x:g}" y="{y:g}" font-size="{size:.1f}"{turn}'
+            place = f'x="{x:g}" y="{y:g}" style="--room:{size:.1f}px"{turn}'
             names.append(f"<text {place}>{escape(area.name)}</text>")
     return f'<g transform="scale(10)">{"".join(drawn)}</g>{"".join(names)}'
