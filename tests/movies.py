@@ -51,6 +51,7 @@ from reference.paper import WALKING_SPEED, Scenario
 from reference.rays import sight_of
 from reference.simulation import Simulation
 from reference.view import look
+from reference.workshop.annotated.index import passes_of
 from reference.workshop.maps import load
 from reference.workshop.strategies import FIRES, ROBOTS
 from reference.world import NOBODY, NOWHERE, Aim, Fate, FireLit, Mode, Passed
@@ -258,9 +259,10 @@ def framed(sim, floors):
 
 
 def film(sim, seconds, algorithm):
-    """A strip of boards: each time p passes other lines of their algorithm, or sets off
-    to something else; and the end of its loop, line 1."""
-    me, code, strip, known = mind(sim, "p"), algorithm.__code__, [], set()
+    """A strip of boards: the first; each time p passes other lines of their algorithm,
+    or sets off to something else; and the end of its loop, line 1."""
+    me, code, known = mind(sim, "p"), algorithm.__code__, set()
+    strip = [f"0.0 s: the beginning\n{show(sim)}"]
     source = inspect.getsource(algorithm).splitlines()
     printed = {
         code.co_firstlineno + k: [int(n) for n in re.findall(r"\d+", found[1])]
@@ -278,6 +280,11 @@ def film(sim, seconds, algorithm):
             strip.append(f"{sim.world.time:.1f} s: {said}\n{heading(sim, me.goal)}")
     strip.append(f"{sim.world.time:.1f} s: line 1, out\n{show(sim)}")
     return Board("\n".join(strip))
+
+
+def opening(strip):
+    """The first board of a film."""
+    return "\n".join(passes_of(drawn(strip))[0][1])
 
 
 @contextmanager

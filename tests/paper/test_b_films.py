@@ -5,11 +5,13 @@ of the comments in the code.
 """
 
 import pytest
-from movies import Script, film, stage
+from movies import Script, film, opening, stage
 
 from reference.humans import Follower, Leader
 
 FOLLOWER = """
+    0.0 s: the beginning
+    #p...q.+.....R.........E
     0.2 s: lines 2, 3
     #p...q.+.....R.........E
     2.0 s: lines 2, 5, 6, 7
@@ -24,6 +26,11 @@ FOLLOWER = """
     #....x.+.............R.E
     """
 LEADER = """
+    0.0 s: the beginning
+    ###########################
+    #..#.......#..*.#....#....#
+    #p.+.......+....+..q.+....E
+    ###########################
     0.2 s: lines 2, 5, 6, 7, 11, 12, 13, 14, 16, 17
     ###########################
     #..#.......#..*.#....#....#
@@ -70,24 +77,14 @@ LEADER = """
 @pytest.mark.paper("B5", "Alg. 1")
 def test_a_film_of_algorithm_1():
     """p finds q, who dies; then a robot, which sends it to the exit."""
-    sim = stage(
-        "#p...q.+.....R.........E",
-        robots=Script(None, None, (9.5, 0.5)),
-        leads="q",
-        still="q",
-        health={"q": 1.5},
-    )
+    script = Script(None, None, (9.5, 0.5))
+    sim = stage(opening(FOLLOWER), script, leads="q", still="q", health={"q": 1.5})
     assert film(sim, 30, Follower.setoff) == FOLLOWER
 
 
 @pytest.mark.paper("B6", "Alg. 2")
 def test_a_film_of_algorithm_2():
     """p comes out of a closet, walks past flames, and follows q, who dies."""
-    board = """
-        ###########################
-        #..#.......#..*.#....#....#
-        #p.+.......+....+..q.+....E
-        ###########################
-        """
-    sim = stage(board, leads="pq", visited="+1", still="q", health={"q": 7})
+    said = {"leads": "pq", "visited": "+1", "still": "q", "health": {"q": 7}}
+    sim = stage(opening(LEADER), **said)
     assert film(sim, 30, Leader.setoff) == LEADER

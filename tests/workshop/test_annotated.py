@@ -139,9 +139,12 @@ def test_a_test_is_shown_with_its_boards(elements):
 
 
 def test_a_text_is_parted_into_its_passes():
-    """By "then", or by a caption."""
+    """By "then", or by a caption, as each board of a film has it, from the first on."""
     film = "0.2 s: lines 2, 3\n#p..E\nthen\n#..!E"
     assert passes_of(film) == [("0.2 s: lines 2, 3", ["#p..E"]), ("then", ["#..!E"])]
+    for test in (test for test in marked_tests() if "_a_film_of_" in test.name):
+        passes = [shown for board in boards_of(test) for shown in passes_of(board)]
+        assert passes[0][0] == "0.0 s: the beginning" and all(dict(passes))
 
 
 def test_a_module_s_mark_is_each_of_its_tests_mark():
