@@ -114,7 +114,7 @@ def test_the_house_grows_no_further():
     assert lines(book) <= 5_630
     assert lines(PACKAGE.rglob("*.py")) <= 16_140
     assert lines((ROOT / "tests" / "paper").glob("*.py")) <= 4_800
-    assert lines((ROOT / "tests").rglob("*.py")) <= 15_490
+    assert lines((ROOT / "tests").rglob("*.py")) <= 15_530
 
 
 def test_matplotlib_is_imported_by_drawing_alone():

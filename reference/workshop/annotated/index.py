@@ -263,21 +263,18 @@ def boards_of(test: Symbol) -> list[str]:
     around = [s for s in symbols(test.path) if s.name and not s.marks]
     words = set(re.findall(r"\w+", test.source))
     helpers = [s for s in around if s.name in words and not s.name.isupper()]
-    words |= {
-        word for each in helpers for word in re.findall(r"\b[A-Z_]+\b", each.source)
-    }
-    texts = (
-        cleandoc(node.value)
-        for each in (*(s for s in around if s.name in words), test)
-        for node in sorted(_constants(each), key=attrgetter("lineno", "col_offset"))
-        if isinstance(node.value, str)
-    )
-    return list(dict.fromkeys(text for text in texts if is_board(text)))
+    for helper in helpers:
+        words.update(re.findall(r"\b[A-Z_]+\b", helper.source))
+    named = [s for s in around if s.name in words]
+    texts = [text for each in (*named, test) for text in _texts(each)]
+    return list(dict.fromkeys(filter(is_board, texts)))
 
 
-def _constants(of: Symbol) -> list[ast.Constant]:
-    nodes = ast.walk(ast.parse(of.source))
-    return [node for node in nodes if isinstance(node, ast.Constant)]
+def _texts(of: Symbol) -> list[str]:
+    """The strings in a symbol's source, in their order."""
+    nodes = [n for n in ast.walk(ast.parse(of.source)) if isinstance(n, ast.Constant)]
+    nodes.sort(key=attrgetter("lineno", "col_offset"))
+    return [cleandoc(node.value) for node in nodes if isinstance(node.value, str)]
 
 
 def is_board(text: str) -> bool:

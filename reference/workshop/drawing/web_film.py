@@ -25,6 +25,7 @@ from reference.world import NOWHERE, DoorBurnt, Fate
 
 SECONDS_PER_FRAME = 0.6  # simulated
 TEMPLATE = Path(__file__).with_name("web_film.html")
+CLASSES = {kind: kind.name.lower() for kind in Kind}  # of cells, on the page
 NEVER = -1
 ROBOT = len(Fate) + 1  # a state, as a human's are: its mode while inside, 2 out, 3 dead
 BODY = "x y floor health state stairwell leader says toX toY"
@@ -66,8 +67,8 @@ def write(
         headings=[(words or building.title).split("\n") for words in headings],
         names=[page.floor_title(building, k) for k in range(building.floors)],
         floors=[floor_svg(building, k) for k in range(building.floors)],
-        kinds={name(k): v for k, v in page.MEANINGS.items() if k in building.kind},
-        inks={name(kind): ink for kind, ink in page.COLOURS.items()} | INKS,
+        kinds={CLASSES[k]: v for k, v in page.MEANINGS.items() if k in building.kind},
+        inks={CLASSES[kind]: ink for kind, ink in page.COLOURS.items()} | INKS,
     )
     path.write_text(content, "utf-8")
 
@@ -130,11 +131,6 @@ def pack(numbers: np.ndarray) -> list[Any]:
     return [numbers.shape[-1], b64encode(compress(steps.tobytes(), 9)).decode()]
 
 
-def name(kind: Kind) -> str:
-    """The class of cells of a kind on the page."""
-    return kind.name.lower()
-
-
 def floor_svg(building: Building, floor: int) -> str:
     """Draw a floor's cells, one path for each kind, and names of rooms; decimetres."""
     drawn = []
@@ -142,7 +138,7 @@ def floor_svg(building: Building, floor: int) -> str:
         here = np.pad(building.kind[floor] == kind, ((0, 0), (1, 1))).astype(int)
         rows = np.argwhere(np.diff(here)).reshape(-1, 4).tolist()
         ways = "".join(f"M{x} {y}H{end}v1H{x}z" for y, x, _, end in rows)
-        drawn.append(f'<path class="{name(kind)}" d="{ways}"/>')
+        drawn.append(f'<path class="{CLASSES[kind]}" d="{ways}"/>')
     names = []
     for area in (area for area in building.areas if area.floor == floor):
         size, upright = plans.lettering(area, 10.0, 14.0)
