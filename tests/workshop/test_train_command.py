@@ -4,7 +4,6 @@ import json
 import os
 import re
 import signal
-import sys
 import time
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import replace
@@ -254,14 +253,6 @@ def test_refuses_a_training_that_cannot_be(options, code, hint, capsys, tmp_path
     assert hint in err
     left = sorted(path.name for path in tmp_path.rglob("*"))
     assert left == ["alone.yaml", "full", "hut.txt", "mine.txt", "notes.txt"]
-
-
-def test_refuses_tensorboard_where_it_is_missing(quick, capsys, monkeypatch, tmp_path):
-    """And says what to install, before anything is written."""
-    monkeypatch.setitem(sys.modules, "torch.utils.tensorboard", None)
-    assert train("--out", "new", "--tensorboard") == 1
-    assert "pip install tensorboard" in capsys.readouterr().err
-    assert list(tmp_path.iterdir()) == []
 
 
 @pytest.mark.parametrize("last", [0, 2])

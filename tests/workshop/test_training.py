@@ -25,7 +25,6 @@ from reference.workshop.training.summaries import (
     COLUMNS,
     OF_EPISODES,
     SUMMARIES,
-    Board,
     Summary,
     table_until,
 )
@@ -389,23 +388,6 @@ def test_a_table_begins_with_one_header_and_goes_on_where_it_was(tmp_path):
     table_until(tmp_path, 1).append([{"round": 2, "step": 0.5}])
     told = [(row["round"], row["step"]) for row in rows(tmp_path)]
     assert told == [("1", repr(1 / 3)), ("2", "0.5")]
-
-
-@pytest.mark.extra
-def test_tensorboard_gets_the_same_names(tmp_path):
-    """A folder for each side, which TensorBoard overlays."""
-    pytest.importorskip("tensorboard")
-    from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
-
-    board = Board(tmp_path, begun(fixed={"fire": ("none",)}).learners)
-    row = {"side": "robots", "step": 10, "round": 1, "phase": "together"}
-    summary = Summary(0, {}, {})
-    summary.add("robots", [FACTS], {"Policy/Entropy": 2.0})
-    board.append([row | summary.row(10, every=10)])
-    events = EventAccumulator(str(tmp_path / "robots")).Reload()
-    assert "Environment/Group Cumulative Reward" in events.Tags()["scalars"]
-    (entropy,) = events.Scalars("Policy/Entropy")
-    assert (entropy.step, entropy.value) == (10, 2.0)
 
 
 @pytest.mark.paper("D2")

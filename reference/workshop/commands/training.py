@@ -69,20 +69,18 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
     options.WORKERS,
     options.folder("--out", "default: out/train", default=Path("out/train")),
     options.flag("--resume", "go on with the training in DIR, as it was begun"),
-    options.flag("--tensorboard", "write DIR/tensorboard too (needs TensorBoard)"),
     options.SEED,
     options.JSON,
 )
 def train(arguments: Namespace) -> None:
     """Trains robots and fire against each other, into a folder one can go on from."""
     out = arguments.out
-    same = ["train", "--tensorboard"] if arguments.tensorboard else ["train"]
-    with resumable(arguments, out, partial(_training, arguments), *same) as work:
+    with resumable(arguments, out, partial(_training, arguments), "train") as work:
         from reference.workshop.training import loop
 
         training, executor = work
         note(training.about())
-        path = loop.train(training, out, executor, tensorboard=arguments.tensorboard)
+        path = loop.train(training, out, executor)
     report = {
         "building": training.task.building,
         **training.facts(),

@@ -16,7 +16,7 @@ from tqdm import tqdm
 from reference.learning.rollouts import Episode, Job, play
 from reference.learning.settings import Side
 from reference.workshop.lockstep import together
-from reference.workshop.storage.files import Table, make_folder
+from reference.workshop.storage.files import make_folder
 from reference.workshop.storage.workers import in_order, one_thread, undisturbed
 from reference.workshop.training.checkpoints import keep, newest
 from reference.workshop.training.rounds import Training
@@ -25,7 +25,6 @@ from reference.workshop.training.summaries import (
     OWN_REWARD,
     SIGNAL,
     SURVIVAL,
-    Board,
     Row,
     table_until,
 )
@@ -36,7 +35,6 @@ def train(
     folder: Path,
     executor: Executor,
     stop: Callable[[], bool] = lambda: False,
-    tensorboard: bool = False,
 ) -> Path:
     """Train until every side is past its max_steps, or until told to stop.
 
@@ -45,13 +43,10 @@ def train(
     KeyboardInterrupt drops a round that is being played; one that is being learned from
     ends first. Then a checkpoint is saved, and it is raised.
     """
-    tables: list[Table | Board] = []
-    if tensorboard:
-        tables.append(Board(folder / "tensorboard", training.learners))
     make_folder(folder)
     if newest(folder) is None:
         _save(training, folder, training.learners)
-    tables.append(table_until(folder, training.round if training.imitated else -1))
+    table = table_until(folder, training.round if training.imitated else -1)
     over = _intervals(training)
     try:
         with _bar(training) as bar:
@@ -62,8 +57,7 @@ def train(
                     # LEARN
                     rows = training.learn(episodes)
                     # TELL
-                    for table in tables:
-                        table.append(rows)
+                    table.append(rows)
                     _show(bar, training, rows)
                     # KEEP
                     before, over = over, _intervals(training)

@@ -1,11 +1,11 @@
-"""Summaries by ML-Agents' names: rows of means, as CSV and for TensorBoard.
+"""Summaries by ML-Agents' names: rows of means, in a table.
 
 Clauses: E1, E2, E3, E5.  A row every `summary_freq` steps of a side: means over the
 episodes and updates since the row before.  Rewards are unscaled health points; unlike
 in ML-Agents, "Cumulative Reward" includes the group's reward.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -94,32 +94,3 @@ def table_until(folder: Path, rounds: int) -> Table:
     path = folder / SUMMARIES
     there = read_table(path, COLUMNS, lambda row: (int(row["round"]), row))
     return Table(path, COLUMNS, (row for round, row in there if round <= rounds))
-
-
-class Board:
-    """Summaries for TensorBoard, a folder for each side; needs its extra."""
-
-    def __init__(self, folder: Path, learners: Mapping[Side, Any]):
-        """Go on after the learners' steps; later entries in the folder are hidden.
-
-        Raises SettingsError without the extra `tensorboard`.
-        """
-        try:
-            from torch.utils.tensorboard import SummaryWriter
-        except ImportError as error:
-            raise SettingsError(
-                "TensorBoard is not installed: pip install tensorboard, or leave "
-                "--tensorboard out."
-            ) from error
-        self.writers = {
-            side: SummaryWriter(str(folder / side), purge_step=learner.steps + 1)
-            for side, learner in learners.items()
-        }
-
-    def append(self, rows: Sequence[Row]) -> None:
-        """Write every number of the rows under its name."""
-        for row in rows:
-            writer = self.writers[row["side"]]
-            for name in row.keys() - {*WHEN}:
-                writer.add_scalar(name, row[name], row["step"])
-            writer.flush()
