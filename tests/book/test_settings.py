@@ -54,8 +54,6 @@ def test_what_is_about_robots_is_refused_for_the_fire():
         fire = replace(settings.fire, **{name: getattr(settings.robots, name)})
         with pytest.raises(SettingsError, match=f"fire: {name} is about robots"):
             replace(settings, fire=fire)
-    with pytest.raises(SettingsError, match="fire: frame is about robots"):
-        replace(settings, fire=replace(settings.fire, head="frame"))
 
 
 @pytest.mark.paper("E1", "E2", "D6")

@@ -165,8 +165,9 @@ def test_a_user_s_file_trains_ml_agents_own_head(read, capsys):
     assert "robots, with head 'floor', ML-Agents' own: one G" in capsys.readouterr().err
     own = "reference: {Robot: {head: mixture}}"
     assert read(f"{ROBOT}    trainer_type: poca\n{own}\n").robots.head == "mixture"
-    assert read(f"{ROBOT}    trainer_type: poca\n", head="frame").robots.head == "frame"
-    assert "robots, with head 'frame'\n" in capsys.readouterr().err
+    asked = read(f"{ROBOT}    trainer_type: poca\n", head="mixture")
+    assert asked.robots.head == "mixture"
+    assert "robots, with head 'mixture'\n" in capsys.readouterr().err
 
 
 # -- Refusing -----------------------------------------------------------------------
@@ -250,9 +251,9 @@ def test_says_what_to_install_where_there_is_no_pyyaml(monkeypatch, refusal):
 
 def test_our_own_rows_stand_in_a_block_of_their_own(read, refusal):
     """They are refused by name, too, the scenario's and the rounds' as well."""
-    ours = "reference:\n  Robot: {head: frame}\n  scenario: {people: 12}\n"
+    ours = "reference:\n  Robot: {head: floor}\n  scenario: {people: 12}\n"
     scenario = replace(LAPTOP.scenario, people=12)
-    robots = replace(LAPTOP.robots, head="frame")
+    robots = replace(LAPTOP.robots, head="floor")
     assert read(ours) == replace(LAPTOP, robots=robots, scenario=scenario)
     assert "Did you mean 'scenario'?" in refusal("reference: {scenarios: {}}")
     assert "Did you mean 'head'?" in refusal("reference: {Robot: {haed: pointer}}")

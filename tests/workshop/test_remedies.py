@@ -11,14 +11,14 @@ from torch.distributions import Independent, MixtureSameFamily
 from reference.fire import NoFire, fuel
 from reference.game.environment import fire_decision
 from reference.game.observations import fire_vector
-from reference.learning.networks import REFUSED, GaussianHead
+from reference.learning.networks import REFUSED
 from reference.navigation import navigation_of
 from reference.paper import Scenario
 from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop.maps import load
 from reference.workshop.remedies.frame import UNIT
-from reference.workshop.remedies.heads import SIGMAS, FrameHead, Mixture, MixtureHead
+from reference.workshop.remedies.heads import Mixture, MixtureHead
 from reference.workshop.training.presets import preset
 from reference.world import FireLit
 
@@ -92,20 +92,6 @@ def test_a_mixture_reads_its_anchors_from_the_numbers():
     spots = head(torch.randn(4, 8), vectors).act()
     off = (vectors[:, :6].view(4, 3, 2) - spots[:, None]).norm(dim=-1)
     assert off.min(dim=1).values.tolist() == [0.0] * 4
-
-
-@pytest.mark.paper("C5", "chosen")
-def test_a_gaussian_in_the_robot_s_frame_begins_with_five_metres():
-    """Its deviation follows from what is seen, between bounds; as printed, it is 1."""
-    x, vectors = torch.randn(200, 8), torch.zeros(200, 1)
-    as_printed = GaussianHead(8, 2)(x, vectors).gaussian.stddev
-    assert as_printed.unique().tolist() == [1.0]
-    head = FrameHead(8, 2)
-    sigma = head(x, vectors).gaussian.stddev
-    assert sigma.median().item() == pytest.approx(0.5, abs=0.05)
-    torch.nn.init.normal_(head.log_sigma.weight, std=10)
-    sigma = head(x, vectors).gaussian.stddev
-    assert [sigma.min().item(), sigma.max().item()] == pytest.approx(SIGMAS)
 
 
 # -- Interfaces ---------------------------------------------------------------------

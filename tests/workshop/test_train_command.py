@@ -126,10 +126,10 @@ def test_curves_draws_what_a_training_wrote(tmp_path_factory, capsys):
 
 def test_trainer_and_head_are_those_of_the_robots(once, capsys):
     """The fire keeps its own; what was learned plays, and goes on learning."""
-    assert train("--out", "new", "--trainer", "ppo", "--head", "frame") == 0
-    assert "robots ppo (frame head)" in capsys.readouterr().err
+    assert train("--out", "new", "--trainer", "ppo", "--head", "floor") == 0
+    assert "robots ppo (floor head)" in capsys.readouterr().err
     settings = load("new").task.settings
-    assert (settings.robots.head, settings.fire.head) == ("frame", "mixture")
+    assert (settings.robots.head, settings.fire.head) == ("floor", "mixture")
     assert status("evaluate", "--robots", "new", "--fire", "none", "--episodes", 2) == 0
     assert resumed("new") == 0
 

@@ -54,8 +54,7 @@ TINY = "preset tiny ends before anything is learned; to learn, take --preset lap
     options.option(
         "--head",
         "of the robots' policy. floor: one Gaussian of the whole floor, as in the "
-        "paper; frame: one around where the robot stands; mixture: Gaussians around "
-        "anchors; default: the preset's",
+        "paper; mixture: Gaussians around anchors; default: the preset's",
         choices=ROWS["head"].choices,
     ),
     options.player("robots", FIXED, ROBOTS, nargs="+"),

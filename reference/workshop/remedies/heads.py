@@ -1,6 +1,6 @@
-"""Heads beside the paper's: one Gaussian of a robot's frame, and a mixture.
+"""A head beside the paper's: a mixture of Gaussians.
 
-Clauses: C5, D2.  `workshop.remedies` says what they stand for.
+Clauses: C5, D2.  `workshop.remedies` says what it stands for.
 
     H  hidden units;  V  numbers a network reads;  K  anchors;  C  numbers it emits
 """
@@ -12,31 +12,11 @@ from torch import Tensor, nn
 
 from reference.learning.networks import (
     BRANCH_GAIN,
-    MEAN_GAIN,
     REFUSED,
     ActionDistribution,
     linear,
 )
 from reference.workshop.remedies.frame import UNIT
-
-FIRST_SIGMA, SIGMAS = 0.5, (0.02, 1.0)
-"""[C5, chosen] of one Gaussian in a robot's frame, units: sigma at first and bounds.
-As a free parameter it would hardly move in a short training."""
-
-
-class FrameHead(nn.Module):
-    """One Gaussian whose sigma is a linear layer's, too [C5, chosen]."""
-
-    def __init__(self, hidden: int, continuous: int):
-        super().__init__()
-        self.mean = linear(hidden, continuous, MEAN_GAIN / sqrt(hidden))
-        self.log_sigma = linear(hidden, continuous, BRANCH_GAIN / sqrt(hidden))
-        nn.init.constant_(self.log_sigma.bias, log(FIRST_SIGMA))
-
-    def forward(self, x: Tensor, vectors: Tensor) -> ActionDistribution:
-        """Distribution from the body's (..., H)."""
-        log_sigma = self.log_sigma(x).clamp(*map(log, SIGMAS))
-        return ActionDistribution(self.mean(x), log_sigma, [])
 
 
 class Mixture(ActionDistribution):

@@ -4,18 +4,17 @@ Clauses: C5, C7, D2, E3.  The trainers compute what ML-Agents computes; settings
 with remedies give them another `PolicyCodec`, with another head.
 
     floor    the paper's Gaussian: coordinates of the whole floor
-    frame    one Gaussian in a robot's own frame, `workshop.remedies.frame`
-    mixture  Gaussians around anchors: a robot's are those of its frame, the fire's
-             stand beside the building's exits, entrances and doors
+    mixture  Gaussians around anchors: a robot's are those of its own frame, see
+             `workshop.remedies.frame`; the fire's stand beside the building's exits,
+             entrances and doors
 
     N    observations;  H  hidden units;  V  numbers a network reads;  K  anchors
     C    numbers it emits, in units of UNIT metres: x and y; the fire's storey first
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 
@@ -50,7 +49,7 @@ class SideSettings(TrainerSettings):
     masks       a mixture may not choose anchors that help nobody, see `frame`
     """
 
-    head: Annotated[str, Row(None, ("floor", "frame", "mixture"))] = "floor"
+    head: Annotated[str, Row(None, ("floor", "mixture"))] = "floor"
     spread: Annotated[float, Row(None, low=0.01)] = 0.4
     commitment: Annotated[float, Row(None, low=0)] = 0.0
     masks: Annotated[bool, Row(None)] = False
@@ -90,7 +89,7 @@ class RobotsFrame(PolicyCodec):
 
     def __init__(self, building: Building, scenario: Scenario, settings: SideSettings):
         super().__init__("robots", building, scenario)
-        self.settings, self.mixes = settings, settings.head == "mixture"
+        self.settings = settings
         view = self._view(np.zeros((1, self.layout.size)), np.full((1, 2), np.nan))
         self.size: int = view.numbers().shape[1]
         self.anchors: int = view.anchors.shape[1]
@@ -101,14 +100,11 @@ class RobotsFrame(PolicyCodec):
     @property
     def sizes(self) -> Sizes:
         """As the paper's, but for what a network reads and its head."""
-        from reference.workshop.remedies.heads import FrameHead, MixtureHead  # torch
+        from reference.workshop.remedies.heads import MixtureHead  # torch
 
-        s = self.settings
-        head: Callable[[int], Any] = partial(FrameHead, continuous=AXES)
-        if self.mixes:
-            head = partial(MixtureHead, (self.anchors, AXES), s.spread, s.commitment)
-        shape = self.size, grid_shape(self.building)
-        return Sizes(*shape, AXES, head=head)
+        s, shape = self.settings, (self.anchors, AXES)
+        head = partial(MixtureHead, shape, s.spread, s.commitment)
+        return Sizes(self.size, grid_shape(self.building), AXES, head=head)
 
     def read(self, vectors: np.ndarray, headed: np.ndarray) -> np.ndarray:
         """(N, V) float32, what robots see in their frames."""

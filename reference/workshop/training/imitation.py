@@ -92,7 +92,7 @@ class _Teacher(Player):
         aims = np.where(kept[:, None], headed(moment.world), wanted)
         actions = np.nan_to_num(self.codec.raw(aims, moment.vectors))
         taught = moment.alive.copy()
-        if isinstance(self.codec, RobotsFrame) and self.codec.mixes:
+        if isinstance(self.codec, RobotsFrame):
             taught &= self.codec.off_anchors(actions, seen) <= GROUP_RADIUS
         else:
             taught &= ~kept

@@ -67,10 +67,9 @@ class Settings:
         check_rows(self)
         if self.fire.trainer_type != "ppo":
             raise SettingsError("fire: trainer_type must be ppo: one fire is no group")
-        odd = [n for n in OF_ROBOTS if getattr(self.fire, n)]
-        if odd or self.fire.head == "frame":
-            row = odd[0] if odd else "frame"
-            raise SettingsError(f"fire: {row} is about robots only")
+        for row in OF_ROBOTS:
+            if getattr(self.fire, row):
+                raise SettingsError(f"fire: {row} is about robots only")
         if not self.stand_ins:
             raise SettingsError("stand_ins: name at least one fire")
         for name in {*self.stand_ins} - {*FIRES}:
