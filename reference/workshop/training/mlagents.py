@@ -15,71 +15,68 @@ Clauses: E3 (ML-Agents 0.29.0), E1, E2 (its keys are the rows of Tables I and II
 have it: files of a few lines can then vary one of the tables.  The head alone is
 ML-Agents' own, one Gaussian, unless `reference` or the command line names another.
 Keys without a counterpart here pass if their value switches them off, or if they are
-about Unity's program or the machine; others are refused, all sections at once.
+about Unity's program or the machine; others are refused, all at once.
 """
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from reference.learning.settings import Side
 from reference.workshop.remedies.settings import SideSettings
 from reference.workshop.storage.files import read_text
-from reference.workshop.storage.records import SettingsError, mapping, rows_of, unknown
+from reference.workshop.storage.records import (
+    SettingsError,
+    did_you_mean,
+    mapping,
+    rows_of,
+    unknown,
+)
 from reference.workshop.training.presets import Settings, changed
 
-ROWS = rows_of(SideSettings)
 PLACES = {
     ".".join((*row.section, name)): name
-    for name, row in ROWS.items()
+    for name, row in rows_of(SideSettings).items()
     if row.section is not None
 }
 """Rows of the tables by where ML-Agents keeps them, as in hyperparameters.beta."""
 
-OTHERS = {  # what ML-Agents has besides the choices of a row
-    "trainer_type": ("sac",),
-    "network_settings.vis_encode_type": ("nature_cnn", "resnet", "match3"),
+PASS = {
+    "hyperparameters.shared_critic": (False,),
+    "network_settings.deterministic": (False,),
+    "network_settings.goal_conditioning_type": ("hyper", "none"),
+    "even_checkpoints": (False,),
+    "threaded": (False, True),
 }
-OFF = (  # sections and keys of a behaviour that are not built
-    *("init_path", "even_checkpoints", "self_play", "behavioral_cloning"),
-    *("hyperparameters.shared_critic", "network_settings.memory"),
-    *("network_settings.deterministic", "network_settings.goal_conditioning_type"),
-    *("reward_signals.curiosity", "reward_signals.gail", "reward_signals.rnd"),
-)
-PASS = (False, "hyper", "none")  # the last two of goal_conditioning_type
-LESSONS = "environment_parameters"  # what Unity's environment varies: not built
-NO_EFFECT = ("threaded", "reward_signals.extrinsic.network_settings")
+"""What passes without a counterpart: values that switch it off or have no effect."""
+
+NO_EFFECT = "reward_signals.extrinsic.network_settings."
 OF_UNITY = ("env_settings", "engine_settings", "torch_settings", "debug")
 TOP = ("behaviors", "default_settings", "reference", "checkpoint_settings", *OF_UNITY)
 NAMES: dict[Side, str] = {"robots": "Robot", "fire": "Fire"}  # of behaviours
-MOST_BYTES = 1 << 16  # of a file
 
 
-def read_yaml(path: Path, base: Settings, head: str | None = None) -> Settings:
+def read_yaml(path: Path, base: Settings) -> Settings:
     """Replace in `base` what a trainer file of ML-Agents, or one of ours, states.
 
-    head: of the robots, if the command line names one.  Notes on stderr which behaviour
-    is taken for which side, and with which head. Raises SettingsError, also without
-    PyYAML, and OSError for an unreadable file.
+    Notes on stderr which behaviour is taken for which side. Raises SettingsError, also
+    without PyYAML, and OSError for an unreadable file.
     """
-    text = read_text(path, MOST_BYTES)
+    text = read_text(path)
     try:
         top = mapping(_parsed(text), "the file")
-        top["behaviors"] = mapping(top.get("behaviors"), "behaviors")
-        _refuse_old(top)
-        _refuse_not_built(top)
-        rows = _stated(top, names := _sides(top["behaviors"]))
+        for key in {k for k, value in top.items() if value is not None} - {*TOP}:
+            raise SettingsError(unknown(key, TOP))
+        behaviours = mapping(top.get("behaviors"), "behaviors")
+        names = _sides(behaviours)
+        parts = {"default_settings": top.get("default_settings"), **behaviours}
+        rows = _stated(_rows(parts), names, mapping(top.get("reference"), "reference"))
     except SettingsError as error:
         raise SettingsError(f"{path}: {error}") from None
-    if head:
-        rows["robots"]["head"] = head
     made = changed(base, rows, str(path))
     for side, name in names.items():
-        word = getattr(made, side).head
-        own = ", ML-Agents' own: one Gaussian" if word == "floor" else ""
-        note = f"'{name}' is taken for {side}, with head '{word}'{own}"
-        print(f"note: {path}: {note}", file=sys.stderr)
+        print(f"note: {path}: '{name}' is taken for {side}", file=sys.stderr)
     return made
 
 
@@ -90,86 +87,45 @@ def _parsed(text: str) -> Any:
     except ImportError:
         raise SettingsError("a YAML file needs PyYAML: pip install PyYAML") from None
     try:
-        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
-            raise ValueError("write out what *aliases stand for")
-        for line, name in _twice(yaml.compose(text, yaml.SafeLoader)):
-            raise ValueError(f"line {line}: '{name}' is there already")
         return yaml.safe_load(text)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         words = " ".join(str(error).replace('in "<unicode string>",', "at").split())
         raise SettingsError(f"this is no YAML: {words}") from None
 
 
-def _twice(node: Any) -> Iterator[tuple[int, str]]:
-    """Lines and names of keys that a mapping has already; YAML would take the last."""
-    seen = set[str]()
-    if node is None or node.id == "scalar":
-        return
-    for part in node.value:
-        key, value = part if isinstance(part, tuple) else (None, part)
-        if key is not None:
-            if (name := str(key.value)) in seen:
-                yield key.start_mark.line + 1, name
-            seen.add(name)
-        yield from _twice(value)
+def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
+    """Match sides to behaviours: by name, or as a poca, which is the robots'."""
+    of_sides: dict[Side, list[str]] = {"robots": [], "fire": []}
+    clear = not behaviours
+    for name, rows in behaviours.items():
+        poca = isinstance(rows, Mapping) and rows.get("trainer_type") == "poca"
+        fire, robot = "fire" in name.lower(), "robot" in name.lower()
+        robots = robot if fire != robot else poca
+        of_sides["robots" if robots else "fire"].append(name)
+        clear |= poca or fire or robot
+    if not clear or max(map(len, of_sides.values())) > 1:
+        names = ", ".join(behaviours)
+        raise SettingsError(
+            f"behaviors: who are {names}? Name the robots' Robot, the fire's Fire, and "
+            "leave others out"
+        )
+    return {side: names[0] for side, names in of_sides.items() if names}
 
 
-# -- What is not built --------------------------------------------------------------
+def _stated(
+    parts: Mapping[str, dict[str, Any]], names: Mapping[Side, str], ours: dict[str, Any]
+) -> dict[str, Any]:
+    """Collect the rows of whole settings that a file states.
 
-
-def _refuse_old(top: Mapping[str, Any]) -> None:
-    """Raise SettingsError for rows without sections, as in ML-Agents' releases 1, 2."""
-    for rows in (*top.values(), *top["behaviors"].values()):
-        flat = _flat(rows) if isinstance(rows, Mapping) else {}
-        if lost := [at for at, name in PLACES.items() if at != name and name in flat]:
-            raise SettingsError(
-                "this is laid out as in ML-Agents' releases 1 and 2. Write all "
-                f"behaviours under `behaviors:`, and there {', '.join(lost)}"
-            )
-
-
-def _refuse_not_built(top: Mapping[str, Any]) -> None:
-    """Raise SettingsError for what is not built: a trainer first, then all sections."""
-    not_built = [LESSONS] if top.get(LESSONS) else []
-    parts = {"default_settings": top.get("default_settings"), **top["behaviors"]}
-    flat = {name: _flat(mapping(rows, name)) for name, rows in parts.items()}
-    for name, rows in flat.items():
-        for path, others in OTHERS.items():
-            if (word := rows.get(path)) in others:
-                instead = " or ".join(ROWS[PLACES[path]].choices)
-                raise SettingsError(
-                    f"{name}: {PLACES[path]} {word} is not built here: write {instead}"
-                )
-        off = {key for path in rows if rows[path] not in PASS if (key := _off(path))}
-        if off:
-            not_built.append(f"{name}: {', '.join(sorted(off))}")
-    if not_built:
-        sections = "; ".join(not_built)
-        raise SettingsError(f"this is not built here, leave it out: {sections}")
-
-
-def _off(path: str) -> str:
-    """The section or key that is not built and that a path is in, if any."""
-    return next((key for key in OFF if f"{path}.".startswith(f"{key}.")), "")
-
-
-# -- What is read -------------------------------------------------------------------
-
-
-def _stated(top: dict[str, Any], names: Mapping[Side, str]) -> dict[str, Any]:
-    """Collect the rows of whole settings that a file states; names: of behaviours."""
-    for key in {k for k, value in top.items() if value is not None} - {*TOP, LESSONS}:
-        raise SettingsError(unknown(key, TOP))
-    ours = mapping(top.get("reference"), "reference")
-    if "preset" in ours:
-        raise SettingsError("reference: preset is an option of the command line")
+    parts: rows of the defaults and of behaviours;  names: of behaviours;  ours: rows
+    that ML-Agents does not have
+    """
     for side, name in NAMES.items():
         own = mapping(ours.pop(name, ours.get(side)), f"reference: {name}")
         own = {row: _number(value) for row, value in own.items()}
-        rows = _rows(top.get("default_settings"), "default_settings")
+        rows = parts["default_settings"]
         if side in names:
-            behaviour = names[side]
-            rows |= {"head": "floor"} | _rows(top["behaviors"][behaviour], behaviour)
+            rows = rows | {"head": "floor"} | parts[names[side]]
         if "learning_rate_schedule" in rows:  # as ML-Agents documents
             both = ("beta_schedule", "epsilon_schedule")
             rows = dict.fromkeys(both, rows["learning_rate_schedule"]) | rows
@@ -177,14 +133,23 @@ def _stated(top: dict[str, Any], names: Mapping[Side, str]) -> dict[str, Any]:
     return ours
 
 
-def _rows(section: Any, where: str) -> dict[str, Any]:
-    """Collect the rows of a behaviour from its sections."""
-    rows = {}
-    for path, value in _flat(mapping(section, where)).items():
-        if path in PLACES:
-            rows[PLACES[path]] = _number(value)
-        elif not _off(path) and not path.startswith(NO_EFFECT):
-            raise SettingsError(f"{where}: {unknown(path, PLACES)}")
+def _rows(parts: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Collect the rows of the defaults and of behaviours from their sections.
+
+    Raises SettingsError that names all keys without a counterpart.
+    """
+    rows: dict[str, dict[str, Any]] = {}
+    lost = set[tuple[str, str]]()
+    for part, sections in parts.items():
+        flat = _flat(mapping(sections, part))
+        rows[part] = {PLACES[at]: _number(flat[at]) for at in flat if at in PLACES}
+        for at in flat.keys() - PLACES.keys():
+            if flat[at] not in PASS.get(at, ()) and not at.startswith(NO_EFFECT):
+                lost.add((part, _section(at)))
+    if lost:
+        hint = did_you_mean(min(lost)[1], PLACES) if len(lost) == 1 else ""
+        words = "; ".join(f"{part}: {at}" for part, at in sorted(lost))
+        raise SettingsError(f"unknown, or not built here: {words}. Leave it out.{hint}")
     return rows
 
 
@@ -199,6 +164,14 @@ def _flat(section: Mapping[Any, Any], over: str = "") -> dict[str, Any]:
     return flat
 
 
+def _section(at: str) -> str:
+    """The part of a path that ends where no row of the tables is below any more."""
+    keys = at.split(".")
+    heads = [".".join(keys[: k + 1]) for k in range(len(keys))]
+    known = [head for head in heads if any(p.startswith(f"{head}.") for p in PLACES)]
+    return heads[min(len(known), len(keys) - 1)]
+
+
 def _number(value: Any) -> Any:
     """Read 1e-4, a word to YAML, and 5.0e6, none whole [E3, settings.py]."""
     try:
@@ -206,30 +179,3 @@ def _number(value: Any) -> Any:
     except ValueError:
         return value
     return int(real) if isinstance(real, float) and real.is_integer() else real
-
-
-def _sides(behaviours: Mapping[str, Any]) -> dict[Side, str]:
-    """Match sides to behaviours: by name, or as a poca, which is the robots'."""
-    of_sides: dict[Side, list[str]] = {"robots": [], "fire": []}
-    clear, pocas = not behaviours, list[str]()
-    for name, rows in behaviours.items():
-        poca = isinstance(rows, Mapping) and rows.get("trainer_type") == "poca"
-        fire, robot = "fire" in name.lower(), "robot" in name.lower()
-        robots = robot if fire != robot else poca
-        of_sides["robots" if robots else "fire"].append(name)
-        clear |= poca or fire or robot
-        if poca:
-            pocas.append(name)
-    if len(pocas) > 1:
-        names = " and ".join(pocas)
-        raise SettingsError(
-            f"behaviors: {names} are poca; one group learns here, the robots. "
-            "Leave all but one out"
-        )
-    if not clear or max(map(len, of_sides.values())) > 1:
-        names = ", ".join(behaviours)
-        raise SettingsError(
-            f"behaviors: who are {names}? Name the robots' Robot, the fire's Fire, and "
-            "leave others out"
-        )
-    return {side: names[0] for side, names in of_sides.items() if names}

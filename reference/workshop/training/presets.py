@@ -5,7 +5,7 @@ tables' numbers stand in `paper`; those of the smaller presets in presets.toml.
 """
 
 import tomllib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -84,6 +84,8 @@ def changed(base: Settings, rows: Any, where: str) -> Settings:
     where: the rows stand, for messages. Raises SettingsError.
     """
     rows = mapping(rows, where)
+    if "preset" in rows:
+        raise SettingsError(f"{where}: preset is named elsewhere: leave it out")
     for name in rows.keys() & {"robots", "fire", "scenario"}:
         part, there = getattr(base, name), f"{where}: {name}"
         merged = vars(part) | mapping(rows[name], there)
@@ -103,4 +105,4 @@ def preset(name: str) -> Settings:
         episodes_per_job=8,
         jobs_per_round=2,  # [E1, chosen] a round fills under 15 % of Table I's buffer
     )
-    return changed(paper, {"preset": name} | SMALLER.get(name, {}), name)
+    return replace(changed(paper, SMALLER.get(name, {}), name), preset=name)

@@ -62,7 +62,7 @@ def _settings(asked: Namespace) -> Settings:
     """Change a preset by the file and the options. Raises SettingsError."""
     made = preset(asked.preset or "laptop")
     if asked.settings is not None:
-        made = read_yaml(asked.settings, made, asked.head)
+        made = read_yaml(asked.settings, made)
     robots, scenario = made.robots, made.scenario
     trainer, head = asked.trainer or robots.trainer_type, asked.head or robots.head
     robots = replace(robots, trainer_type=trainer, head=head)
