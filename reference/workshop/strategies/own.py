@@ -10,8 +10,7 @@ Clauses: C5, C7, D2.
 import os
 import sys
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from hashlib import sha256
 from importlib import import_module
 from inspect import signature
@@ -71,42 +70,31 @@ def from_code(word: str, side: Side) -> Any:
         raise InputError(f"{word}: who plays the {side} has {needs}.") from None
     if isinstance(made, Trained):
         return made
-    return OwnRobots(made, word) if side == "robots" else OwnFire(made, word)
+    return Own(made, word, side)
 
 
 class Own:
     """A strategy of your own, whose answers are checked before anybody acts on them."""
 
-    def __init__(self, strategy: Any, word: str):
-        self.strategy, self.word = strategy, word
+    def __init__(self, strategy: Any, word: str, side: Side):
+        self.strategy, self.word, self.side = strategy, word, side
 
-
-class OwnRobots(Own):
-    """Robots of your own."""
-
-    def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
-        """Decide as they do. Raises InputError for what is no list of destinations."""
-        answer = self.strategy.decide(world, robots, rng)
-        with refused(answer, self.word, "robots"):
-            points: Destinations = []
-            for point in answer:
-                points.append(None if point is None else metres(*point))
-            if len(points) != len(robots):
-                raise ValueError
-        return points
-
-
-class OwnFire(Own):
-    """A fire of your own."""
-
-    def decide(self, world: World, rng: Rng) -> Decision | None:
-        """Decide as it does. Raises InputError for what is no place."""
-        answer = self.strategy.decide(world, rng)
-        if answer is None:
+    def decide(self, world: World, *asked: Any) -> Any:
+        """Decide as it does. Raises InputError for what is no decision of its side."""
+        answer = self.strategy.decide(world, *asked)
+        if self.side == "fire" and answer is None:
             return None
-        with refused(answer, self.word, "fire"):
-            floor, x, y = answer
-            return int(floor), *metres(x, y)
+        try:
+            if self.side == "fire":
+                floor, x, y = answer
+                return int(floor), *metres(x, y)
+            each = zip(asked[0], answer, strict=True)  # one for each of the robots
+            return [None if point is None else metres(*point) for _, point in each]
+        except (TypeError, ValueError, OverflowError):
+            raise InputError(
+                f"{self.word}: decide returned {answer!r:.60}; it should be "
+                f"{ANSWERS[self.side]}."
+            ) from None
 
 
 def metres(x: Any, y: Any) -> tuple[float, float]:
@@ -115,17 +103,6 @@ def metres(x: Any, y: Any) -> tuple[float, float]:
     if not np.isfinite(read).all():
         raise ValueError
     return read
-
-
-@contextmanager
-def refused(answer: Any, word: str, side: Side) -> Iterator[None]:
-    """Turn what goes wrong with an answer into an InputError that shows it."""
-    try:
-        yield
-    except (TypeError, ValueError, OverflowError):
-        raise InputError(
-            f"{word}: decide returned {answer!r:.60}; it should be {ANSWERS[side]}."
-        ) from None
 
 
 def code_digest(word: str) -> str:
