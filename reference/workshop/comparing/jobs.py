@@ -27,7 +27,6 @@ from reference.workshop.storage.files import make_folder, write_json
 from reference.workshop.storage.runs import held
 from reference.workshop.storage.workers import InProcess, as_done, one_thread
 from reference.workshop.strategies import SHIPPED
-from reference.workshop.strategies.own import code_digest, is_code
 from reference.workshop.training.checkpoints import Task, load, newest
 from reference.workshop.training.loop import train
 from reference.workshop.training.rounds import Training
@@ -119,15 +118,13 @@ def play_tests(
     """
     test, done = experiment.test, over(experiment, folder).values()
     files = {path.name: str(newest(path)) for path in done}
-    robots = *files, *test.robots
+    robots, arena = (*files, *test.robots), experiment.arena
     fires = (
         *(fire for fire in test.fires if fire not in experiment.arms),
         *(name for name in files if arm_of(name) in test.fires),
     )
     if not robots or not fires:
         return []
-    arena = experiment.arena
     evaluation = Evaluation(arena, robots, fires, test.seed, test.episodes, files=files)
-    code = {w: code_digest(w) for w in (*test.robots, *test.fires) if is_code(w)}
-    there = folder / f"tests-{_digest(asdict(arena), code)}"
+    there = folder / f"tests-{_digest(asdict(arena), evaluation.code)}"
     return evaluate(evaluation, there, executor)

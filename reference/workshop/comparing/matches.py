@@ -89,6 +89,12 @@ class Evaluation:
         return range(self.seed, self.seed + self.episodes)
 
     @property
+    def code(self) -> dict[str, str]:
+        """Digest of the file of each strategy that is somebody's own code."""
+        own = filter(is_code, (*self.robots, *self.fires))
+        return {word: code_digest(word) for word in own}
+
+    @property
     def runs(self) -> list[Run]:
         """Everything there is to play, in order."""
         return list(product(self.robots, self.fires, self.seeds))
@@ -230,7 +236,5 @@ def write(evaluation: Evaluation, folder: Path) -> None:
 
     Beside it stand version and game, and digests of the code that plays.
     """
-    own = filter(is_code, (*evaluation.robots, *evaluation.fires))
-    code = {word: code_digest(word) for word in own}
-    head = {"version": reference.__version__, "game": reference.GAME, "code": code}
-    write_json(folder / ABOUT, head | asdict(evaluation))
+    head = {"version": reference.__version__, "game": reference.GAME}
+    write_json(folder / ABOUT, head | {"code": evaluation.code} | asdict(evaluation))

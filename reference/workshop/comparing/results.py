@@ -15,7 +15,6 @@ from reference.evaluation.score import Case, Point, Ruler, RulerError, calibrate
 from reference.workshop.comparing.intervals import Interval, of_mean, of_means
 from reference.workshop.comparing.matches import Evaluation
 from reference.workshop.comparing.runs import DIGITS, RunResult
-from reference.workshop.strategies.own import code_digest, is_code
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -191,14 +190,13 @@ def as_json(
     evaluation: Evaluation, ruler: Ruler | None, cells: Iterable[Cell]
 ) -> dict[str, Any]:
     """Describe what was evaluated, whose code played, the ruler, the cells' figures."""
-    own = filter(is_code, (*evaluation.robots, *evaluation.fires))
     return {
         "building": evaluation.arena.building,
         "people": evaluation.arena.people,
         "seeds": list(evaluation.seeds),
         "sample": evaluation.sample,
         "files": dict(evaluation.files),
-        "code": {word: code_digest(word) for word in own},
+        "code": evaluation.code,
         "ruler": asdict(ruler) if ruler else None,
         "cells": [as_plain(cell) for cell in cells],
     }
