@@ -16,18 +16,19 @@ from tqdm import tqdm
 
 from reference.building import Building, plan_of
 from reference.fire import RandomFire
-from reference.learning.adversarial import learner_for, player_of
 from reference.learning.experience import Trajectory
 from reference.learning.ppo import Learner
-from reference.learning.rollouts import Job, play
+from reference.learning.rollouts import play
 from reference.learning.settings import SIDES, Side
 from reference.paper import PEOPLE, InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.lockstep import together
 from reference.workshop.maps import find, read
-from reference.workshop.storage.workers import chunks, one_thread
+from reference.workshop.storage.workers import one_thread
 from reference.workshop.strategies.guides import Sweep
+from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.presets import preset
+from reference.workshop.training.rounds import Training
 
 RUNS = 5  # seeds of a crowd
 CASES = {
@@ -38,7 +39,6 @@ CASES = {
 """People, and seconds after which a run stops; in the first 20 everybody is inside."""
 
 PRESETS = ("paper", "laptop")
-EPISODES = 16  # in jobs of as many as the preset plays in lockstep
 BATCHES = 4  # minibatches of a measured update, at least
 
 _bar = partial(tqdm, disable=None, leave=False)  # shown on a terminal
@@ -49,7 +49,8 @@ def measure(name: str, seed: int) -> dict[str, Any]:
 
     load_seconds        until the first tick can begin: text, checks, ways and sight
     person_seconds_per_second  of each of the CASES whose people fit, medians over RUNS
-    decisions_per_second  of robots in a preset's rollouts, networks and world included
+    decisions_per_second  of robots in a preset's first round, networks and world
+                        included
     samples_per_second  agent-decisions that a preset's learner takes in, each epoch of
                         an update counted; robots by MA-POCA, fire by PPO
 
@@ -87,23 +88,16 @@ def _learning(
     name: str, building: Building, seed: int
 ) -> tuple[float, dict[Side, float]]:
     """Measure a preset: robot decisions, and each learner's samples, per second."""
-    settings, plan = preset(name), plan_of(building)
-    scenario = settings.scenario
-    learners = {
-        side: learner_for(side, plan, scenario, getattr(settings, side), seed)
-        for side in SIDES
-    }
-    players: Any = {side: player_of(learner) for side, learner in learners.items()}
-    job = Job(plan, scenario, **players, seeds=(seed,))
-    seeds = range(seed, seed + EPISODES)
-    jobs = [replace(job, seeds=k) for k in chunks(seeds, settings.episodes_per_job)]
+    training = Training(Task("", plan_of(building), preset(name), seed))
+    jobs = training.jobs()
     with one_thread():
-        play(job, advance=together)  # warm up
+        play(replace(jobs[0], seeds=jobs[0].seeds[:1]), advance=together)  # warm up
         start = process_time()
         played = [e for job in _bar(jobs, name) for e in play(job, advance=together)]
         seconds = process_time() - start
         lives = {side: [t for e in played if (t := getattr(e, side))] for side in SIDES}
-        speeds = {s: _samples(learners[s], lives[s]) for s in _bar(SIDES, name)}
+        both = _bar(training.learners.items(), name)
+        speeds = {side: _samples(learner, lives[side]) for side, learner in both}
     return sum(life.steps for life in lives["robots"]) / seconds, speeds
 
 
