@@ -12,12 +12,11 @@ from reference.building import plan_of
 from reference.learning.players import Learned
 from reference.learning.settings import SIDES, Side
 from reference.workshop import maps
-from reference.workshop.storage.files import naming
 from reference.workshop.storage.runs import refuse_version
 from reference.workshop.training import checkpoints
 from reference.workshop.training.checkpoints import CheckpointError, Task
 from reference.workshop.training.mlagents import read_yaml
-from reference.workshop.training.policies import POLICIES, fixed_player
+from reference.workshop.training.policies import fixed_player
 from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.rounds import Training
 
@@ -43,15 +42,13 @@ def begin(asked: Namespace) -> Training:
         side: tuple(fixed_player(word, side, building, scenario) for word in words)
         for side, words in named.items()
     }
-    initial: dict[Side, Learned] = {}
+    initial: dict[Side, Any] = {}
     if (path := asked.initialize_from) is not None:
         taken = {*fixed, "robots"} if asked.imitate else {*fixed}
-        free = [side for side in SIDES if side not in taken]
-        both = {side: checkpoints.load(path).player(side) for side in free}
-        initial = {s: who for s, who in both.items() if isinstance(who, Learned)}
-        for policy in [POLICIES[side](path) for side in initial]:
-            with naming(path):
-                policy.refuse_elsewhere(building, scenario)
+        made = checkpoints.load(path)
+        for side in SIDES:
+            if side not in taken and isinstance(made.player(side), Learned):
+                initial[side] = fixed_player(path, side, building, scenario)
         if not initial:
             raise CheckpointError(f"{path}: nobody learned there who learns here.")
     seed, plan = asked.seed or 0, plan_of(building)
