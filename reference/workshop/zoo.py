@@ -43,7 +43,6 @@ from reference.building import Building
 from reference.fire import FireStrategy
 from reference.game import observations
 from reference.game.environment import Environment, Infos, Returns, Seen, action_size
-from reference.learning.settings import Side
 from reference.paper import HEALTH, Scenario
 from reference.robots import RobotStrategy
 from reference.workshop.comparing.named import fitting
@@ -77,8 +76,7 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         robots, fire: who plays this side, by name or as a strategy; None: agents.
 
         Raises ValueError as `Environment` does, for an unknown name or render mode and
-        for a policy that learned elsewhere, TypeError for what is no strategy, and
-        MistakesError or OSError for a file.
+        for a policy that learned elsewhere, MistakesError or OSError for a file.
         """
         here = load(building) if isinstance(building, str) else building
         self.scenario, self.render_mode = scenario or Scenario(), render_mode
@@ -88,8 +86,8 @@ class ZooEnvironment(ParallelEnv[str, Any, np.ndarray]):
         self.environment = Environment(
             here,
             self.scenario,
-            robots=_strategy("robots", robots, here, self.scenario),
-            fire=_strategy("fire", fire, here, self.scenario),
+            robots=fitting(robots, "robots", here, self.scenario),
+            fire=fitting(fire, "fire", here, self.scenario),
         )
         self.layout = observations.vector_layout(here, self.scenario)
         self.agents = list[str]()
@@ -201,14 +199,6 @@ class FlatEnvironment(ZooEnvironment):
     def state(self) -> np.ndarray:
         """(V,) float32 in [-1, 1]: everything, from nobody's point of view, now."""
         return self._scaled(super().state())
-
-
-def _strategy(side: Side, given: Any, building: Building, scenario: Scenario) -> Any:
-    """Make the strategy that a name names; refuse what cannot decide, or not here."""
-    made = fitting(given, side, building, scenario)
-    if made is not None and not hasattr(made, "decide"):
-        raise TypeError(f"{side}={made!r} has no method `decide`")
-    return made
 
 
 def parallel_env(*args: Any, flat: bool = False, **chosen: Any) -> ZooEnvironment:

@@ -128,8 +128,6 @@ def test_refuses_a_player_who_cannot_decide_here_and_a_mode_that_there_is_not():
     """At the door, not with the first decision or picture; a slip in a name is told."""
     with pytest.raises(ValueError, match="Did you mean 'sweep'"):
         made(robots="sweeep")
-    with pytest.raises(TypeError, match="fire=3 has no method `decide`"):
-        made(fire=3)
     elsewhere = FlatRobots(np.zeros_like, "museum", SCENE)
     with pytest.raises(ValueError, match="it has learned in Museum"):
         made(robots=elsewhere)
