@@ -194,6 +194,7 @@ def test_refuses_by_name_what_cannot_be_meant_or_is_not_built(refusal, rows):
         ("- Robot\n- Fire\n", "the file: this must be"),
         (f"{ROBOT}    a: [1,\n", "no YAML: .* found .<stream end>. at line 4"),
         ("a: !!python/object/apply:os.getcwd []", "no YAML: could not determine"),
+        ("a: &a {x: 1}\nb: {<<: [*a, *a]}\n", "write out what .aliases stand for"),
         ("environment_parameters: {height: 3}", "'environment_parameters' is unknown"),
     ],
 )

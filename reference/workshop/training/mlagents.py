@@ -87,6 +87,8 @@ def _parsed(text: str) -> Any:
     except ImportError:
         raise SettingsError("a YAML file needs PyYAML: pip install PyYAML") from None
     try:
+        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text)):
+            raise ValueError("write out what *aliases stand for")
         return yaml.safe_load(text)
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         words = " ".join(str(error).replace('in "<unicode string>",', "at").split())
