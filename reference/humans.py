@@ -263,7 +263,7 @@ def remember(me: Mind, observe: View) -> None:
     """
     me.patches |= observe.looked_at
     me.been.pop(observe.place, None)
-    me.been[observe.place] = observe.time
+    me.been[observe.place] = None
     if observe.room != NOWHERE:
         for mark in observe.of_room:
             if me.seen_from.setdefault(mark, observe.room) != observe.room:

@@ -170,7 +170,7 @@ def _heed_neighbours(
     ahead = _along(turned_i, to_j)
     aside = np.abs(turned_i[:, 0] * to_j[:, 1] - turned_i[:, 1] * to_j[:, 0]) * apart
     front = (ahead > 0) & (aside < DIAMETER)
-    half = len(i) // 2
+    half = len(i) // 2  # pair k and pair half + k: the same two, seen from the other
     mutual = np.concatenate([front[half:], front[:half]])
     front &= yields | ~mutual
     np.minimum.at(v, i[front], np.maximum(s[front], 0) / GAP_SECONDS)

@@ -1,6 +1,6 @@
 """One run of an evacuation, tick by tick: SENSE, DECIDE, MOVE, BURN, SETTLE.
 
-Clauses: A4-A6, B4, B5, B7, B8, C7, C8, D2, D6, D7.  Only this module changes a world,
+Clauses: A4-A6, B4, B5, B7, C7, C8, D2, D6, D7.  Only this module changes a world,
 through the modules before it.
 
     i   a human;  mark  index of a landmark

@@ -3,10 +3,10 @@
 Clauses: A3, A5, A9, B3, B5, F8.  The people may be of one world, or of several worlds
 of one building that share a clock and keep their bodies in common arrays.
 
-On the stairs nobody is seen and nobody is in the way; the bottleneck is the entrance at
-either end [A3, chosen].  The paper's entrances join a floor's platform and its
-staircases; ours stand between room and stairwell, and the platform is part of the
-stairs: who enters is on the stairs [A3, deviation].
+On the stairs nobody is seen and nobody is in the way; the bottleneck is the entrance on
+the way in, and on the way out bodies alone [A3, chosen].  The paper's entrances join a
+floor's platform and its staircases; ours stand between room and stairwell, and the
+platform is part of the stairs: who enters is on the stairs [A3, deviation].
 
     who  (k,) numbers of those who walk;  i  a person;  mark  index of a landmark
     p    place;  k  stairwell

@@ -119,7 +119,7 @@ class Mind:
     seen_from: dict[int, int] = field(default_factory=dict)  # door -> the first room
     trail: list[Passed] = field(default_factory=list)  # the way back, newest last
     patches: set[int] = field(default_factory=set)  # of floor explored [B2]
-    been: dict[int, float] = field(default_factory=dict)  # place -> s, newest last
+    been: dict[int, None] = field(default_factory=dict)  # places, newest last
     facing: tuple[float, float] = (0.0, 0.0)  # unit vector, to the last goal
 
 

@@ -57,7 +57,7 @@ def mean_ways(building: Building) -> tuple[float, ...]:
 
 
 def best_reward_carried(losses: Sequence[float], starters: Sequence[float]) -> float:
-    """Compute the best reward if health lost on one floor is not restored [F8].
+    """Bound the reward if health lost on one floor is not restored [F8].
 
     losses: health lost on the way off each floor; starters: people who start there;
     both lowest first. For 25/3 on each of three floors: 14000 when all forty start on

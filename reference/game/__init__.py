@@ -1,1 +1,1 @@
-"""The game of robots against fire: rewards, observations and the environment."""
+"""The game of robots against fire: observations, codec and environment."""

@@ -1,6 +1,6 @@
 """Encode what a side observes for its network, and decode the network's actions.
 
-Clauses: C1, C3, C5, D1, D2, E3-E5.  Here both are as in the paper; subclasses in
+Clauses: C1, C3, C5, D1, D2, E3, E4.  Here both are as in the paper; subclasses in
 `workshop.remedies` do it otherwise.  The environment's actions are coordinates of the
 whole floor, in [-1, 1].
 

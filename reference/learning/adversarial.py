@@ -1,6 +1,6 @@
 """The adversarial loop: robots and fire play whole episodes, then each learns.
 
-Clauses: C1, D1, E1, E2, E6.  It runs in one process and writes no files.  The
+Clauses: E1, E2, E6.  It runs in one process and writes no files.  The
 workshop's training uses the same functions and adds workers and checkpoints.
 """
 

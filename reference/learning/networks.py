@@ -1,7 +1,7 @@
 """The networks that both trainers share: encoders and actors.
 
-Clauses: C3, C4, C5, C7, D2, E1-E4.  What ML-Agents 0.29.0 builds from Tables I and II,
-with one difference: whatever the agents of a group share is computed once [E3, chosen].
+Clauses: C3-C5, D2, E1-E4.  What ML-Agents 0.29.0 builds from Tables I and II,
+with one difference: the image that a group's agents share is encoded once [E3, chosen].
 
     B    group decisions in a batch;  G  agents of the group;  V  numbers an agent sees
     C    continuous components of an action;  D  discrete branches;  K = C + D

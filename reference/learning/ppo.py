@@ -277,7 +277,7 @@ class Learner:
 #   measured on the minibatches (the original: when agents act); estimates are means
 #   over decisions, in scaled reward (the original: of trajectories' means);
 # * whole rounds arrive before the buffer is checked: an update uses more steps than the
-#   original's, with preset `paper` less than 15 %; training stops at `max_steps`, the
+#   original's, with preset `paper` less than 19 %; training stops at `max_steps`, the
 #   original at the first step beyond;
 # * agents cut off by time are bootstrapped, as in the original, but not a fire that has
 #   lit its last source: it has nothing left to do, and no value was learned for that;

@@ -35,7 +35,7 @@ Advance = Callable[[Sequence[Simulation]], None]
 
 @dataclass(frozen=True)
 class Job:
-    """Episodes to play by networks or strategies."""
+    """Episodes to play; at least one side is a network."""
 
     plan: str  # the text of a floor file
     scenario: Scenario

@@ -713,7 +713,7 @@ def test_without_any_door_to_go_back_to_one_goes_where_one_never_looked():
     sim = stage(board, sight_range=4, leads="p")
     me, p = mind(sim, "p"), int(sim.world.bodies.place[0])
     me.patches.update(sim.sight.patches.tolist())
-    me.been = dict.fromkeys(range(p + 4, p, -1), 0.0)
+    me.been = dict.fromkeys(range(p + 4, p, -1))
     patches = set(me.patches)
     assert decide(sim, "p").place < p and me.patches == patches
     assert [*me.been] == [*range(p + 4, p - 1, -1)]
