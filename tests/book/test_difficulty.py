@@ -20,7 +20,13 @@ from reference.evaluation.difficulty import (
 )
 from reference.evaluation.score import PAPER
 from reference.fire import NoFire, RandomFire, Spread, fuel, rim
-from reference.paper import BURN_SECONDS, FIRE_SOURCES, HEALTH_SECONDS, Scenario
+from reference.paper import (
+    BURN_SECONDS,
+    FIRE_SOURCES,
+    FLAME_SECONDS,
+    HEALTH_SECONDS,
+    Scenario,
+)
 from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.walking import enter_stairs
@@ -129,11 +135,11 @@ def arrival(spread, sources):
 @settings(max_examples=25)
 @given(fires(), st.floats(0, 60))
 def test_what_burns_besides_and_earlier_fire_are_at_least_as_difficult(fire, seconds):
-    """More cells, each as before; then all flames so many seconds sooner."""
+    """More cells, each as before; then all flames some moments sooner."""
     spread, sources = fire
     then, fewer = arrival(spread, sources), arrival(spread, sources[:-1])
     many = np.where(np.isfinite(fewer), fewer, then)
-    sooner = many - min(seconds, many.min())
+    sooner = many - FLAME_SECONDS * int(min(seconds, many.min()) / FLAME_SECONDS)
     found = [h_of(spread.building, burns) for burns in (fewer, many, sooner)]
     assert 0 <= found[0] <= found[1] <= found[2] <= HARDEST
 
