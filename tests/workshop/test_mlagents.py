@@ -195,7 +195,7 @@ def test_refuses_by_name_what_cannot_be_meant_or_is_not_built(refusal, rows):
         (f"{ROBOT}    a: [1,\n", "no YAML: .* found .<stream end>. at line 4"),
         ("a: !!python/object/apply:os.getcwd []", "no YAML: could not determine"),
         ("a: &a {x: 1}\nb: {<<: [*a, *a]}\n", "write out what .aliases stand for"),
-        ("environment_parameters: {height: 3}", "'environment_parameters' is unknown"),
+        ("environment_parameters: {height: 3}", "not built here: environment_par"),
     ],
 )
 def test_refuses_what_is_no_trainer_file(refusal, text, why):
@@ -238,5 +238,5 @@ def test_our_own_rows_stand_in_a_block_of_their_own(read, refusal):
     assert "scenario: 'peple' is unknown" in refusal(
         "reference: {scenario: {peple: 1}}"
     )
-    assert "preset is named elsewhere" in refusal("reference: {preset: tiny}")
+    assert "leave preset out" in refusal("reference: {preset: tiny}")
     assert "people is 'x'" in refusal("reference: {scenario: {people: x}}")

@@ -31,7 +31,6 @@ from reference.workshop.storage.records import (
     did_you_mean,
     mapping,
     rows_of,
-    unknown,
 )
 from reference.workshop.training.presets import Settings, changed
 
@@ -67,7 +66,8 @@ def read_yaml(path: Path, base: Settings) -> Settings:
     try:
         top = mapping(_parsed(text), "the file")
         for key in {k for k, value in top.items() if value is not None} - {*TOP}:
-            raise SettingsError(unknown(key, TOP))
+            lost = f"unknown, or not built here: {key}. Leave it out."
+            raise SettingsError(lost + did_you_mean(key, TOP))
         behaviours = mapping(top.get("behaviors"), "behaviors")
         names = _sides(behaviours)
         parts = {"default_settings": top.get("default_settings"), **behaviours}

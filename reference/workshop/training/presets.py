@@ -85,7 +85,9 @@ def changed(base: Settings, rows: Any, where: str) -> Settings:
     """
     rows = mapping(rows, where)
     if "preset" in rows:
-        raise SettingsError(f"{where}: preset is named elsewhere: leave it out")
+        raise SettingsError(
+            f"{where}: leave preset out: --preset or an experiment's top names it"
+        )
     for name in rows.keys() & {"robots", "fire", "scenario"}:
         part, there = getattr(base, name), f"{where}: {name}"
         merged = vars(part) | mapping(rows[name], there)
