@@ -402,6 +402,15 @@ def test_who_means_to_pass_a_door_gets_stuck_before_it_too():
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
+@pytest.mark.xfail(reason="the next cell of a way planned anew counts as arrival")
+def test_who_follows_gets_stuck_before_flames_and_passes_them():
+    """The goal is the leader, not the next cell on the way, which is near."""
+    sim = stage("#p.*.R..E", follows="pR")
+    assert play(sim, paper.STUCK_SECONDS) == "#.p*.R..E"
+    assert play(sim, 6) == "#..*.p..E"
+
+
+@pytest.mark.paper("B5", "stuck, chosen")
 def test_recklessness_lasts_as_long_whenever_it_begins():
     """The stuck may enter flames for RECKLESS_SECONDS, however ticks round."""
     for begun in (0, 39 * 0.6, 78 * 0.6, 117 * 0.6):
