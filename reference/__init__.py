@@ -106,9 +106,9 @@ FRONT_DOOR = {
 }
 """Names that `from reference import ...` knows, and where each is made."""
 
-__version__ = "0.15.0"
+__version__ = "0.16.0"
 
-GAME = 6
+GAME = 7
 """Increases when rules or numbers of the game change: policies learned in another game
 are refused, and runs begun in it are not resumed."""
 

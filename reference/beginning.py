@@ -104,6 +104,7 @@ def _bodies(
         mode=np.full(n, Mode.FOLLOWER, dtype=np.int8),
         landmark=np.full(n, NOWHERE),
         target=position.copy(),
+        goal=position.copy(),
         leader=np.full(n, NOBODY),
         stairwell=np.full(n, NOWHERE),
         stairs_until=np.full(n, inf),

@@ -205,7 +205,7 @@ class Simulation:
         who = np.flatnonzero(self.world.bodies.walking)
         target = walking.targets(self.world, who)
         self.walked_to = self._walk(who, target)
-        touched = walking.advance(self.world, who, target, self.walked_to)
+        touched = walking.advance(self.world, who, self.walked_to)
         self.fill_doors(touched)
         return touched
 

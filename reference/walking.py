@@ -70,26 +70,24 @@ def free_for(world: World, who: np.ndarray, burns: Lookup, full: Lookup) -> Free
     return free
 
 
-def advance(
-    world: World, who: np.ndarray, target: np.ndarray, moved: np.ndarray
-) -> Touched:
+def advance(world: World, who: np.ndarray, moved: np.ndarray) -> Touched:
     """Put people where they walked to; return who stepped onto a landmark [A5]."""
     bodies, marks = world.bodies, world.building.landmark.ravel()
     before, nav = bodies.place[who], navigation_of(world.building)
     bodies.position[who] = moved
     bodies.place[who] = place = nav.places_at(bodies.floor[who], moved)
-    _notice_stuck(world, who, target)
+    _notice_stuck(world, who)
     mark = marks[place]
     upon = np.flatnonzero((mark >= 0) & (mark != marks[before]))
     return list(zip(who[upon].tolist(), before[upon].tolist(), strict=True))
 
 
-def _notice_stuck(world: World, who: np.ndarray, target: np.ndarray) -> None:
+def _notice_stuck(world: World, who: np.ndarray) -> None:
     """Find who is stuck; they ignore flames for a while, then try anew [B5]."""
     bodies, time = world.bodies, world.time
     position = bodies.position[who]
     moved = np.maximum(*np.abs(position - bodies.anchor[who]).T)
-    left = np.maximum(*np.abs(target - position).T)
+    left = np.maximum(*np.abs(bodies.goal[who] - position).T)
     arrived = (left < paper.STUCK_METRES) & (bodies.landmark[who] < 0)
     waited = time - bodies.anchor_time[who] - 1e-9
     anew = waited > paper.STUCK_SECONDS + paper.RECKLESS_SECONDS

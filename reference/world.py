@@ -74,6 +74,7 @@ class Bodies:
     mode: np.ndarray  # Mode, copied from the mind
     landmark: np.ndarray  # landmark headed for, -1: walk straight at `target`
     target: np.ndarray  # metres
+    goal: np.ndarray  # metres: where `target` leads in the end
     leader: np.ndarray  # body followed, -1 for nobody
     stairwell: np.ndarray  # the one walked down, -1 when not on stairs
     stairs_until: np.ndarray  # s, when the next storey is reached; inf off the stairs

@@ -117,7 +117,7 @@ class Lockstep:
         who = np.flatnonzero(self.world.bodies.walking)
         target = walking.targets(self.world, who)
         moved = self._walk(who, target)
-        touched = walking.advance(self.world, who, target, moved)
+        touched = walking.advance(self.world, who, moved)
         for run, own in self._by_world(touched):
             run.fill_doors(own)
         return touched

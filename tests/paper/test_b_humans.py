@@ -402,7 +402,6 @@ def test_who_means_to_pass_a_door_gets_stuck_before_it_too():
 
 
 @pytest.mark.paper("B5", "stuck, chosen")
-@pytest.mark.xfail(reason="the next cell of a way planned anew counts as arrival")
 def test_who_follows_gets_stuck_before_flames_and_passes_them():
     """The goal is the leader, not the next cell on the way, which is near."""
     sim = stage("#p.*.R..E", follows="pR")
