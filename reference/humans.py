@@ -141,8 +141,8 @@ def suitable_leader(me: Mind, observe: View, wanted: int) -> int | None:
 def leader_in_sight(me: Mind, observe: View) -> bool:
     """Is the leader in line of sight, or was it a moment ago? [B5, Alg. 1:5]
 
-    A leader who turns a corner or passes a door is not lost for LEADER_GRACE_SECONDS:
-    followers walk to where they saw them last [B5, deviation].
+    A leader out of sight is kept for LEADER_GRACE_SECONDS, or until the follower is
+    where it saw them last and does not see them from there [B5, deviation].
     """
     if me.leader in observe.bodies:
         return True
@@ -285,12 +285,14 @@ def _remember_leader(me: Mind, observe: View) -> None:
 def pass_landmark(me: Mind, landmark: int, side: int, beyond: int) -> None:
     """Remember a door or entrance just entered; a leader goes on past it [B6, chosen].
 
-    side: area it was entered from;  beyond: the place on its other side.
+    side: area it was entered from;  beyond: the place on its other side. A door that
+    only lies on the way to another one is no way back: one would turn in it for ever.
     """
-    entered = Passed(landmark, side)
+    entered, (aim, which, _) = Passed(landmark, side), me.goal
+    meant = aim is not Aim.DIRECTION and (aim is not Aim.LANDMARK or which == landmark)
     if me.trail and me.trail[-1].door == landmark and me.trail[-1] != entered:
         me.trail.pop()  # walked back through it: drop it
-    elif entered not in me.trail[-1:] and me.goal.aim is not Aim.DIRECTION:
+    elif entered not in me.trail[-1:] and meant:
         me.trail.append(entered)
     me.doors.add(landmark)
     if me.mode is Mode.LEADER:

@@ -23,7 +23,7 @@ Destinations = list[Destination | None]  # of robots; None: it keeps the old one
 
 FOLLOWER_GAP, CROWD_GAP = 1.2, 0.4
 """[C7, chosen] metres: a robot waits while its n followers are on average farther
-behind than FOLLOWER_GAP + CROWD_GAP * sqrt(n); a root, because a crowd is a disc."""
+away than FOLLOWER_GAP + CROWD_GAP * sqrt(n); a root, because a crowd is a disc."""
 
 DOORWAY = 2.0
 """[C7, chosen] metres on foot: a robot this near a door, entrance or exit does not

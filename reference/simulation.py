@@ -203,8 +203,7 @@ class Simulation:
     def _people_move(self) -> Touched:
         """Walk people one tick; return who stepped onto a landmark [A5]."""
         who = np.flatnonzero(self.world.bodies.walking)
-        target = walking.targets(self.world, who)
-        self.walked_to = self._walk(who, target)
+        self.walked_to = self._walk(who, walking.targets(self.world, who))
         touched = walking.advance(self.world, who, self.walked_to)
         self.fill_doors(touched)
         return touched

@@ -54,8 +54,9 @@ class View:
 
     @property
     def ground(self) -> frozenset[int]:
-        """Places of rooms and their doors in line of sight."""
-        return self._sight.in_line(self.place, self.holes) & self._sight.rooms
+        """Places of rooms and doors in line of sight; deep in stairs their own."""
+        line = self._sight.in_line(self.place, self.holes)
+        return line & self._sight.rooms or line
 
     def overlooked(self, place: int) -> frozenset[int]:
         """Places seen from a place where one has been, with all beside them."""

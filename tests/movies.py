@@ -517,7 +517,7 @@ def as_drawn(floors, building, scenario, rng):
     for i, cell in enumerate(found(floors, PEOPLE)):
         p = int(np.ravel_multi_index(cell, shape))
         bodies.place[i], bodies.floor[i], bodies.pace[i] = p, cell[0], WALKING_SPEED
-        for array in (bodies.position, bodies.target, bodies.anchor):
+        for array in (bodies.position, bodies.target, bodies.goal, bodies.anchor):
             array[i] = nav.centres[p]
         bodies.rank[i] = i / len(bodies)
     for robot, cell in zip(world.robots, found(floors, "R"), strict=True):

@@ -115,8 +115,7 @@ class Lockstep:
 
     def _people_move(self) -> Touched:
         who = np.flatnonzero(self.world.bodies.walking)
-        target = walking.targets(self.world, who)
-        moved = self._walk(who, target)
+        moved = self._walk(who, walking.targets(self.world, who))
         touched = walking.advance(self.world, who, moved)
         for run, own in self._by_world(touched):
             run.fill_doors(own)

@@ -746,6 +746,29 @@ def test_whoever_is_alone_finds_the_exit_of_any_floor_without_doors(rows, seed, 
     assert events_of(sim, Evacuated)
 
 
+@pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
+def test_a_door_on_the_way_back_to_another_is_no_way_back():
+    """Else p, whose way to the upper door leads through another, turns there."""
+    row, wall = "#######....+..............#", "#######....#########......#"
+    upper = ["#E........p...............#", "#########+#################"]
+    sim = stage("\n".join([*upper, row, *4 * [wall], row, 27 * "#"]), leads="p")
+    play_until(sim, lambda: events_of(sim, Evacuated), 90)
+
+
+@pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
+def test_who_has_strayed_into_the_foot_of_stairs_comes_out_again():
+    """Deep in a long stairwell, from where its entrance is out of sight."""
+    wall = "#AA#.........#"
+    floor = "\n".join(["#AA+.........#", *6 * [wall], "#AA#........pE"])
+    sim = stage(f"{floor}\n\n{floor.replace('pE', '.#')}", leads="p")
+    p = int(np.ravel_multi_index((0, 7, 1), sim.building.kind.shape))
+    sim.world.bodies.place[0], sim.world.bodies.position[0] = (
+        p,
+        sim.navigation.centres[p],
+    )
+    play_until(sim, lambda: events_of(sim, Evacuated), 60)
+
+
 def with_exit(rows):
     """What is connected to the first cell of a floor, with an exit there."""
     rows = walled(rows).drawing.storeys[0].rows

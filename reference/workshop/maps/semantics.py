@@ -103,14 +103,13 @@ def _gates(building: Building, floor: Floor) -> Iterator[Mistake]:
 def _wrong(building: Building, gate: Landmark, leads_outside: bool) -> str:
     """What is wrong with a gate, if anything."""
     kinds = [building.area_of[side].kind for side in gate.sides if side != OUTSIDE]
-    rooms, stairs = kinds.count("room"), kinds.count("stairwell")
     if gate.kind is Kind.EXIT:
         if not leads_outside:
             return "exit-indoors"
-        return "" if rooms else "exit-corner"
+        return "" if "room" in kinds else "exit-corner"
     if leads_outside:
         return "door-outside"
-    return "" if rooms and stairs < 2 <= rooms + stairs else "door-nowhere"
+    return "" if "room" in kinds and len(kinds) == 2 else "door-nowhere"
 
 
 def _stairwells(building: Building, floor: Floor) -> Iterator[Mistake]:
