@@ -97,7 +97,7 @@ evaluation = comparing.begin(
     fires=("none", "random", "greedy"),
     building="museum",
     people=12,
-    episodes=16,
+    episodes=24,
 )
 results = comparing.evaluate(evaluation, None, InProcess())
 for cell in cells(results, PAPER):
@@ -145,7 +145,7 @@ for cell in cells(results, ruler):
 # Compare guides under the same fire, that is, points of one shape: the farther right,
 # the more reward. The fire `greedy` reacts to people, so its h differs from guide to
 # guide. The intervals are wide: those of `patrol` and `sweep` overlap under both fires,
-# after sixteen runs.
+# after 24 runs.
 
 Path("out").mkdir(exist_ok=True)
 print(save(pictures.contours(ruler, cells(results, ruler)), "out/09_the_ruler.png"))

@@ -57,8 +57,8 @@ for robots in (Shepherd(1), Shepherd(2), Shepherd(3), Shepherd(5), OnFoot(1)):
     out = [run.outcome().evacuated for run in runs]
     name = f"{type(robots).__name__}({robots.enough})"
     print(f"{name:<11} {out}, {sum(out)} of 160 get out")
-#> Shepherd(1) [40, 40, 39, 31], 150 of 160 get out
+#> Shepherd(1) [40, 40, 39, 32], 151 of 160 get out
 #> Shepherd(2) [39, 40, 40, 34], 153 of 160 get out
-#> Shepherd(3) [38, 38, 30, 29], 135 of 160 get out
-#> Shepherd(5) [14, 33, 24, 32], 103 of 160 get out
+#> Shepherd(3) [32, 33, 33, 28], 126 of 160 get out
+#> Shepherd(5) [27, 28, 23, 22], 100 of 160 get out
 #> OnFoot(1)   [40, 40, 40, 37], 157 of 160 get out

@@ -19,7 +19,7 @@ def evaluated(seed: int) -> tuple:
         fires=("none", "random", "greedy"),
         building="museum",
         people=12,
-        episodes=16,
+        episodes=24,
         seed=seed,
     )
     results = comparing.evaluate(evaluation, None, InProcess())
