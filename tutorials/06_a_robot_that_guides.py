@@ -112,8 +112,8 @@ for robot in simulation.world.robots[:2]:
 #> 17 m from the exit, leads 3, says follow me
 
 # One leads three people past the exit to fetch others. All seven who die in this
-# evacuation die after some three minutes, on this floor. Health falls all the time [B7]:
-# waiting for others costs lives.
+# evacuation die after some three minutes, on this floor. Health falls all the time
+# [B7]: waiting for others costs lives.
 
 # %% Exercise
 # How many followers should a shepherd wait for? Try 1, 2, 3 and 5. Then let the best of

@@ -103,15 +103,15 @@ results = comparing.evaluate(evaluation, None, InProcess())
 for cell in cells(results, PAPER):
     R, h, E = cell.reward.mean, cell.difficulty.mean, cell.score.mean
     print(f"{cell.robots:6} {cell.fire:6} R {R:6.0f}  h {h:4.0f}  E {E:.3f}")
-#> none   none   R   2041  h    0  E 0.009
-#> none   random R    928  h 1231  E 0.108
-#> none   greedy R    910  h 1149  E 0.095
-#> patrol none   R   1877  h    0  E 0.008
-#> patrol random R   1352  h 1231  E 0.109
-#> patrol greedy R   1034  h 1413  E 0.141
-#> sweep  none   R   2178  h    0  E 0.009
-#> sweep  random R   1808  h 1231  E 0.110
-#> sweep  greedy R   1806  h 1320  E 0.125
+#> none   none   R   2044  h    0  E 0.009
+#> none   random R    859  h 1248  E 0.111
+#> none   greedy R    760  h 1214  E 0.105
+#> patrol none   R   1971  h    0  E 0.009
+#> patrol random R   1426  h 1248  E 0.112
+#> patrol greedy R   1281  h 1321  E 0.124
+#> sweep  none   R   2176  h    0  E 0.009
+#> sweep  random R   1909  h 1243  E 0.112
+#> sweep  greedy R   1907  h 1400  E 0.140
 
 # %% The ruler does not fit
 # The paper's ruler is made for rewards up to 14000, of forty people on the third floor.
@@ -129,16 +129,16 @@ for cell in cells(results, ruler):
     score, low, high = cell.score
     print(f"{cell.robots:6} {cell.fire:6} E {score:.2f} [{low:.2f}, {high:.2f}]")
 #> critical points: ((-3600.0, 0.1), (2300.0, 1000.0))
-#> b = 4.764, k = 0.00439, beta = 831
-#> none   none   E 0.80 [0.76, 0.85]
-#> none   random E 0.56 [0.47, 0.71]
-#> none   greedy E 0.50 [0.40, 0.64]
-#> patrol none   E 0.62 [0.38, 0.90]
-#> patrol random E 0.69 [0.56, 0.85]
-#> patrol greedy E 0.71 [0.57, 0.92]
-#> sweep  none   E 0.99 [0.97, 1.02]
-#> sweep  random E 0.97 [0.69, 1.29]
-#> sweep  greedy E 1.03 [0.79, 1.32]
+#> b = 4.764, k = 0.00643, beta = 818
+#> none   none   E 0.82 [0.79, 0.86]
+#> none   random E 0.42 [0.37, 0.51]
+#> none   greedy E 0.39 [0.32, 0.48]
+#> patrol none   E 0.73 [0.54, 0.94]
+#> patrol random E 0.61 [0.50, 0.75]
+#> patrol greedy E 0.58 [0.46, 0.74]
+#> sweep  none   E 1.01 [0.99, 1.03]
+#> sweep  random E 0.96 [0.70, 1.20]
+#> sweep  greedy E 1.03 [0.92, 1.16]
 
 # %% The picture
 # Each point is a pair of robots and fire. On the bold line E is 1, as for the baseline.
