@@ -144,8 +144,8 @@ for cell in cells(results, ruler):
 # Each point is a pair of robots and fire. On the bold line E is 1, as for the baseline.
 # Compare guides under the same fire, that is, points of one shape: the farther right,
 # the more reward. The fire `greedy` reacts to people, so its h differs from guide to
-# guide. The intervals are wide: those of `patrol` and `sweep` overlap under random fires,
-# after 24 runs.
+# guide. The intervals are wide: those of `patrol` and `sweep` overlap under random
+# fires, after 24 runs.
 
 Path("out").mkdir(exist_ok=True)
 print(save(pictures.contours(ruler, cells(results, ruler)), "out/09_the_ruler.png"))
