@@ -34,9 +34,9 @@ for old, new in zip(cells(results, ruler), cells(results, other), strict=True):
     E, low, high = old.score
     moved = new.score.mean - E
     print(f"{old.robots:5} {old.fire:6} E {E:.2f} [{low:.2f}, {high:.2f}] {moved:+.2f}")
-#> none  none   E 0.80 [0.76, 0.85] +0.11
-#> none  random E 0.56 [0.47, 0.71] -0.01
-#> none  greedy E 0.50 [0.40, 0.64] -0.01
-#> sweep none   E 0.99 [0.97, 1.02] +0.14
-#> sweep random E 0.97 [0.69, 1.29] +0.04
-#> sweep greedy E 1.03 [0.79, 1.32] +0.04
+#> none  none   E 0.82 [0.79, 0.86] +0.05
+#> none  random E 0.42 [0.37, 0.51] +0.07
+#> none  greedy E 0.39 [0.32, 0.48] +0.06
+#> sweep none   E 1.01 [0.99, 1.03] +0.07
+#> sweep random E 0.96 [0.70, 1.20] +0.10
+#> sweep greedy E 1.03 [0.92, 1.16] +0.12
