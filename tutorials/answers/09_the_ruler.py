@@ -1,6 +1,6 @@
 """Exercise 9: calibrate the ruler from other seeds. It takes 25 seconds.
 
-E moves by up to 0.16. Where nothing burns that is more than the width of the interval:
+E moves by up to 0.12. Where nothing burns that is more than the width of the interval:
 the interval knows of other runs, but not of another ruler. So compare scores by one
 ruler only, or use many more seeds.
 """
