@@ -326,10 +326,10 @@ def decide(world: World, who: np.ndarray, views: list[View]) -> None:
     bodies.leader[who] = [me.leader for me in minds]
     bodies.landmark[who] = [g.which if g.aim is landmark else NOWHERE for g in goals]
     nav, here = navigation_of(world.building), bodies.place[who].tolist()
-    ends = np.array([g.place for g in goals], int)
-    next_ = np.array([_straight(nav, *k) for k in zip(here, goals, strict=True)], int)
-    stays = (ends == NOWHERE)[:, None]
-    for points, places in (bodies.goal, ends), (bodies.target, next_):
+    goal = np.array([g.place for g in goals], int)
+    target = np.array([_straight(nav, *k) for k in zip(here, goals, strict=True)], int)
+    stays = (goal == NOWHERE)[:, None]
+    for points, places in (bodies.goal, goal), (bodies.target, target):
         points[who] = np.where(stays, bodies.position[who], nav.centres[places])
 
 

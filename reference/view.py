@@ -54,7 +54,7 @@ class View:
 
     @property
     def ground(self) -> frozenset[int]:
-        """Places of rooms and doors in line of sight; deep in stairs their own."""
+        """Places of rooms and doors in line of sight; if there are none, of stairs."""
         line = self._sight.in_line(self.place, self.holes)
         return line & self._sight.rooms or line
 

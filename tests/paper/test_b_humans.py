@@ -752,7 +752,8 @@ def test_a_door_on_the_way_back_to_another_is_no_way_back():
     row, wall = "#######....+..............#", "#######....#########......#"
     upper = ["#E........p...............#", "#########+#################"]
     sim = stage("\n".join([*upper, row, *4 * [wall], row, 27 * "#"]), leads="p")
-    play_until(sim, lambda: events_of(sim, Evacuated), 90)
+    wait(sim, 90)
+    assert events_of(sim, Evacuated)
 
 
 @pytest.mark.paper("B6", "Alg. 2:17, chosen: return to the door passed last")
@@ -761,12 +762,11 @@ def test_who_has_strayed_into_the_foot_of_stairs_comes_out_again():
     wall = "#AA#.........#"
     floor = "\n".join(["#AA+.........#", *6 * [wall], "#AA#........pE"])
     sim = stage(f"{floor}\n\n{floor.replace('pE', '.#')}", leads="p")
-    p = int(np.ravel_multi_index((0, 7, 1), sim.building.kind.shape))
-    sim.world.bodies.place[0], sim.world.bodies.position[0] = (
-        p,
-        sim.navigation.centres[p],
-    )
-    play_until(sim, lambda: events_of(sim, Evacuated), 60)
+    bodies, shape = sim.world.bodies, sim.building.kind.shape
+    deep = np.ravel_multi_index((0, 7, 1), shape)
+    bodies.place[0], bodies.position[0] = deep, sim.navigation.centres[deep]
+    wait(sim, 60)
+    assert events_of(sim, Evacuated)
 
 
 def with_exit(rows):
