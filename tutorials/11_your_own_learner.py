@@ -1,7 +1,7 @@
 """Tutorial 11: your own learner.
 
 You train robots with a learner that knows nothing of this project: a loop of torch and
-an environment with PettingZoo's methods. It takes 20 seconds. PettingZoo is an extra:
+an environment with PettingZoo's methods. It takes 30 seconds. PettingZoo is an extra:
 
     .venv/bin/pip install -c constraints.txt -e '.[pettingzoo]'
 """
