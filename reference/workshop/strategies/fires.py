@@ -62,8 +62,8 @@ class CloserFire:
 class FixedFire:
     """Lights the same cells in the same order, near exits first.
 
-    The yardstick: a fire is adaptive only if it does more harm than its own most
-    frequent sequence.
+    Cells that other flames have reached are left out. The yardstick: a fire is adaptive
+    only if it does more harm than its own most frequent sequence.
     """
 
     def __init__(self, places: Sequence[Decision] | None = None):
@@ -74,8 +74,15 @@ class FixedFire:
         """Choose by the number of sources so far; nothing after the last place."""
         if self.places is None:
             self.places = beside_ways_out(world)
-        lit = len(world.flames.sources)
-        return self.places[lit] if lit < len(self.places) else None
+        return next_unburnt(world, self.places)
+
+
+def next_unburnt(world: World, places: Sequence[Decision]) -> Decision | None:
+    """The next cell of a sequence, by the number of sources, that is not yet burnt."""
+    flames, place = world.flames, navigation_of(world.building).place
+    gone = (flames.burning | flames.ash).ravel()
+    left = (at for at in places[len(flames.sources) :] if not gone[place(*at)])
+    return next(left, None)
 
 
 def beside_ways_out(world: World) -> list[Decision]:

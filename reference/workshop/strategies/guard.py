@@ -6,6 +6,8 @@ Clauses: C7, D2, D6.  A fire that repeats itself can be guarded against.
 """
 
 from collections.abc import Sequence
+from itertools import starmap
+from math import dist
 
 from numpy.random import Generator as Rng
 
@@ -14,42 +16,59 @@ from reference.fire import Decision
 from reference.navigation import navigation_of
 from reference.paper import ROBOT_SPEED
 from reference.robots import Destinations, actual_target
-from reference.workshop.strategies.fires import beside_ways_out
+from reference.workshop.strategies.fires import beside_ways_out, next_unburnt
 from reference.workshop.strategies.guides import Observer
-from reference.world import Robot, World
+from reference.world import FireLit, Robot, World
 
 SPARE = 1.0  # [C7, chosen] seconds that a robot plans to be early
+BESIDE = 4.0  # [C7, chosen] metres: a fire so near a guarded cell saw the guard
 
 
 class Guard(Observer):
     """Do as `observer`, but stand where `fixed` will light its next fire.
 
     [D6] No fire starts in a cell where a robot stands. The nearest robot of that floor
-    sets off at the last decision that lets it arrive in time. If none can, or if Eq. 1
-    would send it elsewhere, all do as `observer`.
+    sets off at the last decision that lets it arrive in time; it reckons with decisions
+    every DECISION_SECONDS. If none can, or if Eq. 1 would send it elsewhere, all do as
+    `observer`; and so they do for good once another fire shows itself: one that is lit
+    elsewhere though nobody stood in the cell, or beside the one who stood there.
     """
 
     def __init__(self, places: Sequence[Decision] | None = None):
         """places: what the fire lights, in order; by default as `FixedFire`."""
         self.places = places
+        # by number: where a source was awaited, and whether a robot stood there
+        self._awaited: dict[int, tuple[Decision, bool]] = {}
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Decide as `observer` for all but the one that has to go and guard."""
         destinations = super().decide(world, robots, rng)
         if self.places is None:
             self.places = beside_ways_out(world)
-        if (lit := len(world.flames.sources)) < len(self.places):
-            floor, x, y = self.places[lit]
-            team = [robot for robot in robots if robot.floor == floor]
-            if team and actual_target(world.building, floor, x, y) == (x, y):
-                nav = navigation_of(world.building)
-                d = nav.distances([nav.place(floor, x, y)])
-                nearest = min(team, key=lambda robot: d[robot.place])
-                needs = SPARE + d[nearest.place] / ROBOT_SPEED
-                left = seconds_to_next_fire(world.time)
-                if needs <= left < needs + paper.DECISION_SECONDS:
-                    destinations[robots.index(nearest)] = x, y
+        if (awaited := next_unburnt(world, self.places)) is None:
+            return destinations
+        floor, x, y = awaited
+        nav, sources = navigation_of(world.building), world.flames.sources
+        p = nav.place(floor, x, y)
+        stood = any(robot.place == p for robot in world.robots)
+        self._awaited[len(sources)] = awaited, stood
+        team = [robot for robot in robots if robot.floor == floor]
+        known = all(starmap(self._was_awaited, enumerate(sources)))
+        if known and team and actual_target(world.building, floor, x, y) == (x, y):
+            d = nav.distances([p])
+            nearest = min(team, key=lambda robot: d[robot.place])
+            needs = SPARE + d[nearest.place] / ROBOT_SPEED
+            left = seconds_to_next_fire(world.time)
+            if needs <= left < needs + paper.DECISION_SECONDS:
+                destinations[robots.index(nearest)] = x, y
         return destinations
+
+    def _was_awaited(self, number: int, source: FireLit) -> bool:
+        """Was it lit where it was awaited, or far away since a robot stood there?"""
+        lit = source.floor, source.x, source.y
+        awaited, stood = self._awaited.get(number, (lit, False))
+        far = lit[0] != awaited[0] or dist(lit[1:], awaited[1:]) > BESIDE
+        return far if stood else lit == awaited
 
 
 def seconds_to_next_fire(time: float) -> float:
