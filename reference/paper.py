@@ -8,6 +8,7 @@ what they are.
 
 from dataclasses import dataclass
 from math import inf
+from numbers import Integral
 from types import MappingProxyType
 from typing import Any
 
@@ -55,7 +56,7 @@ MOST_FOLLOWERS = 5  # [B6, chosen] of one human: more would only stand in the wa
 FOLLOW_DISTANCE = 0.6  # [B5, chosen] metres: followers stop this far from a leader
 LEADER_GRACE_SECONDS = 3.0  # [B5, deviation] a leader out of sight is kept so long
 LEADER_PAUSE_SECONDS = 5.0  # [B5, chosen] from losing one to the next human leader
-RECONSIDER_TICKS = 3  # [B4, chosen] a mind thinks at least once in this many ticks
+RECONSIDER_SECONDS = 0.6  # [B4, chosen] a mind thinks at least this often
 GOAL_HYSTERESIS = 3.0  # [B6, chosen] metres that a new goal must be nearer
 
 # -- Robots (Appendix C) ------------------------------------------------------------
@@ -174,8 +175,9 @@ class Scenario:
     def __post_init__(self) -> None:
         counts = [self.people, self.robots_per_floor, self.sources]
         counts += self.people_per_floor or ()
-        if not 0 <= min(counts) <= max(counts) <= MOST:
-            raise InputError(f"people, robots and sources are 0 to {MOST:,}")
+        whole = all(isinstance(count, Integral) for count in counts)
+        if not (whole and 0 <= min(counts) <= max(counts) <= MOST):
+            raise InputError(f"people, robots, sources are whole, 0 to {MOST:,}")
         if self.rooms and self.people_per_floor is not None:
             raise InputError("people start in rooms or per floor, not both")
         if not 1 <= self.frames_per_tick <= MOST_FRAMES_PER_TICK:
@@ -186,6 +188,9 @@ class Scenario:
             raise InputError("time limit > 0 s, sight >= 1 m")
         ticks = round(self.decision_seconds / self.tick)
         object.__setattr__(self, "decision_seconds", ticks * self.tick)
+        object.__setattr__(self, "rooms", tuple(self.rooms))
+        if self.people_per_floor is not None:
+            object.__setattr__(self, "people_per_floor", tuple(self.people_per_floor))
 
     @property
     def tick(self) -> float:

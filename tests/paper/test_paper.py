@@ -102,7 +102,9 @@ def test_people_are_spread_evenly_over_the_floors(people, floors):
 
 def test_people_can_be_counted_floor_by_floor():
     """Lowest floor first, instead of `people`."""
-    assert Scenario(people_per_floor=(0, 2, 5)).start_counts(3) == (0, 2, 5)
+    scenario = Scenario(people_per_floor=[0, 2, 5])
+    assert scenario.start_counts(3) == (0, 2, 5)
+    assert hash(scenario)  # what is drawn once for a scenario is looked up by it
 
 
 def test_decisions_are_whole_ticks_apart():
@@ -121,6 +123,7 @@ def test_refuses_a_scenario_for_another_number_of_floors():
     "wrong",
     [
         {"people": -1},
+        {"people": 2.5},
         {"people_per_floor": (3, -1)},
         {"robots_per_floor": -1},
         {"sources": -1},

@@ -381,7 +381,10 @@ def test_the_files_that_ship_can_be_read(file):
         ({"arms": {"a" * 300: {}}}, "'a{60}' can be no arm's name: take up to 40"),
         ({"settings": {"random_fires": 1.0}}, "never plays where random_fires is 1"),
         ({"arms": {"a": {"imitation_rounds": 5}}}, "leave out imitation_rounds"),
-        ({"settings": {"scenario": {"sources": 10**12}}}, "sources are 0 to 10,000"),
+        (
+            {"settings": {"scenario": {"sources": 10**12}}},
+            "whole, 0 to 10,000",
+        ),
         ({"decisions": 0}, "decisions is 0: it must be a whole number from 1 upwards"),
         ({"seeds": [-1]}, "upwards"),
         ({"seeds": [0, 1, 0]}, "seeds: name each once"),
