@@ -39,15 +39,30 @@ def decided(robots, sim):
 def test_patrolling_robots_go_from_room_to_way_out_to_room():
     """The next stop as soon as the last one is reached, not before."""
     sim = Simulation(shipped("tiny"), Scenario(people=0), Patrol(), NoFire())
-    patrol, rng = Patrol(), np.random.default_rng(0)
+    patrol, rng, stairs = Patrol(), np.random.default_rng(0), sim.building.stairwells
     robot = sim.world.robots[-1]
     stops = [patrol.decide(sim.world, [robot], rng)[0] for _ in range(6)]
-    ways = [sim.building.landmarks[m].position for m in sim.building.ways_out(1)]
-    rooms = [room.centre for room in sim.building.rooms(1)]
-    assert all(stop in rooms for stop in stops[::2])
-    assert all(stop in ways for stop in stops[1::2])
+    assert all(stop in [well.centre for well in stairs] for stop in stops[1::2])
+    rooms = {sim.building.area[1, *sim.building.cell(*stop)] for stop in stops[::2]}
+    assert rooms <= {room.index for room in sim.building.rooms(1)}
     robot.way = [robot.place]
     assert patrol.decide(sim.world, [robot], rng) == [None]
+
+
+def test_patrolling_robots_visit_bent_rooms_and_each_begins_elsewhere():
+    """The room in the north is bent around the one in the south."""
+    sim = stage(
+        """
+        #############
+        #R..........E
+        #R.#######+##
+        #..#R.......#
+        #############
+        """
+    )
+    firsts = Patrol().decide(sim.world, sim.world.robots, sim.rng["robots"])
+    areas = [sim.building.area[0, *sim.building.cell(*stop)] for stop in firsts]
+    assert len({*areas}) == 2 and min(areas) >= 0
 
 
 def test_patrolling_robots_plan_their_round_once(monkeypatch):
@@ -55,7 +70,7 @@ def test_patrolling_robots_plan_their_round_once(monkeypatch):
     planned = []
     monkeypatch.setattr(
         "reference.workshop.strategies.guides._round",
-        lambda building, robot: planned.append(robot.body) or [(0.0, 0.0), (1.0, 1.0)],
+        lambda _, robot, mates: planned.append(robot.body) or [(0.0, 0.0), (1.0, 1.0)],
     )
     sim = Simulation(shipped("tiny"), Scenario(people=0), Patrol(), NoFire())
     patrol, (robot, *_) = Patrol(), sim.world.robots
@@ -87,6 +102,21 @@ def test_sweeping_robots_share_the_groups():
     )
     one, other = Sweep().decide(sim.world, sim.world.robots, sim.rng["robots"])
     assert one[0] > 5 and other[0] < -5
+
+
+@pytest.mark.paper("C7", "chosen")
+def test_sweeping_robots_see_the_flames_on_the_way_of_those_they_may_fetch():
+    """Three are worth the way back, unless their short way to the exit burns."""
+    for flames, column in ((".", 2), ("*", 0)):
+        board = """
+        ###############
+        E...pR........#
+        #.###########.#
+        #fqrs.........#
+        ###############
+        """
+        sim = stage(board.replace("f", flames), follows="pR")
+        assert decided(Sweep(), sim) == column
 
 
 @pytest.mark.paper("C7")
@@ -128,7 +158,7 @@ TWO_STAIRS = """
 @pytest.mark.paper("C7")
 def test_an_escort_counts_the_way_from_the_foot_of_the_stairs():
     """Down the farther stairs in the east, when the ground floor burns in the west."""
-    for flames, column in (("*", 15), (".", 3)):
+    for flames, column in (("*", 17), (".", 2)):
         sim = stage(TWO_STAIRS.replace("*", flames), follows="pR2")
         assert decided(Escort(), sim) == column
 
@@ -211,6 +241,27 @@ def test_a_guard_goes_only_if_it_is_in_time(board, goes):
     assert (decided == sim.building.metres(1, len(board) - 6)) == goes
 
 
+@pytest.mark.parametrize(
+    ("stands", "lit", "goes"),
+    [
+        (6, 16, True),  # in the cell, and it was lit far away: moved [D6]
+        (6, 7, False),  # in the cell, and it was lit beside: this fire looks
+        (4, 6, True),  # elsewhere, and it was lit there
+        (4, 16, False),  # elsewhere, and it was lit elsewhere: another fire
+    ],
+)
+def test_a_guard_stands_there_till_another_fire_shows_itself(stands, lit, goes):
+    """It awaited the first in column 6; the second is due in column 9, in 5 s."""
+    board = "#" + "." * 17 + "E"
+    sim = stage(board[:stands] + "R" + board[stands + 1 :], people=0)
+    places = [(0, *sim.building.metres(1, column)) for column in (6, 9, lit)]
+    guard, rng = Guard(places[:2]), sim.rng["robots"]
+    guard.decide(sim.world, sim.world.robots, rng)
+    sim.world.flames.sources.append(FireLit(10.0, *places[2]))
+    sim.world.time = 30.0
+    assert (guard.decide(sim.world, sim.world.robots, rng) == [places[1][1:]]) == goes
+
+
 def test_a_greedy_fire_strikes_on_the_way_of_people():
     """Three people are on their way to the door in the south."""
     sim = stage(
@@ -252,6 +303,9 @@ def test_a_fixed_fire_lights_the_same_places_whoever_is_there():
         assert nearest[p] == nearest[fuel(sim.building).ravel()].min()
         sim.world.flames.sources.append(FireLit(0.0, floor, x, y))
     assert fire.decide(sim.world, rng) is None
+    sim.world.flames.sources[:] = []
+    sim.world.flames.ash[0] = True
+    assert fire.decide(sim.world, rng)[0] == 1  # all of the first floor is ash
 
 
 @pytest.mark.paper("D2", "chosen")

@@ -16,8 +16,9 @@ from numpy.random import Generator as Rng
 from reference.building import Building
 from reference.navigation import navigation_of
 from reference.paper import ROBOT_SPEED, STAIRS_METRES, STAIRS_SECONDS
-from reference.robots import Destination, Destinations, flame_cost
+from reference.robots import Destination, Destinations, actual_target, flame_cost
 from reference.workshop.strategies.observed import (
+    at_way_out,
     before_stairwell,
     guides,
     stairs_that_end,
@@ -46,21 +47,28 @@ class Patrol:
 
     def _next(self, world: World, robot: Robot) -> Destination:
         if robot.body not in self._stops:
-            self._stops[robot.body] = _round(world.building, robot)
+            mates = sum(other.floor == robot.floor for other in world.robots)
+            self._stops[robot.body] = _round(world.building, robot, mates)
         stops = self._stops[robot.body]
         stops.append(stops.pop(0))
         return stops[-1]
 
 
-def _round(building: Building, robot: Robot) -> list[Destination]:
-    """List room, nearest way out, next room, ...; mates start at different rooms."""
-    ways = [building.landmarks[m].position for m in building.ways_out(robot.floor)]
-    rooms = [room.centre for room in building.rooms(robot.floor)]
-    shift = robot.number * len(rooms) // 2
-    rooms = rooms[shift:] + rooms[:shift]
-    return [
-        stop for room in rooms for stop in (room, min(ways, key=partial(dist, room)))
-    ]
+def _round(building: Building, robot: Robot, mates: int) -> list[Destination]:
+    """List room, nearest way out, next room, ...; mates start at different rooms.
+
+    Of a room: the cell nearest to its centre, if possible one that Eq. 1 leaves alone.
+    """
+    floor, out, stops = robot.floor, building.ways_out(robot.floor), list[Destination]()
+    rooms = building.rooms(floor)
+    shift = robot.number * len(rooms) // mates
+    for room in rooms[shift:] + rooms[:shift]:
+        cells = [building.metres(*cell) for cell in room.cells.tolist()]
+        calm = [to for to in cells if actual_target(building, floor, *to) == to]
+        stops.append(min(calm or cells, key=partial(dist, room.centre)))
+        ways = [at_way_out(building, building.landmarks[mark]) for mark in out]
+        stops.append(min(ways, key=partial(dist, stops[-1])))
+    return stops
 
 
 class Sweep:
@@ -98,7 +106,9 @@ class Sweep:
             people, to = best
             lost[people] = False
             return to
-        return world.building.landmarks[way].position if led else station(world, robot)
+        if not led:
+            return station(world, robot)
+        return at_way_out(world.building, world.building.landmarks[way])
 
     def _lost(self, world: World) -> np.ndarray:
         """Mark whom robots may fetch: (n,) bool."""
@@ -108,10 +118,10 @@ class Sweep:
         self, world: World, robot: Robot, d: np.ndarray, led: int
     ) -> tuple[int, np.ndarray, float]:
         """Find the least risky way out, (places,) metres to it, and the robot's."""
-        nav = navigation_of(world.building)
+        nav, cost = navigation_of(world.building), flame_cost(world, robot.floor)
         ways = world.building.ways_out(robot.floor)
         here, way = min((float(d[nav.goals[way]].min()), way) for way in ways)
-        return way, nav.distance_to(way), here
+        return way, nav.distances(nav.goals[way], cost), here
 
 
 class Escort(Sweep):

@@ -121,7 +121,7 @@ def way_marks(building: Building, floor: int) -> tuple[list[Any], list[Any]]:
     marks, wells = building.landmarks, building.stairwells
     outs = [np.clip(w.centre, low, high) for w in wells if w.leads_down(floor)]
     exits = [m for m in marks if m.kind is Kind.EXIT and m.floor == floor]
-    outs += [np.array(at_exit(building, mark)) for mark in exits]
+    outs += [np.array(at_way_out(building, mark)) for mark in exits]
     ends = stairs_that_end(building, floor)
     return outs, [before_stairwell(building, floor, k) for k in ends]
 
@@ -137,12 +137,21 @@ def rims(building: Building, floor: int) -> list[Any]:
     [C5, chosen] For each, the nearest cell on foot that flames may enter and that is
     not near a stairwell, where Eq. 1 would move the robot.
     """
-    nav, guarded = navigation_of(building), lightable(building)
-    for well in (well for well in building.stairwells if floor in well.areas):
-        guarded &= np.hypot(*(nav.centres - well.centre).T) > NEAR_STAIRWELL
     marks = [m for m in building.landmarks if m.floor == floor]
     ways = [m.index for m in marks if m.kind is not Kind.DOOR]
+    guarded, nav = lightable(building) & kept(building), navigation_of(building)
     return [nav.centres[p] for p in nearest_places(building, ways, guarded)]
+
+
+@lru_cache(maxsize=8)
+def kept(building: Building) -> np.ndarray:
+    """(places,) bool: far from stairwells; there Eq. 1 keeps a destination [C6]."""
+    nav, wells = navigation_of(building), building.stairwells
+    far = np.ones((building.floors, nav.floor_size), dtype=bool)
+    for well in wells:
+        off = nav.centres[: nav.floor_size] - well.centre
+        far[list(well.areas)] &= np.hypot(*off.T) > NEAR_STAIRWELL
+    return far.ravel()
 
 
 def lightable(building: Building) -> np.ndarray:
@@ -168,28 +177,30 @@ def before_stairwell(building: Building, floor: int, index: int) -> Destination:
 
     If it pulls from everywhere, the cell nearest to the entrance.
     """
-    nav, well = navigation_of(building), building.stairwells[index]
-    entrance, room = well.entrances[floor][:1], building.kind.ravel() == Kind.FLOOR
-    outside = room & (np.hypot(*(nav.centres - well.centre).T) > NEAR_STAIRWELL)
-    found = nearest_places(building, entrance, outside)
+    entrance = building.stairwells[index].entrances[floor][:1]
+    room = building.kind.ravel() == Kind.FLOOR
+    found = nearest_places(building, entrance, room & kept(building))
     found += nearest_places(building, entrance, room)
-    x, y = nav.centres[found[0]].tolist()
+    x, y = navigation_of(building).centres[found[0]].tolist()
     return x, y
 
 
-def at_exit(building: Building, exit_: Landmark) -> Destination:
-    """Find a point that means this exit and no stairwell beside it [C6] [C7].
+@lru_cache(maxsize=64)
+def at_way_out(building: Building, way: Landmark) -> Destination:
+    """Find a point that means this way out and no other beside it [C6] [C7].
 
-    The exit itself, unless Eq. 1 leads away from there.
+    The stairwell's middle, or the exit itself, unless Eq. 1 leads away from there.
     """
+    if way.stairwell >= 0:
+        return building.stairwells[way.stairwell].centre
     points = navigation_of(building).centres[: building.kind[0].size]
-    off = np.hypot(*(points - exit_.position).T)
+    off = np.hypot(*(points - way.position).T)
     near = points[np.argsort(off, kind="stable")[: int((off <= AT_EXIT).sum())]]
-    for point in [exit_.position, *map(tuple, near.tolist())]:
-        target = actual_target(building, exit_.floor, *point)
-        if said_on_the_way(building, exit_.floor, target) in building.exits:
+    for point in [way.position, *map(tuple, near.tolist())]:
+        target = actual_target(building, way.floor, *point)
+        if said_on_the_way(building, way.floor, target) == way.index:
             return point
-    return exit_.position
+    return way.position
 
 
 def _filled(floors: Sequence[Any]) -> np.ndarray:
