@@ -2,8 +2,8 @@
 
 The paper lets a fire attack robots so that they become robust. That needs a game in
 which something better can be done under attack. You meet a fire that repeats itself,
-and robots that know it, stand in its way, and pay for that elsewhere. It takes
-20 seconds.
+robots that know it and stand in its way, and a fire that looks before it strikes. It
+takes 20 seconds.
 """
 
 from collections import Counter
@@ -79,8 +79,10 @@ Path("out").mkdir(exist_ok=True)
 drawing.save(drawing.frame(watched.world), Path("out/12_guard.png"))
 
 # %% What it costs elsewhere
-# Under other fires the robot that stands guard is a robot that does not lead. Of eight
-# evacuations some differences are luck; RESULTS.md has a hundred.
+# Under other fires the robot that stands guard is a robot that does not lead. So
+# `guard` gives up once another fire shows itself: one that is lit elsewhere though
+# nobody stood in its way, or beside the guard, since it looks. Of eight evacuations most
+# differences are luck; RESULTS.md has a hundred.
 
 for fire in ("none", "random", "busiest"):
     both = (saved(played(robots, FIRES[fire])) for robots in (Observer, Guard))
