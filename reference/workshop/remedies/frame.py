@@ -13,9 +13,11 @@ is computed from the observation, the map, and where robots are headed.
 
 import numpy as np
 
+from reference import paper
 from reference.game.codec import PolicyCodec
 from reference.game.observations import from_normalised
 from reference.robots import AT_EXIT
+from reference.workshop.strategies.guard import seconds_to_next_fire
 from reference.workshop.strategies.observed import FAR, between, guides, map_of
 from reference.world import NOBODY
 
@@ -60,7 +62,7 @@ class View:
         self.spot = from_normalised(building, headed.astype(np.float64))
         self.outs = self._nearest_first(self.map.outs)
         self.feet = self._nearest_first(self.map.feet)
-        self.rims = self._nearest_first(self.map.rims)
+        self.rims = self.map.rims[self.floor]  # in their order, which a fire may have
         self._find_anchors()
 
     def _sort_people(self) -> None:
@@ -127,6 +129,7 @@ class View:
             self.seen["fires_per_floor"],
             self.floor[:, None] == floors,
             self.seen["time"] / self.scenario.time_limit,
+            seconds_to_next_fire(self.seen["time"]) / paper.DECISION_SECONDS / 5,
             self.mine.sum(axis=1) / UNIT,
             self.lost.sum(axis=1) / UNIT,
             ~np.isnan(self.spot[:, 0]),

@@ -71,8 +71,9 @@ class Guard(Observer):
         return far if stood else lit == awaited
 
 
-def seconds_to_next_fire(time: float) -> float:
+def seconds_to_next_fire(time):
     """Seconds until the fire decides again, after its decision at this time [D2]."""
     every = paper.FIRE_EVERY_DECISIONS * paper.DECISION_SECONDS
     first = paper.FIRE_FIRST_DECISION * paper.DECISION_SECONDS
-    return every - (time - first) % every if time >= first else first - time
+    import numpy as np
+    return np.where(time >= first, every - (time - first) % every, first - time)
