@@ -123,16 +123,18 @@ class Training:
         s, task = self.settings, self.task
         now: dict[Side, Any] = {s: player_of(who) for s, who in self.learners.items()}
         which = ROUNDS, self.round, s.jobs_per_round * s.episodes_per_job
+        scenario = s.scenario
         if not self.imitated:
             which = DEMONSTRATIONS, len(self.shown), s.imitation_episodes
             weights = now["robots"].weights if self.shown else {}
+            scenario = replace(scenario, training=False)
             now["robots"] = Demonstration(s.robots, weights, str(task.imitate))
         seeds = seeds_of(task.seed, *which)
         jobs, first = [], self.round * s.jobs_per_round
         for number, chunk in enumerate(chunks(seeds, s.episodes_per_job), first):
             who: Any = now | self._others(number)
             record = tuple(side for side in now if who[side] is now[side])
-            jobs.append(Job(task.plan, s.scenario, **who, seeds=chunk, record=record))
+            jobs.append(Job(task.plan, scenario, **who, seeds=chunk, record=record))
         return jobs
 
     def _others(self, job: int) -> dict[Side, Any]:
