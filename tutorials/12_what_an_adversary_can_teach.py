@@ -81,8 +81,8 @@ drawing.save(drawing.frame(watched.world), Path("out/12_guard.png"))
 # %% What it costs elsewhere
 # Under other fires the robot that stands guard is a robot that does not lead. So
 # `guard` gives up once another fire shows itself: one that is lit elsewhere though
-# nobody stood in its way, or beside the guard, since it looks. Of eight evacuations most
-# differences are luck; RESULTS.md has a hundred.
+# nobody stood in its way, or beside the guard, since it looks. Of eight evacuations
+# most differences are luck; RESULTS.md has a hundred.
 
 for fire in ("none", "random", "busiest"):
     both = (saved(played(robots, FIRES[fire])) for robots in (Observer, Guard))

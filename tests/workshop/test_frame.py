@@ -177,6 +177,28 @@ def test_a_rim_is_the_nearest_cell_to_a_way_that_flames_may_enter(name):
             assert place == first or actual_target(building, floor, *at) != at
 
 
+@pytest.mark.paper("C4", "chosen")
+def test_a_robot_reads_when_the_next_fire_comes():
+    """At 10 s and every 25 s after; a whole interval is left when one has just come."""
+    sim = stage(HALL)
+    for time, left in ((0.0, 10), (5.0, 5), (10.0, 25), (30.0, 5), (35.0, 25)):
+        sim.world.time = time
+        _, found = seen(sim)
+        assert found[:, -5] == pytest.approx(left / 25)
+
+
+@pytest.mark.paper("C5", "chosen")
+def test_where_to_guard_is_told_in_the_same_order_wherever_one_stands():
+    """Ways out are told by their distance."""
+    sim = stage("E.............R.E\n#.......p.......#\nE.R.............E")
+    frame, found = seen(sim)
+    at = [robot.position for robot in sim.world.robots]
+    spots = anchors(frame, found)[0] * UNIT + np.array(at)[:, None]
+    ways, marks = np.split(spots[:, STAY + 1 : STAY + 9], 2, axis=1)
+    assert np.allclose(marks[0], marks[1], atol=1e-4)
+    assert not np.allclose(ways[0], ways[1], atol=1e-4)
+
+
 @pytest.mark.paper("C5", "chosen")
 def test_masks_never_forbid_to_guard():
     """To a rim or on the way to one, though nobody is lost there and nobody led."""

@@ -102,6 +102,7 @@ def test_robots_imitate_under_the_fires_that_they_then_learn_under():
     """One that learns, and those that stand in for it."""
     training = begun(replace(tiny(), random_fires=0.5), imitate="sweep")
     before = {type(job.fire) for job in training.jobs()}
+    assert not any(job.scenario.training for job in training.jobs())  # [D6]
     while not training.imitated:
         training.learn([e for job in training.jobs() for e in play(job)])
     assert before == {type(job.fire) for job in training.jobs()}

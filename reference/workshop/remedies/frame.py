@@ -13,12 +13,17 @@ is computed from the observation, the map, and where robots are headed.
 
 import numpy as np
 
-from reference import paper
 from reference.game.codec import PolicyCodec
 from reference.game.observations import from_normalised
+from reference.paper import FIRE_EVERY_DECISIONS
 from reference.robots import AT_EXIT
-from reference.workshop.strategies.guard import seconds_to_next_fire
-from reference.workshop.strategies.observed import FAR, between, guides, map_of
+from reference.workshop.strategies.observed import (
+    FAR,
+    between,
+    guides,
+    map_of,
+    seconds_to_next_fire,
+)
 from reference.world import NOBODY
 
 UNIT = 10.0  # [C5, chosen] metres of one unit of an action
@@ -37,7 +42,8 @@ class View:
     alone, lost, mine  (B, n) bool, people whom nobody leads, those on my floor, and
            those I lead, in the order of the vector;  order  (B, n), the frame's
     spot   (B, 2) metres, where robots are headed;  outs, feet, rims  (B, k, 2) metres,
-           ways out, feet of stairs and where to guard, nearest first; nan for none
+           ways out and feet of stairs, nearest first, and where to guard, in the map's
+           order: one is known by its number, as what a fire does next; nan for none
     anchors  (B, K, 2) units;  way  (B, K) metres;  allowed  (B, K) bool
     """
 
@@ -62,7 +68,7 @@ class View:
         self.spot = from_normalised(building, headed.astype(np.float64))
         self.outs = self._nearest_first(self.map.outs)
         self.feet = self._nearest_first(self.map.feet)
-        self.rims = self.map.rims[self.floor]  # in their order, which a fire may have
+        self.rims = self.map.rims[self.floor]
         self._find_anchors()
 
     def _sort_people(self) -> None:
@@ -114,9 +120,10 @@ class View:
         return _within(AT_EXIT, self.spot, self.outs)
 
     def numbers(self) -> np.ndarray:
-        """(B, V) float32: anchors, people, robots, mates first, fires, counts."""
+        """(B, V) float32: anchors, people, robots, mates first, fires, counts, time."""
         people = self._points(self.humans, self.alone)
         mates, floors = self.robots[:, 1:], np.arange(len(self.map.free))
+        step = self.scenario.decision_seconds
         parts = [
             self.anchors,
             self.allowed,
@@ -129,7 +136,7 @@ class View:
             self.seen["fires_per_floor"],
             self.floor[:, None] == floors,
             self.seen["time"] / self.scenario.time_limit,
-            seconds_to_next_fire(self.seen["time"]) / paper.DECISION_SECONDS / 5,
+            seconds_to_next_fire(self.seen["time"], step) / step / FIRE_EVERY_DECISIONS,
             self.mine.sum(axis=1) / UNIT,
             self.lost.sum(axis=1) / UNIT,
             ~np.isnan(self.spot[:, 0]),

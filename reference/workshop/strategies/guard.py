@@ -11,13 +11,13 @@ from math import dist
 
 from numpy.random import Generator as Rng
 
-from reference import paper
 from reference.fire import Decision
 from reference.navigation import navigation_of
-from reference.paper import ROBOT_SPEED
+from reference.paper import DECISION_SECONDS, ROBOT_SPEED
 from reference.robots import Destinations, actual_target
 from reference.workshop.strategies.fires import beside_ways_out, next_unburnt
 from reference.workshop.strategies.guides import Observer
+from reference.workshop.strategies.observed import seconds_to_next_fire
 from reference.world import FireLit, Robot, World
 
 SPARE = 1.0  # [C7, chosen] seconds that a robot plans to be early
@@ -58,8 +58,8 @@ class Guard(Observer):
             d = nav.distances([p])
             nearest = min(team, key=lambda robot: d[robot.place])
             needs = SPARE + d[nearest.place] / ROBOT_SPEED
-            left = seconds_to_next_fire(world.time)
-            if needs <= left < needs + paper.DECISION_SECONDS:
+            left = seconds_to_next_fire(world.time, DECISION_SECONDS)
+            if needs <= left < needs + DECISION_SECONDS:
                 destinations[robots.index(nearest)] = x, y
         return destinations
 
@@ -69,11 +69,3 @@ class Guard(Observer):
         awaited, stood = self._awaited.get(number, (lit, False))
         far = lit[0] != awaited[0] or dist(lit[1:], awaited[1:]) > BESIDE
         return far if stood else lit == awaited
-
-
-def seconds_to_next_fire(time):
-    """Seconds until the fire decides again, after its decision at this time [D2]."""
-    every = paper.FIRE_EVERY_DECISIONS * paper.DECISION_SECONDS
-    first = paper.FIRE_FIRST_DECISION * paper.DECISION_SECONDS
-    import numpy as np
-    return np.where(time >= first, every - (time - first) % every, first - time)

@@ -1,6 +1,6 @@
 """What robots observe of a building and of people, beside the numbers themselves.
 
-Clauses: C1, C5-C7, D6.  Places of points, ways on foot, who seems to lead whom, and the
+Clauses: C1, C5-C7, D2, D6.  Places of points, ways on foot, who seems to lead whom, the
 points that mean a way out; hand-written robots and the robot's frame share them.
 
     p, q  places;  n  people;  R  robots
@@ -18,7 +18,12 @@ from scipy.sparse.csgraph import dijkstra
 from reference.building import Building, Kind, Landmark
 from reference.fire import fuel
 from reference.navigation import Navigation, navigation_of
-from reference.paper import NEAR_STAIRWELL, SIGHT_RANGE
+from reference.paper import (
+    FIRE_EVERY_DECISIONS,
+    FIRE_FIRST_DECISION,
+    NEAR_STAIRWELL,
+    SIGHT_RANGE,
+)
 from reference.robots import AT_EXIT, Destination, actual_target, said_on_the_way
 from reference.world import NOBODY
 
@@ -201,6 +206,13 @@ def at_way_out(building: Building, way: Landmark) -> Destination:
         if said_on_the_way(building, way.floor, target) == way.index:
             return point
     return way.position
+
+
+def seconds_to_next_fire(time: Any, decision_seconds: float) -> np.ndarray:
+    """Seconds until the fire decides again, after its decision at a time (...) [D2]."""
+    first = FIRE_FIRST_DECISION * decision_seconds
+    every = FIRE_EVERY_DECISIONS * decision_seconds
+    return np.where(time < first, first - time, every - (time - first) % every)
 
 
 def _filled(floors: Sequence[Any]) -> np.ndarray:

@@ -33,7 +33,7 @@ from reference.workshop.training.presets import Settings
 
 PATTERN = "checkpoint-[0-9]*.pt"
 KIND = "checkpoint of fire-rescue-reference"
-FORMAT = 8
+FORMAT = 9
 """Grows whenever settings, observations, actions or networks mean something else."""
 
 

@@ -118,16 +118,17 @@ class Training:
     def jobs(self) -> list[Job]:
         """Make the round's jobs; seeds follow from the run's and the round's number.
 
-        Before the first round, robots that imitate ask their teacher.
+        Before the first round, robots that imitate ask their teacher. There a fire on
+        an occupied place is moved, as in evaluation [D6, chosen]: one that the teacher
+        guards against would else try the same place for ever.
         """
         s, task = self.settings, self.task
         now: dict[Side, Any] = {s: player_of(who) for s, who in self.learners.items()}
         which = ROUNDS, self.round, s.jobs_per_round * s.episodes_per_job
-        scenario = s.scenario
+        scenario = replace(s.scenario, training=self.imitated)
         if not self.imitated:
             which = DEMONSTRATIONS, len(self.shown), s.imitation_episodes
             weights = now["robots"].weights if self.shown else {}
-            scenario = replace(scenario, training=False)
             now["robots"] = Demonstration(s.robots, weights, str(task.imitate))
         seeds = seeds_of(task.seed, *which)
         jobs, first = [], self.round * s.jobs_per_round
