@@ -107,7 +107,7 @@ HOLE = "building: x\nsize: 4 x 3\nfloor 1:\n####\n#..E\n#.##\n"
     ("place", "value", "message"),
     [
         ("kind", "something else", "is no checkpoint"),
-        ("format", 9, "and format 9, written by version .*; here they are"),
+        ("format", 10, "and format 10, written by version .*; here they are"),
         ("game", 1, "is of game 1 and"),
         ("task", {}, "lacks a part"),
         ("task settings robots batch_size", -1, "batch_size"),
