@@ -43,7 +43,7 @@ class View:
            those I lead, in the order of the vector;  order  (B, n), the frame's
     spot   (B, 2) metres, where robots are headed;  outs, feet, rims  (B, k, 2) metres,
            ways out and feet of stairs, nearest first, and where to guard, in the map's
-           order: one is known by its number, as what a fire does next; nan for none
+           order, so that each keeps its number; nan for none
     anchors  (B, K, 2) units;  way  (B, K) metres;  allowed  (B, K) bool
     """
 
