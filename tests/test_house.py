@@ -111,10 +111,10 @@ def test_the_house_grows_no_further():
         return sum(len(path.read_text("utf-8").splitlines()) for path in paths)
 
     book = [path for name, path in MODULES.items() if in_reading_order(name) in BOOK]
-    assert lines(book) <= 5_630
-    assert lines(PACKAGE.rglob("*.py")) <= 15_990
+    assert lines(book) <= 5_635
+    assert lines(PACKAGE.rglob("*.py")) <= 16_060
     assert lines((ROOT / "tests" / "paper").glob("*.py")) <= 4_815
-    assert lines((ROOT / "tests").rglob("*.py")) <= 15_515
+    assert lines((ROOT / "tests").rglob("*.py")) <= 15_610
 
 
 def test_matplotlib_is_imported_by_drawing_alone():
