@@ -56,7 +56,7 @@ MOST_FOLLOWERS = 5  # [B6, chosen] of one human: more would only stand in the wa
 FOLLOW_DISTANCE = 0.6  # [B5, chosen] metres: followers stop this far from a leader
 LEADER_GRACE_SECONDS = 3.0  # [B5, deviation] a leader out of sight is kept so long
 LEADER_PAUSE_SECONDS = 5.0  # [B5, chosen] from losing one to the next human leader
-RECONSIDER_SECONDS = 0.6  # [B4, chosen] a mind thinks at least this often
+RECONSIDER_TICKS = 3  # [B4, chosen] a mind thinks at least once in this many ticks
 GOAL_HYSTERESIS = 3.0  # [B6, chosen] metres that a new goal must be nearer
 
 # -- Robots (Appendix C) ------------------------------------------------------------

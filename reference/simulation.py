@@ -57,7 +57,7 @@ class Simulation:
 
     world   what exists now;  events  all that has happened
     tick    seconds of one step;  decision_ticks  ticks from one decision to the next
-    due     (n,) bool, who thinks next;  turn  (n,) each one's tick of `turns`
+    due     (n,) bool, who thinks next;  turn  (n,) each one's tick of RECONSIDER_TICKS
     full_until  (landmarks + 1,) s, until then each is full; the last: no landmark
     walked_to  (k, 2) metres, where the last tick's walk led, before any took stairs
     """
@@ -99,8 +99,7 @@ class Simulation:
         self._flame_ticks = max(1, round(paper.FLAME_SECONDS / self.tick))
         self._flames_change = self.world.time if self.world.flames.sources else inf
         self.full_until = np.zeros(len(building.landmarks) + 1)
-        self.turns = max(1, int(paper.RECONSIDER_SECONDS / self.tick + 1e-9))
-        self.turn = np.arange(len(self.world.bodies)) % self.turns
+        self.turn = np.arange(len(self.world.bodies)) % paper.RECONSIDER_TICKS
         self.due = np.ones(len(self.world.bodies), dtype=bool)
 
     # -- The tick -------------------------------------------------------------------
@@ -283,7 +282,7 @@ class Simulation:
             bodies.health[i] = 0.0
             self._leave(i, Fate.DEAD)
             self._record(Died, i, int(bodies.floor[i]))
-        self.due[:] = self.turn == self.ticks % self.turns
+        self.due[:] = self.turn == self.ticks % paper.RECONSIDER_TICKS
         for i, before in touched:
             if bodies.fate[i] == Fate.INSIDE:
                 self._touch(i, before, int(self._marks[bodies.place[i]]))

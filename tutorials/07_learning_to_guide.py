@@ -206,10 +206,10 @@ print(drawing.save(figure, "out/07_finishing_early.png"))
 
 # For PPO, and without posthumous credit, going is worth nothing to A. So it waits.
 #
-# The robots that ship have learned by MA-POCA too, see RESULTS.md. Watch them in a page
-# for a browser (`.gif` and `.mp4` work as well):
+# The robots that ship have learned by MA-POCA too, see RESULTS.md. Watch in a page for
+# a browser how one stands in the way of a fire (`.gif` and `.mp4` work as well):
 #
-#     python -m reference evacuate --robots learned --fire random --animate learned.html
+#     python -m reference evacuate --robots learned --fire fixed --animate learned.html
 
 # %% Exercise
 # In another episode A waits, and the rewards are 0, 0, 1. Which advantages do A and B

@@ -110,7 +110,7 @@ for cell in cells(results, PAPER):
 #> patrol random R   1426  h 1248  E 0.112
 #> patrol greedy R   1281  h 1321  E 0.124
 #> sweep  none   R   2176  h    0  E 0.009
-#> sweep  random R   1909  h 1243  E 0.112
+#> sweep  random R   1872  h 1243  E 0.112
 #> sweep  greedy R   1907  h 1400  E 0.140
 
 # %% The ruler does not fit
@@ -129,16 +129,16 @@ for cell in cells(results, ruler):
     score, low, high = cell.score
     print(f"{cell.robots:6} {cell.fire:6} E {score:.2f} [{low:.2f}, {high:.2f}]")
 #> critical points: ((-3600.0, 0.1), (2300.0, 1000.0))
-#> b = 4.764, k = 0.00643, beta = 818
-#> none   none   E 0.82 [0.79, 0.86]
-#> none   random E 0.42 [0.37, 0.51]
-#> none   greedy E 0.39 [0.32, 0.48]
-#> patrol none   E 0.73 [0.54, 0.94]
-#> patrol random E 0.61 [0.50, 0.75]
-#> patrol greedy E 0.58 [0.46, 0.74]
-#> sweep  none   E 1.01 [0.99, 1.03]
-#> sweep  random E 0.96 [0.70, 1.20]
-#> sweep  greedy E 1.03 [0.92, 1.16]
+#> b = 4.764, k = 0.00643, beta = 808
+#> none   none   E 0.83 [0.80, 0.87]
+#> none   random E 0.43 [0.38, 0.52]
+#> none   greedy E 0.40 [0.32, 0.49]
+#> patrol none   E 0.74 [0.54, 0.96]
+#> patrol random E 0.62 [0.50, 0.76]
+#> patrol greedy E 0.59 [0.46, 0.75]
+#> sweep  none   E 1.02 [1.00, 1.04]
+#> sweep  random E 0.93 [0.68, 1.18]
+#> sweep  greedy E 1.05 [0.93, 1.18]
 
 # %% The picture
 # Each point is a pair of robots and fire. On the bold line E is 1, as for the baseline.

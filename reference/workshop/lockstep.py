@@ -173,7 +173,7 @@ class Lockstep:
 
     def _settle(self, touched: Touched, ticks: int) -> None:
         bodies, own = self.world.bodies, dict(self._by_world(touched))
-        self.due[:] = self._turn == ticks % self.runs[0].turns
+        self.due[:] = self._turn == ticks % paper.RECONSIDER_TICKS
         leaving = (bodies.health <= paper.NO_HEALTH) & bodies.inside
         leaving |= bodies.stairs_until <= self.world.time
         eventful = leaving.reshape(len(self.runs), -1).any(axis=1).tolist()

@@ -34,9 +34,9 @@ for old, new in zip(cells(results, ruler), cells(results, other), strict=True):
     E, low, high = old.score
     moved = new.score.mean - E
     print(f"{old.robots:5} {old.fire:6} E {E:.2f} [{low:.2f}, {high:.2f}] {moved:+.2f}")
-#> none  none   E 0.82 [0.79, 0.86] +0.05
-#> none  random E 0.42 [0.37, 0.51] +0.07
-#> none  greedy E 0.39 [0.32, 0.48] +0.06
-#> sweep none   E 1.01 [0.99, 1.03] +0.07
-#> sweep random E 0.96 [0.70, 1.20] +0.10
-#> sweep greedy E 1.03 [0.92, 1.16] +0.12
+#> none  none   E 0.83 [0.80, 0.87] +0.04
+#> none  random E 0.43 [0.38, 0.52] +0.05
+#> none  greedy E 0.40 [0.32, 0.49] +0.05
+#> sweep none   E 1.02 [1.00, 1.04] +0.05
+#> sweep random E 0.93 [0.68, 1.18] +0.08
+#> sweep greedy E 1.05 [0.93, 1.18] +0.09

@@ -1,7 +1,8 @@
 """Exercise 12: a guard against `closer`. It takes 8 seconds.
 
-It gains nothing and loses the robot that stands there: `closer` looks which cells are
-free, and lights the next one beside the robot. A guard stops only a fire that is blind.
+It gains nothing: `closer` looks which cells are free, and lights the next one beside
+the robot. The guard sees that and gives up; it has only lost time. A guard stops only a
+fire that is blind.
 """
 
 from reference import Scenario, Simulation, load
@@ -26,4 +27,4 @@ for name, robots in (("observer", Observer), ("guard", lambda: Guard(places))):
     saved = sum(run.outcome().evacuated for run in runs) / (40 * len(runs))
     print(f"`{name}` saves {saved:.0%} under `closer`")
 #> `observer` saves 73% under `closer`
-#> `guard` saves 68% under `closer`
+#> `guard` saves 67% under `closer`
