@@ -210,9 +210,9 @@ def at_way_out(building: Building, way: Landmark) -> Destination:
 
 def seconds_to_next_fire(time: Any, decision_seconds: float) -> np.ndarray:
     """Seconds until the fire decides again, after its decision at a time (...) [D2]."""
-    first = FIRE_FIRST_DECISION * decision_seconds
-    every = FIRE_EVERY_DECISIONS * decision_seconds
-    return np.where(time < first, first - time, every - (time - first) % every)
+    since = np.round(time / decision_seconds - FIRE_FIRST_DECISION, 3)
+    later = FIRE_EVERY_DECISIONS - since % FIRE_EVERY_DECISIONS
+    return decision_seconds * np.where(since < 0, -since, later)
 
 
 def _filled(floors: Sequence[Any]) -> np.ndarray:
