@@ -118,8 +118,8 @@ print("survivors of `busiest`:", saved(busy), " of its sequence:", saved(blind))
 # no guard can wait for it, and robots have to learn something else than a place.
 # `tutorials/experiments/is_it_adaptive.py` asks it of any fire.
 #
-# So there is something to teach: whoever knows the attack saves more under it, and less
-# elsewhere. RESULTS.md tells more, from more evacuations.
+# So there is something to teach: whoever knows the attack saves more under it.
+# RESULTS.md tells more, from more evacuations.
 
 # %% Exercise
 # `closer` lights the free cell nearest to each way out in turn. Read its sequence from

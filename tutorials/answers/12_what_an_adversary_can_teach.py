@@ -1,8 +1,8 @@
 """Exercise 12: a guard against `closer`. It takes 8 seconds.
 
-It gains nothing: `closer` looks which cells are free, and lights the next one beside
-the robot. The guard sees that and gives up; it has only lost time. A guard stops only a
-fire that is blind.
+It loses: `closer` looks which cells are free, and lights the next one beside the robot.
+The guard sees that and gives up, but the time that it stood there is lost. A guard
+stops only a fire that is blind.
 """
 
 from reference import Scenario, Simulation, load

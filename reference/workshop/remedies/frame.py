@@ -20,9 +20,9 @@ from reference.robots import AT_EXIT
 from reference.workshop.strategies.observed import (
     FAR,
     between,
+    decisions_to_next_fire,
     guides,
     map_of,
-    seconds_to_next_fire,
 )
 from reference.world import NOBODY
 
@@ -123,7 +123,7 @@ class View:
         """(B, V) float32: anchors, people, robots, mates first, fires, counts, time."""
         people = self._points(self.humans, self.alone)
         mates, floors = self.robots[:, 1:], np.arange(len(self.map.free))
-        step = self.scenario.decision_seconds
+        time, step = self.seen["time"], self.scenario.decision_seconds
         parts = [
             self.anchors,
             self.allowed,
@@ -135,8 +135,8 @@ class View:
             (self.humans[..., 2:].round() == floors).sum(axis=1) / UNIT,
             self.seen["fires_per_floor"],
             self.floor[:, None] == floors,
-            self.seen["time"] / self.scenario.time_limit,
-            seconds_to_next_fire(self.seen["time"], step) / step / FIRE_EVERY_DECISIONS,
+            time / self.scenario.time_limit,
+            decisions_to_next_fire(time, step) / FIRE_EVERY_DECISIONS,
             self.mine.sum(axis=1) / UNIT,
             self.lost.sum(axis=1) / UNIT,
             ~np.isnan(self.spot[:, 0]),

@@ -17,7 +17,7 @@ from reference.paper import DECISION_SECONDS, ROBOT_SPEED
 from reference.robots import Destinations, actual_target
 from reference.workshop.strategies.fires import beside_ways_out, next_unburnt
 from reference.workshop.strategies.guides import Observer
-from reference.workshop.strategies.observed import seconds_to_next_fire
+from reference.workshop.strategies.observed import decisions_to_next_fire
 from reference.world import FireLit, Robot, World
 
 SPARE = 1.0  # [C7, chosen] seconds that a robot plans to be early
@@ -58,8 +58,8 @@ class Guard(Observer):
             d = nav.distances([p])
             nearest = min(team, key=lambda robot: d[robot.place])
             needs = SPARE + d[nearest.place] / ROBOT_SPEED
-            left = seconds_to_next_fire(world.time, DECISION_SECONDS)
-            if needs <= left < needs + DECISION_SECONDS:
+            left = decisions_to_next_fire(world.time, DECISION_SECONDS)
+            if 0 <= left * DECISION_SECONDS - needs < DECISION_SECONDS:
                 destinations[robots.index(nearest)] = x, y
         return destinations
 

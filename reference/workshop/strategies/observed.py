@@ -151,9 +151,9 @@ def rims(building: Building, floor: int) -> list[Any]:
 @lru_cache(maxsize=8)
 def kept(building: Building) -> np.ndarray:
     """(places,) bool: far from stairwells; there Eq. 1 keeps a destination [C6]."""
-    nav, wells = navigation_of(building), building.stairwells
+    nav = navigation_of(building)
     far = np.ones((building.floors, nav.floor_size), dtype=bool)
-    for well in wells:
+    for well in building.stairwells:
         off = nav.centres[: nav.floor_size] - well.centre
         far[list(well.areas)] &= np.hypot(*off.T) > NEAR_STAIRWELL
     return far.ravel()
@@ -208,11 +208,11 @@ def at_way_out(building: Building, way: Landmark) -> Destination:
     return way.position
 
 
-def seconds_to_next_fire(time: Any, decision_seconds: float) -> np.ndarray:
-    """Seconds until the fire decides again, after its decision at a time (...) [D2]."""
+def decisions_to_next_fire(time: Any, decision_seconds: float) -> np.ndarray:
+    """How many decisions later the fire decides again, from times (...), s [D2]."""
     since = np.round(time / decision_seconds - FIRE_FIRST_DECISION, 3)
     later = FIRE_EVERY_DECISIONS - since % FIRE_EVERY_DECISIONS
-    return decision_seconds * np.where(since < 0, -since, later)
+    return np.where(since < 0, -since, later)
 
 
 def _filled(floors: Sequence[Any]) -> np.ndarray:
