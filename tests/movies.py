@@ -52,8 +52,8 @@ from reference.rays import sight_of
 from reference.simulation import Simulation
 from reference.view import look
 from reference.workshop.annotated.index import passes_of
+from reference.workshop.comparing.named import fitting
 from reference.workshop.maps import load
-from reference.workshop.strategies import FIRES, ROBOTS
 from reference.world import NOBODY, NOWHERE, Aim, Fate, FireLit, Mode, Passed
 
 PEOPLE = "pqrstuvwxyz"
@@ -85,8 +85,9 @@ def stage(board, robots=None, fire="none", **said):
         int(floors[k][r][c]): building.metres(r, c)
         for k, r, c in found(floors, "123456789")
     }
-    sides = robots_named(robots or Sent(sent)), fire_named(fire)
-    return Simulation(building, scene, *sides, world=world)
+    robots = fitting(robots or Sent(sent), "robots", building, scene)
+    fire = fitting(fire, "fire", building, scene)
+    return Simulation(building, scene, robots, fire, world=world)
 
 
 def sets_off(board, who="p", passes=1, **said):
@@ -144,16 +145,6 @@ def goes(sim):
             row, col = sim.building.cell(*robot.destination)
             floors[robot.floor][row][col] = str(number)
     return framed(sim, floors)
-
-
-def robots_named(who):
-    """Robots by a name of ROBOTS, or the strategy itself."""
-    return ROBOTS[who]() if isinstance(who, str) else who
-
-
-def fire_named(who):
-    """A fire by a name of FIRES, or the strategy itself."""
-    return FIRES[who]() if isinstance(who, str) else who
 
 
 class Sent:
@@ -345,19 +336,15 @@ def decide(sim, letter):
     return me.goal
 
 
-def mark(sim, sign, nth=1):
+def mark(scene, sign, nth=1):
     """The landmark of a sign, "+2" the second `+` in reading order, the first floor
-    first; or the nth of a Kind."""
-    return landmark(sim.building, sign, nth)
-
-
-def landmark(building, sign, nth=1):
-    """The same without a simulation."""
+    first; or the nth of a Kind. scene: a simulation or its world."""
+    landmarks = scene.building.landmarks
     if isinstance(sign, str):
         exits, nth = sign[0] == "E", int(sign[1:] or 1)
-        fit = [m for m in building.landmarks if (m.kind is Kind.EXIT) == exits]
+        fit = [m for m in landmarks if (m.kind is Kind.EXIT) == exits]
     else:
-        fit = [m for m in building.landmarks if m.kind is sign]
+        fit = [m for m in landmarks if m.kind is sign]
     fit.sort(key=lambda m: (m.floor, *m.cells[0].tolist()))
     return fit[nth - 1].index
 
@@ -399,7 +386,7 @@ def lost(world, text):
 def visited(world, text):
     """One has passed doors, the last one last."""
     for letter, doors in named(text):
-        marks = [landmark(world.building, door) for door in doors]
+        marks = [mark(world, door) for door in doors]
         world.minds[body(letter)].doors.update(marks)
         world.minds[body(letter)].trail.extend(Passed(m, NOWHERE) for m in marks)
 
@@ -408,17 +395,15 @@ def at(world, text):
     """One stands in a door, entrance or exit."""
     nav = navigation_of(world.building)
     for letter, (sign,) in named(text):
-        i, places = body(letter), nav.goals[landmark(world.building, sign)]
-        world.bodies.place[i], world.bodies.position[i] = (
-            places[0],
-            nav.centres[places[0]],
-        )
+        i, places = body(letter), nav.goals[mark(world, sign)]
+        world.bodies.place[i] = places[0]
+        world.bodies.position[i] = nav.centres[places[0]]
 
 
 def says(world, text):
     """A robot sends people to a landmark, or says "follow me"."""
     for robot, signs in named(text):
-        told = [landmark(world.building, sign) for sign in signs]
+        told = [mark(world, sign) for sign in signs]
         world.robots[body(robot)].says = told[0] if told else NOWHERE
 
 

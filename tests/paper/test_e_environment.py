@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from alike import same
-from movies import fire_named, robots_named, shipped, turns
+from movies import shipped, turns
 
 from reference.fire import RandomFire
 from reference.game import observations
@@ -13,6 +13,7 @@ from reference.game.environment import FIRE, Environment, action_size
 from reference.paper import Scenario
 from reference.rewards import fire_reward, group_reward
 from reference.simulation import Simulation
+from reference.workshop.comparing.named import fitting
 from reference.workshop.strategies import ROBOTS
 from reference.workshop.strategies.guides import Patrol
 from reference.world import Fate, FireLit, FireRefused
@@ -23,10 +24,10 @@ CALM = np.array([-1.0, 1.0, 1.0], dtype=np.float32)
 
 def game(name="tiny", robots=None, fire=None, seed=0, people=6, **scenario):
     """An environment that has been reset."""
-    scene = Scenario(people=people, training=True, **scenario)
-    robots = robots and robots_named(robots)
-    fire = fire and fire_named(fire)
-    environment = Environment(shipped(name), scene, robots, fire)
+    building, scene = shipped(name), Scenario(people=people, training=True, **scenario)
+    robots = fitting(robots, "robots", building, scene)
+    fire = fitting(fire, "fire", building, scene)
+    environment = Environment(building, scene, robots, fire)
     environment.reset(seed)
     return environment
 
