@@ -214,6 +214,11 @@ def play_until(sim, happened, seconds=240):
         assert waits, f"it has not happened by {sim.world.time:.1f} s:\n{show(sim)}"
 
 
+def events_of(sim, kind):
+    """The events of one kind so far."""
+    return [event for event in sim.events if isinstance(event, kind)]
+
+
 def show(sim):
     """The board now: people before robots before flames before the building."""
     return framed(sim, canvas(sim))
@@ -469,10 +474,8 @@ def built_once(board, _):
     return Building(parse(text))
 
 
-@cache
-def shipped(name):
-    """A building that ships, prepared only once for all tests."""
-    return load(name)
+shipped = cache(load)
+"""A building that ships, prepared only once for all tests."""
 
 
 def walled(rows):
@@ -481,6 +484,19 @@ def walled(rows):
     side = "#" * (len(rows[0]) + 2)
     rows = (side, *(f"#{row}#" for row in rows), side)
     return Building(Drawing("grid", len(side), len(rows), (Storey("", rows),)))
+
+
+def empty(building):
+    """The world of a building without people, robots and flames."""
+    return Simulation(building, Scenario(people=0)).world
+
+
+def flames(spread, *sources):
+    """The flames after these sources, all that they will ever reach."""
+    world = empty(spread.building)
+    for source in sources:
+        spread.ignite(world.flames, source)
+    return world.flames
 
 
 def found(floors, letters):

@@ -10,10 +10,8 @@ from hypothesis import strategies as st
 from movies import GRIDS, body, built, mark, shipped, stage, view, walled
 
 from reference.building import Kind
-from reference.fire import NoFire
 from reference.paper import RAYS, SIGHT_RANGE, Scenario
 from reference.rays import Sight
-from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.view import look
 
@@ -60,9 +58,7 @@ def test_the_sight_table_agrees_with_a_line_drawn_cell_by_cell(rows, reach):
 @pytest.mark.paper("B1")
 def test_people_see_each_other_exactly_where_there_is_a_line_of_sight():
     """A crowd of 200 on the paper's floors; nobody sees through walls or ceilings."""
-    sim = Simulation(
-        shipped("paper"), Scenario(people=200), NoRobots(), NoFire(), seed=1
-    )
+    sim = Simulation(shipped("paper"), Scenario(people=200), seed=1)
     bodies, centres = sim.world.bodies, sim.navigation.centres
     who = np.arange(0, 200, 10)
     views = look(sim.world, sim.sight, who)

@@ -14,6 +14,7 @@ from movies import (
     body,
     decide,
     drawn,
+    events_of,
     later,
     light,
     mark,
@@ -60,11 +61,6 @@ from reference.world import (
 )
 
 SOON = 0.8  # seconds: everybody thinks again within this time
-
-
-def events_of(sim, kind):
-    """The events of one kind so far."""
-    return [event for event in sim.events if isinstance(event, kind)]
 
 
 # -- Algorithm 1: the follower ------------------------------------------------------

@@ -12,6 +12,9 @@ from movies import (
     body,
     built,
     drawn,
+    empty,
+    events_of,
+    flames,
     found,
     later,
     mark,
@@ -200,19 +203,6 @@ def test_a_place_where_somebody_died_is_free(fate):
 def spread():
     """How flames would spread in the paper's building, with one seed."""
     return Spread(shipped("paper"), np.random.default_rng(5))
-
-
-def empty(building):
-    """The world of a building without people, robots and flames."""
-    return Simulation(building, Scenario(people=0), NoRobots(), NoFire()).world
-
-
-def flames(spread, *sources):
-    """The flames after these sources."""
-    world = empty(spread.building)
-    for source in sources:
-        spread.ignite(world.flames, source)
-    return world.flames
 
 
 ONE, OTHER = FireLit(0.0, 0, -10.5, 5.5), FireLit(20.0, 0, 3.5, -8.5)
@@ -407,7 +397,7 @@ def test_sources_appear_at_every_kth_decision_until_all_are_lit():
     sim = Simulation(shipped("paper"), scenario, NoRobots(), RandomFire())
     sim.world.bodies.pace[:] = 0  # nobody gets out
     sim.run()
-    lit = [e for e in sim.events if isinstance(e, FireLit | FireRefused)]
+    lit = events_of(sim, FireLit | FireRefused)
     first = paper.FIRE_FIRST_DECISION * paper.DECISION_SECONDS
     step = paper.FIRE_EVERY_DECISIONS * paper.DECISION_SECONDS
     assert lit == sim.world.flames.sources
@@ -418,7 +408,7 @@ def test_sources_appear_at_every_kth_decision_until_all_are_lit():
 @pytest.mark.parametrize("name", FIRES)
 def test_a_strategy_decides_floor_and_place_or_nothing(name):
     """On a floor that exists, inside the drawing."""
-    sim = Simulation(shipped("paper"), Scenario(), NoRobots(), NoFire(), seed=4)
+    sim = Simulation(shipped("paper"), seed=4)
     decision = FIRES[name]().decide(sim.world, np.random.default_rng(0))
     assert (decision is None) == (name == "none")
     if decision:
@@ -446,7 +436,7 @@ def test_nothing_ever_burns_where_all_cells_are_protected(fire):
     sim = stage("#p...E", fire=fire)
     assert not fuel(sim.building).any()
     sim.run()
-    assert not [e for e in sim.events if isinstance(e, FireLit | FireRefused)]
+    assert not events_of(sim, FireLit | FireRefused)
     rng, place = np.random.default_rng(0), (0, *sim.building.metres(1, 2))
     for training in (True, False):
         scenario = Scenario(training=training)

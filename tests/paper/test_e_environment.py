@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 from alike import same
-from movies import shipped, turns
+from movies import events_of, shipped, turns
 
 from reference.fire import RandomFire
 from reference.game import observations
@@ -208,11 +208,7 @@ def ablaze(environment, floor=0):
 
 def asked(environment):
     """What has become of the fire's decisions."""
-    return [
-        event
-        for event in environment.simulation.events
-        if isinstance(event, FireLit | FireRefused)
-    ]
+    return events_of(environment.simulation, FireLit | FireRefused)
 
 
 @pytest.mark.paper("D2")
