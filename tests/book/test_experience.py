@@ -7,16 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lives import life
 
-from reference.learning.experience import (
-    decisions_of,
-    minibatches,
-    segments,
-)
-
-
-def alive(*lives_, T):
-    """(T + 1, G): how many decisions each agent makes."""
-    return np.arange(T + 1)[:, None] < np.array(lives_)[None]
+from reference.learning.experience import decisions_of, minibatches, segments
 
 
 @pytest.mark.paper("E3")
@@ -30,7 +21,7 @@ def test_a_step_is_one_agent_s_decision():
 @pytest.mark.paper("C8")
 def test_a_trajectory_ends_with_its_agent_and_with_the_horizon():
     """Five and three decisions, cut after every two."""
-    cuts = list(segments(alive(5, 3, 5, T=5), horizon=2))
+    cuts = list(segments(life("#####", "###..", "#####").alive, horizon=2))
     assert cuts == [(0, 2, [0, 1, 2]), (2, 3, [1]), (2, 4, [0, 2]), (4, 5, [0, 2])]
 
 
@@ -38,13 +29,11 @@ def test_a_trajectory_ends_with_its_agent_and_with_the_horizon():
 @given(st.lists(st.integers(0, 9), min_size=1, max_size=4), st.integers(1, 10))
 def test_segments_hold_every_decision_of_every_agent_once(lengths, horizon):
     """Agent by agent: 0, h, 2h, ... and what is left."""
-    found: dict[int, list[tuple[int, int]]] = {k: [] for k in range(len(lengths))}
-    for first, last, agents in segments(alive(*lengths, T=max(lengths)), horizon):
-        for agent in agents:
-            found[agent].append((first, last))
+    found = list(segments(life(*("#" * n for n in lengths)).alive, horizon))
     for agent, length in enumerate(lengths):
+        parts = [(first, last) for first, last, agents in found if agent in agents]
         starts = range(0, length, horizon)
-        assert found[agent] == [(k, min(k + horizon, length)) for k in starts]
+        assert parts == [(k, min(k + horizon, length)) for k in starts]
 
 
 # -- Minibatches --------------------------------------------------------------------

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial.distance import pdist
 
 from reference import motion
 from reference.paper import BODY_RADIUS, WALKING_SPEED, Scenario
@@ -30,12 +31,6 @@ def moved(position, floor, aim, pace, free, rng):
     """Positions a tick later."""
     pairs = motion.neighbours(position, floor, pace, TICK)
     return motion.step(position, aim, pace, TICK, free, pairs, motion.turns(rng))
-
-
-def gaps(position):
-    """Metres between the middles of every two bodies."""
-    off = position[:, None] - position
-    return np.hypot(off[..., 0], off[..., 1])[np.triu_indices(len(position), 1)]
 
 
 def corridor(width):
@@ -92,7 +87,7 @@ def test_speed_falls_with_the_gap_ahead():
     speed = np.diff(track[:, 0, 0]) / TICK
     assert speed[0] == pytest.approx(WALKING_SPEED, rel=0.02)
     assert speed[-1] == pytest.approx(0.5, rel=0.1)
-    assert min(gaps(at)[0] for at in track) >= TOUCHING
+    assert min(pdist(at)[0] for at in track) >= TOUCHING
 
 
 def test_people_on_different_floors_do_not_meet():
@@ -118,7 +113,7 @@ def test_nobody_ever_overlaps_anybody(seed):
     start = np.stack([cells // 10, cells % 10], axis=1) + 0.5
     aim = rng.uniform(0, 10, (40, 2))
     track = walk(start, aim, 100, lambda at: ((at > 0) & (at < 10)).all(axis=1))
-    assert min(gaps(at).min() for at in track) >= motion.SHOULDERS - 1e-6
+    assert min(pdist(at).min() for at in track) >= motion.SHOULDERS - 1e-6
     assert track.min() > 0 and track.max() < 10
 
 
@@ -129,7 +124,7 @@ def test_nobody_overtakes_through_anybody_in_a_narrow_corridor(width):
     pace = np.linspace(1.7, 0.9, 10)
     aim = start + np.array([40.0, 0.0])
     track = walk(start, aim, 150, corridor(width), pace)
-    assert min(gaps(at).min() for at in track) >= TOUCHING
+    assert min(pdist(at).min() for at in track) >= TOUCHING
     in_order = (np.diff(track[..., 0], axis=1) > 0).all()
     assert in_order or width > 2 * BODY_RADIUS
 
@@ -139,7 +134,7 @@ def test_people_who_meet_turn_their_shoulders():
     """In a corridor where two abreast would overlap they pass each other."""
     track = walk([[0, 0.1], [4, -0.1]], [[9, 0], [-9, 0]], 60, corridor(0.38))
     assert track[-1, 0, 0] > 4 and track[-1, 1, 0] < 0
-    assert motion.SHOULDERS - 1e-6 < min(gaps(at)[0] for at in track) < TOUCHING
+    assert motion.SHOULDERS - 1e-6 < min(pdist(at)[0] for at in track) < TOUCHING
 
 
 @pytest.mark.paper("A9", "chosen")

@@ -151,7 +151,6 @@ def test_the_place_beyond_a_door_is_on_its_other_side():
     assert nav.beyond(door, east) == door - 1
 
 
-@pytest.mark.paper("A7")
 def test_a_straight_line_is_the_places_it_crosses_in_order():
     """Its own left out, each once, the last one the goal; none to where one is."""
     nav = navigation_of(shipped("paper"))

@@ -10,11 +10,7 @@ from lives import settings
 from reference.building import building_of, plan_of
 from reference.fire import NoFire, RandomFire
 from reference.game.codec import PolicyCodec
-from reference.game.environment import (
-    FIRE,
-    Environment,
-    fire_decision,
-)
+from reference.game.environment import FIRE, Environment, fire_decision
 from reference.game.observations import robots_at_work, vector_layout
 from reference.learning.adversarial import adversarial, learner_for, player_of
 from reference.learning.rollouts import Episode, Job, play

@@ -3,9 +3,7 @@
 import pytest
 from movies import Board, show, stage, ticks
 
-from reference.paper import (
-    FIRE_REFUSED_PENALTY,
-)
+from reference.paper import FIRE_REFUSED_PENALTY
 from reference.rewards import fire_reward, group_reward
 from reference.world import Died, DoorBurnt, Evacuated, FireLit, FireRefused, LeftFloor
 

@@ -9,12 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reference.evaluation import score
-from reference.evaluation.score import (
-    PAPER,
-    RulerError,
-    base_and_control,
-    calibrated,
-)
+from reference.evaluation.score import PAPER, RulerError, base_and_control, calibrated
 from reference.paper import BEST_POINT, BETA, PEOPLE, WORST_POINT, K
 from reference.workshop.comparing.results import ruler_of
 
