@@ -120,8 +120,7 @@ def pytest_configure(config):
         'such as paper("B5", "Alg. 1:5")',
     )
     if config.option.paper:
-        keys = set(asked_for(config.option.paper))
-        config.of_paper = {(t.path, t.name) for t in marked_tests() if keys & t.keys}
+        config.asked = set(asked_for(config.option.paper))
 
 
 def pytest_cmdline_main(config):
@@ -136,15 +135,14 @@ def pytest_cmdline_main(config):
 def pytest_ignore_collect(collection_path, config):
     """Files without any test that `--paper` asks for are not read."""
     if config.option.paper and collection_path.suffix == ".py":
-        return collection_path not in {path for path, _ in config.of_paper} or None
+        asked = {test.path for test in marked_tests() if config.asked & test.keys}
+        return collection_path not in asked or None
     return None
 
 
 def pytest_collection_modifyitems(config, items):
     """Leaves the tests that `--paper` asks for."""
     if config.option.paper:
-        names = ((item.path, getattr(item, "originalname", "")) for item in items)
-        asked = [name in config.of_paper for name in names]
-        both = list(zip(items, asked, strict=True))
-        config.hook.pytest_deselected(items=[item for item, stays in both if not stays])
-        items[:] = [item for item, stays in both if stays]
+        asked = [item for item in items if config.asked.intersection(keys_of(item))]
+        config.hook.pytest_deselected(items=[i for i in items if i not in asked])
+        items[:] = asked

@@ -84,14 +84,6 @@ def test_walking_at_the_aim_leads_to_the_landmark_without_leaving_the_floor(name
             assert nav.building.landmark.ravel()[chain[-1]] == mark.index
 
 
-def test_a_way_to_a_landmark_stays_on_its_floor():
-    """Stairs are walked down, not navigated: other floors are infinitely far."""
-    nav = navigation_of(shipped("tiny"))
-    above = np.arange(nav.places) >= nav.places // 2
-    exits = [nav.distance_to(m) for m in nav.building.exits]
-    assert np.isinf(np.array(exits)[:, above]).all()
-
-
 def test_tables_hold_each_landmarks_own_floor_alone():
     """Six floors take six times as much as one, not 36 times; several are merged."""
     nav = navigation_of(shipped("tower"))

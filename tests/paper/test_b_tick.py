@@ -41,9 +41,8 @@ from reference.world import (
     Mode,
 )
 
-LOSS = (
-    paper.HEALTH_RATE * paper.FRAMES_PER_TICK
-)  # health that everybody loses in a tick
+LOSS = paper.HEALTH_RATE * paper.FRAMES_PER_TICK
+"""Health that everybody loses in a tick."""
 
 
 class Probe:
@@ -112,11 +111,10 @@ def test_robots_and_fire_see_the_same_world():
 def test_people_decide_before_they_move():
     """Within one tick p sees the exit and has begun to walk there."""
     sim = stage("#p.....E", sight_range=8, leads="p")
-    start = sim.world.bodies.position[0].copy()
+    start = sim.world.bodies.position[0, 0]
     sim.step()
-    assert sim.world.bodies.position[0, 0] - start[0] == pytest.approx(
-        paper.WALKING_SPEED * sim.tick, rel=0.01
-    )
+    walked = sim.world.bodies.position[0, 0] - start
+    assert walked == pytest.approx(paper.WALKING_SPEED * sim.tick, rel=0.01)
 
 
 @pytest.mark.paper(

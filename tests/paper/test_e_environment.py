@@ -266,13 +266,10 @@ def paid():
 def test_every_robot_is_paid_what_the_group_earns(paid):
     """Step by step what the events are worth; the sum is the episode's reward."""
     environment, steps = paid
-    total, seen = 0.0, 0
-    for rewards in steps:
-        group = {rewards[agent] for agent in rewards if agent != FIRE}
-        assert len(group) <= 1
-        total, seen = total + sum(group), seen + 1
-    assert seen == environment.decision
-    assert total == pytest.approx(group_reward(environment.simulation.events))
+    group = [{step[agent] for agent in step if agent != FIRE} for step in steps]
+    assert len(group) == environment.decision and max(map(len, group)) == 1
+    earned = group_reward(environment.simulation.events)
+    assert sum(map(sum, group)) == pytest.approx(earned)
 
 
 @pytest.mark.paper("D2", "chosen")
