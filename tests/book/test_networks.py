@@ -11,6 +11,7 @@ import torch
 from hypothesis import given
 from hypothesis import strategies as st
 from lives import SIZES
+from torch.nn.functional import leaky_relu
 
 from reference.learning.networks import (
     ActionDistribution,
@@ -80,17 +81,12 @@ def test_what_the_normaliser_knows_is_the_variance_of_all_rows(lengths, seed):
 def test_the_simple_encoder_makes_288_features_of_40_by_40():
     """9 x 40 x 40 → 16 x 9 x 9 → 32 x 3 x 3; a hundredth of what is below 0 passes."""
     encoder, grids = GridEncoder((9, 40, 40), 16), torch.rand(2, 9, 40, 40)
-    x = leaky(encoder.conv1(grids))
+    x = leaky_relu(encoder.conv1(grids), 0.01)
     assert x.shape == (2, 16, 9, 9)
-    x = leaky(encoder.conv2(x))
+    x = leaky_relu(encoder.conv2(x), 0.01)
     assert x.shape == (2, 32, 3, 3)
-    found = leaky(encoder.dense(x.flatten(1)))
+    found = leaky_relu(encoder.dense(x.flatten(1)), 0.01)
     assert torch.allclose(encoder(grids), found, atol=1e-6)
-
-
-def leaky(x):
-    """The negative at a hundredth."""
-    return torch.where(x > 0, x, 0.01 * x)
 
 
 @pytest.mark.paper("C4", "E2")

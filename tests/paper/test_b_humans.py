@@ -412,14 +412,11 @@ def test_recklessness_lasts_as_long_whenever_it_begins():
         sim = stage("#p...*....E", sight_range=10, still="p", time=begun)
         p, burns = np.array([0]), sim.world.flames.burning.ravel()
         flame, reckless = sim.navigation.centres[burns][:1], 0
-        for _ in range(
-            round((paper.STUCK_SECONDS + paper.RECKLESS_SECONDS + 1) / sim.tick)
-        ):
+        for _ in ticks(sim, paper.STUCK_SECONDS + paper.RECKLESS_SECONDS + 1):
             free = free_for(
                 sim.world, p, lambda q, _, on=burns: on[q], lambda m, _: m < -1
             )
             reckless += free(flame, p)[0]
-            sim.step()
         assert reckless == round(paper.RECKLESS_SECONDS / sim.tick)
 
 

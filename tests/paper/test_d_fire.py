@@ -229,9 +229,8 @@ def test_arrival_is_a_shortest_sum_of_delays_shorter_than_a_cell_burns(spread):
     assert spread.delays.data.max() < paper.BURN_SECONDS
     graph = nx.from_scipy_sparse_array(spread.delays)
     p = navigation_of(spread.building).place(ONE.floor, ONE.x, ONE.y)
-    expected = np.full(spread.building.kind.size, inf)
-    for q, seconds in nx.single_source_dijkstra_path_length(graph, p).items():
-        expected[q] = seconds
+    seconds = nx.single_source_dijkstra_path_length(graph, p)
+    expected = [seconds.get(q, inf) for q in range(spread.building.kind.size)]
     np.testing.assert_allclose(flames(spread, ONE).arrival.ravel(), expected)
 
 
