@@ -1,17 +1,22 @@
 """Workers: jobs go out, results come back, and nobody stays behind."""
 
-import errno
 import os
 import signal
 import time
-from concurrent.futures import BrokenExecutor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, ThreadPoolExecutor
+from multiprocessing import active_children
 from subprocess import DEVNULL, PIPE
 
 import pytest
 from processes import python
 
-from reference.paper import InputError
-from reference.workshop.storage.workers import InProcess, as_done, undisturbed, workers
+from reference.workshop.storage.workers import (
+    STOPS,
+    InProcess,
+    as_done,
+    undisturbed,
+    workers,
+)
 
 
 def test_results_can_come_as_they_are_done():
@@ -56,21 +61,18 @@ def test_a_stop_waits_until_what_must_not_be_disturbed_is_over():
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
-def test_a_stop_waits_until_a_worker_has_started(monkeypatch):
-    """Else the worker complains of half a beginning; any thread can hear signals."""
-    started = []
+def test_a_stop_waits_until_a_job_is_submitted(monkeypatch):
+    """Else it may leave a lock of the pool's threads in between."""
+    submitted = []
 
-    def submit(pool, work):
-        os.kill(os.getpid(), signal.SIGINT)
-        time.sleep(0.1)
-        started.append(work)
+    def submit(pool, *job):
+        signal.raise_signal(signal.SIGINT)
+        submitted.append(job)
 
-    monkeypatch.setattr(ProcessPoolExecutor, "submit", submit)
-    with ThreadPoolExecutor(1) as thread:
-        thread.submit(time.sleep, 0.5)
-        with pytest.raises(KeyboardInterrupt), workers(1) as pool:
-            pool.submit("work")
-    assert started == ["work"]
+    monkeypatch.setattr(ThreadPoolExecutor, "submit", submit)
+    with pytest.raises(KeyboardInterrupt), workers(1) as pool:
+        pool.submit(len, "")
+    assert submitted
 
 
 # -- Processes ----------------------------------------------------------------------
@@ -120,22 +122,25 @@ def test_a_result_that_is_half_written_is_not_waited_for():
         first.result()
 
 
-def test_refuses_workers_where_there_is_no_shared_memory(monkeypatch):
-    """As in a container without /dev/shm: what to do is told."""
-
-    def refused(*_, **more):
-        raise PermissionError(errno.EACCES, "Permission denied")
-
-    monkeypatch.setattr("multiprocessing.synchronize.SemLock.__init__", refused)
-    told = r"\(Permission denied; .*/dev/shm\).* --workers 0"
-    with pytest.raises(InputError, match=told), workers(1):
-        pytest.fail("they began")
+def test_a_worker_hears_no_signal_not_even_while_it_starts():
+    """Ctrl-C in a terminal reaches all processes; only this one answers."""
+    with workers(1) as pool:
+        job = pool.submit(len, "done")
+        while not (started := active_children()):
+            time.sleep(0.001)
+        for number in STOPS:
+            os.kill(started[0].pid, number)
+        assert job.result() == 4
+    assert not started[0].is_alive()
 
 
 def test_a_pool_that_lost_a_worker_ends():
-    """The others hear no SIGTERM; they are ended all the same."""
-    with pytest.raises(BrokenExecutor), workers(2) as pool:
-        waits = pool.submit(time.sleep, 600)
-        pool.submit(len, "both are there, and the pool knows them").result()
-        pool.submit(os._exit, 1)
-        waits.result()
+    """Though another is busy; what could not be sent or done is told by its future."""
+    with pytest.raises(BrokenExecutor, match="has died"), workers(2) as pool:
+        with pytest.raises(AttributeError, match="pickle"):
+            pool.submit(lambda: "nobody can read this").result()
+        with pytest.raises(ZeroDivisionError) as raised:
+            pool.submit(divmod, 1, 0).result()
+        assert "In a worker" in raised.value.__notes__[0]
+        pool.submit(time.sleep, 600)
+        list(as_done(pool, os._exit, [1]))

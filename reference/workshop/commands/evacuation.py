@@ -3,8 +3,7 @@
 from argparse import Namespace
 from collections import deque
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack
 from dataclasses import asdict
 from math import isnan
 from pathlib import Path
@@ -13,7 +12,6 @@ from typing import Any
 
 from tqdm import tqdm
 
-from reference.paper import InputError
 from reference.workshop.commands import options
 from reference.workshop.commands.common import note, table, tell
 from reference.workshop.comparing.matches import Arena, Evaluation, begin
@@ -21,7 +19,7 @@ from reference.workshop.comparing.named import ABOUT, said_of
 from reference.workshop.measuring.crowding import Crowding
 from reference.workshop.measuring.recording import recording, ticks
 from reference.workshop.storage.runs import ContradictionError
-from reference.workshop.storage.workers import InProcess, workers
+from reference.workshop.storage.workers import workers
 from reference.workshop.strategies import LEARNED
 
 Pair = tuple[str, str]
@@ -46,10 +44,7 @@ TYPICAL = 37
 def first_look(arguments: Namespace) -> None:
     """Plays one seed without guides, with guides, and with both sides that learned."""
     seed = TYPICAL if arguments.seed is None else arguments.seed
-    with ExitStack() as stack:
-        other: Executor = InProcess()
-        with suppress(InputError):  # where no process can be started
-            other = stack.enter_context(workers(1))  # it loads torch in the meantime
+    with workers(1) as other:  # it loads torch in the meantime
         learned = other.submit(_one_seed, [LEARNED_BOTH], seed)
         arena, runs = _one_seed(FILMED, seed, arguments.animate)
         runs += learned.result()[1]

@@ -6,20 +6,25 @@ a Dask cluster and this process itself.
 
 import logging
 import os
+import pickle
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import (
     FIRST_COMPLETED,
+    BrokenExecutor,
     CancelledError,
     Executor,
     Future,
-    ProcessPoolExecutor,
+    ThreadPoolExecutor,
 )
 from concurrent.futures import wait as wait_for
-from contextlib import contextmanager
-from multiprocessing import active_children, get_context, parent_process
-from threading import RLock, Thread, Timer, current_thread, main_thread
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context, parent_process, resource_tracker
+from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
+from threading import Lock, RLock, Thread, Timer, current_thread, local, main_thread
+from traceback import format_exc
 from typing import Any, NoReturn, TypeVar
 
 from tqdm import tqdm
@@ -33,7 +38,6 @@ STOPPED_BY: list[int] = []  # those that `stop` has heard
 
 POLL = 0.2  # seconds: not every system hears Ctrl-C while it waits
 ANSWER = 10  # seconds to wait for a scheduler
-_mask = getattr(signal, "pthread_sigmask", lambda how, which: which)  # POSIX alone
 
 Made = TypeVar("Made")
 Given = TypeVar("Given")
@@ -155,66 +159,99 @@ def workers(count: int) -> Iterator[Executor]:
     """Yield a pool of `count` processes with a thread each; 0: this process.
 
     They are spawned, since torch's threads do not survive a fork. They ignore Ctrl-C,
-    and end with the block, or with this process if it is killed. Raises InputError
-    where the system lends no shared memory.
+    and end with the block, or with this process if it is killed.
     """
     if count == 0:
         yield InProcess()
         return
-    others = {*active_children()}
-    try:
-        with _deaf():  # and so is Python's tracker of semaphores, which starts here
-            pool = _Pool(count, get_context("spawn"), _begin_work)
-    except OSError as error:
-        raise InputError(
-            f"no worker can be started ({error.strerror}; on Linux they need to write "
-            "to /dev/shm). Make that possible, or take --workers 0."
-        ) from error
-    results: Any = pool._result_queue
-    pool.workers = count
+    pool = _Pool(count)
     try:
         yield pool
     finally:
-        for worker in {*active_children()} - others:
-            worker.kill()
-        results._writer.close()  # else the pool awaits the rest of half a result
-        pool.shutdown(cancel_futures=True)
+        pool.end()
 
 
-class _Pool(ProcessPoolExecutor):
-    workers = 1
+class _Pool(ThreadPoolExecutor):
+    """Threads, each of which sends its jobs to a process of its own, and waits.
+
+    Who has died answers with BrokenExecutor. So nothing is shared by processes: no
+    queue is left half-written by one that is killed.
+    """
+
+    def __init__(self, workers: int):
+        super().__init__(workers)
+        self.workers = workers
+        self.lines = local()  # to a thread's process
+        self.processes = list[SpawnProcess]()
+        self.starting, self.ended = Lock(), False
 
     def submit(
         self, fn: Callable[..., Made], /, *args: Any, **kwargs: Any
     ) -> Future[Made]:
-        """Submit a job; Ctrl-C does not end a worker that is started for it."""
-        with _deaf():
-            return super().submit(fn, *args, **kwargs)
+        """Submit a job; a stop waits until threads have agreed who does it."""
+        with undisturbed():
+            return super().submit(self._ask, fn, args, kwargs)
 
-
-@contextmanager
-def _deaf() -> Iterator[None]:
-    """Block signals here, so that processes that start now ignore them.
-
-    This process hears them afterwards: another of its threads may not block them.
-    """
-    with undisturbed():
-        before = _mask(signal.SIG_BLOCK, STOPS)
+    def _ask(self, *job: Any) -> Any:
+        """Have a job done, by a process that the thread's first job starts."""
+        if not hasattr(self.lines, "own"):
+            self.lines.own = self._start()
+        line, told = self.lines.own, pickle.dumps(job)
         try:
-            yield
-        finally:
-            _mask(signal.SIG_SETMASK, before)
+            line.send_bytes(told)
+            result, error = pickle.loads(line.recv_bytes())
+        except (EOFError, OSError) as gone:
+            raise BrokenExecutor("a worker has died") from gone
+        if error:
+            raise error
+        return result
+
+    def _start(self) -> Connection:
+        """Start a process that hears no signal, as this thread; return the line."""
+        if hasattr(signal, "pthread_sigmask"):
+            resource_tracker.ensure_running()  # later it would unblock them
+            signal.pthread_sigmask(signal.SIG_BLOCK, STOPS)
+        spawn = get_context("spawn")
+        here, there = spawn.Pipe()
+        with self.starting, there:
+            if self.ended:
+                raise BrokenExecutor("no worker is started any more")
+            process = spawn.Process(target=_work, args=(there,))
+            process.start()
+            self.processes.append(process)
+        return here
+
+    def end(self) -> None:
+        """End all processes, whatever they are at; drop all jobs."""
+        with self.starting:
+            self.ended = True
+        for process in self.processes:
+            process.kill()
+        self.shutdown(cancel_futures=True)
+        for process in self.processes:
+            process.join()
 
 
-def _begin_work() -> None:
-    """Set up a worker, before it loads numpy and torch."""
+def _work(line: Connection) -> None:
+    """Do jobs until nobody asks for more, with numpy and torch on one thread."""
     os.environ.update(OMP_NUM_THREADS="1", OMP_WAIT_POLICY="PASSIVE")
     for number in STOPS:
-        if number != signal.SIGTERM:  # with which a pool that lost a worker ends others
-            signal.signal(number, signal.SIG_IGN)
-    _mask(signal.SIG_UNBLOCK, STOPS)
+        signal.signal(number, signal.SIG_IGN)
     tqdm.set_lock(RLock())  # its own, shared by processes, would leak
     Thread(target=_end_with_parent, daemon=True).start()
+    with suppress(EOFError, OSError):
+        while True:
+            line.send_bytes(_answer(line.recv_bytes()))
+
+
+def _answer(job: bytes) -> bytes:
+    """Do a job; return what came of it, or the exception with its traceback."""
+    try:
+        fn, args, kwargs = pickle.loads(job)
+        return pickle.dumps((fn(*args, **kwargs), None))
+    except Exception as error:
+        error.add_note(f"In a worker:\n{format_exc()}")
+        return pickle.dumps((None, error))
 
 
 def _end_with_parent() -> None:
