@@ -1,8 +1,5 @@
 """Learning curves: what is read from a table, how it is smoothed, what is drawn."""
 
-import csv
-from io import StringIO
-
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
@@ -11,6 +8,7 @@ from pages import overlaps
 from reference.workshop.drawing import curves
 from reference.workshop.drawing.evacuation import EMBER
 from reference.workshop.drawing.page import BLUE
+from reference.workshop.storage.files import Table
 from reference.workshop.training import summaries
 
 VALUE = "Losses/Value Loss"
@@ -20,23 +18,18 @@ TOGETHER = [("together", 6)]
 IMITATED = [("critic", 5), ("together", 25)]
 
 
-def table(phases, seed=0, imitation=0):
-    """The text of a table: 10 episodes a round, for (name, rounds) each."""
+def rows(phases, seed=0, imitation=0):
+    """Rows of a table: 10 episodes a round, for (name, rounds) each."""
     first = {"side": "robots", "step": 0, "episodes": 0, "phase": "imitation"}
-    rng, rows, episodes = np.random.default_rng(seed), [first] * imitation, 0
+    rng, episodes = np.random.default_rng(seed), 0
+    yield from [first] * imitation
     for phase, rounds in phases:
-        learning = {"robots": ["robots"], "critic": ["robots"], "fire": ["fire"]}
         for _ in range(rounds):
             episodes += 10
-            for side in learning.get(phase, ["robots", "fire"]):
+            for side in ("robots", "fire") if phase == "together" else ("robots",):
                 when = {"side": side, "step": 50 * episodes, "phase": phase}
                 what = {name: rng.uniform(0.1, 1) for name in FIGURES}
-                rows.append({**when, "episodes": episodes, **what})
-    text = StringIO()
-    writer = csv.DictWriter(text, summaries.COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(rows)
-    return text.getvalue()
+                yield {**when, "episodes": episodes, **what}
 
 
 @pytest.fixture
@@ -44,10 +37,10 @@ def run(tmp_path):
     """A function that writes a folder with a table and reads it as a run."""
 
     def written(name, *args, **more):
-        folder = tmp_path / name
-        folder.mkdir()
-        (folder / "summaries.csv").write_text(table(*args, **more))
-        return curves.read(folder)
+        (tmp_path / name).mkdir()
+        file = tmp_path / name / "summaries.csv"
+        Table(file, summaries.COLUMNS, rows(*args, **more))
+        return curves.read(tmp_path / name)
 
     return written
 
@@ -69,10 +62,12 @@ def bold(axes, colour):
 # -- The table ----------------------------------------------------------------------
 
 
-def test_a_row_that_is_still_being_written_is_left_out(tmp_path):
+def test_a_row_that_is_still_being_written_is_left_out(run, tmp_path):
     """One can look at a training while it runs."""
-    (tmp_path / "run.csv").write_text(table(TOGETHER)[:-5])
-    side = curves.read(tmp_path / "run.csv").columns["side"].tolist()
+    run("a", TOGETHER)
+    file = tmp_path / "a" / "summaries.csv"
+    file.write_text(file.read_text()[:-5])
+    side = curves.read(file).columns["side"].tolist()
     assert (side.count("robots"), side.count("fire")) == (6, 5)
 
 
