@@ -18,11 +18,12 @@ FEW = type(PAPER)(alpha=1000, base=B, control=C, k=0.02, beta=300)
 """A ruler for four people."""
 
 
-def cell(robots, fire, reward, difficulty):
-    """A match, of which the picture shows no more than this."""
+def cell(robots, fire, R, h, dR=0, dh=0):
+    """A match, of which the picture shows no more: R ± dR and h ± dh."""
     half = Interval(0.5, 0.5, 0.5)
-    figures = {"survival": half, "reward": reward, "difficulty": difficulty}
-    return Cell(robots=robots, fire=fire, n=9, **figures, score=half)
+    figures = {"survival": half, "reward": Interval(R, R - dR, R + dR)}
+    figures |= {"difficulty": Interval(h, h - dh, h + dh), "score": half}
+    return Cell(robots=robots, fire=fire, n=9, **figures)
 
 
 def cells(count, folder=""):
@@ -30,13 +31,7 @@ def cells(count, folder=""):
     rng = np.random.default_rng(0)
     for k in range(count):
         R, h = 7500 + rng.normal(0, 700), (1500, 2400)[k % 2] + rng.normal(0, 60)
-        intervals = Interval(R, R - 300, R + 300), Interval(h, h - 50, h + 50)
-        yield cell(f"{folder}robots-{k}", f"fire-{k}", *intervals)
-
-
-def single(robots, reward, difficulty, fire="none"):
-    """A match of one run, whose intervals have no width."""
-    return cell(robots, fire, Interval(*[reward] * 3), Interval(*[difficulty] * 3))
+        yield cell(f"{folder}robots-{k}", f"fire-{k}", R, h, 300, 50)
 
 
 def dots(axes):
@@ -81,22 +76,21 @@ def test_e_is_one_along_the_bold_line():
 
 def test_every_match_is_a_point_with_its_intervals_and_its_score():
     """Mean reward and difficulty; what lies off the ruler is left out."""
-    intervals = Interval(9000, 8800, 9100), Interval(2000, 1900, 2150)
-    match = cell("sweep", "random", *intervals)
-    lost = replace(single("sweep", 9e4, 0), score=None)
+    match = cell("sweep", "random", 9000, 2000, 200, 150)
+    lost = replace(cell("sweep", "none", 9e4, 0), score=None)
     figure = drawing.contours(PAPER, [lost, match])
     axes = figure.axes[0]
     assert dots(axes).tolist() == [[9000, 2000]]
     across, up = (line.get_xydata().tolist() for line in axes.lines[:2])
-    assert across == [[8800, 2000], [9100, 2000]]
-    assert up == [[9000, 1900], [9000, 2150]]
+    assert across == [[8800, 2000], [9200, 2000]]
+    assert up == [[9000, 1850], [9000, 2150]]
     assert f"sweep, fire random  {PAPER.score(9000, 2000):.2f}" in writing(figure)
 
 
 def test_a_colour_is_a_team_and_a_shape_is_a_fire():
     """Wherever their pairs stand in the list."""
     pairs = [
-        single(robots, 5000 + 500 * k, 900 * k, fire)
+        cell(robots, fire, 5000 + 500 * k, 900 * k)
         for k, (robots, fire) in enumerate(product(("none", "sweep"), "abcdefgh"))
     ]
     axes = drawing.contours(PAPER, pairs).axes[0]
@@ -111,7 +105,7 @@ PAGES = {
     "for few people": lambda: drawing.curve(FEW, 1500),
     "twelve pairs": lambda: drawing.contours(PAPER, list(cells(12))),
     "forty paths": lambda: drawing.contours(PAPER, list(cells(40, "out/of-a/" * 9))),
-    "of few people": lambda: drawing.contours(FEW, [single("sweep", 800, 1500)]),
+    "of few people": lambda: drawing.contours(FEW, [cell("sweep", "none", 800, 1500)]),
 }
 
 
