@@ -35,9 +35,6 @@ def fire_page(simulation):
     return drawing.fire_senses(simulation.world, simulation.scenario)
 
 
-# -- The grid -----------------------------------------------------------------------
-
-
 @pytest.mark.paper("C3")
 def test_every_channel_is_drawn_as_it_is_given(simulation, robot_page):
     """Nine images with the very cells of the grid, each named by kind and floor."""
@@ -48,34 +45,21 @@ def test_every_channel_is_drawn_as_it_is_given(simulation, robot_page):
     np.testing.assert_array_equal(cells, observations.grid(simulation.world))
 
 
-# -- The points ---------------------------------------------------------------------
-
-
-def drawn(figure, floor):
-    """(k, 2) places of the points on a floor, by what they are."""
-    axes = next(
-        a for a in figure.axes if a.get_title("left").startswith(f"Floor {floor}")
-    )
-    return {line.get_label(): line.get_xydata() for line in axes.lines}
-
-
 @pytest.mark.paper("C1")
 @pytest.mark.paper("D1")
 def test_every_point_inside_is_on_its_floor_and_nobody_else_is(simulation, fire_page):
     """People and fires by floor, at their very places; the gone nowhere."""
     world = simulation.world
     bodies = world.bodies
+    panels = [axes for axes in fire_page.axes if "Floor" in axes.get_title("left")]
     for floor in range(3):
-        points = drawn(fire_page, floor + 1)
+        points = {line.get_label(): line.get_xydata() for line in panels[floor].lines}
         people = bodies.position[bodies.inside & (bodies.floor == floor)]
         np.testing.assert_allclose(points["human"], people, atol=1e-4)
         fires = sum(source.floor == floor for source in world.flames.sources)
         assert len(points.get("fire source", [])) == fires
         assert "the observer" not in points
     assert 0 < (~bodies.inside).sum() < 40
-
-
-# -- The table ----------------------------------------------------------------------
 
 
 @pytest.mark.paper("C1")
@@ -97,9 +81,6 @@ def test_the_table_explains_all_167_numbers(simulation):
     x, y, storey = vector[120:123]
     assert lines[1][2].startswith(f"{x:.3g}, {y:.3g}, {storey:g}, ")
     assert lines[2][2] == "2"
-
-
-# -- The page -----------------------------------------------------------------------
 
 
 def test_all_can_be_read_in_the_papers_building(robot_page, fire_page):
