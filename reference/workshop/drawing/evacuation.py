@@ -94,7 +94,6 @@ class Scene:
 
     sides   what moves in each evacuation
     moving  the artists that `show` changes, in the order of painting
-    texts   those that it writes
     """
 
     def __init__(
@@ -131,7 +130,6 @@ class Scene:
         self.figure.set_layout_engine("none")  # a film's page must not jump
         self.sides = [Side(axes, curve, building, moves) for axes, curve in pairs]
         self.moving = [artist for side in self.sides for artist in side.moving]
-        self.texts = [text for side in self.sides for text in side.texts]
 
     def show(self, world: World, history: Sequence[Tally], side: int = 0) -> None:
         """Move everything of one evacuation to where it is in a world."""
@@ -158,8 +156,9 @@ class Side:
         self.marks = {k: axes.plot([], [], **look)[0] for k, look in own.items()}
         self.lines = {k: curve.plot([], [], **look)[0] for k, look in CURVES.items()}
         self.texts = [_note(axes, "", x, 20, 12) for x in (0, 80)]
-        there: list[Artist] = [*self.marks.values(), *self.people.values()]
-        self.moving = [*sorted(there, key=Artist.get_zorder), *self.lines.values()]
+        there = [*self.marks.values(), *self.people.values()]
+        there.sort(key=Artist.get_zorder)
+        self.moving: list[Artist] = [*self.texts, *there, *self.lines.values()]
 
     def show(self, world: World, history: Sequence[Tally]) -> None:
         """Move everything to where it is in a world."""

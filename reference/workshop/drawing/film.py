@@ -16,7 +16,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
-from matplotlib.text import Text
 from PIL import Image
 from tqdm import tqdm
 
@@ -97,23 +96,15 @@ def _frames(
 
 def painter(scene: Scene) -> Callable[[], np.ndarray]:
     """Make a function that paints pixels of the scene, valid until its next call."""
-    canvas, written = FigureCanvasAgg(scene.figure), dict[Text, tuple[str, Any]]()
-    for artist in (*scene.moving, *scene.texts):
+    canvas = FigureCanvasAgg(scene.figure)
+    for artist in scene.moving:
         artist.set_animated(True)
     canvas.draw()
     page = canvas.copy_from_bbox(scene.figure.bbox)
 
     def pixels() -> np.ndarray:
-        """Paint on the page what moves, and texts where they changed."""
+        """Paint on the page what moves."""
         canvas.restore_region(page)
-        for text in scene.texts:
-            words, seen = written.get(text, ("", None))
-            if words == text.get_text():
-                canvas.restore_region(seen)
-            else:
-                scene.figure.draw_artist(text)
-                box = text.get_window_extent().padded(2)
-                written[text] = text.get_text(), canvas.copy_from_bbox(box)
         for artist in scene.moving:
             scene.figure.draw_artist(artist)
         return np.asarray(canvas.buffer_rgba())
