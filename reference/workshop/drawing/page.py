@@ -163,6 +163,6 @@ def extent_of(building: Building) -> tuple[float, float, float, float]:
     return left, left + cols, top - rows, top
 
 
-def paint(kind: np.ndarray) -> np.ndarray:
-    """(rows, cols) kinds -> (rows, cols, 3) colours 0 to 1."""
-    return np.array([to_rgb(COLOURS[k]) for k in Kind])[kind]
+def paint(kind: np.ndarray, inks: Mapping[Kind, str] = COLOURS) -> np.ndarray:
+    """(...) kinds -> (..., 3) colours 0 to 1."""
+    return np.array([to_rgb(inks[k]) for k in Kind])[kind]

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from reference.building import Building, Kind
@@ -132,8 +131,8 @@ def add_boxes(axes: Axes, kind: np.ndarray, look: Look, up: float = 0.0) -> None
     corner = np.stack(np.broadcast_arrays(col[:, None], -row[:, None], low), axis=2)
     size = np.stack(np.broadcast_arrays(1.0, 1.0, rise), axis=2)
     corners = corner[:, :, None] + SIDES * size[:, :, None]  # (k, 3, 4, 3)
-    ink = np.array([to_rgb(look.inks[each]) for each in Kind])[kind[row, col]]
-    seen, fill = rise > 0, ink[:, None] * SHADES[:, None]
+    seen = rise > 0
+    fill = page.paint(kind[row, col], look.inks)[:, None] * SHADES[:, None]
     line: Style = {"ec": look.edges or fill[seen], "lw": 0.3 if look.edges else 0.5}
     places = project(corners[seen]) + np.array((0.0, up))
     axes.add_collection(PolyCollection(places, fc=fill[seen], zorder=2, **line))
