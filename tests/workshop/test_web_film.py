@@ -18,13 +18,14 @@ from reference.paper import Scenario
 from reference.simulation import Simulation
 from reference.workshop import drawing
 from reference.workshop.drawing import page
-from reference.workshop.drawing.web_film import BODY, NEVER, floor_svg
+from reference.workshop.drawing.web_film import BODY, NEVER, Reel, floor_svg
 from reference.workshop.maps import load
 from reference.workshop.measuring.recording import ticks
 from reference.workshop.strategies.guides import Escort
 from reference.world import Fate
 
 SCRIPT = ROOT / "reference" / "workshop" / "drawing" / "web_film.js"
+PLAYER = SCRIPT.read_text(encoding="utf-8")
 STEP = 3  # ticks from frame to frame
 MARKUP = "Tiny office </script><script>alert(1)</script>"
 OFFICE = Building(replace(load("tiny").drawing, title=MARKUP))
@@ -46,12 +47,7 @@ def text(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def film(text):
-    """The data in it."""
-    return data_in(text)
-
-
-def data_in(text):
-    """What a page's player reads."""
+    """The data in it, which its player reads."""
     return json.loads(re.search(r"^const film = (.*)$", text, re.MULTILINE)[1])
 
 
@@ -84,28 +80,25 @@ def test_the_film_holds_where_everybody_is_and_robots_go_to_the_decimetre(film):
     (run,), sent = film["runs"], 0
     numbers = unpacked(run["bodies"], -1, 10)
     for k, world in enumerate(instants()):
-        bodies = world.bodies
+        bodies, robots = world.bodies, world.robots
         now = dict(zip(BODY.split(), numbers[..., k].T, strict=True))
-        robots = [robot.position for robot in world.robots]
-        where = corner([*bodies.position, *robots])
-        np.testing.assert_allclose(now["x"] / 10, where[:, 0], atol=0.0501)
-        np.testing.assert_allclose(now["y"] / 10, where[:, 1], atol=0.0501)
-        floors = [*bodies.floor, *(robot.floor for robot in world.robots)]
-        assert now["floor"].tolist() == floors
+        where = corner([*bodies.position, *(robot.position for robot in robots)])
+        shown = np.stack([now["x"], now["y"]], axis=1) / 10
+        np.testing.assert_allclose(shown, where, atol=0.0501)
+        assert now["floor"].tolist() == [*bodies.floor, *(r.floor for r in robots)]
         people = {name: column[: len(bodies)] for name, column in now.items()}
         assert (people["leader"] == bodies.leader).all()
         assert (people["stairwell"] == bodies.stairwell).all()
         assert (people["state"] == np.choose(bodies.fate, [bodies.mode, 2, 3])).all()
         assert (np.abs(people["health"] - bodies.health) < 1).all()
-        for robot, row in zip(world.robots, numbers[-2:, :, k], strict=True):
-            said = dict(zip(BODY.split(), row, strict=True))
+        for robot, (says, *goal) in zip(robots, numbers[-2:, -3:, k], strict=True):
             if robot.active and robot.destination is not None:
-                goal = said["toX"] / 10, said["toY"] / 10
-                np.testing.assert_allclose(goal, corner(robot.destination), atol=0.0501)
-                assert said["says"] == robot.says
+                there = corner(robot.destination)
+                np.testing.assert_allclose(np.divide(goal, 10), there, atol=0.0501)
+                assert says == robot.says
                 sent += 1
             else:
-                assert said["toX"] == said["toY"] == said["says"] == -1
+                assert [says, *goal] == [-1, -1, -1]
     assert k + 1 == run["bodies"][0] > 100 and sent > 100
     assert {*bodies.fate} == {*Fate}
 
@@ -123,31 +116,24 @@ def test_the_film_holds_what_burns_and_what_has_burnt_out(film):
         burning[tuple(cell[now] for cell in cells)] = True
         assert (burning == world.flames.burning).all()
     assert burning.any()
-    assert [fire[3] for fire in run["sources"]] == [
-        s.time for s in world.flames.sources
-    ]
+    times = [source.time for source in world.flames.sources]
+    assert [fire[3] for fire in run["sources"]] == times
     assert {door for door, _ in run["doors"]} == world.burnt
     assert film["marks"][0]["cells"] == load("tiny").landmarks[0].cells.tolist()
 
 
 @pytest.mark.skipif(which("node") is None, reason="needs node")
-@pytest.mark.parametrize("burns", [True, False])
-def test_the_player_reads_the_numbers_that_were_packed(film, burns, tmp_path):
+def test_the_player_reads_the_numbers_that_were_packed(film):
     """Its own function, run by node, sums up the same rows; no flames, no rows."""
-    if not burns:
-        scenario = Scenario(people=2, time_limit=3.0)
-        calm, path = Simulation(OFFICE, scenario), tmp_path / "film.html"
-        drawing.animate([calm], path, ["no fire"])
-        film = data_in(path.read_text(encoding="utf-8"))
-    unpack = re.search(r"^async function unpack.*?^}", SCRIPT.read_text(), re.M | re.S)[
-        0
-    ]
-    flames = film["runs"][0]["flames"]
-    code = f"""const range = n => [...Array(n).keys()]; {unpack}
-    unpack({json.dumps(flames)}).then(rows =>
-      console.log(JSON.stringify(rows.map(row => [...row]))))"""
-    said = subprocess.check_output(["node", "-e", code], text=True)
-    assert json.loads(said) == [row for row in unpacked(flames, 5).tolist() if row]
+    unpack = re.search(r"^async function unpack.*?^}", PLAYER, re.M | re.S)[0]
+    calm = Reel(Simulation(OFFICE, Scenario(people=2)))
+    calm.note()
+    for flames in (film["runs"][0]["flames"], calm.packed()["flames"]):
+        code = f"""const range = n => [...Array(n).keys()]; {unpack}
+        unpack({json.dumps(flames)}).then(rows =>
+          console.log(JSON.stringify(rows.map(row => [...row]))))"""
+        said = subprocess.check_output(["node", "-e", code], text=True)
+        assert json.loads(said) == [row for row in unpacked(flames, 5).tolist() if row]
     subprocess.run(["node", "--check", str(SCRIPT)], check=True)
 
 
@@ -159,7 +145,7 @@ def test_the_page_needs_no_other_file_and_fits_a_phone(text):
         assert part in text
     assert "<b>one</b>" not in text and "<script>alert" not in text
     assert '<p class="who">robots: x &amp; y</p>' in text
-    assert len(SCRIPT.read_text().splitlines()) <= 350
+    assert len(PLAYER.splitlines()) <= 350
 
 
 @pytest.mark.paper("A8", "Figs. 4-6")
