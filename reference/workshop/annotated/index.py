@@ -82,18 +82,14 @@ def symbols(path: Path) -> tuple[Symbol, ...]:
     """All symbols of a file, each before those within it."""
     tree = ast.parse("\n".join(lines_of(path)))
     module = Symbol(path, 1, len(lines_of(path)), "", ast.get_docstring(tree) or "")
-    marks = [
-        node.value
-        for node in tree.body
-        if isinstance(node, ast.Assign) and "pytestmark" in ast.unparse(node.targets[0])
-    ]
-    return module, *_within(tree, path, "", _marks(marks))
+    return module, *_within(tree, path, "")
 
 
 def _within(
-    parent: ast.Module | ast.ClassDef, path: Path, prefix: str, marks: Marks = ()
+    parent: ast.Module | ast.ClassDef, path: Path, prefix: str
 ) -> Iterator[Symbol]:
-    """All symbols of a module or class; marks: what marks each of its tests."""
+    """All symbols of a module or class; a `pytestmark` marks all tests below it."""
+    marks: Marks = ()
     for node, after in zip(parent.body, [*parent.body[1:], ast.Pass()], strict=True):
         last = node.end_lineno or node.lineno
         if isinstance(node, ast.ClassDef | ast.FunctionDef):
@@ -107,6 +103,8 @@ def _within(
         elif isinstance(node, ast.Assign | ast.AnnAssign):
             target = node.targets[0] if isinstance(node, ast.Assign) else node.target
             name = prefix + ast.unparse(target).strip("()")
+            if name == "pytestmark" and node.value:
+                marks = _marks([node.value])
             doc = ast.get_docstring(ast.Module([after], [])) or ""
             last = after.end_lineno or last if doc else last
             yield Symbol(path, node.lineno, last, name, doc)
