@@ -48,6 +48,11 @@ def text(tmp_path_factory):
 @pytest.fixture(scope="module")
 def film(text):
     """The data in it, which its player reads."""
+    return data(text)
+
+
+def data(text):
+    """What a page's player reads."""
     return json.loads(re.search(r"^const film = (.*)$", text, re.MULTILINE)[1])
 
 
@@ -164,6 +169,17 @@ def test_a_floor_as_svg_has_every_cell_in_the_class_of_its_kind(name):
         names = [area.name for area in building.areas if area.floor == floor]
         written = re.findall(r">([^<]+)</text>", svg)
         assert {*written} == {name for name in names if not name.startswith("room-")}
+
+
+@pytest.mark.parametrize("frames_per_tick", [7, 10, 25])
+def test_a_film_lasts_as_long_as_its_evacuation(frames_per_tick, tmp_path):
+    """A frame is whole ticks, of whatever length."""
+    scenario = Scenario(people=2, time_limit=20.0, frames_per_tick=frames_per_tick)
+    run, path = Simulation(load("tiny"), scenario), tmp_path / "film.html"
+    drawing.animate(run, path)
+    film = data(path.read_text(encoding="utf-8"))
+    frames = film["runs"][0]["bodies"][0]
+    assert (frames - 1) * film["step"] == pytest.approx(run.world.time, abs=0.6)
 
 
 def test_a_minute_of_two_crowds_is_a_small_page(tmp_path):

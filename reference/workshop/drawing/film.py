@@ -23,11 +23,11 @@ from reference.paper import InputError
 from reference.simulation import Simulation
 from reference.workshop.drawing import web_film
 from reference.workshop.drawing.evacuation import Scene, Tally, tally
-from reference.workshop.drawing.web_film import SECONDS_PER_FRAME
+from reference.workshop.drawing.web_film import seconds_per_frame
 from reference.workshop.measuring.recording import ticks
 from reference.workshop.storage.files import replacing
 
-PACE = SECONDS_PER_FRAME / 6  # seconds that a frame is seen: six times real time
+FASTER = 6  # times real time
 HOLD = 3.0  # seconds that the last frame stays
 CLEAR = 255  # the palette's last place: a pixel that did not change
 
@@ -63,16 +63,17 @@ def animate(
             return
         first = simulations[0]
         scene = Scene(first.building, len(first.world.bodies), headings)
-        frames = _frames(scene, simulations, instants)
+        pace = seconds_per_frame(first) / FASTER
+        frames = _frames(scene, simulations, instants, pace)
         if suffix == ".gif":
             _gif(partial, frames)
         else:
-            _mp4(partial, scene, frames)
+            _mp4(partial, scene, frames, pace)
 
 
 def _instants(runs: Sequence[Simulation], going: Iterable[None]) -> Iterator[bool]:
-    """Pause at 0 s, then every SECONDS_PER_FRAME, then at the end; is it the end?"""
-    every = max(1, round(SECONDS_PER_FRAME / runs[0].tick))
+    """Pause at 0 s, then for every frame, then at the end; is it the end?"""
+    every = round(seconds_per_frame(runs[0]) / runs[0].tick)
     limit = round(runs[0].scenario.time_limit)
     with tqdm(total=limit, unit=" s", disable=None, desc="filming") as bar:
         for tick, _ in enumerate(going):
@@ -83,15 +84,15 @@ def _instants(runs: Sequence[Simulation], going: Iterable[None]) -> Iterator[boo
 
 
 def _frames(
-    scene: Scene, runs: Sequence[Simulation], instants: Iterable[bool]
+    scene: Scene, runs: Sequence[Simulation], instants: Iterable[bool], pace: float
 ) -> Iterator[Frame]:
-    """Paint each instant."""
+    """Paint each instant, to be seen for `pace` seconds, the last one longer."""
     pixels, histories = painter(scene), [list[Tally]() for _ in runs]
     for over in instants:
         for side, (run, history) in enumerate(zip(runs, histories, strict=True)):
             history.append(tally(run.world))
             scene.show(run.world, history, side)
-        yield pixels(), HOLD if over else PACE
+        yield pixels(), HOLD if over else pace
 
 
 def painter(scene: Scene) -> Callable[[], np.ndarray]:
@@ -138,13 +139,13 @@ def _in_few_colours(frames: Iterable[Frame]) -> Iterator[Image.Image]:
         yield image
 
 
-def _mp4(path: Path, scene: Scene, frames: Iterable[Frame]) -> None:
+def _mp4(path: Path, scene: Scene, frames: Iterable[Frame], pace: float) -> None:
     """Pipe raw frames into ffmpeg, which wants even sizes and a steady rate.
 
     Whatever it complains of is a failure: on a full disk it may exit with status 0.
     """
     width, height = scene.figure.canvas.get_width_height()
-    raw = f"-f rawvideo -pix_fmt rgba -s {width}x{height} -r {1 / PACE:g} -i -"
+    raw = f"-f rawvideo -pix_fmt rgba -s {width}x{height} -r {1 / pace:g} -i -"
     even = "-vf pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white -pix_fmt yuv420p -y"
     command = ["ffmpeg", "-v", "error", "-xerror", *raw.split(), *even.split()]
     with TemporaryFile() as said:
@@ -153,7 +154,7 @@ def _mp4(path: Path, scene: Scene, frames: Iterable[Frame]) -> None:
         assert pipe is not None
         with suppress(BrokenPipeError), ffmpeg:
             for pixels, seconds in frames:
-                pipe.write(pixels.tobytes() * round(seconds / PACE))
+                pipe.write(pixels.tobytes() * round(seconds / pace))
         said.seek(0)
         words = said.read().decode(errors="replace").splitlines()
     if ffmpeg.returncode or words:

@@ -23,7 +23,7 @@ from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.evacuation import INKS, STEPS, TRAIL_SECONDS
 from reference.world import NOWHERE, DoorBurnt, Fate
 
-SECONDS_PER_FRAME = 0.6  # simulated
+FRAME = 0.6  # seconds simulated from one to the next, if they are whole ticks
 TEMPLATE = Path(__file__).with_name("web_film.html")
 CLASSES = {kind: kind.name.lower() for kind in Kind}  # of cells, on the page
 NEVER = -1
@@ -48,7 +48,7 @@ def write(
             reel.note()
     down, across = building.kind.shape[1:]
     film = {
-        "step": SECONDS_PER_FRAME,
+        "step": seconds_per_frame(runs[0]),
         "limit": min(runs[0].scenario.time_limit, HEALTH_SECONDS),
         "trail": TRAIL_SECONDS,
         "size": [across, down],
@@ -71,6 +71,11 @@ def write(
         inks={CLASSES[kind]: ink for kind, ink in page.COLOURS.items()} | INKS,
     )
     path.write_text(content, "utf-8")
+
+
+def seconds_per_frame(run: Simulation) -> float:
+    """Whole ticks, about FRAME in all; seconds simulated."""
+    return round(max(1, round(FRAME / run.tick)) * run.tick, 9)
 
 
 class Reel:
