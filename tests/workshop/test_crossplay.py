@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from outcomes import result
 from trainings import Stopped, begun, room_for, tiny, trained
 
 from reference.evaluation.difficulty import arrival_of, difficulty, people_in
@@ -16,7 +17,6 @@ from reference.fire import RandomFire
 from reference.paper import InputError, Scenario
 from reference.simulation import Simulation
 from reference.workshop.comparing import (
-    RunResult,
     begin,
     cells,
     evaluate,
@@ -51,35 +51,13 @@ def run(tmp_path_factory):
     return folder
 
 
-class Counting(InProcess):
-    """Does jobs here, and remembers their runs."""
-
-    def __init__(self):
-        self.runs = []
-
-    def submit(self, fn, /, job):
-        """As `InProcess` does."""
-        self.runs += job[1]
-        return super().submit(fn, job)
-
-
 def interrupted(evaluation, folder, jobs=0):
     """Begin an evaluation, which Ctrl-C ends after so many jobs."""
     with pytest.raises(KeyboardInterrupt):
         evaluate(evaluation, folder, Stopped(jobs))
 
 
-def a_result(robots="sweep", fire="random", seed=0, **changes):
-    """Of forty people half are out, one a second."""
-    facts = {"people": 40, "evacuated": 20, "died": 20, "inside": 0, "survival": 0.5}
-    facts |= {"reward": 0.0, "difficulty": 1000.0, "simulated_seconds": 90.0}
-    facts |= {"evacuation_time": 20.0, "mean_health": 80.0}
-    facts |= {"times": tuple(map(float, range(1, 21)))}
-    return RunResult(robots, fire, seed, **facts | changes)
-
-
-NOBODY_OUT = {"evacuated": 0, "died": 40, "survival": 0.0, "reward": -12000.0}
-NOBODY_OUT |= {"evacuation_time": None, "mean_health": None, "times": ()}
+NOBODY_OUT = {"times": (), "reward": -12000.0}
 
 
 # -- Runs ---------------------------------------------------------------------------
@@ -127,9 +105,7 @@ def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     folder, whole = Path("stopped"), Path("whole")
     interrupted(begin(**SMALL), folder, jobs=1)
     assert runs.read(folder / "runs.csv") == small[:2]
-    rest = Counting()
-    assert evaluate(resume(folder), folder, rest) == small
-    assert [run[::2] for run in rest.runs] == [("sweep", 0), ("sweep", 1)]
+    assert evaluate(resume(folder), folder, Stopped(jobs=1)) == small
     evaluate(begin(**SMALL), whole, InProcess())
     assert (folder / "runs.csv").read_bytes() == (whole / "runs.csv").read_bytes()
 
@@ -185,9 +161,9 @@ def test_each_run_has_strategies_of_its_own_and_the_worst_case_knows_whom_it_mee
 @pytest.mark.paper("F12")
 def test_a_gain_is_the_mean_difference_from_the_baseline_of_the_same_seeds():
     """Of one fire; a seed that the baseline has not played counts for nothing."""
-    ours = [a_result("patrol", seed=k, survival=s) for k, s in enumerate((0.5, 1.0, 0))]
-    theirs = [a_result("sweep", seed=k, survival=s) for k, s in ((1, 0.5), (0, 0.25))]
-    elsewhere = a_result("patrol", fire="greedy")
+    ours = [result("patrol", seed=k, survival=s) for k, s in enumerate((0.5, 1.0, 0))]
+    theirs = [result("sweep", seed=k, survival=s) for k, s in ((1, 0.5), (0, 0.25))]
+    elsewhere = result("patrol", fire="greedy")
     found = cells([*ours, *theirs, elsewhere], PAPER, "sweep")
     assert [cell.gain for cell in found] == [of_mean([0.25, 0.5]), (0, 0, 0), None]
     first, line, *_ = table(found).splitlines()
@@ -199,8 +175,8 @@ def test_a_gain_is_the_mean_difference_from_the_baseline_of_the_same_seeds():
 @pytest.mark.paper("F9")
 def test_the_score_of_a_cell_is_that_of_its_means():
     """E is convex: a mean of scores would pay for being unreliable."""
-    steady = [a_result("steady", seed=k, reward=8000.0) for k in range(8)]
-    gamble = [a_result("gamble", seed=k, reward=16000.0 * (k % 2)) for k in range(8)]
+    steady = [result("steady", seed=k, reward=8000.0) for k in range(8)]
+    gamble = [result("gamble", seed=k, reward=16000.0 * (k % 2)) for k in range(8)]
     one, other = cells([*steady, *gamble], PAPER)
     assert one.score.mean == pytest.approx(PAPER.score(8000.0, 1000.0))
     assert other.score.mean == pytest.approx(one.score.mean)
@@ -211,7 +187,7 @@ def test_the_score_of_a_cell_is_that_of_its_means():
 
 def test_where_nobody_gets_out_there_is_no_time_and_no_health():
     """Neither nan nor 0 in any of what is printed and written."""
-    dead = cells([a_result(**NOBODY_OUT), a_result("none", reward=1e9)], PAPER)
+    dead = cells([result(**NOBODY_OUT), result("none", reward=1e9)], PAPER)
     assert dead[0].evacuation_time is dead[0].mean_health is dead[1].score is None
     facts = as_json(begin(**SMALL), PAPER, dead)
     assert json.loads(json.dumps(facts, allow_nan=False)) == facts
@@ -220,8 +196,8 @@ def test_where_nobody_gets_out_there_is_no_time_and_no_health():
 
 def test_the_table_is_aligned_and_says_what_is_missing():
     """A line for each match, under a line of heads."""
-    dead = [a_result("none", seed=seed, **NOBODY_OUT) for seed in (0, 1)]
-    first, *lines, note = table(cells([a_result(), *dead], PAPER)).splitlines()
+    dead = [result("none", seed=seed, **NOBODY_OUT) for seed in (0, 1)]
+    first, *lines, note = table(cells([result(), *dead], PAPER)).splitlines()
     assert first.split()[:3] == ["robots", "fire", "runs"]
     assert [line.split()[:5] for line in lines] == [
         ["sweep", "random", "1", "50.0", "0"],  # a single run has no interval
@@ -229,7 +205,7 @@ def test_the_table_is_aligned_and_says_what_is_missing():
     ]
     assert len({len(line) for line in (first, *lines)}) == 1
     assert note.startswith("-: nobody got out")
-    assert "nobody" not in table(cells([a_result()], PAPER))
+    assert "nobody" not in table(cells([result()], PAPER))
 
 
 # -- Refusals -----------------------------------------------------------------------

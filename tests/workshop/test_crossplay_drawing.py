@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from outcomes import result
 from pages import overlaps
 
 from reference.evaluation.score import PAPER
-from reference.workshop.comparing import RunResult, cells
+from reference.workshop.comparing import cells
 from reference.workshop.comparing.results import mean_and_interval
 from reference.workshop.drawing.crossplay import curves, matrix
 
@@ -22,13 +23,6 @@ def results(robots, fires, runs=5):
         for j, fire in enumerate(fires)
         for seed in range(runs)
     ]
-
-
-def result(robots, fire, seed, times):
-    """A run of forty people, of whom some are out at these times."""
-    last, number = max(times, default=None), len(times)
-    saved = (40, number, 40 - number, 0, number / 40)
-    return RunResult(robots, fire, seed, *saved, 0.0, 100.0, last, last, 200.0, times)
 
 
 @pytest.mark.parametrize("size", [(1, 1), (8, 8), (26, 1)])

@@ -14,6 +14,7 @@ from shutil import copytree, rmtree
 
 import pytest
 from conftest import ROOT
+from outcomes import result
 from processes import python
 
 import reference
@@ -29,7 +30,6 @@ from reference.workshop.comparing.jobs import (
     play_tests,
 )
 from reference.workshop.comparing.report import OWN, Results
-from reference.workshop.comparing.runs import RunResult
 from reference.workshop.storage import workers as workforce
 from reference.workshop.storage.records import SettingsError, record_from
 from reference.workshop.storage.runs import held
@@ -290,30 +290,23 @@ def test_an_experiment_that_is_killed_goes_on_to_the_same_end(made, tmp_path):
 COMPARED = {"seeds": [0, 1, 2], "compare": [["learning", "ppo"]]}
 
 
-def run(robots, fire, seed, survival):
-    """The result of an evacuation of ten people."""
-    out = round(10 * survival)
-    rest = (10, out, 10 - out, 0, survival, 100.0 * out, 50.0, 9.0, 80.0, 90.0)
-    return RunResult(robots, fire, seed, *rest, times=tuple(range(out)))
-
-
-def outcome(**survival):
-    """Tests in which so many of an arm survive random fire, others 60 per cent."""
+def outcome(**survivors):
+    """Tests in which so many of ten survive random fire, and six survive others."""
     return Results(
         small(**COMPARED),
         [
-            run(f"{arm}-{k}", fire, seed, share + 0.1 * (k % 2))
-            for arm, random in survival.items()
+            result(f"{arm}-{k}", fire, seed, range(out + k % 2), people=10)
+            for arm, random in survivors.items()
             for k in range(3)
             for seed in range(20)
-            for fire, share in (("random", random), ("learning-1", 0.6))
+            for fire, out in (("random", random), ("learning-1", 6))
         ],
     )
 
 
 def test_an_arm_has_a_row_and_a_kind_of_fire_a_column():
     """Its own fire stands beside those of other trainings; intervals are over arms."""
-    results = outcome(learning=0.8, ppo=0.5)
+    results = outcome(learning=8, ppo=5)
     cells = {(cell.robots, cell.fire): cell for cell in results.cells()}
     assert [fire for robots, fire in cells if robots == "learning"] == [
         "random",
@@ -330,15 +323,15 @@ def test_an_arm_has_a_row_and_a_kind_of_fire_a_column():
 @pytest.mark.parametrize(
     ("ppo", "words"),
     [
-        (0.5, "under random: 30.0 [23.3, 36.7]: `learning` saves more"),
-        (0.9, "under random: -10.0 [-16.7, -3.3]: `ppo` saves more"),
-        (0.8, "they cannot be told apart"),
-        (0.8, "This is preliminary, trainings of an arm: 3."),
+        (5, "under random: 30.0 [23.3, 36.7]: `learning` saves more"),
+        (9, "under random: -10.0 [-16.7, -3.3]: `ppo` saves more"),
+        (8, "they cannot be told apart"),
+        (8, "This is preliminary, trainings of an arm: 3."),
     ],
 )
 def test_the_answer_is_what_the_intervals_say(ppo, words):
     """Above 0, below 0 or around it; preliminary with fewer than five trainings."""
-    results = outcome(learning=0.8, ppo=ppo)
+    results = outcome(learning=8, ppo=ppo)
     assert words in results.answer()
     assert results.answer() in report.page(results, "a.png", "b.png")
 
@@ -346,7 +339,7 @@ def test_the_answer_is_what_the_intervals_say(ppo, words):
 def test_the_page_says_what_was_asked_and_done():
     """Every row of the file, and the version, under the question."""
     asked = small(question="Is it *so*?")
-    told = report.page(Results(asked, [run("ppo-3", "random", 1, 0.5)]), "a", "b")
+    told = report.page(Results(asked, [result("ppo-3")]), "a", "b")
     assert f"version {reference.__version__}" in told
     assert '"trainer_type": "ppo"' in told and '"hidden_units": 8' in told
     assert told.startswith("# Is it *so*?\n\n")
