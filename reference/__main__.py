@@ -86,15 +86,6 @@ class _Parser(ArgumentParser):
 
 def _arguments(argv: Sequence[str] | None) -> Namespace:
     """Read the command line; say how a map is named, if one can be."""
-    parser = _parser()
-    arguments, unknown = parser.parse_known_args(argv)
-    if unknown:
-        hint = "a map is named by --building; " if "building" in arguments else ""
-        parser.error(f"unrecognized arguments: {' '.join(unknown)}; {hint}see --help")
-    return arguments
-
-
-def _parser() -> ArgumentParser:
     top = _Parser(prog="python -m reference", formatter_class=Formatter)
     _describe(top, first_look)
     version = f"fire-rescue-reference {reference.__version__}"
@@ -105,7 +96,11 @@ def _parser() -> ArgumentParser:
         summary = command.run.__doc__
         parser = commands.add_parser(name, help=summary, formatter_class=Formatter)
         _describe(parser, command)
-    return top
+    arguments, unknown = top.parse_known_args(argv)
+    if unknown:
+        hint = "a map is named by --building; " if "building" in arguments else ""
+        top.error(f"unrecognized arguments: {' '.join(unknown)}; {hint}see --help")
+    return arguments
 
 
 def _describe(parser: ArgumentParser, command: Command) -> None:

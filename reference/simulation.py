@@ -124,7 +124,7 @@ class Simulation:
         touched = self._people_move()
         # BURN
         self.burn()
-        self._lose_health()
+        self.lose_health()
         # SETTLE
         self.settle(touched)
         return self.events[already:]
@@ -253,7 +253,7 @@ class Simulation:
             self._flames_change = self.spread.advance(world.flames, world.time)
             self._burn_doors()
 
-    def _lose_health(self) -> None:
+    def lose_health(self) -> None:
         """Lower everybody's health, and more in and beside flames [B7]."""
         bodies, flames = self.world.bodies, self.world.flames
         rate = paper.HEALTH_RATE * self.scenario.frames_per_tick

@@ -9,14 +9,14 @@ each simulation.  Results equal those of running each alone, to the last bit.
 """
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from functools import partial
-from itertools import groupby, pairwise
+from itertools import pairwise
 
 import numpy as np
 
-from reference import humans, motion, paper, walking
+from reference import humans, motion, walking
 from reference.simulation import Simulation
 from reference.view import View, points, show_bodies, views_of
 from reference.walking import Touched
@@ -63,7 +63,6 @@ class Lockstep:
         self.world = replace(worlds[0], bodies=bodies, minds=minds, robots=robots)
         self.due = np.concatenate([run.due for run in runs])
         self.full_until = np.stack([run.full_until for run in runs])
-        self._turn = np.tile(runs[0].turn, len(runs))
         self._ends = self.n * np.arange(len(runs) + 1)
         for k, (run, (a, b)) in enumerate(zip(runs, pairwise(self._ends), strict=True)):
             own = {name: array[a:b] for name, array in arrays.items()}
@@ -93,10 +92,11 @@ class Lockstep:
         # BURN
         for run in going:
             run.burn()
+            run.lose_health()
         self.world.time = going[0].world.time
-        self._lose_health()
         # SETTLE
-        self._settle(touched, going[0].ticks)
+        for run in going:
+            run.settle(touched.get(run, []))
 
     # -- What a simulation does for one world, for all at once ----------------------
 
@@ -113,11 +113,11 @@ class Lockstep:
         show_bodies(views, me, mine, around)
         return views
 
-    def _people_move(self) -> Touched:
+    def _people_move(self) -> dict[Simulation, Touched]:
         who = np.flatnonzero(self.world.bodies.walking)
         moved = self._walk(who, walking.targets(self.world, who))
-        touched = walking.advance(self.world, who, moved)
-        for run, own in self._by_world(touched):
+        touched = self._by_world(walking.advance(self.world, who, moved))
+        for run, own in touched.items():
             run.fill_doors(own)
         return touched
 
@@ -161,33 +161,16 @@ class Lockstep:
             lambda marks, asking: full[world[asking], marks],
         )
 
-    def _lose_health(self) -> None:
-        bodies = self.world.bodies
-        rate = paper.HEALTH_RATE * self.runs[0].scenario.frames_per_tick
-        bodies.health -= rate * bodies.inside
-        who = np.flatnonzero(bodies.walking)
-        place = bodies.place[who]
-        for run, (a, b) in zip(self.runs, self._parts(who), strict=True):
-            harm = run.world.flames.harm.ravel()[place[a:b]]
-            bodies.health[who[a:b]] -= harm * self.tick
-
-    def _settle(self, touched: Touched, ticks: int) -> None:
-        bodies, own = self.world.bodies, dict(self._by_world(touched))
-        self.due[:] = self._turn == ticks % paper.RECONSIDER_TICKS
-        leaving = (bodies.health <= paper.NO_HEALTH) & bodies.inside
-        leaving |= bodies.stairs_until <= self.world.time
-        eventful = leaving.reshape(len(self.runs), -1).any(axis=1).tolist()
-        for run, leaves in zip(self.runs, eventful, strict=True):
-            if leaves or run in own:
-                run.settle(own.get(run, []))
-
     # -- Parts of the crowd ---------------------------------------------------------
 
     def _parts(self, who: np.ndarray) -> list[tuple[int, int]]:
         """Where the people of each world begin and end among these."""
         return list(pairwise(who.searchsorted(self._ends).tolist()))
 
-    def _by_world(self, touched: Touched) -> Iterator[tuple[Simulation, Touched]]:
+    def _by_world(self, touched: Touched) -> dict[Simulation, Touched]:
         """Split by world, with each world's own numbers; skip worlds without any."""
-        for k, some in groupby(touched, lambda one: one[0] // self.n):
-            yield self.runs[k], [(i - k * self.n, before) for i, before in some]
+        split: dict[Simulation, Touched] = defaultdict(list)
+        for i, before in touched:
+            world, own = divmod(i, self.n)
+            split[self.runs[world]].append((own, before))
+        return split

@@ -92,7 +92,7 @@ def test_it_does_not_matter_who_does_the_jobs(small):
         assert evaluate(evaluation, None, threads) == small
     with workers(1) as processes:
         assert evaluate(evaluation, Path("out"), processes) == small
-    assert runs.read(Path("out/runs.csv")) == small
+    assert runs.read(Path("out/runs.csv"), evaluation) == small
 
 
 # -- What is kept -------------------------------------------------------------------
@@ -104,7 +104,7 @@ def test_what_is_over_is_kept_and_not_played_again(small, monkeypatch):
     monkeypatch.setattr(runs, "JOBS", 1)
     folder, whole = Path("stopped"), Path("whole")
     interrupted(begin(**SMALL), folder, jobs=1)
-    assert runs.read(folder / "runs.csv") == small[:2]
+    assert runs.read(folder / "runs.csv", begin(**SMALL)) == small[:2]
     assert evaluate(resume(folder), folder, Stopped(jobs=1)) == small
     evaluate(begin(**SMALL), whole, InProcess())
     assert (folder / "runs.csv").read_bytes() == (whole / "runs.csv").read_bytes()
@@ -116,7 +116,7 @@ def test_a_disk_that_fills_up_in_the_middle_of_a_row_keeps_the_rows_before(small
     written, told = runs.table_of(path, small[:1]), r"written .* go on with --resume"
     with room_for(path.stat().st_size + 10), pytest.raises(OSError, match=told):
         written.append([row])
-    assert runs.read(path) == small[:1]
+    assert runs.read(path, begin(**SMALL)) == small[:1]
 
 
 # -- Who is asked for ---------------------------------------------------------------

@@ -89,8 +89,7 @@ def fit(job: tuple[Task, str]) -> str:
     task, folder = job[0], Path(job[1])
 
     def begin() -> Training:
-        begun = newest(folder) is not None
-        return Training.resumed(load(folder)) if begun else Training(task)
+        return Training.resumed(load(folder)) if newest(folder) else Training(task)
 
     try:
         make_folder(folder)

@@ -3,7 +3,7 @@
 Clauses: C7, D2, F4.  torch is loaded only when a checkpoint is named.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from os.path import exists  # False for what no path can be, too
 from typing import Any
 
@@ -21,8 +21,8 @@ WORST = "worst-case"
 
 FILE = "FILE"
 
-PLAYERS: dict[Side, dict[str, Callable[[], Any]]] = {
-    "robots": {**SCRIPTS["robots"]},
+PLAYERS: dict[Side, Mapping[str, Callable[[], Any]]] = {
+    **SCRIPTS,
     "fire": {**SCRIPTS["fire"], WORST: WorstCase},
 }
 ABOUT: dict[Side, dict[str, str]] = {

@@ -145,18 +145,18 @@ def table_of(path: Path, results: Iterable[RunResult]) -> Table:
     return Table(path, [*COLUMNS], map(row_of, results))
 
 
-def read(path: Path, evaluation: Evaluation | None = None) -> list[RunResult]:
+def read(path: Path, evaluation: Evaluation) -> list[RunResult]:
     """Read the whole rows of a table of runs; none if there is no file.
 
     Raises ValueError for another file, for a row that does not add up and one with
-    other people than the evaluation's, if given; OSError for a file it cannot read.
+    other people than the evaluation's; OSError for a file it cannot read.
     """
 
     def result(row: dict[str, str]) -> RunResult:
         """Refuse a row that does not add up."""
         made = RunResult(**{name: COLUMNS[name](cell) for name, cell in row.items()})
-        sums = {made.people, made.evacuated + made.died + made.inside}
-        if len(sums | ({evaluation.arena.people} if evaluation else set())) > 1:
+        total = made.evacuated + made.died + made.inside
+        if not total == made.people == evaluation.arena.people:
             raise ValueError("its people do not add up, or are others")
         return made
 
