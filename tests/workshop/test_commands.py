@@ -232,11 +232,13 @@ def test_evacuate_plays_what_it_films_and_records_once(tmp_path, capsys, monkeyp
         return step(simulation)
 
     monkeypatch.setattr(Simulation, "step", counted)
-    seen = evacuated(capsys, "--seed=2", "--animate=run.gif", "--record=rows")
+    files = "--animate=run.gif", "--record=rows", "--density=dense.png"
+    seen = evacuated(capsys, "--seed=2", *files)
     assert len(steps) == round(seen["simulated_seconds"] / steps[0].tick)
     assert seen == unseen
     assert (tmp_path / "run.gif").read_bytes().startswith(b"GIF89a")
     assert {file.suffix for file in (tmp_path / "rows").iterdir()} == {".sqlite"}
+    assert (tmp_path / "dense.png").read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.fixture

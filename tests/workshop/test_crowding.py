@@ -7,7 +7,6 @@ import pytest
 from movies import shipped, stage
 from pages import overlaps, writing
 
-from reference.__main__ import main
 from reference.building import Kind
 from reference.fire import RandomFire
 from reference.paper import Scenario
@@ -66,12 +65,3 @@ def test_the_picture_says_over_how_many_evacuations_and_how_many_died():
     seen.deaths = 0 * deaths
     said = " ".join(writing(crowded(seen, f"guided by {name}, no fire")))
     assert "120.pt, no fire: 7 evacuations, 0 died" in said and "died here" not in said
-
-
-def test_evacuate_draws_the_density_of_all_episodes(tmp_path, monkeypatch, capsys):
-    """Where it says, besides the numbers."""
-    monkeypatch.chdir(tmp_path)
-    asked = "evacuate --building tiny --people 6 --episodes 2 --json"
-    assert main([*asked.split(), "--density", "dense.png"]) == 0
-    assert "written: dense.png" in capsys.readouterr().err
-    assert (tmp_path / "dense.png").read_bytes().startswith(b"\x89PNG")

@@ -42,6 +42,14 @@ def runs(name: str, robots: str, fire: str, **settings: Any) -> list[Simulation]
     ]
 
 
+def same_end(alone: list[Simulation], others: list[Simulation]) -> bool:
+    """Run the first one by one, the others in lockstep; do all end the same?"""
+    for run in alone:
+        run.run()
+    to_the_end(others)
+    return [everything(run) for run in others] == [everything(run) for run in alone]
+
+
 @pytest.mark.paper("A5")
 @pytest.mark.paper("A9")
 @pytest.mark.paper("B3")
@@ -58,11 +66,8 @@ def runs(name: str, robots: str, fire: str, **settings: Any) -> list[Simulation]
 )
 def test_all_ends_as_if_each_had_been_alone(name, robots, fire, settings):
     """To the last bit: people, minds, robots, flames, events and random numbers."""
-    single, together_ = (runs(name, robots, fire, **settings) for _ in range(2))
-    to_the_end(together_)
-    for run in single:
-        run.run()
-    assert [everything(run) for run in together_] == [everything(r) for r in single]
+    single, others = (runs(name, robots, fire, **settings) for _ in range(2))
+    assert same_end(single, others)
     assert robots != "patrol" or len({run.ticks for run in single}) > 1
 
 
@@ -73,10 +78,7 @@ def test_simulations_that_are_not_alike_run_beside_each_other():
         runs("tiny", "sweep", "random", **small) + runs("tiny", "none", "none", **brief)
         for _ in range(2)
     ]
-    for run in mixed[0]:
-        run.run()
-    to_the_end(mixed[1])
-    assert [everything(run) for run in mixed[0]] == [everything(r) for r in mixed[1]]
+    assert same_end(*mixed)
 
 
 def test_a_copy_of_a_simulation_in_lockstep_is_its_own():
@@ -85,9 +87,7 @@ def test_a_copy_of_a_simulation_in_lockstep_is_its_own():
     together(some)
     copies = [run.copy() for run in some]
     to_the_end(some)
-    for run, copied in zip(lone, copies, strict=True):
-        run.run(), copied.run()
-    assert [everything(run) for run in copies] == [everything(run) for run in lone]
+    assert same_end(copies, lone)
 
 
 @pytest.mark.paper("F4")
@@ -98,10 +98,7 @@ def test_a_fire_that_looks_ahead_finds_each_world_as_it_is():
         [encounter(*world, Sweep(), WorstCase(), seed) for seed in range(2)]
         for _ in range(2)
     )
-    for run in lone:
-        run.run()
-    to_the_end(some)
-    assert [everything(run) for run in some] == [everything(run) for run in lone]
+    assert same_end(lone, some)
     assert all(run.world.flames.sources for run in some)
 
 

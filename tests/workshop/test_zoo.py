@@ -44,6 +44,12 @@ def made(**chosen):
     return zoo.parallel_env(shipped("tiny"), SCENE, **chosen)
 
 
+def random_actions(environment, rng):
+    """An action for each agent that is there."""
+    spaces = {agent: environment.action_space(agent) for agent in environment.agents}
+    return {agent: rng.uniform(-1, 1, space.shape) for agent, space in spaces.items()}
+
+
 @pytest.mark.parametrize("sides", SIDES)
 def test_pettingzoos_tests_of_the_parallel_api_and_of_seeds_pass(sides):
     """Warnings are errors here; whole episodes, for none needs 60 cycles."""
@@ -78,10 +84,7 @@ def test_whole_episodes_are_the_same_with_and_without_pettingzoo(sides):
             assert theirs[-1][agent].items() >= info.items()
         for agent, seen in theirs[0].items():
             assert wrapped.observation_space(agent).contains(seen)
-        actions = {
-            agent: rng.uniform(-1, 1, wrapped.action_space(agent).shape)
-            for agent in bare.agents
-        }
+        actions = random_actions(wrapped, rng)
         ours, theirs, steps = bare.step(actions), wrapped.step(actions), steps + 1
     assert same(ours[:-1], theirs[:-1]) and wrapped.agents == [] and steps > 5
 
@@ -102,14 +105,8 @@ def test_infos_tell_how_the_episode_stands():
 
 def moved(environment, seed):
     """What two further steps with the same random actions return."""
-    rng, told = np.random.default_rng(seed), []
-    for _ in range(2):
-        actions = {
-            agent: rng.uniform(-1, 1, environment.action_space(agent).shape)
-            for agent in environment.agents
-        }
-        told.append(environment.step(actions))
-    return told
+    rng = np.random.default_rng(seed)
+    return [environment.step(random_actions(environment, rng)) for _ in range(2)]
 
 
 @pytest.mark.parametrize("flat", [False, True])
