@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
+import torch
 from alike import same
 
 from reference.building import plan_of
@@ -14,6 +15,8 @@ from reference.workshop.training.checkpoints import Task
 from reference.workshop.training.loop import train
 from reference.workshop.training.presets import Settings, preset
 from reference.workshop.training.rounds import Training
+
+torch.set_num_threads(1)  # sums in one order; on a busy machine also faster
 
 TINY = plan_of(load("tiny"))
 
@@ -30,11 +33,11 @@ def tiny(**changes) -> Settings:
     robots |= {"summary_freq": 40, "checkpoint_interval": 40}
     fire = {"batch_size": 2, "buffer_size": 3, "max_steps": 16}
     fire |= {"summary_freq": 4, "checkpoint_interval": 4}
+    robots |= changes.pop("robots", {})
+    fire |= changes.pop("fire", {})
     rows = {
-        "robots": replace(
-            settings.robots, **small | robots | changes.pop("robots", {})
-        ),
-        "fire": replace(settings.fire, **small | fire | changes.pop("fire", {})),
+        "robots": replace(settings.robots, **small | robots),
+        "fire": replace(settings.fire, **small | fire),
         "scenario": replace(settings.scenario, time_limit=40.0),
         "episodes_per_job": 1,
         "imitation_rounds": 2,

@@ -7,6 +7,7 @@ import tomllib
 from collections.abc import Callable
 from contextlib import suppress
 from copy import deepcopy
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -21,7 +22,7 @@ from reference.workshop.comparing import begin, design, evaluate, resume
 from reference.workshop.drawing.curves import read as read_summaries
 from reference.workshop.storage.files import read_json
 from reference.workshop.storage.records import record_from
-from reference.workshop.storage.workers import InProcess, one_thread
+from reference.workshop.storage.workers import InProcess
 from reference.workshop.training.mlagents import read_yaml
 from reference.workshop.training.policies import LearnedRobots
 from reference.workshop.training.presets import preset
@@ -73,54 +74,40 @@ def of_bytes(content: bytes, rng: random.Random) -> bytes:
 
 
 class Kind(NamedTuple):
-    """A file, who reads it, and how its parts are parsed and written, if it has any.
+    """A file and who reads it.
 
     named  what must be in a refusal;  cases  fewer of what takes long to read
     """
 
     file: str
     read: Callable[[Path], object]
-    parts: Callable[[Path], Any] | None = None
-    write: Callable[[Any, Path], object] | None = None
     named: str = ""
     cases: int = 200
 
 
-def _json(content: Any, path: Path) -> None:
-    path.write_text(json.dumps(content))
+FORMATS = {
+    ".json": (json.load, json.dump),
+    ".yaml": (yaml.safe_load, yaml.safe_dump),
+    ".pt": (partial(torch.load, weights_only=True), torch.save),
+}
+"""How files of parts are read and written; others are damaged byte by byte."""
 
 
-def _yaml(content: Any, path: Path) -> None:
-    path.write_text(yaml.safe_dump(content))
+def parts_of(path: Path) -> Any:
+    """Read a file as plain data."""
+    with path.open("rb") as file:
+        return FORMATS[path.suffix][0](file)
 
 
-def _from_json(path: Path) -> Any:
-    return json.loads(path.read_text())
-
-
-def _from_yaml(path: Path) -> Any:
-    return yaml.safe_load(path.read_text())
-
-
-def _from_torch(path: Path) -> Any:
-    return torch.load(path, weights_only=True)
+def write(parts: Any, path: Path) -> None:
+    """Write plain data."""
+    with path.open("wb" if path.suffix == ".pt" else "w") as file:
+        FORMATS[path.suffix][1](parts, file)
 
 
 def _evaluation(path: Path) -> None:
     with suppress(KeyboardInterrupt):
         evaluate(resume(path.parent), path.parent, Stopped())
-
-
-def _resumed(path: Path) -> None:
-    resume_training(path.parent)
-
-
-def _settings(path: Path) -> None:
-    read_yaml(path, preset("tiny"))
-
-
-def _parts(path: Path) -> None:
-    record_from(design.Experiment, read_json(path), str(path))
 
 
 OURS = {
@@ -131,20 +118,20 @@ OURS = {
     }
 }
 KINDS = {
-    "evaluation.json": Kind(
-        "evaluation/evaluation.json", _evaluation, _from_json, _json, "evaluation"
-    ),
+    "evaluation.json": Kind("evaluation/evaluation.json", _evaluation, "evaluation"),
     "runs.csv": Kind("evaluation/runs.csv", _evaluation),
-    "settings": Kind("settings.yaml", _settings, _from_yaml, _yaml, cases=50),
+    "settings": Kind("settings.yaml", lambda p: read_yaml(p, preset("tiny")), cases=50),
     "summaries.csv": Kind("run/summaries.csv", read_summaries),
-    "checkpoint played": Kind(
-        "run/checkpoint-000002.pt", LearnedRobots, _from_torch, torch.save, cases=50
-    ),
+    "checkpoint played": Kind("run/checkpoint-000002.pt", LearnedRobots, cases=50),
     "checkpoint resumed": Kind(
-        "run/checkpoint-000002.pt", _resumed, _from_torch, torch.save, "run", 50
+        "run/checkpoint-000002.pt", lambda p: resume_training(p.parent), "run", 50
     ),
     "experiment": Kind("tiny.toml", design.read, cases=50),
-    "experiment's parts": Kind("tiny.json", _parts, _from_json, _json, cases=50),
+    "experiment's parts": Kind(
+        "tiny.json",
+        lambda p: record_from(design.Experiment, read_json(p), str(p)),
+        cases=50,
+    ),
 }
 
 
@@ -155,11 +142,10 @@ def whole(tmp_path_factory):
     few = begin(("none",), ("none", "random"), "tiny", people=2, episodes=1)
     evaluate(few, folder / "evaluation", InProcess())
     shutil.copy(ROOT / "tutorials" / "experiments" / "tiny.toml", folder)
-    _json(tomllib.loads((folder / "tiny.toml").read_text()), folder / "tiny.json")
-    unity = _from_yaml(ROOT / "tests" / "workshop" / "trainers" / "unity.yaml")
-    _yaml(unity | OURS, folder / "settings.yaml")
-    with one_thread():
-        trained(begun(tiny(robots={"buffer_size": 200})), folder / "run", rounds=2)
+    write(tomllib.loads((folder / "tiny.toml").read_text()), folder / "tiny.json")
+    unity = parts_of(ROOT / "tests" / "workshop" / "trainers" / "unity.yaml")
+    write(unity | OURS, folder / "settings.yaml")
+    trained(begun(tiny(robots={"buffer_size": 200})), folder / "run", rounds=2)
     return folder
 
 
@@ -170,12 +156,12 @@ def test_refuses_a_damaged_file_by_its_name_or_reads_it(name, whole, monkeypatch
     kind, rng, refused = KINDS[name], random.Random(0), 0
     path = whole / kind.file
     before = path.read_bytes()
-    parts = kind.parts(path) if kind.parts else None
+    parts = parts_of(path) if path.suffix in FORMATS else None
     for case in range(kind.cases):
         if parts is None or case % 3 == 0:
             path.write_bytes(of_bytes(before, rng))
         else:
-            kind.write(of_parts(parts, rng), path)
+            write(of_parts(parts, rng), path)
         try:
             kind.read(path)
         except InputError as error:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from movies import wait
 from trainings import TINY, begun, tiny
 
 from reference.building import building_of
@@ -34,8 +35,7 @@ def off_course(training, seed=5):
 def after_8_s(scenario):
     """What robots decide from, in an evacuation that `sweep` guides."""
     sim = Simulation(building_of(TINY), scenario, Sweep(), RandomFire(), 1)
-    for _ in range(40):
-        sim.step()
+    wait(sim, 8)
     vectors = robot_vectors(sim.world, sim.scenario)
     return Moment(vectors, np.ones(len(vectors), dtype=bool), sim.world)
 

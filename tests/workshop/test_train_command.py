@@ -15,20 +15,13 @@ from processes import python
 from trainings import begun, equal, tiny, trained
 
 from reference.__main__ import main
-from reference.workshop.storage.workers import one_thread
 from reference.workshop.training import loop
 from reference.workshop.training.checkpoints import load, newest, save
 
+pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
+
 PROMISED = """building preset robots fire seed rounds episodes steps reward fire_reward
 survival evacuated died checkpoint summaries"""
-
-
-@pytest.fixture(autouse=True)
-def in_an_empty_folder(tmp_path, monkeypatch):
-    """What a command writes lands in a folder of its own."""
-    monkeypatch.chdir(tmp_path)
-    with one_thread():
-        yield
 
 
 @pytest.fixture
@@ -52,8 +45,7 @@ def once(monkeypatch):
 def run(tmp_path_factory):
     """The folder of a training that was stopped after its first round."""
     folder = tmp_path_factory.mktemp("run")
-    with one_thread():
-        trained(begun(), folder, rounds=1)
+    trained(begun(), folder, rounds=1)
     return folder
 
 

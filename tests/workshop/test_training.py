@@ -2,21 +2,22 @@
 
 import csv
 import signal
+from copy import deepcopy
 from dataclasses import replace
-from itertools import pairwise
+from itertools import chain, pairwise, product
 
-import numpy as np
 import pytest
 import torch
 from trainings import TINY, Stopped, begun, equal, tiny, trained
 
 from reference.fire import NoFire, RandomFire
 from reference.learning.adversarial import learner_for, player_of
+from reference.learning.players import Learned
 from reference.learning.rollouts import Job, play
 from reference.learning.settings import SIDES
 from reference.robots import RandomRobots
 from reference.workshop.storage.records import SettingsError
-from reference.workshop.storage.workers import InProcess, one_thread, workers
+from reference.workshop.storage.workers import InProcess, workers
 from reference.workshop.strategies.fires import BusiestFire
 from reference.workshop.training.checkpoints import load, newest
 from reference.workshop.training.loop import train
@@ -30,13 +31,6 @@ from reference.workshop.training.summaries import (
 )
 
 
-@pytest.fixture(scope="module", autouse=True)
-def with_one_thread():
-    """Sums in one order; on a busy machine also faster."""
-    with one_thread():
-        yield
-
-
 def rows(folder):
     """The rows of a training's summaries."""
     with (folder / SUMMARIES).open() as file:
@@ -45,10 +39,15 @@ def rows(folder):
 
 def actors(training):
     """Both sides' weights as they are now."""
-    return {
-        side: {n: t.clone() for n, t in learner.actor.state_dict().items()}
-        for side, learner in training.learners.items()
-    }
+    return {s: deepcopy(who.actor.state_dict()) for s, who in training.learners.items()}
+
+
+def fires(training, rounds):
+    """Who plays the fire in the jobs of some rounds."""
+    kinds = []
+    for training.round in range(rounds):
+        kinds += [type(job.fire) for job in training.jobs()]
+    return kinds
 
 
 @pytest.fixture(scope="module")
@@ -67,10 +66,9 @@ def whole(tmp_path_factory):
 def test_it_ends_when_both_sides_are_past_their_max_steps(whole):
     """A step is one agent's decision."""
     training, folder = whole
-    for side, learner in training.learners.items():
-        assert learner.steps >= getattr(tiny(), side).max_steps
-    assert training.over
-    assert load(folder).round == training.round
+    for learner in training.learners.values():
+        assert learner.steps >= learner.settings.max_steps
+    assert training.over and load(folder).round == training.round
 
 
 class Counted(Training):
@@ -150,10 +148,8 @@ def test_how_many_workers_there_are_changes_nothing(whole, tmp_path):
 def test_seeds_follow_from_the_run_and_the_round_alone():
     """Another run, purpose or round has others; asking twice gives the same."""
     assert seeds_of(1, 0, 0, 4) == seeds_of(1, 0, 0, 4)
-    every = [
-        seeds_of(run, what, n, 4) for run in (1, 2) for what in (0, 1) for n in (0, 1)
-    ]
-    assert len({seed for seeds in every for seed in seeds}) == 32
+    every = [seeds_of(*asked, 4) for asked in product((1, 2), (0, 1), (0, 1))]
+    assert len({*chain(*every)}) == 32
 
 
 # -- Whose turn it is ---------------------------------------------------------------
@@ -163,12 +159,9 @@ def test_seeds_follow_from_the_run_and_the_round_alone():
 def test_random_fire_stands_in_for_a_share_of_the_jobs():
     """Evenly spread over the rounds, only while the robots learn."""
     training = begun(tiny(random_fires=0.25))
-    fires = []
-    for training.round in range(4):
-        fires += [isinstance(job.fire, RandomFire) for job in training.jobs()]
-    assert fires == [False, False, False, True] * 2
+    assert fires(training, 4) == [Learned, Learned, Learned, RandomFire] * 2
     training.learners["robots"].steps = tiny().robots.max_steps
-    assert all(not isinstance(job.fire, RandomFire) for job in training.jobs())
+    assert fires(training, 4) == [Learned] * 8
 
 
 @pytest.mark.paper("E6")
@@ -190,12 +183,9 @@ def test_several_that_do_not_learn_play_in_turn():
     """Job by job, on from one round to the next; scripts and networks."""
     network = player_of(begun().learners["fire"])
     tensors = {n: torch.from_numpy(w) for n, w in network.weights.items()}
-    fires = "random", replace(network, weights=tensors), "none"
-    training = begun(fixed={"fire": fires})
-    kinds = []
-    for training.round in range(2):
-        kinds += [type(job.fire) for job in training.jobs()]
-    assert kinds == [RandomFire, type(network), NoFire, RandomFire]
+    fixed = "random", replace(network, weights=tensors), "none"
+    training = begun(fixed={"fire": fixed})
+    assert fires(training, 2) == [RandomFire, Learned, NoFire, RandomFire]
     assert [job.record for job in training.jobs()] == [("robots",)] * 2
 
 
@@ -203,19 +193,11 @@ def test_several_that_do_not_learn_play_in_turn():
 def test_scripted_fires_stand_in_in_turn():
     """Half of the jobs, busiest before none."""
     training = begun(tiny(random_fires=0.5, stand_ins=("busiest", "none")))
-    fires = []
-    for training.round in range(2):
-        fires += [type(job.fire) for job in training.jobs()]
-    assert fires[1::2] == [BusiestFire, NoFire]
+    assert fires(training, 2)[1::2] == [BusiestFire, NoFire]
     with pytest.raises(SettingsError, match=r"stand_ins: 'bussy' .* mean 'busiest'"):
         tiny(stand_ins=("bussy",))
     with pytest.raises(SettingsError, match="stand_ins: name at least one"):
         tiny(stand_ins=())
-
-
-def same_weights(player, weights):
-    """Does a player of a job have these weights?"""
-    return all(np.array_equal(player.weights[n], w) for n, w in weights.items())
 
 
 @pytest.mark.paper("E6", "chosen")
@@ -231,12 +213,9 @@ def test_in_the_league_each_side_meets_the_other_as_it_was_earlier():
         both, one = training.jobs()
         (other,) = {*SIDES} - {side}
         assert (both.record, one.record) == (SIDES, (other,))
-        for job, who, weights in (
-            (both, side, now[side]),
-            (one, other, now[other]),
-            (one, side, past[side][version]),
-        ):
-            assert same_weights(getattr(job, who), weights)
+        assert equal(getattr(both, side).weights, now[side])
+        assert equal(getattr(one, other).weights, now[other])
+        assert equal(getattr(one, side).weights, past[side][version])
         (episode,) = play(one)
         assert getattr(episode, side) is None and getattr(episode, other) is not None
 
@@ -294,9 +273,7 @@ def test_against_a_script_the_other_side_learns_alone(fixed, tmp_path):
 def test_refuses_a_scenario_in_which_there_is_nothing_to_decide(tmp_path):
     """Without fire sources the fire would never be past its max_steps."""
     idle = tiny(scenario=replace(tiny().scenario, sources=0))
-    with pytest.raises(
-        SettingsError, match="fire: nothing to learn while sources is 0"
-    ):
+    with pytest.raises(SettingsError, match="nothing to learn while sources is 0"):
         begun(idle)
     nobody = tiny(scenario=replace(tiny().scenario, people=0))
     with pytest.raises(SettingsError, match="nobody to evacuate"):
@@ -309,12 +286,9 @@ def test_refuses_a_scenario_in_which_there_is_nothing_to_decide(tmp_path):
 def test_refuses_a_network_to_begin_with_that_means_something_else(whole):
     """Layers, heads, or what it observes: by name, what it has and what is here."""
     robots = load(whole[1]).player("robots")
-    for changes, word in (
-        ({"hidden_units": 16}, "hidden_units 8"),
-        ({"commitment": 0.0}, "commitment 5.0"),
-    ):
-        with pytest.raises(SettingsError, match=word):
-            begun(tiny(robots=changes), initial={"robots": robots})
+    for row, other, told in ("hidden_units", 16, 8), ("commitment", 0.0, 5.0):
+        with pytest.raises(SettingsError, match=f"{row} {told}"):
+            begun(tiny(robots={row: other}), initial={"robots": robots})
     begun(tiny(robots={"gamma": 0.5}), initial={"robots": robots})  # it fits
 
 

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from movies import built, found, shipped, stage
+from movies import built, found, shipped, stage, wait
 from scipy.stats import ks_2samp
 from trainings import begun
 
@@ -13,7 +13,6 @@ from reference.fire import NoFire, Spread, free_places
 from reference.game.observations import fire_vector, vector_layout
 from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.rewards import group_reward
 from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop.comparing import begin
@@ -31,8 +30,6 @@ from reference.workshop.strategies.worst_case import (
 from reference.workshop.training.checkpoints import save
 from reference.workshop.training.policies import LearnedRobots
 from reference.world import FireLit
-
-BRIEF = {"people": 8, "sources": 2, "time_limit": 50.0}
 
 
 def against(robots="sweep", seed=0, **scenario):
@@ -65,18 +62,15 @@ def test_it_chooses_among_free_cells_that_people_cross_and_that_lie_apart():
 def test_it_takes_the_cell_that_leaves_least_reward_to_the_end():
     """Of the busiest, each played out in the same future."""
     sim = against("none", people=10, seed=2)
-    for _ in range(50):
-        sim.step()
+    wait(sim, 10)
     world, rng = sim.world, np.random.default_rng(5)
     taken = sim.fire_strategy.decide(world, rng)
     seed = int(np.random.default_rng(5).integers(2**32))
     left = {}
     for place in busiest(world, 4):
-        robots = NoRobots()
         fire = First(place, BusiestFire())
-        future = another_future(world, sim.scenario, robots, fire, seed)
-        future.run()
-        left[place] = group_reward(future.events)
+        future = another_future(world, sim.scenario, NoRobots(), fire, seed)
+        left[place] = future.run().reward
     assert len(left) == 4 and left[taken] == min(left.values()) < max(left.values())
 
 
@@ -91,9 +85,8 @@ def test_it_burns_the_only_way_out():
 
 def test_it_asks_copies_of_the_robots():
     """What these imagine does not change what they do."""
-    sim = against("patrol", seed=4, **BRIEF)
-    for _ in range(50):
-        sim.step()
+    sim = against("patrol", seed=4, people=8, sources=2, time_limit=50.0)
+    wait(sim, 10)
     before = repr(vars(sim.robot_strategy))
     sim.fire_strategy.decide(sim.world, np.random.default_rng(0))
     assert repr(vars(sim.robot_strategy)) == before
@@ -121,12 +114,11 @@ def test_its_cost_is_linear_in_the_number_of_decisions(monkeypatch):
 # -- Errors of observation ----------------------------------------------------------
 
 
-def observers(ticks):
-    """Robots that observe in a small building after so many ticks; a fire at 50."""
+def observers(seconds):
+    """Robots that observe in a small building, some seconds later; a fire at 10 s."""
     fire = First((0, 5.5, 0.5), NoFire())
     sim = Simulation(shipped("tiny"), Scenario(people=20), Observer(), fire, seed=3)
-    for _ in range(ticks):
-        sim.step()
+    wait(sim, seconds)
     return sim
 
 
@@ -134,7 +126,7 @@ def observers(ticks):
 @pytest.mark.paper("F4", "Eq. 5")
 def test_errors_shift_points_that_are_observed_and_nothing_else():
     """Each by ε at most in x and in y, however far from walls; the world stays."""
-    sim, rng = observers(ticks=100), np.random.default_rng(1)
+    sim, rng = observers(20), np.random.default_rng(1)
     layout = vector_layout(sim.building, sim.scenario)
     before = fire_vector(sim.world, sim.scenario)
     off = fire_vector(with_errors(sim.world, 2.0, rng), sim.scenario) - before
@@ -156,7 +148,7 @@ def test_errors_shift_points_that_are_observed_and_nothing_else():
 @pytest.mark.paper("F4", "Eq. 5")
 def test_of_a_few_errors_robots_make_the_one_that_leaves_least_reward():
     """Of four and none, each played out in the same future."""
-    sim, rng = observers(ticks=50), np.random.default_rng(5)
+    sim, rng = observers(10), np.random.default_rng(5)
     world, scene = sim.world, sim.scenario
     robots = Disturbed(Observer(), NoFire(), scene, 4.0)
     taken, rng = robots.decide(world, world.robots, rng), np.random.default_rng(5)
@@ -196,8 +188,7 @@ def test_another_future_has_the_same_past_and_draws_the_rest_anew():
     """What burns has burnt since the same time; flames spread otherwise from there."""
     fire = First((0, 5.5, 0.5), BusiestFire())
     sim = Simulation(shipped("tiny"), Scenario(), fire=fire)
-    for _ in range(100):
-        sim.step()
+    wait(sim, 20)
     before, now = sim.world.flames.arrival.copy(), sim.world.time
     one, other = (
         another_future(sim.world, sim.scenario, NoRobots(), NoFire(), seed).world
