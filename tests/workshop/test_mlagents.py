@@ -22,12 +22,11 @@ ROBOT = "behaviors:\n  Robot:\n"
 
 @pytest.fixture
 def read(tmp_path):
-    """Reads a text as a trainer file onto a preset."""
+    """Reads a text as a trainer file onto preset laptop."""
 
-    def read(text, base=LAPTOP):
-        path = tmp_path / "trainer.yaml"
-        path.write_bytes(text if isinstance(text, bytes) else text.encode())
-        return read_yaml(path, base)
+    def read(text):
+        (path := tmp_path / "trainer.yaml").write_text(text)
+        return read_yaml(path, LAPTOP)
 
     return read
 
@@ -36,9 +35,9 @@ def read(tmp_path):
 def refusal(read, tmp_path):
     """The message about a text, without the path that it begins with."""
 
-    def refusal(text, base=LAPTOP):
+    def refusal(text):
         with pytest.raises(SettingsError) as refused:
-            read(text, base)
+            read(text)
         path, _, message = str(refused.value).partition("trainer.yaml: ")
         assert path == f"{tmp_path}/"
         return message
@@ -106,31 +105,28 @@ def test_every_row_of_table_i_is_read_from_its_section(read):
     """Where ML-Agents keeps it, and onto any preset."""
     nested = {}
     for place, name in PLACES.items():
-        *sections, _ = place.split(".")
         section = nested
-        for key in sections:
+        for key in place.split(".")[:-1]:
             section = section.setdefault(key, {})
         section[name] = TABLE_I[name]
     robots = read(yaml.safe_dump({"behaviors": {"Robot": nested}})).robots
     assert {name: getattr(robots, name) for name in TABLE_I} == dict(TABLE_I)
 
 
-PAIRS = [  # the robots' name and trainer, the fire's
-    ("Robot", "ppo", "Fire", "ppo"),
-    ("FireRescueRobot", "poca", "FireGenerator", "ppo"),
-    ("1", "poca", "2", "ppo"),
-    ("Robot", "ppo", "FireNearRobots", "ppo"),
-]
-
-
-@pytest.mark.parametrize("robots, trainer, fire, other", PAIRS)
-def test_behaviours_are_known_by_name_or_trainer(
-    read, robots, trainer, fire, other, capsys
-):
+@pytest.mark.parametrize(
+    "robots, trainer, fire",
+    [
+        ("Robot", "ppo", "Fire"),
+        ("FireRescueRobot", "poca", "FireGenerator"),
+        ("1", "poca", "2"),
+        ("Robot", "ppo", "FireNearRobots"),
+    ],
+)
+def test_behaviours_are_known_by_name_or_trainer(read, robots, trainer, fire, capsys):
     """In either order; only a group learns by poca. Who was taken for whom is noted."""
     lines = [
         f"  {robots}: {{trainer_type: {trainer}, max_steps: 11}}",
-        f"  {fire}: {{trainer_type: {other}, max_steps: 22}}",
+        f"  {fire}: {{trainer_type: ppo, max_steps: 22}}",
     ]
     for order in (lines, lines[::-1]):
         settings = read("\n".join(("behaviors:", *order)))
@@ -235,8 +231,6 @@ def test_our_own_rows_stand_in_a_block_of_their_own(read, refusal):
     assert read(ours) == replace(LAPTOP, robots=robots, scenario=scenario)
     assert "Did you mean 'scenario'?" in refusal("reference: {scenarios: {}}")
     assert "Did you mean 'head'?" in refusal("reference: {Robot: {haed: pointer}}")
-    assert "scenario: 'peple' is unknown" in refusal(
-        "reference: {scenario: {peple: 1}}"
-    )
+    assert "scenario: 'peple' is" in refusal("reference: {scenario: {peple: 1}}")
     assert "leave preset out" in refusal("reference: {preset: tiny}")
     assert "people is 'x'" in refusal("reference: {scenario: {people: x}}")

@@ -15,7 +15,7 @@ from processes import python
 from trainings import begun, equal, tiny, trained
 
 from reference.__main__ import main
-from reference.workshop.training import loop
+from reference.workshop.training import loop, starting
 from reference.workshop.training.checkpoints import load, newest, save
 
 pytestmark = pytest.mark.usefixtures("in_an_empty_folder")
@@ -25,20 +25,10 @@ survival evacuated died checkpoint summaries"""
 
 
 @pytest.fixture
-def quick(monkeypatch):
-    """Preset tiny, smaller still."""
-    monkeypatch.setattr(
-        "reference.workshop.training.starting.preset", lambda name: tiny()
-    )
-
-
-@pytest.fixture
 def once(monkeypatch):
-    """The same with a single round."""
+    """Preset tiny, smaller still, and with a single round."""
     settings = tiny(robots={"max_steps": 40}, fire={"max_steps": 3, "buffer_size": 2})
-    monkeypatch.setattr(
-        "reference.workshop.training.starting.preset", lambda name: settings
-    )
+    monkeypatch.setattr(starting, "preset", lambda name: settings)
 
 
 @pytest.fixture(scope="module")
@@ -80,8 +70,7 @@ def test_train_prints_one_object_with_final_figures(once, capsys):
     assert list(facts) == PROMISED.split()
     assert (facts["building"], facts["seed"]) == ("tiny", 4)
     assert facts["robots"] == "poca (mixture head)"
-    assert facts["steps"]["robots"] >= 40
-    assert facts["steps"]["fire"] >= 4
+    assert facts["steps"]["robots"] >= 40 and facts["steps"]["fire"] >= 4
     assert 0 <= facts["survival"] <= 1
     assert load(facts["checkpoint"]).round == facts["rounds"]
     assert os.path.exists(facts["summaries"])
@@ -174,9 +163,7 @@ def test_fire_can_be_trained_in_a_building_without_robots(once, capsys):
     assert "here it is 4. Take as many" in capsys.readouterr().err
 
 
-def test_resume_of_a_training_that_is_over_tells_what_came_of_it(
-    quick, tmp_path, capsys
-):
+def test_resume_of_a_training_that_is_over_tells_what_came_of_it(tmp_path, capsys):
     """It has nothing more to do, and changes nothing."""
     trained(begun(), tmp_path / "done")
     path = newest(Path("done"))
@@ -247,9 +234,9 @@ def test_refuses_a_training_that_cannot_be(options, code, hint, capsys, tmp_path
     assert left == ["alone.yaml", "full", "hut.txt", "mine.txt", "notes.txt"]
 
 
-@pytest.mark.parametrize("last", [0, 2])
+@pytest.mark.parametrize("last", [0, 1])
 def test_a_full_disk_ends_the_training_with_one_message(
-    last, quick, capsys, monkeypatch
+    last, once, capsys, monkeypatch
 ):
     """The checkpoint before stays, and can be gone on from; without one, nothing."""
     kept = save
@@ -262,11 +249,11 @@ def test_a_full_disk_ends_the_training_with_one_message(
     monkeypatch.setattr("reference.workshop.training.checkpoints.save", full)
     assert train("--out", "new") == 1
     assert "No space left on device" in capsys.readouterr().err.splitlines()[-1]
-    assert load("new").round == 1 if last else not os.path.exists("new")
+    assert load("new").round == 0 if last else not os.path.exists("new")
 
 
 def test_a_worker_that_dies_ends_the_training_with_one_message(
-    quick, capsys, monkeypatch
+    once, capsys, monkeypatch
 ):
     """Such as by the kernel, for want of memory; what is saved can be gone on from."""
 
