@@ -65,20 +65,6 @@ def test_patrolling_robots_visit_bent_rooms_and_each_begins_elsewhere():
     assert len({*areas}) == 2 and min(areas) >= 0
 
 
-def test_patrolling_robots_plan_their_round_once(monkeypatch):
-    """At their first decision; later ones only turn it."""
-    planned = []
-    monkeypatch.setattr(
-        "reference.workshop.strategies.guides._round",
-        lambda _, robot, mates: planned.append(robot.body) or [(0.0, 0.0), (1.0, 1.0)],
-    )
-    sim = Simulation(shipped("tiny"), Scenario(people=0), Patrol(), NoFire())
-    patrol, (robot, *_) = Patrol(), sim.world.robots
-    for _ in range(5):
-        patrol.decide(sim.world, [robot], sim.rng["robots"])
-    assert planned == [robot.body]
-
-
 @pytest.mark.parametrize("robots", [Sweep(), Escort()])
 @pytest.mark.parametrize(("full", "first"), [(1, "way out"), (10, "q")])
 def test_robots_lead_no_more_than_can_pass_doors(full, first, robots, monkeypatch):

@@ -15,7 +15,7 @@ from numpy.random import Generator as Rng
 
 from reference.building import Building
 from reference.navigation import navigation_of
-from reference.paper import ROBOT_SPEED, STAIRS_METRES, STAIRS_SECONDS
+from reference.paper import ROBOT_SPEED, STAIRS_SECONDS
 from reference.robots import Destination, Destinations, actual_target, flame_cost
 from reference.workshop.strategies.observed import (
     at_way_out,
@@ -139,7 +139,7 @@ class Escort(Sweep):
 
     def decide(self, world: World, robots: Sequence[Robot], rng: Rng) -> Destinations:
         """Look for the ways to the outside, then decide as `Sweep` does."""
-        self._outside = ways_outside(world.building, risk(world), STAIRS_METRES)
+        self._outside = ways_outside(world.building, risk(world))
         return super().decide(world, robots, rng)
 
     def _lost(self, world: World) -> np.ndarray:
@@ -219,11 +219,11 @@ def station(world: World, robot: Robot) -> Destination | None:
 
 def guided_by(world: World) -> np.ndarray:
     """Find the head of each human's chain of leaders: bodies (n,), -1 for leaders."""
-    leader, n = world.bodies.leader, len(world.bodies)
-    first = leader
+    first = leader = world.bodies.leader
+    of_all = np.append(leader, NOBODY)  # robots, like nobody, have no leader
     for _ in range(4):  # from my leader to my leader's leader
-        second = leader[np.clip(first, 0, n - 1)] if n else first
-        first = np.where((first >= 0) & (first < n) & (second >= 0), second, first)
+        second = of_all[np.minimum(first, len(leader))]
+        first = np.where(second >= 0, second, first)
     return first
 
 

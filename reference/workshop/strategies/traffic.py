@@ -11,6 +11,7 @@ import numpy as np
 
 from reference.building import Building
 from reference.navigation import Navigation, navigation_of
+from reference.paper import STAIRS_METRES
 
 
 def traffic(
@@ -58,14 +59,11 @@ def walk(nav: Navigation, p: int, landmark: int) -> list[int]:
     return chain
 
 
-def ways_outside(
-    building: Building, cost: np.ndarray | None, storey: float
-) -> np.ndarray:
+def ways_outside(building: Building, cost: np.ndarray | None) -> np.ndarray:
     """Compute what it costs to get outside by each landmark: (landmarks, places).
 
     inf where a landmark does not lead out. From the foot of stairs the cheapest way
-    leads on.  cost: of a metre, (places,) or (floors, rows, cols), None for 1;
-    storey: of one storey of stairs
+    leads on.  cost: of a metre of floor, (places,) or (floors, rows, cols), None for 1
     """
     nav, feet = navigation_of(building), stairwell_feet(building)
     outside = np.full((len(building.landmarks), nav.places), np.inf)
@@ -74,7 +72,7 @@ def ways_outside(
             outside[mark.index] = nav.distances(nav.goals[mark.index], cost)
             if (well := mark.stairwell) >= 0:
                 down = mark.floor - building.stairwells[well].lowest
-                onwards = outside[:, feet[well]].min() + down * storey
+                onwards = outside[:, feet[well]].min() + down * STAIRS_METRES
                 outside[mark.index] += onwards
     return outside
 

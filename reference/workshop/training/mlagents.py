@@ -20,6 +20,7 @@ about Unity's program or the machine; others are refused, all at once.
 
 import sys
 from collections.abc import Mapping
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -168,10 +169,10 @@ def _flat(section: Mapping[Any, Any], over: str = "") -> dict[str, Any]:
 
 def _section(at: str) -> str:
     """The part of a path that ends where no row of the tables is below any more."""
-    keys = at.split(".")
-    heads = [".".join(keys[: k + 1]) for k in range(len(keys))]
-    known = [head for head in heads if any(p.startswith(f"{head}.") for p in PLACES)]
-    return heads[min(len(known), len(keys) - 1)]
+    for head in accumulate(at.split("."), "{}.{}".format):
+        if not any(place.startswith(f"{head}.") for place in PLACES):
+            return head
+    return at
 
 
 def _number(value: Any) -> Any:

@@ -249,13 +249,9 @@ class Training:
 
     def _who(self) -> dict[str, str]:
         """Name each side's trainer and head, or its fixed player."""
-        names: dict[str, str] = {}
-        for side in SIDES:
-            settings = getattr(self.settings, side)
-            names[side] = f"{settings.trainer_type} ({settings.head} head)"
-        for side, players in self.task.fixed.items():
-            names[side] = names_of(players)
-        return names
+        both: dict[str, Any] = {side: getattr(self.settings, side) for side in SIDES}
+        names = {side: f"{s.trainer_type} ({s.head} head)" for side, s in both.items()}
+        return names | {side: names_of(who) for side, who in self.task.fixed.items()}
 
     def facts(self) -> dict[str, Any]:
         """Report players, progress, and the means of the last round's episodes."""
