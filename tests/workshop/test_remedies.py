@@ -8,13 +8,12 @@ import pytest
 import torch
 from torch.distributions import Independent, MixtureSameFamily
 
-from reference.fire import NoFire, fuel
+from reference.fire import fuel
 from reference.game.environment import fire_decision
 from reference.game.observations import fire_vector
 from reference.learning.networks import REFUSED
 from reference.navigation import navigation_of
 from reference.paper import Scenario
-from reference.robots import NoRobots
 from reference.simulation import Simulation
 from reference.workshop.maps import load
 from reference.workshop.remedies.frame import UNIT
@@ -61,9 +60,8 @@ def test_a_mixture_is_drawn_around_its_anchors_as_often_as_they_weigh():
     noise = [rng.standard_normal((n, normals)), rng.gumbel(size=(n, gumbels))]
     drawn = policy.act(torch.from_numpy(np.hstack(noise)).float())
     second = drawn[:, 0] > 2.5
-    assert second.float().mean().item() == pytest.approx(
-        1 / (1 + math.exp(-1)), abs=0.01
-    )
+    share = 1 / (1 + math.exp(-1))
+    assert second.float().mean().item() == pytest.approx(share, abs=0.01)
     off = drawn - torch.where(second[:, None], anchors[:, 1], anchors[:, 0])
     assert torch.allclose(off.std(dim=0), torch.tensor(0.2), atol=0.005)
     assert off.abs().max() < 1.2
@@ -109,10 +107,7 @@ def test_the_fires_anchors_stand_beside_all_ways_and_can_burn(name):
         floor, x, y = fire_decision(building, action)
         assert floor == mark.floor
         assert np.hypot(*np.subtract((x, y), mark.position)) < 8
-        (place,) = navigation_of(building).places_at(
-            np.array([floor]), np.array([[x, y]])
-        )
-        assert fuel(building).ravel()[place]
+        assert fuel(building).ravel()[navigation_of(building).place(floor, x, y)]
 
 
 @pytest.mark.paper("D2", "chosen")
@@ -120,7 +115,7 @@ def test_where_a_fire_burns_none_is_lit_again():
     """The anchor beside a source is refused; all the others are allowed."""
     building, scenario = load("tiny"), Scenario()
     fire = preset("laptop").fire.codec("fire", building, scenario)
-    world = Simulation(building, scenario, NoRobots(), NoFire(), seed=1).world
+    world = Simulation(building, scenario).world
     storey, x, y = fire.anchors[3] * (1, UNIT, UNIT)
     K = len(fire.anchors)
 
