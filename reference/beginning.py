@@ -129,7 +129,7 @@ def _starting_places(building: Building, scenario: Scenario, rng: Rng) -> np.nda
     for (where, places), count in zip(free.items(), counts, strict=True):
         if count > (most := len(places)):
             raise InputError(
-                f"{count} people do not fit {where}, which has room for {most}. "
+                f"{count} people do not fit {where}; there is room for {most}. "
                 "Ask for fewer: the scenario's `people`."
             )
         chosen.append(rng.choice(places, count, replace=False))

@@ -67,8 +67,8 @@ for mark in house.landmarks:
 
 # %% Characters and metres
 # Positions are in metres, x to the east and y to the north of the middle of the
-# building without its stairwells [A8]. Rows and columns count from the drawing's upper
-# left corner, from 0.
+# building without its stairwells [A8]; if that is inside a cell, of the cell's corner.
+# Rows and columns count from the drawing's upper left corner, from 0.
 
 x, y = house.metres(3, 7)
 print("row 3, column 7 is at", (x, y), "m")

@@ -28,7 +28,7 @@ print(door["kind"], door["width"], "m wide", round(door["length"]), "m")
 
 # %% The shortest way out of a room
 # An edge is as long as the way from the middle of one room, through the door, to the
-# middle of the other. People cut corners, so here their ways are up to 10 m shorter.
+# middle of the other. People cut corners, so here their ways are up to 11 m shorter.
 # That is good enough to compare ways.
 
 way = nx.shortest_path(graph, "1/coins", "outside", weight="length")

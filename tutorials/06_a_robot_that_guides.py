@@ -111,13 +111,15 @@ for robot in simulation.world.robots[:2]:
 #> 26 m from the exit, leads 3, says follow me
 #> 26 m from the exit, leads 2, says follow me
 
-# Both lead people, far from the exit, and fetch others. Twenty seconds later nobody has
-# health left: of the eight who die in this evacuation six die then, on this floor.
-# Health falls all the time [B7], so waiting for others costs lives.
+# Both lead people, far from any exit, and go to fetch the same last person. (Who leads
+# three had two when it decided.) Twenty seconds later nobody has health left: of the
+# eight who die in this evacuation six die then, on this floor. Health falls all the
+# time [B7], so waiting for others costs lives.
 
 # %% Exercise
-# How many followers should a shepherd wait for? Try 1, 2, 3 and 5. Then let the best of
-# them choose what is nearest on foot, instead of through walls and flames.
+# How many followers should a shepherd wait for? Try 1, 2, 3 and 5. Then let those
+# who wait for one or two choose what is nearest on foot, instead of through walls and
+# flames.
 # Hint: `navigation_of(building).distances([robot.place], cost)` with
 # `cost = flame_cost(world, robot.floor)`, from reference.navigation and
 # reference.robots, are metres to every place, flames counted.

@@ -206,8 +206,9 @@ print(drawing.save(figure, "out/07_finishing_early.png"))
 
 # For PPO, and without posthumous credit, going is worth nothing to A. So it waits.
 #
-# The robots that ship have learned by MA-POCA too, see RESULTS.md. Watch in a page for
-# a browser how one stands in the way of a fire (`.gif` and `.mp4` work as well):
+# The robots that ship copied `guard`, then learned by MA-POCA, see RESULTS.md. How one
+# stands in the way of a fire they have from the copy. Watch it in a page for a browser
+# (`.gif` and `.mp4` work as well):
 #
 #     python -m reference evacuate --robots learned --fire fixed --animate learned.html
 

@@ -117,8 +117,8 @@ for cell in cells(results, PAPER):
 # The paper's ruler is made for rewards up to 14000, of forty people on the third floor.
 # Twelve visitors on one floor earn 2300 at most. Here this E hardly tells a good guide
 # from none. So calibrate the ruler [F12]. The building gives the two critical points.
-# The baseline's runs give k and β: by k the same robots score the same under easy fires
-# and hard ones, by β they score 1 on average.
+# The baseline's runs give k and β: by k the third of its runs with the easiest fires
+# scores as much as the third with the hardest, by β they score 1 on average.
 
 museum = building_of(evaluation.arena.plan)
 points = critical_points(museum, evaluation.arena.scenario)
@@ -143,8 +143,8 @@ for cell in cells(results, ruler):
 # %% The picture
 # Each point is a pair of robots and fire. On the bold line E is 1, as for the baseline.
 # Compare guides under the same fire, that is, points of one shape: the farther right,
-# the more reward. The fire `greedy` reacts to people, so its h differs from guide to
-# guide. The intervals are wide: those of `patrol` and `sweep` overlap under random
+# the more reward. The fire `greedy` reacts to people, so its h differs most from guide
+# to guide. The intervals are wide: those of `patrol` and `sweep` overlap under random
 # fires, after 24 runs.
 
 Path("out").mkdir(exist_ok=True)
@@ -152,6 +152,6 @@ print(save(pictures.contours(ruler, cells(results, ruler)), "out/09_the_ruler.pn
 #> out/09_the_ruler.png
 
 # %% Exercise
-# Calibrate the ruler once more, from sixteen other seeds (`seed=100`). How far does E
+# Calibrate the ruler once more, from 24 other seeds (`seed=100`). How far does E
 # of the same runs move, and how wide are their intervals?
 # Hint: `comparing.ruler_of` takes any results; read the old ones with the new ruler.

@@ -20,8 +20,8 @@ from reference.workshop.strategies.guides import Observer
 from reference.world import FireLit
 
 # %% A fire that repeats itself
-# `fixed` lights the cells nearest to the exits, then to the stairwell entrances that
-# flames may enter, in the same order, whatever people do.
+# `fixed` lights cells that can burn, in the same order, whatever people do: those
+# nearest to the exits, then those nearest to the entrances of stairwells.
 
 institute, SEEDS = load("paper"), range(8)
 
@@ -70,13 +70,14 @@ for name, runs in (("observer", leads), ("guard", guards)):
 #> observer: 64 of 64 fires in a cell of the sequence
 #> guard: 48 of 61 fires in a cell of the sequence
 
-# Look at it: half a minute after the start a robot stands in the second cell.
+# Look at it: just before the second fire is due, at 35 s, a robot stands in its cell,
+# in the canteen.
 
 watched = Simulation(institute, Scenario(), Guard(), FixedFire(), seed=3)
-while watched.world.time < 34:
+while watched.world.time < 34.6:
     watched.step()
 Path("out").mkdir(exist_ok=True)
-drawing.save(drawing.frame(watched.world), Path("out/12_guard.png"))
+drawing.draw(watched, "out/12_guard.png")
 
 # %% What it costs elsewhere
 # Under other fires the robot that stands guard is a robot that does not lead. So
@@ -116,7 +117,9 @@ print("survivors of `busiest`:", saved(busy), " of its sequence:", saved(blind))
 
 # A fire is adaptive only if it does more harm than its own most frequent sequence. Then
 # no guard can wait for it, and robots have to learn something else than a place.
-# `tutorials/experiments/is_it_adaptive.py` asks it of any fire.
+# Here the sequence is read from the evacuations that it is tested on, ends where the
+# first of them ended, and its last places are nobody's habit.
+# `tutorials/experiments/is_it_adaptive.py` asks it of any fire, from other evacuations.
 #
 # So there is something to teach: whoever knows the attack saves more under it.
 # RESULTS.md tells more, from more evacuations.

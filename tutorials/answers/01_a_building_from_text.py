@@ -1,7 +1,7 @@
 """Exercise 1: which characters may stand in the attic's north wall? It takes a second.
 
 A wall and an exit may. Even upstairs an exit is accepted: think of a fire escape. Each
-other character makes a hole or leads nowhere, and the message says which.
+other character opens the wall, and the message says how.
 """
 
 from reference.workshop.maps import MistakesError, parse

@@ -1,7 +1,8 @@
 """Exercise 10: how many pass the exit? It takes 3 seconds.
 
-Almost 1.3 people per second and metre, the limit, as soon as there is a crowd. With 25
-people there is hardly one. It makes no difference how many wait.
+About 1.3 people per second and metre, the limit, as soon as there is a crowd: a little
+more or less, since some enter in one tick. With 25 people there is hardly a crowd. It
+makes no difference how many wait.
 """
 
 import numpy as np

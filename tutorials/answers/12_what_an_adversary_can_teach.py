@@ -1,8 +1,8 @@
 """Exercise 12: a guard against `closer`. It takes 20 seconds.
 
 It loses: `closer` looks which cells are free, and lights the next one beside the robot.
-The guard sees that and gives up, but the time that it stood there is lost. A guard
-stops only a fire that is blind.
+The guard sees that and gives up, but the time that it stood there is lost. This guard
+does not stop a fire that looks.
 """
 
 from reference import Scenario, Simulation, load

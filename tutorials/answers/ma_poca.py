@@ -2,7 +2,8 @@
 
 Agent 1's first decision changes nothing. With V its advantage still says what agent 0
 did at that moment; Q knows that already. When this was written, y − V spread half as
-far again as y − Q in the updates 5 to 10. So MA-POCA learns from less noise.
+far again as y − Q in the updates 5 to 10, hardly farther before and after. So MA-POCA
+learns from less noise while there is something to learn.
 """
 
 import sys

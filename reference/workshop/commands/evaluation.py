@@ -23,7 +23,7 @@ from reference.workshop.storage.runs import ContradictionError, refuse_options
 
 @options.command(
     "evaluate --robots none patrol sweep --fire none random greedy \\\n"
-    "      --baseline sweep --out out/evaluation",
+    "      --baseline sweep --episodes 10 --out out/evaluation",
     options.player("robots", "default: sweep", nargs="+"),
     options.player("fire", "default: random", nargs="+"),
     options.BUILDING,

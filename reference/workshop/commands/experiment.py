@@ -16,7 +16,7 @@ from reference.workshop.storage.files import write_whole
 
 
 @options.command(
-    "experiment mine.toml\n\nwhat stands in mine.toml:\n"
+    "experiment tutorials/experiments/tiny.toml\n\nwhat stands in such a file:\n"
     "  python -m pydoc reference.workshop.comparing.design",
     options.option("file", "TOML: what to train and test, from which seeds", type=Path),
     options.WORKERS,

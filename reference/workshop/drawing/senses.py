@@ -109,5 +109,6 @@ def table(vector: np.ndarray, blocks: Iterable[Block]) -> list[tuple[str, str, s
         values = ", ".join(f"{v:.3g}" for v in first)
         more = ", …" if block.stop - block.start > 6 else ""
         words = f"{block.rows} × {block.what} ({block.unit})"
-        rows.append((f"{block.start} to {block.stop - 1}", words, values + more))
+        which = sorted({block.start, block.stop - 1})
+        rows.append((" to ".join(map(str, which)), words, values + more))
     return rows
