@@ -75,6 +75,8 @@ print(f"the most there is: {HARDEST:.0f}")
 #> everything burns from the start: 2312
 #> the most there is: 3853
 
+# All at once is not the most: it has burnt out after 40 s, and ways are open again.
+
 # %% E of several runs
 # E is the sum, divided by what the paper's baseline reached. E grows faster and faster
 # with the reward. So of two guides with the same mean reward, a mean of scores prefers

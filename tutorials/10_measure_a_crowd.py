@@ -80,8 +80,9 @@ print("slower where it is dense:", slower)
 # in steps. Some enter in the same tick; then the exit is shut for as long as that many
 # need at 1.3 people per second and metre [A5]. Right: from 1 to 4 people per square
 # metre speed falls. Those who are slow at less than 1 wait at the crowd's edge, where a
-# Voronoi cell reaches into the empty room. Squares are real people, who walk one way
-# and wait for no exit.
+# Voronoi cell reaches into the empty room. All above 5.5 lean on the wall beside the
+# exit, which cuts their cells. Squares are real people, who walk one way and wait for
+# no exit.
 
 figure, (floor, flow, pace) = plt.subplots(
     1, 3, figsize=(14, 4.6), width_ratios=(1.15, 1, 1), layout="constrained"
@@ -93,7 +94,8 @@ floor.set_title("Paths in the canteen; green: the line", loc="left")
 flow.plot(passed.time, passed.cumulative_pedestrians, color="#1f5fa8")
 flow.set(xlabel="time, s", ylabel="people", xlim=0, ylim=0)
 flow.set_title("N(t): people across the line, some in one tick", loc="left")
-pace.scatter(felt.density, felt.speed, s=8, alpha=0.4, color="#c43c00")
+dots = {"s": 8, "alpha": 0.4, "color": "#c43c00", "label": "here"}
+pace.scatter(felt.density, felt.speed, **dots)
 real = {"marker": "s", "s": 45, "fc": "white", "ec": "black", "zorder": 3}
 pace.scatter(list(ONE_WAY), list(ONE_WAY.values()), **real, label="real people")
 pace.legend()
