@@ -202,7 +202,7 @@ class _Pool(ThreadPoolExecutor):
             result, error = pickle.loads(line.recv_bytes())
         except (EOFError, OSError) as gone:
             raise BrokenExecutor("a worker has died") from gone
-        if error:
+        if error is not None:
             raise error
         return result
 
