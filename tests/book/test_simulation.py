@@ -326,7 +326,7 @@ def test_people_can_begin_in_rooms_by_name():
 @pytest.mark.parametrize(
     ("asked", "said"),
     [
-        ({"people": 5000}, r"2500 people do not fit on floor 1, .* room for \d+"),
+        ({"people": 5000}, r"2500 people do not fit on floor 1; .* room for \d+"),
         ({"rooms": ("1/attic",)}, "no room '1/attic' in 'Tiny office'"),
     ],
 )

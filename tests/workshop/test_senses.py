@@ -73,8 +73,8 @@ def test_the_table_explains_all_167_numbers(simulation):
     assert [line[:2] for line in lines] == [
         ("0 to 119", "40 × human: x, y, storey (m, m, storey)"),
         ("120 to 137", "6 × robot: x, y, storey (m, m, storey)"),
-        ("138 to 138", "1 × robots of the team at work (1)"),
-        ("139 to 139", "1 × time since the beginning (s)"),
+        ("138", "1 × robots of the team at work (1)"),
+        ("139", "1 × time since the beginning (s)"),
         ("140 to 163", "8 × fire source: x, y, storey (m, m, storey)"),
         ("164 to 166", "3 × fire sources on floor (1)"),
     ]
