@@ -116,6 +116,7 @@ def _training(arguments: Namespace) -> Any:
     "curves out/tiny -o curves.png",
     options.folder("runs", "trainings", nargs="+"),
     options.output("-o --output", options.PICTURES, "the picture", Path("curves.png")),
+    end="  after: python -m reference train --preset tiny --out out/tiny",
 )
 def curves(arguments: Namespace) -> None:
     """Draws the learning curves of one training, or of several that belong together."""
