@@ -138,6 +138,6 @@ ERRORS = number("--errors", 0, WRONG, most=40)
 PLAY = "how many processes, which changes no result; 0: this one; default: all cores"
 WORKERS = number("--workers", 0, PLAY, most=1000, default=CORES)
 LARGEST = 2**53  # as a whole number in JSON
-CHANCE = "all chance follows from N: the same seed, the same run; default: 0"
+CHANCE = "all chance follows from N; default: 0, without a command a typical one"
 SEED = number("--seed", 0, CHANCE, most=LARGEST, default=SUPPRESS)
 JSON = flag("--json", "print one JSON object", default=SUPPRESS)

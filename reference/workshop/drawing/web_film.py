@@ -23,7 +23,7 @@ from reference.workshop.drawing import page, plans
 from reference.workshop.drawing.evacuation import INKS, STEPS, TRAIL_SECONDS
 from reference.world import NOWHERE, DoorBurnt, Fate
 
-FRAME = 0.6  # seconds simulated from one to the next, if they are whole ticks
+FRAME = 0.6  # simulated seconds
 TEMPLATE = Path(__file__).with_name("web_film.html")
 CLASSES = {kind: kind.name.lower() for kind in Kind}  # of cells, on the page
 NEVER = -1
@@ -74,7 +74,7 @@ def write(
 
 
 def seconds_per_frame(run: Simulation) -> float:
-    """Whole ticks, about FRAME in all; seconds simulated."""
+    """Simulated seconds from one frame to the next: whole ticks, about FRAME."""
     return round(max(1, round(FRAME / run.tick)) * run.tick, 9)
 
 
