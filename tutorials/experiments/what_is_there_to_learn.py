@@ -42,6 +42,27 @@ class OneWayOutEach(Observer):
         return ways[robot.number % len(ways)], on, float(on[robot.place])
 
 
+class Faithful(Observer):
+    """`observer`, but people who are led go on to their way out.
+
+    Another has to be less than a third as far, flames counted.
+    """
+
+    def __init__(self):
+        self.chosen = {}  # by robot, the way out of those it leads
+
+    def _way_out(self, world, robot, d, led):
+        way, on, here = super()._way_out(world, robot, d, led)
+        kept = self.chosen.get(robot.body, way)
+        if not led:
+            self.chosen.pop(robot.body, None)
+            return way, on, here
+        if self._outside[kept, robot.place] < 3 * here:
+            way, on = kept, self._outside[kept]
+        self.chosen[robot.body] = way
+        return way, on, float(on[robot.place])
+
+
 FAMILY = {
     "observer": (Observer, {}),
     "no detour": (Observer, {"DETOUR": 0.0}),
@@ -52,6 +73,7 @@ FAMILY = {
     "bold": (Observer, {"SOON_COST": 0.0}),
     "careful": (Observer, {"SOON": 10.0, "SOON_COST": 8.0}),
     "a way out each": (OneWayOutEach, {}),
+    "faithful": (Faithful, {}),
     "sweep as observed": (SweepAsObserved, {}),
     "guard": (Guard, {}),
 }

@@ -3,8 +3,8 @@
     python tutorials/experiments/where_people_die.py none escort learned --fire busiest
 
 Every five seconds it is noted who is on the ground floor, who of them is led by a
-robot, and who could walk to an exit without crossing flames. In the paper's building,
-the same evacuations for every team.
+robot, or no longer, and who could walk to an exit without crossing flames. In the
+paper's building, the same evacuations for every team.
 """
 
 from argparse import ArgumentParser
@@ -37,20 +37,25 @@ class Notes:
     began, floor  where people began, and were last
     ground        s on the ground floor;  led, open: s of these led by a robot, and s
                   with a way to an exit
+    now, losses   bool, led there just now; how often they lost a robot there
     """
 
     def __init__(self, run):
         self.run, bodies = run, run.world.bodies
         self.began, self.floor = bodies.floor.copy(), bodies.floor.copy()
-        self.ground, self.led, self.open = np.zeros((3, len(bodies)))
+        self.ground, self.led, self.open, self.losses = np.zeros((4, len(bodies)))
+        self.now = bodies.walking & False
 
     def note(self, seconds):
         """Note how people are now, and count it for some seconds."""
         world, bodies = self.run.world, self.run.world.bodies
         self.floor = np.where(bodies.inside, bodies.floor, self.floor)
         here = bodies.walking & (bodies.floor == GROUND)
+        led = here & (guided_by(world) >= len(bodies))
         self.ground += seconds * here
-        self.led += seconds * (here & (guided_by(world) >= len(bodies)))
+        self.led += seconds * led
+        self.losses += self.now & here & ~led
+        self.now = np.where(here, led, self.now)
         if here.any():
             self.open += seconds * (here & reaches_exit(world))
 
@@ -76,10 +81,11 @@ def tell(team, notes):
     """Print what came of a team's evacuations."""
     facts = {
         name: np.concatenate([getattr(one, name) for one in notes])
-        for name in ("began", "floor", "ground", "led", "open")
+        for name in ("began", "floor", "ground", "led", "open", "losses", "now")
     }
     fate = np.concatenate([one.run.world.bodies.fate for one in notes])
     dead, above = fate == Fate.DEAD, facts["began"] > GROUND
+    low = facts["floor"] == GROUND
     print(f"{team}: {dead.sum() / len(notes):.1f} die; by floors, the lowest first")
     for words, name in (("began there", "began"), ("were there last", "floor")):
         each = np.bincount(facts[name][dead], minlength=3) / len(notes)
@@ -88,7 +94,10 @@ def tell(team, notes):
         seconds = facts["ground"][who]
         led, free = (facts[k][who].sum() / seconds.sum() for k in ("led", "open"))
         print(f"    those from above who {words}: {seconds.mean():.0f} s on the lowest")
-        print(f"        floor, {led:.0%} led, {free:.0%} with a way out", flush=True)
+        print(f"        floor, {led:.0%} led, {free:.0%} with a way out")
+    lost, last = facts["losses"].sum() / len(notes), facts["now"][dead & low]
+    print(f"    {lost:.1f} times somebody loses a robot there")
+    print(f"    {last.mean():.0%} of those who die there are led then", flush=True)
 
 
 if __name__ == "__main__":
